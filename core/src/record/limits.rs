@@ -37,16 +37,19 @@ pub(crate) struct LimitRecorder {
     beyond: Option<(Limit, At)>,
     /// Radius that a ring's displacement is compared with, and its gap \[m\], for each diaphragm.
     rings: Vec<[f64; 2]>,
+    /// Time step: the earliest time at which a limit is reported \[s\].
+    step: f64,
     /// Clearance of each bearing that has one \[m\], in the machine's order.
     clearances: Vec<f64>,
 }
 
 impl LimitRecorder {
-    pub fn new(machine: &Machine) -> Self {
+    pub fn new(machine: &Machine, step: f64) -> Self {
         let watched = |limit| Watched { limit, largest: None, exceeded: None };
         Self {
             limits: machine.run.limits.map(watched),
             beyond: None,
+            step,
             rings: machine.diaphragms.iter().map(|ring| [reference_radius(ring), ring.contact.gap]).collect(),
             clearances: machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance).collect(),
         }
@@ -114,8 +117,8 @@ impl LimitRecorder {
     pub(super) fn report_time(&self, row: &mut Row<'_>) {
         row.once(
             "beyond_s",
-            "time at which the run first exceeded a limit of the model whose on_exceed is beyond; null without one",
-            self.beyond.map(|(_, at)| at.time),
+            "time at which the run first exceeded a limit of the model whose on_exceed is beyond, at least one step; null without one",
+            self.beyond.map(|(_, at)| at.time.max(self.step)),
         );
     }
 

@@ -128,7 +128,7 @@ impl Recorders {
             steps: Steps { length: step },
             rings: machine.diaphragms.iter().enumerate().map(ring).collect(),
             guards: Guards::default(),
-            limits: LimitRecorder::new(machine),
+            limits: LimitRecorder::new(machine, step),
             yields: false,
         };
         all.yields = [all.ring_yield(), all.blade_yield(), all.shaft_yield()].iter().any(Option::is_some);

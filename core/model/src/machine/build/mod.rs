@@ -5,6 +5,7 @@ mod covered;
 mod diaphragm;
 mod factor;
 mod inertia;
+mod limits;
 mod lost;
 mod path;
 mod places;
@@ -31,6 +32,7 @@ pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Colle
     let braking = run::braking(&reader);
     let diaphragms = diaphragm::diaphragms(&mut reader, rotor.nodes.as_ref());
     covered::check(&mut reader);
+    limits::check(&mut reader, rotor.rotor.as_ref(), diaphragms.as_deref());
     let mut problems = reader.problems;
     match (run, rotor.rotor, braking, diaphragms) {
         (Some(run), Some(rotor), Some(braking), Some(diaphragms)) if problems.is_empty() => {

@@ -1,11 +1,11 @@
 //! `[run]`, `[braking]` and the prescribed speed.
 
 use super::covered;
+use super::limits;
 use super::reader::Reader;
 use crate::document::units::format_quantity;
-use crate::machine::model::{Braking, Engine, ForceLocation, Guard, ModelLimit, OnExceed, RunSettings, SpeedLaw};
+use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
 use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
-use crate::outcome::Limit;
 
 /// Largest energy error of a run that may be believed, where the machine names none: central differences keep the balance, impulses on exact propagation keep it to
 /// second order in the step, at their default step to 2e-6 (docs/theory/08-exponential-engine.md).
@@ -63,19 +63,9 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
             penetration: reader.number("run.guard.penetration")?,
             impact_steps: reader.number("run.guard.impact_steps").unwrap_or(impact_steps),
         },
-        limits: limits(reader)?,
+        limits: limits::limits(reader)?,
         end_beyond: reader.word("run.end_beyond")? == "on",
     })
-}
-
-fn limits(reader: &Reader<'_>) -> Option<[ModelLimit; Limit::ALL.len()]> {
-    let read = |limit: Limit| {
-        let path = |key: &str| format!("run.limit.{}.{key}", limit.word());
-        let on_exceed = if reader.word(&path("on_exceed"))? == "note" { OnExceed::Note } else { OnExceed::Beyond };
-        Some(ModelLimit { limit, value: reader.number(&path("value"))?, on_exceed })
-    };
-    let all: Vec<ModelLimit> = Limit::ALL.into_iter().map(read).collect::<Option<_>>()?;
-    all.try_into().ok()
 }
 
 /// Smallest shift of the initial speed that is not lost in its rounding.

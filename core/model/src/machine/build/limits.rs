@@ -1,0 +1,69 @@
+//! `[run.limit.NAME]`: each limit, and whether the machine has what it compares.
+
+use super::reader::Reader;
+use crate::machine::model::{Diaphragm, DiaphragmKind, ModelLimit, OnExceed, Rotor, RotorKind};
+use crate::machine::schema::{Need, keys};
+use crate::outcome::Limit;
+
+/// Path of a key of a limit.
+fn path(limit: Limit, key: &str) -> String {
+    format!("run.limit.{}.{key}", limit.word())
+}
+
+pub(super) fn limits(reader: &Reader<'_>) -> Option<[ModelLimit; Limit::ALL.len()]> {
+    let read = |limit: Limit| {
+        let on_exceed =
+            if reader.word(&path(limit, "on_exceed"))? == "note" { OnExceed::Note } else { OnExceed::Beyond };
+        Some(ModelLimit { limit, value: reader.number(&path(limit, "value"))?, on_exceed })
+    };
+    let all: Vec<ModelLimit> = Limit::ALL.into_iter().map(read).collect::<Option<_>>()?;
+    all.try_into().ok()
+}
+
+/// Rejects a limit that the file sets although the machine lacks its quantity: it would be ignored.
+pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: Option<&[Diaphragm]>) {
+    let (Some(rotor), Some(diaphragms)) = (rotor, diaphragms) else { return };
+    let of_rings = |has: &dyn Fn(bool, Option<f64>) -> bool| {
+        diaphragms.iter().any(|diaphragm| match &diaphragm.kind {
+            DiaphragmKind::Flexible(stator) => has(stator.blades.is_some(), stator.yield_strength),
+            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => false,
+        })
+    };
+    for limit in Limit::ALL {
+        let (has, needed) = match limit {
+            Limit::RingDisplacement => (!diaphragms.is_empty(), "a diaphragm"),
+            Limit::RingYield => {
+                (of_rings(&|_, strength| strength.is_some()), "diaphragms.NAME.material.yield_strength")
+            }
+            Limit::BladeYield => (
+                of_rings(&|blades, strength| blades && strength.is_some()),
+                "diaphragms.NAME.material.yield_strength of a diaphragm with blades",
+            ),
+            Limit::ShaftYield => (
+                matches!(&rotor.kind, RotorKind::Shaft(shaft) if shaft.elements.iter().any(|e| e.yield_strength.is_some())),
+                "rotor.material.yield_strength or rotor.shaft[i].material.yield_strength",
+            ),
+            Limit::JournalClearance => {
+                (rotor.bearings.iter().any(|bearing| bearing.clearance.is_some()), "rotor.bearings.NAME.clearance")
+            }
+            Limit::UnstableRotor => (true, ""),
+        };
+        if !has && let Some(set) = set_path(reader, limit) {
+            reader.fail(&set, "the machine has nothing that this limit compares", format!("{needed}, or no such key"));
+        }
+    }
+}
+
+/// Path of what a file or a study sets of a limit; `None`: nothing but defaults.
+fn set_path(reader: &Reader<'_>, limit: Limit) -> Option<String> {
+    let table = format!("run.limit.{}", limit.word());
+    let changed = ["value", "on_exceed"].into_iter().map(|key| path(limit, key)).find(|path| {
+        let need = keys().iter().find(|key| key.path == path).map(|key| key.need);
+        match need {
+            Some(Need::Number(default)) => reader.number(path).is_some_and(|value| value != default),
+            Some(Need::Word(default)) => reader.word(path).is_some_and(|word| word != default),
+            _ => false,
+        }
+    });
+    changed.or_else(|| reader.layout.tables.contains_key(&table).then_some(table))
+}
