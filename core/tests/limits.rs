@@ -62,7 +62,11 @@ fn a_run_ends_at_the_first_exceeded_limit() {
         let on = rig(engine, &[(RING, &limit), (ENDS, "off")]);
         assert_eq!((on.outcome.status, on.outcome.end_cause), (Status::Beyond, EndCause::EndTime));
         assert_eq!(on.value("beyond_s"), beyond, "{engine}");
-        assert_eq!(on.value("max_bearing_load_N"), whole.value("max_bearing_load_N"), "a limit does not change the motion");
+        assert_eq!(
+            on.value("max_bearing_load_N"),
+            whole.value("max_bearing_load_N"),
+            "a limit does not change the motion"
+        );
         assert!(on.value("guarded_max_bearing_load_N") <= row.value("max_bearing_load_N"));
     }
 }
@@ -165,7 +169,10 @@ fn journals_are_noted_against_their_clearance_and_found_to_a_contact_step_in_fre
         assert!(apart <= 2.0 * beyond.value("step_s"), "{engine}: {apart}");
         assert_eq!(beyond.outcome.end_cause, EndCause::Limit);
         let noted = run(with(engine, &limits[..1]));
-        assert_eq!((noted.outcome.status, noted.outcome.notes.words().as_deref()), (Status::Ok, Some("journal_clearance")));
+        assert_eq!(
+            (noted.outcome.status, noted.outcome.notes.words().as_deref()),
+            (Status::Ok, Some("journal_clearance"))
+        );
     }
     common::close("journal of both engines", largest[1], largest[0], 1e-2);
 }

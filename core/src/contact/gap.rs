@@ -139,8 +139,15 @@ mod tests {
     pub(crate) fn ring() -> Surface {
         let ring = Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements: 12 };
         let damping = Rayleigh::default();
-        let stator =
-            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7850.0, yield_strength: None, ring, blades: None, damping };
+        let stator = FlexibleStator {
+            young_modulus: 2e11,
+            poisson_ratio: 0.3,
+            density: 7850.0,
+            yield_strength: None,
+            ring,
+            blades: None,
+            damping,
+        };
         RingMatrices::assemble(&stator).surface(0.328, true)
     }
 

@@ -134,7 +134,8 @@ fn of_shaft(text: &mut Text, shaft: &Shaft) {
 
 fn of_ring(text: &mut Text, stator: &FlexibleStator) {
     // planar Euler-Bernoulli beams have no use for Poisson's ratio
-    let FlexibleStator { young_modulus, poisson_ratio: _, density, yield_strength: _, ring, blades, damping: _ } = stator;
+    let FlexibleStator { young_modulus, poisson_ratio: _, density, yield_strength: _, ring, blades, damping: _ } =
+        stator;
     let Ring { mean_radius, thickness, width, elements } = *ring;
     text.word("ring").numbers(&[*young_modulus, *density, mean_radius, thickness, width]).count(elements).end();
     if let Some(Blades { count, length, thickness, width, elements }) = *blades {

@@ -2,8 +2,8 @@
 
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
-use super::row::{Row, of_ring};
 use super::ring_stresses::RingStressRecorder;
+use super::row::{Row, of_ring};
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};

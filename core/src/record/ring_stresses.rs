@@ -80,10 +80,7 @@ impl RingStressRecorder {
     /// Largest ratios of stress and yield strength, of the ring and of the blades; `None` where the material has no yield strength, or where there is none of them.
     pub fn yield_ratios(&self) -> [Option<Peak>; 2] {
         let of = |peak: Peak| self.yield_strength.map(|strength| peak.map(|stress| stress / strength));
-        [
-            of(self.ring).filter(|_| self.stresses.is_some()),
-            of(self.blades).filter(|_| self.has_blades),
-        ]
+        [of(self.ring).filter(|_| self.stresses.is_some()), of(self.blades).filter(|_| self.has_blades)]
     }
 
     /// Bound of those ratios for coordinates, or for the amplitudes of all of them; 0 without a yield strength.

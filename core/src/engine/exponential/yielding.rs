@@ -69,9 +69,9 @@ impl Yielding {
             transient.flight.bounds(&mut self.bounds);
             let blocks = recorders.elements().div_ceil(BESIDE);
             let bound = recorders.shaft_ratio_bound(BESIDE, &self.bounds[..blocks]);
-            let growth = self.before.map_or(bound, |(before, last)| {
-                (bound - last).max(0.0) / ticks.saturating_sub(before).max(1) as f64
-            });
+            let growth = self
+                .before
+                .map_or(bound, |(before, last)| (bound - last).max(0.0) / ticks.saturating_sub(before).max(1) as f64);
             self.before = Some((ticks, bound));
             watch.shaft = bound > limit;
             let holds = |level: &usize| ROOM * bound + GROWS * growth * libm::exp2(*level as f64) <= limit;

@@ -195,8 +195,15 @@ mod tests {
     fn surface(inner_face: bool) -> Surface {
         let ring = RingShape { mean_radius: MEAN, thickness: 0.05, width: 0.1, elements: NODES };
         let damping = Rayleigh::default();
-        let stator =
-            FlexibleStator { young_modulus: 2e11, poisson_ratio: 0.3, density: 7850.0, yield_strength: None, ring, blades: None, damping };
+        let stator = FlexibleStator {
+            young_modulus: 2e11,
+            poisson_ratio: 0.3,
+            density: 7850.0,
+            yield_strength: None,
+            ring,
+            blades: None,
+            damping,
+        };
         RingMatrices::assemble(&stator).surface(0.37, inner_face)
     }
 
