@@ -1,7 +1,7 @@
 //! The whole ring at an instant, and its least gap to the rotor.
 //!
 //! The ring has the static displacement of the last impulses alone, as a follower is shown it: the conditions of a step hold at candidates, and with the force foreseen at n+1
-//! ([`super::foreseen`]). The least gap here is therefore also a measure of how much the forces change from step to step. Verified by `tests/exponential_fine_steps.rs`.
+//! ([`super::foreseen`]). The least gap here is therefore also a measure of how much the forces change from step to step.
 
 use super::point::Settled;
 use super::rub::Impact;
