@@ -10,7 +10,7 @@ use crate::contact::{Detector, Gap, exact_gap};
 use crate::linalg::{axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, Machine};
+use bladeoff_model::machine::{ContactSurface, DiaphragmKind, Machine};
 
 /// Impacts for each evaluation of the whole ring: one costs about as much as a contact step.
 const LOOKS: u64 = 64;
@@ -22,6 +22,8 @@ pub(super) struct RingEye<'a> {
     detector: Detector,
     rotor_radius: f64,
     impacts: u64,
+    /// Stiffness-proportional damping of the ring \[s\].
+    lag: f64,
     pub place: [f64; 2],
     pub gap: Option<Gap>,
     pub displacement: [f64; 2],
@@ -42,6 +44,10 @@ impl<'a> RingEye<'a> {
             surface,
             rotor_radius: contact.rotor_radius,
             impacts: 0,
+            lag: match &diaphragm.kind {
+                DiaphragmKind::Flexible(stator) => stator.damping.stiffness_proportional,
+                _ => 0.0,
+            },
             place: [0.0; 2],
             gap: None,
             displacement: [0.0; 2],
@@ -49,10 +55,11 @@ impl<'a> RingEye<'a> {
         })
     }
 
-    /// Least gap that an impact leaves: of the whole ring in one of [`LOOKS`] calls, otherwise of the candidates \[m\].
+    /// Least gap that an impact leaves: of the whole ring in one of [`LOOKS`] calls (in each where the step is below the lag of the truncated modes), otherwise of the candidates \[m\].
     pub fn least_gap(&mut self, impact: &Impact, transient: &Transient) -> f64 {
         self.impacts += 1;
-        let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(LOOKS)) else {
+        let looks = if transient.contact_step() < self.lag { 1 } else { LOOKS };
+        let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(looks)) else {
             return impact.gap;
         };
         let place = contact.rub.place(transient.flight.place(0));
