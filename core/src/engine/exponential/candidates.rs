@@ -8,7 +8,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::kicked_ring::AHEAD;
+use super::kicked_ring::Statics;
 use super::rows::alls;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane, lanes_of};
@@ -57,6 +57,8 @@ pub(super) struct Candidates {
     most_left_out: [f64; 2],
     /// Of each candidate, where those that it acts on begin in the table, and by how many blocks it is turned.
     columns: Vec<Column>,
+    /// How the modes left out follow impulses.
+    pub statics: Statics,
 }
 
 /// Of a candidate where impulses act: its part of the table of the modes left out.
@@ -67,8 +69,8 @@ struct Column {
 }
 
 impl Candidates {
-    /// So many of each element, a multiple of [`BLOCK`] of all, on a ring of so many equal sectors; the modes left out follow impulses over `h` \[s\].
-    pub fn new(part: &RingPart, surface: &Surface, per_element: usize, sectors: usize, h: f64) -> Self {
+    /// So many of each element, a multiple of [`BLOCK`] of all, on a ring of so many equal sectors.
+    pub fn new(part: &RingPart, surface: &Surface, per_element: usize, sectors: usize, statics: Statics) -> Self {
         let places: Vec<(usize, f64)> = (0..surface.nodes * per_element)
             .map(|c| (c / per_element, ((c % per_element) as f64 + 0.5) / per_element as f64))
             .collect();
@@ -89,7 +91,7 @@ impl Candidates {
         let (reach, radial_reach) =
             (lanes_of(&most(&|c, j| length(at(c, j)))), lanes_of(&most(&|c, j| at(c, j)[0].abs())));
         let (sector, left_out) = match &part.residual {
-            Some(flexibility) => table_left_out(flexibility, surface, &places, sectors, h),
+            Some(flexibility) => table_left_out(flexibility, surface, &places, sectors, statics.gain()),
             None => (count, Vec::new()),
         };
         let by_blocks = |part: usize| -> Vec<Lane> {
@@ -118,6 +120,7 @@ impl Candidates {
                 .collect(),
             angles,
             left_out,
+            statics,
             radial: by_blocks(0),
             tangential: by_blocks(1),
             rows: lanes_of(&shapes),
@@ -224,7 +227,7 @@ fn table_left_out(
     surface: &Surface,
     places: &[(usize, f64)],
     sectors: usize,
-    h: f64,
+    gain: f64,
 ) -> (usize, Vec<[Lane; 4]>) {
     let count = places.len();
     // each candidate loads a few freedoms
@@ -233,8 +236,8 @@ fn table_left_out(
     let mut by = |acting: usize, blocks: &mut [[Lane; 4]]| {
         moved.iter_mut().for_each(|column| column.fill(0.0));
         for &(dof, radial, tangential) in &shapes[acting] {
-            axpy(AHEAD * radial / h, column_of(flexibility, dof), &mut moved[0]);
-            axpy(AHEAD * tangential / h, column_of(flexibility, dof), &mut moved[1]);
+            axpy(gain * radial, column_of(flexibility, dof), &mut moved[0]);
+            axpy(gain * tangential, column_of(flexibility, dof), &mut moved[1]);
         }
         for (at, shape) in shapes.iter().enumerate() {
             let (block, k) = (&mut blocks[at / BLOCK], at % BLOCK);
@@ -294,12 +297,14 @@ pub(super) fn candidates(
         per_element += 1;
     }
     // all blades are alike, and stand at nodes
-    let blades = match &diaphragm.kind {
-        DiaphragmKind::Flexible(stator) => stator.blades.map_or(0, |blades| blades.count),
-        _ => 0,
+    let (blades, lag) = match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => {
+            (stator.blades.map_or(0, |blades| blades.count), stator.damping.stiffness_proportional)
+        }
+        _ => (0, 0.0),
     };
     let sectors = if blades > 0 { blades } else { surface.nodes };
-    Ok(Candidates::new(part, &surface, per_element, sectors, h))
+    Ok(Candidates::new(part, &surface, per_element, sectors, Statics::new(h, lag)))
 }
 
 /// The flexible ring of a diaphragm.

@@ -5,15 +5,13 @@
 use super::flight::Flight;
 use super::kicked_ring::KickedRing;
 use super::point::Settled;
+use super::ring_eye::RingEye;
 use super::rub::{Impact, Rub};
 use super::shape::Shape;
 use super::transient::Transient;
-use crate::contact::{Detector, Gap, exact_gap};
-use crate::linalg::{axpy, column_of};
 use crate::record::{ContactFrame, Energies, Follower, Frame};
-use crate::stator::Surface;
-use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, Machine};
+use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
 
 /// What it takes to see instants.
 pub(super) struct Eye<'a> {
@@ -26,40 +24,12 @@ pub(super) struct Eye<'a> {
     pub speed: f64,
 }
 
-/// The ring and the rotor in it.
-struct RingEye<'a> {
-    part: &'a RingPart,
-    surface: Surface,
-    detector: Detector,
-    rotor_radius: f64,
-    place: [f64; 2],
-    gap: Option<Gap>,
-    displacement: [f64; 2],
-    field: Vec<f64>,
-}
-
 impl<'a> Eye<'a> {
     pub fn new(machine: &Machine, structure: &'a Structure, transient: &Transient) -> Self {
-        let ring = machine.diaphragms.first().zip(structure.rings.first().and_then(Option::as_ref));
-        let of_ring = |(diaphragm, part): (&bladeoff_model::machine::Diaphragm, &'a RingPart)| {
-            let contact = &diaphragm.contact;
-            let inner = contact.surface == ContactSurface::InnerFace;
-            let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-            RingEye {
-                part,
-                detector: Detector::new(surface),
-                surface,
-                rotor_radius: contact.rotor_radius,
-                place: [0.0; 2],
-                gap: None,
-                displacement: [0.0; 2],
-                field: vec![0.0; 4 * part.matrices.nodes],
-            }
-        };
         Self {
             shape: Shape::new(structure, transient.flight.spin(), transient.contact_step()),
             velocity: vec![0.0; structure.lateral.coordinates.nodal_size()],
-            ring: ring.map(of_ring),
+            ring: RingEye::new(machine, structure),
             structure,
             time: 0.0,
             angle: 0.0,
@@ -118,27 +88,6 @@ impl<'a> Eye<'a> {
             contacts: contact.as_slice(),
             energies,
         });
-    }
-}
-
-impl RingEye<'_> {
-    fn take(&mut self, place: [f64; 2], settled: &Settled) {
-        self.place = place;
-        self.part.part.coordinates.expand_head(&settled.amplitudes, &mut self.field);
-        if let Some(flexibility) = &self.part.residual {
-            for &(alpha, [radial, tangential]) in &settled.pressed {
-                let (element, xi) = self.surface.locate(alpha);
-                for (dof, r, t) in self.surface.shapes(element, xi) {
-                    let column = &column_of(flexibility, dof)[..self.field.len()];
-                    axpy(radial * r + tangential * t, column, &mut self.field);
-                }
-            }
-        }
-        let nearest = self.detector.closest(&self.field, settled.rotor);
-        let gap = exact_gap(&self.surface, Some(&self.field), self.rotor_radius, settled.rotor, nearest);
-        let point = self.surface.point(&self.field, gap.place.element, gap.place.xi);
-        self.displacement = [point.radial - self.surface.radius, point.tangential];
-        self.gap = Some(gap);
     }
 }
 

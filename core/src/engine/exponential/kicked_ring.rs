@@ -19,6 +19,42 @@ use crate::linalg::lanes::{LANES, Lane, flat, lanes_of};
 /// ([`super::foreseen`]).
 pub(super) const AHEAD: f64 = 2.0;
 
+/// How the truncated modes of a ring follow a train of impulses.
+///
+/// ```text
+/// x + b x' = R F,   C = a M + b K of the ring       first order in the time scale of a truncated mode; R: their static flexibility
+/// x(n+1) = R (s J_n - (s - 1) J_(n-1))/h            s = 2 - b/h, at least 1: the force of the time t(n+1) - b, linear in time
+/// ```
+/// A mode of frequency w and damping b w^2 follows a slow force with the lag b. Without this lag (s = 2) truncated modes are undamped, and friction drives the kept modes through them:
+/// a ring with 24 stiff blades then flutters as soon as the contact step is too small to damp it. Source: the first two terms of 1/(w^2 + i W c - W^2) in W, c = b w^2.
+/// Limit: b > h has the lag h. Damping in proportion to the mass (a) has a lag of a/w^2, which is neglected.
+/// Verified by `tests/exponential_fine_steps.rs`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Statics {
+    /// Contact step \[s\].
+    h: f64,
+    /// s.
+    ahead: f64,
+}
+
+impl Statics {
+    /// Impulses at intervals of `h` \[s\], and the stiffness-proportional damping b \[s\].
+    pub fn new(h: f64, lag: f64) -> Self {
+        Self { h, ahead: (AHEAD - lag / h).max(1.0) }
+    }
+
+    /// Force at n+1 per impulse at n: s/h \[1/s\].
+    pub fn gain(self) -> f64 {
+        self.ahead / self.h
+    }
+
+    /// Share of the preceding impulses that is subtracted: (s - 1)/s.
+    #[inline(always)]
+    pub fn before(self) -> f64 {
+        (self.ahead - 1.0) / self.ahead
+    }
+}
+
 /// Modes under way, by eights: those behind the last one are modes at rest that nothing moves.
 #[derive(Debug, Clone)]
 pub(super) struct KickedRing {

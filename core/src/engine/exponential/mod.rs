@@ -43,6 +43,7 @@ mod plane;
 mod point;
 mod propagator;
 mod remaining;
+mod ring_eye;
 mod rows;
 mod rub;
 mod run;

@@ -55,7 +55,7 @@ impl Moved {
         let mut closed = 0.0;
         for Pressed { place, force, .. } in pressed {
             let by = by_rows(&ring.left_out(at.index, place.index), place.polar);
-            closed += (AHEAD - 1.0) / AHEAD * force.normal * product(at.polar, by);
+            closed += ring.statics.before() * force.normal * product(at.polar, by);
         }
         closed
     }

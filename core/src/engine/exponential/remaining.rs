@@ -13,7 +13,6 @@
 use super::bound::length;
 use super::candidates::{BLOCK, Candidates};
 use super::foreseen::Foreseen;
-use super::kicked_ring::AHEAD;
 use super::moved::Moved;
 use super::plane::product;
 use super::point::{Point, Pressed};
@@ -144,7 +143,7 @@ impl Remaining {
         }
         for Pressed { place, force, .. } in struck.pressed {
             let [along, aside] = place.polar;
-            let less = -(AHEAD - 1.0) / AHEAD * force.normal;
+            let less = -struck.candidates.statics.before() * force.normal;
             let less = [along * less, aside * less];
             match self.pressing.iter_mut().find(|(index, _)| *index == place.index) {
                 Some((_, impulse)) => *impulse = [impulse[0] + less[0], impulse[1] + less[1]],
@@ -395,7 +394,7 @@ mod tests {
         let (part, contact) = (ring_of(&structure, 0).expect("a ring"), &machine.diaphragms[0].contact);
         let inner = contact.surface == ContactSurface::InnerFace;
         let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-        let whole = Candidates::new(part, &surface, ring.count() / surface.nodes, 1, 5e-6);
+        let whole = Candidates::new(part, &surface, ring.count() / surface.nodes, 1, ring.statics);
         assert_eq!([ring.sectors(), whole.sectors()], [8, 1]);
         let acting = [(7, [3.0, -1.0]), (120, [0.5, 2.0]), (ring.count() - 3, [-1.0, 0.5])];
         let (mut largest, mut off) = (0.0_f64, 0.0_f64);

@@ -12,6 +12,7 @@ use super::damped::Damped;
 use super::eye::{Ahead, Eye};
 use super::flight::Instant;
 use super::losses::{Losses, Taken};
+use super::ring_eye::RingEye;
 use super::settings::FlightSettings;
 use super::shaft_look::ShaftLook;
 use super::transient::{Done, Transient};
@@ -96,6 +97,8 @@ struct Run<'a> {
     apart: Option<Box<Apart>>,
     /// `None` where no material has a yield strength.
     yielding: Option<Yielding>,
+    /// The whole ring.
+    depth: Option<RingEye<'a>>,
     /// Once a follower has asked for an instant.
     eye: Option<Box<Eye<'a>>>,
     damped: Damped,
@@ -134,6 +137,7 @@ impl<'a> Run<'a> {
             rates: Vec::new(),
             apart: None,
             yielding,
+            depth: RingEye::new(machine, structure),
             eye: None,
             damped: Damped::default(),
         })
@@ -350,10 +354,11 @@ impl<'a> Run<'a> {
 
     /// Loads, the rotor in the ring, contact.
     fn record(&mut self, done: &Done, at: At, angle: f64, looks: bool, watch: Option<Watch>) {
+        let Self { transient, depth, .. } = self;
         let touch = done.impact.as_ref().map(|impact| Touch {
             normal: impact.normal / self.h,
             sticks: impact.sticks,
-            gap: impact.gap,
+            gap: depth.as_mut().map_or(impact.gap, |depth| depth.least_gap(impact, transient)),
             points: impact.points,
             reversed: impact.reversed,
             no_fixed_point: false,
