@@ -54,16 +54,14 @@ pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: 
     }
 }
 
-/// Path of what a file or a study sets of a limit; `None`: nothing but defaults.
+/// Path of a value of a limit that is not its default. A written-out default changes nothing, with or without its quantity.
 fn set_path(reader: &Reader<'_>, limit: Limit) -> Option<String> {
-    let table = format!("run.limit.{}", limit.word());
-    let changed = ["value", "on_exceed"].into_iter().map(|key| path(limit, key)).find(|path| {
+    ["value", "on_exceed"].into_iter().map(|key| path(limit, key)).find(|path| {
         let need = keys().iter().find(|key| key.path == path).map(|key| key.need);
         match need {
             Some(Need::Number(default)) => reader.number(path).is_some_and(|value| value != default),
             Some(Need::Word(default)) => reader.word(path).is_some_and(|word| word != default),
             _ => false,
         }
-    });
-    changed.or_else(|| reader.layout.tables.contains_key(&table).then_some(table))
+    })
 }
