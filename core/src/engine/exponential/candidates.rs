@@ -10,6 +10,7 @@ use super::ExponentialError;
 use super::bound::length;
 use super::kicked_ring::Statics;
 use super::rows::alls;
+use crate::engine::plan::CONTACT_FRACTION;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane, lanes_of};
 use crate::linalg::{Matrix, axpy, column_of};
@@ -304,7 +305,13 @@ pub(super) fn candidates(
         _ => (0, 0.0),
     };
     let sectors = if blades > 0 { blades } else { surface.nodes };
-    Ok(Candidates::new(part, &surface, per_element, sectors, Statics::new(h, lag)))
+    Ok(Candidates::new(part, &surface, per_element, sectors, Statics::new(h, lag * refinement(&modes, h))))
+}
+
+/// How much of the lag of the truncated modes a contact step takes: none at the default step, which damps them itself, all from half of it on.
+fn refinement(modes: &[(f64, f64)], h: f64) -> f64 {
+    let fastest = modes.iter().fold(0.0_f64, |most, &(square, _)| most.max(square)).sqrt();
+    (2.0 * CONTACT_FRACTION / (fastest * h) - 1.0).clamp(0.0, 1.0)
 }
 
 /// The flexible ring of a diaphragm.

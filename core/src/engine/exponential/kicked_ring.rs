@@ -27,6 +27,7 @@ pub(super) const AHEAD: f64 = 2.0;
 /// ```
 /// A mode of frequency w and damping b w^2 follows a slow force with the lag b. Without this lag (s = 2) truncated modes are undamped, and friction drives the kept modes through them:
 /// a ring with 24 stiff blades then flutters as soon as the contact step is too small to damp it. Source: the first two terms of 1/(w^2 + i W c - W^2) in W, c = b w^2.
+/// At the default contact step the step itself damps them: there b does not count, at half of it and below it counts whole.
 /// Limit: b > h has the lag h. Damping in proportion to the mass (a) has a lag of a/w^2, which is neglected.
 /// Verified by `tests/exponential_fine_steps.rs`.
 #[derive(Debug, Clone, Copy, PartialEq)]
