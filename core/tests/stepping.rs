@@ -113,6 +113,7 @@ fn a_rotor_that_leaves_its_ring_ends_there() {
             ("rotor.initial.velocity[0]", velocity),
             ("run.step", "1e-6"),
             ("run.engine", engine),
+            ("run.end_beyond", "off"),
         ];
         let row = run(machine_with(&text, &changes));
         assert_eq!(

@@ -5,7 +5,7 @@
 //! ```
 //! | limit | quantity | reference |
 //! |---|---|---|
-//! | `ring_displacement` | eccentricity at the ring less the gap | mean radius of a flexible ring, otherwise radius of the contact surface |
+//! | `ring_displacement` | eccentricity at a flexible ring less the gap | mean radius of the ring |
 //! | `ring_yield`, `blade_yield`, `shaft_yield` | stress | yield strength of the material |
 //! | `journal_clearance` | displacement of the journal | radial clearance of its bearing |
 //! | `unstable_rotor` | growth of a whirl mode's amplitude over one of its revolutions | 1 |
@@ -35,8 +35,8 @@ pub(crate) struct LimitRecorder {
     limits: [Watched; Limit::ALL.len()],
     /// The first exceeded limit with [`OnExceed::Beyond`], and when.
     beyond: Option<(Limit, At)>,
-    /// Radius that a ring's displacement is compared with, and its gap \[m\], for each diaphragm.
-    rings: Vec<[f64; 2]>,
+    /// Mean radius and gap \[m\] of each diaphragm; `None` without a flexible ring.
+    rings: Vec<Option<[f64; 2]>>,
     /// Time step: the earliest time at which a limit is reported \[s\].
     step: f64,
     /// Clearance of each bearing that has one \[m\], in the machine's order.
@@ -50,7 +50,7 @@ impl LimitRecorder {
             limits: machine.run.limits.map(watched),
             beyond: None,
             step,
-            rings: machine.diaphragms.iter().map(|ring| [reference_radius(ring), ring.contact.gap]).collect(),
+            rings: machine.diaphragms.iter().map(radius_and_gap).collect(),
             clearances: machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance).collect(),
         }
     }
@@ -74,7 +74,7 @@ impl LimitRecorder {
     /// Takes the square of the rotor's eccentricity in a ring \[m2\].
     #[inline]
     pub fn see_eccentricity(&mut self, ring: usize, square: f64, at: At) {
-        let Some([radius, gap]) = self.rings.get(ring).copied() else { return };
+        let Some([radius, gap]) = self.rings.get(ring).copied().flatten() else { return };
         let watched = &self.limits[Limit::RingDisplacement as usize];
         // one root where the ratio may grow
         let least = gap + watched.largest.unwrap_or(0.0) * watched.limit.value * radius;
@@ -135,12 +135,10 @@ impl LimitRecorder {
     }
 }
 
-/// Mean radius of a flexible ring, otherwise the radius of the contact surface \[m\].
-fn reference_radius(diaphragm: &Diaphragm) -> f64 {
+/// Mean radius and gap \[m\] of a flexible ring; a circle that does not move and a massless spring have no displacement of their own.
+fn radius_and_gap(diaphragm: &Diaphragm) -> Option<[f64; 2]> {
     match &diaphragm.kind {
-        DiaphragmKind::Flexible(stator) => stator.ring.mean_radius,
-        DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => {
-            diaphragm.contact.rotor_radius + diaphragm.contact.gap
-        }
+        DiaphragmKind::Flexible(stator) => Some([stator.ring.mean_radius, diaphragm.contact.gap]),
+        DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
     }
 }

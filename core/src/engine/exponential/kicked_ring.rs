@@ -23,12 +23,12 @@ pub(super) const AHEAD: f64 = 2.0;
 ///
 /// ```text
 /// x + b x' = R F,   C = a M + b K of the ring       first order in the time scale of a truncated mode; R: their static flexibility
-/// x(n+1) = R (s J_n - (s - 1) J_(n-1))/h            s = 2 - b/h, at least 1: the force of the time t(n+1) - b, linear in time
+/// x(n+1) = R (s J_n - (s - 1) J_(n-1))/h            s = 2 - b/h, b at most h: the force of the time t(n+1) - b, linear in time
 /// ```
 /// A mode of frequency w and damping b w^2 follows a slow force with the lag b. Without this lag (s = 2) truncated modes are undamped, and friction drives the kept modes through them:
 /// a ring with 24 stiff blades then flutters as soon as the contact step is too small to damp it. Source: the first two terms of 1/(w^2 + i W c - W^2) in W, c = b w^2.
 /// At the default contact step the step itself damps them: there b does not count, at half of it and below it counts whole.
-/// Limit: b > h has the lag h. Damping in proportion to the mass (a) has a lag of a/w^2, which is neglected.
+/// Limit: a lag above h is more than the last two impulses can show; there the truncated modes are undamped. Damping in proportion to the mass (a) has a lag of a/w^2, which is neglected.
 /// Verified by `tests/exponential_fine_steps.rs`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Statics {
@@ -41,7 +41,8 @@ pub(super) struct Statics {
 impl Statics {
     /// Impulses at intervals of `h` \[s\], and the stiffness-proportional damping b \[s\].
     pub fn new(h: f64, lag: f64) -> Self {
-        Self { h, ahead: (AHEAD - lag / h).max(1.0) }
+        let shown = if lag > h { 0.0 } else { lag };
+        Self { h, ahead: AHEAD - shown / h }
     }
 
     /// Force at n+1 per impulse at n: s/h \[1/s\].

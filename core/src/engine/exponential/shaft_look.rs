@@ -60,6 +60,8 @@ impl ShaftLook {
         let Self { torsion, lacking, moments, bounds, .. } = self;
         torsion.times(flight.spin().twist(), moments);
         axpy(flight.spin().blow(), lacking, moments);
+        // without torsional modes there is no torsional moment
+        moments.resize(recorders.elements(), 0.0);
         recorders.see_torsion(moments, at);
         flight.bounds(bounds);
         let blocks = recorders.elements().div_ceil(BESIDE);

@@ -31,7 +31,7 @@ pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: 
     };
     for limit in Limit::ALL {
         let (has, needed) = match limit {
-            Limit::RingDisplacement => (!diaphragms.is_empty(), "a diaphragm"),
+            Limit::RingDisplacement => (of_rings(&|_, _| true), "a diaphragm with a flexible ring"),
             Limit::RingYield => {
                 (of_rings(&|_, strength| strength.is_some()), "diaphragms.NAME.material.yield_strength")
             }

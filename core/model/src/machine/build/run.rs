@@ -14,7 +14,7 @@ const BALANCE_OF_EXPONENTIAL: f64 = 1e-5;
 
 /// Fewest equivalent steps of a contact phase, where the machine names none: below, the step changes impulse and filtered force by more than about 5 %
 /// (docs/theory/convergence.md). Impulses on exact propagation need a third of the steps of central differences.
-const IMPACT_STEPS: f64 = 64.0;
+const IMPACT_STEPS: f64 = 32.0;
 const IMPACT_STEPS_OF_EXPONENTIAL: f64 = 20.0;
 
 pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
