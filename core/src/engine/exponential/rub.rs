@@ -13,8 +13,8 @@
 use super::ExponentialError;
 use super::candidates::{Candidates, beside, modes, parabola, ring_of};
 use super::foreseen::Foreseen;
-use super::kick::Kick;
 use super::impact::{FreeStep, Impact, SurfaceTurn};
+use super::kick::Kick;
 use super::kicked_ring::{AHEAD, KickedRing, RingFlight};
 use super::moved::Moved;
 use super::plane::{across, product, turned};
