@@ -19,7 +19,7 @@
 use super::kick::Kick;
 use super::spin::Spin;
 
-/// What a step's contact does.
+/// Impulses and works of the contact of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Impact {
     /// Impulse on the rotor, in the machine's axes \[N s\], and of the friction's torque \[N m s\].
@@ -37,7 +37,7 @@ pub(super) struct Impact {
     pub points: usize,
     pub sticks: bool,
     pub reversed: bool,
-    /// Of the place that presses most: angle \[rad\], slip \[m/s\].
+    /// Angle and slip at the place with the largest normal impulse: \[rad\], \[m/s\].
     pub angle: f64,
     pub slip: f64,
 }
