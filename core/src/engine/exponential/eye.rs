@@ -3,10 +3,11 @@
 //! In flight an instant between two steps is that of a copy which goes on in contact steps: nothing that is seen changes the run.
 
 use super::flight::Flight;
+use super::impact::Impact;
 use super::kicked_ring::KickedRing;
 use super::point::Settled;
 use super::ring_eye::RingEye;
-use super::rub::{Impact, Rub};
+use super::rub::Rub;
 use super::shape::Shape;
 use super::transient::Transient;
 use crate::record::{ContactFrame, Energies, Follower, Frame};

@@ -24,6 +24,7 @@ mod foreseen;
 mod forms;
 mod grid;
 mod gyration;
+mod impact;
 mod kick;
 mod kicked_ring;
 mod loaded;

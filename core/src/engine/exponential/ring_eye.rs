@@ -3,8 +3,8 @@
 //! The ring has the static displacement of the last impulses alone, as a follower is shown it: the conditions of a step hold at candidates, and with the force foreseen at n+1
 //! ([`super::foreseen`]). The least gap here is therefore also a measure of how much the forces change from step to step.
 
+use super::impact::Impact;
 use super::point::Settled;
-use super::rub::Impact;
 use super::transient::Transient;
 use crate::contact::{Detector, Gap, exact_gap};
 use crate::linalg::{axpy, column_of};

@@ -3,7 +3,7 @@
 //! ```text
 //! impulses (J_n, J_t) at n,  g >= 0 at n+1 along the ring,  J_n >= 0,  J_n g = 0,  |J_t| <= mu J_n                        (1)
 //! g_k = g_k(free) + n_k.(D_kl (J_n n_l + J_t t_l))                     D: rotor and ring by an impulse at n, statics of trains included
-//! works at n   J_n g', J_t s',  g' and s' the means of the rates before and after the impulses                             (2)
+//! works at n   J_n g', J_t s',  g' and s' the means of the rates before and after the impulses ([`super::impact`])                         (2)
 //! ```
 //! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
 //! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
@@ -13,6 +13,7 @@
 use super::ExponentialError;
 use super::candidates::{Candidates, beside, modes, parabola, ring_of};
 use super::foreseen::Foreseen;
+use super::impact::{FreeStep, Impact, SurfaceTurn};
 use super::kick::Kick;
 use super::kicked_ring::{AHEAD, KickedRing, RingFlight};
 use super::moved::Moved;
@@ -20,7 +21,6 @@ use super::plane::{across, product, turned};
 use super::point::{Point, Pressed, Settled};
 use super::remaining::{Remaining, Struck};
 use super::rows::{PointRows, Step, add_two, along_both, each_along, write_rows};
-use super::spin::Spin;
 use super::survey::{Place, Survey};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -62,42 +62,7 @@ pub(super) struct Rub {
     now: usize,
     /// What pressed in the last step, and where, and the slots of its rows.
     pressed: Vec<Pressed>,
-}
-
-/// What a step's contact does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Impact {
-    /// Impulse on the rotor, in the machine's axes \[N s\], and of the friction's torque \[N m s\].
-    pub on_rotor: [f64; 2],
-    pub torque: f64,
-    /// Sums of normal and tangential impulses \[N s\], works of friction and of normal impulses, taken out \[J\].
-    pub normal: f64,
-    pub tangential: f64,
-    pub friction_work: f64,
-    pub normal_work: f64,
-    /// Least gap that is left \[m\].
-    pub gap: f64,
-    pub points: usize,
-    pub sticks: bool,
-    pub reversed: bool,
-    /// Of the place that presses most: angle \[rad\], slip \[m/s\].
-    pub angle: f64,
-    pub slip: f64,
-}
-
-/// The step without contact.
-pub(super) struct FreeStep<'a> {
-    /// Places of the rotor at n and n+1, its velocity at n, in the machine's axes.
-    pub from: [f64; 2],
-    pub to: [f64; 2],
-    pub velocity: [f64; 2],
-    pub kick: &'a Kick,
-    /// Turn of the rotor's surface over the step \[rad\], and per angular impulse; its rate at n \[rad/s\], and the jump of that per angular impulse.
-    pub turn: f64,
-    pub rolling: f64,
-    pub rate: f64,
-    pub jump: f64,
-    pub spin: &'a Spin,
+    surface: SurfaceTurn,
 }
 
 impl Rub {
@@ -152,6 +117,7 @@ impl Rub {
             points: Vec::with_capacity(POINTS),
             forces: Vec::with_capacity(POINTS),
             pressed: Vec::with_capacity(POINTS),
+            surface: SurfaceTurn::default(),
         })
     }
 
@@ -182,6 +148,7 @@ impl Rub {
             self.flights.push(self.ring.flight(h * shorter));
         }
         self.ring.fly(&self.flights[level]);
+        self.surface.forget();
         if !self.pressed.is_empty() {
             self.forget();
         }
@@ -209,7 +176,10 @@ impl Rub {
         loop {
             let found = match self.gather::<V>(free, &moved) {
                 Some(found) => self.press::<V>(found, free, &moved),
-                None if self.pressed.is_empty() => return Ok(None),
+                None if self.pressed.is_empty() => {
+                    self.surface.take(free.turn, self.h);
+                    return Ok(None);
+                }
                 None => None,
             };
             match found {
@@ -397,7 +367,9 @@ impl Rub {
         // (2)
         let (jump, more) = (free.kick.jump, free.spin.answer(torque, &free.kick.at_unbalances));
         let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], on_rotor) + more[i])));
-        let rolling = self.radius * (free.rate + 0.5 * free.jump * torque);
+        let rate = free.rate + 0.5 * free.jump * torque;
+        let turns = self.surface.take(free.turn + free.rolling * torque, self.h).unwrap_or(rate);
+        let rolling = self.radius * turns;
         let mut impact = Impact {
             on_rotor,
             torque,
@@ -405,6 +377,7 @@ impl Rub {
             tangential: 0.0,
             friction_work: 0.0,
             normal_work: 0.0,
+            damped_work: torque * (turns - rate),
             gap: left,
             points: 0,
             sticks: true,

@@ -397,6 +397,7 @@ impl<'a> Run<'a> {
         if let Some(impact) = &done.impact {
             now.friction += impact.friction_work;
             now.normal += impact.normal_work;
+            now.structure += impact.damped_work;
         }
         if let Some(contact) = &self.transient.contact {
             now.stator += match done.level {

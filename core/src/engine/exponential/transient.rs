@@ -9,8 +9,9 @@
 use super::ExponentialError;
 use super::bound::length;
 use super::flight::Flight;
+use super::impact::{FreeStep, Impact};
 use super::missed::Watched;
-use super::rub::{FreeStep, Impact, Rub};
+use super::rub::Rub;
 use super::settings::{FlightSettings, LEVELS};
 use super::shared::candidates_of;
 use super::spin::Blow;
