@@ -111,7 +111,7 @@ fn a_failed_twin_is_said() {
         run(machine_with(
             &format!(
                 "schema = 1\nname = \"whirl\"\n[rotor]\nkind = \"point-mass\"\nmass = 10.0\npolar_inertia = 1.0\ninitial_speed = 90.0\n\
-                 [rotor.speed_law]\nacceleration = 0\n[rotor.bearings.support]\nstiffness = 1e5\ndamping = 20.0\n\
+                 [rotor.speed_law]\nacceleration = 0\n[rotor.bearings.support]\nstiffness = 1e5\ndamping = 20.0\nclearance = 2.5e-3\n\
                  [rotor.unbalances.residual]\nmass = 0.1\nradius = 0.05\npresent = \"before\"\n[diaphragms.stop]\nkind = \"rigid\"\n\
                  [diaphragms.stop.contact]\nrotor_radius = 0.05\ngap = {gap:?}\nfriction = 0.1\n[run]\nend_time = 0.5\ntwin = {twin}\n"
             ),
@@ -173,12 +173,12 @@ fn a_twin_can_be_ended() {
 #[test]
 fn a_rub_that_a_millionth_of_the_speed_decides_is_said() {
     let text = "schema = 1\nname = \"caught or not\"\n[rotor]\nkind = \"point-mass\"\nmass = 10.0\npolar_inertia = 0.1\n\
-        initial_speed = 50.0\n[rotor.speed_law]\nacceleration = 0\n[rotor.bearings.support]\nstiffness = 1e5\ndamping = 20.0\n\
+        initial_speed = 50.0\n[rotor.speed_law]\nacceleration = 0\n[rotor.bearings.support]\nstiffness = 1e5\ndamping = 20.0\nclearance = 2.5e-3\n\
         [rotor.unbalances.blade]\nmass = 0.3\nradius = 0.02\n[diaphragms.stop]\nkind = \"radial-spring\"\nstiffness = 1e6\n\
         [diaphragms.stop.contact]\nrotor_radius = 0.05\ngap = 3e-4\nfriction = 0.6\n[run]\nend_time = 1.5\nstep = 4e-5\n";
     let limited = |speed: f64, twin: f64, on_exceed: &str| {
         let (speed, twin) = (format!("{speed:?}"), format!("{twin:?}"));
-        let limit = ("run.limit.ring_displacement.on_exceed", on_exceed);
+        let limit = ("run.limit.journal_clearance.on_exceed", on_exceed);
         let row = run(machine_with(text, &[("rotor.initial_speed", &speed), ("run.twin", &twin), limit]));
         assert!(row.value("impacts") > 0.0, "it touches at {speed} rad/s");
         row
