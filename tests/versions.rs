@@ -131,8 +131,8 @@ fn one_of_each(directory: &Directory) -> Vec<(String, String, String)> {
 }
 
 #[test]
-fn directories_of_earlier_builds_are_read() {
-    for version in versions() {
+fn directories_of_this_format_are_read() {
+    for version in of_these_numerics() {
         for (name, state) in [("halfway", "ended"), ("complete", "complete")] {
             let directory = Directory::new(&version, name);
             let status = directory.status();
@@ -146,6 +146,33 @@ fn directories_of_earlier_builds_are_read() {
                 assert!(why.out.contains(&status) && why.out.contains(&cause), "{status} {cause}: {}", why.out);
                 assert_eq!(cause.is_empty(), status == "ok");
             }
+        }
+    }
+}
+
+/// Rows of an earlier format have no limits of the model: nothing of such a directory is read as if it were today's, and nothing in it changes.
+#[test]
+fn directories_of_an_earlier_format_are_rejected_by_name() {
+    let current = of_these_numerics();
+    let earlier: Vec<PathBuf> = versions().into_iter().filter(|version| !current.contains(version)).collect();
+    assert!(!earlier.is_empty(), "a directory of an earlier format");
+    for version in earlier {
+        for name in ["halfway", "complete"] {
+            let directory = Directory::new(&version, name);
+            let before = directory.bytes("ledger.redb");
+            for command in [
+                vec!["run", &*directory.study, "--out", &directory.out, "--workers", "1"],
+                vec!["export", &directory.out, "--csv"],
+                vec!["why", &directory.out, "0"],
+                vec!["replay", &directory.out, "--sample", "0"],
+                vec!["report", &directory.out, "--out", "report.html"],
+            ] {
+                let said = say(&command);
+                assert_eq!(said.code, 3, "{command:?}: {}", said.err);
+                assert!(said.err.contains("written by another version of the program"), "{command:?}: {}", said.err);
+                assert!(said.err.contains("another --out"), "{command:?}: {}", said.err);
+            }
+            assert!(directory.bytes("ledger.redb") == before, "the record is as it was");
         }
     }
 }

@@ -165,12 +165,8 @@ fn energies_one_by_one_balance_on_skew_bearings() {
 #[test]
 fn energies_of_shown_instants_balance() {
     for (gap, friction, end, eccentricity) in [("4 mm", "0.2", "1.15 s", 0.03), ("5 mm", "0.15", "0.5 s", 5e-3)] {
-        let changes = [
-            ("run.end_time", end),
-            ("contact.gap", gap),
-            ("contact.friction", friction),
-            ("run.end_beyond", "off"),
-        ];
+        let changes =
+            [("run.end_time", end), ("contact.gap", gap), ("contact.friction", friction), ("run.end_beyond", "off")];
         let machine = of_engine(machine_with(&study_machine("lp_turbine"), &changes), 4.9e-5);
         let (mut start, mut error, mut shown) = (None, 0.0_f64, 0);
         let row = run_seen(
@@ -273,12 +269,8 @@ fn whips_on_anisotropic_bearings_balance_their_energies() {
     for stiffness in ["[[6e8, 0.0], [0.0, 4e8]]", "[[6e8, 1e8], [1e8, 4e8]]"] {
         let changed = text.replacen("stiffness = \"6e8 N/m\"", &format!("stiffness = {stiffness}"), 1);
         assert_ne!(changed, text, "a bearing is changed");
-        let changes = [
-            ("run.end_time", "1 s"),
-            ("contact.gap", "4 mm"),
-            ("contact.friction", "0.3"),
-            ("run.end_beyond", "off"),
-        ];
+        let changes =
+            [("run.end_time", "1 s"), ("contact.gap", "4 mm"), ("contact.friction", "0.3"), ("run.end_beyond", "off")];
         let ours = exponential(machine_with(&changed, &changes), 4.9e-5);
         assert!(ours.value("backward_whirl_time_s") > 0.3 && ours.value("end_speed_rad_s") < 4.0, "whip");
         println!("{stiffness}: energy error {:e}", ours.value("energy_error"));
@@ -406,11 +398,8 @@ fn whips_on_strongly_damped_bearings_balance_their_energies() {
 /// Friction of 0.5, the ring's small displacements left far behind: what is left of the run is bounded and of the turbine's size.
 #[test]
 fn whip_at_high_friction_is_bounded() {
-    let changes = [
-        ("run.end_time", "4 s"),
-        ("contact.friction", "0.5"),
-        ("run.limit.ring_displacement.on_exceed", "note"),
-    ];
+    let changes =
+        [("run.end_time", "4 s"), ("contact.friction", "0.5"), ("run.limit.ring_displacement.on_exceed", "note")];
     let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 2.7e-5);
     assert!(ours.value("max_eccentricity_m") > 0.05, "whip: {}", ours.value("max_eccentricity_m"));
     let (force, energy) = (ours.value("max_contact_force_N"), ours.value("friction_energy_J"));

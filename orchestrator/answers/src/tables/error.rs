@@ -42,7 +42,7 @@ pub enum TableError {
     #[error(transparent)]
     Threads(#[from] bladeoff_system::threads::ThreadsError),
     /// The file has no schema version, or one that this program does not know.
-    #[error("{} is not a result table of schema version {SCHEMA_VERSION} (it says {found:?})", shown(path))]
+    #[error("{} was written by another version of the program (table schema {}, this one's {SCHEMA_VERSION}): compute the study again with another --out, or read it with that version", shown(path), found.as_deref().unwrap_or("unknown"))]
     Version {
         /// The table.
         path: PathBuf,
