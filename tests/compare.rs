@@ -298,9 +298,9 @@ fn names_and_values_from_outside_stay_in_their_line() {
     assert!(gone.code == 3 && gone.err.contains("gone\\u{a}INJECTED"), "{} {}", gone.code, gone.err);
 }
 
-/// A result directory of an earlier build, copied.
-fn earlier(folder: &Folder, name: &str) -> String {
-    let from = root().join("tests/fixtures/0.1.0-171b3d2").join(name);
+/// A result directory of the present format, copied.
+fn fixture(folder: &Folder, name: &str) -> String {
+    let from = root().join("tests/fixtures/0.1.0-f61d223").join(name);
     copy(&from, &folder.path(name));
     folder.name(name)
 }
@@ -320,7 +320,7 @@ fn copy(from: &Path, to: &Path) {
 #[test]
 fn a_table_alone_and_a_study_half_done_are_compared_for_what_they_are() {
     let folder = Folder::new();
-    let (whole, half) = (earlier(&folder, "complete"), earlier(&folder, "halfway"));
+    let (whole, half) = (fixture(&folder, "complete"), fixture(&folder, "halfway"));
     let alone = folder.name("copied.parquet");
     fs::copy(folder.path("complete/results.parquet"), &alone).expect("copied");
     let load = ["--tolerance", "max_bearing_load_N 0"];

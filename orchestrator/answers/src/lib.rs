@@ -22,6 +22,7 @@ pub mod map;
 pub mod page;
 pub mod report;
 pub mod sensitivity;
+mod share;
 pub mod stop;
 pub mod table1;
 pub mod tables;

@@ -22,6 +22,7 @@ mod eye;
 mod flight;
 mod foreseen;
 mod forms;
+mod free_run;
 mod grid;
 mod gyration;
 mod impact;
@@ -64,7 +65,8 @@ mod twist;
 mod within;
 mod yielding;
 
-pub use flight::{Flight, FreeRun, free_run};
+pub use flight::Flight;
+pub use free_run::{FreeRun, free_run};
 pub use settings::FlightSettings;
 pub use shared::same_bases;
 pub use transient::{RubbingRun, rubbing_run};

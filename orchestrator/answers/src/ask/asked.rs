@@ -3,7 +3,7 @@
 use super::answer::{Answer, Answers, SCHEMA};
 use super::mapped::answers_of;
 use super::question::{Ask, Figure, Question};
-use super::scale::{Scale, percent, percent_given};
+use super::scale::Scale;
 use super::sensitive::sensitivities;
 use super::sentence::{By, of_curve, sentence};
 use super::wording::{CONDITION, LEFT_OUT, NO_LEVEL, kind, note_empty, note_undefined, subject, with_unit};
@@ -20,6 +20,7 @@ use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
 use crate::map::maps;
+use crate::share::{percent, percent_given};
 use bladeoff_model::outcome::Status;
 
 /// Answers to a question, one for each group, and its curve.

@@ -1,11 +1,12 @@
 //! A map in words: where it is worst, how much of it an event reaches.
 
 use super::answer::Answer;
-use super::scale::{Scale, percent};
+use super::scale::Scale;
 use super::sentence::counted;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::known::Bad;
 use crate::map::{Cell, Map, Of, Shows, Wanted};
+use crate::share::percent;
 use bladeoff_model::document::units::format_digits;
 
 /// "max_bearing_load_N over gap_m and friction, a panel for each detection".

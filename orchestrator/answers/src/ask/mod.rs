@@ -18,12 +18,13 @@ mod streamed;
 mod wording;
 
 pub use crate::estimate::formula::Known;
+pub(crate) use crate::share::percent;
+pub use crate::share::percent_given;
 pub use answer::{Answer, Answers, OfRegime, SCHEMA, Sensitivities, is_of_group};
 pub use asked::{Answered, answer, answer_all, answer_each, collected};
 pub use method::{Sensitivity, SensitivityMethod};
 pub use question::{Ask, CONFIDENCE, Figure, Given, Names, Problem, Question, QuestionDef};
-pub(crate) use scale::percent;
-pub use scale::{Scale, percent_given};
+pub use scale::Scale;
 pub(crate) use sentence::{counted, prefix};
 pub use streamed::{Streamed, Whole};
 pub use wording::in_words;

@@ -1,43 +1,11 @@
 //! How a number reads: as a share, or in a unit.
 
+use crate::share::{percent, percent_with};
 use bladeoff_model::document::units::format_digits;
 
 /// Digits of a value in a unit; and so many more at most where two would read the same.
 const DIGITS: usize = 4;
 const MOST_MORE: usize = 5;
-
-/// A share as a person reads it: two digits of what it is away from 0 or from 1, whichever is less, so that 0.9963 is not 100 %.
-#[must_use]
-pub fn percent(share: f64) -> String {
-    percent_with(share, 2)
-}
-
-fn percent_with(share: f64, digits: usize) -> String {
-    let rest = 100.0 * (1.0 - share.abs());
-    if rest <= 0.0 || rest >= 10.0 {
-        return format!("{} %", format_digits(100.0 * share, "", digits));
-    }
-    let places = digits - 1 + usize::try_from(-libm::floor(libm::log10(rest)) as i32).unwrap_or(0);
-    let text = format!("{:.*}", places.min(12), 100.0 * share);
-    format!("{} %", not_all(text.trim_end_matches('0').trim_end_matches('.'), share))
-}
-
-/// The digits of a share in per cent, but for one that they would round to all: that with every digit it has.
-fn not_all(text: &str, share: f64) -> String {
-    let shortest = format!("{}", share.abs());
-    match shortest.strip_prefix("0.").and_then(|digits| digits.split_at_checked(2)) {
-        Some((whole, rest)) if text.trim_start_matches('-') == "100" && share.abs() < 1.0 => {
-            format!("{}{whole}.{rest}", if share < 0.0 { "-" } else { "" })
-        }
-        _ => text.to_owned(),
-    }
-}
-
-/// A share that somebody gave, with its digits: 0.975 is not 98 %.
-#[must_use]
-pub fn percent_given(share: f64) -> String {
-    format!("{} %", not_all(&format_digits(100.0 * share, "", 12), share))
-}
 
 /// How a number of a question reads: a share, or in its unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +41,7 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::share::percent_given;
 
     #[test]
     fn a_share_next_to_all_is_not_all() {

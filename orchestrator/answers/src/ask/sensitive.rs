@@ -6,7 +6,7 @@
 use super::answer::{Answer, OfRegime, Sensitivities};
 use super::method::{Sensitivity, SensitivityMethod};
 use super::question::{Check, Question, QuestionDef, near};
-use super::scale::{Scale, percent, percent_given};
+use super::scale::Scale;
 use super::sentence::{counted, prefix};
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::{Cells, Design, Group, InputError, Layout, Study};
@@ -15,6 +15,7 @@ use crate::map::REGIME;
 use crate::sensitivity::{
     Given, Index, Indices, Input, OfParameter, Parts, Regime, by_regime, given_data, morris, regimes, sobol, warning,
 };
+use crate::share::{percent, percent_given};
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::outcome::Status;
 

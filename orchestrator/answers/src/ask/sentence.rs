@@ -1,10 +1,11 @@
 //! An answer in words.
 
 use super::answer::Answer;
-use super::scale::{Scale, percent_given};
+use super::scale::Scale;
 use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
 use crate::estimate::known::Bad;
+use crate::share::percent_given;
 use bladeoff_model::document::units::format_digits;
 
 /// A count with its word.

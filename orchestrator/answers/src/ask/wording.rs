@@ -2,8 +2,8 @@
 
 use super::mapped::map_in_words;
 use super::question::{Ask, Figure, Question};
-use super::scale::percent_given;
 use super::sentence::counted;
+use crate::share::percent_given;
 
 /// The word of a figure.
 pub(super) fn kind(figure: &Figure) -> &'static str {

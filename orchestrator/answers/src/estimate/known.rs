@@ -107,7 +107,7 @@ impl Bad {
             return String::new();
         }
         let share = (self.of - self.all) as f64 / self.of.max(1) as f64;
-        format!(" of runs inside the model ({})", crate::ask::percent(share))
+        format!(" of runs inside the model ({})", crate::share::percent(share))
     }
 }
 

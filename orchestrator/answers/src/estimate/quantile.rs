@@ -14,7 +14,7 @@ use super::known::{Bad, Values};
 use super::limits::{lower_order, upper_order, wilks};
 use super::order::Order;
 use super::scheme::{FEW, Scheme};
-use crate::ask::percent;
+use crate::share::percent;
 use bladeoff_model::document::units::format_digits;
 
 /// A rank of n u that rounding does not move beyond a whole number.
