@@ -193,6 +193,7 @@ fn rings_pushed_beyond_small_displacements_are_said_wherever_numbers_are() {
     let study = folder.write(
         "whips.toml",
         "schema = 1\nname = \"whips\"\nmachine = \"turbine.toml\"\n[set]\n\"run.end_time\" = \"0.3 s\"\n\
+             \"run.limit.ring_displacement.on_exceed\" = \"note\"\n\
              [design]\nkind = \"monte-carlo\"\nsamples = 2\n[[uncertain]]\npath = \"contact.gap\"\ndistribution = \"uniform\"\n\
              lower = \"4 mm\"\nupper = \"4.2 mm\"\n[[vary]]\npath = \"contact.friction\"\nvalues = [0.5, 0.05]\n\
              [[question]]\nname = \"loads\"\nprobability = \"max_bearing_load_N > 1 MN\"\n\
@@ -201,7 +202,11 @@ fn rings_pushed_beyond_small_displacements_are_said_wherever_numbers_are() {
     let out = folder.name("whips");
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
     assert_eq!(run.code, 0, "{}", run.err);
-    assert!(run.out.contains("hyp2             4             4   4  0        0"), "all touch, all are ok: {}", run.out);
+    assert!(
+        run.out.contains("hyp2             4             4   4  0       0        0"),
+        "all touch, all are ok: {}",
+        run.out
+    );
     let said =
         "2 of 4 rows with status ok pushed a ring beyond small displacements (by more than 5 % of its radius; sample ";
     assert!(run.out.contains(said) && run.out.contains("mm, 27 %)"), "{}", run.out);

@@ -44,6 +44,7 @@ fn a_study_gives_a_table_with_its_parameters_status_and_quantities() {
         "cause",
         "causes",
         "end_cause",
+        "notes",
         "end_time_s",
     ];
     assert_eq!(header[..start.len()], start);

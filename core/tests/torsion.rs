@@ -29,7 +29,6 @@ fn agree([ours, full]: &[Row; 2], within: &[(usize, f64)]) {
     for &(section, within) in within {
         let moments = [ours, full].map(|row| moment(row, section));
         let error = moments[0] / moments[1] - 1.0;
-        println!("section {section}: {moments:?} N m, {error:+.1e}");
         assert!(error.abs() < within, "section {section}: {moments:?} N m, {error:+.1e}");
     }
 }
@@ -68,7 +67,6 @@ fn moments_of_other_heavy_unbalances_are_those_of_the_full_engine() {
         &[(&d0, "4000"), (&d3, "2200")],
     ];
     for changes in variants {
-        println!("{changes:?}");
         let rows = both(HEAVY, &[&[("run.end_time", "0.012 s")], changes].concat());
         let largest = rows[1].value("max_torsional_moment_Nm");
         let loaded: Vec<_> = (0..5).filter(|&at| moment(&rows[1], at) > 0.05 * largest).map(|at| (at, 0.01)).collect();

@@ -37,6 +37,8 @@ pub(crate) struct LimitRecorder {
     beyond: Option<(Limit, At)>,
     /// Mean radius and gap \[m\] of each diaphragm; `None` without a flexible ring.
     rings: Vec<Option<[f64; 2]>>,
+    /// What was reached has been kept at the limit ([`super::Recorders::judge`]).
+    kept: bool,
     /// Time step: the earliest time at which a limit is reported \[s\].
     step: f64,
     /// Clearance of each bearing that has one \[m\], in the machine's order.
@@ -49,6 +51,7 @@ impl LimitRecorder {
         Self {
             limits: machine.run.limits.map(watched),
             beyond: None,
+            kept: false,
             step,
             rings: machine.diaphragms.iter().map(radius_and_gap).collect(),
             clearances: machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance).collect(),
@@ -96,6 +99,19 @@ impl LimitRecorder {
     /// The first exceeded limit that takes the run beyond the model, and when.
     pub fn beyond(&self) -> Option<(Limit, At)> {
         self.beyond
+    }
+
+    /// Whether the run has exceeded such a limit since it was last judged.
+    #[inline]
+    pub fn is_newly_beyond(&self) -> bool {
+        self.beyond.is_some() && !self.kept
+    }
+
+    /// Whether values still count as reached inside the model; the step that exceeds the limit is the last one.
+    pub fn keeps(&mut self) -> bool {
+        let keeps = !self.kept;
+        self.kept |= self.beyond.is_some();
+        keeps
     }
 
     /// Whether the run ends here, by `run.end_beyond`.

@@ -283,15 +283,15 @@ impl Recorders {
     /// while they did. Judged with the energy balance, every few steps: what was reached since the last time is left out where a guard breaks.
     #[inline]
     pub fn guard(&mut self, step: u64, machine: &Machine, structure: &Structure) {
-        if EnergyBalance::judges(step) {
+        if EnergyBalance::judges(step) || self.limits.is_newly_beyond() {
             self.judge(machine, structure);
         }
     }
 
     /// Judges the run where an engine says so.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
-        // a run that goes on beyond the model has reached nothing more that its guards vouch for
-        let inside = machine.run.end_beyond || self.limits.beyond().is_none();
+        // what follows a limit is not reached inside the model, whether the run ends there or not
+        let inside = self.limits.keeps();
         if self.guards.hold(&self.energies, &self.rings, machine, structure) && inside {
             self.loads.hold();
             self.stresses.hold();

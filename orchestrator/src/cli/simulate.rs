@@ -24,7 +24,8 @@ use std::time::Instant;
 
 /// Compute one blade-off transient and say what came out
 ///
-/// The run ends when the rotor has stopped, at `run.end_time`, at `run.end_speed` or with a failure. A run that
+/// The run ends when the rotor has stopped, at `run.end_time`, at `run.end_speed`, at a limit of the model or with a
+/// failure. A run that exceeds a limit (`run.limit`) is `beyond`: a warning names it, and the exit code is 0. A run that
 /// finished but breaks the validity guard (slip reversal, energy, penetration) is `invalid`: its values are shown, a
 /// warning says why they are not to be believed, and the exit code is 0. A run that ended early is `failed`: the values
 /// up to then are shown and the exit code is 4.

@@ -39,6 +39,7 @@ pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError
 /// After a run, until the process ends: hands every further signal to `on_signal`, on a thread of its own. Without it they would be
 /// caught and forgotten.
 pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
+    let (listening, listens) = std::sync::mpsc::channel::<()>();
     let body = move || {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
         let (send, mut events) = unbounded_channel();
@@ -47,6 +48,7 @@ pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
             if !matches!(guarded(|| watch(&send)), Some(Ok(()))) {
                 return;
             }
+            drop(listening);
             while let Some(event) = events.recv().await {
                 if let Event::Signal(signal) = event {
                     on_signal(signal);
@@ -56,6 +58,8 @@ pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
     };
     // Without the thread signals are ignored, as long as the tables take.
     let _ = std::thread::Builder::new().name("signals".into()).spawn(body);
+    // a signal that arrives after this call finds its handler; the thread drops the sender in every case
+    let _ = listens.recv();
 }
 
 fn forward(kind: SignalKind, events: &UnboundedSender<Event>, event: fn() -> Event) -> Result<(), DispatchError> {

@@ -155,9 +155,10 @@ fn label(column: &Column) -> &str {
 fn status_line(outcome: &Outcome) -> String {
     match outcome.status {
         Status::Ok => "ok".to_owned(),
-        Status::Beyond => {
-            "beyond the model: a limit was exceeded; the values are lower bounds of what would follow".to_owned()
+        Status::Beyond if outcome.end_cause == EndCause::Limit => {
+            "beyond the model: the run ended at a limit; its values are lower bounds of what would follow".to_owned()
         }
+        Status::Beyond => "beyond the model: values after `beyond_s` are not those of this machine".to_owned(),
         Status::Invalid => "invalid: finished, but not to be believed".to_owned(),
         Status::Failed => "failed: ended early; the values are those up to then".to_owned(),
         Status::Quarantined => "quarantined: given up".to_owned(),

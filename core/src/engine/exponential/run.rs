@@ -334,6 +334,9 @@ impl<'a> Run<'a> {
         if !(speed + done.place[0] + done.place[1]).is_finite() {
             return Err(Cause::NonFinite);
         }
+        if self.recorders.limits.is_newly_beyond() {
+            self.recorders.judge(self.machine, self.structure);
+        }
         let run = &self.machine.run;
         let stopped = speed <= 0.0;
         self.speed = if stopped { 0.0 } else { speed };
