@@ -245,9 +245,9 @@ impl Forecasts {
 mod tests {
     use super::*;
     use bladeoff_answers::ask::{Answers, SCHEMA};
+    use bladeoff_answers::estimate::bad::Bad;
     use bladeoff_answers::estimate::figures::Method;
     use bladeoff_answers::estimate::input::Group;
-    use bladeoff_answers::estimate::known::Bad;
     use bladeoff_answers::stop::looks;
 
     fn told(values: &Value) -> Option<f64> {

@@ -2,8 +2,8 @@
 
 use super::forecast::group_in_words;
 use bladeoff_answers::ask::Answer;
+use bladeoff_answers::estimate::bad::Bad;
 use bladeoff_answers::estimate::figures::Figures;
-use bladeoff_answers::estimate::known::Bad;
 use bladeoff_answers::stop::{Hindrance, Precision, StopRule};
 
 /// The numbers of an answer that are not precise enough, and why; `only_hindered`: those that no further point makes so.

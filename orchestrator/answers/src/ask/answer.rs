@@ -1,9 +1,9 @@
 //! Answers as they are written: `answers.json`.
 
 use super::scale::Scale;
+use crate::estimate::bad::Bad;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::input::Group;
-use crate::estimate::known::Bad;
 use crate::map::Map;
 use crate::sensitivity::{Index, Indices, Pair};
 use serde::Serialize;

@@ -3,8 +3,8 @@
 use super::answer::Answer;
 use super::scale::Scale;
 use super::sentence::counted;
+use crate::estimate::bad::Bad;
 use crate::estimate::figures::{Figures, Method};
-use crate::estimate::known::Bad;
 use crate::map::{Cell, Map, Of, Shows, Wanted};
 use crate::share::percent;
 use bladeoff_model::document::units::format_digits;

@@ -2,9 +2,9 @@
 
 use super::answer::Answer;
 use super::scale::Scale;
+use crate::estimate::bad::Bad;
 use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
-use crate::estimate::known::Bad;
 use crate::share::percent_given;
 use bladeoff_model::document::units::format_digits;
 

@@ -11,10 +11,11 @@
 use super::asked::{Answered, Asked, unanswered};
 use super::question::{Ask, Figure, Question};
 use super::wording::{LEFT_OUT, note_empty};
+use crate::estimate::bad::Bad;
 use crate::estimate::exceedance::Exceedances;
 use crate::estimate::formula::Formula;
 use crate::estimate::input::{InputError, Study};
-use crate::estimate::known::{Bad, Values, levels_at, reached_at, truths_at, values_at};
+use crate::estimate::known::{Values, levels_at, reached_at, truths_at, values_at};
 use crate::estimate::mean::Means;
 use crate::estimate::order::kept_by_each;
 use crate::estimate::proportion::Tally;

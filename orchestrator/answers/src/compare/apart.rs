@@ -7,9 +7,10 @@
 use super::draw::Clusters;
 use super::found::{Apart, Interval, QuantileApart};
 use crate::ask::CONFIDENCE;
+use crate::estimate::bad::Bad;
 use crate::estimate::difference::of_two;
 use crate::estimate::figures::Figures;
-use crate::estimate::known::{Bad, Values};
+use crate::estimate::known::Values;
 use crate::estimate::mean::mean;
 use crate::estimate::quantile::quantile;
 use crate::estimate::scheme::{FEW, Scheme};

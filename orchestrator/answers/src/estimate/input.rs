@@ -2,7 +2,7 @@
 //!
 //! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
 
-use super::known::Bad;
+use super::bad::Bad;
 use crate::sensitivity::{Moved, SensitivityError};
 use bladeoff_model::outcome::{CauseSet, Status};
 use serde::ser::{Serialize, SerializeMap, Serializer};

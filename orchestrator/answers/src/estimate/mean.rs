@@ -3,8 +3,9 @@
 //! A run that is bad has no value, and may have had any, small or large. The estimate is the mean of the others; harmful, the mean has no
 //! value; and neither limit exists: the mean of the others says nothing of those that are not there.
 
+use super::bad::Bad;
 use super::figures::{Figures, Method, Sum, finite, ratio};
-use super::known::{Bad, Values};
+use super::known::Values;
 use super::scheme::Scheme;
 use bladeoff_model::probability::student;
 

@@ -8,6 +8,7 @@
 //! No row drops out: a bad run (failed, invalid, quarantined, beyond the model) has bounds instead of values, and every figure is given for both ends.
 
 pub mod along;
+pub mod bad;
 pub mod curve;
 pub mod difference;
 pub mod exceedance;

@@ -9,8 +9,9 @@
 //! Sources: W. J. Conover, "Practical nonparametric statistics"; R. S. Woodruff (1952) for the replicates; S. S. Wilks (1941) for how
 //! many points there have to be.
 
+use super::bad::Bad;
 use super::figures::{Figures, Method, finite, ratio_of_counts};
-use super::known::{Bad, Values};
+use super::known::Values;
 use super::limits::{lower_order, upper_order, wilks};
 use super::order::Order;
 use super::scheme::{FEW, Scheme};

@@ -3,8 +3,8 @@
 use super::look::{Deciding, FIRST_LOOK, MOST_POINTS, deciding, last_look};
 use super::require::Gate;
 use crate::ask::{counted, percent, percent_given, prefix};
+use crate::estimate::bad::Bad;
 use crate::estimate::input::{DesignKind, Group, InputError, Study};
-use crate::estimate::known::Bad;
 use crate::estimate::known::truths;
 use crate::estimate::limits::{lower_limit, upper_limit};
 use crate::estimate::proportion::{Tally, tallies};
