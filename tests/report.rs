@@ -193,7 +193,7 @@ fn rings_pushed_beyond_small_displacements_are_said_wherever_numbers_are() {
     let study = folder.write(
         "whips.toml",
         "schema = 1\nname = \"whips\"\nmachine = \"turbine.toml\"\n[set]\n\"run.end_time\" = \"0.3 s\"\n\
-             \"run.limit.ring_displacement.on_exceed\" = \"note\"\n\
+             \"run.limit.ring_displacement.on_exceed\" = \"note\"\n\"run.guard.penetration\" = 0.2\n\
              [design]\nkind = \"monte-carlo\"\nsamples = 2\n[[uncertain]]\npath = \"contact.gap\"\ndistribution = \"uniform\"\n\
              lower = \"4 mm\"\nupper = \"4.2 mm\"\n[[vary]]\npath = \"contact.friction\"\nvalues = [0.5, 0.05]\n\
              [[question]]\nname = \"loads\"\nprobability = \"max_bearing_load_N > 1 MN\"\n\
