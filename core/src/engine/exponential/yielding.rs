@@ -8,7 +8,7 @@
 //! Looks are eight contact steps apart at least, and a step in flight covers many. Where a bound at n is above a limit that has not been exceeded, stresses are looked at in this contact step as well, and
 //! where (1) or (3) may be exceeded in flight, flights are single contact steps. (3) is a margin, not a bound: pairs grow evenly under a force. A machine without yield strengths has none of this, and what has
 //! exceeded its limit is not watched any more.
-//! Verified by `tests/yield_times.rs`.
+//! Verified by `yield_strengths_are_watched_whoever_follows` (`tests/exponential_run.rs`): a follower changes no time.
 
 use super::measured::BESIDE;
 use super::transient::Transient;
