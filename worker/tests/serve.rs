@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::link::HubLink;
-use bladeoff_protocol::messages::{Report, ToWorker};
+use bladeoff_protocol::messages::{MAX_VALUES, Report, ToWorker};
 use bladeoff_protocol::transport::MemoryNet;
 use bladeoff_worker::desk::{Desk, Sample, Stopped};
 use bladeoff_worker::pulse::Pulse;
@@ -32,7 +32,7 @@ impl Solver for Moody {
             let mut values = vec![Some(begun.sample.params[0] * 2.0 + f64::from(self.recovered)); self.n_values];
             match begun.sample.number {
                 8 => values[0] = Some(f64::NAN),
-                9 => values.resize(300, None),
+                9 => values.resize(MAX_VALUES + 1, None),
                 _ => {}
             }
             desk.finish(begun, fine(values))?;
@@ -63,9 +63,9 @@ fn short_samples_leave_together_with_the_next_request() {
 #[test]
 fn more_results_than_a_message_holds_leave_in_several() {
     let reports = play((20..84).collect(), 256);
-    assert_eq!(reports.len(), 4);
+    assert_eq!(reports.len(), 5);
     assert_eq!(results(&reports).len(), 64);
-    assert!(reports[..3].iter().all(|report| !report.asks && report.samples.len() == 16));
+    assert!(reports[..4].iter().all(|report| !report.asks && report.samples.len() == 15));
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn a_worker_told_to_stop_in_a_batch_hands_over_what_is_finished_and_leaves() {
     }
     assert!(last.iter().all(|report| !report.asks));
     let known = results(&last);
-    assert!(known.keys().all(|sample| (36..84).contains(sample)) && !known.is_empty(), "{known:?}");
+    assert!(known.keys().all(|sample| (35..84).contains(sample)) && !known.is_empty(), "{:?}", known.keys());
 }
 
 #[test]
