@@ -7,13 +7,15 @@
 //! (`tests/detection.rs`).
 
 use super::gap::Place;
-use crate::stator::Surface;
+use crate::stator::{Sample, Surface};
 
 /// Finds contact places on one ring.
 #[derive(Debug, Clone)]
 pub struct Detector {
     surface: Surface,
     per_element: usize,
+    /// Shape functions at the samples of one element.
+    samples: Vec<Sample>,
     /// Polar basis of each sample (sin, cos).
     angles: Vec<(f64, f64)>,
     distances: Vec<f64>,
@@ -31,7 +33,8 @@ impl Detector {
         let angles = (0..count)
             .map(|i| libm::sincos(surface.angle(i / per_element, (i % per_element) as f64 / per_element as f64)))
             .collect();
-        Self { surface, per_element, angles, distances: vec![0.0; count] }
+        let samples = (0..per_element).map(|k| surface.sample(k as f64 / per_element as f64)).collect();
+        Self { surface, per_element, samples, angles, distances: vec![0.0; count] }
     }
 
     /// Place of the global minimum of the distance to `x` on the ring of nodal freedoms `field`.
@@ -81,15 +84,14 @@ impl Detector {
 
     /// Squared distances at the samples.
     fn sample(&mut self, field: &[f64], x: [f64; 2]) {
-        let mut i = 0;
-        for element in 0..self.surface.nodes {
-            for k in 0..self.per_element {
-                let point = self.surface.point(field, element, k as f64 / self.per_element as f64);
-                let (sin, cos) = self.angles[i];
-                let dr = point.radial - (cos * x[0] + sin * x[1]);
-                let dt = point.tangential - (cos * x[1] - sin * x[0]);
-                self.distances[i] = dr * dr + dt * dt;
-                i += 1;
+        let Self { surface, per_element, samples, angles, distances } = self;
+        let elements = angles.chunks_exact(*per_element).zip(distances.chunks_exact_mut(*per_element));
+        for (element, (angles, distances)) in elements.enumerate() {
+            for ((sample, (sin, cos)), distance) in samples.iter().zip(angles).zip(distances) {
+                let [radial, tangential] = surface.displaced(field, element, sample);
+                let dr = radial - (cos * x[0] + sin * x[1]);
+                let dt = tangential - (cos * x[1] - sin * x[0]);
+                *distance = dr * dr + dt * dt;
             }
         }
     }

@@ -169,6 +169,7 @@ impl Recorders {
 
     /// Takes loads and journals of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees moments
     /// by themselves ([`Recorders::see_bending`], [`Recorders::see_torsion`]), and a [`RingInstant::ring`] where it has one.
+    #[inline(always)]
     pub fn see_steps(&mut self, steps: usize, at: At, loads: Loads<'_>, ring: Option<&RingInstant<'_>>) {
         self.loads.see(loads.bearings, at);
         self.limits.see_journals(loads.journals, at);
@@ -229,12 +230,14 @@ impl Recorders {
     }
 
     /// Whether bending moments up to a bound can raise a maximum of some elements' sections, under these torsional moments \[N m\].
+    #[inline]
     pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
         self.stresses.asks_for_bending(elements, bound, torsion)
     }
 
     /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them, and their torsional moments
     /// at the same instant.
+    #[inline]
     pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
         self.stresses.see_bending(elements, moments, torsion, at);
     }
@@ -270,6 +273,11 @@ impl Recorders {
     /// Bounds of the ratios of the first diaphragm's ring and blades for coordinates, or for the amplitudes of all of them.
     pub fn ring_ratio_bounds(&mut self, q: &[f64]) -> [f64; 2] {
         self.rings.first_mut().map_or([0.0; 2], |ring| ring.stresses.ratio_bounds(q))
+    }
+
+    /// Whether no coordinates of the first diaphragm's ring up to these amplitudes have larger stresses than before.
+    pub fn ring_rests(&mut self, amplitudes: &[f64]) -> bool {
+        self.rings.first_mut().is_none_or(|ring| ring.stresses.rests(amplitudes))
     }
 
     /// Takes coordinates of the first diaphragm's ring between two looks, where stresses of ring and blades may be above these ratios to the yield strength.

@@ -47,9 +47,19 @@ impl RingStressRecorder {
 
     /// Coordinates of the ring.
     pub fn see(&mut self, q: &[f64], at: At) {
+        self.see_above(&self.known(), q, at);
+    }
+
+    /// Whether no coordinates up to these amplitudes have larger stresses than before.
+    pub fn rests(&mut self, amplitudes: &[f64]) -> bool {
+        let known = self.known();
+        self.stresses.as_mut().is_none_or(|stresses| stresses.are_below(&known, amplitudes))
+    }
+
+    /// The largest stresses so far.
+    fn known(&self) -> Known {
         let known = |peak: &Peak| peak.value.unwrap_or(0.0);
-        let known = Known { ring: known(&self.ring), blades: known(&self.blades), bending: known(&self.bending) };
-        self.see_above(&known, q, at);
+        Known { ring: known(&self.ring), blades: known(&self.blades), bending: known(&self.bending) }
     }
 
     /// Coordinates of the ring, of which stresses of ring and blades above these ratios to the yield strength alone are asked for.

@@ -81,6 +81,7 @@ impl StressRecorder {
     }
 
     /// Whether bending moments up to a bound can raise a maximum of the sections of some elements, under these torsional moments \[N m\].
+    #[inline(always)]
     pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
         let Some(shaft) = &self.shaft else { return false };
         let square = bound * bound;
@@ -91,6 +92,7 @@ impl StressRecorder {
     }
 
     /// Bending and torsional moments of some elements \[N m\] at one instant: of each four at its ends, and one.
+    #[inline(always)]
     pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
         let Self { shaft, bending, mises, .. } = self;
         let Some(shaft) = shaft else { return };

@@ -10,4 +10,4 @@ mod surface;
 
 pub use assembly::RingMatrices;
 pub use sectors::Sectors;
-pub use surface::{Surface, SurfacePoint};
+pub use surface::{Sample, Surface, SurfacePoint};

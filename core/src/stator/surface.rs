@@ -38,6 +38,18 @@ pub struct SurfacePoint {
     pub tangential_slope: f64,
 }
 
+/// Shape functions of an element at a fixed place in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    n: [f64; 4],
+    dn: [f64; 4],
+}
+
+#[inline(always)]
+fn along(n: &[f64; 4], q: &[f64; 4]) -> f64 {
+    n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3]
+}
+
 impl Surface {
     pub(super) fn new(nodes: usize, mean_radius: f64, radius: f64, inner_face: bool) -> Self {
         let (coefficient_u, coefficient_slope) =
@@ -78,10 +90,7 @@ impl Surface {
     pub fn point(&self, field: &[f64], element: usize, xi: f64) -> SurfacePoint {
         let l = self.element_angle() * self.mean_radius;
         let [n, dn, ddn] = hermite(xi, l);
-        let (a, b) = (4 * element, if element + 1 == self.nodes { 0 } else { 4 * (element + 1) });
-        let u = [field[a], field[a + 1], field[b], field[b + 1]];
-        let v = [field[a + 2], field[a + 3], field[b + 2], field[b + 3]];
-        let along = |n: &[f64; 4], q: &[f64; 4]| n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3];
+        let [u, v] = self.freedoms(field, element);
         let slope = along(&dn, &v);
         SurfacePoint {
             element,
@@ -92,6 +101,29 @@ impl Surface {
             tangential_slope: self.mean_radius
                 * (self.coefficient_u * along(&dn, &u) + self.coefficient_slope * along(&ddn, &v)),
         }
+    }
+
+    /// Shape functions at a place of an element, for [`Surface::displaced`].
+    #[must_use]
+    pub fn sample(&self, xi: f64) -> Sample {
+        let [n, dn, _] = hermite(xi, self.element_angle() * self.mean_radius);
+        Sample { n, dn }
+    }
+
+    /// Radial and tangential coordinates of [`Surface::point`] at a sample of an element.
+    #[inline]
+    #[must_use]
+    pub fn displaced(&self, field: &[f64], element: usize, sample: &Sample) -> [f64; 2] {
+        let [u, v] = self.freedoms(field, element);
+        let slope = along(&sample.dn, &v);
+        [self.radius + along(&sample.n, &v), self.coefficient_u * along(&sample.n, &u) + self.coefficient_slope * slope]
+    }
+
+    /// Nodal freedoms `[u, u_s]` and `[v, v_s]` at both ends of an element.
+    #[inline(always)]
+    fn freedoms(&self, field: &[f64], element: usize) -> [[f64; 4]; 2] {
+        let (a, b) = (4 * element, if element + 1 == self.nodes { 0 } else { 4 * (element + 1) });
+        [[field[a], field[a + 1], field[b], field[b + 1]], [field[a + 2], field[a + 3], field[b + 2], field[b + 3]]]
     }
 
     /// Shape functions of `(R_i + v, u_P)` at a place: `(degree of freedom, d radial, d tangential)` of its eight freedoms.

@@ -42,13 +42,23 @@ impl Pairs {
 
     /// `sqrt(q_j^2 + q_k^2)` of each pair.
     pub fn amplitudes<'a>(&self, q: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
+        self.sizes(|j| q[j], room)
+    }
+
+    /// The same of the difference of two lists of coordinates.
+    pub fn distances<'a>(&self, q: &[f64], from: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
+        self.sizes(|j| q[j] - from[j], room)
+    }
+
+    #[inline(always)]
+    fn sizes<'a>(&self, of: impl Fn(usize) -> f64, room: &'a mut Amplitudes) -> &'a [f64] {
         let Amplitudes { of: [one, other], sizes } = room;
         let count = self.0.len();
         for list in [&mut *one, &mut *other, &mut *sizes] {
             list.resize(count, 0.0);
         }
         for ((one, other), &[j, k]) in one.iter_mut().zip(&mut *other).zip(&self.0) {
-            (*one, *other) = (q[j], q[k]);
+            (*one, *other) = (of(j), of(k));
         }
         sizes_of(one, other, sizes);
         sizes

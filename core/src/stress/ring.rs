@@ -36,7 +36,19 @@ pub(crate) struct RingStresses {
     /// Angle of one element \[rad\].
     spacing: f64,
     amplitudes: Amplitudes,
+    last: Last,
 }
+
+/// The last coordinates whose stresses were evaluated.
+#[derive(Debug, Clone)]
+struct Last {
+    coordinates: Vec<f64>,
+    /// Of the ring, of the blades, and of their bending alone: no stress of these coordinates is above \[Pa\].
+    most: [f64; 3],
+}
+
+/// Rounding of a stress, per bound of its terms: one of each of a thousand.
+const ROUNDING: f64 = 1e-12;
 
 /// What is not above these is not asked for \[Pa\].
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +118,8 @@ impl RingStresses {
             Some(blades) => Bounds::new(&[&ring, &blades.both, &blades.bending]),
             None => Bounds::new(&[&ring]),
         };
-        Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default() }
+        let last = Last { coordinates: vec![0.0; size], most: [0.0; 3] };
+        Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default(), last }
     }
 
     /// Whether there are blades.
@@ -114,22 +127,39 @@ impl RingStresses {
         self.blades.is_some()
     }
 
-    /// Largest stresses of coordinates, as far as a bound says that they may be above what is known.
+    /// Largest stresses of coordinates, as far as bounds say that they may be above what is known.
     ///
-    /// The bound also keeps a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
+    /// The bounds also keep a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
     pub fn above(&mut self, known: &Known, q: &[f64]) -> Largest {
-        let Self { pairs, ring, blades, bounds, amplitudes, .. } = self;
-        let [of_ring, of_blades, of_bending, ..] = bounds.of(pairs.amplitudes(q, amplitudes));
-        let of = |fibres: &Fibres, may: bool| may.then(|| fibres.largest(q));
-        let (blades, most) = (blades.as_ref(), known.bending);
-        let both = blades.and_then(|blades| of(&blades.both, of_blades > known.blades));
-        // bending alone is no more than with the axial stress
-        let bends = of_bending > most && both.is_none_or(|both| both > most);
-        Largest {
-            ring: of(ring, of_ring > known.ring),
-            blades: both,
-            bending: blades.and_then(|blades| of(&blades.bending, bends)),
+        let Self { pairs, ring, blades, bounds, amplitudes, last, .. } = self;
+        let far = bounds.of(pairs.distances(q, &last.coordinates, amplitudes));
+        let known = [known.ring, known.blades, known.bending];
+        let mut most = [0, 1, 2].map(|group| last.most[group] + far[group]);
+        if (0..3).all(|group| most[group] <= known[group]) {
+            return Largest::default();
         }
+        let whole = bounds.of(pairs.amplitudes(q, amplitudes));
+        let mut of = |group: usize, fibres: Option<&Fibres>, may: bool| {
+            most[group] = most[group].min(whole[group]);
+            let found = fibres.filter(|_| may && most[group] > known[group]).map(|fibres| fibres.largest(q));
+            most[group] = found.unwrap_or(most[group]);
+            found
+        };
+        let blades = blades.as_ref();
+        let ring = of(0, Some(ring), true);
+        let both = of(1, blades.map(|blades| &blades.both), true);
+        // bending alone is no more than with the axial stress
+        let bends = both.is_none_or(|both| both > known[2]);
+        let bending = of(2, blades.map(|blades| &blades.bending), bends);
+        last.coordinates.copy_from_slice(q);
+        last.most = [0, 1, 2].map(|group| most[group] + ROUNDING * whole[group]);
+        Largest { ring, blades: both, bending }
+    }
+
+    /// Whether the bounds of the stresses of such coordinates, or of amplitudes of all of them, are not above what is known.
+    pub fn are_below(&mut self, known: &Known, q: &[f64]) -> bool {
+        let [ring, blades, bending, ..] = self.bounds.of(self.pairs.amplitudes(q, &mut self.amplitudes));
+        ring <= known.ring && blades <= known.blades && bending <= known.bending
     }
 
     /// Bounds of the stresses of ring and blades of such coordinates, or of amplitudes of all of them \[Pa\].

@@ -12,10 +12,12 @@ pub(super) struct Damped {
 impl Damped {
     /// Takes it where the spin has come to another cell. Stations beyond those of the cell are known only where another run has been there, and have
     /// no part in it. `speed`: the spin \[rad/s\].
+    #[inline]
     pub fn see(&mut self, flight: &Flight, speed: f64, recorders: &mut Recorders) {
-        let (grid, cell, [from, to]) = flight.damping();
+        let cell = flight.cell();
         if self.cell != Some(cell) {
             self.cell = Some(cell);
+            let (grid, [from, to]) = flight.damping();
             recorders.see_speed(At { time: flight.time(), speed: speed.max(0.0).clamp(from, to) }, grid);
         }
     }

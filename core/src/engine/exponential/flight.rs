@@ -285,10 +285,15 @@ impl Flight {
         [self.seen[first], self.seen[first + 1]]
     }
 
-    /// The grid, the cell in it, and the speeds of that cell's stations \[rad/s\].
-    pub(super) fn damping(&self) -> (&dyn DampingGrid, i64, [f64; 2]) {
-        let grid = &self.shared.grid;
-        (grid, self.cell.index, self.cell.stations.each_ref().map(|station| station.local.speed))
+    /// Number of the cell in the grid.
+    #[inline]
+    pub(super) fn cell(&self) -> i64 {
+        self.cell.index
+    }
+
+    /// The grid, and the speeds of the stations of the cell \[rad/s\].
+    pub(super) fn damping(&self) -> (&dyn DampingGrid, [f64; 2]) {
+        (&self.shared.grid, self.cell.stations.each_ref().map(|station| station.local.speed))
     }
 
     /// Time in contact steps.

@@ -46,6 +46,7 @@ mod point;
 mod propagator;
 mod remaining;
 mod ring_eye;
+mod ring_look;
 mod rows;
 mod rub;
 mod run;

@@ -62,6 +62,7 @@ impl<'a> RingEye<'a> {
     }
 
     /// Least gap that an impact leaves: of the whole ring in one of [`LOOKS`] calls, of [`FINE_LOOKS`] at fine steps (in each where the step is below the lag of the truncated modes), otherwise of the candidates \[m\].
+    #[inline]
     pub fn least_gap(&mut self, impact: &Impact, transient: &Transient) -> f64 {
         self.impacts += 1;
         let h = transient.contact_step();

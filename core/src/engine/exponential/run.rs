@@ -13,6 +13,7 @@ use super::eye::{Ahead, Eye};
 use super::flight::Instant;
 use super::losses::{Losses, Taken};
 use super::ring_eye::RingEye;
+use super::ring_look::RingLook;
 use super::settings::FlightSettings;
 use super::shaft_look::ShaftLook;
 use super::transient::{Done, Transient};
@@ -87,9 +88,9 @@ struct Run<'a> {
     balanced: Option<u64>,
     fell: Option<u64>,
     shaft: ShaftLook,
-    /// Room for what is measured, for a motion, and for a ring's.
+    ring_look: RingLook,
+    /// Room for what is measured, and for a motion.
     seen: Vec<f64>,
-    amplitudes: Vec<f64>,
     within: Room,
     places: Vec<f64>,
     rates: Vec<f64>,
@@ -130,8 +131,8 @@ impl<'a> Run<'a> {
             balanced: None,
             fell: None,
             shaft,
+            ring_look: RingLook::default(),
             seen: Vec::new(),
-            amplitudes: Vec::new(),
             within: Room::default(),
             places: Vec::new(),
             rates: Vec::new(),
@@ -356,6 +357,7 @@ impl<'a> Run<'a> {
     }
 
     /// Loads, the rotor in the ring, contact.
+    #[inline(always)]
     fn record(&mut self, done: &Done, at: At, angle: f64, looks: bool, watch: Option<Watch>) {
         let Self { transient, depth, .. } = self;
         let touch = done.impact.as_ref().map(|impact| Touch {
@@ -371,21 +373,23 @@ impl<'a> Run<'a> {
         self.touched |= touch.is_some();
         let steps = done.level.map_or(1, |level| 1 << level);
         let watches = !looks && watch.is_some_and(|watch| watch.ring);
-        if (looks || watches) && self.touched {
-            let Self { transient, amplitudes, .. } = self;
-            transient.contact.iter().for_each(|contact| contact.rub.held(amplitudes));
+        let Self { transient, ring_look, recorders, yielding, .. } = self;
+        if done.impact.is_some() {
+            ring_look.strike();
         }
-        if let (true, Some(yielding)) = (watches && self.touched, &self.yielding) {
-            self.recorders.watch_ring(yielding.of_ring(), &self.amplitudes, at);
+        let looked_at = transient.contact.as_ref().filter(|_| (looks || watches) && self.touched);
+        let seen = looked_at.and_then(|contact| ring_look.coordinates(&contact.rub, recorders));
+        if let (true, Some(seen), Some(yielding)) = (watches, seen, yielding) {
+            recorders.watch_ring(yielding.of_ring(), seen, at);
         }
-        let ring = self.transient.contact.as_ref().map(|contact| RingInstant {
+        let ring = transient.contact.as_ref().map(|contact| RingInstant {
             angle,
             place: contact.rub.place(done.place),
             velocity: contact.rub.inwards(done.velocity),
             touch,
-            ring: (looks && self.touched).then_some(self.amplitudes.as_slice()),
+            ring: seen.filter(|_| looks),
         });
-        self.recorders.see_steps(steps, at, self.transient.loads(), ring.as_ref());
+        recorders.see_steps(steps, at, transient.loads(), ring.as_ref());
     }
 
     fn ring_energy(&self) -> f64 {

@@ -227,9 +227,15 @@ impl Twist {
                 seen.0[k] = chains[0][k / HALF][k % HALF] + chains[1][k / HALF][k % HALF];
             }
         }
-        self.held.fill(Lane::default());
-        for (resolved, torque) in step.resolved.chunks_exact(self.held.len()).zip(&self.torques) {
-            add(resolved, *torque, &mut self.held);
+        let groups = self.held.len();
+        for (group, held) in self.held.iter_mut().enumerate() {
+            let mut sums = [0.0; LANES];
+            for (resolved, torque) in step.resolved.iter().skip(group).step_by(groups).zip(&self.torques) {
+                for k in 0..LANES {
+                    sums[k] += resolved.0[k] * torque;
+                }
+            }
+            held.0 = sums;
         }
     }
 

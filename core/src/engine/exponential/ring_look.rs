@@ -1,0 +1,45 @@
+//! Coordinates of the ring at which a look may find larger stresses than before.
+//!
+//! ```text
+//! without impulses |q_k| <= a_k = sqrt(q_k^2 + q_k'^2/w_k^2):  |sigma| <= sum s_k a_k until the next impulse                            (1)
+//! ```
+//! Free modes only decay. Once (1) is not above the largest stresses so far, no look before the next impulse can raise them, and the ring is not evaluated.
+//! [`ROUNDING`] covers the rounding of all steps until then. Source of (1): [`crate::stress`]. Verified by `a_free_ring_that_rests_has_no_larger_stresses`.
+
+use super::rub::Rub;
+use crate::record::Recorders;
+
+/// Factor for the growth of a free mode by rounding: 1e-15 per step at most, in a billion steps.
+const ROUNDING: f64 = 1.0 + 1e-6;
+
+/// Looks at the ring of a run.
+#[derive(Debug, Default)]
+pub(super) struct RingLook {
+    /// No stress can be larger than before until the next impulse.
+    rests: bool,
+    amplitudes: Vec<f64>,
+}
+
+impl RingLook {
+    /// Coordinates of the ring behind a step that `touches` or not; `None` where no stress can be larger than before.
+    pub fn coordinates(&mut self, rub: &Rub, recorders: &mut Recorders) -> Option<&[f64]> {
+        if self.rests {
+            return None;
+        }
+        if !rub.presses() {
+            rub.ring.free_amplitudes(&mut self.amplitudes);
+            self.amplitudes.iter_mut().for_each(|amplitude| *amplitude *= ROUNDING);
+            self.rests = recorders.ring_rests(&self.amplitudes);
+            if self.rests {
+                return None;
+            }
+        }
+        rub.held(&mut self.amplitudes);
+        Some(&self.amplitudes)
+    }
+
+    /// Takes an impulse on the ring.
+    pub fn strike(&mut self) {
+        self.rests = false;
+    }
+}
