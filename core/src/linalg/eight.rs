@@ -333,7 +333,14 @@ by_width! {
 fn mix_in<V: Eight>([one, other]: [&[Lane]; 2], [a, b]: [f64; 2], sums: &mut Vec<Lane>) {
     sums.resize(one.len(), Lane::default());
     let (a, b) = (V::all(a), V::all(b));
-    for ((sum, x), y) in sums.iter_mut().zip(one).zip(other) {
+    let ((fours, left), (ones, one)) = (sums.as_chunks_mut::<4>(), one.as_chunks::<4>());
+    let (others, other) = other.as_chunks::<4>();
+    for ((sums, one), other) in fours.iter_mut().zip(ones).zip(others) {
+        for n in 0..4 {
+            (a * V::load(&one[n]) + b * V::load(&other[n])).store(&mut sums[n]);
+        }
+    }
+    for ((sum, x), y) in left.iter_mut().zip(one).zip(other) {
         (a * V::load(x) + b * V::load(y)).store(sum);
     }
 }

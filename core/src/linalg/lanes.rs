@@ -145,26 +145,22 @@ pub(crate) fn least_of([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
 #[inline(always)]
 pub(crate) fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
     // two chains: a sum has to wait for the one before it
-    let (mut even, mut odd) = ([0.0; LANES], [0.0; LANES]);
-    let (pairs, last) = columns.as_chunks::<2>();
-    let (twos, rest) = y.as_chunks::<2>();
-    for ([one, other], [y, z]) in pairs.iter().zip(twos) {
-        for k in 0..LANES {
-            even[k] += one.0[k] * y;
-        }
-        for k in 0..LANES {
-            odd[k] += other.0[k] * z;
-        }
-    }
-    if let ([column], [y, ..]) = (last, rest) {
-        for k in 0..LANES {
-            even[k] += column.0[k] * y;
+    let mut sums = [[0.0; LANES]; 2];
+    let (fours, last) = columns.as_chunks::<TOGETHER>();
+    let (ys, rest) = y[..y.len().min(columns.len())].as_chunks::<TOGETHER>();
+    for (four, y) in fours.iter().zip(ys) {
+        for c in 0..TOGETHER {
+            for k in 0..LANES {
+                sums[c % 2][k] += four[c].0[k] * y[c];
+            }
         }
     }
-    for k in 0..LANES {
-        even[k] += odd[k];
+    for (c, (column, y)) in last.iter().zip(rest).enumerate() {
+        for k in 0..LANES {
+            sums[c % 2][k] += column.0[k] * y;
+        }
     }
-    even
+    std::array::from_fn(|k| sums[0][k] + sums[1][k])
 }
 
 kernel! {

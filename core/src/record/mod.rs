@@ -192,7 +192,10 @@ impl Recorders {
 
     /// Takes a time with its mean spin, and the damping of whirl modes over the speed.
     pub fn see_speed(&mut self, at: At, grid: &dyn DampingGrid) {
-        self.damping.see(at.speed, grid);
+        let before = self.damping.least();
+        if self.damping.see(at.speed, grid) == before {
+            return;
+        }
         if let Some(growth) = self.damping.growth() {
             self.limits.see(Limit::UnstableRotor, growth, at);
         }

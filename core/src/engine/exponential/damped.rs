@@ -17,8 +17,9 @@ impl Damped {
         let cell = flight.cell();
         if self.cell != Some(cell) {
             self.cell = Some(cell);
-            let (grid, [from, to]) = flight.damping();
-            recorders.see_speed(At { time: flight.time(), speed: speed.max(0.0).clamp(from, to) }, grid);
+            let damping = flight.damping();
+            let [from, to] = damping.speeds();
+            recorders.see_speed(At { time: flight.time(), speed: speed.max(0.0).clamp(from, to) }, &damping);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::ExponentialError;
 use super::bound::length;
-use super::grid::Cell;
+use super::grid::{Cell, CellDamping};
 use super::gyration::{Gyrating, Gyration};
 use super::kick::Kick;
 use super::measured::{BESIDE, Stored, sizes_of};
@@ -17,7 +17,6 @@ use super::tables::Tables;
 use super::within::Room;
 use crate::engine::beginning::initial_motion;
 use crate::linalg::dot;
-use crate::modal::DampingGrid;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 use nalgebra::Complex;
@@ -291,9 +290,9 @@ impl Flight {
         self.cell.index
     }
 
-    /// The grid, and the speeds of the stations of the cell \[rad/s\].
-    pub(super) fn damping(&self) -> (&dyn DampingGrid, [f64; 2]) {
-        (&self.shared.grid, self.cell.stations.each_ref().map(|station| station.local.speed))
+    /// Damping of whirl modes, at the stations of the cell first.
+    pub(super) fn damping(&self) -> CellDamping<'_> {
+        self.shared.grid.damping(&self.cell)
     }
 
     /// Time in contact steps.

@@ -140,18 +140,34 @@ impl Cell {
     }
 }
 
-impl DampingGrid for Grid {
+/// Damping at the stations of a grid, as a run in one cell sees it.
+pub(super) struct CellDamping<'a> {
+    grid: &'a Grid,
+    /// The station below the cell.
+    below: i64,
+    stations: &'a [Arc<Station>; 2],
+}
+
+impl CellDamping<'_> {
+    /// Speeds of the stations of the cell \[rad/s\].
+    pub fn speeds(&self) -> [f64; 2] {
+        self.stations.each_ref().map(|station| station.local.speed)
+    }
+}
+
+impl DampingGrid for CellDamping<'_> {
     fn speed(&self, b: i64) -> f64 {
-        self.scale.speed(b)
+        self.grid.scale.speed(b)
     }
 
     fn below(&self, speed: f64) -> i64 {
-        self.scale.below(speed)
+        self.grid.scale.below(speed)
     }
 
     /// A run computes the stations on both sides of every speed that it visits, before it asks.
     fn least(&self, b: i64) -> Option<Damping> {
-        self.found.lock().unwrap_or_else(PoisonError::into_inner).stations.get(&b).and_then(|station| station.least)
+        let beside = usize::try_from(b - self.below).ok().and_then(|at| self.stations.get(at));
+        beside.map_or_else(|| self.grid.least_damping(b), |station| station.least)
     }
 }
 
@@ -164,6 +180,15 @@ impl Grid {
         let station = Station::new(&grid.model, grid.scale.speed(first), None)?;
         grid.found.lock().unwrap_or_else(PoisonError::into_inner).stations.insert(first, Arc::new(station));
         Ok(grid)
+    }
+
+    /// Damping as a run in a cell sees it.
+    pub fn damping<'a>(&'a self, cell: &'a Cell) -> CellDamping<'a> {
+        CellDamping { grid: self, below: cell.index.div_euclid(self.cells), stations: &cell.stations }
+    }
+
+    fn least_damping(&self, b: i64) -> Option<Damping> {
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).stations.get(&b).and_then(|station| station.least)
     }
 
     /// Keeps cells from now on, for other runs.

@@ -57,7 +57,7 @@ pub(super) struct TwistStep {
     modes: OscillatorStep,
     /// What unit torques along each row, and a blow behind those, make of (1).
     makes: Vec<Lane>,
-    /// The change of (1) by unit torques along each row in the resolved modes alone.
+    /// The change of (1) by unit torques along each row in the resolved modes alone, one group of four rows after the other.
     resolved: Vec<Lane>,
 }
 
@@ -115,7 +115,8 @@ impl Twist {
             places.map(|(along, group)| lane(along, group)).collect()
         };
         let (makes, resolved) = (table(HALF * groups, f64::INFINITY), table(self.acting, RESOLVED));
-        TwistStep { makes, resolved, modes }
+        let by_group = (0..groups).flat_map(|group| (0..self.acting).map(move |along| along * groups + group));
+        TwistStep { makes, resolved: by_group.map(|at| resolved[at]).collect(), modes }
     }
 
     /// What trains of blows over steps of `h` \[s\] lack of the static turn of each mode at n, per angular impulse: as [`super::kicked_ring`] has it of the ring. Of modes that turn by half a turn and more over a
@@ -227,10 +228,9 @@ impl Twist {
                 seen.0[k] = chains[0][k / HALF][k % HALF] + chains[1][k / HALF][k % HALF];
             }
         }
-        let groups = self.held.len();
-        for (group, held) in self.held.iter_mut().enumerate() {
+        for (held, resolved) in self.held.iter_mut().zip(step.resolved.chunks_exact(self.acting.max(1))) {
             let mut sums = [0.0; LANES];
-            for (resolved, torque) in step.resolved.iter().skip(group).step_by(groups).zip(&self.torques) {
+            for (resolved, torque) in resolved.iter().zip(&self.torques) {
                 for k in 0..LANES {
                     sums[k] += resolved.0[k] * torque;
                 }
