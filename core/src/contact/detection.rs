@@ -170,27 +170,11 @@ impl Detector {
 mod tests {
     use super::*;
     use crate::contact::exact_gap;
-    use crate::stator::RingMatrices;
-    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring};
-
-    fn surface(elements: usize) -> Surface {
-        let ring = Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements };
-        let damping = Rayleigh::default();
-        let stator = FlexibleStator {
-            young_modulus: 2e11,
-            poisson_ratio: 0.3,
-            density: 7850.0,
-            yield_strength: None,
-            ring,
-            blades: None,
-            damping,
-        };
-        RingMatrices::assemble(&stator).surface(0.328, true)
-    }
+    use crate::stator::steel_ring;
 
     #[test]
     fn the_closest_place_and_the_number_of_minima() {
-        let surface = surface(24);
+        let surface = steel_ring(24, 0.353, 0.328, true);
         let mut detector = Detector::new(surface);
         let field = vec![0.0; 96];
         for k in 0..200 {

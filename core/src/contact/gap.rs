@@ -133,22 +133,10 @@ pub fn polar_gap(surface: &Surface, field: Option<&[f64]>, rotor_radius: f64, x:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stator::RingMatrices;
-    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring};
+    use crate::stator::steel_ring;
 
-    pub(crate) fn ring() -> Surface {
-        let ring = Ring { mean_radius: 0.353, thickness: 0.05, width: 0.1, elements: 12 };
-        let damping = Rayleigh::default();
-        let stator = FlexibleStator {
-            young_modulus: 2e11,
-            poisson_ratio: 0.3,
-            density: 7850.0,
-            yield_strength: None,
-            ring,
-            blades: None,
-            damping,
-        };
-        RingMatrices::assemble(&stator).surface(0.328, true)
+    fn ring() -> Surface {
+        steel_ring(12, 0.353, 0.328, true)
     }
 
     fn wavy(scale: f64) -> Vec<f64> {

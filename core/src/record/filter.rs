@@ -16,7 +16,7 @@ pub(super) const FILTER: f64 = 1e-3;
 pub struct LastMillisecond(Window<1>);
 
 impl LastMillisecond {
-    /// Of a run in steps of `step` \[s\].
+    /// Filter of a run in steps of `step` \[s\].
     #[must_use]
     pub fn new(step: f64) -> Self {
         Self(Window::new(step))

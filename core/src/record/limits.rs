@@ -37,7 +37,7 @@ pub(crate) struct LimitRecorder {
     beyond: Option<(Limit, At)>,
     /// Mean radius and gap \[m\] of each diaphragm; `None` without a flexible ring.
     rings: Vec<Option<[f64; 2]>>,
-    /// What was reached has been kept at the limit ([`super::Recorders::judge`]).
+    /// Values reached up to the limit have been kept ([`super::Recorders::judge`]).
     kept: bool,
     /// Time step: the earliest time at which a limit is reported \[s\].
     step: f64,

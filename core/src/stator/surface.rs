@@ -45,6 +45,7 @@ pub struct Sample {
     dn: [f64; 4],
 }
 
+/// Value of a field with such shape functions.
 #[inline(always)]
 fn along(n: &[f64; 4], q: &[f64; 4]) -> f64 {
     n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3]
@@ -119,7 +120,7 @@ impl Surface {
         [self.radius + along(&sample.n, &v), self.coefficient_u * along(&sample.n, &u) + self.coefficient_slope * slope]
     }
 
-    /// Nodal freedoms `[u, u_s]` and `[v, v_s]` at both ends of an element.
+    /// Degrees of freedom `[u, u_s]` and `[v, v_s]` at both ends of an element.
     #[inline(always)]
     fn freedoms(&self, field: &[f64], element: usize) -> [[f64; 4]; 2] {
         let (a, b) = (4 * element, if element + 1 == self.nodes { 0 } else { 4 * (element + 1) });

@@ -45,7 +45,7 @@ impl Pairs {
         self.sizes(|j| q[j], room)
     }
 
-    /// The same of the difference of two lists of coordinates.
+    /// Amplitudes of the difference of two lists of coordinates.
     pub fn distances<'a>(&self, q: &[f64], from: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
         self.sizes(|j| q[j] - from[j], room)
     }

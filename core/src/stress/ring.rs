@@ -43,7 +43,7 @@ pub(crate) struct RingStresses {
 #[derive(Debug, Clone)]
 struct Last {
     coordinates: Vec<f64>,
-    /// Of the ring, of the blades, and of their bending alone: no stress of these coordinates is above \[Pa\].
+    /// Bounds of their stresses \[Pa\]: of the ring, of the blades, and of the bending of the blades alone.
     most: [f64; 3],
 }
 
@@ -273,6 +273,41 @@ mod tests {
             let share = pair[1][1] / pair[0][1];
             assert!(share > 0.2 && share < 0.3, "{errors:?}");
         }
+    }
+
+    /// Looks at coordinates that turn around the ring, grow, fall and jump, as a run has them: each maximum is that of evaluations without a memory.
+    #[test]
+    fn looks_with_a_memory_find_the_same_maxima() {
+        let stator = stator(24, None);
+        let matrices = RingMatrices::assemble(&stator);
+        let shapes = Matrix::from_fn(matrices.size(), 6, |i, j| {
+            let angle = (i / 4) as f64 * std::f64::consts::PI / 12.0 * (2 + j / 2) as f64;
+            let wave = if j % 2 == 0 { angle.cos() } else { angle.sin() };
+            if i % 4 == 2 { wave } else { 0.0 }
+        });
+        let part = part(&matrices, Coordinates::modal(&shapes));
+        let (mut ours, fresh) = (RingStresses::new(&stator, &part), RingStresses::new(&stator, &part));
+        let (mut most, mut evaluated, mut raised) = (0.0_f64, 0, 0);
+        for step in 0..4000 {
+            let (turn, size) = (2e-3 * f64::from(step), 1e-4 * (1.5 + (4e-3 * f64::from(step)).sin()));
+            let jump = if step % 500 == 0 { 1.3 } else { 1.0 };
+            let q: Vec<f64> = (0..6)
+                .map(|j| {
+                    let angle = turn * f64::from(2 + j / 2);
+                    size * jump / f64::from(1 + j / 2) * if j % 2 == 0 { angle.cos() } else { angle.sin() }
+                })
+                .collect();
+            let known = Known { ring: most, blades: 0.0, bending: 0.0 };
+            let found = ours.above(&known, &q).ring;
+            let exact =
+                fresh.clone().above(&Known { ring: -1.0, blades: 0.0, bending: 0.0 }, &q).ring.expect("evaluated");
+            if exact > most {
+                assert_eq!(found.map(f64::to_bits), Some(exact.to_bits()), "step {step}");
+                (most, raised) = (exact, raised + 1);
+            }
+            evaluated += usize::from(found.is_some());
+        }
+        assert!(raised > 50 && evaluated < 2000, "{raised} {evaluated}");
     }
 
     /// A blade of one element, its foot displaced as a cantilever from the casing is by a tip force F across and N along.

@@ -53,12 +53,12 @@ pub struct Guard {
     pub impact_steps: f64,
 }
 
-/// What becomes of a run that exceeds a limit of the model.
+/// Treatment of a run that exceeds a limit of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnExceed {
     /// Its status is `beyond`.
     Beyond,
-    /// It keeps its status; the limit is noted in its row.
+    /// Status kept; the limit is noted in the row.
     Note,
 }
 
@@ -69,7 +69,7 @@ pub struct ModelLimit {
     pub limit: Limit,
     /// Largest allowed value of its quantity \[-\] > 0.
     pub value: f64,
-    /// What becomes of a run above it.
+    /// Treatment of a run above it.
     pub on_exceed: OnExceed,
 }
 

@@ -37,7 +37,7 @@ macro_rules! words {
 }
 
 words! {
-    /// What a row may be used for. Precedence where several hold: quarantined, failed, invalid, beyond, ok.
+    /// Use that a row allows. Precedence where several hold: quarantined, failed, invalid, beyond, ok.
     Status {
         /// The numerical checks passed and no limit of the model was exceeded.
         Ok = 0, "ok";

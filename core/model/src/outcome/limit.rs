@@ -55,7 +55,7 @@ impl Limit {
         self.cause().word()
     }
 
-    /// What its ratio compares, for the table of columns.
+    /// Quantities that its ratio compares, for the table of columns.
     #[must_use]
     pub fn quantity(self) -> &'static str {
         match self {

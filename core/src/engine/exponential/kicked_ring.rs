@@ -287,6 +287,38 @@ mod tests {
     }
 
     #[test]
+    fn no_free_mode_exceeds_its_amplitude() {
+        let h = 1e-4;
+        // undamped, damped, nearly critical and overdamped, from slow to as fast as a contact step resolves
+        let modes: Vec<(f64, f64)> = (1..=12)
+            .map(|j| {
+                let w = 1500.0 * f64::from(j);
+                (w * w, [0.0, 0.01, 0.9, 3.0][j as usize % 4] * 2.0 * w)
+            })
+            .collect();
+        let mut ring = KickedRing::new(&modes, h);
+        for (j, &(square, _)) in modes.iter().enumerate() {
+            let phase = 0.7 * j as f64;
+            (ring.place[j / LANES].0[j % LANES], ring.rate[j / LANES].0[j % LANES]) =
+                (phase.cos(), square.sqrt() * phase.sin());
+        }
+        let (mut amplitudes, mut closest) = (Vec::new(), 0.0_f64);
+        ring.free_amplitudes(&mut amplitudes);
+        let flights = [ring.flight(h), ring.flight(16.0 * h)];
+        for step in 0..30_000 {
+            match step % 3 {
+                0 => ring.drift::<Plain>(),
+                kind => ring.fly(&flights[kind - 1]),
+            }
+            for (n, most) in ring.amplitudes().iter().zip(&amplitudes) {
+                assert!(n.abs() <= most * (1.0 + 1e-9), "step {step}: {n} {most}");
+                closest = closest.max(n.abs() / most);
+            }
+        }
+        assert!(closest > 0.999_999, "undamped modes reach it: {closest}");
+    }
+
+    #[test]
     fn between_impulses_a_mode_decays_as_it_should() {
         let (square, damping, h) = (9e6_f64, 200.0, 1e-5);
         let mut ring = KickedRing::new(&[(square, damping)], h);

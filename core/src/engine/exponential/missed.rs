@@ -45,7 +45,7 @@ impl Watched {
         Self { constant: length(constant), square: 0.0, largest: 0.0, limit: f64::INFINITY, ends: false }
     }
 
-    /// The same, with a value whose first excess is to be found to a contact step; `ends`: the run ends there.
+    /// Watch with a value whose first excess is to be found to a contact step; `ends`: the run ends there.
     pub fn limited(self, limit: f64, ends: bool) -> Self {
         Self { limit: limit * limit, ends, ..self }
     }

@@ -14,7 +14,7 @@ use bladeoff_model::machine::{ContactSurface, DiaphragmKind, Machine};
 
 /// Impacts for each evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
 const LOOKS: u64 = 384;
-/// The same for steps in which the highest mode of the ring turns by less than this \[rad\] (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
+/// Impacts for each evaluation in steps in which the highest mode of the ring turns by less than this \[rad\] (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
 const FINE: f64 = 1.5;
 const FINE_LOOKS: u64 = 8;
 

@@ -4,7 +4,7 @@
 //! without impulses |q_k| <= a_k = sqrt(q_k^2 + q_k'^2/w_k^2):  |sigma| <= sum s_k a_k until the next impulse                            (1)
 //! ```
 //! Free modes only decay. Once (1) is not above the largest stresses so far, no look before the next impulse can raise them, and the ring is not evaluated.
-//! [`ROUNDING`] covers the rounding of all steps until then. Source of (1): [`crate::stress`]. Verified by `a_free_ring_that_rests_has_no_larger_stresses`.
+//! [`ROUNDING`] covers the rounding of all steps until then. Source of (1): [`crate::stress`]. Verified by `no_free_mode_exceeds_its_amplitude` ([`super::kicked_ring`]).
 
 use super::rub::Rub;
 use crate::record::Recorders;

@@ -11,11 +11,11 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Cause;
 
-/// What a run needs of it.
+/// Looks at the shaft of a run.
 pub(super) struct ShaftLook {
     /// Torsional moments of the shaft's elements, on the modes of twist.
     torsion: Eights,
-    /// What a train of blows lacks of them, per angular impulse.
+    /// Moments that a train of impulses lacks, per angular impulse.
     lacking: Vec<f64>,
     /// Torsional moments at the last look \[N m\].
     moments: Vec<f64>,
@@ -27,7 +27,7 @@ pub(super) struct ShaftLook {
 }
 
 impl ShaftLook {
-    /// Of a run in contact steps of `step` \[s\]; `touches`: with something to touch.
+    /// Looks of a run in contact steps of `step` \[s\]; `touches`: with something to touch.
     pub fn new(
         machine: &Machine,
         structure: &Structure,

@@ -1,4 +1,4 @@
-//! When stresses first exceed limits of the yield strength: to one contact step, whoever follows the run.
+//! Times at which stresses first exceed limits of the yield strength: to one contact step, with or without a follower.
 //!
 //! ```text
 //! ring, blades   in flight |sigma| <= sum s_k a_k,  a_k = sqrt(n_k^2 + n_k'^2/w_k^2) at its start: free modes only decay                 (1)
@@ -8,7 +8,7 @@
 //! Looks are eight contact steps apart at least, and a step in flight covers many. Where a bound at n is above a limit that has not been exceeded, stresses are looked at in this contact step as well, and
 //! where (1) or (3) may be exceeded in flight, flights are single contact steps. (3) is a margin, not a bound: pairs grow evenly under a force. A machine without yield strengths has none of this, and what has
 //! exceeded its limit is not watched any more.
-//! Verified by `yield_strengths_are_watched_whoever_follows` (`tests/exponential_run.rs`): a follower changes no time.
+//! Verified by `tests/yield_times.rs`, which evaluates every step of a history, and `yield_strengths_are_watched_whoever_follows` (`tests/exponential_run.rs`): a follower changes no time.
 
 use super::measured::BESIDE;
 use super::transient::Transient;
@@ -28,7 +28,7 @@ pub(super) struct Yielding {
     amplitudes: Vec<f64>,
 }
 
-/// What a step is to look at.
+/// Stresses to look at in a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Watch {
     /// The shaft's moments at n.
@@ -40,7 +40,7 @@ pub(super) struct Watch {
 }
 
 impl Yielding {
-    /// Of a run; `None` where no material has a yield strength.
+    /// Watch over a run; `None` where no material has a yield strength.
     pub fn new(recorders: &Recorders, limits: [f64; 3]) -> Option<Self> {
         let any = ratios(recorders).iter().any(Option::is_some);
         any.then(|| Self { limits, before: None, bounds: Vec::new(), amplitudes: Vec::new() })
@@ -51,7 +51,7 @@ impl Yielding {
         [self.limits[0], self.limits[1]]
     }
 
-    /// What the step from n is to look at.
+    /// Stresses to look at in the step from n.
     pub fn watch(&mut self, transient: &mut Transient, recorders: &mut Recorders) -> Watch {
         let ratios = ratios(recorders);
         let below = |i: usize| ratios[i].is_some_and(|peak| peak.value.unwrap_or(0.0) <= self.limits[i]);
@@ -81,7 +81,7 @@ impl Yielding {
     }
 }
 
-/// Of rings, blades, shaft.
+/// Largest ratios of rings, blades, shaft.
 fn ratios(recorders: &Recorders) -> [Option<Peak>; 3] {
     [recorders.ring_yield(), recorders.blade_yield(), recorders.shaft_yield()]
 }

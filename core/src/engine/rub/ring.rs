@@ -185,26 +185,14 @@ mod tests {
     use super::*;
     use crate::contact::{exact_gap, polar_gap};
     use crate::linalg::Matrix;
-    use crate::stator::RingMatrices;
-    use bladeoff_model::machine::{FlexibleStator, Rayleigh, Ring as RingShape};
+    use crate::stator::steel_ring;
     use proptest::prelude::*;
 
     const NODES: usize = 6;
     const MEAN: f64 = 0.4;
 
     fn surface(inner_face: bool) -> Surface {
-        let ring = RingShape { mean_radius: MEAN, thickness: 0.05, width: 0.1, elements: NODES };
-        let damping = Rayleigh::default();
-        let stator = FlexibleStator {
-            young_modulus: 2e11,
-            poisson_ratio: 0.3,
-            density: 7850.0,
-            yield_strength: None,
-            ring,
-            blades: None,
-            damping,
-        };
-        RingMatrices::assemble(&stator).surface(0.37, inner_face)
+        steel_ring(NODES, MEAN, 0.37, inner_face)
     }
 
     /// Largest |v| of a nodal field, sampled.

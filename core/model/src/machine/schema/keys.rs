@@ -21,7 +21,7 @@ pub const TWIN: &str = "run.twin";
 /// Path of the largest change between a run and its twin that does not make the run sensitive.
 pub const TWIN_LIMIT: &str = "run.twin_limit";
 
-/// What becomes of a run that exceeds a limit of the model.
+/// Treatment of a run that exceeds a limit of the model.
 const ON_EXCEED: [&str; 2] = ["beyond", "note"];
 
 const POISSON: Range = Range::between(-1.0, 0.5);
