@@ -42,15 +42,15 @@ fn gyroscopic_moments_twist_the_shaft() {
     agree(&rows, &[(0, 0.02), (1, 0.01), (2, 0.01), (3, 0.01), (4, 0.01)]);
 }
 
-/// The first section rings after the impact: at steps of 5.2 and 1.3 us `full` has 11.47 and 11.52 kN m there, `reduced` 12.03 and 11.79, this engine 12.04 at 6.5 us: what the
-/// modes of both lack of `full` in a section that has a twentieth of the largest moment.
+/// The first section rings after the impact and has a twentieth of the largest moment. This engine has 11.65 kN m there at 6.5 and 3.2 us, 11.90 at 1.6 us; `full` has 11.49 at 2.8 us, `reduced` 12.03.
+/// A correction of truncated torsional modes has nothing to correct: the engine keeps all of them. More lateral modes and 64 ring modes change the moment by 0.1 %; without static residual it is 12.50 kN m.
 #[test]
 fn moments_of_a_rub_with_heavy_unbalances_are_those_of_the_full_engine() {
     let rows = both(HEAVY, &[("run.end_time", "0.05 s")]);
     for row in &rows {
         assert!(row.value("impacts") > 0.0 && row.value("contact_impulse_Ns") > 50.0, "touches");
     }
-    agree(&rows, &[(0, 0.05), (1, 0.01), (2, 0.01), (3, 0.01), (4, 0.01)]);
+    agree(&rows, &[(0, 0.03), (1, 0.01), (2, 0.01), (3, 0.01), (4, 0.01)]);
 }
 
 /// Other speeds, masses, radii and disc inertias: the sections that carry more than 5 % of the largest moment.
