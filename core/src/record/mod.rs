@@ -250,12 +250,12 @@ impl Recorders {
         self.largest_of_rings(0)
     }
 
-    /// The same of all blades.
+    /// Largest ratio of stress and yield strength of all blades.
     pub fn blade_yield(&self) -> Option<Peak> {
         self.largest_of_rings(1)
     }
 
-    /// The same of the shaft's sections, each with its own yield strength.
+    /// Largest ratio of stress and yield strength of the shaft's sections, each with its own yield strength.
     pub fn shaft_yield(&self) -> Option<Peak> {
         self.stresses.yield_ratio()
     }

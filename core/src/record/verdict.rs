@@ -1,4 +1,4 @@
-//! What a row may be used for: the validity guard, and the limits of the model.
+//! Use that a row allows: the validity guard, and the limits of the model.
 
 use super::end::End;
 use super::energies::EnergyBalance;

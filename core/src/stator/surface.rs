@@ -120,7 +120,7 @@ impl Surface {
         [self.radius + along(&sample.n, &v), self.coefficient_u * along(&sample.n, &u) + self.coefficient_slope * slope]
     }
 
-    /// Degrees of freedom `[u, u_s]` and `[v, v_s]` at both ends of an element.
+    /// Nodal values `[u, u_s]` and `[v, v_s]` at both ends of an element.
     #[inline(always)]
     fn freedoms(&self, field: &[f64], element: usize) -> [[f64; 4]; 2] {
         let (a, b) = (4 * element, if element + 1 == self.nodes { 0 } else { 4 * (element + 1) });

@@ -27,7 +27,7 @@ pub(super) struct Amplitudes {
 }
 
 impl Pairs {
-    /// Of the coordinates of a part: two neighbouring modes of one frequency are a pair.
+    /// Pairs of the coordinates of a part: two neighbouring modes of one frequency are a pair.
     pub fn of(part: &Part) -> Self {
         let size = part.coordinates.size();
         let square = |j: usize| part.stiffness[(j, j)];
@@ -92,7 +92,7 @@ kernel! {
 pub(super) struct Bounds(Vec<Lane>);
 
 impl Bounds {
-    /// Of groups of places.
+    /// Bounds of groups of places.
     pub fn new(groups: &[&Fibres]) -> Self {
         let pairs = groups.first().map_or(0, |group| group.largest.len());
         let of = |pair: usize| Lane(std::array::from_fn(|k| groups.get(k).map_or(0.0, |group| group.largest[pair])));
@@ -117,12 +117,12 @@ pub(super) struct Fibres {
 #[derive(Debug, Clone)]
 enum Rows {
     Nodal(Csr),
-    /// Of eight places at a time, zeros behind the last.
+    /// Rows of eight places at a time, zeros behind the last.
     Modal(Vec<Lane>),
 }
 
 impl Fibres {
-    /// Of columns: one row per coordinate, one column per place; `modal`: coordinates are modes, all of which reach every place.
+    /// Fibres by their columns: one row per coordinate, one column per place; `modal`: coordinates are modes, all of which reach every place.
     pub fn new(columns: &Matrix, pairs: &Pairs, modal: bool) -> Self {
         let rows = if modal {
             Rows::Modal((0..columns.ncols()).step_by(LANES).flat_map(|first| eight(columns, first)).collect())

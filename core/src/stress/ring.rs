@@ -29,7 +29,7 @@ pub(crate) struct RingStresses {
     pairs: Pairs,
     ring: Fibres,
     blades: Option<BladeStresses>,
-    /// Of the ring, of the blades, and of their bending alone.
+    /// Bounds of the ring, of the blades, and of the bending of the blades alone.
     bounds: Bounds,
     /// Node of each place, two faces each.
     nodes: Vec<usize>,
@@ -50,7 +50,7 @@ struct Last {
 /// Rounding of a stress, per bound of its terms: one of each of a thousand.
 const ROUNDING: f64 = 1e-12;
 
-/// What is not above these is not asked for \[Pa\].
+/// Stresses above which an evaluation is asked for \[Pa\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known {
     pub ring: f64,
@@ -68,7 +68,7 @@ pub(crate) struct Largest {
 }
 
 impl RingStresses {
-    /// Of a flexible stator.
+    /// Stresses of a flexible stator.
     pub fn new(stator: &FlexibleStator, part: &RingPart) -> Self {
         let coordinates = &part.part.coordinates;
         let (size, pairs) = (coordinates.size(), Pairs::of(&part.part));

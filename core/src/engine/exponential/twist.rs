@@ -39,7 +39,7 @@ pub(super) struct Twist {
     /// (1), turns and rates of four rows after four, and that at the beginning of the step.
     seen: Vec<Lane>,
     before: Vec<Lane>,
-    /// (3).
+    /// Parts of the turns and rates that the last torques make (3).
     held: Vec<Lane>,
     /// Torques over the step, along the rows.
     torques: Vec<f64>,
