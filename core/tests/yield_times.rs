@@ -108,7 +108,7 @@ fn a_yield_limit_is_exceeded_within_one_contact_step_of_the_history() {
             if which == 1 {
                 assert!(found >= contact - step, "a ring at rest has no stress");
                 // an engine that looked every eight contact steps alone would find these later
-                between_looks += usize::from(libm::round(found / step) as u64 % 8 != 0);
+                between_looks += usize::from(!(libm::round(found / step) as u64).is_multiple_of(8));
             }
         }
     }
