@@ -2,12 +2,12 @@
 
 use super::csv::TIME;
 use super::mcap_file::{ABOUT, GROUP, OUTCOME, UNITS};
+use super::records::Records;
 use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
 use super::{Format, HISTORY_VERSION, HistoryError, proto};
 use bladeoff_answers::history::{About, History, Series};
 use bladeoff_answers::tables::read_numbers;
 use bladeoff_system::place::Place;
-use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub(super) const MOST_HISTORY: u64 = 4 << 30;
 /// Reads a history.
 ///
 /// # Errors
-/// Not readable, not of a format or version that is known, or cut (then `bladeoff recover` helps).
+/// Not readable, not of a format or version that is known, damaged, or cut (then `bladeoff recover` helps).
 pub fn read(path: &Path) -> Result<History, HistoryError> {
     let format = Format::of(path)?;
     let read = match format {
@@ -34,7 +34,7 @@ pub fn read(path: &Path) -> Result<History, HistoryError> {
     if known { Ok(history) } else { Err(not_ours(path, "it does not say so")) }
 }
 
-fn not_ours(path: &Path, detail: &'static str) -> HistoryError {
+pub(super) fn not_ours(path: &Path, detail: &'static str) -> HistoryError {
     HistoryError::NotAHistory { path: path.to_path_buf(), detail }
 }
 
@@ -47,13 +47,12 @@ struct Topic {
 
 fn read_mcap(path: &Path) -> Result<History, HistoryError> {
     let bytes = Place::named(path).read(MOST_HISTORY)?;
-    let failed = || HistoryError::mcap("read", path);
     let mut history = History::default();
     let mut units = About::new();
     let mut schemas: BTreeMap<u16, Vec<String>> = BTreeMap::new();
     let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
-    for record in ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into()).map_err(failed())? {
-        match record.map_err(failed())? {
+    for record in Records::checked(path, &bytes) {
+        match record? {
             Record::Metadata(metadata) => match metadata.name.as_str() {
                 ABOUT => history.about = metadata.metadata,
                 UNITS => units = metadata.metadata,
