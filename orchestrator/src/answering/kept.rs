@@ -1,9 +1,9 @@
-//! `answers.json` and `answers/NAME.parquet` in a result directory: written whole, never through links. Curves of questions that are
+//! `answers.json` and `answers/NAME.parquet` in a result directory, with their checksums: written whole, never through links. Curves of questions that are
 //! gone are removed; what somebody else has put between them stays.
 
 use super::Answering;
 use crate::run::directory::{ANSWERS, CURVES};
-use crate::run::{Untrusted, check_trust, curve_file, remove_curves};
+use crate::run::{Untrusted, check_trust, curve_file, forget_sums, keep_sums, remove_curves};
 use bladeoff_answers::tables::{TableError, write_curve};
 use bladeoff_system::files::{FileError, Pending, write_whole};
 use bladeoff_system::folder::Folder;
@@ -52,6 +52,7 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     }
     let text = answering.answers.json()?;
     let place = folder.place(ANSWERS);
+    forget_sums(&folder)?;
     if !answering.curves.is_empty() {
         let curves = curves(&folder)?;
         for (name, curve) in &answering.curves {
@@ -61,7 +62,8 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     if !place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) {
         write_whole(&place, text.as_bytes())?;
     }
-    Ok(remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?)
+    remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?;
+    Ok(keep_sums(&folder, answering.curves.iter().map(|(name, _)| name.as_str()))?)
 }
 
 /// The folder of curves, made if it is not there.
@@ -115,7 +117,10 @@ mod tests {
         keep(root, &answering(&["a", "b"]), false).expect("writable");
         assert_eq!(
             (names(root), names(&curves)),
-            (vec!["answers".into(), ANSWERS.to_owned()], vec!["a.parquet".into(), "b.parquet".into()])
+            (
+                vec!["answers".into(), "answers.b3sum".into(), ANSWERS.to_owned()],
+                vec!["a.parquet".into(), "b.parquet".into()]
+            )
         );
         // of somebody else, and of a program that was killed
         fs::write(curves.join("mine.parquet"), "mine").expect("written");
