@@ -63,7 +63,7 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
         write_whole(&place, text.as_bytes())?;
     }
     remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?;
-    Ok(keep_sums(&folder, answering.curves.iter().map(|(name, _)| name.as_str()))?)
+    Ok(keep_sums(&folder, answering.curves.iter().map(|(name, _)| curve_file(name)))?)
 }
 
 /// The folder of curves, made if it is not there.

@@ -31,11 +31,7 @@ pub fn read(path: &Path) -> Result<History, HistoryError> {
         return Ok(history);
     }
     let known = history.about.get("history_version").is_some_and(|found| *found == HISTORY_VERSION.to_string());
-    if known { Ok(history) } else { Err(not_ours(path, "it does not say so")) }
-}
-
-pub(super) fn not_ours(path: &Path, detail: &'static str) -> HistoryError {
-    HistoryError::NotAHistory { path: path.to_path_buf(), detail }
+    if known { Ok(history) } else { Err(HistoryError::not_ours(path, "it does not say so")) }
 }
 
 /// A topic under way.
@@ -60,21 +56,28 @@ fn read_mcap(path: &Path) -> Result<History, HistoryError> {
                 _ => {}
             },
             Record::Schema { header, data } => {
-                let names = proto::field_names(&data).ok_or_else(|| not_ours(path, "a schema is not one of ours"))?;
+                let names = proto::field_names(&data)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a schema is not one of ours"))?;
                 schemas.insert(header.id, names);
             }
             Record::Channel(channel) => {
-                let group = channel.metadata.get(GROUP).ok_or_else(|| not_ours(path, "a topic is not one of ours"))?;
-                let fields = schemas.get(&channel.schema_id).ok_or_else(|| not_ours(path, "a topic has no schema"))?;
+                let group = channel
+                    .metadata
+                    .get(GROUP)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a topic is not one of ours"))?;
+                let fields = schemas
+                    .get(&channel.schema_id)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a topic has no schema"))?;
                 let names: Vec<String> = fields.iter().map(|field| format!("{group}.{field}")).collect();
                 let values = vec![Vec::new(); names.len()];
                 topics.entry(channel.id).or_insert(Topic { names, times: Vec::new(), values });
             }
             Record::Message { header, data } => {
-                let topic =
-                    topics.get_mut(&header.channel_id).ok_or_else(|| not_ours(path, "a message has no topic"))?;
+                let topic = topics
+                    .get_mut(&header.channel_id)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a message has no topic"))?;
                 let values = proto::values(&data, topic.names.len())
-                    .ok_or_else(|| not_ours(path, "a message does not fit its schema"))?;
+                    .ok_or_else(|| HistoryError::not_ours(path, "a message does not fit its schema"))?;
                 topic.times.push(header.log_time as f64 * 1e-9);
                 for (series, value) in topic.values.iter_mut().zip(values) {
                     series.push(value);
@@ -100,11 +103,11 @@ fn read_mcap(path: &Path) -> Result<History, HistoryError> {
 
 fn read_csv(path: &Path) -> Result<History, HistoryError> {
     let bytes = Place::named(path).read(MOST_HISTORY)?;
-    let text = String::from_utf8(bytes).map_err(|_| not_ours(path, "it is not text in UTF-8"))?;
+    let text = String::from_utf8(bytes).map_err(|_| HistoryError::not_ours(path, "it is not text in UTF-8"))?;
     let mut lines = text.lines();
     let mut names = lines.next().unwrap_or_default().split(',');
     if names.next() != Some(TIME) {
-        return Err(not_ours(path, "its first column is not time_s"));
+        return Err(HistoryError::not_ours(path, "its first column is not time_s"));
     }
     let series = |name: &str| Series { name: name.to_owned(), unit: unit_of(name).to_owned(), values: Vec::new() };
     let mut history = History { channels: names.map(series).collect(), ..History::default() };

@@ -4,7 +4,6 @@
 //! only if its checksum agrees. Only the kinds of records that a history has are parsed.
 
 use super::HistoryError;
-use super::read::not_ours;
 use mcap::parse_record;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -99,7 +98,7 @@ impl Iterator for Records<'_> {
                 }
                 Ok(LinearReadEvent::Record { opcode, .. }) if !is_used(opcode) => {}
                 Ok(LinearReadEvent::Record { data, opcode }) if !lengths_fit(opcode, data) => {
-                    return Some(Err(not_ours(self.path, "a text in it is longer than its record")));
+                    return Some(Err(HistoryError::not_ours(self.path, "a text in it is longer than its record")));
                 }
                 Ok(LinearReadEvent::Record { data, opcode }) => {
                     return Some(parse_record(opcode, data).map(Record::into_owned).map_err(failed));

@@ -3,7 +3,6 @@
 //! It is removed before answers are replaced and written after them. A program that is killed between leaves answers without checksums,
 //! never whole answers that look damaged.
 
-use super::curves::curve_file;
 use super::directory::{ANSWER_SUMS, ANSWERS, CURVES};
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;
@@ -25,17 +24,16 @@ pub fn forget_sums(folder: &Folder) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Writes the checksums of the answers and of the curves of these questions.
+/// Writes the checksums of the answers and of the curves in these files.
 ///
 /// # Errors
 /// A file cannot be read, or the checksums not be written.
-pub fn keep_sums<'a>(folder: &Folder, questions: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
+pub fn keep_sums(folder: &Folder, files: impl Iterator<Item = String>) -> Result<(), FileError> {
     let mut lines = line(&folder.place(ANSWERS).read(MOST_ANSWERS)?, ANSWERS);
-    let mut questions = questions.peekable();
-    if questions.peek().is_some() {
+    let mut files = files.peekable();
+    if files.peek().is_some() {
         let curves = folder.folder(CURVES).map_err(FileError::at("open", &folder.place(CURVES)))?;
-        for question in questions {
-            let file = curve_file(question);
+        for file in files {
             lines.push_str(&line(&curves.place(&file).read(MOST_ANSWERS)?, &format!("{CURVES}/{file}")));
         }
     }

@@ -66,7 +66,7 @@ pub(super) fn prepared<'a>(shared: &Shared, frozen: &Frozen, samples: &'a Sample
 pub fn restore(directory: &Path, trusts: bool, note: &dyn Fn(&str)) -> Result<(), ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(()) };
     let Some(frozen) = Frozen::read(&shared)? else { return Ok(()) };
-    let (is_study_whole, is_rest_whole) = are_whole(&shared, &frozen);
+    let (is_study_whole, is_rest_whole) = are_whole(&shared, &frozen)?;
     if is_study_whole && is_rest_whole {
         return Ok(());
     }

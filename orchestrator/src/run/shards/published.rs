@@ -12,10 +12,11 @@ use super::layout::SHARDS;
 use super::shared::Shared;
 use bladeoff_study::plan::MOST_PARAMETERS;
 use bladeoff_study::{MACHINE, POINTS, STUDY, Samples, empirical};
-use bladeoff_system::files::write_whole;
+use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::shown;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
 use serde_json::Value;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Largest study, machine, points file or plan that is compared.
@@ -49,11 +50,24 @@ fn computed(frozen: &Frozen) -> Vec<(String, String)> {
 }
 
 /// The file of this name that is not as it was written, if it is not.
-fn damage(shared: &Shared, (name, wanted): (String, String)) -> Option<Damaged> {
-    let place = shared.folder().place(&name);
+///
+/// # Errors
+/// It cannot be read now.
+fn damage(shared: &Shared, (name, wanted): (String, String)) -> Result<Option<Damaged>, FileError> {
     let most = if name == BASIS_FILE { MOST_BASIS } else { MOST_INPUT };
-    let is_whole = place.read(most).is_ok_and(|bytes| has_hash(&bytes, &wanted));
-    (!is_whole).then(|| Damaged { is_missing: !place.exists(), name, wanted })
+    let is_missing = match shared.folder().place(&name).read(most) {
+        Ok(bytes) if has_hash(&bytes, &wanted) => return Ok(None),
+        Ok(_) => false,
+        Err(error) if error.source.kind() == ErrorKind::NotFound => true,
+        // too long, or no regular file
+        Err(error) if error.source.kind() == ErrorKind::InvalidInput => false,
+        Err(error) => return Err(error),
+    };
+    Ok(Some(Damaged { name, wanted, is_missing }))
+}
+
+fn all_damaged(shared: &Shared, files: Vec<(String, String)>) -> Result<Vec<Damaged>, FileError> {
+    files.into_iter().filter_map(|file| damage(shared, file).transpose()).collect()
 }
 
 fn has_hash(bytes: &[u8], wanted: &str) -> bool {
@@ -102,15 +116,15 @@ pub(super) fn refuse_damaged_basis(shared: &Shared, frozen: &Frozen) -> Result<(
 /// that file has changed, and not the chunks.
 ///
 /// # Errors
-/// [`ShardError::Damaged`]; the directory cannot be read.
+/// [`ShardError::Damaged`].
 pub(super) fn refuse_other_list(shared: &Shared, frozen: &Frozen) -> Result<(), ShardError> {
     let identity = frozen.identity();
     let agrees = |of: &Value, keys: &[&str]| keys.iter().all(|key| of[*key] == identity[*key]);
     let mut other = None;
     let mut left = LOOKED_AT;
     for number in frozen.chunks.folders() {
-        let names = shared.names_in(number)?;
-        let Ok(Some(folder)) = shared.chunks_in(number) else { continue };
+        // where chunks cannot be read now, the attempts to read or publish one wait for them
+        let (Ok(names), Ok(Some(folder))) = (shared.names_in(number), shared.chunks_in(number)) else { continue };
         for chunk in names.into_iter().take(left) {
             left -= 1;
             let Some(head) = head(&folder, chunk) else { continue };
@@ -134,7 +148,7 @@ pub(super) fn refuse_other_list(shared: &Shared, frozen: &Frozen) -> Result<(), 
 }
 
 fn refuse(shared: &Shared, frozen: &Frozen, files: Vec<(String, String)>) -> Result<(), ShardError> {
-    match files.into_iter().find_map(|file| damage(shared, file)) {
+    match all_damaged(shared, files)?.first() {
         Some(damaged) => Err(damaged.refused(shared, frozen)),
         None => Ok(()),
     }
@@ -150,7 +164,7 @@ pub(super) fn restore_study(
     study: &Samples,
     note: &dyn Fn(&str),
 ) -> Result<(), ShardError> {
-    let damaged: Vec<Damaged> = of_study(frozen).into_iter().filter_map(|file| damage(shared, file)).collect();
+    let damaged = all_damaged(shared, of_study(frozen))?;
     let inputs = if damaged.is_empty() { Vec::new() } else { study.study().inputs() };
     for one in &damaged {
         let text = inputs.iter().find_map(|(name, text)| text.filter(|_| *name == one.name));
@@ -169,7 +183,7 @@ pub(super) fn restore_computed(
     samples: &Samples,
     note: &dyn Fn(&str),
 ) -> Result<(), ShardError> {
-    for one in computed(frozen).into_iter().filter_map(|file| damage(shared, file)) {
+    for one in all_damaged(shared, computed(frozen))? {
         let bytes = if one.name == BASIS_FILE {
             new_basis(samples)?
         } else {
@@ -204,7 +218,9 @@ fn put_back(
 }
 
 /// Whether the study's files are as they were published, and whether plan and basis are.
-pub(super) fn are_whole(shared: &Shared, frozen: &Frozen) -> (bool, bool) {
-    let whole = |files: Vec<(String, String)>| files.into_iter().all(|file| damage(shared, file).is_none());
-    (whole(of_study(frozen)), whole(computed(frozen)))
+///
+/// # Errors
+/// One cannot be read now.
+pub(super) fn are_whole(shared: &Shared, frozen: &Frozen) -> Result<(bool, bool), FileError> {
+    Ok((all_damaged(shared, of_study(frozen))?.is_empty(), all_damaged(shared, computed(frozen))?.is_empty()))
 }
