@@ -3,7 +3,7 @@
 
 use super::Answering;
 use crate::run::directory::{ANSWERS, CURVES};
-use crate::run::{Untrusted, check_trust, curve_file, forget_sums, keep_sums, remove_curves};
+use crate::run::{Untrusted, are_kept, check_trust, curve_file, forget_sums, keep_sums, remove_curves};
 use bladeoff_answers::tables::{TableError, write_curve};
 use bladeoff_system::files::{FileError, Pending, write_whole};
 use bladeoff_system::folder::Folder;
@@ -52,6 +52,13 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     }
     let text = answering.answers.json()?;
     let place = folder.place(ANSWERS);
+    let is_same = place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes());
+    if is_same && answering.curves.is_empty() {
+        remove_curves(&folder, |_| false)?;
+        // nothing is replaced; a directory that may not be written stays as it is
+        let kept = if are_kept(&folder) { Ok(()) } else { keep_sums(&folder, std::iter::empty()) };
+        return kept.map_err(KeepError::from).or_else(|error| if error.is_refusal() { Ok(()) } else { Err(error) });
+    }
     forget_sums(&folder)?;
     if !answering.curves.is_empty() {
         let curves = curves(&folder)?;
@@ -59,7 +66,7 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
             write_curve(Pending::create(curves.place(curve_file(name)))?, curve, name)?;
         }
     }
-    if !place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) {
+    if !is_same {
         write_whole(&place, text.as_bytes())?;
     }
     remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?;

@@ -47,7 +47,7 @@ mod trust;
 mod upkeep;
 mod work;
 
-pub(crate) use answer_sums::{forget_sums, keep_sums};
+pub(crate) use answer_sums::{are_kept, forget_sums, keep_sums};
 pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use chosen::{Chosen, Refining, chosen_of_table};

@@ -52,7 +52,7 @@ impl Drop for Writing {
 fn system() -> Option<String> {
     let start = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
     let container = fs::read_link("/proc/self/ns/pid").ok()?;
-    Some(format!("{} {}", start.trim(), container.display()))
+    Some(format!("{} {}", start.trim(), container.to_string_lossy()))
 }
 
 /// When a process began, in ticks of its system: another one may have its number later.
@@ -110,7 +110,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("temporary directory");
         let open = Folder::open(folder.path()).expect("opened");
         let note = Writing::begin(&open, &[Path::new("/a/results.parquet.0123abcd.tmp")]).expect("written");
-        let text = fs::read(&note.0).expect("there");
+        let text = note.0.read(MOST).expect("there");
         let mut said: Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(said["tables"], json!(["results.parquet.0123abcd.tmp"]));
         assert!(!is_gone(&said), "this process lives");
