@@ -1,6 +1,6 @@
 //! Checksums of the answers in a directory: `answers.b3sum`, which `b3sum --check` reads, too.
 //!
-//! It is removed before answers are replaced and written after them. A program that is killed between leaves answers without checksums,
+//! The file is removed before answers are replaced and written after them. A program that is killed between leaves answers without checksums,
 //! never whole answers that look damaged.
 
 use super::directory::{ANSWER_SUMS, ANSWERS, CURVES};
@@ -51,7 +51,7 @@ fn line(bytes: &[u8], name: &str) -> String {
     format!("{}  {name}\n", blake3::hash(bytes).to_hex())
 }
 
-/// The checksums by the names of their files, a name without one where its line is damaged; `None`: there are none.
+/// The checksums by the names of their files, a name without one where its line is damaged; `None` if the file is missing.
 pub(super) fn sums(folder: &Folder) -> Option<Vec<(String, Option<Hash>)>> {
     let text = folder.place(ANSWER_SUMS).read(MOST).ok()?;
     let text = String::from_utf8_lossy(&text);

@@ -1,4 +1,4 @@
-//! A study put into a directory of shards, by whoever is first, or compared with what is published there.
+//! A study put into a directory of shards by the first process, or compared with what is published there.
 //!
 //! Each file is published by `link(2)` and read back. A process that is killed between two of them leaves a beginning that the next one
 //! continues. Damaged files are restored before anything is compared (`published`).
@@ -27,7 +27,7 @@ use std::path::Path;
 /// The samples of the study that is frozen beside it.
 ///
 /// # Errors
-/// It cannot be read any more.
+/// The study cannot be read any more.
 pub(super) fn samples(shared: &Shared, frozen: &Frozen) -> Result<Samples, ShardError> {
     refuse_damaged_study(shared, frozen)?;
     let damaged =
@@ -40,8 +40,8 @@ pub(super) fn samples(shared: &Shared, frozen: &Frozen) -> Result<Samples, Shard
     Samples::new(study, scale, limit).map_err(damaged)
 }
 
-/// The same ready to be written as tables, with the basis that is frozen there. A later program with the same numerics may read what it
-/// does not go on with.
+/// The samples ready to be written as tables, with the published basis. A later program with the same numerics may read a directory that
+/// another program has begun.
 ///
 /// # Errors
 /// A file there is not the one that was published.
@@ -127,7 +127,7 @@ pub(super) fn refuse_refined(samples: &Samples) -> Result<(), ShardError> {
     if study.refine.is_some() { Err(ShardError::Refined { study: (&study.file).into() }) } else { Ok(()) }
 }
 
-/// Takes what is published, or publishes it. `chunk`: how many samples a chunk is to have, by whoever is first; `asked`: by the user; `old`: a
+/// Takes what is published, or publishes it. `chunk`: how many samples a chunk gets in a new directory; `asked`: by the user; `old`: a
 /// directory whose samples will be taken over.
 ///
 /// # Errors
@@ -238,7 +238,7 @@ fn check_chunk(size: u64, samples: u64) -> Result<(), ShardError> {
     Ok(())
 }
 
-/// Publishes a file that everybody's is equal to.
+/// Publishes a file of which every process has the same bytes.
 fn publish(shared: &Shared, name: &str, bytes: &[u8]) -> Result<(), ShardError> {
     let place = shared.folder().place(name);
     if !place.exists() {
