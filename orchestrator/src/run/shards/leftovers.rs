@@ -15,7 +15,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-/// Age of a table under construction that nobody writes any more.
+/// Age of a table under construction whose writer has ended.
 const LEFTOVER: Duration = Duration::from_secs(3600);
 /// Name that a note has as a file under construction: `merge.0123abcd.tmp`.
 const NOTE: &str = "merge";

@@ -52,7 +52,7 @@ fn computed(frozen: &Frozen) -> Vec<(String, String)> {
 /// The file of this name that is not as it was written, if it is not.
 ///
 /// # Errors
-/// It cannot be read now.
+/// The file cannot be read now.
 fn damage(shared: &Shared, (name, wanted): (String, String)) -> Result<Option<Damaged>, FileError> {
     let most = if name == BASIS_FILE { MOST_BASIS } else { MOST_INPUT };
     let is_missing = match shared.folder().place(&name).read(most) {
@@ -220,7 +220,7 @@ fn put_back(
 /// Whether the study's files are as they were published, and whether plan and basis are.
 ///
 /// # Errors
-/// One cannot be read now.
+/// A file cannot be read now.
 pub(super) fn are_whole(shared: &Shared, frozen: &Frozen) -> Result<(bool, bool), FileError> {
     Ok((all_damaged(shared, of_study(frozen))?.is_empty(), all_damaged(shared, computed(frozen))?.is_empty()))
 }
