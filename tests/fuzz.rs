@@ -8,8 +8,10 @@ mod cap;
 mod support;
 
 use bladeoff::cli::{status_text, why_text};
+use bladeoff::history::{read, recover};
 use bladeoff::run::{own_columns, rehearsal};
-use bladeoff_answers::tables::{Table, Timing, TimingsWriter};
+use bladeoff_answers::history::History;
+use bladeoff_answers::tables::{Table, Timing, TimingsWriter, count_sound_rows};
 use bladeoff_core::modal::Basis;
 use bladeoff_model::machine::MachineDef;
 use bladeoff_study::{Samples, load, parse_duration, parse_memory};
@@ -380,10 +382,89 @@ fn any_cut_of_a_table_is_refused() {
     }
 }
 
-/// A small table of fixed content, each byte of its footer changed in three ways. Not by chance and not in its pages: for a
-/// wrong length in a page the table library asks for any memory, which ends the program (docs/durability.md).
+/// A small history of each format.
+fn histories(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
+    let rig = folder.name("machines/rig.toml");
+    let record = |extension: &'static str| {
+        let history = folder.name(&format!("whole.{extension}"));
+        let run = ["simulate", &rig, "--set", "run.end_time=20 ms", "--every", "1 ms", "--history", &history];
+        let said = say(&[&run[..], &["--channels", "rotor.speed_rad_s,contact"]].concat());
+        assert_eq!(said.code, 0, "{}", said.err);
+        (extension, fs::read(&history).expect("written"))
+    };
+    ["mcap", "parquet", "csv"].map(record).to_vec()
+}
+
+/// Reads a history with these bytes as `plot` does, and saves what can be saved of an MCAP; gives the history.
+fn look_at_history(folder: &Folder, extension: &str, bytes: &[u8]) -> Option<History> {
+    let (path, saved) = (folder.path(&format!("h.{extension}")), folder.path("saved.mcap"));
+    fs::write(&path, bytes).expect("written");
+    case(MOST, || {
+        // it overwrites nothing
+        let _ = fs::remove_file(&saved);
+        let _ = recover(&path, &saved);
+        read(&path).ok()
+    })
+}
+
 #[test]
-fn a_table_whose_footer_is_changed_at_any_byte_is_read_or_refused() {
+fn any_history_is_read_or_refused() {
+    let folder = Folder::new();
+    let all = histories(&folder);
+    let one_of_them = (0..all.len()).prop_flat_map({
+        let all = all.clone();
+        move |one| (Just(one), mutant(all[one].1.clone()))
+    });
+    proptest!(config(), |((one, bytes) in one_of_them)| {
+        look_at_history(&folder, all[one].0, &bytes);
+    });
+    println!("{}", cap::figures());
+}
+
+/// Numbers of an MCAP are under a checksum: what is read is what was written. Those of Parquet are not, but nothing of it is a crash.
+#[test]
+fn a_history_that_is_changed_at_any_byte_has_its_numbers_or_is_refused() {
+    let folder = Folder::new();
+    for (extension, whole) in histories(&folder).into_iter().take(2) {
+        let known = look_at_history(&folder, extension, &whole).expect("whole");
+        let (mut refused, mut count) = (0, 0);
+        for (at, flip) in (0..whole.len()).flat_map(|at| [0x01, 0x80, 0xff].map(|flip| (at, flip))) {
+            let mut bytes = whole.clone();
+            bytes[at] ^= flip;
+            count += 1;
+            match look_at_history(&folder, extension, &bytes) {
+                None => refused += 1,
+                Some(found) if extension == "mcap" && found.time.len() == known.time.len() => {
+                    let values =
+                        |history: &History| history.channels.iter().map(|one| one.values.clone()).collect::<Vec<_>>();
+                    assert!(found.time == known.time && values(&found) == values(&known), "byte {at} ^ {flip:#x}");
+                }
+                Some(_) => {}
+            }
+        }
+        println!("{extension}: {refused} of {count} refused; {}", cap::figures());
+        assert!(refused > count / 4, "{extension}: {refused} of {count}");
+    }
+}
+
+/// A length of 2^64-1, as the writer leaves it before a chunk that it has begun, in the place of any length.
+#[test]
+fn no_length_in_an_mcap_is_believed_beyond_its_file() {
+    let folder = Folder::new();
+    let (_, whole) = histories(&folder).swap_remove(0);
+    let mut refused = 0;
+    for at in 8..whole.len() - 8 {
+        let mut bytes = whole.clone();
+        bytes[at..at + 8].fill(0xff);
+        refused += u32::from(look_at_history(&folder, "mcap", &bytes).is_none());
+    }
+    println!("{refused} refused; {}", cap::figures());
+    assert!(refused > 100, "{refused}");
+}
+
+/// A small table of fixed content, each byte changed in three ways.
+#[test]
+fn a_table_that_is_changed_at_any_byte_is_read_or_refused() {
     let folder = Folder::new();
     let path = folder.path("t.parquet");
     let mut writer = TimingsWriter::create(Pending::create(&path).expect("created")).expect("begun");
@@ -394,17 +475,15 @@ fn a_table_whose_footer_is_changed_at_any_byte_is_read_or_refused() {
     let whole = fs::read(&path).expect("readable");
     let files = [path.clone()];
     let mut refused = 0;
-    let (rest, _magic) = whole.split_at(whole.len() - 4);
-    let footer = u32::from_le_bytes(*rest.last_chunk().expect("a length")) as usize + 8;
-    for at in whole.len() - footer..whole.len() {
+    for at in 0..whole.len() {
         for flip in [0x01, 0x80, 0xff] {
             let mut bytes = whole.clone();
             bytes[at] ^= flip;
             fs::write(&path, bytes).expect("written");
-            refused += u32::from(case(MOST, || Timing::find(&files, 3).is_err()));
+            refused += u32::from(case(MOST, || Timing::find(&files, 3).is_err() || count_sound_rows(&path).is_err()));
         }
     }
-    println!("{refused} of {} refused; {}", 3 * footer, cap::figures());
+    println!("{refused} of {} refused; {}", 3 * whole.len(), cap::figures());
     assert!(refused > 100, "{refused}");
 }
 

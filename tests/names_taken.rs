@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustix::fs::inotify::{self, CreateFlags, Reader, WatchFlags};
 use support::Folder;
-use support::faults::STUDY;
+use support::faults::{STUDY, wait_until};
 use support::skipped::skipped;
 
 /// A user that nobody is.
@@ -23,10 +23,11 @@ const SHM: &str = "/dev/shm";
 /// Runs at most until a name was taken in time: about every second one is.
 const RUNS: usize = 30;
 
-/// Calls `see` with every name that is made in /dev/shm, until `is_over`.
-fn watch(is_over: &AtomicBool, mut see: impl FnMut(&str)) {
+/// Calls `see` with every name that is made in /dev/shm, until `is_over`; `watches` is set before the first.
+fn watch(watches: &AtomicBool, is_over: &AtomicBool, mut see: impl FnMut(&str)) {
     let watcher = inotify::init(CreateFlags::NONBLOCK).expect("inotify");
     inotify::add_watch(&watcher, SHM, WatchFlags::CREATE | WatchFlags::MOVED_TO).expect("watched");
+    watches.store(true, Ordering::Relaxed);
     let mut buffer = [MaybeUninit::uninit(); 4096];
     let mut events = Reader::new(watcher, &mut buffer);
     while !is_over.load(Ordering::Relaxed) {
@@ -66,14 +67,14 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
         support::said(command.uid(NOBODY).gid(NOBODY).output().expect("it starts"))
     };
     // What comes behind the id in the name that is taken.
-    let over = AtomicBool::new(false);
+    let (watches, over) = (AtomicBool::new(false), AtomicBool::new(false));
     let behind = std::thread::scope(|scope| {
         let seen = scope.spawn(|| {
             let mut names = Vec::new();
-            watch(&over, |name| names.push(name.to_owned()));
+            watch(&watches, &over, |name| names.push(name.to_owned()));
             names
         });
-        std::thread::sleep(std::time::Duration::from_millis(50));
+        wait_until("it watches", || watches.load(Ordering::Relaxed));
         let said = run(RUNS);
         over.store(true, Ordering::Relaxed);
         assert_eq!(said.code, 0, "{}", said.err);
@@ -88,11 +89,11 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
     });
     let mut taken = 0;
     for number in 0..RUNS {
-        let over = AtomicBool::new(false);
+        let (watches, over) = (AtomicBool::new(false), AtomicBool::new(false));
         let ids = std::thread::scope(|scope| {
             let attacker = scope.spawn(|| {
                 let mut ids = BTreeSet::new();
-                watch(&over, |name| {
+                watch(&watches, &over, |name| {
                     let Some(prefix) = name.strip_suffix("owner").filter(|prefix| prefix.starts_with("bladeoff_"))
                     else {
                         return;
@@ -108,7 +109,7 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
                 });
                 ids
             });
-            std::thread::sleep(std::time::Duration::from_millis(50));
+            wait_until("it watches", || watches.load(Ordering::Relaxed));
             let said = run(number);
             over.store(true, Ordering::Relaxed);
             assert_eq!(said.code, 0, "{}", said.err);

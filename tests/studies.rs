@@ -264,6 +264,9 @@ fn ctrl_c_while_a_study_is_prepared_ends_it_with_a_word() {
         let rest: Vec<String> = err.collect();
         assert_eq!(child.wait().expect("it ends").code(), Some(code), "{rest:?}");
         assert!(rest.iter().any(|line| line.contains("ended before the first sample was handed out")), "{rest:?}");
+        // in order: where its lock was taken already, the run gave it back
+        let status = say(&["status", &out]);
+        assert!(!status.out.contains("killed"), "{}{}", status.out, status.err);
     }
     let again = say(&["run", &study, "--out", &out, "--limit", "10"]);
     assert!(again.code == 0 && again.out.contains("10 of 10 samples"), "{} {}", again.out, again.err);

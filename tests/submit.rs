@@ -212,3 +212,52 @@ fn a_task_of_slurm_is_requeued_three_times_after_exit_code_6_and_when_its_time_w
     assert_eq!(task("5", "0", "0", "100"), (5, 0), "not for ever");
     assert_eq!(task("3", "0", "0", "0"), (3, 0), "a wrong study is wrong again");
 }
+
+/// As users of Slurm write times; 480 alone would be 8 minutes of what was meant as 8 hours.
+#[test]
+fn the_time_of_a_task_is_read_as_schedulers_write_it_and_a_bare_number_is_refused() {
+    let folder = Folder::new();
+    folder.write("f.toml", STUDY);
+    let dry = |time: &str| {
+        let more = ["--dry-run", "--shards", "2", "--time", time];
+        said(submit(&folder, "slurm", &more).output().expect("it starts"))
+    };
+    let bare = dry("480");
+    assert!(bare.code == 2 && bare.err.contains("write 480min or 480s"), "{}: {}", bare.code, bare.err);
+    assert!(!folder.path("out").exists());
+    let unclear = dry("08:00");
+    assert!(unclear.code == 2 && unclear.err.contains("write HH:MM:SS"), "{}: {}", unclear.code, unclear.err);
+    for (time, minutes, told) in [
+        ("480min", 480, "each task has 8 h 00 min; it ends by itself after 7 h 50 min"),
+        ("08:00:00", 480, "8 h 00 min"),
+        ("1-00:00:00", 1440, "24 h 00 min"),
+        ("1-12", 2160, "36 h 00 min"),
+        ("1d", 1440, "24 h 00 min"),
+        ("1h30m", 90, "1 h 30 min"),
+    ] {
+        let said = dry(time);
+        assert!(said.code == 0 && said.err.contains(told), "{time}: {}", said.err);
+        let script = fs::read_to_string(folder.path("out/scheduler/shard.sbatch")).expect("written");
+        assert!(script.contains(&format!("#SBATCH --time={minutes}\n")), "{time}: {script}");
+    }
+}
+
+#[test]
+fn a_run_in_a_task_has_as_many_workers_as_the_task_has_cores() {
+    let folder = Folder::new();
+    let (study, scratch) = (folder.write("f.toml", STUDY), folder.name("scratch"));
+    for (out, shard) in [("plain", &[][..]), ("shard", &["--shard", "0/1", "--scratch", &scratch])] {
+        let out = folder.name(out);
+        let mut command = bladeoff(&[&["run", &study, "--out", &out], shard].concat());
+        let run = said(command.env("SLURM_JOB_ID", "1").env("SLURM_CPUS_ON_NODE", "1").output().expect("it starts"));
+        assert!(run.code == 0 && run.err.contains("120 samples of 1 formula, 1 worker,"), "{}", run.err);
+    }
+    // nothing that is no number of cores counts, and nothing asks for more than there are
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+    for odd in ["24(x2)", "abc", "", "0", "-1", "1e20", "100000"] {
+        let out = folder.name(&format!("odd{}", odd.len()));
+        let mut command = bladeoff(&["run", &study, "--out", &out]);
+        let run = said(command.env("SLURM_CPUS_ON_NODE", odd).output().expect("it starts"));
+        assert!(run.code == 0 && run.err.contains(&format!(", {cores} worker")), "{odd}: {}", run.err);
+    }
+}

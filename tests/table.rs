@@ -243,3 +243,95 @@ fn a_changed_basis_or_manifest_is_made_again_and_nothing_is_refused() {
         assert_eq!(say(&["status", &complete.out, "--verify"]).code, 0, "{wrong}");
     }
 }
+
+/// A study with a question that has a curve.
+const ASKED: &str = r#"schema = 1
+name = "asked"
+model = "function"
+seed = 3
+
+[function]
+g = "a * 2"
+
+[design]
+kind = "monte-carlo"
+samples = 200
+
+[[uncertain]]
+name = "a"
+distribution = "normal"
+mean = 3
+sd = 1
+
+[[question]]
+name = "low"
+probability = "g < 6"
+
+[[question]]
+name = "over"
+exceedance = "g"
+"#;
+
+#[test]
+fn verify_finds_any_changed_bit_of_answers_and_curves_and_answer_writes_them_anew() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("s.toml", ASKED), folder.name("out"));
+    let run = say(&["run", &study, "--out", &out]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let whole = say(&["status", &out, "--verify"]);
+    assert!(whole.code == 0, "{}{}", whole.out, whole.err);
+    for name in ["answers.json", "answers/over.parquet"] {
+        let line = whole.out.lines().find(|line| line.starts_with(name)).unwrap_or_default();
+        assert!(line.ends_with("as it was written"), "{name}: {}", whole.out);
+        let path = Path::new(&out).join(name);
+        let bytes = fs::read(&path).expect(name);
+        for place in 0..20 {
+            let mut changed = bytes.clone();
+            changed[place * (bytes.len() - 1) / 19] ^= 1 << (place % 8);
+            fs::write(&path, &changed).expect("written");
+            let verified = say(&["status", &out, "--verify"]);
+            let line = verified.out.lines().find(|line| line.starts_with(name)).unwrap_or_default();
+            assert!(verified.code == 6 && line.contains("damaged"), "{name}: {}{}", verified.out, verified.err);
+        }
+        assert_eq!(say(&["answer", &out]).code, 0);
+        assert!(fs::read(&path).expect("there") == bytes, "{name}: written anew");
+        assert_eq!(say(&["status", &out, "--verify"]).code, 0);
+        fs::remove_file(&path).expect("there");
+        let gone = say(&["status", &out, "--verify"]);
+        assert!(gone.code == 6 && gone.out.contains("missing"), "{name}: {}", gone.out);
+        assert_eq!(say(&["answer", &out]).code, 0);
+    }
+    // b3sum --check reads the file, whose lines are ours alone
+    let sums = Path::new(&out).join("answers.b3sum");
+    let text = fs::read_to_string(&sums).expect("text");
+    let hash = blake3::hash(&fs::read(Path::new(&out).join("answers.json")).expect("there")).to_hex().to_string();
+    assert!(text.starts_with(&format!("{hash}  answers.json\n")), "{text}");
+    for odd in ["", "x", "../s.toml", "\u{0}"] {
+        fs::write(&sums, format!("{hash}  {odd}\n{text}")).expect("written");
+        let verified = say(&["status", &out, "--verify"]);
+        assert!(
+            verified.code == 6 && verified.out.contains("answers.b3sum"),
+            "{odd}: {}{}",
+            verified.out,
+            verified.err
+        );
+    }
+    fs::remove_file(&sums).expect("there");
+    let unknown = say(&["status", &out, "--verify"]);
+    assert!(unknown.code == 0 && unknown.out.contains("answers.b3sum has no checksum of it"), "{}", unknown.out);
+}
+
+#[test]
+fn a_manifest_that_is_no_object_is_no_panic() {
+    let complete = Complete::new();
+    for text in ["[]", "3", "\"x\"", "null", "[{}]", "{\"provenance\": []}", "{\"tables\": 3}"] {
+        fs::write(complete.path("manifest.json"), text).expect("written");
+        for args in
+            [&["status", &complete.out, "--verify"][..], &["status", &complete.out], &["why", &complete.out, "3"]]
+        {
+            let said = say(args);
+            assert!(said.code == 0, "{text}: {args:?}: {} {}", said.code, said.err);
+        }
+    }
+    assert_eq!(complete.run().code, 0);
+}

@@ -57,6 +57,12 @@ impl Pending {
         &self.path
     }
 
+    /// The name that it has until it is finished.
+    #[must_use]
+    pub fn temporary(&self) -> &Path {
+        &self.temporary
+    }
+
     /// Makes it durable under its final name.
     ///
     /// # Errors

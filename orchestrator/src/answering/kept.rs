@@ -1,9 +1,9 @@
-//! `answers.json` and `answers/NAME.parquet` in a result directory: written whole, never through links. Curves of questions that are
+//! `answers.json` and `answers/NAME.parquet` in a result directory, with their checksums: written whole, never through links. Curves of questions that are
 //! gone are removed; what somebody else has put between them stays.
 
 use super::Answering;
 use crate::run::directory::{ANSWERS, CURVES};
-use crate::run::{Untrusted, check_trust, curve_file, remove_curves};
+use crate::run::{Untrusted, are_kept, check_trust, curve_file, forget_sums, keep_sums, remove_curves};
 use bladeoff_answers::tables::{TableError, write_curve};
 use bladeoff_system::files::{FileError, Pending, write_whole};
 use bladeoff_system::folder::Folder;
@@ -52,16 +52,25 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     }
     let text = answering.answers.json()?;
     let place = folder.place(ANSWERS);
+    let is_same = place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes());
+    if is_same && answering.curves.is_empty() {
+        remove_curves(&folder, |_| false)?;
+        // nothing is replaced; a directory that may not be written stays as it is
+        let kept = if are_kept(&folder) { Ok(()) } else { keep_sums(&folder, std::iter::empty()) };
+        return kept.map_err(KeepError::from).or_else(|error| if error.is_refusal() { Ok(()) } else { Err(error) });
+    }
+    forget_sums(&folder)?;
     if !answering.curves.is_empty() {
         let curves = curves(&folder)?;
         for (name, curve) in &answering.curves {
             write_curve(Pending::create(curves.place(curve_file(name)))?, curve, name)?;
         }
     }
-    if !place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()) {
+    if !is_same {
         write_whole(&place, text.as_bytes())?;
     }
-    Ok(remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?)
+    remove_curves(&folder, |name| answering.curves.iter().any(|(known, _)| name == curve_file(known)))?;
+    Ok(keep_sums(&folder, answering.curves.iter().map(|(name, _)| curve_file(name)))?)
 }
 
 /// The folder of curves, made if it is not there.
@@ -115,7 +124,10 @@ mod tests {
         keep(root, &answering(&["a", "b"]), false).expect("writable");
         assert_eq!(
             (names(root), names(&curves)),
-            (vec!["answers".into(), ANSWERS.to_owned()], vec!["a.parquet".into(), "b.parquet".into()])
+            (
+                vec!["answers".into(), "answers.b3sum".into(), ANSWERS.to_owned()],
+                vec!["a.parquet".into(), "b.parquet".into()]
+            )
         );
         // of somebody else, and of a program that was killed
         fs::write(curves.join("mine.parquet"), "mine").expect("written");

@@ -6,7 +6,7 @@ use super::exit::Exit;
 use super::output::{remark, tell, width};
 use super::run::{summary, verdict_of};
 use crate::run::Looking;
-use crate::run::shards::{ShardError, merge, samples_of};
+use crate::run::shards::{ShardError, merge, restore, samples_of};
 use bladeoff_answers::report::counted;
 use bladeoff_system::shown;
 use std::path::PathBuf;
@@ -35,6 +35,7 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let none = || ShardError::None { path: args.directory.clone() };
+    restore(&args.directory, args.trust_dir, &|text| remark(text))?;
     let samples = samples_of(&args.directory)?.ok_or_else(none)?;
     let waiting = waiting(&samples)?;
     let looking = waiting.as_ref().map(|waiting| waiting as &dyn Looking);

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
-use crate::history::recover;
+use crate::history::{RecoveredEnd, recover};
 use bladeoff_answers::report::counted;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_system::shown;
@@ -33,7 +33,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Err(CliError::Exists { path: out });
     }
     let saved = recover(&args.file, &out)?;
-    let end = if saved.cut { "the rest was cut in the middle of a record" } else { "nothing was cut in the middle" };
+    let end = match saved.end {
+        RecoveredEnd::Whole => "nothing was cut in the middle",
+        RecoveredEnd::Cut => "the rest was cut in the middle of a record",
+        RecoveredEnd::Damaged => "what follows is damaged and was not copied",
+    };
     let (messages, last) = (counted(saved.messages, "message"), format_quantity(saved.last, "s"));
     print(&format!("{}: {messages}, the last at {last}; {end}\n", shown(&out)))?;
     Ok(Exit::Ok)

@@ -13,7 +13,7 @@ use crate::report::Tally;
 use crate::reporting::{bearings_of, pushed_rings};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
-use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
+use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run};
 use crate::settled::{as_begun, by_starts};
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
@@ -234,10 +234,10 @@ fn limited(samples: &Samples, limit: u64) -> Option<String> {
     Some(format!("--limit {limit} takes the first {}{why}", counted(points, "point")))
 }
 
-/// Number of worker processes where none is given.
+/// Number of worker processes where none is given: one per core that this process may use, and that a scheduler gave to its task.
 #[must_use]
 pub fn default_workers() -> usize {
-    thread::available_parallelism().map_or(1, NonZeroUsize::get)
+    cores(thread::available_parallelism().map_or(1, NonZeroUsize::get))
 }
 
 /// Runs the subcommand.
@@ -247,6 +247,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(
             "ended before the first sample was handed out; the same command begins again, and keeps what was finished before",
         );
+        give_back();
         std::process::exit(Exit::from(signal) as i32);
     });
     let samples = match args.shard.begun(args.out.as_deref()) {
@@ -268,8 +269,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             shown(&out)
         ));
     }
-    let own = || if args.shard.shard.is_some() { cores(default_workers()) } else { default_workers() };
-    let workers = args.workers.map_or_else(own, NonZeroUsize::get);
+    let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);
     let workers = workers.min(usize::try_from(samples.count()).unwrap_or(usize::MAX));
     remark(&format!(
         "{}: {} of {}, {}, results in {}",

@@ -47,8 +47,8 @@ pub struct Args {
     json: bool,
 
     /// Also compare every file that results are read or made from with what was written: tables and inputs by their BLAKE3 in
-    /// manifest.json, the record of finished samples page by page. Exit code 6 if one is damaged; `bladeoff run` with the same
-    /// study makes all but the record again from the record, and computes again what the record has lost
+    /// manifest.json, answers by those in answers.b3sum, the record of finished samples page by page. Exit code 6 if one is damaged;
+    /// `bladeoff run` with the same study makes all but the record again from the record, and computes again what the record has lost
     #[arg(long)]
     verify: bool,
 }

@@ -8,8 +8,8 @@ use super::run::{PartArgs, at_least_one, default_workers};
 use crate::run::TRUST;
 use crate::run::shards::{MOST_SHARDS, begin, shards_to_do};
 use crate::submit::{Job, Scheduler, as_shell, hand_in, write_scripts};
-use bladeoff_answers::report::counted;
-use bladeoff_study::parse_duration;
+use bladeoff_answers::report::{counted, duration};
+use bladeoff_study::parse_task_time;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf, absolute};
@@ -59,8 +59,8 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Wall time of a task, such as 8h: a little before it ends, the task publishes what it has, and is submitted again (slurm)
-    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    /// Wall time of a task, such as 8h, 480min or 08:00:00: a little before it ends, the task publishes what it has, and is submitted again (slurm)
+    #[arg(long, value_name = "TIME", value_parser = parse_task_time)]
     time: Option<Duration>,
 
     /// Partition or queue
@@ -133,6 +133,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         ));
     }
     let of = counted(args.shards, "shard");
+    if let Some(time) = job.time.filter(|_| !job.todo.is_empty()) {
+        let own = job.wall().unwrap_or(time);
+        remark(&format!("each task has {}; it ends by itself after {}", duration(time), duration(own)));
+    }
     remark(&if job.todo.is_empty() {
         "every chunk is there: the merge alone is left".to_owned()
     } else {

@@ -89,6 +89,11 @@ impl HistoryError {
         }
     }
 
+    /// A file that is whole and no history of ours.
+    pub(super) fn not_ours(path: &Path, detail: &'static str) -> Self {
+        Self::NotAHistory { path: path.to_path_buf(), detail }
+    }
+
     /// For `map_err` on the MCAP library.
     pub(super) fn mcap(action: &'static str, path: &Path) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.to_path_buf();

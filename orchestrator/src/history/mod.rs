@@ -16,6 +16,7 @@ mod mcap_file;
 mod proto;
 mod read;
 mod recorder;
+mod records;
 mod recover;
 mod table;
 mod version;
@@ -24,7 +25,7 @@ pub use channels::{Channel, catalogue, select, unknown_in};
 pub use error::HistoryError;
 pub use read::read;
 pub use recorder::{Decimation, Recorder, Settings, Written};
-pub use recover::{Recovered, recover};
+pub use recover::{Recovered, RecoveredEnd, recover};
 pub use version::HISTORY_VERSION;
 
 use bladeoff_answers::history::About;

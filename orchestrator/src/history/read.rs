@@ -2,12 +2,12 @@
 
 use super::csv::TIME;
 use super::mcap_file::{ABOUT, GROUP, OUTCOME, UNITS};
+use super::records::Records;
 use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
 use super::{Format, HISTORY_VERSION, HistoryError, proto};
 use bladeoff_answers::history::{About, History, Series};
 use bladeoff_answers::tables::read_numbers;
 use bladeoff_system::place::Place;
-use mcap::read::{ChunkFlattener, Options};
 use mcap::records::Record;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub(super) const MOST_HISTORY: u64 = 4 << 30;
 /// Reads a history.
 ///
 /// # Errors
-/// Not readable, not of a format or version that is known, or cut (then `bladeoff recover` helps).
+/// Not readable, not of a format or version that is known, damaged, or cut (then `bladeoff recover` helps).
 pub fn read(path: &Path) -> Result<History, HistoryError> {
     let format = Format::of(path)?;
     let read = match format {
@@ -31,11 +31,7 @@ pub fn read(path: &Path) -> Result<History, HistoryError> {
         return Ok(history);
     }
     let known = history.about.get("history_version").is_some_and(|found| *found == HISTORY_VERSION.to_string());
-    if known { Ok(history) } else { Err(not_ours(path, "it does not say so")) }
-}
-
-fn not_ours(path: &Path, detail: &'static str) -> HistoryError {
-    HistoryError::NotAHistory { path: path.to_path_buf(), detail }
+    if known { Ok(history) } else { Err(HistoryError::not_ours(path, "it does not say so")) }
 }
 
 /// A topic under way.
@@ -47,13 +43,12 @@ struct Topic {
 
 fn read_mcap(path: &Path) -> Result<History, HistoryError> {
     let bytes = Place::named(path).read(MOST_HISTORY)?;
-    let failed = || HistoryError::mcap("read", path);
     let mut history = History::default();
     let mut units = About::new();
     let mut schemas: BTreeMap<u16, Vec<String>> = BTreeMap::new();
     let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
-    for record in ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into()).map_err(failed())? {
-        match record.map_err(failed())? {
+    for record in Records::checked(path, &bytes) {
+        match record? {
             Record::Metadata(metadata) => match metadata.name.as_str() {
                 ABOUT => history.about = metadata.metadata,
                 UNITS => units = metadata.metadata,
@@ -61,21 +56,28 @@ fn read_mcap(path: &Path) -> Result<History, HistoryError> {
                 _ => {}
             },
             Record::Schema { header, data } => {
-                let names = proto::field_names(&data).ok_or_else(|| not_ours(path, "a schema is not one of ours"))?;
+                let names = proto::field_names(&data)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a schema is not one of ours"))?;
                 schemas.insert(header.id, names);
             }
             Record::Channel(channel) => {
-                let group = channel.metadata.get(GROUP).ok_or_else(|| not_ours(path, "a topic is not one of ours"))?;
-                let fields = schemas.get(&channel.schema_id).ok_or_else(|| not_ours(path, "a topic has no schema"))?;
+                let group = channel
+                    .metadata
+                    .get(GROUP)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a topic is not one of ours"))?;
+                let fields = schemas
+                    .get(&channel.schema_id)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a topic has no schema"))?;
                 let names: Vec<String> = fields.iter().map(|field| format!("{group}.{field}")).collect();
                 let values = vec![Vec::new(); names.len()];
                 topics.entry(channel.id).or_insert(Topic { names, times: Vec::new(), values });
             }
             Record::Message { header, data } => {
-                let topic =
-                    topics.get_mut(&header.channel_id).ok_or_else(|| not_ours(path, "a message has no topic"))?;
+                let topic = topics
+                    .get_mut(&header.channel_id)
+                    .ok_or_else(|| HistoryError::not_ours(path, "a message has no topic"))?;
                 let values = proto::values(&data, topic.names.len())
-                    .ok_or_else(|| not_ours(path, "a message does not fit its schema"))?;
+                    .ok_or_else(|| HistoryError::not_ours(path, "a message does not fit its schema"))?;
                 topic.times.push(header.log_time as f64 * 1e-9);
                 for (series, value) in topic.values.iter_mut().zip(values) {
                     series.push(value);
@@ -101,11 +103,11 @@ fn read_mcap(path: &Path) -> Result<History, HistoryError> {
 
 fn read_csv(path: &Path) -> Result<History, HistoryError> {
     let bytes = Place::named(path).read(MOST_HISTORY)?;
-    let text = String::from_utf8(bytes).map_err(|_| not_ours(path, "it is not text in UTF-8"))?;
+    let text = String::from_utf8(bytes).map_err(|_| HistoryError::not_ours(path, "it is not text in UTF-8"))?;
     let mut lines = text.lines();
     let mut names = lines.next().unwrap_or_default().split(',');
     if names.next() != Some(TIME) {
-        return Err(not_ours(path, "its first column is not time_s"));
+        return Err(HistoryError::not_ours(path, "its first column is not time_s"));
     }
     let series = |name: &str| Series { name: name.to_owned(), unit: unit_of(name).to_owned(), values: Vec::new() };
     let mut history = History { channels: names.map(series).collect(), ..History::default() };

@@ -1,15 +1,27 @@
-//! A whole MCAP from what a writer that died left behind.
+//! A whole MCAP from what a writer that died left behind, or from what precedes the damage in a file.
 
 use super::HistoryError;
 use super::mcap_file::options;
 use super::read::MOST_HISTORY;
+use super::records::Records;
 use bladeoff_system::files::{FileError, Pending};
 use bladeoff_system::place::Place;
-use mcap::read::{ChunkFlattener, Options};
-use mcap::records::Record;
+use mcap::McapError;
+use mcap::records::{Record, op};
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+
+/// Why a recovered history ends where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecoveredEnd {
+    /// The file ended there, between two records.
+    Whole,
+    /// The file ended in the middle of a record or chunk.
+    Cut,
+    /// The next record or chunk is damaged; whatever follows it is not read.
+    Damaged,
+}
 
 /// What was saved.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,30 +30,86 @@ pub struct Recovered {
     pub messages: u64,
     /// Time of the last one \[s\].
     pub last: f64,
-    /// Whether the file ended in the middle of a record (otherwise it was whole, or cut between two).
-    pub cut: bool,
+    /// Why it is the last one.
+    pub end: RecoveredEnd,
 }
 
-/// Copies every complete record of `from`, up to where it breaks off, into a whole new file `to`.
+/// The complete records of a damaged or cut file.
+struct Salvage<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    records: Records<'a>,
+    /// How many came.
+    count: usize,
+    /// Whether the chunk that breaks off is being read, too. It has no checksum.
+    in_last_chunk: bool,
+    end: RecoveredEnd,
+}
+
+impl<'a> Salvage<'a> {
+    fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        let records = Records::checked(path, bytes);
+        Self { path, bytes, records, count: 0, in_last_chunk: false, end: RecoveredEnd::Whole }
+    }
+}
+
+impl Iterator for Salvage<'_> {
+    type Item = Record<'static>;
+
+    fn next(&mut self) -> Option<Record<'static>> {
+        loop {
+            match self.records.next()? {
+                Ok(record) => {
+                    self.count += 1;
+                    return Some(record);
+                }
+                Err(error) if !self.in_last_chunk && is_cut(&error, self.bytes) => {
+                    self.in_last_chunk = true;
+                    self.end = RecoveredEnd::Cut;
+                    self.records = Records::unchecked(self.path, self.bytes);
+                    // these came already
+                    self.records.by_ref().take(self.count).for_each(drop);
+                }
+                Err(_) => {
+                    if !self.in_last_chunk {
+                        self.end = RecoveredEnd::Damaged;
+                    }
+                    return None;
+                }
+            }
+        }
+    }
+}
+
+/// Mark and length before a chunk that its writer has begun; the length is replaced when the chunk is whole.
+const BEGUN_CHUNK: [u8; 9] = [op::CHUNK, 255, 255, 255, 255, 255, 255, 255, 255];
+
+/// Whether the file ends too early, or in a chunk that its writer did not finish.
+fn is_cut(error: &HistoryError, bytes: &[u8]) -> bool {
+    match error {
+        HistoryError::Mcap { source: McapError::UnexpectedEof, .. } => true,
+        HistoryError::Mcap { source: McapError::UnexpectedEoc, .. } => {
+            bytes.windows(BEGUN_CHUNK.len()).rev().any(|found| found == BEGUN_CHUNK)
+        }
+        _ => false,
+    }
+}
+
+/// Copies every complete record of `from`, up to where it breaks off or is damaged, into a whole new file `to`.
 ///
 /// # Errors
 /// `from` is not readable or has nothing in it; `to` is there or cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
     let read = Place::named(from).read(MOST_HISTORY).map_err(HistoryError::from);
     let bytes = read.map_err(HistoryError::named(from))?;
-    let records = ChunkFlattener::new_with_options(&bytes, Options::IgnoreEndMagic.into())
-        .map_err(HistoryError::mcap("read", from))?;
+    let mut records = Salvage::new(from, &bytes);
     let mut pending = Pending::create(to)?;
     let failed = || HistoryError::mcap("write", to);
     let mut writer = options().create(BufWriter::new(pending.file())).map_err(failed())?;
-    let mut saved = Recovered { messages: 0, last: 0.0, cut: false };
+    let mut saved = Recovered { messages: 0, last: 0.0, end: RecoveredEnd::Whole };
     // ids of the new file by those of the old
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
-    for record in records {
-        let Ok(record) = record else {
-            saved.cut = true;
-            break;
-        };
+    for record in &mut records {
         match record {
             Record::Schema { header, data } if !schemas.contains_key(&header.id) => {
                 let id = writer.add_schema(&header.name, &header.encoding, &data).map_err(failed())?;
@@ -65,6 +133,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
             _ => {}
         }
     }
+    saved.end = records.end;
     if saved.messages == 0 {
         return Err(HistoryError::NothingToRecover { path: from.to_path_buf() });
     }

@@ -5,7 +5,11 @@
 //! their way to the disk, and of the inputs; the record of finished samples has its own, of every page and every entry.
 //! Whoever reads rows compares before: a table that is not as it was written is not read.
 
-use super::directory::{LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files, timing_files};
+use super::answer_sums::sums;
+use super::directory::{
+    ANSWER_SUMS, ANSWERS, CURVES, LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files,
+    timing_files,
+};
 use super::manifest::{Checksums, provenance as told_inputs};
 use super::provenance::empirical_key;
 use super::resume::of_record;
@@ -140,6 +144,7 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
             compared => all.push(in_words(&name, compared)),
         }
     }
+    all.extend(answers(&folder));
     if folder.place(LEDGER).exists() {
         all.push(record(&folder.place(LEDGER), state.as_ref()));
     }
@@ -147,6 +152,36 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
         all.extend(parts(&row_files(directory), &timing_files(directory)));
     }
     Ok(all)
+}
+
+/// The answers and their curves, as far as there are any.
+fn answers(folder: &Folder) -> Vec<Verified> {
+    let Some(sums) = sums(folder) else {
+        let compared = compare(&folder.place(ANSWERS), None);
+        return match compared {
+            Ok(Compared::Missing) => Vec::new(),
+            compared => vec![Verified {
+                words: in_words(ANSWERS, compared).words.replace(MANIFEST, ANSWER_SUMS),
+                name: ANSWERS.to_owned(),
+                is_whole: None,
+            }],
+        };
+    };
+    let curves = folder.folder(CURVES).ok();
+    let place = |name: &str| match name.strip_prefix(CURVES).and_then(|name| name.strip_prefix('/')) {
+        Some(curve) => curves.as_ref().map(|curves| curves.place(curve)),
+        None => Some(folder.place(name)),
+    };
+    let of = |(name, hash): (String, Option<Hash>)| match (hash, place(&name)) {
+        (None, _) => Verified {
+            name: ANSWER_SUMS.to_owned(),
+            is_whole: Some(false),
+            words: format!("damaged: {name:?} has no hash"),
+        },
+        (hash, Some(place)) => in_words(&name, compare_hash(&place, hash, None)),
+        (_, None) => in_words(&name, Ok(Compared::Missing)),
+    };
+    sums.into_iter().map(of).collect()
 }
 
 fn in_words(name: &str, compared: Result<Compared, FileError>) -> Verified {

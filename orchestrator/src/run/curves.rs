@@ -1,6 +1,7 @@
 //! The answers that are in a directory, when their time is over: `answers.json`, and `answers/NAME.parquet` of questions that are gone.
 //! Whatever somebody else has put there stays.
 
+use super::answer_sums::forget_sums;
 use super::directory::{ANSWERS, CURVES};
 use bladeoff_answers::tables::{QUESTION_KEY, read_metadata};
 use bladeoff_system::files::{FileError, is_temporary};
@@ -13,6 +14,7 @@ use std::ffi::OsStr;
 /// # Errors
 /// The directory cannot be written.
 pub fn forget_answers(folder: &Folder) -> Result<(), FileError> {
+    forget_sums(folder)?;
     if folder.place(ANSWERS).remove()? {
         folder.sync()?;
     }

@@ -40,11 +40,13 @@ pub const STATUS: &str = "status.json";
 pub const ANSWERS: &str = "answers.json";
 /// Folder of their curves: a Parquet file for each question that has one.
 pub const CURVES: &str = "answers";
+/// Checksums of the answers and their curves, a line for each as `b3sum` prints it.
+pub(super) const ANSWER_SUMS: &str = "answers.b3sum";
 /// Messages of the workers.
 pub const WORKER_LOG: &str = "workers.log";
 
 /// What is written aside and then gets its name.
-const WHOLE: [&str; 14] = [
+const WHOLE: [&str; 15] = [
     RESULTS,
     LOOK,
     TIMINGS,
@@ -59,6 +61,7 @@ const WHOLE: [&str; 14] = [
     TIMING_PARTS,
     LEDGER,
     ANSWERS,
+    ANSWER_SUMS,
 ];
 /// What is there before the record is.
 const FIRST: [&str; 6] = [LOCK, STUDY, MACHINE, POINTS, BASIS_FILE, PLAN_FILE];

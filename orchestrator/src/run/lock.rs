@@ -18,10 +18,13 @@ use bladeoff_system::shown;
 use rustix::fs::fstat;
 use rustix::process::geteuid;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
@@ -124,14 +127,64 @@ pub enum LockError {
         /// Whose the run is.
         owner: u32,
     },
+    /// The file system of the directory grants no locks: Lustre without its option, some network and container mounts.
+    #[error(
+        "the file system of {} grants no locks (flock), so two runs could work in one directory; choose an --out on a local disk and copy \
+         the result, or run the study as one shard, which takes no lock there: `bladeoff run STUDY --shard 0/1 --scratch LOCAL --out {}`, \
+         then `bladeoff merge {}`; LOCAL is a folder on a local disk",
+        shown(directory),
+        shown(directory),
+        shown(directory)
+    )]
+    NotGranted {
+        /// The directory.
+        directory: PathBuf,
+        /// The system's answer.
+        #[source]
+        source: io::Error,
+    },
     /// The lock file.
     #[error(transparent)]
     File(#[from] FileError),
 }
 
+/// Error of NFS where it grants no locks (`ENOTSUPP` of the kernel, which has no name outside).
+const NOT_SUPPORTED: i32 = 524;
+
+/// The system's answer to a lock, in words.
+fn answer(source: io::Error) -> io::Error {
+    match source.raw_os_error() {
+        Some(NOT_SUPPORTED) => io::Error::new(io::ErrorKind::Unsupported, "not supported (os error 524)"),
+        _ => source,
+    }
+}
+
+/// The files of the locks that this process holds, by number of their locks.
+static HELD: Mutex<BTreeMap<u64, File>> = Mutex::new(BTreeMap::new());
+static NUMBERS: AtomicU64 = AtomicU64::new(0);
+
+fn held() -> MutexGuard<'static, BTreeMap<u64, File>> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Says in the files of all locks of this process that it ends in order, on a signal: for a process that ends before it drops them.
+pub fn give_back() {
+    for file in held().values() {
+        // Best effort, as at the end of a lock.
+        let _ = write(file, &json!({ "program": PROGRAM, "ended": "interrupted" }));
+    }
+}
+
+/// Whether the last run gave its lock back on a signal, before it wrote its status.
+pub(super) fn was_interrupted(directory: &Folder, name: &str) -> bool {
+    let file = directory.place(name).open().ok();
+    file.and_then(|file| said(&file)).is_some_and(|said| said.get("ended").is_some())
+}
+
 /// A lock that is held.
 #[derive(Debug)]
 pub struct Lock {
+    number: u64,
     file: File,
     left_by: Option<Holder>,
 }
@@ -158,7 +211,10 @@ impl Lock {
                 Err(TryLockError::WouldBlock) => {
                     return Err(LockError::Held { directory: directory.path().to_path_buf(), by: Keeper::of(&file) });
                 }
-                Err(TryLockError::Error(source)) => return Err(FileError::at("lock", &path)(source).into()),
+                Err(TryLockError::Error(source)) => {
+                    let directory = directory.path().to_path_buf();
+                    return Err(LockError::NotGranted { directory, source: answer(source) });
+                }
             }
         }
         let left_by = holder(&file);
@@ -172,7 +228,9 @@ impl Lock {
         let written = write(&file, &text).and_then(|()| file.sync_all());
         written.map_err(FileError::at("write", &path))?;
         directory.sync()?;
-        Ok(Self { file, left_by })
+        let number = NUMBERS.fetch_add(1, Ordering::Relaxed);
+        held().insert(number, file.try_clone().map_err(FileError::at("open", &path))?);
+        Ok(Self { number, file, left_by })
     }
 
     /// Who held it before and did not end in order.
@@ -184,6 +242,8 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
+        // A copy of the handle would keep the lock.
+        drop(held().remove(&self.number));
         // Best effort: at worst the next run says that this one did not end in order.
         let _ = write(&self.file, &json!({ "program": PROGRAM }));
     }
@@ -235,7 +295,10 @@ pub fn look(directory: &Folder, name: &str) -> Result<Look, FileError> {
         match file.try_lock_shared() {
             Ok(()) => return Ok(holder(&file).map_or(Look::Free, Look::Abandoned)),
             Err(TryLockError::WouldBlock) => {}
-            Err(TryLockError::Error(source)) => return Err(FileError::at("lock", &path)(source)),
+            // Nothing works here by way of this file system, which grants no locks; by way of another one a run may.
+            Err(TryLockError::Error(_)) => {
+                return Ok(holder(&file).map_or(Look::Free, |told| Look::Held(Keeper::Told(told))));
+            }
         }
         match Keeper::of(&file) {
             // A run that has it for a moment and has not said so yet, or gives it back.

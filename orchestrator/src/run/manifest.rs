@@ -88,8 +88,9 @@ pub(super) fn provenance(path: &Place) -> Option<Value> {
 /// Key of the manifest for the checksums.
 const KEY: &str = "tables";
 
+/// Reads a manifest; `None` if the file is not a JSON object.
 fn told(path: &Place) -> Option<Value> {
-    serde_json::from_slice(&path.read(MOST_MANIFEST).ok()?).ok()
+    serde_json::from_slice(&path.read(MOST_MANIFEST).ok()?).ok().filter(Value::is_object)
 }
 
 /// Whether the manifest of a directory is there and tells of a complete study.
@@ -99,7 +100,7 @@ pub(super) fn tells_complete(path: &Place) -> bool {
 
 /// A manifest that is there with other checksums and inputs; `None` where it has these already, or is none.
 pub(super) fn mended(path: &Place, tables: Checksums, provenance: &[(String, String)]) -> Option<String> {
-    let told = told(path).filter(Value::is_object)?;
+    let told = told(path)?;
     let mut manifest = told.clone();
     manifest[KEY] = tables.json();
     manifest["provenance"] = inputs(provenance);

@@ -8,6 +8,7 @@
 //! [`run`] is the story, read downwards; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
 //! (`error`).
 
+mod answer_sums;
 mod aside;
 mod change;
 mod checksums;
@@ -46,6 +47,7 @@ mod trust;
 mod upkeep;
 mod work;
 
+pub(crate) use answer_sums::{are_kept, forget_sums, keep_sums};
 pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use chosen::{Chosen, Refining, chosen_of_table};
@@ -57,7 +59,7 @@ pub use directory::STATUS;
 pub use end::{EndWhy, Looked, Looking, LookingError, STOP, Stage, TableEnd, end_of_table};
 pub use error::{Change, Lost, RunError};
 pub use events::EVENTS_VERSION;
-pub use lock::{Holder, Keeper, LockError, Look, look};
+pub use lock::{Holder, Keeper, LockError, Look, give_back, look};
 pub use provenance::is_of_formulas;
 pub use request::{Finished, Request};
 pub use resume::Rerun;

@@ -6,7 +6,7 @@
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
 use super::end::{TableEnd, end_of_table};
-use super::lock::{Holder, Keeper, Look, look};
+use super::lock::{Holder, Keeper, Look, look, was_interrupted};
 use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
@@ -301,7 +301,14 @@ fn told(directory: &Folder) -> Option<Map<String, Value>> {
 }
 
 fn see_locked(directory: &Folder, locked: &Look) -> Seen {
-    let told = told(directory);
+    let mut told = told(directory);
+    // A run that a signal ended before its first sample told nothing of its end but in the lock.
+    if matches!(locked, Look::Free)
+        && was_interrupted(directory, LOCK)
+        && let Some(told) = told.as_mut().filter(|told| told.get("state") == Some(&json!("running")))
+    {
+        told.insert("state".to_owned(), json!("interrupted"));
+    }
     let is_final = told.as_ref().is_none_or(|told| told.get("state") != Some(&json!("running")));
     let is_complete = || directory.place(RESULTS).is_file();
     let running = |holder: Holder| {

@@ -224,7 +224,8 @@ impl Job {
 
     /// When a shard ends by itself: a tenth before its time, at least a quarter of a minute and ten minutes at most, so that it has said
     /// its last word when the scheduler would kill it.
-    fn wall(&self) -> Option<Duration> {
+    #[must_use]
+    pub fn wall(&self) -> Option<Duration> {
         let time = self.time?;
         let before = (time / 10).clamp(Duration::from_secs(15), Duration::from_secs(600));
         Some(time.saturating_sub(before).max(Duration::from_secs(1)))

@@ -60,7 +60,7 @@ pub mod uncertain;
 mod values;
 mod vary;
 
-pub use amount::{parse_duration, parse_memory};
+pub use amount::{parse_duration, parse_memory, parse_task_time};
 pub use angle::{FixedAngle, fixed_angle};
 pub use asked::{Asked, AskedGate, AskedQuestion, Placed, read_asked};
 pub use axis::{Axis, MOST_VARIED, Varied, show};

@@ -229,6 +229,9 @@ fn the_waker_ends_a_wait<K: Kind>(mut kind: K) {
 fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
     const WORKERS: u32 = 3;
     const ROUNDS: u64 = 150_000;
+    // A wake-up that was kept makes every later message wait; a busy machine delays single ones.
+    const SLOW: Duration = Duration::from_millis(900);
+    const MOST_SLOW: u32 = 20;
     let mut hub = HubLink::new(kind.hub(), RUN);
     let threads: Vec<_> = (1..=WORKERS)
         .map(|number| {
@@ -236,14 +239,14 @@ fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
             thread::spawn(move || {
                 let worker = WorkerId(number);
                 let mut link = WorkerLink::new(connect(worker), RUN, worker);
-                let mut longest = Duration::ZERO;
+                let mut slow = 0;
                 for round in 0..ROUNDS {
                     let start = Instant::now();
                     link.send(if round == 0 { hello() } else { ask() }).expect("sent");
                     link.receive().expect("answered");
-                    longest = longest.max(start.elapsed());
+                    slow += u32::from(start.elapsed() > SLOW);
+                    assert!(slow <= MOST_SLOW, "{slow} of {round} messages waited for the backstop");
                 }
-                longest
             })
         })
         .collect();
@@ -251,8 +254,7 @@ fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
         let incoming = receive(&mut hub);
         hub.answer(incoming.ticket, incoming.message.worker, &ToWorker::Continue).expect("answered");
     }
-    let longest = threads.into_iter().map(|thread| thread.join().expect("no panic")).max().expect("workers");
-    assert!(longest < Duration::from_secs(3), "{longest:?}");
+    threads.into_iter().for_each(|thread| thread.join().expect("no panic"));
 }
 
 macro_rules! conformance {

@@ -8,6 +8,7 @@ mod error;
 mod export;
 mod grouped;
 mod heads;
+mod pages;
 mod parquet;
 mod read;
 mod schema;

@@ -1,5 +1,6 @@
 //! A result table read back into plain columns: what summaries work on.
 
+use super::pages;
 use super::schema::SCHEMA_VERSION;
 use super::threads::guarded;
 use super::{ROW_GROUP, TableError};
@@ -33,6 +34,7 @@ impl Table {
     /// # Errors
     /// Not readable, not Parquet, or of another schema version.
     pub fn read(path: &Path) -> Result<Self, TableError> {
+        pages::check(path, Place::from(path).open()?)?;
         guarded(path, || Self::of(checked_reader(path)?.finish().map_err(failed(path))?, path))
     }
 
@@ -150,6 +152,7 @@ pub fn count_sound_rows(path: &Path) -> Result<usize, TableError> {
         let file = Place::from(path).open()?;
         Ok(ParquetReader::new(file).read_parallel(ParallelStrategy::None))
     };
+    pages::check(path, Place::from(path).open()?)?;
     guarded(path, || {
         let rows = reader()?.num_rows().map_err(failed(path))?;
         let mut read = 0;
@@ -168,6 +171,7 @@ pub(super) fn for_each_frame(
     mut visit: impl FnMut(DataFrame) -> Result<(), TableError>,
 ) -> Result<(), TableError> {
     let rows = guarded(path, || checked_reader(path)?.num_rows().map_err(failed(path)))?;
+    pages::check(path, Place::from(path).open()?)?;
     for from in (0..rows).step_by(PIECE_ROWS) {
         let read = || {
             let reader = checked_reader(path)?.with_columns(columns.map(<[String]>::to_vec));
@@ -197,6 +201,7 @@ pub(super) fn row_of(
         if is_row { Ok(frame) } else { Err(TableError::Damaged { path: path.to_path_buf() }) }
     };
     let rows = reader()?.num_rows().map_err(failed(path))?;
+    pages::check(path, Place::from(path).open()?)?;
     if let Some(row) = usize::try_from(sample).ok().filter(|&row| row < rows)
         && samples(&read(Some("sample"), row, 1)?)?.iter().next().flatten() == Some(sample)
     {

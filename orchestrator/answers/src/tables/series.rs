@@ -1,12 +1,12 @@
 //! Plain tables of numbers: histories as Parquet.
 
 use super::threads::guarded;
-use super::{TableError, start_threads, stream};
+use super::{TableError, pages, start_threads, stream};
 use bladeoff_system::files::Pending;
 use bladeoff_system::place::Place;
 use polars::prelude::{
-    ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParquetCompression,
-    ParquetReader, ParquetWriter, PlSmallStr, PolarsError, SerReader, Series,
+    ArrowSchema, Column, CompatLevel, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParallelStrategy,
+    ParquetCompression, ParquetReader, ParquetWriter, PlSmallStr, PolarsError, SerReader, Series,
 };
 use std::fs::File;
 use std::path::Path;
@@ -81,8 +81,12 @@ fn metadata_in(path: &Path, file: File) -> Result<Vec<(String, String)>, TableEr
 pub fn read_numbers(path: &Path) -> Result<(Vec<NumberColumn>, Vec<(String, String)>), TableError> {
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
     let open = || Place::named(path).open();
-    let (pairs, file) = (metadata_in(path, open()?)?, open()?);
-    let frame = guarded(path, || ParquetReader::new(file).finish().map_err(failed))?;
+    let pairs = metadata_in(path, open()?)?;
+    pages::check(path, open()?)?;
+    let file = open()?;
+    // One thread: a panic over a damaged file is of the thread that reads it.
+    let reader = ParquetReader::new(file).read_parallel(ParallelStrategy::None);
+    let frame = guarded(path, || reader.finish().map_err(failed))?;
     let numbers = |column: &Column| -> Result<NumberColumn, PolarsError> {
         let values = column.cast(&DataType::Float64)?;
         let values = values.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect();

@@ -1,8 +1,10 @@
 //! What `submit` does before anybody computes: begins the directory, and finds out who has something to do.
 
+use super::super::prepare::Prepared;
 use super::attempt::Attempt;
 use super::error::ShardError;
-use super::frozen::{Frozen, freeze, refuse_refined};
+use super::freeze::{freeze, refuse_refined};
+use super::frozen::Frozen;
 use super::layout::Shard;
 use super::measure::chunk_size;
 use super::merge::each_missing;
@@ -28,7 +30,8 @@ pub fn begin(
     refuse_refined(samples)?;
     refuse_no_old(old)?;
     let shared = Shared::claim(path, trusts, note)?;
-    let (frozen, prepared) = freeze(&shared, samples, (chunk, old), |prepared| chunk_size(prepared, workers, shards))?;
+    let size = |prepared: &Prepared<'_>| chunk_size(prepared, workers, shards);
+    let (frozen, prepared) = freeze(&shared, samples, (chunk, old), size, note)?;
     if let Some(old) = old {
         let attempt = Attempt::begin(Shard { number: 0, of: 1 }, 0)?;
         take_over(old, &shared, (&frozen, &prepared), &attempt, note)?;

@@ -11,8 +11,9 @@ use super::frozen::Frozen;
 use super::layout::chunk_name;
 use crate::ledger::{Entry, RecordError};
 use bladeoff_system::folder::Folder;
+use bladeoff_system::place::Unfit;
 use serde_json::{Value, json};
-use std::io;
+use std::io::{self, Read};
 
 const MAGIC: [u8; 4] = *b"bOfC";
 const VERSION: u8 = 1;
@@ -98,10 +99,13 @@ pub(super) fn encode(frozen: &Frozen, chunk: u64, by: &Value, entries: &[Vec<u8>
 pub(super) fn read(folder: &Folder, frozen: &Frozen, prepared: &Prepared<'_>, chunk: u64) -> Result<Chunk, ChunkError> {
     let range = frozen.chunks.range(chunk);
     let most = MOST_HEAD + (range.end - range.start) * MOST_ENTRY;
-    let bytes = match folder.place(chunk_name(chunk)).read_checked(most).map_err(io::Error::from) {
+    let bytes = match folder.place(chunk_name(chunk)).read_checked(most) {
         Ok(bytes) => bytes,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(ChunkError::Missing),
-        Err(error) => return Err(ChunkError::Io(error)),
+        Err(Unfit::TooLarge { .. }) => {
+            return Err(ChunkError::Damaged("it is longer than any chunk of so many samples"));
+        }
+        Err(Unfit::Io(error)) if error.kind() == io::ErrorKind::NotFound => return Err(ChunkError::Missing),
+        Err(error) => return Err(ChunkError::Io(error.into())),
     };
     decode(&bytes, frozen, prepared, chunk)
 }
@@ -132,6 +136,17 @@ fn decode(bytes: &[u8], frozen: &Frozen, prepared: &Prepared<'_>, chunk: u64) ->
         return Err(ChunkError::Damaged("more behind its last entry"));
     }
     Ok(Chunk { by: head["by"].clone(), entries })
+}
+
+/// The head of a chunk, of whose file no more is read and nothing is checked; `None` if it has none.
+pub(super) fn head(folder: &Folder, chunk: u64) -> Option<Value> {
+    let mut file = folder.place(chunk_name(chunk)).open().ok()?;
+    let mut before = [0; BEFORE_HEAD];
+    file.read_exact(&mut before).ok()?;
+    let length = u64::from(u32::from_le_bytes(*before.last_chunk()?));
+    let mut head = Vec::new();
+    file.take(length.min(MOST_HEAD)).read_to_end(&mut head).ok()?;
+    serde_json::from_slice(&head).ok().filter(|_| before.starts_with(&MAGIC))
 }
 
 /// Head and entries of bytes that are as they were written.

@@ -1,30 +1,22 @@
-//! What all shards of a directory have in common, published once: inputs, basis, plan and, last, `shards.json`, which says the rest.
+//! What all shards of a directory have in common, as `shards.json` records it: the hashes of the published files, the program, the chunk.
 //!
 //! ```text
-//! basis.bin                    the one thing that another version may compute otherwise: whoever is first, all others take his
+//! basis.bin                    the one thing that another version may compute otherwise: the first one counts for all
 //! study.toml, machine.toml ... the same bytes of everybody, or this is another study
 //! plan.json                    follows from both
-//! shards.json                  the hashes of all that, the program, the chunk: with it the directory is begun
+//! shards.json                  with it the directory is begun
 //! ```
-//! Each by `link(2)` and read back. Who is killed between two of them leaves a beginning that the next one goes on from.
 
-use super::super::columns::own_columns;
 use super::super::error::Change;
-use super::super::prepare::{Frozen as Bytes, Prepared, basis_of_others, new_basis};
+use super::super::prepare::Prepared;
 use super::super::provenance::EXPONENTIAL;
 use super::error::ShardError;
 use super::layout::{Chunks, MOST_CHUNKS, MOST_OF_CHUNK, SHARDS};
-use super::publish::put_once;
 use super::shared::Shared;
-use crate::settled::as_planned;
 use crate::version::VERSION;
-use bladeoff_study::{FrozenFiles, Samples, load_frozen};
 use bladeoff_system::files::FileError;
-use bladeoff_system::place::Place;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
 use serde_json::{Map, Value, json};
 use std::io;
-use std::path::Path;
 
 /// What the file says it is.
 const FORMAT: &str = "bladeoff shards";
@@ -32,6 +24,9 @@ const FORMAT: &str = "bladeoff shards";
 const VERSION_OF_LAYOUT: u64 = 1;
 /// Largest that is read.
 const MOST: u64 = 1 << 20;
+
+/// Keys of the versions of a program, which may differ without damage.
+pub(super) const VERSIONS: [&str; 5] = ["program", "numerics_version", "table_schema", "ledger_version", EXPONENTIAL];
 
 /// What `shards.json` says.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +101,11 @@ impl Frozen {
         self.text("study").unwrap_or_default()
     }
 
+    /// A hash of a published file, by its key.
+    pub fn hash_of(&self, key: &str) -> Option<String> {
+        self.said.get("provenance")?.get(key)?.as_str().map(str::to_owned)
+    }
+
     fn text(&self, key: &str) -> Option<String> {
         self.said.get(key).and_then(Value::as_str).map(str::to_owned)
     }
@@ -135,38 +135,19 @@ impl Frozen {
         })
     }
 
-    /// The samples of the study that is frozen beside it.
-    ///
-    /// # Errors
-    /// It cannot be read any more.
-    pub fn samples(&self, shared: &Shared) -> Result<Samples, ShardError> {
-        let damaged = |error: bladeoff_study::StudyError| ShardError::Damaged {
-            path: shared.path().into(),
-            why: error.to_string(),
-        };
-        let mut study = load_frozen(FrozenFiles::of(shared.path()), own_columns).map_err(damaged)?;
-        // Without a name of its own it is called as its file was.
-        as_planned(&mut study, shared.path());
-        (study.name, study.file) = (self.study(), self.study_file());
-        let (scale, limit) = self.part();
-        Samples::new(study, scale, limit).map_err(damaged)
-    }
-
-    /// The same ready to be written as tables, with the basis that is frozen there. A later program with the same numerics may read what it
-    /// does not go on with.
-    ///
-    /// # Errors
-    /// A file there is not the one that was published.
-    pub fn prepared<'a>(&self, shared: &Shared, samples: &'a Samples) -> Result<Prepared<'a>, ShardError> {
-        let prepared = Prepared::with_digest(samples, read_basis(shared, samples)?, self.digest())?;
-        let mut wanted = said(&prepared, self);
-        wanted.insert("program".to_owned(), json!(self.program()));
-        self.check(shared, &wanted)?;
-        Ok(prepared)
+    /// As an error of its own file: the files beside it are as they were published, and it does not say what follows from them.
+    pub fn contradicts(&self, shared: &Shared, changes: &[Change]) -> ShardError {
+        let changes: Vec<String> = changes.iter().map(Change::to_string).collect();
+        let why = format!(
+            "it is damaged: it does not agree with the study and the basis beside it ({}); no finished sample is lost; copy it from \
+             another copy of this directory",
+            changes.join("; ")
+        );
+        ShardError::Damaged { path: shared.path().join(SHARDS), why }
     }
 
     /// Refuses what does not say the same.
-    fn check(&self, shared: &Shared, wanted: &Map<String, Value>) -> Result<(), ShardError> {
+    pub fn check(&self, shared: &Shared, wanted: &Map<String, Value>) -> Result<(), ShardError> {
         let changes = differences("", &Value::Object(self.said.clone()), &Value::Object(wanted.clone()));
         if changes.is_empty() {
             Ok(())
@@ -194,11 +175,11 @@ fn differences(before: &str, from: &Value, to: &Value) -> Vec<Change> {
 }
 
 /// What the file of a study says; its chunk from a file that is there.
-fn said(prepared: &Prepared<'_>, of: &Frozen) -> Map<String, Value> {
+pub(super) fn said(prepared: &Prepared<'_>, of: &Frozen) -> Map<String, Value> {
     saying(prepared, of.chunks.size())
 }
 
-fn saying(prepared: &Prepared<'_>, chunk: u64) -> Map<String, Value> {
+pub(super) fn saying(prepared: &Prepared<'_>, chunk: u64) -> Map<String, Value> {
     let samples = prepared.samples;
     let provenance: Map<String, Value> =
         prepared.provenance.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
@@ -217,157 +198,4 @@ fn saying(prepared: &Prepared<'_>, chunk: u64) -> Map<String, Value> {
     });
     let Value::Object(said) = value else { unreachable!("written as an object") };
     said
-}
-
-/// The basis that is published, if the study needs one.
-fn read_basis(shared: &Shared, samples: &Samples) -> Result<Bytes, ShardError> {
-    if samples.study().function().is_some() {
-        return Ok(None);
-    }
-    let place = shared.folder().place(BASIS_FILE);
-    let bytes = place.read(MOST_BASIS)?;
-    let taken = basis_of_others(samples, bytes.clone())?;
-    // One that does not serve would be computed anew, by everybody his own.
-    if taken.as_ref() != Some(&bytes) {
-        let why = "it is no basis of this study's machine: remove the directory, or choose another --out".to_owned();
-        return Err(ShardError::Damaged { path: place.to_path_buf(), why });
-    }
-    Ok(taken)
-}
-
-/// The basis of an old directory, if it has one.
-fn basis_of(old: &Path) -> Result<Option<Vec<u8>>, FileError> {
-    let place = Place::from(&old.join(BASIS_FILE));
-    match place.read(MOST_BASIS) {
-        Ok(bytes) => Ok(Some(bytes)),
-        Err(error) if error.source.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// The basis of who is first: that of an old directory whose samples are taken over, if it serves this study, or a new one.
-fn first_basis(samples: &Samples, old: Option<&Path>) -> Result<Bytes, ShardError> {
-    match old.map(basis_of).transpose()?.flatten() {
-        Some(bytes) if samples.study().function().is_none() => Ok(basis_of_others(samples, bytes)?),
-        _ => Ok(new_basis(samples)?),
-    }
-}
-
-/// Which samples a study has must be known before any is computed.
-///
-/// # Errors
-/// `[refine]` chooses them by results.
-pub(super) fn refuse_refined(samples: &Samples) -> Result<(), ShardError> {
-    let study = samples.study();
-    if study.refine.is_some() { Err(ShardError::Refined { study: (&study.file).into() }) } else { Ok(()) }
-}
-
-/// Takes what is published, or publishes it. `chunk`: how many samples a chunk is to have, by whoever is first; `asked`: by the user; `old`: a
-/// directory whose samples will be taken over.
-///
-/// # Errors
-/// The directory was begun with another study, program or chunk; files.
-pub(super) fn freeze<'a>(
-    shared: &Shared,
-    samples: &'a Samples,
-    (asked, old): (Option<u64>, Option<&Path>),
-    chunk: impl FnOnce(&Prepared<'_>) -> u64,
-) -> Result<(Frozen, Prepared<'a>), ShardError> {
-    if let Some(frozen) = Frozen::read(shared)? {
-        let prepared = known(shared, samples, &frozen)?;
-        refuse_other_chunk(shared, &frozen, asked)?;
-        return Ok((frozen, prepared));
-    }
-    let folder = shared.folder();
-    // chunks come after it: it is looked for once more, somebody may have begun meanwhile
-    if !shared.names_in(0)?.is_empty() && !folder.place(SHARDS).exists() {
-        let why = "it is missing beside chunks that it belongs to: bring it back, or choose another --out".to_owned();
-        return Err(ShardError::Damaged { path: shared.path().join(SHARDS), why });
-    }
-    if !folder.place(BASIS_FILE).exists()
-        && let Some(basis) = first_basis(samples, old)?
-    {
-        put_once(folder, BASIS_FILE, &basis)?;
-    }
-    let prepared = Prepared::new(samples, read_basis(shared, samples)?)?;
-    for (name, text) in samples.study().inputs() {
-        match text {
-            Some(text) => publish(shared, &name, text.as_bytes())?,
-            None if folder.place(&name).exists() => return Err(other_input(shared, &name)),
-            None => {}
-        }
-    }
-    publish(shared, PLAN_FILE, prepared.plan.text().as_bytes())?;
-    let size = asked.unwrap_or_else(|| chunk(&prepared));
-    check_chunk(size, samples.count())?;
-    let said = saying(&prepared, size);
-    let mut text =
-        serde_json::to_string_pretty(&Value::Object(said)).expect("strings and numbers always have a JSON form");
-    text.push('\n');
-    put_once(folder, SHARDS, text.as_bytes())?;
-    let frozen = Frozen::read(shared)?.ok_or_else(|| ShardError::Replaced { path: shared.path().to_path_buf() })?;
-    let prepared = known(shared, samples, &frozen)?;
-    refuse_other_chunk(shared, &frozen, asked)?;
-    Ok((frozen, prepared))
-}
-
-/// A study compared with what is published. The inputs are compared before anything is made of them: to read a basis of another machine
-/// would say little.
-fn known<'a>(shared: &Shared, samples: &'a Samples, frozen: &Frozen) -> Result<Prepared<'a>, ShardError> {
-    let is_same_input = |(name, text): (String, Option<&str>)| match text {
-        Some(text) => shared.folder().place(&name).read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()),
-        None => !shared.folder().place(&name).exists(),
-    };
-    let (scale, limit) = frozen.part();
-    let is_same = samples.study().inputs().into_iter().all(is_same_input)
-        && (scale, limit) == (samples.scale(), samples.limit())
-        && frozen.program().as_deref() == Some(VERSION.as_str());
-    // The keys of the same inputs under the same program are the same: they need not be computed again, a hundred million of them.
-    let digest = if is_same { frozen.digest() } else { None };
-    let basis = match read_basis(shared, samples) {
-        // Of another machine: what differs is said below.
-        Err(_) if !is_same => new_basis(samples)?,
-        found => found?,
-    };
-    let prepared = Prepared::with_digest(samples, basis, digest)?;
-    frozen.check(shared, &said(&prepared, frozen))?;
-    Ok(prepared)
-}
-
-fn refuse_other_chunk(shared: &Shared, frozen: &Frozen, asked: Option<u64>) -> Result<(), ShardError> {
-    let size = frozen.chunks.size();
-    match asked.filter(|asked| *asked != size) {
-        None => Ok(()),
-        Some(asked) => {
-            let change = Change { key: "--chunk".to_owned(), from: size.to_string(), to: asked.to_string() };
-            Err(ShardError::Changed { path: shared.path().to_path_buf(), changes: vec![change] })
-        }
-    }
-}
-
-fn check_chunk(size: u64, samples: u64) -> Result<(), ShardError> {
-    let refused = |why: String| Err(ShardError::Chunk { size, why });
-    if size > MOST_OF_CHUNK {
-        return refused(format!("a chunk is held in memory as a whole; at most {MOST_OF_CHUNK} samples"));
-    }
-    if samples.div_ceil(size) > MOST_CHUNKS {
-        let least = samples.div_ceil(MOST_CHUNKS);
-        return refused(format!("the study would have more than {MOST_CHUNKS} chunks; at least {least} samples"));
-    }
-    Ok(())
-}
-
-/// Publishes a file that everybody's is equal to.
-fn publish(shared: &Shared, name: &str, bytes: &[u8]) -> Result<(), ShardError> {
-    let place = shared.folder().place(name);
-    if !place.exists() {
-        put_once(shared.folder(), name, bytes)?;
-    }
-    let is_ours = place.read(bytes.len() as u64).is_ok_and(|found| found == bytes);
-    if is_ours { Ok(()) } else { Err(other_input(shared, name)) }
-}
-
-fn other_input(shared: &Shared, name: &str) -> ShardError {
-    let change = Change { key: name.to_owned(), from: "of another study".to_owned(), to: "of this one".to_owned() };
-    ShardError::Changed { path: shared.path().to_path_buf(), changes: vec![change] }
 }

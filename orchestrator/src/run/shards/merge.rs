@@ -15,8 +15,10 @@ use super::super::status::StatusWriter;
 use super::super::tables::{RowsWriter, is_current, tally, told};
 use super::chunk::{Chunk, ChunkError, read};
 use super::error::ShardError;
+use super::freeze::prepared;
 use super::frozen::Frozen;
 use super::layout::{CHUNKS, Chunks, PER_FOLDER, chunk_name, folder_name, folder_of};
+use super::leftovers::{self, Writing};
 use super::shared::Shared;
 use super::wrong::{SHOWN, Wrong};
 use crate::dispatch::Ended;
@@ -24,18 +26,14 @@ use crate::report::Tally;
 use crate::schedule::RunLimits;
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
-use bladeoff_system::files::{FileError, Pending, is_temporary, unguessable, write_whole};
+use bladeoff_system::files::{FileError, Pending, unguessable, write_whole};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 /// Attempts that are listed in a manifest, which is read whole.
 const LISTED: usize = 20_000;
-
-/// Age of a table under construction that nobody writes any more.
-const LEFTOVER: Duration = Duration::from_secs(3600);
 
 /// What came of a merge.
 #[derive(Debug)]
@@ -70,7 +68,8 @@ pub fn merge(
     let shared = Shared::open(path)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
     shared.trusted(trusts, note)?;
     let frozen = Frozen::read(&shared)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
-    let prepared = frozen.prepared(&shared, samples)?;
+    leftovers::remove(&shared);
+    let prepared = prepared(&shared, &frozen, samples)?;
     let mut merging = Merging {
         shared: &shared,
         frozen: &frozen,
@@ -94,7 +93,6 @@ pub fn merge(
     for name in [RESULTS, TIMINGS] {
         folder.place(name).remove()?;
     }
-    remove_leftovers(&shared);
     let begun = Course { started: SystemTime::now(), ..Course::begun(0) };
     let end = looking.map_or(Ok(None), |looking| merging.end(looking, note))?;
     let tables = merging.write(end.as_ref(), note)?;
@@ -118,19 +116,6 @@ pub fn merge(
     Ok(Merged { tally: merging.tally, end, table, chunks, attempts, nodes })
 }
 
-/// Removes what killed merges have left of their tables. There is no lock: another merge may be writing, but not in a file that is old.
-fn remove_leftovers(shared: &Shared) {
-    for name in shared.folder().names().unwrap_or_default() {
-        let path = shared.path().join(&name);
-        let is_table = [RESULTS, TIMINGS].iter().any(|table| is_temporary(&name, table));
-        let age = || fs::symlink_metadata(&path).ok()?.modified().ok()?.elapsed().ok();
-        if is_table && age().is_some_and(|age| age > LEFTOVER) {
-            // in nobody's way if it cannot be
-            let _ = shared.folder().place(&name).remove();
-        }
-    }
-}
-
 /// What one attempt has published.
 struct Made {
     by: Value,
@@ -151,7 +136,9 @@ impl Merging<'_> {
     fn write(&mut self, end: Option<&TableEnd>, note: &dyn Fn(&str)) -> Result<Checksums, ShardError> {
         let folder = self.shared.folder();
         let pending = |name: &str| Pending::create(folder.place(name));
-        let mut rows = RowsWriter::create(self.prepared, pending(RESULTS)?, pending(TIMINGS)?, &told(end))?;
+        let (results, timings) = (pending(RESULTS)?, pending(TIMINGS)?);
+        let _writing = Writing::begin(folder, &[results.temporary(), timings.temporary()])?;
+        let mut rows = RowsWriter::create(self.prepared, results, timings, &told(end))?;
         let mut wrong = Wrong::default();
         let last = end.map_or(self.frozen.chunks.samples(), |end| end.samples);
         for chunk in 0..self.frozen.chunks.up_to(last).count() {

@@ -1,7 +1,7 @@
 //! Beyond one machine: a study in shards, each an ordinary run on one node, by a directory that all of them share.
 //!
 //! ```text
-//! freeze:   inputs, basis, plan, chunk -> shards.json                      once, by whoever is first     frozen
+//! freeze:   inputs, basis, plan, chunk -> shards.json                      once, by whoever is first     freeze, frozen, published
 //! shard:    which chunk next -> run with its own record in scratch -> chunk -> link(2)                   choose, shard, publisher
 //! merge:    every chunk checked -> results.parquet, the bytes of one machine                             merge
 //! look:     chunks on disk, attempts; rows of chunks as parts                                            see, rows
@@ -15,13 +15,16 @@ mod begin;
 mod choose;
 mod chunk;
 mod error;
+mod freeze;
 mod frozen;
 mod given;
 mod layout;
+mod leftovers;
 mod measure;
 mod merge;
 mod patience;
 mod publish;
+mod published;
 mod publisher;
 mod rows;
 mod see;
@@ -36,6 +39,7 @@ mod wrong;
 pub use attempt::AttemptSeen;
 pub use begin::{begin, shards_to_do};
 pub use error::ShardError;
+pub use freeze::restore;
 pub use given::{cores, memory_of_worker};
 pub use layout::{MOST_SHARDS, SCHEDULER, SHARDS, Shard};
 pub use merge::{Merged, merge};

@@ -7,6 +7,7 @@ use super::super::parts::PART_ROWS;
 use super::super::tables::RowsWriter;
 use super::chunk::read;
 use super::error::ShardError;
+use super::freeze::{prepared, samples};
 use super::frozen::Frozen;
 use super::layout::SHARDS;
 use super::shared::Shared;
@@ -102,8 +103,8 @@ fn convert(path: &Path) -> Result<Looked, ShardError> {
     start_threads().map_err(RunError::from)?;
     let Some(shared) = Shared::open(path)? else { return Ok(Looked::default()) };
     let Some(frozen) = Frozen::read(&shared)? else { return Ok(Looked::default()) };
-    let samples = frozen.samples(&shared)?;
-    let prepared = frozen.prepared(&shared, &samples)?;
+    let samples = samples(&shared, &frozen)?;
+    let prepared = prepared(&shared, &frozen, &samples)?;
     let own = OwnFolder::new()?;
     let (rows, timings) = (own.path().join("parts"), own.path().join("timings-parts"));
     make(&rows)?;

@@ -5,6 +5,7 @@ use super::super::status::{RunState, Seen, see as see_run};
 use super::attempt::{AttemptSeen, all};
 use super::chunk::read;
 use super::error::ShardError;
+use super::freeze::{prepared, samples};
 use super::frozen::Frozen;
 use super::layout::{chunk_name, folder_of};
 use super::merge::each_missing;
@@ -141,7 +142,7 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
 pub fn samples_of(directory: &Path) -> Result<Option<Samples>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
     let Some(frozen) = Frozen::read(&shared)? else { return Ok(None) };
-    frozen.samples(&shared).map(Some)
+    samples(&shared, &frozen).map(Some)
 }
 
 /// Reads every chunk that is there and checks all of it: how many are whole, and what is wrong with the others. Nothing is written.
@@ -151,8 +152,8 @@ pub fn samples_of(directory: &Path) -> Result<Option<Samples>, ShardError> {
 pub fn verify_chunks(directory: &Path) -> Result<Option<(u64, Vec<String>)>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
     let Some(frozen) = Frozen::read(&shared)? else { return Ok(None) };
-    let samples = frozen.samples(&shared)?;
-    let prepared = frozen.prepared(&shared, &samples)?;
+    let samples = samples(&shared, &frozen)?;
+    let prepared = prepared(&shared, &frozen, &samples)?;
     let (mut whole, mut damaged) = (0, Vec::new());
     for number in frozen.chunks.folders() {
         let names = shared.names_in(number)?;

@@ -17,7 +17,8 @@ use super::super::telling::{Known, Telling};
 use super::super::{interrupt, options};
 use super::attempt::{Attempt, Counts, TIME_WAS_OVER};
 use super::error::ShardError;
-use super::frozen::{Frozen, freeze, refuse_refined};
+use super::freeze::{freeze, refuse_refined};
+use super::frozen::Frozen;
 use super::layout::{Chunks, Shard};
 use super::measure::chunk_size;
 use super::publisher::{Parts, Post, published_beside};
@@ -87,9 +88,8 @@ pub fn run_shard(
     refuse_no_old(request.reuse.as_deref())?;
     let shared = Shared::claim(&request.run.out, request.run.trusts, note)?;
     let workers = request.run.workers;
-    let (frozen, prepared) = freeze(&shared, samples, (request.chunk, request.reuse.as_deref()), |prepared| {
-        chunk_size(prepared, workers, request.shard.of)
-    })?;
+    let size = |prepared: &Prepared<'_>| chunk_size(prepared, workers, request.shard.of);
+    let (frozen, prepared) = freeze(&shared, samples, (request.chunk, request.reuse.as_deref()), size, note)?;
     let last = request.run.looking.as_ref().and_then(|looking| Some(looking.stages().last()?.samples));
     let chunks = frozen.needed(last);
     note(&format!(
