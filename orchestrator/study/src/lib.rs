@@ -38,6 +38,7 @@ mod error;
 mod feasible;
 mod frozen;
 mod function;
+mod header;
 mod idle;
 mod input;
 mod kind;
