@@ -69,7 +69,7 @@ pub use carried::Carried;
 pub use column::{Column, ColumnKind};
 pub use definition::{Fixed, MachineSubject, Study, Subject};
 pub use drawn::{Drawn, Understood};
-pub use error::StudyError;
+pub use error::{OfRoss, StudyError};
 pub use feasible::{CHECKED_COMBINATIONS, Chosen, at_its_axis, check_machines};
 pub use frozen::{FrozenFiles, MACHINE, POINTS, STUDY, empirical, is_empirical};
 pub use function::{FunctionError, FunctionModel, MOST_OUTPUTS, OWN_COLUMNS, Output};

@@ -168,7 +168,8 @@ fn is_another_size(name: &str, spelling: &str) -> bool {
         letters.next().and_then(prefix)?;
         SYMBOLS.iter().find(|symbol| symbol.name == letters.as_str()).map(|symbol| symbol.name)
     };
-    symbol_behind_prefix(name).is_some_and(|symbol| spelling == symbol || symbol_behind_prefix(spelling) == Some(symbol))
+    symbol_behind_prefix(name)
+        .is_some_and(|symbol| spelling == symbol || symbol_behind_prefix(spelling) == Some(symbol))
 }
 
 /// Names that people write where a symbol is expected; in lower case and without the s of a plural.
@@ -237,7 +238,9 @@ pub(super) fn similar(name: &str) -> Vec<String> {
             let rank = match (spelling.eq_ignore_ascii_case(name), strsim::damerau_levenshtein(&spelling, name)) {
                 (true, _) => 0,
                 // every letter is one edit away from every other
-                (false, 1) if name.chars().count() > 1 && !is_another_size(name, &spelling) => 1 + spelling.len().abs_diff(name.len()),
+                (false, 1) if name.chars().count() > 1 && !is_another_size(name, &spelling) => {
+                    1 + spelling.len().abs_diff(name.len())
+                }
                 _ => return None,
             };
             Some((rank, spelling))

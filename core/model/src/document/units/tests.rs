@@ -214,7 +214,9 @@ fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
         assert!(parse_quantity(&format!("3 {}", unit.replacen(wrong, meant, 1)), si).is_ok(), "{text}");
     }
     // No unit of another size.
-    for (text, si) in [("3 Mrpm", "rad/s"), ("3 kdeg", "rad"), ("3 Mbar", "Pa"), ("3 klbf", "N"), ("3 cN", "N"), ("3 ks", "s")] {
+    for (text, si) in
+        [("3 Mrpm", "rad/s"), ("3 kdeg", "rad"), ("3 Mbar", "Pa"), ("3 klbf", "N"), ("3 cN", "N"), ("3 ks", "s")]
+    {
         assert_eq!(parse_quantity(text, si).expect_err(text).parts().1, None, "{text}");
     }
     // No word of another dimension.
