@@ -44,7 +44,7 @@ pub fn unbalance_response(
     let is_drawn_whole = |speed: f64| !critical.iter().any(|critical| is_cut(critical, speed));
     let seen: Vec<&UnbalanceResponse> = found.iter().filter(|response| is_drawn_whole(response.speed)).collect();
     let largest = |values: &dyn Fn(&UnbalanceResponse) -> f64| seen.iter().map(|one| values(one)).fold(0.0, f64::max);
-    let cut = if seen.len() < found.len() { ", peaks without damping cut off" } else { "" };
+    let cut = if seen.len() < found.len() { "; undamped peaks cut off" } else { "" };
     let length = Scale::of("m", largest_displacement(&seen, &places));
     let load = Scale::of("N", largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max)));
     let mut displacement: Vec<Line> = places
@@ -88,9 +88,9 @@ pub fn unbalance_response(
         let y_range = Some((0.0, top));
         Panel { y_label, lines, y_range, thin: false }
     };
-    let title = format!("Steady response of {} to its unbalances, without contact", machine.name);
+    let title = format!("Steady response of {} to its unbalances, without contact{cut}", machine.name);
     let both = [
-        panel(length.label(&format!("amplitude, 0 to peak{cut}")), displacement, displacement_top),
+        panel(length.label("amplitude, 0 to peak"), displacement, displacement_top),
         panel(load.label("bearing load, 0 to peak"), load_lines, load_top),
     ];
     panels(&title, "spin speed [rpm]", &both).map(Some)
