@@ -27,14 +27,14 @@ fn a_spreadsheet_has_line_breaks_in_cells_and_units_in_its_header() {
     assert!(csv.starts_with("sample;diaphragms.seal.contact.gap_m;"), "{csv}");
     assert!(csv.contains("\n0;0,0004;0,1;\"a;b\";") && csv.contains("\n1;0,0007;0,25;\"two\nlines\";"), "{csv}");
     // What is exported with decimal commas is read back.
-    let names: Vec<&str> = csv.lines().next().expect("a header").split(';').collect();
-    let others: Vec<String> =
-        names.iter().filter(|name| !name.contains(".contact.")).map(|name| format!("{name:?}")).collect();
-    let (few, many) = (others.len().min(64), others.len());
-    if few == many {
-        let (code, rows, err) = listed(&folder, &csv, &format!("ignore = [{}]\n", others.join(", ")));
-        assert_eq!((code, rows.len()), (0, 2), "{err}");
-    }
+    let parameters: Vec<String> = csv
+        .lines()
+        .filter(|line| line.starts_with(|c: char| c == 's' || c.is_ascii_digit()))
+        .map(|line| line.split(';').take(3).collect::<Vec<_>>().join(";"))
+        .collect();
+    assert_eq!(parameters.len(), 3, "{csv}");
+    let (code, rows, err) = listed(&folder, &parameters.join("\n"), "ignore = [\"sample\"]\n");
+    assert_eq!((code, rows.as_slice()), (0, &TWO_SAMPLES.map(str::to_owned)[..]), "{err}");
     for header in ["contact.gap [mm],contact.friction [-]", "contact.gap (mm),contact.friction", "gap[mm],friction [1]"]
     {
         let (code, rows, err) = listed(&folder, &format!("{header}\n0.4,0.1\n7e-4 m,0.25\n"), "");

@@ -13,7 +13,7 @@ struct Rule {
     quantity: &'static str,
     range: [f64; 2],
     unit: &'static str,
-    /// What a value outside may come from.
+    /// Likely cause of a value outside.
     hint: &'static str,
 }
 

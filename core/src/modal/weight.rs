@@ -15,7 +15,7 @@ use bladeoff_model::machine::Machine;
 /// Standard gravity \[m/s2\].
 const GRAVITY: f64 = 9.80665;
 
-/// A rotor under its weight across the shaft, whatever its file says of gravity.
+/// A rotor under its weight across the shaft, regardless of the gravity of its file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnderWeight {
     /// Largest sag of a node in the softer direction \[m\].

@@ -22,7 +22,7 @@ const MOST_BREAKS: usize = 16;
 #[derive(Clone, Copy)]
 pub(super) struct Csv<'a> {
     pub text: &'a str,
-    /// What separates its cells; a blank stands for any number of blanks and tabs.
+    /// The separator of its cells; a blank stands for any number of blanks and tabs.
     pub separator: char,
     /// Where its lines begin.
     start: usize,

@@ -134,7 +134,7 @@ fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -
     }
 }
 
-/// What may be meant by Hz.
+/// Units that Hz may stand for.
 const INSTEAD_OF_HERTZ: [&str; 4] = ["rpm", "rad/s", "rev/s", "1/s"];
 
 impl Dimension {
