@@ -249,3 +249,27 @@ fn modes_that_cannot_be_followed_are_given_up_with_a_word() {
     assert!(matches!(error, ModesError::Unclear { wanted: 1e4, .. }), "{error}");
     assert_eq!(followed_modes(&thick(&[1]), &[0.0]).expect("at rest").len(), 1);
 }
+
+/// A shaft without any damping: rounding makes no mode unstable, and none damped. With a damper of next to nothing the ratio stays what it is.
+#[test]
+fn an_undamped_shaft_has_damping_ratios_of_exactly_zero() {
+    let text = "schema = 1\nname = \"nodisc\"\n[run]\nend_time = \"20 ms\"\n[rotor]\ninitial_speed = \"3000 rpm\"\n\
+        [rotor.material]\nyoung_modulus = \"210 GPa\"\npoisson_ratio = 0.3\ndensity = \"7850 kg/m3\"\n\
+        [[rotor.shaft]]\nlength = \"1 m\"\ndiameter = \"50 mm\"\nelements = 16\n\
+        [rotor.bearings.l]\nposition = \"0 m\"\nstiffness = \"1e7 N/m\"\naxial_stiffness = \"1e6 N/m\"\n\
+        [rotor.bearings.r]\nposition = \"1 m\"\nstiffness = \"1e7 N/m\"\n";
+    let ratios = |text: &str| -> Vec<f64> {
+        let found = report(&machine(text), &[0.0, 314.0]).expect("solvable");
+        let modes = found.speeds.iter().flat_map(|speed| speed.whirl.iter().map(|(_, mode)| mode.damping_ratio));
+        modes.chain(found.critical_speeds.iter().map(|critical| critical.damping_ratio)).collect()
+    };
+    let undamped = ratios(text);
+    assert!(undamped.len() > 100, "{}", undamped.len());
+    for (place, ratio) in undamped.iter().enumerate() {
+        assert!(*ratio == 0.0 && ratio.is_sign_positive(), "{place} of {}: {ratio:e}", undamped.len());
+    }
+    let damped =
+        ratios(&text.replace("stiffness = \"1e7 N/m\"\naxial", "stiffness = \"1e7 N/m\"\ndamping = 1e-3\naxial"));
+    // the first bending pair, at rest: a ratio of about 1e-8
+    assert!(damped[0] > 1e-10 && damped[0] < 1e-6, "{:e}", damped[0]);
+}

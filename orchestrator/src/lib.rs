@@ -13,6 +13,7 @@ pub mod engine;
 pub mod history;
 pub mod ledger;
 pub mod pictures;
+pub mod plausible;
 pub mod report;
 pub mod reporting;
 pub mod run;

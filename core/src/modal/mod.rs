@@ -13,6 +13,7 @@ mod sense;
 mod shape;
 mod stability;
 mod unbalance;
+mod weight;
 mod whirl;
 
 pub(crate) use basis::largest_share;
@@ -25,4 +26,5 @@ pub use report::{ModesReport, RingMode, followed_modes, report};
 pub use sense::{NOTABLE, STRAIGHT, Whirl};
 pub use stability::{Damping, DampingGrid, LeastDamping, ROUNDING, UnstableRange, least_damping, unstable_ranges};
 pub use unbalance::{UnbalanceResponse, unbalance_response};
+pub use weight::{UnderWeight, under_weight};
 pub use whirl::{CriticalSpeed, OVERDAMPED, OverdampedMode, SpeedModes, WhirlMode, whirl_modes};

@@ -1,7 +1,7 @@
 //! Whirl of the shaft line on its bearings at a speed, in the full finite-element model: frequencies, damping, sense. Unbalance masses
 //! are not in it, except for a point mass, which may have no other.
 
-use super::quadratic::quadratic_modes;
+use super::quadratic::{QuadraticModes, quadratic_modes};
 use super::sense::{Whirl, excited_by_unbalance, orbits, sense};
 use super::shape::Mode;
 use crate::linalg::{EigenError, Matrix};
@@ -106,6 +106,12 @@ pub fn whirl_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<(f64, Vec<Wh
     speeds.iter().map(|&speed| Ok((speed, lateral.modes(speed)?))).collect()
 }
 
+/// An oscillating lambda whose damping ratio is within the noise of the eigenvalue problem is undamped.
+fn without_noise([re, im]: [f64; 2], of: &QuadraticModes) -> [f64; 2] {
+    let is_noise = im > 0.0 && re.abs() <= of.noise([re, im]) * libm::hypot(re, im);
+    [if is_noise { 0.0 } else { re }, im]
+}
+
 /// Damping ratio from which a motion is overdamped: it falls below a thousandth in one period, and what a strong damper keeps
 /// from oscillating at rest turns with `Im lambda` proportional to the speed, which crosses it at no speed, or at every.
 pub const OVERDAMPED: f64 = 0.9;
@@ -158,7 +164,7 @@ impl Lateral {
         for (j, &[re, im]) in found.values.iter().enumerate() {
             let least = APERIODIC * libm::hypot(re, im);
             if im > -least {
-                let value = [re, if im > least { im } else { 0.0 }];
+                let value = without_noise([re, if im > least { im } else { 0.0 }], &found);
                 all.push(Mode::new(value, &found.real, &found.imaginary, j));
             }
         }
@@ -194,7 +200,8 @@ impl Lateral {
         for (j, &[re, im]) in found.values.iter().enumerate() {
             let least = APERIODIC * libm::hypot(re, im);
             if im > -least {
-                let mode = Mode::new([re, if im > least { im } else { 0.0 }], &real, &imaginary, j);
+                let value = without_noise([re, if im > least { im } else { 0.0 }], &found);
+                let mode = Mode::new(value, &real, &imaginary, j);
                 let [mut backward, mut forward] = [false, true].map(|way| mode.circular(&self.rotor, way));
                 if im > least && speed > 0.0 {
                     let [g, m, c] = [&self.gyroscopic, &self.mass, &self.rotor.damping]
@@ -222,7 +229,8 @@ impl Lateral {
         let [re, im] = mode.value;
         let (whirl, share) =
             if self.plane_motion(speed) { (Whirl::Planar, 0.0) } else { sense(&orbits(mode, &self.rotor)) };
-        WhirlMode { frequency: im, damping_ratio: -re / libm::hypot(re, im), whirl, share }
+        // 0 - re: never a negative zero
+        WhirlMode { frequency: im, damping_ratio: (0.0 - re) / libm::hypot(re, im), whirl, share }
     }
 
     /// Where all directions are alike every motion is a circle or made of two, and only circles go over into the modes at other

@@ -11,6 +11,7 @@ use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::answering::related;
 use crate::engine;
+use crate::plausible::{implausible, implausible_of};
 use crate::report::{bearings_beyond, matrices_of, unstable, with_word};
 use crate::reporting::{bearings_of, unstable_of};
 use crate::settled::machine_alone;
@@ -81,6 +82,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     for note in bearings_of(&samples) {
         remark(&format!("\nnote: {note}\n"));
     }
+    for text in implausible_of(&samples) {
+        remark(&format!("\nwarning: {text}\n"));
+    }
     for range in unstable_of(&samples) {
         remark(&format!("\nwarning: {range}\n"));
     }
@@ -103,6 +107,7 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     tell(&format!("{}: a machine whose run can start\n{choice}{more}", definition.name()))?;
     let step = engine::step_plan(&machine, &structure)?.step;
     bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
+    implausible(&machine).iter().for_each(|text| remark(&format!("warning: {text}")));
     let unstable = unstable(&machine, &structure, speeds_of_run(&machine));
     unstable.iter().for_each(|range| remark(&format!("warning: {range}")));
     Ok(Exit::Ok)

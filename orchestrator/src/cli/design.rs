@@ -19,6 +19,7 @@ use crate::run::shards::row_files;
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::Table;
 use bladeoff_model::machine::ParamValue;
+use bladeoff_study::derived::Variable;
 use bladeoff_study::uncertain::{Plain, Uncertain};
 use bladeoff_study::{Origin, Parameter, Samples};
 use bladeoff_system::files::{FileError, Pending};
@@ -44,8 +45,8 @@ enum What {
 /// Write the points of a design for SALib and Dakota
 ///
 /// Into a folder: salib-problem.json, the problem as SALib has it, with its distributions; salib-points.csv, a row for each point and a
-/// column for each variable of the problem; dakota.dat, Dakota's annotated tabular data, a row for each sample. Names are those of the
-/// columns of the table, numbers are in SI. A distribution that SALib does not have is left out of its two files, and said. Correlations
+/// column for each variable of the problem; dakota.dat, Dakota's annotated tabular data, a row for each sample. A column is named by the
+/// full path of its parameter with the SI unit, or by the name of its variable; numbers are in SI. [points] of a study reads both tables. A distribution that SALib does not have is left out of its two files, and said. Correlations
 /// stand in the points, not in the problem.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -121,7 +122,7 @@ impl Problem {
         let laws = samples.study().drawn.drawing.laws();
         for (place, parameter) in samples.parameters().iter().enumerate() {
             let Origin::Uncertain(law) = parameter.origin else { continue };
-            let name = parameter.column().name;
+            let name = exported(parameter);
             match distribution(&laws[law]) {
                 Ok((dist, bounds)) => {
                     problem.places.push(place);
@@ -144,6 +145,11 @@ impl Problem {
         });
         format!("{problem:#}\n")
     }
+}
+
+/// The name of a parameter's column: its path, which a points file names, rather than the short name that this study gave it.
+fn exported(parameter: &Parameter) -> String {
+    Variable { short: None, ..parameter.variable() }.column()
 }
 
 /// SALib's word for a law, and its numbers; or why it has none.
@@ -178,7 +184,7 @@ fn points(samples: &Samples, problem: &Problem, out: &mut impl Write) -> io::Res
 
 fn dakota(samples: &Samples, responses: &[(String, Vec<f64>)], out: &mut impl Write) -> io::Result<()> {
     let label = |name: &str| name.split_whitespace().collect::<Vec<_>>().join("_");
-    let names = samples.parameters().iter().map(|parameter: &Parameter| label(&parameter.column().name));
+    let names = samples.parameters().iter().map(|parameter: &Parameter| label(&exported(parameter)));
     let names: Vec<String> = names.chain(responses.iter().map(|(name, _)| label(name))).collect();
     writeln!(out, "%eval_id interface {}", names.join(" "))?;
     for sample in 0..samples.count() {

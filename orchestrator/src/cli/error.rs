@@ -232,7 +232,8 @@ impl CliError {
             | CliError::NotAsked(_) => Exit::Input,
             CliError::Why(WhyError::Beginning { .. }) => Exit::Incomplete,
             CliError::Why(_) => Exit::Input,
-            CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. }) | CliError::Start(_) => Exit::Input,
+            CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. } | StudyError::OfRoss(_))
+            | CliError::Start(_) => Exit::Input,
             CliError::Unmeant { .. }
             | CliError::NoKind
             | CliError::Study(StudyError::Design(DesignError::Scale { .. } | DesignError::Nothing)) => Exit::Usage,

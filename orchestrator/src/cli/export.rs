@@ -6,7 +6,7 @@ use super::output::remark;
 use crate::run::directory::{MANIFEST, PARTS, RESULTS};
 use crate::run::refuse_changed;
 use crate::run::shards::{is_unmerged, row_files, unread};
-use bladeoff_answers::tables::{TableError, export_csv};
+use bladeoff_answers::tables::{CsvStyle, TableError, export_csv};
 use bladeoff_model::document::visible_lines;
 use bladeoff_system::call;
 use bladeoff_system::files::Pending;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Write the table of a result directory as CSV
 ///
 /// One header line with the column names (unit included), one line per sample; numbers with all their digits, nothing
-/// between the commas for null. The Parquet file itself is read directly by pandas, Polars and DuckDB. Of a study that is
+/// between the separators for null. The Parquet file itself is read directly by pandas, Polars and DuckDB. Of a study that is
 /// not complete the rows finished so far are written, as they were finished and not in the order of their numbers. A table that
 /// is not as it was written (manifest.json has its BLAKE3) is refused: `bladeoff run` with the same study makes it again.
 #[derive(Debug, clap::Args)]
@@ -32,6 +32,10 @@ pub struct Args {
     /// Comma-separated values
     #[arg(long, required = true)]
     csv: bool,
+
+    /// `;` between cells and decimal commas, as spreadsheets of many countries read them; [points] reads both styles
+    #[arg(long)]
+    decimal_comma: bool,
 
     /// Write to this file instead of standard output; an existing file is not overwritten
     #[arg(long, value_name = "FILE")]
@@ -60,11 +64,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if first.ends_with(RESULTS) && !is_known {
         remark(&format!("warning: {} cannot be verified: {MANIFEST} has no checksum of it", shown(first)));
     }
+    let style = if args.decimal_comma { CsvStyle::Comma } else { CsvStyle::Point };
     match &args.out {
         Some(path) if path.symlink_metadata().is_ok() => return Err(CliError::Exists { path: path.clone() }),
         Some(path) => {
             let mut pending = Pending::create(path)?;
-            export_csv(&files, path, BufWriter::new(pending.file()))?;
+            export_csv(&files, path, style, BufWriter::new(pending.file()))?;
             pending.finish_new()?;
             remark(&format!("wrote {}", shown(path)));
         }
@@ -72,7 +77,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             let stdout = io::stdout().lock();
             let is_terminal = stdout.is_terminal();
             let mut out = Watched { inner: stdout, is_terminal, error: None };
-            let exported = export_csv(&files, Path::new("standard output"), &mut out);
+            let exported = export_csv(&files, Path::new("standard output"), style, &mut out);
             if let Some(error) = out.error {
                 return Err(CliError::stdout(error));
             }

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use bladeoff_model::document::{MAX_FILE_BYTES, Problems};
 use bladeoff_model::machine::{Machine, MachineDef, ValueError};
-use bladeoff_study::{FileKind, kind_of, read_input, show};
+use bladeoff_study::{FileKind, OfRoss, StudyError, kind_of, read_input, show};
 use bladeoff_system::call::word;
 use std::path::PathBuf;
 
@@ -26,6 +26,7 @@ impl MachineArgs {
         let parsed = MachineDef::parse(&self.machine.to_string_lossy(), &text);
         let mut machine = parsed.map_err(|problems| match kind_of(&text) {
             Some(FileKind::Study(machine)) => CliError::AStudy { path: self.machine.clone(), machine },
+            Some(FileKind::Ross) => StudyError::from(OfRoss { path: self.machine.clone() }).into(),
             _ => problems.into(),
         })?;
         for argument in &self.set {

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 /// Whirl frequencies and damping, critical speeds, ring frequencies
 ///
 /// For each speed the damped lateral modes of the shaft line on its bearings with gyroscopic effect: frequency, damping
-/// ratio (negative: unstable), logarithmic decrement and sense of whirl. The sense is forward, backward, mixed (nodes disagree) or
+/// ratio (negative: unstable; 0 within the rounding of the eigenvalue problem), logarithmic decrement and sense of whirl. The sense is forward, backward, mixed (nodes disagree) or
 /// planar (a straight line); the share beside it is +1 for forward circles, -1 for backward ones. A mode keeps its number at all
 /// speeds: it is followed from rest by its shape. Motions with a damping ratio from 0.9 (or no frequency at all) are overdamped: they are listed apart
 /// and have no critical speed. A warning names the speeds, up to 1.2 times the initial speed (the first critical speed where that is
@@ -52,7 +52,8 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 
-    /// Also draw into this directory, as SVG and PNG: Campbell diagram, mode shapes, unbalance response, the machine to scale
+    /// Also draw into this directory, as SVG and PNG: Campbell diagram, mode shapes, unbalance response (amplitudes from
+    /// zero to peak), the machine to scale
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
 }

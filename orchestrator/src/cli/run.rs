@@ -9,6 +9,7 @@ use super::output::{remark, tell, width, width_of_errors};
 use super::shard::ShardArgs;
 use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{self, DispatchError, Ended, time_left, watch_before};
+use crate::plausible::implausible_of;
 use crate::report::Tally;
 use crate::reporting::{bearings_of, pushed_rings};
 use crate::run::directory::LEDGER;
@@ -269,6 +270,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             shown(&out)
         ));
     }
+    implausible_of(&samples).iter().for_each(|text| remark(&format!("warning: {text}")));
     let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);
     let workers = workers.min(usize::try_from(samples.count()).unwrap_or(usize::MAX));
     remark(&format!(

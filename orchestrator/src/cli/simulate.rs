@@ -7,6 +7,7 @@ use super::json::JsonObject;
 use super::machine::{MachineArgs, build, refused, set};
 use super::output::{print_json, remark, tell};
 use crate::engine::{self, EngineError};
+use crate::plausible::implausible;
 use crate::report::{
     OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, unstable, with_word,
 };
@@ -81,6 +82,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Some(problems) => refused(problems, &given(args)),
         None => error.into(),
     };
+    implausible(&machine).iter().for_each(|text| remark(&format!("warning: {text}")));
     let plan = engine::step_plan(&machine, &structure).map_err(refusal)?;
     let history = args.history.settings(&machine, &plan)?;
     let (outcome, history) =

@@ -1,4 +1,4 @@
-//! Unbalance response: displacements and bearing loads over speed.
+//! Unbalance response: displacements and bearing loads over speed, amplitudes from zero to peak. A peak without damping is infinite, and is cut off.
 
 use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, Scale, panels};
 use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
@@ -41,8 +41,11 @@ pub fn unbalance_response(
     });
     places.truncate(7);
     let rpm = |speed: f64| speed * 30.0 / PI;
-    let largest = |values: &dyn Fn(&UnbalanceResponse) -> f64| found.iter().map(values).fold(0.0, f64::max);
-    let length = Scale::of("m", largest_displacement(&found, &places));
+    let is_drawn_whole = |speed: f64| !critical.iter().any(|critical| is_cut(critical, speed));
+    let seen: Vec<&UnbalanceResponse> = found.iter().filter(|response| is_drawn_whole(response.speed)).collect();
+    let largest = |values: &dyn Fn(&UnbalanceResponse) -> f64| seen.iter().map(|one| values(one)).fold(0.0, f64::max);
+    let cut = if seen.len() < found.len() { "; undamped peaks cut off" } else { "" };
+    let length = Scale::of("m", largest_displacement(&seen, &places));
     let load = Scale::of("N", largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max)));
     let mut displacement: Vec<Line> = places
         .iter()
@@ -62,7 +65,7 @@ pub fn unbalance_response(
             Line::new(&bearing(&of.name), found.iter().map(|r| (rpm(r.speed), r.bearings[i] * load.factor)).collect())
         })
         .collect();
-    let mut displacement_top = length.factor * largest_displacement(&found, &places);
+    let mut displacement_top = length.factor * largest_displacement(&seen, &places);
     for diaphragm in &machine.diaphragms {
         let gap = diaphragm.contact.gap * length.factor;
         let points = vec![(rpm(speeds[0]), gap), (rpm(top), gap)];
@@ -78,19 +81,32 @@ pub fn unbalance_response(
             lines.push(Line::marked("running speed", points, Mark::Dashed, COLOURS[3]));
         }
     }
-    let panel = |y_label: String, lines, top: f64| {
-        let y_range = Some((0.0, if top > 0.0 { 1.05 * top } else { 1.0 }));
+    let panel = |y_label: String, mut lines: Vec<Line>, top: f64| {
+        let top = if top > 0.0 { 1.05 * top } else { 1.0 };
+        let points = lines.iter_mut().flat_map(|line| &mut line.points);
+        points.for_each(|point| point.1 = point.1.min(top));
+        let y_range = Some((0.0, top));
         Panel { y_label, lines, y_range, thin: false }
     };
-    let title = format!("Steady response of {} to its unbalances, without contact", machine.name);
+    let title = format!("Steady response of {} to its unbalances, without contact{cut}", machine.name);
     let both = [
-        panel(length.label("amplitude"), displacement, displacement_top),
-        panel(load.label("bearing load"), load_lines, load_top),
+        panel(length.label("amplitude, 0 to peak"), displacement, displacement_top),
+        panel(load.label("bearing load, 0 to peak"), load_lines, load_top),
     ];
     panels(&title, "spin speed [rpm]", &both).map(Some)
 }
 
-fn largest_displacement(found: &[UnbalanceResponse], places: &[(String, usize)]) -> f64 {
+/// Damping ratio below which the peak at a critical speed is cut off: it is a thousand times the response off resonance, or infinite.
+const UNDAMPED: f64 = 5e-4;
+/// Part of a critical speed on either side of it where its peak is cut off: there the response is at most 25 times the one at rest.
+const BESIDE: f64 = 0.02;
+
+/// Whether a speed lies within an undamped peak.
+fn is_cut(critical: &CriticalSpeed, speed: f64) -> bool {
+    critical.damping_ratio.abs() < UNDAMPED && (speed / critical.speed - 1.0).abs() < BESIDE
+}
+
+fn largest_displacement(found: &[&UnbalanceResponse], places: &[(String, usize)]) -> f64 {
     found.iter().flat_map(|response| places.iter().map(|(_, node)| response.nodes[*node])).fold(0.0, f64::max)
 }
 

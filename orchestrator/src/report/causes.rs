@@ -2,7 +2,7 @@
 
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::{format_digits, format_quantity};
-use bladeoff_model::machine::{CONTACT_STEP, Engine, Machine, STEP};
+use bladeoff_model::machine::{CONTACT_STEP, DiaphragmKind, Engine, Machine, STEP};
 use bladeoff_model::outcome::{Cause, Limit};
 use std::borrow::Cow;
 
@@ -84,12 +84,19 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
             digits(number("energy_error")?),
             digits(guard.energy_balance)
         )),
-        Cause::NormalWork => Some(format!(
-            "{} beside {} of friction; allowed {} of it (or of a thousandth of the energy at the start, if that is more)",
-            format_quantity(number("normal_work_J")?, "J"),
-            format_quantity(number("friction_energy_J")?, "J"),
-            percent(guard.normal_work)
-        )),
+        Cause::NormalWork => {
+            let is_rigid = machine.diaphragms.iter().any(|diaphragm| diaphragm.kind == DiaphragmKind::Rigid);
+            // without friction or spin nothing is large beside it, at any step
+            let rigid = "; a rigid ring takes an impact without rebound, so that the rotor loses its whole normal kinetic energy there at any step: a flexible \
+                         ring or a radial spring gives it back";
+            Some(format!(
+                "{} beside {} of friction; allowed {} of it (or of a thousandth of the energy at the start, if that is more){}",
+                format_quantity(number("normal_work_J")?, "J"),
+                format_quantity(number("friction_energy_J")?, "J"),
+                percent(guard.normal_work),
+                if is_rigid { rigid } else { "" }
+            ))
+        }
         Cause::Penetration => {
             // with its name before it where there are several
             let is_one = machine.diaphragms.len() == 1;

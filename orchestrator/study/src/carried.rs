@@ -73,11 +73,13 @@ impl Gathering {
 
     /// Takes the next cell; `text`: it with a decimal point.
     pub fn push(&mut self, cell: &Cell<'_>, text: &str, problems: &mut Collector<'_>) {
-        if cell.text.len() > LONGEST_TEXT || cell.text.chars().any(char::is_control) {
+        let is_plain = |c: char| c == '\n' || !c.is_control();
+        if cell.text.len() > LONGEST_TEXT || !cell.text.chars().all(is_plain) {
             let problem = problems.add(cell.span.clone(), &self.name, "cannot be carried along");
             problem.value = Some(cut(&cell.text, 40));
-            problem.allowed =
-                Some(format!("a number, or text of at most {LONGEST_TEXT} bytes without control characters"));
+            problem.allowed = Some(format!(
+                "a number, or text of at most {LONGEST_TEXT} bytes without control characters other than line breaks"
+            ));
         }
         if let Some(numbers) = &mut self.numbers {
             match number(text) {
@@ -100,9 +102,9 @@ impl Gathering {
     }
 }
 
-/// A cell as a number (NaN: empty); `None`: text. `007` is text: it would come out as 7.
+/// A cell as a number (NaN: empty, or `nan`, as programs write a missing number); `None`: text. `007` is text: it would come out as 7.
 fn number(text: &str) -> Option<f64> {
-    if text.is_empty() {
+    if text.is_empty() || text.eq_ignore_ascii_case("nan") {
         return Some(f64::NAN);
     }
     let digits = text.trim_start_matches(['+', '-']);
@@ -148,7 +150,7 @@ impl Others {
     }
 
     pub fn ignores(&self, name: &str) -> bool {
-        self.ignore.iter().any(|(ignored, _)| ignored == name)
+        self.ignore.iter().any(|(ignored, _)| without_sign(ignored) == name)
     }
 
     /// Refuses names that the header does not have, in the study, where they stand.
@@ -156,14 +158,14 @@ impl Others {
         let mut unread = Collector::new("", text);
         let Some(csv) = Csv::new(text, &mut unread) else { return };
         let Some(header) = csv.lines().next() else { return };
-        let header: Vec<String> = csv.cells(header).map(|cell| cell.text.into_owned()).collect();
+        let header: Vec<String> = csv.header(header).into_iter().map(|cell| cell.text.into_owned()).collect();
         for (key, (name, span)) in self
             .carry
             .iter()
             .map(|name| ("points.carry", name))
             .chain(self.ignore.iter().map(|name| ("points.ignore", name)))
         {
-            if !header.contains(name) {
+            if !header.iter().any(|column| column == without_sign(name)) {
                 let nearest = problems.nearest(name, header.iter().map(String::as_str));
                 let problem = problems.add(span.clone(), key, "the points file has no such column");
                 problem.value = Some(format!("{:?}", cut(name, 80)));
@@ -171,6 +173,11 @@ impl Others {
             }
         }
     }
+}
+
+/// The name of a column without the sign with which Dakota's header begins.
+fn without_sign(name: &str) -> &str {
+    name.strip_prefix('%').unwrap_or(name)
 }
 
 fn names(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> Vec<(String, Range<usize>)> {
@@ -232,9 +239,11 @@ mod tests {
         {
             assert_eq!(number(text), expected, "{text}");
         }
-        for text in ["007", "run-001", "inf", "nan", "1e999", "1 mm", "0x10", "-"] {
+        for text in ["007", "run-001", "inf", "-nan", "1e999", "1 mm", "0x10", "-"] {
             assert_eq!(number(text), None, "{text}");
         }
-        assert!(number("").is_some_and(f64::is_nan));
+        for missing in ["", "nan", "NaN"] {
+            assert!(number(missing).is_some_and(f64::is_nan));
+        }
     }
 }

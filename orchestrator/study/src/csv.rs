@@ -1,21 +1,28 @@
-//! A points file as cells: what separates them, which lines say something, how its numbers are written.
+//! A points file as cells: its separator, its lines and its decimal sign.
 //!
 //! ```text
 //! first line `sep=;`                  the separator (spreadsheets write and read it)
-//! otherwise, outside quotes           of the header: `;` or `,` where only one of them stands there, a tab where neither does
-//! decimal comma                       where `;` or a tab separates; never beside decimal points in one file
+//! otherwise, outside quotes           of the header: `;` or `,` where only one of them stands there, a tab where neither does,
+//!                                     blanks where none of them does and header and first row have several words
+//! decimal comma                       where `;`, a tab or blanks separate; never beside decimal points in one file
+//! quoted cells                        may have line breaks (RFC 4180)
+//! header of Dakota                    begins with `%`, which is no part of the first name
 //! ```
 //! What may be read in two ways is refused with its line, never guessed.
 
+use bladeoff_model::document::units::parse_any_quantity;
 use bladeoff_model::document::{BYTE_ORDER_MARK, Collector};
 use std::borrow::Cow;
 use std::ops::Range;
+
+/// Most line breaks of a quoted cell. A quote that is not closed within them is reported at its own line.
+const MOST_BREAKS: usize = 16;
 
 /// A points file and how it is written.
 #[derive(Clone, Copy)]
 pub(super) struct Csv<'a> {
     pub text: &'a str,
-    /// What separates its cells.
+    /// The separator of its cells; a blank stands for any number of blanks and tabs.
     pub separator: char,
     /// Where its lines begin.
     start: usize,
@@ -46,23 +53,71 @@ impl<'a> Csv<'a> {
             }
             (true, false, _) => ';',
             (false, false, true) => '\t',
+            (false, false, false) if csv.is_blank_separated() => ' ',
             _ => ',',
         };
         Some(csv)
     }
 
-    /// The bytes of each line that says something.
+    /// Whether header and first row, which have no other separator, have several words. A single quantity is one cell.
+    fn is_blank_separated(self) -> bool {
+        let blanks = Self { separator: ' ', ..self };
+        let mut lines = blanks.lines();
+        let (Some(header), Some(row)) = (lines.next(), lines.next()) else { return false };
+        let has_several = |line: Range<usize>| blanks.cells(line).nth(1).is_some();
+        has_several(header) && has_several(row.clone()) && parse_any_quantity(&self.text[row]).is_err()
+    }
+
+    /// The bytes of each line with content; the line breaks of a quoted cell do not end its line.
     pub fn lines(self) -> impl Iterator<Item = Range<usize>> + 'a {
-        let mut start = self.start;
-        let separator = self.separator;
-        self.text[start..].split('\n').filter_map(move |line| {
-            let span = start..start + line.trim_end_matches('\r').len();
-            start += line.len() + 1;
-            let content = line.trim();
-            // A spreadsheet pads empty lines with separators.
-            let says = !content.starts_with('#') && content.chars().any(|c| c != separator && !c.is_whitespace());
-            says.then_some(span)
+        let Self { text, separator, start } = self;
+        let mut next = Some(start);
+        std::iter::from_fn(move || {
+            loop {
+                let start = next?;
+                let end = self.line_end(start);
+                next = (end < text.len()).then_some(end + 1);
+                let content = text[start..end].trim();
+                // A spreadsheet pads empty lines with separators.
+                if !content.starts_with('#') && content.chars().any(|c| c != separator && !c.is_whitespace()) {
+                    return Some(start..start + text[start..end].trim_end_matches('\r').len());
+                }
+            }
         })
+    }
+
+    /// Where the line that begins at `start` ends.
+    fn line_end(self, start: usize) -> usize {
+        let ends = self.text[start..].match_indices('\n').map(|(at, _)| start + at).chain([self.text.len()]);
+        let mut ends = ends.take(1 + MOST_BREAKS);
+        let first = ends.next().unwrap_or(self.text.len());
+        let is_closed = |end: usize| {
+            let line = &self.text[start..end];
+            !line.contains('"')
+                || line.trim_start().starts_with('#')
+                || self.cells(start..end).all(|cell| cell.is_closed)
+        };
+        if is_closed(first) { first } else { ends.find(|end| is_closed(*end)).unwrap_or(first) }
+    }
+
+    /// The cells of the header. Dakota's begins with `%`, and a unit in brackets belongs to the name before it.
+    pub fn header(self, line: Range<usize>) -> Vec<Cell<'a>> {
+        let mut header: Vec<Cell<'a>> = Vec::new();
+        for cell in self.cells(line) {
+            match header.last_mut() {
+                Some(before) if self.separator == ' ' && cell.text.starts_with('[') => {
+                    before.text = format!("{} {}", before.text, cell.text).into();
+                    before.span.end = cell.span.end;
+                }
+                _ => header.push(cell),
+            }
+        }
+        if let Some(first) = header.first_mut()
+            && let Some(name) = first.text.strip_prefix('%')
+        {
+            first.text = name.trim_start().to_owned().into();
+        }
+        header
     }
 
     /// The cells of a line, at least one. A cell that begins with a quote ends at the next lone quote; "" inside stands for one.
@@ -73,22 +128,30 @@ impl<'a> Csv<'a> {
             let at = next?;
             let rest = &text[at..line.end];
             let is_blank = |c: char| c == ' ' || c == '\t' && separator != '\t';
+            let separates = |c: char| c == separator || separator == ' ' && is_blank(c);
             let blank = rest.len() - rest.trim_start_matches(is_blank).len();
             let (cell, end) = if rest[blank..].starts_with('"') {
                 let (cell, length) = quoted(&rest[blank + 1..]);
                 let end = (at + blank + 1 + length).min(line.end);
                 let after = &text[end..line.end];
-                let to_next = after.find(separator).unwrap_or(after.len());
-                let sound = cell.is_some() && after[..to_next].trim().is_empty();
-                (Cell { text: cell.unwrap_or_default().into(), span: at + blank..end, sound }, end + to_next)
+                let to_next = after.find(separates).unwrap_or(after.len());
+                let is_closed = cell.is_some();
+                let sound = is_closed && after[..to_next].trim().is_empty();
+                let text = cell.unwrap_or_default().into();
+                (Cell { text, span: at + blank..end, sound, is_closed }, end + to_next)
             } else {
-                let length = rest.find(separator).unwrap_or(rest.len());
+                let from = if separator == ' ' { blank } else { 0 };
+                let length = rest[from..].find(separates).map_or(rest.len(), |length| from + length);
                 let content = rest[..length].trim();
                 let start = at + (rest[..length].len() - rest[..length].trim_start().len());
-                (Cell { text: content.into(), span: start..start + content.len(), sound: true }, at + length)
+                let span = start..start + content.len();
+                (Cell { text: content.into(), span, sound: true, is_closed: true }, at + length)
             };
-            // After the separator, which is one byte.
-            next = (end < line.end).then_some(end + 1);
+            // After the separator: one byte, or all blanks up to the next cell.
+            next = match separator {
+                ' ' => Some(line.end - text[end..line.end].trim_start().len()).filter(|next| *next < line.end),
+                _ => (end < line.end).then_some(end + 1),
+            };
             Some(cell)
         })
     }
@@ -98,6 +161,7 @@ impl<'a> Csv<'a> {
         match self.separator {
             ';' => "`;`",
             '\t' => "a tab",
+            ' ' => "blanks",
             _ => "`,`",
         }
     }
@@ -118,6 +182,8 @@ pub(super) struct Cell<'a> {
     pub span: Range<usize>,
     /// A quoted one ends with its quote.
     sound: bool,
+    /// A quoted one has its second quote.
+    is_closed: bool,
 }
 
 impl Cell<'_> {
@@ -133,7 +199,9 @@ fn quoted(rest: &str) -> (Option<String>, usize) {
     let mut content = String::new();
     let mut characters = rest.char_indices().peekable();
     while let Some((at, character)) = characters.next() {
-        if character != '"' {
+        if character == '\r' && characters.peek().is_some_and(|&(_, next)| next == '\n') {
+            // A line break is one letter, whatever system wrote it.
+        } else if character != '"' {
             content.push(character);
         } else if characters.peek().is_some_and(|&(_, next)| next == '"') {
             characters.next();
@@ -250,6 +318,13 @@ mod tests {
             ("a,\tb\n1,2\n", ','),
             ("\"a;x\",b\n", ','),
             ("a\n1\n", ','),
+            ("a b\n1 2\n", ' '),
+            ("a  b \n 1\t2 \n", ' '),
+            ("%eval_id interface a\n1 NO_ID 0.4\n", ' '),
+            ("wear rate\n0.3 mm\n", ','),
+            ("wear rate\n0.3\n", ','),
+            ("\"wear rate\"\n\"0,3 mm\"\n", ','),
+            ("a b\n", ','),
             ("sep=;\r\na;b\r\n", ';'),
             ("sep=\t\na,x\tb\n", '\t'),
             ("", ','),
@@ -264,14 +339,43 @@ mod tests {
         assert!(shown.starts_with("p.csv:2:1: the header has `;` and `,`"), "{shown}");
     }
 
+    #[test]
+    fn a_quoted_cell_may_have_line_breaks() {
+        let text = "a;b\r\n1;\"two\r\nlines; \"\"x\"\"\"\r\n# \"remark\n2;\"\n\n\"\n";
+        let csv = of(text);
+        let rows: Vec<Vec<String>> =
+            csv.lines().map(|line| csv.cells(line).map(|cell| cell.text.into_owned()).collect()).collect();
+        assert_eq!(rows, [["a", "b"], ["1", "two\nlines; \"x\""], ["2", "\n\n"]]);
+        // A quote without its partner swallows nothing.
+        for text in ["a,b\n1,\"x\n2,y\n".to_owned(), format!("a,b\n1,\"x\n{}9,\"\n", "2,y\n".repeat(MOST_BREAKS))] {
+            let csv = of(&text);
+            let unsound: Vec<bool> = csv.lines().map(|line| csv.cells(line).all(|cell| cell.sound)).collect();
+            assert_eq!((unsound[1], unsound[2]), (false, true), "{text}");
+        }
+    }
+
+    #[test]
+    fn blanks_separate_and_a_header_of_dakota_begins_with_a_sign() {
+        let text = "%eval_id interface gap [mm]  \"my note\" \n 1   NO_ID\t0.4 \"a b\" \n";
+        let csv = of(text);
+        let [header, row] = [0, 1].map(|line| csv.lines().nth(line).expect("two lines"));
+        let names: Vec<String> = csv.header(header).into_iter().map(|cell| cell.text.into_owned()).collect();
+        assert_eq!(names, ["eval_id", "interface", "gap [mm]", "my note"]);
+        let cells: Vec<String> = csv.cells(row).map(|cell| cell.text.into_owned()).collect();
+        assert_eq!(cells, ["1", "NO_ID", "0.4", "a b"]);
+    }
+
     proptest! {
         #[test]
-        fn any_text_gives_cells_inside_its_line(line in "[^\n]{0,60}", separator in prop_oneof![Just(','), Just(';'), Just('\t')]) {
+        fn any_text_gives_cells_inside_its_line(line in "[^\n]{0,60}|[ a\"\n\r;]{0,12}", separator in prop_oneof![Just(','), Just(';'), Just('\t'), Just(' ')]) {
             let csv = Csv { text: &line, separator, start: 0 };
             for cell in csv.cells(0..line.len()) {
                 prop_assert!(cell.span.start <= cell.span.end && cell.span.end <= line.len());
                 prop_assert!(line.is_char_boundary(cell.span.start) && line.is_char_boundary(cell.span.end));
             }
+            let spans: Vec<Range<usize>> = csv.lines().collect();
+            prop_assert!(spans.windows(2).all(|pair| pair[0].end < pair[1].start));
+            prop_assert!(spans.iter().all(|span| span.end <= line.len() && csv.cells(span.clone()).count() > 0));
         }
     }
 }

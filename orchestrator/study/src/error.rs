@@ -8,6 +8,19 @@ use bladeoff_system::{call, shown};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
+/// A rotor as ROSS saves it, where a study or a machine was asked for.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{} is a rotor saved by ROSS, which {} does not read: write its shaft, discs and bearings into a machine file, of which {} makes a template",
+    shown(path),
+    call::program(),
+    call::command(["new", "machine"])
+)]
+pub struct OfRoss {
+    /// The file.
+    pub path: PathBuf,
+}
+
 /// Why a study cannot be run as it is.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
@@ -25,6 +38,9 @@ pub enum StudyError {
         /// The file.
         path: PathBuf,
     },
+    /// A rotor of another program.
+    #[error(transparent)]
+    OfRoss(#[from] OfRoss),
     /// A file that cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),

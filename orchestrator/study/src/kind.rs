@@ -9,11 +9,16 @@ pub enum FileKind {
     Machine,
     /// A study, with the machine that it names, if it does.
     Study(Option<String>),
+    /// A rotor as ROSS saves it (TOML or JSON).
+    Ross,
 }
 
 /// What a text is by its outermost keys; `None`: it cannot be read, or might be either.
 #[must_use]
 pub fn kind_of(text: &str) -> Option<FileKind> {
+    if is_of_ross(text) {
+        return Some(FileKind::Ross);
+    }
     let root = parse_toml("", text).ok()?;
     let entries = root.value.as_table()?;
     let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
@@ -33,6 +38,13 @@ pub fn kind_of(text: &str) -> Option<FileKind> {
     }
 }
 
+/// Whether a text holds elements as ROSS saves them: each is a table or an object named by its class, with its left node `n`.
+fn is_of_ross(text: &str) -> bool {
+    text.contains("ShaftElement_")
+        && text.contains("odl")
+        && ["\"ShaftElement_", "'ShaftElement_", "[ShaftElement_"].iter().any(|start| text.contains(start))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,6 +59,12 @@ mod tests {
             ["[[vary]]\npath = \"x\"", "model = \"function\"", "[[uncertain]]\nname = \"x\"", "[design]\nsamples = 3"]
         {
             assert_eq!(kind_of(&format!("schema = 1\n{study}")), Some(FileKind::Study(None)), "{study}");
+        }
+        for ross in [
+            "ross_version = \"2.0.0\"\n[\"ShaftElement_Shaft Element 0\"]\nL = 0.25\nodl = 0.05\nn = 0\n",
+            "{\"parameters\": {}, \"ShaftElement_0\": {\"L\": 0.25, \"odl\": 0.05, \"n\": 0}}",
+        ] {
+            assert_eq!(kind_of(ross), Some(FileKind::Ross), "{ross}");
         }
         for neither in ["", "schema = 1\nname = \"x\"", "machine = \"m.toml\"\n[rotor]\n", "[rotor", "a,b\n1,2\n"] {
             assert_eq!(kind_of(neither), None, "{neither}");

@@ -6,7 +6,7 @@ use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{Fixed, MachineSubject, Study, Subject};
 use super::drawn::{self, Files};
 use super::engine::{refuse_auto, settle};
-use super::error::StudyError;
+use super::error::{OfRoss, StudyError};
 use super::frozen::FrozenFiles;
 use super::function::OWN_COLUMNS;
 use super::input::{read_frozen, read_input};
@@ -128,6 +128,9 @@ fn read_text(
     check: CheckAsked,
 ) -> Result<Study, StudyError> {
     let file = path.to_string_lossy().into_owned();
+    if kind_of(text) == Some(FileKind::Ross) {
+        return Err(OfRoss { path: path.to_path_buf() }.into());
+    }
     let root = parse_toml(&file, text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let files = NamedFiles { study: path, frozen };
     let (problems, others, seen) = (Collector::new(&file, text), Vec::new(), Seen::default());
@@ -351,6 +354,16 @@ impl Loader<'_> {
         let (path, text) = self.files.read(entry, ("machine", named), wanted, &mut self.problems)?;
         let (def, partly) = match MachineDef::parse_partly(&path, &text) {
             Ok(def) => (Some(def), false),
+            Err(_) if kind_of(&text) == Some(FileKind::Ross) => {
+                let problem = self.problems.add(
+                    entry.node.span.clone(),
+                    "machine",
+                    "is a rotor saved by ROSS, which is not read",
+                );
+                problem.value = Some(format!("{:?}", cut(named, 120)));
+                problem.allowed = Some(allowed.to_owned());
+                return None;
+            }
             Err(_) if matches!(kind_of(&text), Some(FileKind::Study(_))) => {
                 let problem = self.problems.add(entry.node.span.clone(), "machine", "is a study file, not a machine");
                 problem.value = Some(format!("{:?}", cut(named, 120)));

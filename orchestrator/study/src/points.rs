@@ -1,13 +1,14 @@
 //! `[points]`: a CSV file whose header names parameters and whose rows are combinations. One axis of the study.
 //!
 //! How it is written: `csv.rs`. A header cell is a path, the end of one, or the name or the end of the name of a column of a
-//! result table (`diaphragms.seal.contact.gap_m`, `contact.gap_m`); other columns are carried along or left out where the study
+//! result table (`diaphragms.seal.contact.gap_m`, `contact.gap_m`), or a path with a unit in brackets (`contact.gap [mm]`); other columns are carried along or left out where the study
 //! says so (`carried.rs`). Rows and columns are counted before a value is read; of a cell only its value is kept.
 
 use super::axis::MOST_VARIED;
 use super::axis::{Axis, Varied};
 use super::carried::{Carried, Gathering, Others};
 use super::csv::{Cell, Csv, DecimalSign};
+use super::header::{refuse_numbers, unit_for, with_unit};
 use super::values::Gathered;
 use super::vary::{MOST_POINTS, PathTable, one_kind};
 use bladeoff_model::document::{Collector, Problems, cut};
@@ -51,13 +52,18 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
         return None;
     }
     let columns = csv.cells(header.clone()).count();
-    if columns > MOST_VARIED + file.others.count() {
+    let of_dakota = text[header.clone()].starts_with("%eval_id");
+    if columns > MOST_VARIED + file.others.count() + if of_dakota { DAKOTA_COLUMNS.len() } else { 0 } {
         let message = format!("the header has {columns} columns");
         problems.add(header, "", message).allowed = Some(format!("at most {MOST_VARIED} parameters"));
         return None;
     }
-    let header: Vec<Cell> = csv.cells(header).collect();
-    let mut meanings = meanings(&header, file.others, rows, paths, problems);
+    let header: Vec<Cell> = csv.header(header);
+    let columns = header.len();
+    if refuse_numbers(&header, problems) {
+        return None;
+    }
+    let mut meanings = meanings(&header, (file.others, of_dakota), rows, paths, problems);
     if meanings.iter().all(|meaning| matches!(meaning, Meaning::Carried(_) | Meaning::Ignored)) {
         let span = header.first().map_or(0..0, |cell| cell.span.clone());
         problems.add(span, "", "no column names a parameter");
@@ -79,7 +85,8 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
             let free = matches!(meaning, Meaning::Carried(_));
             let Some(shown) = sign.read(csv, &cell, free, problems) else { continue };
             match meaning {
-                Meaning::Parameter(info, values) => {
+                Meaning::Parameter(info, unit, values) => {
+                    let shown = with_unit(shown, unit);
                     if let Some(value) = paths.value(info, &shown, cell.span.clone(), &info.path, problems) {
                         values.push(&value);
                     }
@@ -93,7 +100,7 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
     let (mut varied, mut carried) = (Vec::new(), Vec::new());
     for (cell, meaning) in header.iter().zip(meanings) {
         match meaning {
-            Meaning::Parameter(info, values) => {
+            Meaning::Parameter(info, _, values) => {
                 if let Some(values) = one_kind(values, cell.span.clone(), &cell.text, problems) {
                     let place = file.place.clone();
                     varied.push(Varied { info, short: None, is_variable: false, values, place });
@@ -117,13 +124,20 @@ fn mismatch(csv: Csv<'_>, line: &str) -> Option<String> {
         ',' if comma_between_digits => {
             Some("decimal points; decimal commas only where `;` or a tab separates the cells".to_owned())
         }
+        ' ' => Some(
+            "quoted cells, or a number and its unit without a blank (0.4mm); an empty cell cannot be seen".to_owned(),
+        ),
         _ => None,
     }
 }
 
+/// The columns that Dakota writes before the variables.
+const DAKOTA_COLUMNS: [&str; 2] = ["eval_id", "interface"];
+
 /// What a column is.
 enum Meaning {
-    Parameter(PathInfo, Gathered),
+    /// A parameter, and the unit that the header has for its numbers, "" for none.
+    Parameter(PathInfo, String, Gathered),
     Carried(Gathering),
     Ignored,
     /// It was reported.
@@ -133,7 +147,7 @@ enum Meaning {
 /// What the cells of the header name.
 fn meanings(
     header: &[Cell<'_>],
-    others: &Others,
+    (others, of_dakota): (&Others, bool),
     rows: usize,
     paths: &PathTable,
     problems: &mut Collector<'_>,
@@ -146,7 +160,8 @@ fn meanings(
         cell.refuse_unsound(problems);
         let name: &str = &cell.text;
         let key = cut(name, 80);
-        if others.ignores(name) {
+        let left_out = of_dakota && DAKOTA_COLUMNS.contains(&name) && !others.carries(name);
+        if left_out || others.ignores(name) {
             meanings.push(Meaning::Ignored);
             continue;
         }
@@ -158,19 +173,30 @@ fn meanings(
             meanings.push(Meaning::Carried(Gathering::new(name)));
             continue;
         }
-        let info = match columns.find(name) {
-            Some(info) => Some(info.clone()),
-            None => paths.column(name, cell.span.clone(), &named, problems),
+        let (info, unit) = match (columns.find(name), paths.with_unit(name)) {
+            (Some(info), _) => (Some(info.clone()), ""),
+            (None, Some((info, unit))) => (Some(info), unit),
+            (None, None) => (paths.column(name, cell.span.clone(), &named, problems), ""),
+        };
+        let unit = match info.as_ref().map(|info| unit_for(unit, info.unit)) {
+            Some(Err((message, nearest))) => {
+                let problem = problems.add(cell.span.clone(), key, message);
+                problem.nearest = nearest;
+                meanings.push(Meaning::Unknown);
+                continue;
+            }
+            Some(Ok(unit)) => unit,
+            None => String::new(),
         };
         let is_known =
-            |known: &Meaning| matches!((known, &info), (Meaning::Parameter(known, _), Some(info)) if known == info);
+            |known: &Meaning| matches!((known, &info), (Meaning::Parameter(known, ..), Some(info)) if known == info);
         if meanings.iter().any(is_known) {
             problems.add(cell.span.clone(), key, "names the same parameter as an earlier column");
         }
         meanings.push(match info {
             Some(info) => {
                 let values = Gathered::new(&info, rows);
-                Meaning::Parameter(info, values)
+                Meaning::Parameter(info, unit, values)
             }
             None => Meaning::Unknown,
         });

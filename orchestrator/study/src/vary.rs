@@ -2,6 +2,7 @@
 
 use super::axis::{Axis, MOST_VARIED, Varied};
 use super::carried::can_be_carried;
+use super::header::name_and_unit;
 use super::parameter::variable_info;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
@@ -155,6 +156,13 @@ impl<'a> PathTable<'a> {
     /// The parameter that a column names by its column, its path or the end of it.
     pub fn known(&self, columns: &Columns, name: &str) -> Option<PathInfo> {
         columns.find(name).cloned().or_else(|| self.machine?.find(name).ok())
+    }
+
+    /// The parameter and the unit of a header cell such as `contact.gap [mm]`, whose name is a path or the end of one.
+    pub fn with_unit<'n>(&self, cell: &'n str) -> Option<(PathInfo, &'n str)> {
+        let machine = self.machine.filter(|machine| machine.find(cell).is_err())?;
+        let (name, unit) = name_and_unit(cell)?;
+        Some((machine.find(name).ok()?, unit))
     }
 
     /// The value that `text` stands for; a problem and `None` if it is none for this parameter.

@@ -11,11 +11,30 @@ use std::path::{Path, PathBuf};
 /// Bytes gathered before they are written.
 const GATHERED: usize = 1 << 16;
 
+/// How numbers and cells are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CsvStyle {
+    /// `,` between cells, decimal points.
+    #[default]
+    Point,
+    /// `;` between cells, decimal commas.
+    Comma,
+}
+
+impl CsvStyle {
+    fn separator(self) -> char {
+        match self {
+            Self::Point => ',',
+            Self::Comma => ';',
+        }
+    }
+}
+
 /// Writes the rows in these files as CSV with one header line to `out`, which is called `name` in errors, file by file.
 ///
 /// # Errors
 /// A file cannot be read, or `out` cannot be written.
-pub fn export_csv(files: &[PathBuf], name: &Path, mut out: impl Write) -> Result<(), TableError> {
+pub fn export_csv(files: &[PathBuf], name: &Path, style: CsvStyle, mut out: impl Write) -> Result<(), TableError> {
     let failed = |path: &PathBuf| {
         let path = path.clone();
         move |source| TableError::Table { action: "export", path, source }
@@ -26,13 +45,13 @@ pub fn export_csv(files: &[PathBuf], name: &Path, mut out: impl Write) -> Result
         for_each_frame(path, None, |frame| {
             if !std::mem::replace(&mut has_header, true) {
                 for (at, column) in frame.columns().iter().enumerate() {
-                    push(&mut text, at, column.name().as_str());
+                    push(&mut text, style, at, column.name().as_str());
                 }
                 text.push('\n');
             }
             for row in 0..frame.height() {
                 for (at, column) in frame.columns().iter().enumerate() {
-                    push(&mut text, at, &shown(&column.get(row).map_err(failed(path))?));
+                    push(&mut text, style, at, &shown(&column.get(row).map_err(failed(path))?, style));
                 }
                 text.push('\n');
                 if text.len() > GATHERED {
@@ -47,9 +66,10 @@ pub fn export_csv(files: &[PathBuf], name: &Path, mut out: impl Write) -> Result
 }
 
 /// A cell; the shortest decimal that reads back as the same bits.
-fn shown(cell: &AnyValue<'_>) -> String {
+fn shown(cell: &AnyValue<'_>, style: CsvStyle) -> String {
     match cell {
         AnyValue::Null => String::new(),
+        AnyValue::Float64(number) if style == CsvStyle::Comma => format!("{number:?}").replace('.', ","),
         AnyValue::Float64(number) => format!("{number:?}"),
         AnyValue::String(word) => (*word).to_owned(),
         AnyValue::StringOwned(word) => word.to_string(),
@@ -58,11 +78,11 @@ fn shown(cell: &AnyValue<'_>) -> String {
 }
 
 /// Adds a cell, quoted where it has to be.
-fn push(text: &mut String, at: usize, cell: &str) {
+fn push(text: &mut String, style: CsvStyle, at: usize, cell: &str) {
     if at > 0 {
-        text.push(',');
+        text.push(style.separator());
     }
-    if cell.contains([',', '"', '\n', '\r']) {
+    if cell.contains([style.separator(), '"', '\n', '\r']) {
         write!(text, "\"{}\"", cell.replace('"', "\"\"")).expect("writing to a String cannot fail");
     } else {
         text.push_str(cell);
@@ -75,12 +95,19 @@ mod tests {
 
     #[test]
     fn cells_keep_their_digits_and_are_quoted_where_needed() {
-        assert_eq!(shown(&AnyValue::Float64(0.1 + 0.2)), "0.30000000000000004");
-        assert_eq!(shown(&AnyValue::UInt64(7)), "7");
-        assert_eq!(shown(&AnyValue::Null), "");
+        assert_eq!(shown(&AnyValue::Float64(0.1 + 0.2), CsvStyle::Point), "0.30000000000000004");
+        assert_eq!(shown(&AnyValue::UInt64(7), CsvStyle::Comma), "7");
+        assert_eq!(shown(&AnyValue::Null, CsvStyle::Comma), "");
         let mut text = String::new();
-        push(&mut text, 0, "normal_work,slip_reversal");
-        push(&mut text, 1, "ok");
+        push(&mut text, CsvStyle::Point, 0, "normal_work,slip_reversal");
+        push(&mut text, CsvStyle::Point, 1, "ok");
         assert_eq!(text, "\"normal_work,slip_reversal\",ok");
+        let mut text = String::new();
+        for (at, cell) in
+            [&*shown(&AnyValue::Float64(-1.5e-7), CsvStyle::Comma), "a;b", "a,b", "2\nlines"].iter().enumerate()
+        {
+            push(&mut text, CsvStyle::Comma, at, cell);
+        }
+        assert_eq!(text, "-1,5e-7;\"a;b\";a,b;\"2\nlines\"");
     }
 }

@@ -19,7 +19,7 @@ mod timings;
 
 pub use curve::{QUESTION_KEY, write_curve};
 pub use error::TableError;
-pub use export::export_csv;
+pub use export::{CsvStyle, export_csv};
 pub use heads::{ColumnHead, HeadKind, column_heads};
 pub use parquet::{Provenance, ResultsWriter, Row};
 pub use read::{Cells, Table, count_sound_rows};

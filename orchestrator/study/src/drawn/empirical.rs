@@ -1,6 +1,7 @@
 //! `empirical`: the column of a CSV file, which is frozen beside the results like a points file.
 
 use super::super::csv::{Cell, Csv, DecimalSign};
+use super::super::header::{name_and_unit, refuse_numbers, with_unit};
 use super::super::named::{NamedFiles, Which};
 use super::super::table::Keys;
 use super::quantity::Quantities;
@@ -80,9 +81,14 @@ fn values(
         problems.add(0..0, "", "there is no header line").allowed = Some("a line of column names".to_owned());
         return None;
     };
-    let header: Vec<Cell<'_>> = csv.cells(header).collect();
+    let header: Vec<Cell<'_>> = csv.header(header);
     header.iter().for_each(|cell| cell.refuse_unsound(problems));
-    let Some(place) = header.iter().position(|cell| cell.text == column) else {
+    let bare = |cell: &Cell<'_>| name_and_unit(&cell.text).is_some_and(|(name, _)| name == column);
+    let named = header.iter().position(|cell| cell.text == column).or_else(|| header.iter().position(bare));
+    let Some(place) = named else {
+        if refuse_numbers(&header, problems) {
+            return None;
+        }
         return Some(Err(header.iter().map(|cell| cut(&cell.text, 80)).collect()));
     };
     if let Some(again) = header.iter().skip(place + 1).find(|cell| cell.text == column) {
@@ -93,6 +99,16 @@ fn values(
         problems.add(surplus, "", "too many values").allowed = Some(format!("at most {MOST_VALUES}"));
         return None;
     }
+    let unit = match name_and_unit(&header[place].text).filter(|(_, unit)| !matches!(*unit, "" | "-")) {
+        Some((_, unit)) => match quantities.cell(&format!("1 {unit}")) {
+            Ok(_) => unit,
+            Err((message, nearest)) => {
+                problems.add(header[place].span.clone(), cut(column, 80), message).nearest = nearest;
+                return None;
+            }
+        },
+        None => "",
+    };
     let (mut sign, mut values) = (DecimalSign::default(), Vec::new());
     for line in csv.lines().skip(1) {
         let cells: Vec<Cell<'_>> = csv.cells(line.clone()).collect();
@@ -104,6 +120,7 @@ fn values(
         let cell = &cells[place];
         cell.refuse_unsound(problems);
         let Some(shown) = sign.read(csv, cell, false, problems) else { continue };
+        let shown = with_unit(shown, unit);
         match quantities.cell(&shown) {
             Ok(number) => values.push(number),
             Err((message, nearest)) => {

@@ -45,10 +45,12 @@ pub enum QuantityError {
         nearest: Option<String>,
     },
     /// Hz, which may mean 1/s or revolutions per second.
-    #[error("`{unit}` may mean 1/s or revolutions per second: write rpm, rad/s or 1/s")]
+    #[error("`{unit}` may mean 1/s or revolutions per second: write the value in {}", instead.join(" or "))]
     Hertz {
         /// The symbol.
         unit: String,
+        /// Units that are accepted in its place, at least one.
+        instead: Vec<&'static str>,
     },
     /// The unit cannot be read.
     #[error("the unit `{unit}` cannot be read: {reason}")]

@@ -48,6 +48,7 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
                 let nearest = similar(&unit).into_iter().next();
                 QuantityError::UnknownUnit { unit, nearest }
             }
+            QuantityError::Hertz { unit, .. } => QuantityError::Hertz { unit, instead: INSTEAD_OF_HERTZ.to_vec() },
             other => other,
         })?
     };
@@ -112,16 +113,29 @@ pub fn nearest_unit(unit: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<Stri
     as_force(unit, fits).or_else(|| similar(unit).into_iter().find(is_right))
 }
 
-/// Adds to an unknown symbol the likeliest known one with which the unit would be right.
+/// Adds to an unknown symbol the likeliest known one with which the unit would be right, and to Hz the units that are accepted.
 fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -> QuantityError {
-    let QuantityError::UnknownUnit { unit, .. } = error else { return error };
-    let fits = |candidate: &String| {
-        parse_unit(&unit_text.replacen(&unit, candidate, 1))
-            .is_ok_and(|found| dimension_of(expected).accepts(found.dimension))
-    };
-    let nearest = similar(&unit).into_iter().find(fits);
-    QuantityError::UnknownUnit { unit, nearest }
+    let fits = |text: &str| parse_unit(text).is_ok_and(|found| dimension_of(expected).accepts(found.dimension));
+    match error {
+        QuantityError::UnknownUnit { unit, .. } => {
+            let nearest = similar(&unit).into_iter().find(|candidate| fits(&unit_text.replacen(&unit, candidate, 1)));
+            QuantityError::UnknownUnit { unit, nearest }
+        }
+        QuantityError::Hertz { unit, .. } => {
+            let candidates = INSTEAD_OF_HERTZ.into_iter().chain(["rpm/s", "rad/s2"]);
+            let instead: Vec<_> = candidates.filter(|candidate| fits(candidate)).collect();
+            if instead.is_empty() {
+                let unit = cut(unit_text, 60);
+                return QuantityError::WrongDimension { unit, expected, examples: examples(expected), nearest: None };
+            }
+            QuantityError::Hertz { unit, instead }
+        }
+        other => other,
+    }
 }
+
+/// Units that Hz may stand for.
+const INSTEAD_OF_HERTZ: [&str; 4] = ["rpm", "rad/s", "rev/s", "1/s"];
 
 impl Dimension {
     /// That of a unit as in files, "" for none; `None`: no such unit.
@@ -204,7 +218,7 @@ fn number_end(text: &str) -> usize {
     end
 }
 
-/// Reads a product of symbols: "kg m2", "kg*m^2", "kg·m²", "N/mm", "m/s/s", "N/(m s)", "1/s".
+/// Reads a product of symbols: "kg m2", "kg*m^2", "kg·m²", "N-s/m", "N/mm", "m/s/s", "N/(m s)", "1/s".
 fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     let malformed = |reason| QuantityError::Malformed { unit: text.chars().take(60).collect(), reason };
     let mut unit = Unit::ONE;
@@ -220,6 +234,11 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
                 }
                 need_factor = true;
                 rest = &rest[first.len_utf8()..];
+            }
+            // Between two symbols a hyphen is a product sign, as tables of bearing coefficients have it.
+            '-' if !need_factor && unit != Unit::ONE && rest[1..].starts_with(char::is_alphabetic) => {
+                need_factor = true;
+                rest = &rest[1..];
             }
             '/' => {
                 if need_factor || open {
@@ -275,7 +294,7 @@ fn read_factor(text: &str) -> Option<(&str, Option<i32>, &str)> {
         return None;
     }
     let (symbol, rest) = text.split_at(end);
-    let written = rest.strip_prefix('^');
+    let written = rest.strip_prefix("**").or_else(|| rest.strip_prefix('^'));
     let mut exponent = String::new();
     let mut after = written.unwrap_or(rest);
     while let Some(c) = after.chars().next() {
@@ -286,7 +305,7 @@ fn read_factor(text: &str) -> Option<(&str, Option<i32>, &str)> {
             '⁴' => '4',
             '⁻' => '-',
             '0'..='9' => c,
-            '-' if exponent.is_empty() => c,
+            '-' if exponent.is_empty() && (written.is_some() || digit_behind_sign(after)) => c,
             _ => break,
         };
         exponent.push(plain);
@@ -297,6 +316,11 @@ fn read_factor(text: &str) -> Option<(&str, Option<i32>, &str)> {
     }
     let power = exponent.parse::<i32>().ok().filter(|power| *power != 0 && power.abs() <= 9);
     Some((symbol, power, after))
+}
+
+/// Whether a minus sign begins an exponent ("s-1") rather than joining two symbols ("N-s").
+fn digit_behind_sign(text: &str) -> bool {
+    text[1..].starts_with(|c: char| c.is_ascii_digit())
 }
 
 #[cfg(test)]

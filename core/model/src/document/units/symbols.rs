@@ -86,7 +86,7 @@ const fn ratio(
 }
 
 const SYMBOLS: &[Symbol] = &[
-    symbol("m", "kcmun", [1, 0, 0, 0], 0),
+    symbol("m", "kdcmun", [1, 0, 0, 0], 0),
     symbol("g", "kmu", [0, 1, 0, 0], -3),
     symbol("t", "", [0, 1, 0, 0], 3),
     symbol("s", "mun", [0, 0, 1, 0], 0),
@@ -107,12 +107,17 @@ const SYMBOLS: &[Symbol] = &[
     ratio("lb", "", [0, 1, 0, 0], -8, [45_359_237, 1], 0),
     ratio("lbm", "", [0, 1, 0, 0], -8, [45_359_237, 1], 0),
     ratio("lbf", "", [1, 1, -2, 0], -13, [44_482_216_152_605, 1], 0),
+    // The ounce is a sixteenth of the pound, the slug 1 lbf s2/ft, the kilogram-force 1 kg times 9.80665 m/s2.
+    ratio("oz", "", [0, 1, 0, 0], -12, [28_349_523_125, 1], 0),
+    ratio("slug", "", [0, 1, 0, 0], -9, [44_482_216_152_605, 3048], 0),
+    ratio("kgf", "", [1, 1, -2, 0], -5, [980_665, 1], 0),
+    symbol("cc", "", [3, 0, 0, 0], -6),
     ratio("psi", "kM", [-1, 1, -2, 0], -5, [44_482_216_152_605, 64_516], 0),
     ratio("ksi", "", [-1, 1, -2, 0], -2, [44_482_216_152_605, 64_516], 0),
     ratio("deg", "", [0, 0, 0, 1], 0, [1, 180], 1),
     ratio("°", "", [0, 0, 0, 1], 0, [1, 180], 1),
     ratio("rev", "", [0, 0, 0, 1], 0, [2, 1], 1),
-    ratio("rpm", "", [0, 0, -1, 1], 0, [1, 30], 1),
+    ratio("rpm", "k", [0, 0, -1, 1], 0, [1, 30], 1),
     symbol("%", "", [0, 0, 0, 0], -2),
 ];
 
@@ -121,6 +126,7 @@ fn prefix(letter: char) -> Option<(char, i32)> {
         'G' => ('G', 9),
         'M' => ('M', 6),
         'k' => ('k', 3),
+        'd' => ('d', -1),
         'c' => ('c', -2),
         'm' => ('m', -3),
         'u' | 'µ' | 'μ' => ('u', -6),
@@ -142,10 +148,28 @@ pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
     {
         return Ok(Unit { ten: found.unit.ten + ten, ..found.unit });
     }
-    if name.eq_ignore_ascii_case("hz") {
-        return Err(QuantityError::Hertz { unit: name.to_owned() });
+    if is_hertz(name) {
+        return Err(QuantityError::Hertz { unit: name.to_owned(), instead: Vec::new() });
     }
     Err(QuantityError::UnknownUnit { unit: cut(name, 60), nearest: None })
+}
+
+/// Whether a symbol is the hertz, in any case and with any prefix.
+fn is_hertz(name: &str) -> bool {
+    let is_plain = |name: &str| name.eq_ignore_ascii_case("hz");
+    let mut letters = name.chars();
+    is_plain(name) || letters.next().and_then(prefix).is_some() && is_plain(letters.as_str())
+}
+
+/// Whether `name` is `spelling` with another prefix, or one that `spelling` does not have: another size, never a typing mistake.
+fn is_another_size(name: &str, spelling: &str) -> bool {
+    let symbol_behind_prefix = |text: &str| {
+        let mut letters = text.chars();
+        letters.next().and_then(prefix)?;
+        SYMBOLS.iter().find(|symbol| symbol.name == letters.as_str()).map(|symbol| symbol.name)
+    };
+    symbol_behind_prefix(name)
+        .is_some_and(|symbol| spelling == symbol || symbol_behind_prefix(spelling) == Some(symbol))
 }
 
 /// Names that people write where a symbol is expected; in lower case and without the s of a plural.
@@ -214,7 +238,9 @@ pub(super) fn similar(name: &str) -> Vec<String> {
             let rank = match (spelling.eq_ignore_ascii_case(name), strsim::damerau_levenshtein(&spelling, name)) {
                 (true, _) => 0,
                 // every letter is one edit away from every other
-                (false, 1) if name.chars().count() > 1 => 1 + spelling.len().abs_diff(name.len()),
+                (false, 1) if name.chars().count() > 1 && !is_another_size(name, &spelling) => {
+                    1 + spelling.len().abs_diff(name.len())
+                }
                 _ => return None,
             };
             Some((rank, spelling))

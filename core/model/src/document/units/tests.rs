@@ -30,6 +30,22 @@ fn spellings_give_exact_si_values() {
         ("0.284 lb/in3", "kg/m3", 0.284 * 0.453_592_37 / (0.0254 * 0.0254 * 0.0254)),
         ("3 lb in2", "kg m2", 3.0 * 0.453_592_37 * 0.0254 * 0.0254),
         ("12 lbf in", "N m", 12.0 * 4.448_221_615_260_5 * 0.0254),
+        ("600 N-s/m", "N s/m", 600.0),
+        ("3.426 lbf-s/in", "N s/m", 3.426 * 4.448_221_615_260_5 / 0.0254),
+        ("2 lbf-s**2/in", "kg", 2.0 * 4.448_221_615_260_5 / 0.0254),
+        ("3 lbm-in2", "kg m2", 3.0 * 0.453_592_37 * 0.0254 * 0.0254),
+        ("6.5e-4 kg-m2", "kg m2", 6.5e-4),
+        ("6.5e-4 m2-kg", "kg m2", 6.5e-4),
+        ("0.1 N-m", "N m", 0.1),
+        ("0.1 N-m-s", "N m s", 0.1),
+        ("6e8 kg-s-2", "N/m", 6e8),
+        ("8 m**2/m", "m", 8.0),
+        ("7.85 g/cc", "kg/m3", 7850.0),
+        ("7.85 kg/dm3", "kg/m3", 7850.0),
+        ("16 oz", "kg", 0.453_592_37),
+        ("1 slug", "kg", 4.448_221_615_260_5 / 0.3048),
+        ("2 kgf", "N", 19.6133),
+        ("3 krpm", "rad/s", 100.0 * PI),
         ("-2.5e-1 mm", "m", -2.5e-4),
         ("1e3mm", "m", 1.0),
         ("1500 rpm", "rad/s", 50.0 * PI),
@@ -86,7 +102,7 @@ fn spellings_give_exact_si_values() {
     for &(text, si, value) in table {
         match parse_quantity(text, si) {
             // The inch and the pound are products here; all others are the nearest number exactly.
-            Ok(found) if text.contains("lb") || text.contains("si") => {
+            Ok(found) if ["lb", "si", "slug"].iter().any(|unit| text.contains(unit)) => {
                 assert!((found / value - 1.0).abs() < 4.0 * f64::EPSILON, "{text}: {found}");
             }
             Ok(found) => assert_eq!(found, value, "{text}"),
@@ -128,7 +144,15 @@ fn wrong_quantities_are_refused_with_their_reason() {
         ("8 N/m s", "N s/m", "before the division sign"),
         ("8 N/(m", "N/m", "ends too early"),
         ("8 *m", "m", "product sign"),
-        ("8 m**2", "m", "product sign"),
+        ("8 m**2", "m", "does not fit"),
+        ("8 m**", "m", "exponent"),
+        ("8 m**0", "m", "exponent"),
+        ("8 m***2", "m", "exponent"),
+        ("8 -m", "m", "symbol is expected"),
+        ("8 N-", "N", "symbol is expected"),
+        ("8 N--m", "N m", "symbol is expected"),
+        ("8 N/-m", "N/m", "symbol is expected"),
+        ("5 lb-s/in", "N s/m", "did you mean `lbf-s/in`?"),
         ("8 m//s", "m/s", "division sign"),
         ("8 mm 5", "m", "symbol is expected"),
         ("8 h9 h9 h9 h9 h9 h9 h9 h9 h9", "s", "out of range"),
@@ -189,6 +213,12 @@ fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
         let wrong = message.split('`').nth(1).expect("quoted");
         assert!(parse_quantity(&format!("3 {}", unit.replacen(wrong, meant, 1)), si).is_ok(), "{text}");
     }
+    // No unit of another size.
+    for (text, si) in
+        [("3 Mrpm", "rad/s"), ("3 kdeg", "rad"), ("3 Mbar", "Pa"), ("3 klbf", "N"), ("3 cN", "N"), ("3 ks", "s")]
+    {
+        assert_eq!(parse_quantity(text, si).expect_err(text).parts().1, None, "{text}");
+    }
     // No word of another dimension.
     for (text, si) in [("3 inch", "kg"), ("2 lb", "m"), ("2 slug/in", "N/m"), ("1500 U", "rad/s")] {
         assert_eq!(parse_quantity(text, si).expect_err(text).parts().1, None, "{text}");
@@ -196,6 +226,29 @@ fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
     let told = |text, si| parse_quantity(text, si).expect_err(text).to_string();
     assert!(told("5 N.m", "N m").ends_with("write a space: N m"));
     assert!(told("3\"", "m").ends_with("inches are written `in`"));
+}
+
+/// Every unit that the message advises is accepted where the message came from.
+#[test]
+fn what_is_advised_instead_of_hertz_is_accepted() {
+    for (text, si, advised) in [
+        ("50 Hz", "rad/s", &["rpm", "rad/s", "rev/s"][..]),
+        ("0.05 kHz", "rad/s", &["rpm", "rad/s", "rev/s"]),
+        ("50 hz", "1/s", &["1/s"]),
+        ("50 Hz/s", "rad/s2", &["rpm/s", "rad/s2"]),
+    ] {
+        let Err(QuantityError::Hertz { instead, .. }) = parse_quantity(text, si) else { panic!("{text}") };
+        assert_eq!(instead, advised, "{text}");
+        for unit in instead {
+            assert!(parse_quantity(&format!("50 {unit}"), si).is_ok(), "{unit} for {si}");
+        }
+    }
+    let told = parse_quantity("50 Hz", "rad/s").expect_err("two meanings").to_string();
+    assert_eq!(told, "`Hz` may mean 1/s or revolutions per second: write the value in rpm or rad/s or rev/s");
+    let length = parse_quantity("50 Hz", "m").expect_err("no length");
+    assert!(length.to_string().contains("m is expected, such as \"8 mm\""), "{length}");
+    let any = parse_any_quantity("50 Hz").expect_err("two meanings").to_string();
+    assert!(any.ends_with("rpm or rad/s or rev/s or 1/s"), "{any}");
 }
 
 #[test]

@@ -42,10 +42,14 @@ fn diaphragm(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Opti
     Some(Diaphragm { name: name.to_owned(), kind: kind?, angle, contact: contact? })
 }
 
-/// The rotor stands inside its diaphragm at t = 0, as far as sag and unbalance leave it there: beyond the ring there is no rub.
+/// The rotor stands inside its diaphragm at t = 0: beyond the ring there is no rub. With gravity the place of the rotor includes its sag, which takes the
+/// matrices of the shaft: the solver then judges the start, before the first step.
 fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
     const START: &str = "rotor.initial.displacement";
     let Some(start) = reader.vector(START) else { return };
+    if reader.vector("rotor.gravity").is_none_or(|gravity| gravity != [0.0; 2]) {
+        return;
+    }
     // a radial spring may start pressed beyond its radius: only where it stands is looked at
     let spring = reader.word(&joined(&["diaphragms.", name, ".kind"])) == Some("radial-spring");
     let start = if spring { [0.0; 2] } else { start };

@@ -1,0 +1,225 @@
+//! Plausibility of a machine's numbers: values beyond any machine of metal are most often in another unit than was meant.
+//!
+//! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
+
+use bladeoff_core::modal::under_weight;
+use bladeoff_model::document::units::format_digits;
+use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind, ShaftElement};
+use bladeoff_study::{Chosen, Samples};
+use std::f64::consts::PI;
+
+/// One quantity and its plausible range, both ends included, in the SI unit.
+struct Rule {
+    quantity: &'static str,
+    range: [f64; 2],
+    unit: &'static str,
+    /// Likely cause of a value outside.
+    hint: &'static str,
+}
+
+const fn rule(quantity: &'static str, range: [f64; 2], unit: &'static str, hint: &'static str) -> Rule {
+    Rule { quantity, range, unit, hint }
+}
+
+const UNIT: &str = "is its unit right?";
+const MODULUS: Rule = rule("Young's modulus", [1e9, 1e12], "Pa", UNIT);
+const DENSITY: Rule = rule("density", [500.0, 25_000.0], "kg/m3", UNIT);
+const SHAFT_DIAMETER: Rule = rule("outer diameter", [1e-3, 5.0], "m", UNIT);
+const SHAFT_LENGTH: Rule = rule("length of the shaft", [0.01, 100.0], "m", UNIT);
+const INERTIA: Rule = rule(
+    "polar over transverse inertia",
+    [0.0, 2.0 * (1.0 + 1e-6)],
+    "",
+    "a thin disc has 2, every other body less: are the two interchanged?",
+);
+const STIFFNESS: Rule = rule("stiffness", [0.0, 1e12], "N/m", UNIT);
+const SAG: Rule =
+    rule("sag under its weight", [0.0, 0.02], "m", "are the stiffness of its bearings and Young's modulus right?");
+const FREQUENCY: Rule = rule(
+    "first bending frequency over running speed",
+    [0.01, f64::INFINITY],
+    "",
+    "are the stiffness of its bearings and Young's modulus right?",
+);
+const SURFACE: Rule =
+    rule("surface speed", [0.0, 1000.0], "m/s", "are speed (a number alone is in rad/s) and rotor_radius right?");
+const RING_RADIUS: Rule = rule("mean radius", [1e-3, 10.0], "m", UNIT);
+const RING_WIDTH: Rule = rule("width over mean radius", [1e-3, 2.0], "", "are width and mean_radius in the same unit?");
+const RING_THICKNESS: Rule =
+    rule("thickness over mean radius", [1e-4, 0.5], "", "are thickness and mean_radius in the same unit?");
+
+impl Rule {
+    /// The warning about a value of `subject`, if it is not plausible; `beside`: what else helps to judge it.
+    fn judge(&self, subject: &str, value: f64, beside: &str) -> Option<String> {
+        let [least, most] = self.range;
+        if (least..=most).contains(&value) {
+            return None;
+        }
+        let shown = |value: f64| format_digits(value, self.unit, 3);
+        let usual = match (least > 0.0, most.is_finite()) {
+            (true, true) => format!("{} to {}", shown(least), shown(most)),
+            (true, false) => format!("at least {}", shown(least)),
+            _ => format!("at most {}", shown(most)),
+        };
+        let Self { quantity, hint, .. } = self;
+        Some(format!("{subject}: {quantity} {}{beside}, plausible is {usual}; {hint}", shown(value)))
+    }
+}
+
+/// Warnings about a machine, in the order of its file; empty where all is plausible.
+#[must_use]
+pub fn implausible(machine: &Machine) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut see = |rule: &Rule, subject: &str, value: f64, beside: &str| {
+        found.extend(rule.judge(subject, value, beside).filter(|text| !found.contains(text)));
+    };
+    let rotor = &machine.rotor;
+    if let RotorKind::Shaft(shaft) = &rotor.kind {
+        let quantities: [(&Rule, fn(&ShaftElement) -> f64); 3] =
+            [(&MODULUS, |one| one.young_modulus), (&DENSITY, |one| one.density), (&SHAFT_DIAMETER, |one| one.diameter)];
+        for (rule, of) in quantities {
+            let mut seen = Vec::new();
+            for element in &shaft.elements {
+                let value = of(element);
+                // sections of one material say the same
+                if !seen.contains(&value.to_bits()) {
+                    see(rule, &format!("rotor.shaft[{}]", element.section), value, "");
+                    seen.push(value.to_bits());
+                }
+            }
+        }
+        see(&SHAFT_LENGTH, "rotor", shaft.nodes.last().unwrap_or(&1.0) - shaft.nodes.first().unwrap_or(&0.0), "");
+        for disc in shaft.discs.iter().filter(|disc| disc.polar_inertia > 0.0) {
+            let ratio = disc.polar_inertia / disc.transverse_inertia;
+            let [polar, transverse] =
+                [disc.polar_inertia, disc.transverse_inertia].map(|inertia| format_digits(inertia, "kg m2", 3));
+            see(&INERTIA, &format!("rotor.discs.{}", disc.name), ratio, &format!(" ({polar} over {transverse})"));
+        }
+    }
+    for bearing in &rotor.bearings {
+        let largest = bearing.stiffness.iter().flatten().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        see(&STIFFNESS, &format!("rotor.bearings.{}", bearing.name), largest, "");
+    }
+    if let Some(weight) = under_weight(machine) {
+        see(&SAG, "rotor", weight.sag, "");
+        if rotor.initial_speed > 0.0 {
+            let [hertz, rpm] = [weight.frequency / (2.0 * PI), rotor.initial_speed * 30.0 / PI]
+                .map(|value| format_digits(value, "", 3));
+            let beside = format!(" ({hertz} Hz at {rpm} rpm)");
+            see(&FREQUENCY, "rotor", weight.frequency / rotor.initial_speed, &beside);
+        }
+    }
+    for diaphragm in &machine.diaphragms {
+        let subject = format!("diaphragms.{}", diaphragm.name);
+        see(&SURFACE, &subject, rotor.initial_speed * diaphragm.contact.rotor_radius, " of the rotor at the contact");
+        if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
+            let ring = &stator.ring;
+            see(&MODULUS, &subject, stator.young_modulus, "");
+            see(&DENSITY, &subject, stator.density, "");
+            see(&RING_RADIUS, &subject, ring.mean_radius, "");
+            let sizes = |size: f64| {
+                format!(" ({} of {})", format_digits(size, "m", 3), format_digits(ring.mean_radius, "m", 3))
+            };
+            see(&RING_WIDTH, &subject, ring.width / ring.mean_radius, &sizes(ring.width));
+            see(&RING_THICKNESS, &subject, ring.thickness / ring.mean_radius, &sizes(ring.thickness));
+        }
+    }
+    found
+}
+
+/// Samples at corners of what varies that are looked at.
+const MOST_SAMPLES: u64 = 8;
+
+/// Warnings about a study's machine, and about what varies at corners of its axes that the machine does not have.
+#[must_use]
+pub fn implausible_of(samples: &Samples) -> Vec<String> {
+    let Some(subject) = samples.study().machine() else { return Vec::new() };
+    let mut found = subject.def.build().map(|machine| implausible(&machine)).unwrap_or_default();
+    if samples.parameters().is_empty() {
+        return found;
+    }
+    let of_machine = found.clone();
+    let chosen = Chosen::new(samples, MOST_SAMPLES);
+    // corners stand at the end
+    for at in (0..chosen.count()).rev().take(MOST_SAMPLES as usize) {
+        let Ok(machine) = chosen.machine(at).build() else { continue };
+        for text in implausible(&machine).into_iter().filter(|text| !of_machine.contains(text)) {
+            let described = format!("with {}: {text}", chosen.describe(at));
+            if !found.iter().any(|other| other.ends_with(&text)) {
+                found.push(described);
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
+
+    fn of(text: &str) -> Vec<String> {
+        let machine = MachineDef::parse("m.toml", text).and_then(|def| def.build());
+        implausible(&machine.unwrap_or_else(|problems| panic!("{problems}")))
+    }
+
+    #[test]
+    fn shipped_machines_are_plausible() {
+        for text in [RIG, include_str!("../../studies/machines/lp_turbine.toml")] {
+            assert_eq!(of(text), [] as [String; 0]);
+        }
+    }
+
+    /// Each slip, and the beginning of its warning, which has the value in the unit of an engineer.
+    #[test]
+    fn a_unit_slip_is_reported_with_its_value() {
+        for (from, to, expected) in [
+            (
+                "young_modulus = \"210 GPa\"",
+                "young_modulus = 210",
+                "rotor.shaft[0]: Young's modulus 210 Pa, plausible is 1 GPa to 1000 GPa",
+            ),
+            ("young_modulus = \"200 GPa\"", "young_modulus = 200", "diaphragms.seal: Young's modulus 200 Pa"),
+            ("young_modulus = \"200 GPa\"", "young_modulus = \"200 MPa\"", "diaphragms.seal: Young's modulus 200 MPa"),
+            (
+                "density = \"7850 kg/m3\"",
+                "density = 7.85",
+                "rotor.shaft[0]: density 7.85 kg/m3, plausible is 500 kg/m3 to 25000 kg/m3",
+            ),
+            (
+                "polar_inertia = \"1.25e-3 kg m2\"",
+                "polar_inertia = \"1.4e-3 kg m2\"",
+                "rotor.discs.left: polar over transverse inertia 2.15 (1.4e-3 kg m2 over 6.5e-4 kg m2), plausible is at most 2",
+            ),
+            ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: sag under its weight "),
+            ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: first bending frequency over running speed "),
+            (
+                "stiffness = \"2e6 N/m\"",
+                "stiffness = \"2e10 N/mm\"",
+                "rotor.bearings.left: stiffness 2e13 N/m, plausible is at most 1e12 N/m",
+            ),
+            (
+                "width = \"10 mm\"\nelements = 16",
+                "width = 1e6\nelements = 16",
+                "diaphragms.seal: width over mean radius 1.92e7 (1e6 m of 52 mm)",
+            ),
+            ("initial_speed = \"3000 rpm\"", "initial_speed = \"3e5 rpm\"", "diaphragms.seal: surface speed 1570.8"),
+        ] {
+            assert!(RIG.contains(from), "{from}");
+            let found = of(&RIG.replace(from, to));
+            assert!(found.iter().any(|text| text.starts_with(&expected[..expected.len().min(60)])), "{to}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn the_limits_themselves_are_plausible() {
+        for ratio in ["1.3e-3 kg m2", "0 kg m2"] {
+            assert_eq!(of(&RIG.replace("1.25e-3 kg m2", ratio)), [] as [String; 0], "{ratio}");
+        }
+        let quiet = MODULUS.judge("x", 1e9, "").or(MODULUS.judge("x", 1e12, ""));
+        assert_eq!(quiet, None);
+        assert!(MODULUS.judge("x", 0.999e9, "").is_some() && MODULUS.judge("x", f64::NAN, "").is_some());
+    }
+}
