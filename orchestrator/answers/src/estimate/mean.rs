@@ -4,7 +4,7 @@
 //! value; and neither limit exists: the mean of the others says nothing of those that are not there.
 //!
 //! Student's t takes a mean as normal. Few skewed values do not make it so: from lognormal outputs (standard deviation of ln y 1.5) and
-//! 400 points the 95 % interval held the mean in 83 to 90 of 100 studies. A note says so where n < 25 skewness^2, the rule of
+//! 400 points the 95 % interval held the mean in 83 to 90 of 100 studies. A warning is printed where n < 25 skewness^2, the rule of
 //! W. G. Cochran, "Sampling techniques" (1977), 2.15.
 
 use super::bad::Bad;
