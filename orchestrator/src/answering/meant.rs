@@ -120,13 +120,17 @@ fn refuse_methods(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
         };
         // another word is refused as such
         let method = SensitivityMethod::ALL.iter().find(|(word, _)| word == value).map(|(_, method)| *method);
-        let Some(Err(message)) = method.map(|method| method.check(design_kind(plan))) else { continue };
-        let fit = SensitivityMethod::ALL.iter().filter(|(_, method)| method.check(design_kind(plan)).is_ok());
+        let check = |method: SensitivityMethod| method.check(design_kind(plan), plan.replicates() as usize);
+        let Some(Err(message)) = method.map(check) else { continue };
+        let fit = SensitivityMethod::ALL.iter().filter(|(_, method)| check(*method).is_ok());
         let fit: Vec<String> = fit.map(|(word, _)| format!("{word:?}")).collect();
         let told = problems.add(span.clone(), format!("question[{position}].method"), message);
         told.value = Some(format!("{value:?}"));
         told.allowed = Some(match fit.first() {
             Some(_) => format!("method = {} with this [design]", fit.join(" or ")),
+            None if *value == SensitivityMethod::GivenData.word() => {
+                "kind = \"monte-carlo\" or \"latin-hypercube\", or replicates = 16, in [design]".to_owned()
+            }
             None => "another kind in [design]".to_owned(),
         });
     }

@@ -9,6 +9,11 @@ use super::definition::{Study, Subject};
 use super::function::FunctionModel;
 use super::parameter::{Origin, Parameter};
 use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
+use bladeoff_system::threads::in_parallel;
+use rayon::prelude::*;
+
+/// Samples of a digest whose keys are in memory at a time.
+const AT_ONCE: usize = 1 << 20;
 
 /// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -116,12 +121,20 @@ impl<'a> SampleKeys<'a> {
     #[must_use]
     pub fn digest(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        (0..self.samples.count()).for_each(|sample| {
-            hasher.update(&self.key(sample).0.to_le_bytes());
-            if let Some(limit) = self.step_limit(sample) {
-                hasher.update(b"step limit").update(&limit.to_le_bytes());
+        let of = |sample| (self.key(sample), self.step_limit(sample));
+        let count = self.samples.count();
+        for from in (0..count).step_by(AT_ONCE) {
+            let some = from..count.min(from + AT_ONCE as u64);
+            // values are drawn for a key: by all cores, and without threads by this one
+            let found: Vec<(SampleKey, Option<u64>)> = in_parallel(|| some.clone().into_par_iter().map(of).collect())
+                .unwrap_or_else(|_| some.clone().map(of).collect());
+            for (key, limit) in found {
+                hasher.update(&key.0.to_le_bytes());
+                if let Some(limit) = limit {
+                    hasher.update(b"step limit").update(&limit.to_le_bytes());
+                }
             }
-        });
+        }
         hasher.finalize().to_hex().to_string()
     }
 }

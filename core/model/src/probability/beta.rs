@@ -8,22 +8,10 @@
 //! Source: Abramowitz and Stegun 26.5.8. Both tails are carried, so that neither loses digits.
 
 use super::root::{Tail, solve};
-use super::saddle::ln_binomial;
+use super::saddle::Binomial;
 
 /// The fraction settles in about `sqrt(a + b)` rounds.
 const ROUNDS: u32 = 1_000_000;
-
-/// ln I_x(a, b), from x and y = 1 - x, and ln of its complement: whichever was computed, the other from it.
-fn ln_tails(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
-    let scale = ln_binomial(a, b, x, y);
-    if x < (a + 1.0) / (a + b + 2.0) {
-        let ln = scale - libm::log(a) + libm::log(fraction(a, b, x));
-        (ln, other(ln))
-    } else {
-        let ln = scale - libm::log(b) + libm::log(fraction(b, a, y));
-        (other(ln), ln)
-    }
-}
 
 /// ln(1 - e^ln).
 pub(super) fn other(ln: f64) -> f64 {
@@ -64,38 +52,97 @@ pub fn beta_tails(a: f64, b: f64, x: f64) -> (f64, f64) {
     if x >= 1.0 {
         return (1.0, 0.0);
     }
-    let (lower, upper) = ln_tails(a, b, x, 1.0 - x);
+    let (lower, upper, _) = Side::new(a, b).ln_tails(x, 1.0 - x);
     (libm::exp(lower), libm::exp(upper))
 }
 
 /// The x with I_x(a, b) = p, and 1 - x, from p and q = 1 - p.
 #[must_use]
 pub fn beta_quantile(a: f64, b: f64, p: f64, q: f64) -> (f64, f64) {
-    if p <= 0.0 || q <= 0.0 {
-        return if p <= 0.0 { (0.0, 1.0) } else { (1.0, 0.0) };
-    }
-    let (half, _) = ln_tails(a, b, 0.5, 0.5);
-    if libm::log(p) > half {
-        let (y, x) = lower_half(b, a, q, p);
-        return (x, y);
-    }
-    lower_half(a, b, p, q)
+    Beta::new(a, b).quantile(p, q)
 }
 
-/// The same where x is at most 1/2, by ln x.
-fn lower_half(a: f64, b: f64, p: f64, q: f64) -> (f64, f64) {
-    let tail = Tail::smaller(p, q);
-    // x^a/(a B) = p, as x goes to 0: B from (4) of the saddle point at x = 1/2
-    let ln_beta = -core::f64::consts::LN_2 * (a + b) - ln_binomial(a, b, 0.5, 0.5);
-    let first = (libm::log(p) + libm::log(a) + ln_beta) / a;
-    let top = -core::f64::consts::LN_2;
-    let t = solve(tail, first, top, |t| {
+/// A beta distribution on 0 .. 1, with everything that its quantiles need of a and b alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beta {
+    lower: Side,
+    upper: Side,
+    /// ln I_x(a, b) at x = 1/2.
+    half: f64,
+}
+
+impl Beta {
+    /// Parameters above 0.
+    #[must_use]
+    pub fn new(a: f64, b: f64) -> Self {
+        let lower = Side::new(a, b);
+        Self { lower, upper: Side::new(b, a), half: lower.ln_tails(0.5, 0.5).0 }
+    }
+
+    /// Its parameters a and b.
+    #[must_use]
+    pub fn parameters(&self) -> (f64, f64) {
+        (self.lower.a, self.lower.b)
+    }
+
+    /// The x with I_x(a, b) = p, and 1 - x, from p and q = 1 - p.
+    #[must_use]
+    pub fn quantile(&self, p: f64, q: f64) -> (f64, f64) {
+        if p <= 0.0 || q <= 0.0 {
+            return if p <= 0.0 { (0.0, 1.0) } else { (1.0, 0.0) };
+        }
+        if libm::log(p) > self.half {
+            let (y, x) = self.upper.lower_half(q, p);
+            return (x, y);
+        }
+        self.lower.lower_half(p, q)
+    }
+}
+
+/// The distribution seen from one end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Side {
+    a: f64,
+    b: f64,
+    binomial: Binomial,
+    ln_beta: f64,
+}
+
+impl Side {
+    fn new(a: f64, b: f64) -> Self {
+        let binomial = Binomial::new(a, b);
+        // B from (4) of the saddle point at x = 1/2
+        let ln_beta = -core::f64::consts::LN_2 * (a + b) - binomial.ln(0.5, 0.5);
+        Self { a, b, binomial, ln_beta }
+    }
+
+    /// ln I_x(a, b), from x and y = 1 - x, ln of its complement (one is computed, the other follows from it), and ln of (4).
+    fn ln_tails(&self, x: f64, y: f64) -> (f64, f64, f64) {
+        let (a, b) = (self.a, self.b);
+        let scale = self.binomial.ln(x, y);
+        if x < (a + 1.0) / (a + b + 2.0) {
+            let ln = scale - libm::log(a) + libm::log(fraction(a, b, x));
+            (ln, other(ln), scale)
+        } else {
+            let ln = scale - libm::log(b) + libm::log(fraction(b, a, y));
+            (other(ln), ln, scale)
+        }
+    }
+
+    /// The quantile where x is at most 1/2, by ln x.
+    fn lower_half(&self, p: f64, q: f64) -> (f64, f64) {
+        let tail = Tail::smaller(p, q);
+        // x^a/(a B) = p, as x goes to 0
+        let first = (libm::log(p) + libm::log(self.a) + self.ln_beta) / self.a;
+        let top = -core::f64::consts::LN_2;
+        let t = solve(tail, first, top, |t| {
+            let x = libm::exp(t);
+            let y = -libm::expm1(t);
+            let (lower, upper, scale) = self.ln_tails(x, y);
+            // x times the density
+            (lower, upper, scale - libm::log(y))
+        });
         let x = libm::exp(t);
-        let y = -libm::expm1(t);
-        let (lower, upper) = ln_tails(a, b, x, y);
-        // x times the density
-        (lower, upper, ln_binomial(a, b, x, y) - libm::log(y))
-    });
-    let x = libm::exp(t);
-    (x, 1.0 - x)
+        (x, 1.0 - x)
+    }
 }

@@ -25,7 +25,7 @@ mod student;
 #[cfg(test)]
 mod tests;
 
-pub use beta::{beta_quantile, beta_tails};
+pub use beta::{Beta, beta_quantile, beta_tails};
 pub use gamma::{gamma_quantile, gamma_tails};
 pub use normal::{normal_quantile, normal_tails};
 pub use student::student;

@@ -22,7 +22,13 @@ impl Tail {
 const LEAST: f64 = -745.2;
 const ROUNDS: usize = 200;
 
+/// States that are compared to find a cycle.
+const REMEMBERED: usize = 4;
+
 /// The t at most `top` for which the tail has its value; `tails`: ln of the lower tail, of the upper tail, and of dp/dt.
+///
+/// Near the root, rounding makes about half of all searches alternate between two neighbouring numbers. The state of a round
+/// determines the next one, so a repeated state gives the result of all [`ROUNDS`] rounds without computing them.
 pub(super) fn solve(tail: Tail, first: f64, top: f64, tails: impl Fn(f64) -> (f64, f64, f64)) -> f64 {
     // the first guess is exact where the argument is that small
     if first < LEAST {
@@ -30,7 +36,17 @@ pub(super) fn solve(tail: Tail, first: f64, top: f64, tails: impl Fn(f64) -> (f6
     }
     let (mut low, mut high) = (LEAST, top);
     let mut t = first.clamp(low, high);
-    for _ in 0..ROUNDS {
+    let mut seen = [[f64::NAN; 3]; REMEMBERED];
+    let (mut round, mut rounds) = (0, ROUNDS);
+    while round < rounds {
+        let state = [t, low, high];
+        if let Some(place) = seen.iter().position(|known| *known == state).filter(|_| rounds == ROUNDS) {
+            rounds = round + (ROUNDS - round) % (place + 1);
+            continue;
+        }
+        seen.rotate_right(1);
+        seen[0] = state;
+        round += 1;
         let (lower, upper, slope) = tails(t);
         // error of the logarithm, positive where t is too large, and its derivative
         let (error, rise) = match tail {

@@ -51,9 +51,26 @@ pub(super) fn ln_poisson(a: f64, x: f64) -> f64 {
     -stirling_rest(a) - deviance(a, x) - LN_ROOT_TWO_PI - 0.5 * libm::log(a)
 }
 
-/// ln of (4).
-pub(super) fn ln_binomial(a: f64, b: f64, x: f64, y: f64) -> f64 {
-    let n = a + b;
-    let rest = stirling_rest(n) - stirling_rest(a) - stirling_rest(b);
-    rest - deviance(a, n * x) - deviance(b, n * y) - LN_ROOT_TWO_PI + 0.5 * (libm::log(a / n) + libm::log(b))
+/// (4) for fixed a and b: the terms without x are computed once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Binomial {
+    a: f64,
+    b: f64,
+    rest: f64,
+    scale: f64,
+}
+
+impl Binomial {
+    /// Parameters above 0.
+    pub(super) fn new(a: f64, b: f64) -> Self {
+        let n = a + b;
+        let rest = stirling_rest(n) - stirling_rest(a) - stirling_rest(b);
+        Self { a, b, rest, scale: 0.5 * (libm::log(a / n) + libm::log(b)) }
+    }
+
+    /// ln of (4), from x and y = 1 - x.
+    pub(super) fn ln(&self, x: f64, y: f64) -> f64 {
+        let n = self.a + self.b;
+        self.rest - deviance(self.a, n * x) - deviance(self.b, n * y) - LN_ROOT_TWO_PI + self.scale
+    }
 }

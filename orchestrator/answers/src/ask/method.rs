@@ -1,6 +1,7 @@
 //! How it is found which parameter decides an output, and of which points.
 
 use crate::estimate::input::DesignKind;
+use crate::estimate::scheme::FEWEST_REPLICATES;
 
 /// How sensitivities are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,11 +25,15 @@ impl SensitivityMethod {
         Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(word, _)| *word)
     }
 
-    /// Why it makes nothing of points of this kind, and which kind it is made for.
+    /// Checks that the method is valid for points of this kind, in so many replicates.
+    ///
+    /// `given-data` compares a row with its neighbour in a column. Within one low-discrepancy sequence the other coordinates of
+    /// neighbours depend on each other, so first orders are biased. With at least [`FEWEST_REPLICATES`] replicates nearly every
+    /// neighbour belongs to another, independent replicate.
     ///
     /// # Errors
-    /// It makes nothing of them.
-    pub fn check(self, kind: DesignKind) -> Result<(), String> {
+    /// The method is not valid; the message names the designs that it needs.
+    pub fn check(self, kind: DesignKind, replicates: usize) -> Result<(), String> {
         let needs = |word: &str| Err(format!("method {:?} needs points of kind {word:?}", self.word()));
         match (self, kind) {
             (Self::Morris, DesignKind::Morris) | (Self::Sobol, DesignKind::Saltelli) => Ok(()),
@@ -36,6 +41,15 @@ impl SensitivityMethod {
             (Self::Sobol, _) => needs(DesignKind::Saltelli.word()),
             (Self::GivenData, DesignKind::Morris | DesignKind::OneAtATime | DesignKind::Saltelli) => {
                 Err(format!("method {:?} needs a sample of the laws, such as \"monte-carlo\"", self.word()))
+            }
+            (Self::GivenData, DesignKind::Sobol | DesignKind::Halton) if replicates < FEWEST_REPLICATES => {
+                return Err(format!(
+                    "method {:?} needs independent points: first orders from {replicates} replicate{} of kind {:?} are biased; \
+                     use kind \"monte-carlo\" or \"latin-hypercube\", or at least {FEWEST_REPLICATES} replicates",
+                    self.word(),
+                    if replicates == 1 { "" } else { "s" },
+                    kind.word()
+                ));
             }
             (Self::GivenData, _) => Ok(()),
         }

@@ -32,7 +32,7 @@ pub(super) fn sensitivities(
     wanted: &Sensitivity,
     (scheme, alpha): (&Scheme, f64),
 ) -> Result<Vec<Answer>, InputError> {
-    wanted.method.check(study.design.kind).map_err(InputError::Method)?;
+    wanted.method.check(study.design.kind, study.design.replicates).map_err(InputError::Method)?;
     let unit = study.column(&wanted.output)?.unit.clone();
     let groups = study.groups.iter().enumerate();
     let rows = Rows { study, wanted, scheme, alpha };

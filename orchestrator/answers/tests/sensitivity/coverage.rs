@@ -1,12 +1,13 @@
 //! How often intervals hold, over repeated small studies of which the answer is known.
 
 use crate::support::{
-    DELTA, ISHIGAMI, figure, g_function, ishigami, names, of_g, points, saltelli, sobol_points, trajectories,
+    DELTA, ISHIGAMI, figure, g_function, ishigami, names, nested, of_g, points, saltelli, sobol_points, trajectories,
 };
 use bladeoff_answers::sensitivity::{
     Given, Index, Indices, Input, OfParameter, Parts, Similar, dependence, given_data, morris, sobol,
 };
 use bladeoff_model::probability::normal_quantile;
+use bladeoff_system::random::finaliser;
 use std::f64::consts::PI;
 
 fn studies() -> Option<u64> {
@@ -121,6 +122,31 @@ fn coverage_of_what_needs_no_design() {
     let exact: Vec<Exact<'_>> = (0..3).map(first).collect();
     for (rows, least) in [(256, 0.87), (1024, 0.92)] {
         at_least(least, &count(&format!("{rows} rows"), |seed| table(seed, rows, &|u| ishigami(&u[..3])), &exact));
+    }
+}
+
+/// Sixteen scrambled copies of one sequence: neighbours in a column belong to different copies, so first orders are not biased.
+#[test]
+fn coverage_of_first_orders_from_replicates_of_a_sequence() {
+    let table = |seed: u64, each: usize| {
+        let plain = sobol_points(each, [0; 6]);
+        let scrambled = |replicate: u64| {
+            let key = |i: u64| finaliser(finaliser(977 * seed + replicate) ^ i);
+            let point = move |point: &Vec<f64>| (0..3).map(|i| nested(point[i], key(i as u64))).collect::<Vec<f64>>();
+            plain.iter().map(point).collect::<Vec<_>>()
+        };
+        let base: Vec<Vec<f64>> = (0..16).flat_map(scrambled).collect();
+        let replicate: Vec<u32> = (0..16 * each).map(|row| (row / each) as u32).collect();
+        let columns: Vec<Vec<f64>> = (0..3).map(|i| base.iter().map(|u| u[i]).collect()).collect();
+        let output: Vec<Option<f64>> = base.iter().map(|u| Some(ishigami(u))).collect();
+        let input = |(name, values)| Input { name, values, has_words: false };
+        let inputs = names(3).into_iter().zip(columns.iter().map(Vec::as_slice)).map(input).collect();
+        given_data(&Given { inputs, output: &output, parts: Parts::Replicates(&replicate, 16) }, 0.05).expect("figures")
+    };
+    let first = |i: usize| -> Exact<'static> { ("first order by ranks", i, ISHIGAMI[i].0, |of| of.first) };
+    let exact: Vec<Exact<'_>> = (0..3).map(first).collect();
+    for each in [16, 64, 256] {
+        at_least(0.94, &count(&format!("16 replicates of {each}"), |seed| table(seed, each), &exact));
     }
 }
 

@@ -80,6 +80,17 @@ pub fn sobol_points(count: usize, shift: [u64; 6]) -> Vec<Vec<f64>> {
     (0..count).map(|index| (0..6).map(|dimension| coordinate(index, dimension)).collect()).collect()
 }
 
+/// A coordinate with nested uniform scrambling: each bit is flipped by a random bit for the bits above it.
+pub fn nested(coordinate: f64, key: u64) -> f64 {
+    let bits = (coordinate * (1u64 << BITS) as f64) as u64;
+    let flip = |level: usize| {
+        let node = 1u64 << level | bits >> (BITS - level);
+        finaliser(key ^ finaliser(node)) >> 63 << (BITS - 1 - level)
+    };
+    let scrambled = (0..BITS).fold(bits, |scrambled, level| scrambled ^ flip(level));
+    (scrambled as f64 + 0.5) / (1u64 << BITS) as f64
+}
+
 /// Rows of Saltelli's layout, from points of twice as many dimensions.
 pub fn saltelli(f: impl Fn(&[f64]) -> f64, points: &[Vec<f64>], second_order: bool) -> Vec<Option<f64>> {
     let mut rows = Vec::new();

@@ -3,6 +3,7 @@
 use crate::support::{ask, exceedance, near, probability, ramp};
 use bladeoff_answers::ask::{Ask, Figure, Question, QuestionDef, answer_all};
 use bladeoff_answers::estimate::figures::Method;
+use bladeoff_answers::estimate::limits::upper_limit;
 
 #[test]
 fn an_exceedance_counts_values_above_each_level() {
@@ -15,9 +16,10 @@ fn an_exceedance_counts_values_above_each_level() {
     assert_eq!((level.len(), level[0], level[98]), (99, Some(1.0), Some(99.0)));
     assert_eq!((estimate[0], harmful[0]), (Some(0.98), Some(0.99)));
     assert_eq!((estimate[98], harmful[98]), (Some(0.0), Some(0.01)));
-    let half = (40.0f64.ln() / 200.0).sqrt();
-    near(high[98], 0.01 + half);
-    near(low[0], 0.98 - half);
+    // one value above; two below, of which the limit for three is taken
+    near(high[98], upper_limit(1, 100, 0.05 / 32.0));
+    near(low[0], 1.0 - upper_limit(3, 100, 0.05 / 64.0));
+    near(high[49], 0.5 + (80.0f64.ln() / 200.0).sqrt());
     assert_eq!(answered.answers[0].method, Method::Band);
     // thinned, with the largest values kept
     let curve = ask(&ramp(5000), exceedance()).curve.unwrap();

@@ -5,6 +5,8 @@ use crate::support::{ask, asked, exceedance, made, mean, near, one, probability,
 use bladeoff_answers::ask::{QuestionDef, answer, answer_all};
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::estimate::input::{DesignKind, InputError};
+use bladeoff_model::probability::normal_quantile;
+use bladeoff_system::random::SplitMix;
 
 #[test]
 fn a_probability_has_the_published_limits() {
@@ -178,4 +180,26 @@ fn no_point_at_all_is_no_panic() {
         let def = QuestionDef { fragility: Some("u".into()), ..probability("y > 1") };
         ask(&study, def);
     }
+}
+
+/// Lognormal values: the interval by Student's t misses too often, and the answer warns; of values without skewness it does not.
+#[test]
+fn a_mean_of_few_skewed_values_has_a_warning() {
+    let mut random = SplitMix(21);
+    let exact = libm::exp(0.5 * 1.5 * 1.5);
+    let (mut missed, mut warned) = (0, 0);
+    for _ in 0..200 {
+        let mut value = || {
+            let u = random.unit();
+            libm::exp(1.5 * normal_quantile(u, 1.0 - u))
+        };
+        let answer = one(&made(&(0..400).map(|_| value()).collect::<Vec<_>>()), mean());
+        let is_warned = answer.notes.iter().any(|note| note.contains("are skewed (skewness"));
+        let is_missed = answer.low.expect("a limit") > exact || answer.high.expect("a limit") < exact;
+        missed += i32::from(is_missed);
+        warned += i32::from(is_warned);
+    }
+    println!("of 200: {missed} intervals missed the mean, {warned} answers warned");
+    assert!((14..50).contains(&missed) && warned > 120, "{missed} {warned}");
+    assert!(one(&ramp(400), mean()).notes.is_empty());
 }

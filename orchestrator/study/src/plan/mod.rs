@@ -298,18 +298,21 @@ impl Plan {
         }
     }
 
-    /// Of a Saltelli design of these parameters: what is to be known of a parameter whose values in A and in B follow each other over the first
-    /// `count` points.
+    /// A warning that names every parameter of a Saltelli design whose values in A and in B are correlated over the first `count` points.
     #[must_use]
     pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
         let base = count / self.rows();
-        let (parameter, r) = self.saltelli()?.related(base)?;
-        let name = names.get(parameter)?;
-        Some(format!(
-            "{base} base points are few for {} parameters: values of {name} in A and in B follow each other (correlation {r:.2}), and its total index is off by that part whatever its interval says; \
-             more base points help",
-            names.len()
-        ))
+        let found = self.saltelli()?.related(base);
+        let each = found.iter().filter_map(|&(parameter, r)| Some(format!("{} {r:.2}", names.get(parameter)?)));
+        let each = each.collect::<Vec<_>>().join(", ");
+        (!each.is_empty()).then(|| {
+            format!(
+                "{base} base points are few for {} parameters: values of the same parameter in A and in B are correlated, {each}; \
+                 a total index is biased by a factor of about 1 - correlation (too high where it is negative), and its interval does not cover that; \
+                 more base points help",
+                names.len()
+            )
+        })
     }
 
     /// The coordinates of a point `index` < count of any kind but one-at-a-time (which leaves them as they are).

@@ -79,10 +79,10 @@ impl Saltelli {
         if of < self.parameters { Role::Ab(of) } else { Role::Ba(of - self.parameters) }
     }
 
-    /// The parameter whose values in A and in B follow each other most over the first `count` base points, and their correlation: by that part
-    /// its total index is off, since E (a - b)^2/2 = V (1 - r).
+    /// Parameters whose values in A and in B are correlated over the first `count` base points, the largest correlation r first. Their total
+    /// index is biased by a factor of about 1 - r, since E (a - b)^2/2 = V (1 - r): too low for r > 0, too high for r < 0.
     #[must_use]
-    pub fn related(&self, count: u64) -> Option<(usize, f64)> {
+    pub fn related(&self, count: u64) -> Vec<(usize, f64)> {
         let mut both = vec![0.0; 2 * self.parameters];
         // sums of a, b, their squares and products, about the middle
         let mut sums = vec![[0.0; 5]; self.parameters];
@@ -98,8 +98,10 @@ impl Saltelli {
         let n = count as f64;
         let correlation =
             |[a, b, aa, bb, ab]: &[f64; 5]| (ab - a * b / n) / libm::sqrt((aa - a * a / n) * (bb - b * b / n));
-        let found = sums.iter().map(correlation).enumerate().filter(|(_, r)| r.abs() >= RELATED);
-        found.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        let mut found: Vec<(usize, f64)> =
+            sums.iter().map(correlation).enumerate().filter(|(_, r)| r.abs() >= RELATED).collect();
+        found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        found
     }
 
     /// The coordinates of a base point.

@@ -111,7 +111,8 @@ fn exact_moments(law: &Law) -> Option<(f64, f64)> {
             let (left, right) = (mode - from, to - mode);
             (mode + (right - left) / 3.0, libm::sqrt((left * left + left * right + right * right) / 18.0))
         }
-        Law::Beta(a, b, from, to) => {
+        Law::Beta(beta, from, to) => {
+            let (a, b) = beta.parameters();
             let n = a + b;
             (from + (to - from) * a / n, (to - from) / n * libm::sqrt(a * b / (n + 1.0)))
         }

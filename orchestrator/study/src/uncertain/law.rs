@@ -1,8 +1,6 @@
 //! Continuous laws: quantiles from both tails and back, so that neither loses digits.
 
-use bladeoff_model::probability::{
-    beta_quantile, beta_tails, gamma_quantile, gamma_tails, normal_quantile, normal_tails,
-};
+use bladeoff_model::probability::{Beta, beta_tails, gamma_quantile, gamma_tails, normal_quantile, normal_tails};
 
 /// A continuous distribution, its parameters as the formulas have them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,8 +15,8 @@ pub(super) enum Law {
     LogUniform(f64, f64),
     /// From, most probable, to.
     Triangular(f64, f64, f64),
-    /// a, b, from, to.
-    Beta(f64, f64, f64, f64),
+    /// On 0 .. 1, from, to.
+    Beta(Beta, f64, f64),
     /// Shape, scale.
     Gamma(f64, f64),
     /// Shape, scale.
@@ -48,8 +46,8 @@ impl Law {
                     to - libm::sqrt(q * right) * libm::sqrt(all)
                 }
             }
-            Law::Beta(a, b, from, to) => {
-                let (x, y) = beta_quantile(*a, *b, p, q);
+            Law::Beta(beta, from, to) => {
+                let (x, y) = beta.quantile(p, q);
                 if x <= y { from + x * (to - from) } else { to - y * (to - from) }
             }
             Law::Gamma(shape, scale) => scale * gamma_quantile(*shape, p, q),
@@ -90,7 +88,10 @@ impl Law {
                     (1.0 - q, q)
                 }
             }
-            Law::Beta(a, b, from, to) => beta_tails(*a, *b, (x - from) / (to - from)),
+            Law::Beta(beta, from, to) => {
+                let (a, b) = beta.parameters();
+                beta_tails(a, b, (x - from) / (to - from))
+            }
             Law::Gamma(shape, scale) => gamma_tails(*shape, x / scale),
             Law::Weibull(shape, scale) => survived(libm::pow((x / scale).max(0.0), *shape)),
             Law::Gumbel(location, scale) => {

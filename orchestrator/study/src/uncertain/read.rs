@@ -16,6 +16,7 @@ use super::keys::{Distribution, Holds, KEYS, Values, Written};
 use super::law::Law;
 use super::words::law_in_words;
 use bladeoff_model::document::units::format_quantity;
+use bladeoff_model::probability::Beta;
 
 /// Most values of a discrete parameter.
 const MOST_VALUES: usize = 10_000;
@@ -265,7 +266,7 @@ impl Reader<'_> {
             Distribution::Uniform => Law::Uniform(of("lower"), of("upper")),
             Distribution::LogUniform => Law::LogUniform(of("lower"), of("upper")),
             Distribution::Triangular => Law::Triangular(of("lower"), of("mode"), of("upper")),
-            Distribution::Beta => Law::Beta(of("a"), of("b"), of("lower"), of("upper")),
+            Distribution::Beta => Law::Beta(Beta::new(of("a"), of("b")), of("lower"), of("upper")),
             Distribution::Gamma => Law::Gamma(of("shape"), of("scale")),
             Distribution::Weibull => Law::Weibull(of("shape"), of("scale")),
             Distribution::Gumbel => Law::Gumbel(of("location"), of("scale")),
