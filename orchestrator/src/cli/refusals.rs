@@ -1,5 +1,6 @@
 //! Why commands about a result directory do not do what is asked.
 
+use super::error::meant;
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::TableError;
@@ -70,7 +71,11 @@ pub enum DesignExportError {
 #[derive(Debug, thiserror::Error)]
 pub enum NotCompared {
     /// Nothing stands under the name.
-    #[error("{} is not there: a result directory, or a table of one, is what can be compared", shown(path))]
+    #[error(
+        "{} is not there: a result directory, or a table of one, is what can be compared{}",
+        shown(path),
+        meant(path)
+    )]
     Missing {
         /// The name.
         path: PathBuf,

@@ -14,7 +14,7 @@ pub enum FileKind {
 /// What a text is by its outermost keys; `None`: it cannot be read, or might be either.
 #[must_use]
 pub fn kind_of(text: &str) -> Option<FileKind> {
-    let root = parse_toml("", text).ok()?;
+    let (root, _) = parse_toml("", text).ok().filter(|(_, problems)| problems.is_empty())?;
     let entries = root.value.as_table()?;
     let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
     match (
