@@ -68,7 +68,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         only_gates(&samples, &args.require, args.confidence).map_err(refused)?
     };
     if gates.is_empty() {
-        return Err(NotAsked::Gates { file, directory }.into());
+        let output = samples.study().function().and_then(|model| model.outputs.first());
+        let condition =
+            output.map_or("max_bearing_load_N > 1.2 MN".to_owned(), |output| format!("{} > 1", output.name));
+        return Err(NotAsked::Gates { file, directory, example: format!("P({condition}) < 1e-2") }.into());
     }
     let (decisions, points, of) = judge(&directory, &samples, &gates)?;
     if points < of {

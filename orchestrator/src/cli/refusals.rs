@@ -37,7 +37,7 @@ pub enum NotAsked {
             OsStr::new("gate"),
             call::path_word(directory).as_os_str(),
             OsStr::new("--require"),
-            OsStr::new("P(max_bearing_load_N > 1.2 MN) < 1e-2")
+            OsStr::new(example)
         ])
     )]
     Gates {
@@ -45,6 +45,8 @@ pub enum NotAsked {
         file: PathBuf,
         /// The result directory.
         directory: PathBuf,
+        /// A gate that this study can have.
+        example: String,
     },
 }
 
