@@ -13,7 +13,7 @@ pub struct ThreadsError {
     pub source: io::Error,
 }
 
-/// What limits the number of threads: a limit of the address space leaves no room for their stacks, and the system reports it as a lack of
+/// The limit on the number of threads, in words: a limit of the address space leaves no room for their stacks, and the system reports it as a lack of
 /// threads.
 #[must_use]
 pub fn thread_limit() -> String {

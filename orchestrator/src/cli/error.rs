@@ -18,7 +18,7 @@ use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
 use bladeoff_model::document::Problems;
 use bladeoff_study::design::DesignError;
-use bladeoff_study::{InputError, StudyError, did_you_mean, nearest_path};
+use bladeoff_study::{InputError, StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
@@ -276,11 +276,6 @@ impl CliError {
             CliError::ReaderLeft => Exit::Ok,
         }
     }
-}
-
-/// The path that was probably meant, of one that is missing.
-pub(super) fn meant(path: &Path) -> String {
-    if path.symlink_metadata().is_ok() { String::new() } else { did_you_mean(nearest_path(path).as_deref()) }
 }
 
 /// What can be done with a study where a machine was asked for.

@@ -1,10 +1,9 @@
 //! Why commands about a result directory do not do what is asked.
 
-use super::error::meant;
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::TableError;
-use bladeoff_study::StudyError;
+use bladeoff_study::{StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::shown;
 use bladeoff_worker::core_solver::SolverError;

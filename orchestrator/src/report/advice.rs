@@ -1,4 +1,4 @@
-//! What can be done about a cause, by the engine and the regime of the run, and the change of the machine that tries it.
+//! Advice about a cause, by the engine and the regime of the run, and the change of the machine that tries it.
 
 use bladeoff_model::machine::{CONTACT_STEP, ENGINE, Engine, STEP};
 use bladeoff_model::outcome::Cause;
@@ -27,12 +27,12 @@ pub enum Change {
     Set(&'static str, &'static str),
 }
 
-/// What can be done about a cause.
+/// Advice about a cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
     /// In words.
     pub text: Cow<'static, str>,
-    /// What tries it; `None`: no change of one value does.
+    /// Change that tries it; `None`: no change of one value does.
     pub change: Option<Change>,
 }
 
@@ -44,7 +44,7 @@ pub fn step_key(engine: Engine) -> &'static str {
 
 const HALF: Change = Change::Step(0.5);
 
-/// What can be done about a cause in a run.
+/// Advice about a cause in a run.
 #[must_use]
 pub fn advice(cause: Cause, ran: Ran) -> Advice {
     let is_exponential = ran.engine == Engine::Exponential;

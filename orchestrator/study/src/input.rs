@@ -81,8 +81,7 @@ pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
 const MOST_NAMES: usize = 10_000;
 
 /// The path beside a missing one, or beside the first part of it that is missing, whose name is most like it.
-#[must_use]
-pub fn nearest_path(missing: &Path) -> Option<PathBuf> {
+fn nearest_path(missing: &Path) -> Option<PathBuf> {
     let (parent, name) = (missing.parent()?, missing.file_name()?.to_str()?);
     let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
     if !folder.exists() {
@@ -96,9 +95,13 @@ pub fn nearest_path(missing: &Path) -> Option<PathBuf> {
     nearest(name, names.iter().map(String::as_str)).map(|name| parent.join(name))
 }
 
-/// The end of a message about a path that is missing.
+/// End of a message about a path: the name that was probably meant, if the path is missing.
 #[must_use]
-pub fn did_you_mean(nearest: Option<&Path>) -> String {
+pub fn meant(path: &Path) -> String {
+    if path.symlink_metadata().is_ok() { String::new() } else { did_you_mean(nearest_path(path).as_deref()) }
+}
+
+fn did_you_mean(nearest: Option<&Path>) -> String {
     nearest.map_or_else(String::new, |path| format!("; did you mean {}?", shown(path)))
 }
 
