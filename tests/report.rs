@@ -209,7 +209,7 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     );
     // two of the four runs, a quarter of the radius out: more than five times the limit
     let line = run.out.lines().find(|line| line.contains("ring_displacement ")).expect("a table of limits");
-    assert!(line.contains("0.05 of mean radius") && line.contains("note       2 of 4 runs   5."), "{line}");
+    assert!(line.contains("0.05 of mean radius") && line.contains("note      2 of 4 runs  5."), "{line}");
     assert!(run.out.contains("  ring_yield: not judged: no diaphragms.NAME.material.yield_strength"), "{}", run.out);
     let said = "2 runs with status ok exceed the limit ring_displacement (largest ratio 5.";
     let (answer, gate) = (say(&["answer", &out]), say(&["gate", &out]));
@@ -221,7 +221,7 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
         folder.write("light.toml", &fs::read_to_string(&study).expect("written").replace("[0.5, 0.05]", "[0.05]"));
     let out = folder.name("light");
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
-    assert!(run.out.contains("2             2   2  0") && run.out.contains("note       0 of 2 runs"), "{}", run.out);
+    assert!(run.out.contains("2             2   2  0") && run.out.contains("note      0 of 2 runs"), "{}", run.out);
     assert!(!say(&["answer", &out]).err.contains("exceed the limit"));
 }
 
