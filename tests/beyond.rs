@@ -52,7 +52,9 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     for part in [
         "beyond the model: it exceeded",
         "ring_displacement",
-        "times `run.limit.ring_displacement.value`",
+        "ratio 1.04 ",
+        "to `run.limit.ring_displacement.value`",
+        "limit exceeded                   at 31.",
         "what to do",
     ] {
         assert!(why.out.contains(part), "{part}: {}", why.out);
@@ -65,7 +67,30 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
         "{}",
         above.err
     );
+    for word in ["answer", "gate"] {
+        let gate = ["--require", "P(limit_ratio_ring_yield > 1) < 0.5"];
+        let said = say(&[&[word, &out][..], if word == "gate" { &gate[..] } else { &[] }].concat());
+        assert!(said.err.contains("the study allows 3 ([limits] max_beyond)"), "{word}: {}", said.err);
+        let hint = "ring_yield is not judged: no diaphragms.NAME.material.yield_strength";
+        assert_eq!(said.err.contains(hint), word == "gate", "{word}: {}", said.err);
+    }
     assert_eq!(run("[limits]\nmax_beyond = \"50 %\"\n", &out).code, 0);
+    // with another limit the run goes on; both are printed, nothing is written
+    let before = fs::read(folder.path("out/results.parquet")).expect("the table");
+    let said = say(&["replay", &out, "--sample", "7", "--set", "run.limit.ring_displacement.value=0.05"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let shown = said.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "run.limit.ring_displacement.value = 0.05, in the row 1e-6",
+        "* status beyond ok",
+        " engine reduced reduced ",
+        "columns differ (*); nothing is written",
+    ] {
+        assert!(shown.contains(part), "{part} is not in\n{}", said.out);
+    }
+    assert_eq!(before, fs::read(folder.path("out/results.parquet")).expect("the table"));
+    let wrong = say(&["replay", &out, "--sample", "7", "--set", "contct.gap=1"]);
+    assert!(wrong.code == 3 && wrong.err.contains("did you mean `diaphragms.seal.contact.gap`?"), "{}", wrong.err);
 }
 
 #[test]

@@ -207,8 +207,15 @@ fn mistakes_of_machine_study_and_points_are_told_at_once() {
     ] {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
-    // Of a machine that is no TOML only the format is known.
+    // a header without its bracket hides none of the other mistakes
     folder.write("machines/rig.toml", &rig.replace("[run]", "[run"));
+    let said = say(&["check", &study]);
+    for part in ["unclosed table", "elements = 17", "did you mean `run.end_time`?", "friction = -1", "sed: unknown key"]
+    {
+        assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
+    }
+    // an array without its end does: of such a machine only the format is known
+    folder.write("machines/rig.toml", &rig.replace("schema = 1", "schema = [1"));
     let said = say(&["check", &study]);
     for part in [
         "not valid TOML",

@@ -26,11 +26,14 @@ impl FileError {
     }
 }
 
-/// Makes the names in a directory durable.
+/// Makes the name of a file in its directory durable.
 ///
 /// # Errors
-/// The directory cannot be opened or synced.
-pub fn sync_directory(directory: &Path) -> Result<(), FileError> {
-    let directory = if directory.as_os_str().is_empty() { Path::new(".") } else { directory };
-    File::open(directory).and_then(|file| file.sync_all()).map_err(FileError::at("sync", directory))
+/// The directory cannot be opened or synced; the error names the file.
+pub fn sync_parent(file: &Path) -> Result<(), FileError> {
+    let directory = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    File::open(directory).and_then(|opened| opened.sync_all()).map_err(FileError::at(SYNC, file))
 }
+
+/// The action of an error where the name of a file cannot be made durable: the file alone tells a reader what is concerned.
+pub(crate) const SYNC: &str = "sync the directory of";

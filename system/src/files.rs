@@ -9,7 +9,7 @@ use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Write};
 use std::path::Path;
 
-pub use crate::error::{FileError, sync_directory};
+pub use crate::error::{FileError, sync_parent};
 use crate::place::Place;
 
 /// Names tried: each is one of four thousand millions.

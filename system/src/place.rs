@@ -18,7 +18,7 @@ use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::fs::{self, AtFlags, CWD, FileType, Mode, OFlags, RenameFlags, Stat};
 use rustix::process::geteuid;
 
-use crate::error::{FileError, sync_directory};
+use crate::error::{FileError, SYNC, sync_parent};
 
 /// Why what stands under a name is not used.
 #[derive(Debug, thiserror::Error)]
@@ -357,9 +357,10 @@ impl Place {
     /// The system refused.
     pub fn sync_parent(&self) -> Result<(), FileError> {
         match &self.base {
-            Some(fd) if self.name.components().count() == 1 => fs::fsync(fd)
-                .map_err(|errno| FileError::at("sync", self.path.parent().unwrap_or(&self.path))(errno.into())),
-            _ => sync_directory(self.path.parent().unwrap_or(Path::new("."))),
+            Some(fd) if self.name.components().count() == 1 => {
+                fs::fsync(fd).map_err(|errno| FileError::at(SYNC, &self.path)(errno.into()))
+            }
+            _ => sync_parent(&self.path),
         }
     }
 }

@@ -4,15 +4,28 @@ use std::io;
 
 /// Threads that could not be started.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "starting {threads} threads failed; how many processes and threads a user may have is limited (ulimit -u, or the container)"
-)]
+#[error("starting {threads} threads failed; {}", thread_limit())]
 pub struct ThreadsError {
     /// How many.
     pub threads: usize,
     /// What the system said.
     #[source]
     pub source: io::Error,
+}
+
+/// The limit on the number of threads, in words: a limit of the address space leaves no room for their stacks, and the system reports it as a lack of
+/// threads.
+#[must_use]
+pub fn thread_limit() -> String {
+    match rustix::process::getrlimit(rustix::process::Resource::As).current {
+        Some(bytes) => format!(
+            "the address space is limited to {} MB (ulimit -v), which their stacks need, too; otherwise the processes and threads of a user are (ulimit -u, or \
+             the container)",
+            bytes / 1_000_000
+        ),
+        None => "the number of processes and threads that a user may have is limited (ulimit -u, or the container)"
+            .to_owned(),
+    }
 }
 
 /// Does work in which rayon's iterators find one thread per core (or `RAYON_NUM_THREADS`).

@@ -122,13 +122,26 @@ impl CoreSolver {
     /// # Errors
     /// A sample that makes no machine.
     pub fn prepare(&mut self, params: &[f64]) -> Result<(Machine, &Structure), SolverError> {
+        self.prepare_changed(params, |_| Ok(()))
+    }
+
+    /// Machine and structure of one sample, of which `change` changes further values. They stay changed: this solver computes no other sample.
+    ///
+    /// # Errors
+    /// A sample that makes no machine; what `change` returns.
+    pub fn prepare_changed<E: From<SolverError>>(
+        &mut self,
+        params: &[f64],
+        change: impl FnOnce(&mut MachineDef) -> Result<(), E>,
+    ) -> Result<(Machine, &Structure), E> {
         if params.len() != self.varied.len() {
-            return Err(SolverError::Count { found: params.len(), expected: self.varied.len() });
+            return Err(SolverError::Count { found: params.len(), expected: self.varied.len() }.into());
         }
         for (parameter, &value) in self.varied.iter().zip(params) {
             let value = parameter.value(value)?;
             self.def.set(&parameter.path, &value).map_err(SolverError::Value)?;
         }
+        change(&mut self.def)?;
         let machine = self.def.build().map_err(SolverError::Machine)?;
         let structure = match self.structure.take() {
             Some(structure) if structure.fits(&machine) => self.structure.insert(structure),

@@ -261,6 +261,9 @@ fn paths_resolve_in_full_and_by_unambiguous_ending() {
         ("rotor.initial_sped", "rotor.initial_speed"),
         ("blade_of.mass", "rotor.unbalances.blade_off.mass"),
         ("run.time_step", "run.step"),
+        ("contact.offset.y", "diaphragms.mid.contact.offset[1]"),
+        ("stiffness.xx", "rotor.bearings.left.stiffness"),
+        ("rotor.bearings.right.cyy", "rotor.bearings.right.damping"),
     ] {
         assert_eq!(full(given), Err(PathError::Unknown { given: given.into(), nearest: Some(meant.into()) }));
     }

@@ -134,6 +134,29 @@ const POINT_CASES: &[Case] = &[
     ("stiffness = 1e8\n", "", "[diaphragms.d]", "diaphragms.d.stiffness", "missing: contact force over penetration; allowed: 1e-9 to 1e18 N/m"),
 ];
 
+/// A syntax error does not hide the other problems of a file, and what only follows from it is not reported.
+#[test]
+fn problems_beside_a_syntax_error_are_reported() {
+    let text = shipped("lab_rig")
+        .replacen("gap = \"0.5 mm\"", "gap = 0.5 mm", 1)
+        .replacen("rotor_radius = \"50 mm\"", "rotor_radius = = 3", 1)
+        .replacen("friction = 0.15", "fricton = 0.15", 1)
+        .replacen("elements = 16", "elements = 16.5", 1)
+        .replacen("length = \"40 mm\"\n", "", 1);
+    let found = problems(&text);
+    let told: Vec<String> = found.list.iter().map(ToString::to_string).collect();
+    let all = told.join("\n");
+    for part in [
+        "not valid TOML: string values must be quoted",
+        "not valid TOML: extra `=`",
+        "did you mean `friction`?",
+        "a whole number is expected",
+    ] {
+        assert!(all.contains(part), "{part} is not in\n{all}");
+    }
+    assert_eq!(told.len(), 4, "{all}");
+}
+
 const POINT: &str = "schema = 1\nname = 'p'\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 10\npolar_inertia = 1\n\
     initial_speed = 100\n[rotor.bearings.b]\nstiffness = 1e6\n[rotor.unbalances.u]\nmass = 0.001\nradius = 0.01\n\
     kind = \"lost\"\n[diaphragms.d]\nkind = \"radial-spring\"\nstiffness = 1e8\n[diaphragms.d.contact]\n\

@@ -18,7 +18,7 @@ use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
 use bladeoff_model::document::Problems;
 use bladeoff_study::design::DesignError;
-use bladeoff_study::{InputError, StudyError};
+use bladeoff_study::{InputError, StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
@@ -140,7 +140,7 @@ pub enum CliError {
             let status = call::command([OsStr::new("status"), call::path_word(path).as_os_str()]);
             format!("{} has no table yet; how far it is and how to go on: {status}", shown(path))
         } else {
-            format!("{} is not a result directory: it has no results.parquet", shown(path))
+            format!("{} is not a result directory: it has no results.parquet{}", shown(path), meant(path))
         }
     )]
     NoResults {
@@ -148,7 +148,7 @@ pub enum CliError {
         path: PathBuf,
     },
     /// A directory that no study ran in.
-    #[error("{} is not a result directory: no study was run in it", shown(path))]
+    #[error("{} is not a result directory: no study was run in it{}", shown(path), meant(path))]
     NotARun {
         /// The directory.
         path: PathBuf,

@@ -6,7 +6,7 @@ use super::exit::Exit;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
-use crate::answering::{decided, judge, only_gates};
+use crate::answering::{columns_asked, decided, judge, only_gates};
 use crate::run::shards::see;
 use bladeoff_answers::gate::{Verdict, junit, verdict};
 use bladeoff_study::Samples;
@@ -68,13 +68,16 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         only_gates(&samples, &args.require, args.confidence).map_err(refused)?
     };
     if gates.is_empty() {
-        return Err(NotAsked::Gates { file, directory }.into());
+        let output = samples.study().function().and_then(|model| model.outputs.first());
+        let condition =
+            output.map_or("max_bearing_load_N > 1.2 MN".to_owned(), |output| format!("{} > 1", output.name));
+        return Err(NotAsked::Gates { file, directory, example: format!("P({condition}) < 1e-2") }.into());
     }
     let (decisions, points, of) = judge(&directory, &samples, &gates)?;
     if points < of {
         remark_unwritten(&directory)?;
     }
-    remark_limits(&directory, &samples)?;
+    remark_limits(&directory, &samples, &columns_asked(&samples, &[], &gates))?;
     if let Some(path) = &args.junit {
         write_whole(path, junit(&name(&directory, &samples), &decisions).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));

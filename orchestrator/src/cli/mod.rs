@@ -2,6 +2,7 @@
 
 mod answer;
 mod bench;
+mod beside;
 mod budget;
 mod check;
 mod compare;

@@ -3,7 +3,7 @@
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::TableError;
-use bladeoff_study::StudyError;
+use bladeoff_study::{StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::shown;
 use bladeoff_worker::core_solver::SolverError;
@@ -36,7 +36,7 @@ pub enum NotAsked {
             OsStr::new("gate"),
             call::path_word(directory).as_os_str(),
             OsStr::new("--require"),
-            OsStr::new("P(max_bearing_load_N > 1.2 MN) < 1e-2")
+            OsStr::new(example)
         ])
     )]
     Gates {
@@ -44,6 +44,8 @@ pub enum NotAsked {
         file: PathBuf,
         /// The result directory.
         directory: PathBuf,
+        /// A gate that this study can have.
+        example: String,
     },
 }
 
@@ -70,7 +72,11 @@ pub enum DesignExportError {
 #[derive(Debug, thiserror::Error)]
 pub enum NotCompared {
     /// Nothing stands under the name.
-    #[error("{} is not there: a result directory, or a table of one, is what can be compared", shown(path))]
+    #[error(
+        "{} is not there: a result directory, or a table of one, is what can be compared{}",
+        shown(path),
+        meant(path)
+    )]
     Missing {
         /// The name.
         path: PathBuf,

@@ -7,6 +7,7 @@ use crate::starts::StartError;
 use bladeoff_model::document::{Problem, Problems, visible, visible_lines};
 use bladeoff_study::StudyError;
 use bladeoff_system::causes;
+use bladeoff_system::threads::thread_limit;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
 use std::fmt;
@@ -42,7 +43,7 @@ fn chain(error: &(dyn Error + 'static)) -> String {
         lacks_threads |= code == Some(libc::EAGAIN);
     }
     if lacks_threads && !text.contains("ulimit -u") {
-        text.push_str("  how many processes and threads a user may have is limited (ulimit -u, or the container)\n");
+        text.push_str(&format!("  {}\n", thread_limit()));
     }
     for_terminal(&visible_lines(&text), width_of_errors()).into_owned()
 }

@@ -1,22 +1,24 @@
 //! `bladeoff replay`: one sample of a study again, bit for bit, with its history.
 
+use super::beside::{Unchanged, beside, change};
 use super::error::CliError;
 use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
+use super::machine::refused;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::ReplayError;
 use super::why::frozen;
 use crate::engine;
-use crate::report::{OutcomeView, beyond_the_model, describe_outcome, with_word};
+use crate::report::{OutcomeView, bearing_remarks, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{is_of_formulas, refuse_changed};
 use bladeoff_answers::tables::{DETECTION, ENGINE, NOTES, Table, TableError, TableSchema, read_metadata};
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome, Part};
-use bladeoff_system::shown;
-use bladeoff_worker::core_solver::CoreSolver;
+use bladeoff_system::{call, shown};
+use bladeoff_worker::core_solver::{CoreSolver, SolverError};
 use bladeoff_worker::plan::{MachinePlan, WorkPlan};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,11 +28,16 @@ use std::path::{Path, PathBuf};
 /// The sample is computed from the machine, overrides and basis that are frozen in the result directory, with the parameters
 /// of its row. Every column of the row is compared bit for bit; a difference is listed and the exit code is 1: the same build
 /// on the same inputs gives the same bytes, so another build of the program (or a bug) made it.
+///
+/// With --set the sample is computed with changed values, and row and outcome are printed side by side, differences marked. Nothing is
+/// written, and the exit code is 0 whatever differs.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff replay runs/first-look --sample 17
   bladeoff replay runs/first-look --history worst.mcap \\
     --worst max_bearing_load_N
+  bladeoff replay runs/first-look --sample 17 \\
+    --set contact.gap=0.6mm
 
   Of the last study:
   bladeoff replay --worst max_bearing_load_N")]
@@ -46,6 +53,10 @@ pub struct Args {
     /// The sample with the largest value of this column among the rows that are ok
     #[arg(long, value_name = "COLUMN", conflicts_with = "sample")]
     worst: Option<String>,
+
+    /// Compute the sample with this value and print it beside its row; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", conflicts_with = "history")]
+    set: Vec<String>,
 
     #[command(flatten)]
     history: HistoryArgs,
@@ -71,6 +82,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let params = parameters(&plan, &solver, &columns_by_path(&directory), &table, &path)?;
     let what = || format!("computing the matrices of sample {sample}");
     with_word(what, || solver.prepare(&params).map(drop)).map_err(ReplayError::Solver)?;
+    if !args.set.is_empty() {
+        return changed(args, &mut solver, &params, &table, (sample, &path));
+    }
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::step_plan(&machine, structure)?;
     let history = args.history.settings(&machine, &step)?;
@@ -79,10 +93,34 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     tell(&format!("{:<32} {sample} of {}\n", "sample", shown(&path)))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
     tell(&describe_outcome(&machine, view))?;
-    for note in beyond_the_model(&machine, structure, step.step, view).iter().chain(&history) {
+    for note in bearing_remarks(&machine, structure, step.step).iter().chain(&history) {
         remark(note);
     }
     verdict(&table, &machine, &outcome)
+}
+
+/// The sample with the values of `--set`, beside its row.
+fn changed(
+    args: &Args,
+    solver: &mut CoreSolver,
+    params: &[f64],
+    row: &Table,
+    (sample, path): (u64, &Path),
+) -> Result<Exit, CliError> {
+    let mut lines = String::new();
+    let prepared = solver.prepare_changed(params, |machine| change(machine, &args.set, &mut lines));
+    let (machine, structure) = prepared.map_err(|unchanged| match unchanged {
+        Unchanged::Argument(error) => error,
+        Unchanged::Solver(SolverError::Machine(problems)) => {
+            let given = args.set.iter().map(|argument| format!("--set {}", call::word(argument)));
+            refused(problems, &given.collect::<Vec<_>>())
+        }
+        Unchanged::Solver(error) => ReplayError::Solver(error).into(),
+    })?;
+    let step = engine::step_plan(&machine, structure)?;
+    let (outcome, _) = watched(&machine, structure, &step, None, true)?;
+    tell(&format!("{:<32} {sample} of {}\n{lines}{}", "sample", shown(path), beside(row, &machine, &outcome)))?;
+    Ok(Exit::Ok)
 }
 
 /// The row that is asked for, the file it is in, its sample.

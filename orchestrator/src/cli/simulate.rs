@@ -8,9 +8,7 @@ use super::machine::{MachineArgs, build, refused, set};
 use super::output::{print_json, remark, tell};
 use crate::engine::{self, EngineError};
 use crate::plausible::implausible;
-use crate::report::{
-    OutcomeView, beyond_the_model, cause_in_words, describe_outcome, matrices_of, unstable, with_word,
-};
+use crate::report::{OutcomeView, bearing_remarks, cause_in_words, describe_outcome, matrices_of, unstable, with_word};
 use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::duration;
@@ -101,7 +99,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
     }
-    for note in beyond_the_model(&machine, &structure, plan.step, view).iter().chain(&history) {
+    for note in bearing_remarks(&machine, &structure, plan.step).iter().chain(&history) {
         remark(note);
     }
     let initial = machine.rotor.initial_speed;

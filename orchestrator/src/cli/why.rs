@@ -7,8 +7,8 @@ use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
 use crate::report::{
-    advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words, exceeded_by, mentions,
-    pushed_too_far,
+    BACKWARD, Change, Ran, advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words,
+    exceeded_at, exceeded_by, mentions, ok_in_words, step_key,
 };
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
 use crate::run::shards::{row_files, samples_of, see, timing_files};
@@ -21,8 +21,8 @@ use bladeoff_answers::report::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
 use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::document::visible;
-use bladeoff_model::machine::{Engine, Machine, ParamValue, TWIN};
-use bladeoff_model::outcome::{Cause, ColumnKind, EndCause, Status};
+use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, Engine, Machine, ParamValue, TWIN};
+use bladeoff_model::outcome::{Cause, CauseSet, ColumnKind, EndCause, Status};
 use bladeoff_study::{FrozenFiles, InputError, Samples, StudyError, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;
@@ -111,7 +111,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         Some(row) if samples.study().function().is_some() && is_not_finite(row) => {
             told.line("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
-        Some(row) => finished(&mut told, row, machine.as_ref(), go_on.as_deref()),
+        Some(row) => finished(&mut told, row, machine.as_ref(), (directory, sample, go_on.as_deref())),
         None if let Some(end) = end_before(directory, sample) => {
             let words = end.words(&samples);
             let why = if end.is_chosen() { "not among those of the table" } else { "beyond the end of the table" };
@@ -182,12 +182,7 @@ fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
     if values.iter().all(Option::is_none) {
         return String::new();
     }
-    let mut text = describe_values(&columns, &values);
-    let is_inside = !causes(row).contains(&Cause::OutsideRing);
-    for note in machine.filter(|_| is_inside).map(|machine| pushed_too_far(machine, &values)).into_iter().flatten() {
-        text.push_str(&format!("\n{note}\n"));
-    }
-    text
+    describe_values(&columns, &values)
 }
 
 fn causes(row: &Table) -> Vec<Cause> {
@@ -265,13 +260,50 @@ pub(super) fn go_on(seen: &Seen) -> Option<String> {
     seen.told.as_ref()?.get("go_on").and_then(Value::as_str).map(str::to_owned)
 }
 
-fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Option<&str>) {
+/// The command that computes a sample with a change of its machine and prints both rows; `None`: the step of the run is not known.
+fn try_it(machine: &Machine, directory: &Path, sample: u64, change: Change) -> Option<String> {
+    let set = match change {
+        // which of several contacts is not recorded
+        Change::Set(path, _) if path.starts_with("contact.") && machine.diaphragms.len() > 1 => return None,
+        Change::Set(path, value) => format!("{path}={value}"),
+        Change::Step(ratio) => {
+            let structure = engine::build(machine).ok()?;
+            let step = engine::step_plan(machine, &structure).ok()?.step * ratio;
+            format!("{}={}", step_key(machine.run.engine), format_digits(step, "s", 3))
+        }
+    };
+    let (number, directory) = (sample.to_string(), call::path_word(directory));
+    let words: [&OsStr; 6] =
+        ["replay".as_ref(), directory.as_ref(), "--sample".as_ref(), number.as_ref(), "--set".as_ref(), set.as_ref()];
+    Some(call::command(words))
+}
+
+/// The properties of a run that advice depends on.
+fn ran(machine: Option<&Machine>, regime: Option<&str>) -> Ran {
+    let has_one_point = |diaphragm: &Diaphragm| {
+        diaphragm.contact.detection != Detection::Hyp2 || diaphragm.contact.points == ContactPoints::One
+    };
+    Ran {
+        engine: machine.map_or(Engine::Reduced, |machine| machine.run.engine),
+        is_backward: regime == Some(BACKWARD),
+        has_one_point: machine.is_some_and(|machine| machine.diaphragms.iter().any(has_one_point)),
+    }
+}
+
+fn finished(
+    told: &mut Told,
+    row: &Table,
+    machine: Option<&Machine>,
+    (directory, sample, go_on): (&Path, u64, Option<&str>),
+) {
     let word = |name: &str| row.words(name).and_then(|words| words[0].as_deref());
     let number = |name: &str| row.numbers(name).and_then(|values| values[0]);
     let status = word("status").unwrap_or("unknown");
+    let mut notes = CauseSet::default();
+    words_of(row, "notes").into_iter().for_each(|note| notes.insert(note));
     told.line(
         "status",
-        Status::from_word(status).map_or_else(|| status.to_owned(), |known| status_in_words(known).to_owned()),
+        Status::from_word(status).map_or_else(|| status.to_owned(), |known| status_in_words(known, notes)),
     );
     for cause in causes(row) {
         told.line(cause.word(), cause_in_words(cause));
@@ -281,12 +313,20 @@ fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Opti
         if let Some(broken) = machine.and_then(|machine| broken_by(cause, machine, number)) {
             told.line("  by how much", broken);
         }
-        told.line("  what to do", advice(cause, machine.map_or(Engine::Reduced, |machine| machine.run.engine)));
+        let advised = advice(cause, ran(machine, word("rub_regime")));
+        told.line("  what to do", advised.text);
+        let tried = machine.zip(advised.change);
+        if let Some(command) = tried.and_then(|(machine, change)| try_it(machine, directory, sample, change)) {
+            told.line("  try it", command);
+        }
         if let Some(command) = go_on.filter(|_| !cause.is_deterministic()) {
             told.line("  try again", format!("{command} --rerun cause={}", cause.word()));
         }
     }
-    for note in words_of(row, "notes") {
+    if let Some(at) = exceeded_at(causes(row).into_iter(), number) {
+        told.line("limit exceeded", at);
+    }
+    for note in notes.iter() {
         told.line(note.word(), format!("noted: {}", cause_in_words(note)));
         if let Some(broken) = exceeded_by(note, number) {
             told.line("  by how much", broken);
@@ -300,16 +340,17 @@ fn finished(told: &mut Told, row: &Table, machine: Option<&Machine>, go_on: Opti
 }
 
 /// The status of a row in words.
-fn status_in_words(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "ok",
+fn status_in_words(status: Status, notes: CauseSet) -> String {
+    let words = match status {
+        Status::Ok => return ok_in_words(notes),
         Status::Beyond => {
             "beyond the model: it exceeded a limit of the physical model; its numerical checks passed, and its largest values are lower bounds"
         }
         Status::Invalid => "invalid: it finished, but is not to be believed; its values are kept",
         Status::Failed => "failed: it ended early; its values are those up to then",
         Status::Quarantined => "quarantined: given up, it has no values",
-    }
+    };
+    words.to_owned()
 }
 
 fn is_not_finite(row: &Table) -> bool {

@@ -2,6 +2,7 @@
 
 use super::version::HISTORY_VERSION;
 use bladeoff_answers::tables::TableError;
+use bladeoff_study::meant;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use std::io::ErrorKind;
@@ -17,7 +18,7 @@ pub enum HistoryError {
         path: PathBuf,
     },
     /// No such file.
-    #[error("there is no file {}", shown(path))]
+    #[error("there is no file {}{}", shown(path), meant(path))]
     Missing {
         /// The file.
         path: PathBuf,

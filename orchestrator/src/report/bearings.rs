@@ -40,6 +40,12 @@ pub struct BearingNote {
     pub follows: bool,
 }
 
+/// Remarks beside the result of a run with (contact) step `step` \[s\], one for each note.
+#[must_use]
+pub fn bearing_remarks(machine: &Machine, structure: &Structure, step: f64) -> Vec<String> {
+    bearings_beyond(machine, structure, step).into_iter().map(|note| format!("note: {}", note.text())).collect()
+}
+
 /// What to say of the bearings of a run with (contact) step `step` \[s\]; `structure` must fit the machine.
 #[must_use]
 pub fn bearings_beyond(machine: &Machine, structure: &Structure, step: f64) -> Vec<BearingNote> {

@@ -1,10 +1,9 @@
-//! Why a run may not be believed, in words: what a cause means, by how much a guard broke, what can be done.
+//! Why a run may not be believed, in words: what a cause means, and by how much a guard broke or a limit was exceeded.
 
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::{format_digits, format_quantity};
-use bladeoff_model::machine::{CONTACT_STEP, DiaphragmKind, Engine, Machine, STEP};
+use bladeoff_model::machine::{DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Cause, Limit};
-use std::borrow::Cow;
 
 /// What a cause means for whoever looks at the run.
 #[must_use]
@@ -127,105 +126,42 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
     }
 }
 
-/// How far a run exceeded a limit of the model, and when first; `number`: the value of a column. `None`: the cause is no limit.
+/// How far a run exceeded a limit of the model; `number`: the value of a column. `None`: the cause is no limit.
 #[must_use]
 pub fn exceeded_by(cause: Cause, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let limit = Limit::of(cause)?.word();
     let ratio = number(&format!("limit_ratio_{limit}"))?;
-    let first =
-        number("beyond_s").map(|time| format!("; the first limit was exceeded at {}", format_quantity(time, "s")));
-    Some(format!("{} times `run.limit.{limit}.value`{}", digits(ratio), first.unwrap_or_default()))
+    Some(format!("ratio {} to `run.limit.{limit}.value`", just_above(ratio)))
+}
+
+/// The time at which a run with these causes exceeded its limit of the model; `None` where there is no such time, or several limits: only that
+/// of the first is recorded.
+#[must_use]
+pub fn exceeded_at(causes: impl Iterator<Item = Cause>, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
+    let limits = causes.filter(|cause| Limit::of(*cause).is_some()).count();
+    let time = format_quantity(number("beyond_s")?, "s");
+    match limits {
+        0 => None,
+        1 => Some(format!("at {time}")),
+        _ => Some(format!("the first of {limits} limits was exceeded at {time}")),
+    }
+}
+
+/// A ratio with as many digits as show on which side of 1 it is: a run that ends at its limit exceeds it by one step only.
+fn just_above(ratio: f64) -> String {
+    let digits = (3..=8).find(|digits| format_digits(ratio, "", *digits) != "1").unwrap_or(9);
+    format_digits(ratio, "", digits)
 }
 
 fn digits(part: f64) -> String {
     format_digits(part, "", 3)
 }
 
-/// What can be done about a cause in a run of an engine.
-#[must_use]
-pub fn advice(cause: Cause, engine: Engine) -> Cow<'static, str> {
-    // the key of another engine is refused, or has `auto` come to that one for a whole study
-    let step = if engine == Engine::Exponential { CONTACT_STEP } else { STEP };
-    let compared = if engine == Engine::Exponential { ", or compare with `run.engine = \"reduced\"`" } else { "" };
-    match cause {
-        Cause::Diverged | Cause::NonFinite => format!(
-            "look at its history (replay): what grew, if anything; another `{step}` tells whether it is the numbers or the machine{compared}"
-        )
-        .into(),
-        Cause::EnergyBalance | Cause::NormalWork => format!(
-            "a smaller `{step}`; if the error falls with it, it was the step, otherwise look at its history (replay){compared}"
-        )
-        .into(),
-        Cause::Penetration if engine == Engine::Exponential => {
-            format!("a smaller `{step}`, or more modes of the ring (`run.ring_modes`){compared}").into()
-        }
-        Cause::Penetration => {
-            "a smaller `run.step` (`run.engine = \"full\"` has one), or `contact.detection = \"hyp2\"` with `contact.points = \"several\"`, which \
-             leaves next to nothing at any step; or more modes of the ring (`run.ring_modes`)"
-                .into()
-        }
-        Cause::SlipReversal => "`contact.friction_law = \"stick-slip\"` lets the contact stick and slide back".into(),
-        Cause::LossOfUniqueness if engine == Engine::Exponential => {
-            "a smaller `run.contact_step`, which shows whether it was the step; where that fails, too, less friction: the model may have no single answer there".into()
-        }
-        Cause::LossOfUniqueness => {
-            "less friction or another `contact.detection`; the model has no single answer there".into()
-        }
-        Cause::StepLimit => {
-            "raise `run.step_limit` (`run` then computes such samples again and keeps the others), or shorten `run.end_time` \
-             (another study: another --out)"
-                .into()
-        }
-        Cause::Panicked => {
-            "its message is in the log; please report it with study and machine: replaying it shows it again".into()
-        }
-        Cause::TimeLimit => "compute it again with a longer time limit, or on a machine with less to do".into(),
-        Cause::WorkerKilled => {
-            "who killed it is in the system's log (`dmesg`: out of memory?); every later `run` tries it once more, with fewer workers there \
-             is more memory for each"
-                .into()
-        }
-        Cause::WorkerCrashed => {
-            "what it said is in the log; please report it with study and machine: replaying it may show it again".into()
-        }
-        Cause::OutOfMemory => "compute it again with more memory or fewer workers at once".into(),
-        Cause::OutsideRing => format!(
-            "look for a unit that is none (`contact.offset`, `rotor.initial`); a smaller `{step}` if a step passed the ring at once"
-        )
-        .into(),
-        Cause::ModalBasis => {
-            "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`".into()
-        }
-        Cause::NoBasis => "`run.engine = \"reduced\"`, which needs none".into(),
-        Cause::RingDisplacement => {
-            "use the values up to `beyond_s` as lower bounds; what follows needs a model of large displacements".into()
-        }
-        Cause::RingYield | Cause::BladeYield | Cause::ShaftYield => {
-            "use the values up to `beyond_s` as lower bounds; what follows needs a model with plasticity".into()
-        }
-        Cause::JournalClearance => {
-            "use bearing loads with care: a real bearing stiffens or is destroyed where its clearance is used up".into()
-        }
-        Cause::UnstableRotor => {
-            "check the bearings' cross-coupled stiffness and damping (`bladeoff modes` lists unstable speeds)".into()
-        }
-        Cause::UnderResolved => format!("a smaller `{step}`, in the ratio of the steps per impact found to those required").into(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::advice::{Ran, advice};
     use super::*;
-
-    #[test]
-    fn advice_names_the_step_of_the_engine() {
-        for cause in [Cause::Diverged, Cause::EnergyBalance, Cause::NormalWork, Cause::Penetration, Cause::OutsideRing]
-        {
-            assert!(advice(cause, Engine::Exponential).contains("`run.contact_step`"), "{}", cause.word());
-            assert!(!advice(cause, Engine::Exponential).contains("`run.step`"), "{}", cause.word());
-            assert!(advice(cause, Engine::Reduced).contains("`run.step`"), "{}", cause.word());
-        }
-    }
+    use bladeoff_model::machine::Engine;
 
     #[test]
     fn a_guard_says_by_how_much_it_broke() {
@@ -249,7 +185,20 @@ mod tests {
         assert_eq!(told(Cause::Panicked), None);
         let ratio = |name: &str| (name == "limit_ratio_ring_displacement").then_some(1.234);
         let limit = broken_by(Cause::RingDisplacement, &machine, ratio).expect("a limit");
-        assert_eq!(limit, "1.23 times `run.limit.ring_displacement.value`");
+        assert_eq!(limit, "ratio 1.23 to `run.limit.ring_displacement.value`");
+        let barely = |name: &str| (name == "limit_ratio_ring_displacement").then_some(1.00042);
+        let limit = broken_by(Cause::RingDisplacement, &machine, barely).expect("a limit");
+        assert_eq!(limit, "ratio 1.0004 to `run.limit.ring_displacement.value`");
+    }
+
+    #[test]
+    fn the_time_of_a_limit_is_that_of_the_only_one() {
+        let number = |name: &str| (name == "beyond_s").then_some(0.25);
+        let at = |causes: &[Cause]| exceeded_at(causes.iter().copied(), number);
+        assert_eq!(at(&[Cause::RingYield, Cause::EnergyBalance]).as_deref(), Some("at 0.25 s"));
+        let both = at(&[Cause::RingYield, Cause::RingDisplacement]);
+        assert_eq!(both.as_deref(), Some("the first of 2 limits was exceeded at 0.25 s"));
+        assert_eq!(at(&[Cause::EnergyBalance]), None);
     }
 
     /// Every cause has a text and advice, and no two causes have the same text.
@@ -257,7 +206,8 @@ mod tests {
     fn every_cause_has_a_text_and_advice() {
         for (at, &cause) in Cause::ALL.iter().enumerate() {
             let text = cause_in_words(cause);
-            assert!(!text.is_empty() && !advice(cause, Engine::Reduced).is_empty(), "{}", cause.word());
+            let ran = Ran { engine: Engine::Reduced, is_backward: false, has_one_point: false };
+            assert!(!text.is_empty() && !advice(cause, ran).text.is_empty(), "{}", cause.word());
             assert!(Cause::ALL[..at].iter().all(|other| cause_in_words(*other) != text), "{}", cause.word());
             assert!(Limit::of(cause).is_none_or(|limit| text.contains(limit.word())), "its key: {text}");
         }

@@ -1,10 +1,10 @@
 //! One run in words: what ended it, whether to believe it, the main quantities with their time.
 
-use super::causes::{broken_by, cause_in_words, diverged_at, exceeded_by};
+use super::causes::{broken_by, cause_in_words, diverged_at, exceeded_at, exceeded_by};
 use bladeoff_answers::report::percent;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Machine, TWIN};
-use bladeoff_model::outcome::{Cause, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
 use std::fmt::Write;
 
 /// An outcome with the columns that name its values.
@@ -66,6 +66,9 @@ pub fn describe_outcome(machine: &Machine, view: OutcomeView<'_>) -> String {
         if let Some(exceeded) = exceeded_by(note, |name| view.value(name)) {
             line(&mut text, "  by how much", &exceeded);
         }
+    }
+    if let Some(at) = exceeded_at(outcome.causes.iter(), |name| view.value(name)) {
+        line(&mut text, "limit exceeded", &at);
     }
     let end = match (view.value("end_time_s"), view.value("end_speed_rad_s")) {
         (Some(time), Some(speed)) => format!(
@@ -154,7 +157,7 @@ fn label(column: &Column) -> &str {
 
 fn status_line(outcome: &Outcome) -> String {
     match outcome.status {
-        Status::Ok => "ok".to_owned(),
+        Status::Ok => ok_in_words(outcome.notes),
         Status::Beyond if outcome.end_cause == EndCause::Limit => {
             "beyond the model: the run ended at a limit; its values are lower bounds of what would follow".to_owned()
         }
@@ -165,6 +168,15 @@ fn status_line(outcome: &Outcome) -> String {
     }
 }
 
+/// "ok", with the noted limits of the row.
+#[must_use]
+pub fn ok_in_words(notes: CauseSet) -> String {
+    match notes.words() {
+        None => "ok".to_owned(),
+        Some(words) => format!("ok: all validity guards held; noted: {}", words.replace(',', ", ")),
+    }
+}
+
 fn line(text: &mut String, name: &str, value: &str) {
     writeln!(text, "{name:<32} {value}").expect("writing to a String cannot fail");
 }
@@ -172,7 +184,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::outcome::{CauseSet, Growth};
+    use bladeoff_model::outcome::Growth;
     use std::collections::BTreeSet;
 
     #[test]

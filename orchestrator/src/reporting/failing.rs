@@ -4,7 +4,7 @@ use super::Subject;
 use super::rows::{Coordinate, OfKind, Picked, Seen};
 use super::words::percent;
 use super::worst::command;
-use crate::report::{advice, cause_in_words};
+use crate::report::{Ran, advice, cause_in_words};
 use bladeoff_answers::figures::Scale;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Coordinate as Drawn, Series, Shape, Symbol, parallel};
 use bladeoff_answers::page::{Block, Explorer, Figure, Plot, Table};
@@ -50,7 +50,11 @@ fn causes(bad: &[&OfKind], seen: &Seen, subject: Subject<'_>) -> Table {
         let is_function = subject.samples.study().function().is_some();
         let means = match known {
             _ if is_function => "a formula has no finite value there".to_owned(),
-            Some(cause) => format!("{}. Try: {}", cause_in_words(cause), advice(cause, engine_of(subject, *first))),
+            Some(cause) => {
+                // several runs, of more than one regime
+                let ran = Ran { engine: engine_of(subject, *first), is_backward: false, has_one_point: false };
+                format!("{}. Try: {}", cause_in_words(cause), advice(cause, ran).text)
+            }
             None => String::new(),
         };
         let why = command("why", subject.directory, &[&first.to_string()]);

@@ -11,9 +11,9 @@ mod assumed;
 mod bearings;
 mod curves;
 mod failing;
+mod limits;
 mod narrowing;
 mod provenance;
-mod pushed;
 mod regimes;
 mod rows;
 mod sensitivity;
@@ -33,8 +33,8 @@ use bladeoff_answers::page::{Block, Page, Section};
 use bladeoff_answers::report::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
 use bladeoff_study::Samples;
+pub use limits::{LimitTable, too_many_beyond, unwatched};
 pub use provenance::LIMITS;
-pub use pushed::pushed_rings;
 use rows::Seen;
 pub use stability::unstable_of;
 use std::path::{Path, PathBuf};
@@ -91,11 +91,15 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, (summary, sensitive), pushed) = read_current(directory, row_files, |files| {
+    let (seen, (summary, sensitive), limits) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
-        Ok((rows::read(files, coordinates.clone(), &columns)?, summary(samples, files)?, pushed_rings(samples, files)?))
+        Ok((
+            rows::read(files, coordinates.clone(), &columns)?,
+            summary(samples, files)?,
+            LimitTable::of(samples, files)?,
+        ))
     })?;
     // it has ended meanwhile: one page is of one table
     if is_table && looked.as_ref().is_some_and(|looked| !looked.answering.answers.complete) {
@@ -117,6 +121,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
     }
     add("results", "What came out", came_out(summary));
+    add("model-limits", "Limits of the model", limits.page().map(Block::Table).into_iter().collect());
     add("regimes", "Regimes", regimes::regimes(&seen));
     add("failures", "Where runs fail", failing::failures(&seen, subject));
     add("worst", "The worst runs", worst::worst(&seen, subject));
@@ -125,7 +130,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
     lead.extend(sensitive.map(Block::Text));
-    lead.extend((!pushed.is_empty()).then(|| Block::Warning(pushed.trim_end().to_owned())));
+    lead.extend(limits.noted().into_iter().map(|line| Block::Warning(format!("{line}."))));
     lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
     lead.extend(unstable_of(samples).into_iter().map(|range| Block::Warning(format!("Whirl is {range}."))));
     let page = Page { title: subject.name.to_owned(), lead, sections };

@@ -9,7 +9,7 @@ use bladeoff_answers::tables::TableError;
 use bladeoff_study::plan::MOST_PARAMETERS;
 pub use bladeoff_study::{MACHINE, POINTS, STUDY};
 use bladeoff_study::{Study, empirical, is_empirical};
-use bladeoff_system::files::{FileError, is_temporary, sync_directory, write_whole};
+use bladeoff_system::files::{FileError, is_temporary, sync_parent, write_whole};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::{Place, close_to_others};
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
@@ -89,7 +89,7 @@ impl RunDirectory {
         let is_new = fs::symlink_metadata(path).is_err();
         if is_new {
             fs::DirBuilder::new().recursive(true).mode(0o755).create(path).map_err(FileError::at("create", path))?;
-            sync_directory(path.parent().unwrap_or(Path::new(".")))?;
+            sync_parent(path)?;
         }
         let folder = Folder::open(path).map_err(FileError::at("open", path))?;
         let trusted = || -> Result<(), RunError> { check(&folder, trusts)?.map_or(Ok(()), |doubt| Err(doubt.into())) };

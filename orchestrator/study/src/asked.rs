@@ -178,8 +178,7 @@ pub(super) fn names(keys: &Keys<'_>) -> Vec<String> {
 pub fn read_asked(path: &Path) -> Result<(String, String, Asked), StudyError> {
     let file = path.to_string_lossy().into_owned();
     let text = read_input(path, MAX_FILE_BYTES as u64)?;
-    let root = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
-    let mut problems = Collector::new(&file, &text);
+    let (root, mut problems) = parse_toml(&file, &text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let asked = Keys::at(&root, "", &mut problems).map(|keys| Asked::read(&keys, &mut problems));
     problems.finish().map_err(|problems| StudyError::Problems(vec![problems]))?;
     Ok((file, text, asked.unwrap_or_default()))
@@ -277,7 +276,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> (Asked, String) {
-        let root = parse_toml("s.toml", text).expect("TOML");
+        let (root, _) = parse_toml("s.toml", text).expect("TOML");
         let mut problems = Collector::new("s.toml", text);
         let keys = Keys::at(&root, "", &mut problems).expect("a table");
         let asked = Asked::read(&keys, &mut problems);

@@ -1,6 +1,6 @@
 //! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
 
-use bladeoff_model::document::cut;
+use bladeoff_model::document::{cut, nearest};
 use bladeoff_system::place::{Place, Unfit};
 use bladeoff_system::shown;
 use std::io;
@@ -10,10 +10,12 @@ use std::path::{Component, Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
     /// No such file.
-    #[error("there is no file {}", shown(path))]
+    #[error("there is no file {}{}", shown(path), did_you_mean(nearest.as_deref()))]
     Missing {
         /// The file.
         path: PathBuf,
+        /// The file beside it whose name is most like it.
+        nearest: Option<PathBuf>,
     },
     /// A directory, device, pipe ...
     #[error("{} is not a regular file", shown(path))]
@@ -69,7 +71,38 @@ pub enum InputError {
 /// # Errors
 /// See [`InputError`].
 pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
-    read_text(&Place::named(path), limit)
+    read_text(&Place::named(path), limit).map_err(|error| match error {
+        InputError::Missing { path, .. } => InputError::Missing { nearest: nearest_path(&path), path },
+        other => other,
+    })
+}
+
+/// Names of a directory that are compared with a mistyped one.
+const MOST_NAMES: usize = 10_000;
+
+/// The path beside a missing one, or beside the first part of it that is missing, whose name is most like it.
+fn nearest_path(missing: &Path) -> Option<PathBuf> {
+    let (parent, name) = (missing.parent()?, missing.file_name()?.to_str()?);
+    let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+    if !folder.exists() {
+        return Some(nearest_path(parent)?.join(name)).filter(|path| path.exists());
+    }
+    let names =
+        std::fs::read_dir(folder).ok()?.take(MOST_NAMES).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let mut names: Vec<String> = names.filter(|name| !name.starts_with('.')).collect();
+    // a directory has no order of its own
+    names.sort();
+    nearest(name, names.iter().map(String::as_str)).map(|name| parent.join(name))
+}
+
+/// End of a message about a path: the name that was probably meant, if the path is missing.
+#[must_use]
+pub fn meant(path: &Path) -> String {
+    if path.symlink_metadata().is_ok() { String::new() } else { did_you_mean(nearest_path(path).as_deref()) }
+}
+
+fn did_you_mean(nearest: Option<&Path>) -> String {
+    nearest.map_or_else(String::new, |path| format!("; did you mean {}?", shown(path)))
 }
 
 /// The same of a file that a study froze in its result directory.
@@ -83,7 +116,9 @@ pub fn read_frozen(path: &Path, limit: u64) -> Result<String, InputError> {
 fn read_text(path: &Place, limit: u64) -> Result<String, InputError> {
     let path_buf = || path.to_path_buf();
     let failed = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => InputError::Missing { path: path_buf() },
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+            InputError::Missing { path: path_buf(), nearest: None }
+        }
         _ => InputError::Io { path: path_buf(), source },
     };
     let bytes = path.read_checked(limit).map_err(|unfit| match unfit {
@@ -166,6 +201,30 @@ mod tests {
         assert_eq!(beside(study, "../machines/m.toml").expect("above"), Path::new("studies/rub/../machines/m.toml"));
         for named in ["/etc/passwd", "../../../x.toml", "a/../../x", "", "..", ".", "a\0b", &"a".repeat(5000)] {
             assert!(matches!(beside(study, named), Err(InputError::Escapes { .. })), "{named:?}");
+        }
+    }
+
+    #[test]
+    fn a_mistyped_name_finds_the_file_beside_it() {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        let at = |name: &str| directory.path().join(name);
+        fs::create_dir(at("studies")).expect("a directory");
+        for name in ["studies/first_look.toml", "studies/lab_rig.toml"] {
+            fs::write(at(name), "").expect("written");
+        }
+        for (given, meant) in [
+            ("studies/first-look.toml", Some("studies/first_look.toml")),
+            ("studies/lab_rig", Some("studies/lab_rig.toml")),
+            ("study/lab_rig.toml", Some("studies/lab_rig.toml")),
+            ("studies/turbine.toml", None),
+            ("nowhere/lab_rig.toml", None),
+        ] {
+            let error = read_input(&at(given), 10).expect_err("missing");
+            assert!(
+                matches!(&error, InputError::Missing { nearest, .. } if *nearest == meant.map(at)),
+                "{given}: {error}"
+            );
+            assert_eq!(error.to_string().contains("; did you mean "), meant.is_some(), "{error}");
         }
     }
 

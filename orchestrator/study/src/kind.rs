@@ -19,7 +19,7 @@ pub fn kind_of(text: &str) -> Option<FileKind> {
     if is_of_ross(text) {
         return Some(FileKind::Ross);
     }
-    let root = parse_toml("", text).ok()?;
+    let (root, _) = parse_toml("", text).ok().filter(|(_, problems)| problems.is_empty())?;
     let entries = root.value.as_table()?;
     let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
     match (

@@ -74,7 +74,7 @@ pub use feasible::{CHECKED_COMBINATIONS, Chosen, at_its_axis, check_machines};
 pub use frozen::{FrozenFiles, MACHINE, POINTS, STUDY, empirical, is_empirical};
 pub use function::{FunctionError, FunctionModel, MOST_OUTPUTS, OWN_COLUMNS, Output};
 pub use idle::idle_levels;
-pub use input::{InputError, read_input};
+pub use input::{InputError, meant, read_input};
 pub use kind::{FileKind, kind_of};
 pub use limits::{Limits, SampleLimits, Share};
 pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked, load_frozen, load_text};

@@ -131,9 +131,9 @@ fn read_text(
     if kind_of(text) == Some(FileKind::Ross) {
         return Err(OfRoss { path: path.to_path_buf() }.into());
     }
-    let root = parse_toml(&file, text).map_err(|problems| StudyError::Problems(vec![problems]))?;
+    let (root, problems) = parse_toml(&file, text).map_err(|problems| StudyError::Problems(vec![problems]))?;
     let files = NamedFiles { study: path, frozen };
-    let (problems, others, seen) = (Collector::new(&file, text), Vec::new(), Seen::default());
+    let (others, seen) = (Vec::new(), Seen::default());
     let mut loader = Loader { path, files, taken, problems, others, seen };
     let study = loader.study(&file, text, &root);
     let Seen { asked, machine, is_function, names, has_design } = std::mem::take(&mut loader.seen);

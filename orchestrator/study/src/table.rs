@@ -1,6 +1,6 @@
 //! Keys of one table of a study file: typed access, unknown ones refused with the nearest known.
 
-use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
+use bladeoff_model::document::{Collector, Entry, MISSING, Node, Value, cut};
 use std::ops::Range;
 
 /// A table under inspection.
@@ -51,7 +51,7 @@ impl<'a> Keys<'a> {
     pub fn require(&self, name: &str, what: &str, problems: &mut Collector<'_>) -> Option<&'a Entry> {
         let found = self.get(name);
         if found.is_none() {
-            problems.add(self.span.clone(), self.key(name), "missing").allowed = Some(what.to_owned());
+            problems.add(self.span.clone(), self.key(name), MISSING).allowed = Some(what.to_owned());
         }
         found
     }

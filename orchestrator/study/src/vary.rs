@@ -7,7 +7,7 @@ use super::parameter::variable_info;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
 use bladeoff_model::document::units::parse_any_quantity;
-use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
+use bladeoff_model::document::{Collector, Entry, MISSING, Node, Value, cut};
 use bladeoff_model::machine::{
     MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
 };
@@ -344,7 +344,7 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
         (Some(values), None) => read_list(values, &keys, &target, problems),
         (None, Some(_)) => read_range(&keys, &target, problems),
         (None, None) => {
-            problems.add(keys.span(), keys.key("values"), "missing").allowed =
+            problems.add(keys.span(), keys.key("values"), MISSING).allowed =
                 Some("values = [...], or `from`, `to` and `count`".to_owned());
             None
         }

@@ -8,6 +8,6 @@ pub mod units;
 mod visible;
 
 pub use nearest::nearest;
-pub use problem::{BYTE_ORDER_MARK, Collector, MOST_PROBLEMS, Problem, Problems, cut};
+pub use problem::{BYTE_ORDER_MARK, Collector, MISSING, MOST_PROBLEMS, Problem, Problems, cut};
 pub use tree::{Entry, MAX_FILE_BYTES, Node, Value, parse_toml};
 pub use visible::{is_hidden, pictured_lines, visible, visible_json, visible_lines};

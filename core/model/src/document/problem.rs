@@ -103,13 +103,18 @@ pub struct Collector<'a> {
     left_out: usize,
     /// What is written to when the list is full.
     ignored: Problem,
+    /// How many of the first problems are syntax errors ([`super::parse_toml`]).
+    syntax: usize,
 }
+
+/// How the message of a key that a table lacks begins.
+pub const MISSING: &str = "missing";
 
 impl<'a> Collector<'a> {
     /// For one file.
     #[must_use]
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self { file, text, list: Vec::new(), left_out: 0, ignored: Problem::default() }
+        Self { file, text, list: Vec::new(), left_out: 0, ignored: Problem::default(), syntax: 0 }
     }
 
     /// Whether nothing was wrong so far.
@@ -180,9 +185,28 @@ impl<'a> Collector<'a> {
         if self.list.is_empty() { Ok(()) } else { Err(self.into_problems()) }
     }
 
+    /// All problems so far are syntax errors. Later ones that follow from them are dropped at the end: a key that is missing, and anything
+    /// on a line with a syntax error or without a place.
+    pub(super) fn keep_apart_from_syntax(&mut self) {
+        self.syntax = self.list.len();
+    }
+
+    fn drop_what_follows_from_syntax(&mut self) {
+        let line = |at: usize| self.text[..at].rfind('\n').map_or(0, |newline| newline + 1);
+        let mut rest = self.list.split_off(self.syntax);
+        let broken: Vec<usize> = self.list.iter().map(|problem| line(problem.span.start)).collect();
+        rest.retain(|problem| {
+            !problem.message.starts_with(MISSING) && problem.span.end > 0 && !broken.contains(&line(problem.span.start))
+        });
+        self.list.append(&mut rest);
+    }
+
     /// The problems so far, sorted by position.
     #[must_use]
     pub fn into_problems(mut self) -> Problems {
+        if self.syntax > 0 {
+            self.drop_what_follows_from_syntax();
+        }
         self.list.sort_by_key(|problem| problem.span.start);
         // One pass over the text for all of them.
         let (mut line, mut start, mut seen) = (1, if self.text.starts_with(BYTE_ORDER_MARK) { 3 } else { 0 }, 0);

@@ -4,12 +4,15 @@
 
 use std::ops::Range;
 
-use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Error};
 
 use super::problem::{Collector, Problems};
 
 /// A larger file is refused: a machine or study file has some kB.
 pub const MAX_FILE_BYTES: usize = 1 << 20;
+/// Lines with syntax errors up to which a file is read around them; with more it is hardly TOML.
+const MOST_SYNTAX_ERRORS: usize = 8;
 
 /// A value and its place.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,30 +89,65 @@ impl Value {
     }
 }
 
-/// Reads a TOML file.
+/// Reads a TOML file. With syntax errors the tree has what can be read around them, and the collector holds them: other problems of the
+/// file are reported together with them.
 ///
 /// # Errors
-/// A file above [`MAX_FILE_BYTES`], or the first syntax error (later ones are often its cascade).
-pub fn parse_toml(file: &str, text: &str) -> Result<Node, Problems> {
+/// A file above [`MAX_FILE_BYTES`], or a syntax error after which the rest cannot be read: the first one (later ones are its consequences).
+pub fn parse_toml<'a>(file: &'a str, text: &'a str) -> Result<(Node, Collector<'a>), Problems> {
     if text.len() > MAX_FILE_BYTES {
         let mut problems = Collector::new(file, "");
         problems.add(0..0, "", format!("the file has {} bytes", text.len())).allowed =
             Some(format!("at most {MAX_FILE_BYTES} bytes"));
         return Err(problems.into_problems());
     }
-    match DeTable::parse(text) {
-        Ok(table) => Ok(Node { span: table.span(), value: Value::Table(entries(table.get_ref())) }),
-        Err(error) => {
-            let mut problems = Collector::new(file, text);
-            let span = error.span().unwrap_or(0..0);
-            let at = match problems.excerpt(span.clone()).trim() {
-                "" => String::new(),
-                piece => format!(" at `{piece}`"),
-            };
-            problems.add(span, "", format!("not valid TOML: {}{at}", error.message().trim_end().replace('\n', ", ")));
-            Err(problems.into_problems())
-        }
+    let mut problems = Collector::new(file, text);
+    let first = match DeTable::parse(text) {
+        Ok(table) => return Ok((root(&table), problems)),
+        Err(error) => error,
+    };
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let tree = root(&table);
+    let mut places: Vec<(usize, &Error)> =
+        errors.iter().map(|error| (line_start(text, error.span().unwrap_or(0..0).start), error)).collect();
+    places.sort_by_key(|(line, error)| (*line, error.span().unwrap_or(0..0).start));
+    places.dedup_by_key(|(line, _)| *line);
+    let is_readable = places.len() <= MOST_SYNTAX_ERRORS && !places.iter().any(|(line, _)| swallows(&tree, *line));
+    if !is_readable {
+        report(&first, &mut problems);
+        return Err(problems.into_problems());
     }
+    places.iter().for_each(|(_, error)| report(error, &mut problems));
+    problems.keep_apart_from_syntax();
+    Ok((tree, problems))
+}
+
+fn root(table: &Spanned<DeTable<'_>>) -> Node {
+    Node { span: table.span(), value: Value::Table(entries(table.get_ref())) }
+}
+
+fn line_start(text: &str, at: usize) -> usize {
+    text.get(..at).and_then(|before| before.rfind('\n')).map_or(0, |newline| newline + 1)
+}
+
+/// Whether a value that begins on an earlier line contains the line at `line`, which has a syntax error: an array or a string without
+/// its end has swallowed other keys.
+fn swallows(node: &Node, line: usize) -> bool {
+    match &node.value {
+        // the span of a table is its header, or that of an inline table
+        Value::Table(entries) => entries.iter().any(|entry| swallows(&entry.node, line)),
+        Value::Array(items) if items.iter().any(|item| swallows(item, line)) => true,
+        _ => node.span.start < line && line <= node.span.end,
+    }
+}
+
+fn report(error: &Error, problems: &mut Collector<'_>) {
+    let span = error.span().unwrap_or(0..0);
+    let at = match problems.excerpt(span.clone()).trim() {
+        "" => String::new(),
+        piece => format!(" at `{piece}`"),
+    };
+    problems.add(span, "", format!("not valid TOML: {}{at}", error.message().trim_end().replace('\n', ", ")));
 }
 
 fn entries(table: &DeTable<'_>) -> Vec<Entry> {
@@ -151,7 +189,7 @@ mod tests {
     #[test]
     fn tables_keep_the_order_and_places_of_the_file() {
         let text = "z = 1_000\n[b]\ny = 2.5\n[a]\nx = \"s\"\n";
-        let root = parse_toml("f", text).unwrap();
+        let (root, _) = parse_toml("f", text).unwrap();
         let names: Vec<&str> = root.value.as_table().unwrap().iter().map(|entry| entry.name.as_str()).collect();
         assert_eq!(names, ["z", "b", "a"]);
         let b = &root.value.as_table().unwrap()[1];
@@ -162,29 +200,44 @@ mod tests {
 
     #[test]
     fn numbers_beyond_an_integer_and_a_double_do_not_panic() {
-        let root =
-            parse_toml("f", &format!("a = {}\nb = 1e999\nc = -inf\nd = nan\ne = 0xff", "9".repeat(400))).unwrap();
+        let text = format!("a = {}\nb = 1e999\nc = -inf\nd = nan\ne = 0xff", "9".repeat(400));
+        let (root, _) = parse_toml("f", &text).unwrap();
         let values: Vec<f64> =
             root.value.as_table().unwrap().iter().map(|entry| entry.node.value.as_number().unwrap()).collect();
         assert!(values[0].is_infinite() && values[1].is_infinite() && values[2].is_infinite() && values[3].is_nan());
         assert_eq!(values[4], 255.0);
     }
 
+    fn read(text: &str) -> Problems {
+        match parse_toml("f", text) {
+            Ok((_, problems)) => problems.into_problems(),
+            Err(problems) => problems,
+        }
+    }
+
     #[test]
-    fn only_the_first_syntax_error_is_shown() {
-        let problems = parse_toml("f", "a = 1\nb = = 2\nc = \"x\nd = ]\n").unwrap_err();
-        assert_eq!(problems.list.len(), 1);
-        assert_eq!(problems.list[0].line, 2);
-        assert!(problems.list[0].message.starts_with("not valid TOML: "));
+    fn every_line_with_a_syntax_error_is_reported_once() {
+        let lines = |text: &str| read(text).list.iter().map(|problem| problem.line).collect::<Vec<_>>();
+        assert_eq!(lines("a = 1\nb = = 2\nc = \"x\nd = 3\n"), [2, 3]);
+        assert_eq!(lines("[run\na = 1\n[b]\nd = 1 m\n"), [1, 4]);
+        let message = &read("a = 1\nb = = 2\n").list[0].message;
+        assert!(message.starts_with("not valid TOML: "), "{message}");
+    }
+
+    #[test]
+    fn an_array_or_string_without_an_end_hides_what_follows() {
+        for text in ["a = [[1, 2], [3, 4]\nb = 2\nc = = 3\n", "a = '''x\nb = 2\nc = = 3\n", &"x\n".repeat(20)] {
+            assert_eq!(parse_toml("f", text).unwrap_err().list.len(), 1, "{text}");
+        }
     }
 
     #[test]
     fn duplicate_keys_deep_nesting_and_large_files_are_refused() {
-        assert_eq!(parse_toml("f", "a = 1\na = 2").unwrap_err().list[0].line, 2);
+        assert_eq!(read("a = 1\na = 2").list[0].line, 2);
         for deep in ["[".repeat(100_000), format!("a = {}", "[".repeat(100_000)), "{a=".repeat(10_000)] {
-            assert_eq!(parse_toml("f", &format!("k = {deep}")).unwrap_err().list.len(), 1);
+            assert_eq!(read(&format!("k = {deep}")).list.len(), 1);
         }
-        assert!(parse_toml("f", &vec!["a"; 50_000].join(".")).is_err());
+        assert_eq!(read(&vec!["a"; 50_000].join(".")).list.len(), 1);
         assert!(parse_toml("f", &" ".repeat(MAX_FILE_BYTES + 1)).unwrap_err().list[0].message.contains("bytes"));
     }
 }

@@ -119,6 +119,24 @@ fn text(def: &MachineDef, wanted: &str) -> Option<PathError> {
         .map(|(path, meaning)| PathError::Text { path, meaning })
 }
 
+/// Paths of a component that is named by its axes, as other programs do: `stiffness.xy`, `stiffness_xy` and `kxy` are `stiffness[0][1]`, or
+/// `stiffness` where that is isotropic; `offset.y` is `offset[1]`.
+fn by_axes(wanted: &str) -> Vec<String> {
+    const AXES: [(&str, &str); 6] =
+        [("xx", "[0][0]"), ("xy", "[0][1]"), ("yx", "[1][0]"), ("yy", "[1][1]"), ("x", "[0]"), ("y", "[1]")];
+    let wanted = wanted.to_lowercase();
+    let Some((axes, place)) = AXES.into_iter().find(|(axes, _)| wanted.ends_with(axes)) else { return Vec::new() };
+    let before = &wanted[..wanted.len() - axes.len()];
+    let table = match before.char_indices().last() {
+        Some((at, '.' | '_')) if at > 0 => before[..at].to_owned(),
+        Some((at, letter @ ('k' | 'c'))) if axes.len() == 2 && (at == 0 || before[..at].ends_with('.')) => {
+            format!("{}{}", &before[..at], if letter == 'k' { "stiffness" } else { "damping" })
+        }
+        _ => return Vec::new(),
+    };
+    vec![format!("{table}{place}"), table]
+}
+
 /// The path whose ending of as many steps is nearest to the one given.
 fn likely(def: &MachineDef, wanted: &str) -> Option<String> {
     if wanted.is_empty() || wanted.len() > 200 {
@@ -137,6 +155,13 @@ fn likely(def: &MachineDef, wanted: &str) -> Option<String> {
     };
     if let Some(path) = applying().find(component) {
         return Some(path.to_owned());
+    }
+    for of_component in by_axes(wanted) {
+        let ends_so =
+            |path: &&str| path.strip_suffix(&*of_component).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+        if let Some(path) = applying().find(ends_so) {
+            return Some(path.to_owned());
+        }
     }
     let ending = |path: &str| path.rmatch_indices('.').nth(steps).map_or(0, |(at, _)| at + 1);
     let endings: Vec<(&str, &str)> = applying().map(|path| (&path[ending(path)..], path)).collect();

@@ -7,7 +7,7 @@ use std::ops::Range as Span;
 use super::layout::{Layout, Named, Origin, Scalar, Slot, State, Text};
 use super::schema::{Branch, Key, Kind, Need, SCHEMA, Segment, root};
 use super::value::from_node;
-use crate::document::{Collector, Entry, Node, Problems, Value, cut, parse_toml};
+use crate::document::{Collector, Entry, MISSING, Node, Problems, Value, cut, parse_toml};
 
 /// More sections, list entries or named tables than any machine has; they bound what a file can make us allocate.
 const MOST_SECTIONS: usize = 1_000;
@@ -28,10 +28,9 @@ pub(super) struct Loaded<'a> {
 /// Reads a machine file.
 ///
 /// # Errors
-/// A syntax error, or a version of the format that this program does not read: nothing else can be said then.
+/// A syntax error after which nothing can be read, or a version of the format that this program does not read.
 pub(super) fn load<'a>(file: &'a str, text: &'a str) -> Result<Loaded<'a>, Problems> {
-    let document = parse_toml(file, text)?;
-    let mut problems = Collector::new(file, text);
+    let (document, mut problems) = parse_toml(file, text)?;
     let entries = document.value.as_table().unwrap_or_default();
     check_schema(entries, &mut problems)?;
     let layout = Layout {
@@ -55,7 +54,7 @@ pub(super) fn load<'a>(file: &'a str, text: &'a str) -> Result<Loaded<'a>, Probl
 
 fn check_schema(entries: &[Entry], problems: &mut Collector<'_>) -> Result<(), Problems> {
     let Some(entry) = entries.iter().find(|entry| entry.name == "schema") else {
-        problems.add(0..0, "schema", "missing").allowed = Some(format!("schema = {SCHEMA}"));
+        problems.add(0..0, "schema", MISSING).allowed = Some(format!("schema = {SCHEMA}"));
         return Ok(());
     };
     if entry.node.value == Value::Integer(SCHEMA) {
@@ -327,7 +326,7 @@ impl Walk<'_> {
         let (mut value, mut span) = (None, table.clone());
         match entry.map(|entry| &entry.node) {
             None if matches!(key.need, Need::Optional(_)) => return,
-            None => self.problems.add(table.clone(), path, "missing").allowed = Some(allowed),
+            None => self.problems.add(table.clone(), path, MISSING).allowed = Some(allowed),
             Some(Node { value: Value::Text(text), span: place }) => {
                 let length = text.chars().count();
                 if text.trim().is_empty() || length > LONGEST_TEXT || text.chars().any(char::is_control) {

@@ -5,7 +5,7 @@ use super::mapped::answers_of;
 use super::question::{Ask, Figure, Question};
 use super::scale::Scale;
 use super::sensitive::sensitivities;
-use super::sentence::{By, of_curve, sentence};
+use super::sentence::{of_curve, sentence};
 use super::wording::{CONDITION, LEFT_OUT, NO_LEVEL, kind, note_empty, note_undefined, subject, with_unit};
 use crate::estimate::along::{Family, families, together};
 use crate::estimate::bad::Bad;
@@ -172,20 +172,9 @@ impl<'a> Asked<'a> {
         })
     }
 
-    /// What decides a bad run of a probability.
-    fn decided_by(&self, figure: &Figure) -> By {
-        let Figure::Probability(formula) = figure else { return By::default() };
-        let is_reached = |name: &String| {
-            self.study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once))
-        };
-        let is_limit = |name: &String| self.study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit));
-        if formula.columns.iter().any(is_reached) {
-            By { failing: "by what was reached while all guards held", beyond: "by what was reached inside it" }
-        } else if formula.columns.iter().any(is_limit) {
-            By { failing: "decided by its recorded limits", beyond: "decided by its recorded limits" }
-        } else {
-            By { failing: "decided by its inputs", beyond: "decided by its inputs" }
-        }
+    fn decided_by(&self, figure: &Figure) -> &'static str {
+        let Figure::Probability(formula) = figure else { return "" };
+        decided_by(self.study, formula)
     }
 
     fn told(&self, kind: &'static str, group: Group, bad: Bad, figures: Figures) -> Answer {
@@ -418,6 +407,20 @@ impl<'a> Asked<'a> {
             answers.push(answer);
         }
         Ok(Answered { answers, curve: None })
+    }
+}
+
+/// Words for what decides a condition of runs that are not ok, where it is decided.
+pub(crate) fn decided_by(study: &Study<'_>, formula: &Formula) -> &'static str {
+    let is_reached =
+        |name: &String| study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once));
+    let is_limit = |name: &String| study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit));
+    if formula.columns.iter().any(is_reached) {
+        "decided by what was reached while all guards and limits held"
+    } else if formula.columns.iter().any(is_limit) {
+        "decided by the recorded limits"
+    } else {
+        "decided by the inputs"
     }
 }
 

@@ -21,19 +21,10 @@ pub fn prefix(group: &Group) -> String {
     if said.is_empty() { String::new() } else { format!("{}: ", said.join(", ")) }
 }
 
-/// Words for the reason that decides a condition of runs that are not ok.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct By {
-    /// Words for failed, invalid and quarantined runs.
-    pub failing: &'static str,
-    /// Words for runs beyond the model.
-    pub beyond: &'static str,
-}
-
 /// `bad`: runs that are not ok; `by`: what decides the condition of those where it is known.
 /// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
 #[must_use]
-pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad, By)) -> String {
+pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad, &str)) -> String {
     let mut text = format!("{}{subject}", prefix(&answer.group));
     let level = percent_given(answer.confidence);
     let about = if answer.approximate { "about " } else { "" };
@@ -87,10 +78,8 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
         let both = answer.low.is_some() || answer.high.is_some() || answer.estimate_if_bad_harmful.is_some();
         text += &format!(", {}{}", open.words(), if both { " counted both ways" } else { "" });
     }
-    let failing = Bad { all: bad.decided - bad.beyond_decided, ..Bad::default() };
-    let beyond = Bad { all: bad.beyond_decided, beyond: bad.beyond_decided, ..Bad::default() };
-    for (decided, by) in [(failing, by.failing), (beyond, by.beyond)].into_iter().filter(|(of, _)| of.all > 0) {
-        let by = if decided.all == 1 { by.to_owned() } else { by.replace(" its ", " their ") };
+    let decided = bad.decided();
+    if decided.all > 0 {
         text += &format!(", {} {by}", decided.words());
     }
     text

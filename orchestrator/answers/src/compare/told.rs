@@ -9,6 +9,8 @@ use std::borrow::Cow;
 
 /// Digits of values.
 const DIGITS: usize = 5;
+/// Unchanged columns that are listed by name.
+const MOST_NAMES: usize = 10;
 /// Digits of differences.
 const FEWER: usize = 3;
 /// Pairs that are named for a change of status or a column.
@@ -228,8 +230,10 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
         }
         text.push_str(&notes(moved.iter().map(|one| &one.mean)));
     }
-    if !still.is_empty() {
-        text.push_str(&format!("\nThe same in every pair: {}\n", still.join(", ")));
+    match still.len() {
+        0 => {}
+        1..=MOST_NAMES => text.push_str(&format!("\nThe same in every pair: {}\n", still.join(", "))),
+        many => text.push_str(&format!("\nThe same in every pair: {many} other columns\n")),
     }
     text
 }

@@ -57,6 +57,12 @@ impl Bad {
         Self { of: self.of, all: self.all - self.decided, beyond: self.beyond - self.beyond_decided, ..Self::default() }
     }
 
+    /// Counts of the rows whose known values decide the condition.
+    #[must_use]
+    pub fn decided(&self) -> Self {
+        Self { of: self.of, all: self.decided, beyond: self.beyond_decided, ..Self::default() }
+    }
+
     /// The label of a figure that only runs inside the model enter: " of runs inside the model (83 %)"; empty without beyond rows.
     #[must_use]
     pub fn inside(&self) -> String {

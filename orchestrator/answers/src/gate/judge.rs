@@ -2,7 +2,7 @@
 
 use super::look::{Deciding, FIRST_LOOK, MOST_POINTS, deciding, last_look};
 use super::require::Gate;
-use crate::ask::{counted, percent, percent_given, prefix};
+use crate::ask::{counted, decided_by, percent, percent_given, prefix};
 use crate::estimate::bad::Bad;
 use crate::estimate::input::{DesignKind, Group, InputError, Study};
 use crate::estimate::known::truths;
@@ -95,7 +95,8 @@ impl Gate {
             let is_undefined = |(of, status): &(&Truth, &Status)| **status == Status::Ok && **of == Truth::Open;
             let undefined = truths.of.iter().zip(&truths.status).filter(is_undefined).count();
             let present = (points, study.design.complete, alpha);
-            Ok(self.decision(group.clone(), tally, (bad, undefined as u64), level, present))
+            let by = decided_by(study, &self.condition);
+            Ok(self.decision(group.clone(), tally, (bad, undefined as u64, by), level, present))
         };
         study.groups.iter().enumerate().map(one).collect()
     }
@@ -104,7 +105,7 @@ impl Gate {
         &self,
         group: Group,
         tally: Tally,
-        (bad, undefined): (Bad, u64),
+        (bad, undefined, by): (Bad, u64, &str),
         level: f64,
         present: (u64, bool, f64),
     ) -> Decision {
@@ -131,12 +132,17 @@ impl Gate {
             more: None,
             sentence: String::new(),
         };
-        decision.sentence = self.words(&mut decision, &bad, present);
+        decision.sentence = self.words(&mut decision, (&bad, by), present);
         decision
     }
 
     /// The sentence; finds how many more points would decide.
-    fn words(&self, decision: &mut Decision, bad: &Bad, (points, complete, alpha): (u64, bool, f64)) -> String {
+    fn words(
+        &self,
+        decision: &mut Decision,
+        (bad, by): (&Bad, &str),
+        (points, complete, alpha): (u64, bool, f64),
+    ) -> String {
         let (n, (low, high)) = (decision.n, decision.events);
         let mut text = format!("{}{}: ", prefix(&decision.group), self.text);
         if n == 0 {
@@ -166,7 +172,7 @@ impl Gate {
             };
             text += &format!(", {high} if {open} are harmful");
         } else if decision.bad > 0 {
-            text += &format!(", {} decided by what is known of them", bad.words());
+            text += &format!(", {} {by}", bad.words());
         }
         if decision.verdict == Verdict::Open {
             let share = |events: u64| events as f64 / n as f64;

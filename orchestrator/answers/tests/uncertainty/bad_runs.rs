@@ -26,7 +26,7 @@ fn bad_runs_are_counted_both_ways_but_for_what_they_had_reached() {
     assert_eq!(
         found.sentence,
         "P(y >= 90) = 12 % to 18 % (95 %: 6.4 % to 27 %), 12 of 100, 6 bad runs counted both ways, \
-         2 bad runs by what was reached while all guards held"
+         2 bad runs decided by what was reached while all guards and limits held"
     );
     // and the other way round: what has grown beyond a bound is not below it
     let below = one(&study, probability("y < 50"));

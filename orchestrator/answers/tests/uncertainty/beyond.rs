@@ -40,7 +40,7 @@ fn a_run_beyond_the_model_decides_an_exceedance_below_what_it_had_reached() {
     assert_eq!(
         above.sentence,
         "P(y > 94.5) = 5 % to 10 % (95 %: 1.6 % to 18 %), 5 of 100, 5 runs beyond the model counted both ways, \
-         5 runs beyond the model by what was reached inside it"
+         5 runs beyond the model decided by what was reached while all guards and limits held"
     );
     // all of them exceed what is below
     let decided = one(&study, probability("y > 80"));
@@ -121,7 +121,7 @@ fn whether_a_limit_was_exceeded_is_known_of_every_run_that_was_recorded() {
     assert_eq!((found.bad, found.beyond), (36, 33));
     let limits = one(&ramp(200), probability("y < 34"));
     assert_eq!((found.low, found.high), (limits.low, limits.high));
-    let by = "3 bad runs decided by their recorded limits, 33 runs beyond the model decided by their recorded limits";
+    let by = "3 bad runs and 33 runs beyond the model decided by the recorded limits";
     assert!(found.sentence.ends_with(by), "{}", found.sentence);
     // a gate decides too
     let names = Names { known: Known { columns: vec![("y".into(), true)], ..Known::default() }, ..Names::default() };

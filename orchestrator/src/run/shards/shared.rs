@@ -6,7 +6,7 @@ use super::super::trust::{Untrusted, check};
 use super::error::ShardError;
 use super::layout::{ATTEMPTS, CHUNKS, HINTS, REUSED, SCHEDULER, SHARDS, chunk_of, folder_name};
 use bladeoff_study::{MACHINE, POINTS, STUDY, is_empirical};
-use bladeoff_system::files::{FileError, is_temporary, sync_directory};
+use bladeoff_system::files::{FileError, is_temporary, sync_parent};
 use bladeoff_system::folder::{Folder, Standing};
 use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
 use std::collections::BTreeSet;
@@ -32,7 +32,7 @@ impl Shared {
         if fs::symlink_metadata(path).is_err() {
             let made = fs::DirBuilder::new().recursive(true).mode(0o755).create(path);
             made.map_err(FileError::at("create", path))?;
-            sync_directory(path.parent().unwrap_or(Path::new(".")))?;
+            sync_parent(path)?;
         }
         let folder = Folder::open(path).map_err(FileError::at("open", path))?;
         trusted(&folder, trusts, note)?;

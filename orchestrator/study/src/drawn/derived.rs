@@ -5,7 +5,7 @@ use super::super::parameter::{Origin, Parameter, variable_info};
 use super::super::table::Keys;
 use super::super::vary::PathTable;
 use super::tables;
-use bladeoff_model::document::{Collector, Node};
+use bladeoff_model::document::{Collector, MISSING, Node};
 use bladeoff_model::machine::PathKind;
 use std::ops::Range;
 
@@ -37,7 +37,7 @@ fn table(number: usize, item: &Node, paths: &PathTable<'_>, problems: &mut Colle
         (_, name) => {
             let (span, message) = match name {
                 Some(name) => (name.name_span.clone(), "stands beside `path`"),
-                None => (keys.span(), "missing"),
+                None => (keys.span(), MISSING),
             };
             let key = keys.key(if name.is_some() { "name" } else { "path" });
             problems.add(span, key, message).allowed =

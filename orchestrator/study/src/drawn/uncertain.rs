@@ -8,7 +8,7 @@ use super::super::vary::PathTable;
 use super::empirical::{Files, Source};
 use super::quantity::Quantities;
 use super::{Draft, tables};
-use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
+use bladeoff_model::document::{Collector, Entry, MISSING, Node, Value, cut};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 
 const COMMON: [&str; 4] = ["path", "name", "as", "distribution"];
@@ -74,7 +74,7 @@ fn named(
             None
         }
         (None, None) => {
-            problems.add(keys.span(), keys.key("path"), "missing").allowed =
+            problems.add(keys.span(), keys.key("path"), MISSING).allowed =
                 Some("path = \"contact.gap\", or name = \"growth\" of a variable for formulas".to_owned());
             None
         }

@@ -1,7 +1,7 @@
 //! `[run.limit.NAME]`: each limit, and whether the machine has what it compares.
 
 use super::reader::Reader;
-use crate::machine::model::{Diaphragm, DiaphragmKind, ModelLimit, OnExceed, Rotor, RotorKind};
+use crate::machine::model::{Diaphragm, DiaphragmKind, Machine, ModelLimit, OnExceed, Rotor, RotorKind};
 use crate::machine::schema::{Need, keys};
 use crate::outcome::Limit;
 
@@ -20,35 +20,48 @@ pub(super) fn limits(reader: &Reader<'_>) -> Option<[ModelLimit; Limit::ALL.len(
     all.try_into().ok()
 }
 
-/// Rejects a limit that the file sets although the machine lacks its quantity: it would be ignored.
-pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: Option<&[Diaphragm]>) {
-    let (Some(rotor), Some(diaphragms)) = (rotor, diaphragms) else { return };
+/// The key that a machine needs for a limit to be judged; `None`: it is judged.
+fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'static str> {
     let of_rings = |has: &dyn Fn(bool, Option<f64>) -> bool| {
         diaphragms.iter().any(|diaphragm| match &diaphragm.kind {
             DiaphragmKind::Flexible(stator) => has(stator.blades.is_some(), stator.yield_strength),
             DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => false,
         })
     };
+    let (has, needed) = match limit {
+        Limit::RingDisplacement => (of_rings(&|_, _| true), "a diaphragm with a flexible ring"),
+        Limit::RingYield => (of_rings(&|_, strength| strength.is_some()), "diaphragms.NAME.material.yield_strength"),
+        Limit::BladeYield => (
+            of_rings(&|blades, strength| blades && strength.is_some()),
+            "diaphragms.NAME.material.yield_strength of a diaphragm with blades",
+        ),
+        Limit::ShaftYield => (
+            matches!(&rotor.kind, RotorKind::Shaft(shaft) if shaft.elements.iter().any(|e| e.yield_strength.is_some())),
+            "rotor.material.yield_strength or rotor.shaft[i].material.yield_strength",
+        ),
+        Limit::JournalClearance => {
+            (rotor.bearings.iter().any(|bearing| bearing.clearance.is_some()), "rotor.bearings.NAME.clearance")
+        }
+        Limit::UnstableRotor => (true, ""),
+    };
+    (!has).then_some(needed)
+}
+
+impl Machine {
+    /// The key that this machine needs for a limit to be judged; `None`: the limit is judged.
+    #[must_use]
+    pub fn lacks(&self, limit: Limit) -> Option<&'static str> {
+        lacks(limit, &self.rotor, &self.diaphragms)
+    }
+}
+
+/// Rejects a limit that the file sets although the machine lacks its quantity: it would be ignored.
+pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: Option<&[Diaphragm]>) {
+    let (Some(rotor), Some(diaphragms)) = (rotor, diaphragms) else { return };
     for limit in Limit::ALL {
-        let (has, needed) = match limit {
-            Limit::RingDisplacement => (of_rings(&|_, _| true), "a diaphragm with a flexible ring"),
-            Limit::RingYield => {
-                (of_rings(&|_, strength| strength.is_some()), "diaphragms.NAME.material.yield_strength")
-            }
-            Limit::BladeYield => (
-                of_rings(&|blades, strength| blades && strength.is_some()),
-                "diaphragms.NAME.material.yield_strength of a diaphragm with blades",
-            ),
-            Limit::ShaftYield => (
-                matches!(&rotor.kind, RotorKind::Shaft(shaft) if shaft.elements.iter().any(|e| e.yield_strength.is_some())),
-                "rotor.material.yield_strength or rotor.shaft[i].material.yield_strength",
-            ),
-            Limit::JournalClearance => {
-                (rotor.bearings.iter().any(|bearing| bearing.clearance.is_some()), "rotor.bearings.NAME.clearance")
-            }
-            Limit::UnstableRotor => (true, ""),
-        };
-        if !has && let Some(set) = set_path(reader, limit) {
+        if let Some(needed) = lacks(limit, rotor, diaphragms)
+            && let Some(set) = set_path(reader, limit)
+        {
             reader.fail(&set, "the machine has nothing that this limit compares", format!("{needed}, or no such key"));
         }
     }

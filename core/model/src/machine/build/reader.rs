@@ -2,7 +2,7 @@
 
 use super::path::joined;
 use crate::document::units::format_digits;
-use crate::document::{Collector, Problem};
+use crate::document::{Collector, MISSING, Problem};
 use crate::machine::layout::{Layout, Origin, Scalar, State};
 use crate::machine::schema::{Key, Kind, Need, keys};
 
@@ -61,7 +61,7 @@ impl<'a> Reader<'a> {
             Kind::Choice(list) => list.join(", "),
             _ => words,
         };
-        let problem = self.problems.add(span, path, format!("missing: {}", key.meaning));
+        let problem = self.problems.add(span, path, format!("{MISSING}: {}", key.meaning));
         problem.allowed = Some(allowed);
     }
 

@@ -1,0 +1,124 @@
+//! `replay --set`: a row of a study beside the outcome of the same sample with changed values.
+
+use super::error::CliError;
+use super::machine::set;
+use crate::engine;
+use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_answers::tables::{ENGINE, NOTES, Table, TableSchema};
+use bladeoff_model::document::units::{format_digits, format_quantity};
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue};
+use bladeoff_model::outcome::{Outcome, Part};
+use bladeoff_study::show;
+use bladeoff_worker::core_solver::SolverError;
+
+/// Why a changed sample has no machine.
+#[derive(Debug)]
+pub(super) enum Unchanged {
+    /// An argument of `--set`.
+    Argument(CliError),
+    /// The machine that the values make.
+    Solver(SolverError),
+}
+
+impl From<SolverError> for Unchanged {
+    fn from(error: SolverError) -> Self {
+        Self::Solver(error)
+    }
+}
+
+/// Sets the values of `--set` and adds a line for each to `lines`: path, new value, value of the row.
+pub(super) fn change(machine: &mut MachineDef, given: &[String], lines: &mut String) -> Result<(), Unchanged> {
+    for argument in given {
+        let shown = format!("--set {argument}");
+        let Some((path, value)) = argument.split_once('=') else {
+            let (message, allowed) = ("there is no `=`".to_owned(), Some("PATH=VALUE".to_owned()));
+            return Err(Unchanged::Argument(CliError::Argument { argument: shown, message, allowed }));
+        };
+        let (path, value) = (path.trim(), value.trim());
+        let before = machine.resolve(path).map(|info| info.shown).unwrap_or_default();
+        set(machine, path, value, &shown).map_err(Unchanged::Argument)?;
+        if let Ok(info) = machine.resolve(path) {
+            let value: Option<ParamValue> = machine.parse_value(&info, value).ok();
+            let now = value.map(|value| show(&info, &value)).unwrap_or_default();
+            let before = if before.is_empty() { "its default".to_owned() } else { before };
+            lines.push_str(&format!("{:<32} {} = {now}, in the row {before}\n", "set", info.path));
+        }
+    }
+    Ok(())
+}
+
+/// Every column that either has a value, marked where they differ; the number of columns that differ, and of all.
+pub(super) fn beside(row: &Table, machine: &Machine, outcome: &Outcome) -> String {
+    let mut lines = Lines::default();
+    let word = |name: &str| row.words(name).and_then(|words| words[0].clone());
+    let ours = [
+        ("status", Some(outcome.status.word().to_owned())),
+        ("causes", outcome.causes.words()),
+        (NOTES, outcome.notes.words()),
+        ("end_cause", Some(outcome.end_cause.word().to_owned())),
+        (ENGINE, Some(machine.run.engine.word().to_owned())),
+    ];
+    for (name, changed) in ours {
+        lines.words(name, word(name), changed);
+    }
+    let columns = engine::columns(machine);
+    let schema = TableSchema::new(Vec::new(), &columns);
+    let of_values = schema.outcome().iter().zip(&columns).zip(&outcome.values);
+    for ((field, column), value) in of_values.filter(|((_, column), _)| column.part != Part::Guarded) {
+        match row.numbers(&field.name) {
+            Some(values) => lines.numbers(&field.name, column.unit, values[0], *value),
+            None => {
+                let changed = value.and_then(|value| field.kind.word(value)).map(str::to_owned);
+                lines.words(&field.name, word(&field.name), changed);
+            }
+        }
+    }
+    lines.text()
+}
+
+#[derive(Default)]
+struct Lines {
+    rows: Vec<[String; 5]>,
+    differ: usize,
+}
+
+impl Lines {
+    fn words(&mut self, name: &str, row: Option<String>, changed: Option<String>) {
+        let differs = row != changed;
+        self.line(name, [row, changed], differs, String::new());
+    }
+
+    fn numbers(&mut self, name: &str, unit: &str, row: Option<f64>, changed: Option<f64>) {
+        let by = match (row, changed) {
+            (Some(row), Some(changed)) if row != changed && row != 0.0 => {
+                let percent = 100.0 * (changed - row) / row.abs();
+                format!("{}{} %", if percent > 0.0 { "+" } else { "" }, format_digits(percent, "", 3))
+            }
+            _ => String::new(),
+        };
+        let shown = [row, changed].map(|value| value.map(|value| format_quantity(value, unit)));
+        self.line(name, shown, row.map(f64::to_bits) != changed.map(f64::to_bits), by);
+    }
+
+    fn line(&mut self, name: &str, [row, changed]: [Option<String>; 2], differs: bool, by: String) {
+        if row.is_none() && changed.is_none() {
+            return;
+        }
+        self.differ += usize::from(differs);
+        let [row, changed] = [row, changed].map(|value| value.unwrap_or_else(|| "-".to_owned()));
+        self.rows.push([if differs { "*" } else { "" }.to_owned(), name.to_owned(), row, changed, by]);
+    }
+
+    fn text(self) -> String {
+        let all = self.rows.len();
+        let mut table = TextTable::new(&[
+            ("", Align::Left),
+            ("column", Align::Left),
+            ("row", Align::Right),
+            ("changed", Align::Right),
+            ("difference", Align::Right),
+        ]);
+        self.rows.into_iter().for_each(|row| table.row(row.to_vec()));
+        format!("\n{}\n{} of {all} columns differ (*); nothing is written\n", table.render(""), self.differ)
+    }
+}
