@@ -201,7 +201,9 @@ mod tests {
         // ln(320)/10000
         assert!((found.high(0) - 5.767e-4).abs() < 1e-6, "{}", found.high(0));
         assert!(found.high(0) < 1.6 * upper_limit(0, 10_000, 0.025) && found.low(0) == 0.0);
-        assert!(found.low(10) > 2e-4 && found.high(10) < 4e-3, "{} {}", found.low(10), found.high(10));
+        // ten values: the lower limit of eight, at the fourth level, and the upper limit of fifteen, at the fifth
+        assert_eq!(found.low(10), lower_limit(8, 10_000, 0.05 / 128.0));
+        assert_eq!(found.high(10), upper_limit(15, 10_000, 0.05 / 256.0));
         assert!(found.high(5000) - 0.5 < 1.1 * band(10_000, 0.05));
         for events in 0..=10_000 {
             let (low, high, share) = (found.low(events), found.high(events), events as f64 / 10_000.0);
