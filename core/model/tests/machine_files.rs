@@ -262,8 +262,8 @@ fn paths_resolve_in_full_and_by_unambiguous_ending() {
         ("blade_of.mass", "rotor.unbalances.blade_off.mass"),
         ("run.time_step", "run.step"),
         ("contact.offset.y", "diaphragms.mid.contact.offset[1]"),
-        ("stiffness.xx", "rotor.bearings.left.stiffness"),
-        ("rotor.bearings.right.cyy", "rotor.bearings.right.damping"),
+        ("stiffness.xx", "rotor.bearings.front.stiffness"),
+        ("rotor.bearings.front.cyy", "rotor.bearings.front.damping"),
     ] {
         assert_eq!(full(given), Err(PathError::Unknown { given: given.into(), nearest: Some(meant.into()) }));
     }

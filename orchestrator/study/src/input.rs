@@ -215,7 +215,7 @@ mod tests {
         for (given, meant) in [
             ("studies/first-look.toml", Some("studies/first_look.toml")),
             ("studies/lab_rig", Some("studies/lab_rig.toml")),
-            ("study/lab_rig.toml", Some("studies/lab_rig.toml")),
+            ("studis/lab_rig.toml", Some("studies/lab_rig.toml")),
             ("studies/turbine.toml", None),
             ("nowhere/lab_rig.toml", None),
         ] {
