@@ -14,7 +14,7 @@ use crate::reporting::{bearings_of, pushed_rings};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, go_on, own_columns, run};
-use crate::settled::{as_begun, by_starts};
+use crate::settled::by_starts;
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{Summary, counted, duration};
@@ -261,12 +261,6 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
     if args.shard.shard.is_none() && out.join(SHARDS).is_file() {
         return Err(CliError::OfShards { path: out });
-    }
-    if as_begun(&mut samples, &out) {
-        remark(&format!(
-            "{} was begun with the engine \"reduced\" and goes on with it; in another directory this study is one of \"exponential\"",
-            shown(&out)
-        ));
     }
     let own = || if args.shard.shard.is_some() { cores(default_workers()) } else { default_workers() };
     let workers = args.workers.map_or_else(own, NonZeroUsize::get);
