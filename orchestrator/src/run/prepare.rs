@@ -52,7 +52,7 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Frozen, RunError> {
     if samples.study().function().is_some() {
         return Ok(None);
     }
-    basis(samples, None, &[]).map(Some)
+    basis(samples, None).map(Some)
 }
 
 /// The basis that others have frozen for this study, whatever this version would compute; whether it serves is tried.
