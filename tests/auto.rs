@@ -131,22 +131,6 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("run.engine: exponential -> reduced"), "{}", said.err);
     assert!(fs::read(folder.path("out/results.parquet")).expect("the table") == whole, "nothing is touched");
-    // one whose plan names no engine, as in directories of earlier builds, goes on with what it was then
-    let (before, rig) = (folder.name("before"), folder.path("machines/rig.toml"));
-    let unnamed = fs::read_to_string(folder.path("machines/auto.toml")).expect("the machine");
-    let study = folder.write("s.toml", STUDY);
-    folder.write("machines/auto.toml", &fs::read_to_string(rig).expect("the rig"));
-    run(&study, &before, &["--limit", "2"]);
-    let plan = fs::read_to_string(folder.path("before/plan.json")).expect("the plan");
-    assert!(!plan.contains("\"run.engine\""), "{plan}");
-    folder.write("machines/auto.toml", &unnamed);
-    assert!(engine_of(&study).contains("exponential"));
-    let said = run(&study, &before, &[]);
-    assert!(said.err.contains("was begun with the engine \"reduced\" and goes on with it"), "{}", said.err);
-    assert!(said.err.contains("2 of 4 samples are there already"), "{}", said.err);
-    assert_eq!(cells(&before, "engine"), ["reduced"; 4]);
-    let replay = say(&["replay", &before, "--sample", "3"]);
-    assert!(replay.out.contains("equal to the row in all"), "{}", replay.out);
 }
 
 /// Each thing that is not covered, alone; and what asks for an engine by its own key.

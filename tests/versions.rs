@@ -263,33 +263,6 @@ fn a_directory_completed_by_an_earlier_build_is_left_as_it_is() {
 }
 
 #[test]
-fn a_lost_basis_with_the_key_of_an_earlier_build_is_made_again() {
-    // Computed on this processor, so that it can be computed again here to the last digit.
-    let version = of_these_numerics().remove(0);
-    let directory = Directory::new(&version, "halfway");
-    let rig = fs::read_to_string(version.join("halfway/machine.toml")).expect("the rig");
-    let machine = MachineDef::parse("rig.toml", &rig).expect("a machine").build().expect("a machine");
-    let structure = Structure::build(&machine, None).expect("modes");
-    let (earlier, present) = (structure.basis().with_key_2(&machine).to_bytes(), structure.basis().to_bytes());
-    assert_ne!(earlier, present);
-    directory.remove(&["ledger.redb", "parts", "timings-parts", "status.json", "manifest.json", "plan.json"]);
-    fs::write(directory.path("basis.bin"), &earlier).expect("written");
-    directory.run();
-    assert!(directory.bytes("basis.bin") == earlier, "it serves this study");
-    let table = directory.bytes("results.parquet");
-    directory.remove(&["basis.bin"]);
-    let said = directory.run();
-    assert!(said.err.contains("nothing is computed"), "{}", said.err);
-    assert!(directory.bytes("basis.bin") == earlier && directory.bytes("results.parquet") == table);
-    let mut damaged = earlier.clone();
-    *damaged.last_mut().expect("bytes") ^= 1;
-    fs::write(directory.path("basis.bin"), damaged).expect("written");
-    let said = directory.run();
-    assert!(said.err.contains("basis.bin: it is damaged"), "{}", said.err);
-    assert!(directory.bytes("basis.bin") == earlier && directory.bytes("results.parquet") == table);
-}
-
-#[test]
 fn words_at_rest_by_their_place_keep_it() {
     let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
     let machine = MachineDef::parse("rig.toml", &rig).expect("a machine").build().expect("a machine");

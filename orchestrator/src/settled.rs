@@ -88,15 +88,3 @@ pub fn as_planned(study: &mut Study, directory: &Path) {
         study.settle(EngineChoice { engine, reason: EngineReason::Begun });
     }
 }
-
-/// Settles a study that is to go on in a directory of a program that had no choice yet: by `reduced`; whether that is another engine than it would have.
-/// Every other one is compared with what the directory holds, and refused where it is another.
-pub fn as_begun(samples: &mut Samples, directory: &Path) -> bool {
-    let is_other = samples.study().engine().is_some_and(|choice| choice.is_auto() && choice.engine != Engine::Reduced);
-    let planned = || Folder::open(directory).ok().and_then(|folder| planned_engine(&folder));
-    if !is_other || planned() != Some(Engine::Reduced) {
-        return false;
-    }
-    samples.settle(EngineChoice { engine: Engine::Reduced, reason: EngineReason::Begun });
-    true
-}

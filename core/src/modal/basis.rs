@@ -6,7 +6,6 @@
 //! structure. It is computed once and frozen: a later version may have other last digits.
 
 use super::key::modal_key;
-use super::key_2::key_2;
 use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
@@ -115,12 +114,6 @@ impl Basis {
         let ceiling = ring_sets.iter().map(ModeSet::highest).fold(lateral.highest(), f64::max);
         let twist = twist_modes(rotor, run.twist_modes, ceiling)?;
         Ok(Self { key: modal_key(machine), lateral, twist, rings: ring_sets })
-    }
-
-    /// The basis as a build before version 3 of the key wrote it: to make that of such a directory again, where it is lost.
-    #[must_use]
-    pub fn with_key_2(&self, machine: &Machine) -> Self {
-        Self { key: key_2(machine), ..self.clone() }
     }
 }
 

@@ -15,12 +15,10 @@
 //! first word how it is read, so that two structures never have one text. Names and the numbers of sections are left out: no mode depends on them.
 //!
 //! The key is at rest in every result directory (`basis.bin`), and its bytes are part of the keys of the samples. So this text is a format: it changes with its
-//! version alone, and whoever changes it keeps reading the one before, as [`is_key_of`] does. That no name of Rust is in it
-//! is the use of writing it out: a field may be renamed. Every pattern here names all fields of its struct, so that a new one does not
+//! version alone. It contains no Rust name, so a field can be renamed without changing a key. Every pattern here names all fields of its struct, so that a new one does not
 //! compile until it is decided whether the modes depend on it. Verified by `keys_are_those_at_rest`,
 //! `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
 
-use super::key_2::key_2;
 use bladeoff_model::machine::{
     Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Machine, PointMass, Ring, Rotor, RotorKind,
     RunSettings, Shaft, ShaftElement,
@@ -31,10 +29,9 @@ pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
     *blake3::hash(text(machine).as_bytes()).as_bytes()
 }
 
-/// Whether a basis with this key belongs to the machine: by the present key, or by that of version 2, which result
-/// directories of earlier builds have.
+/// Whether a basis with this key belongs to the machine.
 pub(crate) fn is_key_of(key: &[u8; 32], machine: &Machine) -> bool {
-    *key == modal_key(machine) || *key == key_2(machine)
+    *key == modal_key(machine)
 }
 
 fn text(machine: &Machine) -> String {

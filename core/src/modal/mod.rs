@@ -5,7 +5,6 @@ mod codec;
 mod contact_forecast;
 mod follow;
 mod key;
-mod key_2;
 mod looks;
 mod quadratic;
 mod report;

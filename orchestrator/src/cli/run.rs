@@ -15,7 +15,7 @@ use crate::reporting::{LimitTable, bearings_of};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run};
-use crate::settled::{as_begun, by_starts};
+use crate::settled::by_starts;
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
 use bladeoff_answers::report::{Summary, counted, duration};
@@ -256,19 +256,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         false => args.part.load(&args.study),
     };
     // a machine that cannot be read because no file may be opened is no mistake of the study
-    let mut samples = samples.map_err(|error| match dispatch::preflight(1) {
+    let samples = samples.map_err(|error| match dispatch::preflight(1) {
         Err(few @ DispatchError::Domain(DomainError::FewDescriptors { .. })) => RunError::from(few).into(),
         _ => error,
     })?;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&samples.study().name));
     if args.shard.shard.is_none() && out.join(SHARDS).is_file() {
         return Err(CliError::OfShards { path: out });
-    }
-    if as_begun(&mut samples, &out) {
-        remark(&format!(
-            "{} was begun with the engine \"reduced\" and goes on with it; in another directory this study is one of \"exponential\"",
-            shown(&out)
-        ));
     }
     implausible_of(&samples).iter().for_each(|text| remark(&format!("warning: {text}")));
     let workers = args.workers.map_or_else(default_workers, NonZeroUsize::get);

@@ -52,12 +52,12 @@ pub(super) fn new_basis(samples: &Samples) -> Result<Frozen, RunError> {
     if samples.study().function().is_some() {
         return Ok(None);
     }
-    basis(samples, None, &[]).map(Some)
+    basis(samples, None).map(Some)
 }
 
 /// The basis that others have frozen for this study, whatever this version would compute; whether it serves is tried.
 pub(super) fn basis_of_others(samples: &Samples, bytes: Vec<u8>) -> Result<Frozen, RunError> {
-    basis(samples, Some(bytes), &[]).map(Some)
+    basis(samples, Some(bytes)).map(Some)
 }
 
 /// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another version may compute
@@ -76,9 +76,9 @@ pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(
             let again = "it is damaged (its BLAKE3 is not the one that plan and record have): it is computed again; should that \
                          give other last digits, from another version of the program, put the file back from a copy";
             note(&format!("{BASIS_FILE}: {again}"));
-            basis(samples, None, &known)
+            basis(samples, None)
         }
-        frozen => basis(samples, frozen, &known),
+        frozen => basis(samples, frozen),
     }
     .map(Some)
 }
@@ -87,8 +87,8 @@ fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// `known`: the hashes that plan and record have of it, if there are any.
-fn basis(samples: &Samples, frozen: Option<Vec<u8>>, known: &[String]) -> Result<Vec<u8>, RunError> {
+/// The frozen bytes if they are a basis of this study, a computed basis otherwise.
+fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
     let read = frozen.as_deref().and_then(|bytes| Basis::from_bytes(bytes).ok());
     let mut last = None;
     for machine in basis_machines(samples) {
@@ -99,18 +99,11 @@ fn basis(samples: &Samples, frozen: Option<Vec<u8>>, known: &[String]) -> Result
             return Ok(bytes.clone());
         }
         match with_word(|| matrices_of(&machine), || engine::build(&machine)) {
-            Ok(structure) => return Ok(as_known(structure.basis(), &machine, known)),
+            Ok(structure) => return Ok(structure.basis().to_bytes()),
             Err(error) => last = Some(error),
         }
     }
     Err(last.expect("the first sample was tried").into())
-}
-
-/// A computed basis as bytes: with the key of an earlier build where that is what the directory was begun with.
-fn as_known(basis: &Basis, machine: &Machine, known: &[String]) -> Vec<u8> {
-    let bytes = basis.to_bytes();
-    let earlier = basis.with_key_2(machine).to_bytes();
-    if !known.contains(&hash(&bytes)) && known.contains(&hash(&earlier)) { earlier } else { bytes }
 }
 
 impl<'a> Prepared<'a> {
