@@ -6,7 +6,6 @@ mod support;
 
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::record::columns;
-use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::MachineDef;
 use bladeoff_model::outcome::ColumnKind;
 use serde_json::Value;
