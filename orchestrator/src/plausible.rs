@@ -191,7 +191,7 @@ mod tests {
             (
                 "polar_inertia = \"1.25e-3 kg m2\"",
                 "polar_inertia = \"1.4e-3 kg m2\"",
-                "rotor.discs.left: polar over transverse inertia 2.15 (1.4e-3 kg m2 over 6.5e-4 kg m2), plausible is at most 2",
+                "rotor.discs.left: polar over transverse inertia 2.15 (0.0014 kg m2 over 6.5e-4 kg m2), plausible is at most 2",
             ),
             ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: sag under its weight "),
             ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: first bending frequency over running speed "),
