@@ -72,7 +72,7 @@ const SHAFT_CASES: &[Case] = &[
     ("gap = \"0.5 mm\"", "gap = 1e999", "gap =", "diaphragms.seal.contact.gap", "out of range"),
     ("friction = 0.15", "friction = -0.15", "friction =", "diaphragms.seal.contact.friction", "friction = -0.15: out of range; allowed: 0 to 100"),
     ("friction = 0.15", "friction = \"0.15 deg\"", "friction =", "diaphragms.seal.contact.friction", "a pure number such as 0.2 or"),
-    ("initial_speed = \"3000 rpm\"", "initial_speed = \"50 Hz\"", "initial_speed", "rotor.initial_speed", "write rpm, rad/s or 1/s"),
+    ("initial_speed = \"3000 rpm\"", "initial_speed = \"50 Hz\"", "initial_speed", "rotor.initial_speed", "write the value in rpm or rad/s or rev/s"),
     ("initial_speed = \"3000 rpm\"", "initial_speed = \"-3000 rpm\"", "initial_speed", "rotor.initial_speed", "out of range"),
     ("initial_speed = \"3000 rpm\"", "initial_speed = 1e300", "initial_speed", "rotor.initial_speed", "out of range; allowed: 0 to 1e6 rad/s"),
     ("end_time = \"0.6 s\"", "end_time = 1e-300", "end_time", "run.end_time", "out of range; allowed: 1e-10 to 1e6 s"),
