@@ -29,7 +29,7 @@ fn not_all(text: &str, share: f64) -> String {
     }
 }
 
-/// A share that somebody gave, with its digits: 0.975 is not 98 %.
+/// A share from a study file, with all its digits: 0.975 is not printed as 98 %.
 #[must_use]
 pub fn percent_given(share: f64) -> String {
     format!("{} %", not_all(&format_digits(100.0 * share, "", 12), share))

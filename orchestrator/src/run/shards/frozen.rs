@@ -1,4 +1,4 @@
-//! What all shards of a directory have in common, as `shards.json` records it: the hashes of the published files, the program, the chunk.
+//! The record `shards.json` that all shards of a directory share: hashes of the published files, program, chunk size.
 //!
 //! ```text
 //! basis.bin                    the one thing that another version may compute otherwise: the first one counts for all

@@ -1,4 +1,4 @@
-//! What killed merges leave in the shared directory: tables that they were writing.
+//! Cleanup of unfinished tables that killed merges leave in the shared directory.
 //!
 //! Nothing on a shared disk says surely that a process of another node is dead. So a merge puts a note beside its tables that names it: a
 //! process of the same system that is gone has left them. Tables whose writer is not known, or was on another node, are removed when they
