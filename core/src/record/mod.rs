@@ -27,7 +27,6 @@ mod whirl;
 pub use energies::Energies;
 pub use filter::LastMillisecond;
 pub use follow::{ContactFrame, Follower, Frame, NoHistory};
-pub use ring::pushed;
 
 pub(crate) use contact::Touch;
 pub(crate) use end::End;

@@ -3,7 +3,7 @@
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
 use super::ring_stresses::RingStressRecorder;
-use super::row::{Row, of_ring};
+use super::row::Row;
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
@@ -23,24 +23,8 @@ pub(crate) struct RingInstant<'a> {
     pub ring: Option<&'a [f64]>,
 }
 
-/// Quantity whose largest value tells how far a ring was pushed.
+/// Quantity of the largest distance of the rotor from the ring's centre.
 const ECCENTRICITY: &str = "max_eccentricity";
-
-/// How far the rotor pushed each diaphragm out \[m\], in the machine's order, by the values of an outcome: its largest eccentricity beyond
-/// the gap. `None` where it never touched.
-#[must_use]
-pub fn pushed(machine: &Machine, values: &[Option<f64>]) -> Vec<Option<f64>> {
-    let columns = super::columns(machine);
-    let of = |diaphragm: &Diaphragm| {
-        let value = |name: String| {
-            let name = of_ring(diaphragm_name(machine, diaphragm), name);
-            *values.get(columns.iter().position(|column| column.name == name)?)?
-        };
-        value(ContactRecorder::FIRST.to_owned())?;
-        Some(value(format!("{ECCENTRICITY}_m"))? - diaphragm.contact.gap)
-    };
-    machine.diaphragms.iter().map(of).collect()
-}
 
 /// What tells the columns of this diaphragm from those of the others.
 pub(super) fn diaphragm_name<'a>(machine: &Machine, diaphragm: &'a Diaphragm) -> Option<&'a str> {
