@@ -205,11 +205,11 @@ mod tests {
                 "width = 1e6\nelements = 16",
                 "diaphragms.seal: width over mean radius 1.92e7 (1e6 m of 52 mm)",
             ),
-            ("initial_speed = \"3000 rpm\"", "initial_speed = \"3e5 rpm\"", "diaphragms.seal: surface speed 1570.8"),
+            ("initial_speed = \"3000 rpm\"", "initial_speed = \"3e5 rpm\"", "diaphragms.seal: surface speed 1570 m/s"),
         ] {
             assert!(RIG.contains(from), "{from}");
             let found = of(&RIG.replace(from, to));
-            assert!(found.iter().any(|text| text.starts_with(&expected[..expected.len().min(60)])), "{to}: {found:?}");
+            assert!(found.iter().any(|text| text.starts_with(expected)), "{to}: {found:?}");
         }
     }
 
