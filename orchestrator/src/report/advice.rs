@@ -125,7 +125,7 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
     let (text, change) = match (cause, engine, is_backward) {
         // the error depends on the spacing of the stations
         (Cause::EnergyBalance, Engine::Exponential, true) => (
-            "in heavy backward whirl a smaller `run.contact_step` does not reduce this error; compare with `run.engine = \"reduced\"`",
+            "in heavy backward whirl a smaller `run.contact_step` may not reduce this error; compare with `run.engine = \"reduced\"`",
             Change::Set(ENGINE, Engine::Reduced.word()),
         ),
         (Cause::EnergyBalance, Engine::Exponential, false) => (
@@ -143,7 +143,7 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             HALF,
         ),
         (Cause::NormalWork, _, true) if has_one_point => (
-            "`contact.detection = \"hyp2\"` with `contact.points = \"several\"`: in heavy backward whirl one point creates energy at any `run.step`",
+            "`contact.detection = \"hyp2\"` with `contact.points = \"several\"`: in heavy backward whirl one point created energy at every `run.step` tried",
             Change::Set("contact.points", "several"),
         ),
         (Cause::NormalWork, ..) => (
