@@ -7,7 +7,7 @@
 #[path = "../tests/common/random.rs"]
 mod random;
 
-use bladeoff_core::engine::exponential::{FlightSettings, RubbingRun, rubbing_run};
+use bladeoff_core::engine::exponential::{RubbingRun, StepSettings, rubbing_run};
 use bladeoff_core::engine::{StepPlan, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
@@ -178,7 +178,7 @@ fn grid() -> Result<(), Failed> {
     let of = |spacing: f64, cells: u32| -> Result<RubbingRun, Failed> {
         // that of the default: the power of two nearest to a 37th of the initial speed
         let default = libm::exp2(libm::round(libm::log2(machine.rotor.initial_speed / 37.5)));
-        let settings = FlightSettings { spacing: Some(spacing * default), cells, ..FlightSettings::of_step(step) };
+        let settings = StepSettings { spacing: Some(spacing * default), cells, ..StepSettings::of_step(step) };
         Ok(rubbing_run(&machine, &structure, settings, true)?)
     };
     let values = |run: &RubbingRun| {

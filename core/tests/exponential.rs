@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::engine::exponential::{ExponentialError, Flight, FlightSettings, FreeRun, free_run};
+use bladeoff_core::engine::exponential::{ExponentialError, FreeMotion, FreeRun, StepSettings, free_run};
 use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Follower, Frame, NoHistory};
 use bladeoff_core::structure::Structure;
@@ -59,8 +59,8 @@ fn a_jeffcott_rotor_of_constant_spin_has_its_closed_form_at_any_step() {
         let structure = Structure::build(&machine, None).expect("buildable");
         for step in [0.01, 0.25, 6.0] {
             // the middle of a cell, so that its speed is the rotor's
-            let settings = FlightSettings { spacing: Some(1.3 / 150.05), cells: 10, ..FlightSettings::of_step(step) };
-            let mut flight = Flight::new(&machine, &structure, settings).expect("has a basis");
+            let settings = StepSettings { spacing: Some(1.3 / 150.05), cells: 10, ..StepSettings::of_step(step) };
+            let mut flight = FreeMotion::new(&machine, &structure, settings).expect("has a basis");
             let mut worst = 0.0_f64;
             while flight.time() < 60.0 - 0.5 * step {
                 flight.advance(0).expect("goes on");
@@ -126,7 +126,7 @@ fn alone(text: &str, changes: &[(&str, &str)]) -> Machine {
 fn agree(machine: &Machine, step: f64, passed: f64, speed: f64, load: f64) {
     let structure = Structure::build(machine, None).expect("buildable");
     let wanted = reference(machine, &structure, passed);
-    let found = free_run(machine, &structure, FlightSettings::of_step(step), passed).expect("has a basis");
+    let found = free_run(machine, &structure, StepSettings::of_step(step), passed).expect("has a basis");
     assert!((found.end_speed / wanted.end_speed - 1.0).abs() < speed, "{found:?} {wanted:?}");
     let (ours, theirs) = (found.passing.expect("passes"), wanted.passing.expect("passes"));
     assert!((ours / theirs - 1.0).abs() < speed, "passed at {ours}, {theirs}");
@@ -159,9 +159,8 @@ fn unlike_and_skew_bearings_under_gravity_run_as_in_the_reduced_engine() {
 fn the_spin_converges_with_order_two() {
     let machine = alone(&study_machine("lab_rig"), &[("run.end_time", "0.2 s")]);
     let structure = Structure::build(&machine, None).expect("buildable");
-    let speed = |step: f64| {
-        free_run(&machine, &structure, FlightSettings::of_step(step), 250.0).expect("has a basis").end_speed
-    };
+    let speed =
+        |step: f64| free_run(&machine, &structure, StepSettings::of_step(step), 250.0).expect("has a basis").end_speed;
     let (large, middle, small) = (speed(4e-4), speed(2e-4), speed(1e-4));
     let order = ((large - middle) / (middle - small)).log2();
     println!("lab rig, spin at 0.2 s: {large} {middle} {small}, order {order:.2}");
@@ -249,7 +248,7 @@ fn unbalances_on_a_bare_shaft_do_not_shake_it() {
 fn a_flight_is_the_same_to_the_last_bit_when_it_is_repeated() {
     let machine = alone(&study_machine("lab_rig"), &[("run.end_time", "0.1 s")]);
     let structure = Structure::build(&machine, None).expect("buildable");
-    let run = || free_run(&machine, &structure, FlightSettings::of_step(2e-4), 310.0).expect("has a basis");
+    let run = || free_run(&machine, &structure, StepSettings::of_step(2e-4), 310.0).expect("has a basis");
     assert_eq!(run(), run());
 }
 
@@ -258,12 +257,12 @@ fn what_has_no_basis_is_refused_by_name() {
     // one-sided cross stiffness of an undamped mass: both planes have one frequency and one motion
     let defective = jeffcott("[[1.0, 0.5], [0.0, 1.0]]", "0");
     let structure = Structure::build(&defective, None).expect("buildable");
-    let refused = Flight::new(&defective, &structure, FlightSettings::of_step(0.1)).expect_err("no basis");
+    let refused = FreeMotion::new(&defective, &structure, StepSettings::of_step(0.1)).expect_err("no basis");
     assert!(matches!(refused, ExponentialError::IllConditioned { .. } | ExponentialError::NoBasis { .. }), "{refused}");
     println!("{refused}");
 
     let full = alone(&study_machine("lab_rig"), &[("run.engine", "full")]);
     let structure = Structure::build(&full, None).expect("buildable");
-    let refused = Flight::new(&full, &structure, FlightSettings::of_step(1e-4)).expect_err("not covered");
+    let refused = FreeMotion::new(&full, &structure, StepSettings::of_step(1e-4)).expect_err("not covered");
     assert!(matches!(refused, ExponentialError::NotCovered { .. }), "{refused}");
 }

@@ -2,14 +2,14 @@
 
 mod common;
 
-use bladeoff_core::engine::exponential::{ExponentialError, FlightSettings, RubbingRun, rubbing_run};
+use bladeoff_core::engine::exponential::{ExponentialError, RubbingRun, StepSettings, rubbing_run};
 use bladeoff_core::structure::Structure;
 use common::{machine_with, run, study_machine};
 
 fn rub(name: &str, changes: &[(&str, &str)], step: f64, flies: bool) -> RubbingRun {
     let machine = machine_with(&study_machine(name), changes);
     let structure = Structure::build(&machine, None).expect("buildable");
-    let found = rubbing_run(&machine, &structure, FlightSettings::of_step(step), flies).expect("goes on");
+    let found = rubbing_run(&machine, &structure, StepSettings::of_step(step), flies).expect("goes on");
     assert!(found.first_contact.is_some() && found.impulse > 0.0, "touches");
     found
 }
@@ -90,7 +90,7 @@ fn contact_that_is_not_covered_is_refused_by_name() {
     for change in [("contact.detection", "hyp1"), ("contact.points", "one"), ("run.force_location", "current")] {
         let machine = machine_with(&study_machine("lab_rig"), &[change]);
         let structure = Structure::build(&machine, None).expect("buildable");
-        let refused = rubbing_run(&machine, &structure, FlightSettings::of_step(1e-5), true).expect_err("refused");
+        let refused = rubbing_run(&machine, &structure, StepSettings::of_step(1e-5), true).expect_err("refused");
         assert!(matches!(refused, ExponentialError::NotCovered { .. }), "{change:?}: {refused}");
     }
 }
@@ -101,7 +101,7 @@ fn a_rub_converges_with_the_cells_of_the_grid() {
     let machine = machine_with(&study_machine("lp_turbine"), &[("run.end_time", "3.4 s")]);
     let structure = Structure::build(&machine, None).expect("buildable");
     let of = |spacing: f64, cells: u32| {
-        let settings = FlightSettings { spacing: Some(spacing), cells, ..FlightSettings::of_step(1.3e-5) };
+        let settings = StepSettings { spacing: Some(spacing), cells, ..StepSettings::of_step(1.3e-5) };
         let found = rubbing_run(&machine, &structure, settings, true).expect("goes on");
         assert!(found.impulse > 0.0, "touches");
         found.impulse

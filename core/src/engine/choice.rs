@@ -1,6 +1,6 @@
 //! Which engine runs a machine.
 
-use super::exponential::{self, ExponentialError, FlightSettings};
+use super::exponential::{self, ExponentialError, StepSettings};
 use super::plan::{StartError, StepPlan};
 use super::run;
 use crate::record::{End, Follower, Recorders};
@@ -20,7 +20,7 @@ pub(super) fn run(
     match machine.run.engine {
         Engine::Reduced | Engine::Full => run::run(machine, structure, plan, follower),
         Engine::Exponential => {
-            let settings = FlightSettings::of_step(plan.step);
+            let settings = StepSettings::of_step(plan.step);
             exponential::run(machine, structure, settings, follower).map_err(refused)
         }
     }

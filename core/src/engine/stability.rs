@@ -9,7 +9,7 @@
 //! [`crate::modal::least_damping`]. Verified by `tests/stability.rs`.
 
 use super::beginning::projected;
-use super::exponential::Scale;
+use super::exponential::GridSpacing;
 use super::shaft_line::{masses, sites};
 use crate::linalg::{EigenError, Matrix, Vector, add_outer, project};
 use crate::modal::{Damping, DampingGrid, UnstableRange, least_damping, quadratic_values, unstable_ranges};
@@ -119,12 +119,12 @@ pub(super) struct SolvedGrid {
 /// Some speeds of the exponential engine's grid.
 #[derive(Debug, Clone, Copy)]
 struct Speeds {
-    scale: Scale,
+    scale: GridSpacing,
     every: i64,
 }
 
 impl Speeds {
-    fn new(scale: Scale) -> Self {
+    fn new(scale: GridSpacing) -> Self {
         Self { scale, every: THINNED[usize::from(scale.closes)] }
     }
 
@@ -139,7 +139,7 @@ impl Speeds {
 
 impl SolvedGrid {
     pub fn new(machine: &Machine, structure: &Structure) -> Self {
-        let speeds = Speeds::new(Scale::of(machine, None));
+        let speeds = Speeds::new(GridSpacing::of(machine, None));
         Self { system: System::of(machine, structure), first: speeds.below(machine.rotor.initial_speed), speeds }
     }
 
@@ -175,7 +175,7 @@ pub fn unstable_speeds(
     [lowest, highest]: [f64; 2],
 ) -> Result<Vec<UnstableRange>, EigenError> {
     let system = System::of(machine, structure);
-    let grid = Speeds::new(Scale::reaching(machine, highest));
+    let grid = Speeds::new(GridSpacing::reaching(machine, highest));
     let inner = (grid.below(lowest) + 1..=grid.below(highest)).map(|b| grid.at(b));
     let mut speeds: Vec<f64> =
         std::iter::once(lowest).chain(inner).chain(std::iter::once(highest)).filter(|speed| *speed >= lowest).collect();

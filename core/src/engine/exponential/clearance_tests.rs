@@ -1,12 +1,12 @@
 //! The clearance bound of a flight against brute force: no candidate of a ringing ring is reached by a rotor that was struck and twisted, in any of the steps that
 //! the room lets it fly.
 
-use super::bound::length;
-use super::candidates::{BLOCK, candidates};
-use super::flight::Flight;
-use super::settings::{FlightSettings, LEVELS};
-use super::spin::Blow;
-use super::transient::{SHORT, Transient};
+use super::displacement_bound::length;
+use super::free_motion::FreeMotion;
+use super::ring_points::{BLOCK, ring_points};
+use super::settings::{MAX_DOUBLINGS, StepSettings};
+use super::spin::ContactImpulse;
+use super::transient::{SHORT_STEP, Transient};
 use crate::linalg::lanes::{LANES, Lane, flat, rows_times};
 use crate::structure::Structure;
 use bladeoff_model::machine::MachineDef;
@@ -25,9 +25,9 @@ impl Stream {
 }
 
 /// Strikes the rotor with impulses \[N s\], \[N m s\] and goes a contact step.
-fn strike(flight: &mut Flight, impulse: [f64; 2], torque: f64) {
+fn strike(flight: &mut FreeMotion, impulse: [f64; 2], torque: f64) {
     flight.propagate(0).expect("goes on");
-    flight.finish(0, Some(Blow { impulse, torque })).expect("goes on");
+    flight.complete_step(0, Some(ContactImpulse { impulse, torque })).expect("goes on");
 }
 
 #[test]
@@ -38,22 +38,22 @@ fn no_flight_reaches_a_ringing_ring() {
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
-        let mut transient = Transient::new(&machine, &structure, FlightSettings::of_step(h), true).expect("covered");
+        let mut transient = Transient::new(&machine, &structure, StepSettings::of_step(h), true).expect("covered");
         let diaphragm = &machine.diaphragms[0];
-        let ring = candidates(diaphragm, &structure, 0, h).expect("has candidates");
-        let (begun, most) = (transient.flight.clone(), transient.most);
-        let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| begun.step_of(level));
+        let ring = ring_points(diaphragm, &structure, 0, h).expect("has candidates");
+        let (begun, most) = (transient.free_motion.clone(), transient.max_level);
+        let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|level| begun.step_length(level));
         let mut random = Stream(7);
-        let (mut flown, mut refused, mut least) = ([0_u32; LEVELS + 1], 0, f64::INFINITY);
+        let (mut flown, mut refused, mut least) = ([0_u32; MAX_DOUBLINGS + 1], 0, f64::INFINITY);
         for round in 0..600 {
             if round % 40 == 0 {
-                transient.flight = begun.clone();
+                transient.free_motion = begun.clone();
             }
             let hit = [impulse * random.sign(), impulse * random.sign()];
-            strike(&mut transient.flight, hit, torque * random.sign());
+            strike(&mut transient.free_motion, hit, torque * random.sign());
             // a few modes ring, in any phase, so far that the room left is what a long step needs or less
             let contact = transient.contact.as_mut().expect("a diaphragm");
-            let modes = &mut contact.rub.ring;
+            let modes = &mut contact.contact_step.ring;
             let count = modes.amplitudes().len();
             modes.place.fill(Lane::default());
             modes.rate.fill(Lane::default());
@@ -61,31 +61,34 @@ fn no_flight_reaches_a_ringing_ring() {
                 let j = (random.next() * count as f64) as usize;
                 modes.place[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
-            let x = contact.rub.off_centre(transient.flight.place(0));
-            let reach = contact.rub.ring.reach(&ring.reach);
-            let clear = contact.rub.room() + reach - length(x);
-            let velocity = transient.flight.see_ahead();
+            let x = contact.contact_step.displacement_from_centre(transient.free_motion.place(0));
+            let reach = contact.contact_step.ring.reach(&ring.reach);
+            let clear = contact.contact_step.clearance() + reach - length(x);
+            let velocity = transient.free_motion.bound_states();
             // as long as the longest may be, or as those that are common
-            let top = if round % 2 == 0 { most } else { SHORT };
+            let top = if round % 2 == 0 { most } else { SHORT_STEP };
             let longest = lengths[top];
-            let way = longest * length(velocity) + transient.flight.leaves(top);
+            let way = longest * length(velocity) + transient.free_motion.max_deviation(top);
             let wanted = clear - 1.5 * way * random.next();
             let part = wanted.max(0.0) / reach;
-            contact.rub.ring.place.iter_mut().flat_map(|eight| &mut eight.0).for_each(|q| *q *= part);
+            contact.contact_step.ring.place.iter_mut().flat_map(|eight| &mut eight.0).for_each(|q| *q *= part);
             // as `Transient::level` does, whatever peaks ask for
-            let room = contact.rub.room();
-            let Some(level) = transient.flight.stays(&lengths, [x, velocity], room, top).filter(|_| length(x) < room)
+            let room = contact.contact_step.clearance();
+            let Some(level) = transient
+                .free_motion
+                .longest_step_within(&lengths, [x, velocity], room, top)
+                .filter(|_| length(x) < room)
             else {
                 refused += 1;
                 continue;
             };
             flown[level] += 1;
-            let rub = &transient.contact.as_ref().expect("a diaphragm").rub;
-            let (mut flight, mut ringing) = (transient.flight.clone(), rub.ring.clone());
-            let step = ringing.flight(h);
+            let rub = &transient.contact.as_ref().expect("a diaphragm").contact_step;
+            let (mut flight, mut ringing) = (transient.free_motion.clone(), rub.ring.clone());
+            let step = ringing.propagator(h);
             for _ in 0..1 << level {
                 flight.advance(0).expect("goes on");
-                ringing.fly(&step);
+                ringing.propagate(&step);
                 let x = rub.place(flight.place(0));
                 for block in 0..ring.count() / BLOCK {
                     let moved = rows_times(ring.radial(block), ringing.amplitudes());
@@ -100,7 +103,7 @@ fn no_flight_reaches_a_ringing_ring() {
         }
         println!("{name}: flights by level {flown:?}, refused {refused}, least clearance {least:.1e} of the gap");
         assert!(
-            flown[SHORT..].iter().sum::<u32>() > 50 && flown[..SHORT].iter().sum::<u32>() > 50 && refused > 5,
+            flown[SHORT_STEP..].iter().sum::<u32>() > 50 && flown[..SHORT_STEP].iter().sum::<u32>() > 50 && refused > 5,
             "{name}: {flown:?} {refused}"
         );
         assert!(least < 0.2, "{name}: it comes near: {least}");

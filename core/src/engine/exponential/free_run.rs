@@ -1,9 +1,9 @@
 //! A whole run without contact, for tests of the propagation.
 
 use super::ExponentialError;
-use super::flight::Flight;
-use super::peak::Vertex;
-use super::settings::FlightSettings;
+use super::free_motion::FreeMotion;
+use super::parabola_peak::ParabolaPeak;
+use super::settings::StepSettings;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
@@ -27,18 +27,18 @@ pub struct FreeRun {
 pub fn free_run(
     machine: &Machine,
     structure: &Structure,
-    settings: FlightSettings,
+    settings: StepSettings,
     passed: f64,
 ) -> Result<FreeRun, ExponentialError> {
-    let mut flight = Flight::new(machine, structure, settings)?;
+    let mut flight = FreeMotion::new(machine, structure, settings)?;
     let bearings = structure.rotor.bearings.len();
-    let mut peaks = vec![Vertex::default(); bearings];
+    let mut peaks = vec![ParabolaPeak::default(); bearings];
     let mut passing = None;
     let steps = libm::round(machine.run.end_time / settings.step) as u64;
     for step in 0..=steps {
         for (bearing, peak) in peaks.iter_mut().enumerate() {
             let [x, y] = flight.load(bearing);
-            peak.see(x * x + y * y);
+            peak.add(x * x + y * y);
         }
         if step == steps {
             break;
@@ -53,6 +53,6 @@ pub fn free_run(
         end_speed: flight.speed(),
         largest_loads: peaks.iter().map(|peak| peak.value.sqrt()).collect(),
         passing,
-        stations: flight.stations(),
+        stations: flight.visited_bases(),
     })
 }

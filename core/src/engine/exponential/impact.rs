@@ -16,7 +16,7 @@
 //! Source: (4) is the steady state of `v+ = v- e^{-ch} + J`. Limit: the saw-tooth of bending modes is not separated, so the normal work still contains it.
 //! Verified by `friction_of_a_rolling_surface_does_not_fall`, `coarse_and_fine_steps_agree_where_both_are_ok` (`tests/rolling.rs`).
 
-use super::kick::Kick;
+use super::impulse_response::ImpulseResponse;
 use super::spin::Spin;
 
 /// Impulses and works of the contact of a step.
@@ -48,7 +48,7 @@ pub(super) struct FreeStep<'a> {
     pub from: [f64; 2],
     pub to: [f64; 2],
     pub velocity: [f64; 2],
-    pub kick: &'a Kick,
+    pub kick: &'a ImpulseResponse,
     /// Turn of the rotor's surface over the step \[rad\], and per angular impulse; its rate at n \[rad/s\], and the jump of that per angular impulse.
     pub turn: f64,
     pub rolling: f64,

@@ -6,18 +6,18 @@
 //! Exact for any step, damped, overdamped or free; f is what a force is on average over the step. Functions of B: [`super::block`].
 //! All lists have a multiple of eight entries.
 
-use super::block::Split;
+use super::plane_block::SplitBlock;
 use crate::linalg::lanes::{LANES, Lane};
 
 /// What a step size makes of modes, eight after eight.
 #[derive(Debug, Clone)]
 pub(super) struct OscillatorStep {
-    pub eights: Vec<Eight>,
+    pub lanes: Vec<OscillatorLanes>,
 }
 
 /// That of eight modes.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Eight {
+pub(super) struct OscillatorLanes {
     /// Entries of `exp(B h)`, by rows.
     pub free: [Lane; 4],
     /// Place and rate after the step of a unit force.
@@ -26,11 +26,11 @@ pub(super) struct Eight {
 
 impl OscillatorStep {
     /// Of modes over a step of `h` \[s\].
-    pub fn new(blocks: &[Split], h: f64) -> Self {
-        let eight = |blocks: &[Split]| {
-            let mut eight = Eight::default();
+    pub fn new(blocks: &[SplitBlock], h: f64) -> Self {
+        let eight = |blocks: &[SplitBlock]| {
+            let mut eight = OscillatorLanes::default();
             for (k, block) in blocks.iter().enumerate() {
-                let (free, force) = (block.exponential(h), block.constant(h, [0.0, 1.0]));
+                let (free, force) = (block.exponential(h), block.constant_response(h, [0.0, 1.0]));
                 for i in 0..4 {
                     eight.free[i].0[k] = free[i];
                 }
@@ -40,11 +40,11 @@ impl OscillatorStep {
             }
             eight
         };
-        Self { eights: blocks.chunks(LANES).map(eight).collect() }
+        Self { lanes: blocks.chunks(LANES).map(eight).collect() }
     }
 }
 
-impl Eight {
+impl OscillatorLanes {
     /// Place and rate of eight modes after the step without force; inside a kernel.
     #[inline(always)]
     pub fn after(&self, place: &[f64; LANES], rate: &[f64; LANES]) -> [[f64; LANES]; 2] {

@@ -9,7 +9,7 @@
 //! unbalance, one constant. (1) is the load of the reduced engine; W'/2 of the gyroscopic moments is not in its static part (1e-4 of a part of it).
 //! Source: docs/theory/05-reduction.md, "Bearing loads". Verified by `tests/exponential.rs`.
 
-use super::system::LateralSystem;
+use super::state_space::StateSpace;
 use crate::engine::shaft_line::sites;
 use crate::linalg::{Matrix, mul};
 use crate::rotor::BearingSite;
@@ -44,7 +44,7 @@ struct BearingRows {
 
 /// What a bearing's load has besides its rows.
 #[derive(Debug, Clone)]
-pub(super) struct Direct {
+pub(super) struct DirectFeedthrough {
     /// Of each unbalance's force and of a force on each diaphragm's node, by rows.
     pub of_force: Vec<[f64; 4]>,
     pub of_contact: Vec<[f64; 4]>,
@@ -84,7 +84,7 @@ impl Outputs {
     }
 
     /// Place of the first row of a bearing.
-    pub fn load(&self, bearing: usize) -> usize {
+    pub fn load_row(&self, bearing: usize) -> usize {
         self.site_columns.ncols() + 2 * bearing
     }
 
@@ -99,8 +99,8 @@ impl Outputs {
     }
 
     /// Places of the first rows of all bearings.
-    pub fn loads(&self) -> Vec<usize> {
-        (0..self.bearings.len()).map(|bearing| self.load(bearing)).collect()
+    pub fn load_rows(&self) -> Vec<usize> {
+        (0..self.bearings.len()).map(|bearing| self.load_row(bearing)).collect()
     }
 
     /// Largest share of a coordinate's rate in a bearing's load, before rates cancel \[N s/m\].
@@ -114,26 +114,26 @@ impl Outputs {
     }
 
     /// Place of the first row of a diaphragm.
-    pub fn contact(&self, diaphragm: usize) -> usize {
-        self.load(self.bearings.len()) + 4 * diaphragm
+    pub fn contact_row(&self, diaphragm: usize) -> usize {
+        self.load_row(self.bearings.len()) + 4 * diaphragm
     }
 
     /// Y: rows on (q, q') at a spin.
-    pub fn rows(&self, system: &LateralSystem, spin: f64) -> Matrix {
+    pub fn output_rows(&self, system: &StateSpace, spin: f64) -> Matrix {
         let (n, sites) = (system.size, self.site_columns.ncols());
         let contacts = self.contact_columns.ncols();
-        let mut y = Matrix::zeros(self.contact(contacts / 2), 2 * n);
+        let mut y = Matrix::zeros(self.contact_row(contacts / 2), 2 * n);
         y.view_mut((0, n), (sites, n)).copy_from(&self.site_columns.transpose());
         let velocity_terms = &system.damping + &system.gyroscopic * spin;
         for (i, bearing) in self.bearings.iter().enumerate() {
             let inertia = self.inertia(system, bearing);
             let of_place = &bearing.of_place - mul(&inertia, &system.stiffness);
             let of_velocity = &bearing.of_velocity + &bearing.of_gyration * spin - mul(&inertia, &velocity_terms);
-            y.view_mut((self.load(i), 0), (2, n)).copy_from(&of_place);
-            y.view_mut((self.load(i), n), (2, n)).copy_from(&of_velocity);
+            y.view_mut((self.load_row(i), 0), (2, n)).copy_from(&of_place);
+            y.view_mut((self.load_row(i), n), (2, n)).copy_from(&of_velocity);
         }
         for k in 0..contacts {
-            let row = self.contact(k / 2) + k % 2;
+            let row = self.contact_row(k / 2) + k % 2;
             y.view_mut((row, 0), (1, n)).copy_from(&self.contact_columns.column(k).transpose());
             y.view_mut((row + 2, n), (1, n)).copy_from(&self.contact_columns.column(k).transpose());
         }
@@ -141,25 +141,27 @@ impl Outputs {
     }
 
     /// Pushes of a unit force on the unbalances' nodes, two columns each, of the weight, and on the diaphragms' nodes.
-    pub fn pushes(&self, system: &LateralSystem) -> Matrix {
-        let push = |matrix: &Matrix| matrix.column_iter().flat_map(|c| system.push(c.as_slice())).collect::<Vec<f64>>();
-        let all = [push(&self.site_columns), system.push(&self.weight), push(&self.contact_columns)].concat();
-        Matrix::from_column_slice(2 * system.size, self.contact_push(0) + self.contact_columns.ncols(), &all)
+    pub fn input_vectors(&self, system: &StateSpace) -> Matrix {
+        let push = |matrix: &Matrix| {
+            matrix.column_iter().flat_map(|c| system.input_vector(c.as_slice())).collect::<Vec<f64>>()
+        };
+        let all = [push(&self.site_columns), system.input_vector(&self.weight), push(&self.contact_columns)].concat();
+        Matrix::from_column_slice(2 * system.size, self.contact_input(0) + self.contact_columns.ncols(), &all)
     }
 
     /// Place of the first push of a diaphragm.
-    pub fn contact_push(&self, diaphragm: usize) -> usize {
+    pub fn contact_input(&self, diaphragm: usize) -> usize {
         self.site_columns.ncols() + 1 + 2 * diaphragm
     }
 
     /// What loads have of forces at once.
-    pub fn direct(&self, system: &LateralSystem) -> Vec<Direct> {
+    pub fn feedthrough(&self, system: &StateSpace) -> Vec<DirectFeedthrough> {
         let of = |bearing: &BearingRows| {
             let inertia = self.inertia(system, bearing);
             let of_force = &bearing.of_sites + mul(&inertia, &self.site_columns);
             let of_contact = &bearing.of_contacts + mul(&inertia, &self.contact_columns);
             let weight = &inertia * crate::linalg::Vector::from_column_slice(&self.weight);
-            Direct {
+            DirectFeedthrough {
                 of_force: squares(&of_force),
                 of_contact: squares(&of_contact),
                 constant: [bearing.of_weight[0] + weight[0], bearing.of_weight[1] + weight[1]],
@@ -169,7 +171,7 @@ impl Outputs {
     }
 
     /// `-K R sum_s E_s m_s Phi_s M^-1`: (2) before its forces.
-    fn inertia(&self, system: &LateralSystem, bearing: &BearingRows) -> Matrix {
+    fn inertia(&self, system: &StateSpace, bearing: &BearingRows) -> Matrix {
         let mut held = self.site_columns.transpose();
         for (k, mut row) in held.row_iter_mut().enumerate() {
             row.scale_mut(-self.masses[k / 2]);

@@ -6,14 +6,14 @@
 //! f_s is the complex force of unbalance s in the middle of the step, which turns with the cell's speed, c_w the weight's. A pair costs eight products with
 //! one unbalance; nothing depends on the step's size. Eight pairs stand together, all that is made of them in one row of the table. Verified by `the_table_has_what_the_blocks_say` and the closed forms of `tests/exponential.rs`.
 
-use super::block::{Block, Drive, Split};
-use super::local::Local;
+use super::interval_model::IntervalModel;
+use super::plane_block::{Harmonic, PlaneBlock, SplitBlock};
 use crate::linalg::lanes::{LANES, Lane};
 use nalgebra::Complex;
 
 /// Entries of a row of the table before those of the unbalances, and those of each.
-const FREE: usize = 4;
-const PUSH: usize = 4;
+const FREE_ENTRIES: usize = 4;
+const FORCE_ENTRIES: usize = 4;
 
 /// `exp(B h)` and the responses of a step size in one cell.
 #[derive(Debug, Clone)]
@@ -27,31 +27,31 @@ pub(super) struct Propagator {
 
 impl Propagator {
     /// For steps of `h` \[s\] in a cell under so many unbalances.
-    pub fn new(cell: &Local, unbalances: usize, h: f64) -> Self {
+    pub fn new(cell: &IntervalModel, unbalances: usize, h: f64) -> Self {
         let pairs = cell.blocks.len();
-        let weight = &cell.pushes[2 * unbalances];
+        let weight = &cell.input_vectors[2 * unbalances];
         let weighs = weight.iter().any(|&push| push != 0.0);
-        let stride = FREE + PUSH * unbalances + if weighs { 2 } else { 0 };
+        let stride = FREE_ENTRIES + FORCE_ENTRIES * unbalances + if weighs { 2 } else { 0 };
         let mut table = vec![Lane::default(); stride * pairs.div_ceil(LANES)];
-        let drive = Drive::new(cell.speed, h);
+        let drive = Harmonic::new(cell.speed, h);
         for (k, block) in cell.blocks.iter().enumerate() {
             let row = &mut table[k / LANES * stride..][..stride];
             let mut put = |at: usize, value: f64| row[at].0[k % LANES] = value;
-            let split = Split::of(block);
-            let over = split.over(&drive);
+            let split = SplitBlock::of(block);
+            let over = split.step(&drive);
             for (i, entry) in over.free.into_iter().enumerate() {
                 put(i, entry);
             }
             for s in 0..unbalances {
-                let (u, v) = (&cell.pushes[2 * s], &cell.pushes[2 * s + 1]);
+                let (u, v) = (&cell.input_vectors[2 * s], &cell.input_vectors[2 * s + 1]);
                 let l = |at: usize| Complex::new(u[at], -v[at]);
                 let [a, b] = over.harmonic(&split, &drive, [l(k), l(pairs + k)]);
                 for (i, entry) in [a.re, -a.im, b.re, -b.im].into_iter().enumerate() {
-                    put(FREE + PUSH * s + i, entry);
+                    put(FREE_ENTRIES + FORCE_ENTRIES * s + i, entry);
                 }
             }
             if weighs {
-                let [a, b] = split.constant(h, [weight[k], weight[pairs + k]]);
+                let [a, b] = split.constant_response(h, [weight[k], weight[pairs + k]]);
                 put(stride - 2, a);
                 put(stride - 1, b);
             }
@@ -66,12 +66,12 @@ impl Propagator {
 
     /// y after the step of a unit force of an unbalance along u in its middle.
     pub fn of_force(&self, s: usize) -> Vec<f64> {
-        let of = |state: usize| (0..self.pairs).map(move |k| self.at(k, FREE + PUSH * s + 2 * state));
+        let of = |state: usize| (0..self.pairs).map(move |k| self.at(k, FREE_ENTRIES + FORCE_ENTRIES * s + 2 * state));
         of(0).chain(of(1)).collect()
     }
 
     /// `exp(B h)` of a pair.
-    pub fn of_pair(&self, k: usize) -> Block {
+    pub fn of_pair(&self, k: usize) -> PlaneBlock {
         std::array::from_fn(|i| self.at(k, i))
     }
 
@@ -114,15 +114,15 @@ fn eight(
     a: &mut [f64; LANES],
     b: &mut [f64; LANES],
 ) {
-    let Some(([aa, ab, ba, bb], rest)) = row.split_first_chunk::<FREE>() else { return };
+    let Some(([aa, ab, ba, bb], rest)) = row.split_first_chunk::<FREE_ENTRIES>() else { return };
     let (x, z) = (*a, *b);
     let (mut p, mut q) = ([0.0; LANES], [0.0; LANES]);
     for k in 0..LANES {
         p[k] = aa.0[k] * x[k] + ab.0[k] * z[k];
         q[k] = ba.0[k] * x[k] + bb.0[k] * z[k];
     }
-    let (pushes, weight) = rest.split_at(PUSH * unbalances);
-    for ([ar, ai, br, bi], f) in pushes.as_chunks::<PUSH>().0.iter().zip(forces) {
+    let (pushes, weight) = rest.split_at(FORCE_ENTRIES * unbalances);
+    for ([ar, ai, br, bi], f) in pushes.as_chunks::<FORCE_ENTRIES>().0.iter().zip(forces) {
         for k in 0..LANES {
             p[k] += ar.0[k] * f.re + ai.0[k] * f.im;
             q[k] += br.0[k] * f.re + bi.0[k] * f.im;
@@ -154,7 +154,7 @@ mod tests {
                 let size = if n == 2 * unbalances { weight } else { 1.0 };
                 (0..2 * pairs).map(|i| size * value(100 * n + i)).collect()
             });
-            let cell = Local::new(
+            let cell = IntervalModel::new(
                 13.0,
                 blocks,
                 &Matrix::from_fn(11, 2 * pairs, |i, j| value(5 * i + j)),
@@ -168,17 +168,17 @@ mod tests {
             let mut y = begun.clone();
             propagator.advance(forces.iter().copied(), &mut y);
             for k in 0..pairs {
-                let split = Split::of(&cell.blocks[k]);
+                let split = SplitBlock::of(&cell.blocks[k]);
                 let e = split.exponential(h);
                 let at = |list: &[f64]| [list[k], list[pairs + k]];
                 let [a, b] = at(&begun);
                 let mut wanted = [e[0] * a + e[1] * b, e[2] * a + e[3] * b];
                 for (s, f) in forces.iter().enumerate() {
-                    let (u, v) = (at(&cell.pushes[2 * s]), at(&cell.pushes[2 * s + 1]));
+                    let (u, v) = (at(&cell.input_vectors[2 * s]), at(&cell.input_vectors[2 * s + 1]));
                     let c = split.harmonic(cell.speed, h, [0, 1].map(|i| Complex::new(u[i], -v[i])));
                     wanted = [0, 1].map(|i| wanted[i] + (c[i] * f).re);
                 }
-                let constant = split.constant(h, at(&cell.pushes[2 * unbalances]));
+                let constant = split.constant_response(h, at(&cell.input_vectors[2 * unbalances]));
                 let found = at(&y);
                 for i in 0..2 {
                     assert!((found[i] - wanted[i] - constant[i]).abs() < 1e-12, "{pairs} {unbalances} {k}");

@@ -1,14 +1,14 @@
 //! How finely a run is computed.
 
 /// Cells between two stations of the grid.
-const CELLS: u32 = 40;
+const INTERVALS_PER_BASIS: u32 = 40;
 
 /// A flight step has at most `2^LEVELS` contact steps.
-pub(super) const LEVELS: usize = 8;
+pub(super) const MAX_DOUBLINGS: usize = 8;
 
 /// Steps and grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FlightSettings {
+pub struct StepSettings {
     /// Contact step \[s\]; a flight may take it doubled any number of times.
     pub step: f64,
     /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 37th of the initial speed, so that it is one for speeds that differ
@@ -18,10 +18,10 @@ pub struct FlightSettings {
     pub cells: u32,
 }
 
-impl FlightSettings {
+impl StepSettings {
     /// With the default grid.
     #[must_use]
     pub fn of_step(step: f64) -> Self {
-        Self { step, spacing: None, cells: CELLS }
+        Self { step, spacing: None, cells: INTERVALS_PER_BASIS }
     }
 }

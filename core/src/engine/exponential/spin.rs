@@ -28,9 +28,9 @@
 //! sites turn with W, and gyroscopic torques act on the torsional modes only where they matter ([`super::gyration`]); a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
 
 use super::ExponentialError;
-use super::direction::Direction;
-use super::loaded::Loaded;
-use super::twist::{Twist, TwistStep};
+use super::loaded_modes::LoadedModes;
+use super::phasor::Phasor;
+use super::torsional_modes::{TorsionalModes, TorsionalStep};
 use crate::engine::shaft_line::sites;
 use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
@@ -39,10 +39,10 @@ use bladeoff_model::machine::{Braking, Machine};
 use nalgebra::Complex;
 
 /// Growth over a whole run that is none.
-const COMES_TO_NOTHING: f64 = 0.1;
+const NEGLIGIBLE_FEEDBACK: f64 = 0.1;
 
 /// Part of a bend of the spin that a turn by 1 rad forgets: one that swings passes through zero.
-const FORGETS: f64 = 0.3;
+const FORGETTING: f64 = 0.3;
 
 /// Spin and twist under way.
 #[derive(Debug, Clone)]
@@ -54,19 +54,19 @@ pub(super) struct Spin {
     momentum: f64,
     /// The last step \[s\], and how many of it the slope foretells at most: [`Loaded::foretold`].
     last: f64,
-    foretells: f64,
+    max_extrapolation: f64,
     /// Of the spin over the last step \[rad/s2\], and the largest change of that of late \[rad/s3\].
     slope: f64,
-    bend: f64,
+    slope_rate: f64,
     /// The slope without what a blow has made, which the next step foretells.
-    rest: f64,
-    loaded: Loaded,
+    slope_without_impulse: f64,
+    loaded_modes: LoadedModes,
     braking: Braking,
     gravity: [f64; 2],
-    arms: Vec<Arm>,
-    twist: Twist,
+    arms: Vec<UnbalanceArm>,
+    torsion: TorsionalModes,
     /// That of the blow of the last step \[N m s\].
-    blow: f64,
+    impulse_torque: f64,
     /// (6) so far \[J\].
     braked: f64,
     /// Those predicted for n+1.
@@ -76,16 +76,16 @@ pub(super) struct Spin {
 
 /// One unbalance.
 #[derive(Debug, Clone)]
-struct Arm {
+struct UnbalanceArm {
     /// m d \[kg m\].
     moment: f64,
     phase: f64,
     /// psi, psi', e^{i psi}, r and k at n; psi that was foreseen is that of the direction.
     angle: f64,
     rate: f64,
-    direction: Direction,
+    phasor: Phasor,
     momentum: f64,
-    pull: f64,
+    gravity_torque: f64,
     next_rate: f64,
     /// e^{i psi} at n, once n+1 is predicted.
     unit: Complex<f64>,
@@ -94,13 +94,13 @@ struct Arm {
     driving: Complex<f64>,
     force: Complex<f64>,
     /// Jump of psi' per angular impulse on the first diaphragm's node \[1/(kg m2)\]; (7) at n and n+1.
-    answers: f64,
+    compliance: f64,
     jumps: [Complex<f64>; 2],
 }
 
 /// An impulse on the first diaphragm's node at n \[N s\], and that of its torque \[N m s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Blow {
+pub(super) struct ContactImpulse {
     pub impulse: [f64; 2],
     pub torque: f64,
 }
@@ -111,10 +111,10 @@ pub(super) struct SpinStep {
     h: f64,
     /// 1/h.
     over: f64,
-    twist: TwistStep,
+    twist: TorsionalStep,
 }
 
-impl Arm {
+impl UnbalanceArm {
     /// (3) in a direction, at a rate and its derivative \[N\].
     #[inline(always)]
     fn force(&self, unit: Complex<f64>, rate: f64, rate_dot: f64) -> Complex<f64> {
@@ -124,7 +124,7 @@ impl Arm {
 
     /// (4) of a jump of psi' in a direction \[N s\].
     #[inline(always)]
-    fn kick(&self, unit: Complex<f64>, jump: f64) -> Complex<f64> {
+    fn velocity_kick(&self, unit: Complex<f64>, jump: f64) -> Complex<f64> {
         let turn = unit * self.moment;
         Complex::new(jump * turn.im, -jump * turn.re)
     }
@@ -144,22 +144,22 @@ impl Spin {
     /// # Errors
     /// [`ExponentialError`] of [`Loaded::new`].
     pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, ExponentialError> {
-        let loaded = Loaded::new(machine, structure)?;
+        let loaded = LoadedModes::new(machine, structure)?;
         let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
-        let arms = sites(machine).into_iter().map(|site| Arm {
+        let arms = sites(machine).into_iter().map(|site| UnbalanceArm {
             moment: site.mass * site.radius,
             phase: site.phase,
             angle: angle + site.phase,
             rate: speed,
-            direction: Direction::of(angle + site.phase),
+            phasor: Phasor::of(angle + site.phase),
             momentum: 0.0,
-            pull: 0.0,
+            gravity_torque: 0.0,
             next_rate: 0.0,
             unit: Complex::new(1.0, 0.0),
             left: Complex::new(0.0, 0.0),
             driving: Complex::new(0.0, 0.0),
             force: Complex::new(0.0, 0.0),
-            answers: 0.0,
+            compliance: 0.0,
             jumps: [Complex::new(0.0, 0.0); 2],
         });
         let nodes = sites(machine).into_iter().map(|site| site.twist_node);
@@ -168,8 +168,8 @@ impl Spin {
         rows.push(loaded.shift.clone());
         let acting = rows.len();
         rows.extend(contact.map(|node| loaded.row(structure, node)));
-        let answers = |mut arm: Arm, row: &Vec<f64>| {
-            arm.answers = rows.get(acting).map_or(0.0, |contact| 1.0 / loaded.inertia + dot(contact, row));
+        let answers = |mut arm: UnbalanceArm, row: &Vec<f64>| {
+            arm.compliance = rows.get(acting).map_or(0.0, |contact| 1.0 / loaded.inertia + dot(contact, row));
             arm
         };
         let mut spin = Self {
@@ -177,78 +177,78 @@ impl Spin {
             speed,
             momentum: 0.0,
             last: f64::INFINITY,
-            foretells: loaded.foretold(),
+            max_extrapolation: loaded.max_extrapolation(),
             slope: 0.0,
-            bend: 0.0,
-            rest: 0.0,
+            slope_rate: 0.0,
+            slope_without_impulse: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
             arms: arms.zip(&rows).map(|(arm, row)| answers(arm, row)).collect(),
-            twist: Twist::new(&loaded.modes, &rows, acting),
-            blow: 0.0,
+            torsion: TorsionalModes::new(&loaded.modes, &rows, acting),
+            impulse_torque: 0.0,
             braked: 0.0,
             next_angle: angle,
             next_speed: speed,
-            loaded,
+            loaded_modes: loaded,
         };
         spin.force();
         Ok(spin)
     }
 
     /// Takes momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum.
-    pub fn begin(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let mut momentum = self.loaded.inertia * self.speed + gyroscopic;
+    pub fn start(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
+        let mut momentum = self.loaded_modes.inertia * self.speed + gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
-            let given = self.given_way(s, |arm| arm.rate);
+            let given = self.torsional_yield(s, |arm| arm.rate);
             let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.direction.unit, arm.rate, velocity, self.gravity);
+            let [carried, pull] = arm.exchange(arm.phasor.unit, arm.rate, velocity, self.gravity);
             arm.momentum = carried + given;
-            arm.pull = pull;
+            arm.gravity_torque = pull;
             momentum += arm.momentum;
         }
         self.momentum = momentum;
     }
 
     /// Takes the slope of another that has gone a short step from here.
-    pub fn learn_from(&mut self, ahead: &Spin) {
-        (self.slope, self.rest) = (ahead.slope, ahead.rest);
+    pub fn copy_slope(&mut self, ahead: &Spin) {
+        (self.slope, self.slope_without_impulse) = (ahead.slope, ahead.slope_without_impulse);
         self.force();
     }
 
     /// (3) at n.
     fn force(&mut self) {
         for arm in &mut self.arms {
-            arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
+            arm.force = arm.force(arm.phasor.unit, arm.rate, self.slope);
         }
     }
 
     /// Part of r that goes with the rates.
     #[inline(always)]
-    fn given_way(&self, s: usize, rate: impl Fn(&Arm) -> f64) -> f64 {
-        column_of(&self.loaded.gives_way, s).iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
+    fn torsional_yield(&self, s: usize, rate: impl Fn(&UnbalanceArm) -> f64) -> f64 {
+        column_of(&self.loaded_modes.compliance_inertia, s).iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
     }
 
     /// Tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> SpinStep {
-        SpinStep { h, over: 1.0 / h, twist: self.twist.step(h) }
+        SpinStep { h, over: 1.0 / h, twist: self.torsion.step(h) }
     }
 
     /// Begins a step: the unbalances' forces in its middle are [`Spin::driving`] then; inside a kernel.
     #[inline(always)]
     pub fn predict(&mut self, step: &SpinStep) {
         let h = step.h;
-        self.next_speed = self.speed + h.min(self.foretells * self.last) * self.rest;
+        self.next_speed = self.speed + h.min(self.max_extrapolation * self.last) * self.slope_without_impulse;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
-        self.twist.set_out(&step.twist);
-        self.blow = 0.0;
+        self.torsion.propagate_free(&step.twist);
+        self.impulse_torque = 0.0;
         let over = step.over;
         for (s, arm) in self.arms.iter_mut().enumerate() {
-            let [turned, rate] = self.twist.foreseen(s);
+            let [turned, rate] = self.torsion.predicted_at_row(s);
             let next_angle = self.next_angle + turned + arm.phase;
             arm.next_rate = self.next_speed + rate;
-            arm.unit = arm.direction.unit;
-            let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
-            arm.direction = middle.at(next_angle);
+            arm.unit = arm.phasor.unit;
+            let middle = arm.phasor.at(0.5 * (arm.angle + next_angle));
+            arm.phasor = middle.at(next_angle);
             let gained = arm.next_rate - arm.rate;
             arm.driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
         }
@@ -265,46 +265,51 @@ impl Spin {
     }
 
     /// How fast brakes take the momentum by what of them depends on the spin, dT/dW over J at n \[1/s\].
-    pub fn brakes(&self, braking: &Braking) -> f64 {
-        (braking.linear + 2.0 * braking.quadratic * self.speed.abs()) / self.loaded.inertia
+    pub fn braking_torque(&self, braking: &Braking) -> f64 {
+        (braking.linear + 2.0 * braking.quadratic * self.speed.abs()) / self.loaded_modes.inertia
     }
 
     /// What a step of `h` \[s\] is expected to end with beside the speed that is predicted, as a part of it.
-    pub fn surprise(&self, h: f64) -> f64 {
-        h * h * self.bend / self.speed
+    pub fn prediction_error(&self, h: f64) -> f64 {
+        h * h * self.slope_rate / self.speed
     }
 
     /// Adds a blow at the beginning of the step, on the first diaphragm's node; `velocities`: jumps of those of the unbalances' nodes per impulse, from behind which k goes on. What it makes of psi' is
     /// foreseen then: (7). Between predict and complete, inside a kernel.
     #[inline(always)]
-    pub fn strike(&mut self, step: &SpinStep, Blow { impulse: [u, v], torque }: Blow, velocities: &[[[f64; 2]; 2]]) {
+    pub fn apply_impulse(
+        &mut self,
+        step: &SpinStep,
+        ContactImpulse { impulse: [u, v], torque }: ContactImpulse,
+        velocities: &[[[f64; 2]; 2]],
+    ) {
         let SpinStep { h, over, .. } = *step;
         self.momentum += torque;
-        self.blow = torque;
-        self.twist.strike(&step.twist, torque);
-        let jump = torque / self.loaded.inertia;
+        self.impulse_torque = torque;
+        self.torsion.apply_impulse(&step.twist, torque);
+        let jump = torque / self.loaded_modes.inertia;
         self.next_speed += jump;
         self.next_angle += h * jump;
         for (s, (arm, [x, y])) in self.arms.iter_mut().zip(velocities).enumerate() {
             let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
-            arm.pull -= arm.moment * arm.rate * (velocity * arm.unit.conj()).re;
-            let ([turned, rate], jump) = (self.twist.foreseen(s), arm.answers * torque);
+            arm.gravity_torque -= arm.moment * arm.rate * (velocity * arm.unit.conj()).re;
+            let ([turned, rate], jump) = (self.torsion.predicted_at_row(s), arm.compliance * torque);
             let next_angle = self.next_angle + turned + arm.phase;
             arm.next_rate = self.next_speed + rate;
-            let middle = arm.direction.at(0.5 * (arm.angle + next_angle));
-            arm.direction = middle.at(next_angle);
+            let middle = arm.phasor.at(0.5 * (arm.angle + next_angle));
+            arm.phasor = middle.at(next_angle);
             let gained = arm.next_rate - arm.rate - jump;
             let driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
-            arm.jumps = [arm.kick(arm.unit, jump), (driving - arm.driving) * h];
+            arm.jumps = [arm.velocity_kick(arm.unit, jump), (driving - arm.driving) * h];
         }
     }
 
     /// Jump of the velocity of the first diaphragm's node by (7) at n, of a blow with this torque \[m/s\]; `velocities` as of [`Spin::strike`].
     #[inline(always)]
-    pub fn answer(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
+    pub fn impulse_answer(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
         let mut jump = [0.0; 2];
         for (arm, [x, y]) in self.arms.iter().zip(velocities) {
-            let kick = arm.kick(arm.unit, arm.answers * torque);
+            let kick = arm.velocity_kick(arm.unit, arm.compliance * torque);
             // the answer there to an impulse here is that here to one there
             jump = [0, 1].map(|i| jump[i] + x[i] * kick.re + y[i] * kick.im);
         }
@@ -319,7 +324,7 @@ impl Spin {
 
     /// Turn of the first diaphragm's node beside the mean angle \[rad\], and its rate: at n, after predict those foreseen for n+1.
     pub fn at_contact(&self) -> [f64; 2] {
-        self.twist.seen(self.arms.len() + 1)
+        self.torsion.at_row(self.arms.len() + 1)
     }
 
     /// Turn of that node over the step that is predicted \[rad\], its turn at n given; after predict.
@@ -329,137 +334,138 @@ impl Spin {
 
     /// Turn of the first diaphragm's node over the step per angular impulse on it \[rad/(N m s)\].
     pub fn rolling(&self, step: &SpinStep) -> f64 {
-        step.h / self.loaded.inertia + self.twist.struck(&step.twist)
+        step.h / self.loaded_modes.inertia + self.torsion.impulse_compliance(&step.twist)
     }
 
     /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
-    pub fn yields(&self) -> f64 {
-        1.0 / (self.loaded.inertia + self.loaded.gives_way.iter().sum::<f64>())
+    pub fn compliance(&self) -> f64 {
+        1.0 / (self.loaded_modes.inertia + self.loaded_modes.compliance_inertia.iter().sum::<f64>())
     }
 
     /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
     /// have. `velocities`: of their nodes \[m/s\].
     pub fn energies(&self, shift: f64, velocities: &[[f64; 2]]) -> [f64; 2] {
         let speed = self.speed + shift;
-        let mut kinetic = 0.5 * self.loaded.inertia * speed * speed;
+        let mut kinetic = 0.5 * self.loaded_modes.inertia * speed * speed;
         let mut potential = 0.0;
         for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
-            let unit = arm.direction.at(arm.angle).unit;
+            let unit = arm.phasor.at(arm.angle).unit;
             let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
-            kinetic += (arm.rate + shift) * (0.5 * self.given_way(s, |other| other.rate + shift) + carried);
+            kinetic += (arm.rate + shift) * (0.5 * self.torsional_yield(s, |other| other.rate + shift) + carried);
             potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
         }
-        let twist = self.twist.energies();
+        let twist = self.torsion.energies();
         [kinetic + twist[0], potential + twist[1]]
     }
 
     /// Amplitudes of the modes of twist.
     pub fn twist(&self) -> &[f64] {
-        self.twist.place()
+        self.torsion.displacement()
     }
 
     /// What a train of blows in contact steps of `h` \[s\] lacks of the static twist, in amplitudes per angular impulse.
-    pub fn lacking(&self, h: f64) -> Vec<f64> {
-        self.twist.lacking(h)
+    pub fn static_correction(&self, h: f64) -> Vec<f64> {
+        self.torsion.static_correction(h)
     }
 
     /// The blow of the last step \[N m s\].
-    pub fn blow(&self) -> f64 {
-        self.blow
+    pub fn impulse_torque(&self) -> f64 {
+        self.impulse_torque
     }
 
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
-    pub fn twists(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
+    pub fn twist_angles(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {
-            *twist = self.twist.along(row);
+            *twist = self.torsion.along(row);
         }
     }
 
     /// How much of what is foreseen of the unbalances' rates comes back over a step from what of the rotor's answer is not at once: `answers` is that of each node's
     /// velocity to an impulse on it, spread over the step \[1/kg\].
-    pub fn comes_back(&self, answers: impl Iterator<Item = f64>) -> f64 {
-        let of = |((s, arm), answer): ((usize, &Arm), f64)| {
-            (self.loaded.gives_way[(s, s)] - arm.moment * arm.moment * answer).abs() * self.jump(self.twist.row(s))
+    pub fn feedback(&self, answers: impl Iterator<Item = f64>) -> f64 {
+        let of = |((s, arm), answer): ((usize, &UnbalanceArm), f64)| {
+            (self.loaded_modes.compliance_inertia[(s, s)] - arm.moment * arm.moment * answer).abs()
+                * self.jump(self.torsion.row(s))
         };
         self.arms.iter().enumerate().zip(answers).map(of).sum()
     }
 
     /// Whether no mode of twist grows in steps of `h` \[s\] over which so much comes back: damping takes more than that of each mode that the step does not resolve, or it comes
     /// to nothing over a whole run of `time` \[s\].
-    pub fn holds(&self, h: f64, back: f64, time: f64) -> bool {
+    pub fn is_stable(&self, h: f64, back: f64, time: f64) -> bool {
         let is_held = |&(square, damping): &(f64, f64)| square * h * h < 1.0 || 0.5 * damping * h >= back;
-        back <= 1.0 && (back * time < COMES_TO_NOTHING * h || self.loaded.modes.iter().all(is_held))
+        back <= 1.0 && (back * time < NEGLIGIBLE_FEEDBACK * h || self.loaded_modes.modes.iter().all(is_held))
     }
 
     /// Damps modes of twist that steps of `h` \[s\] do not resolve by what comes back over them, at least.
-    pub fn hold(&mut self, h: f64, back: f64) {
-        for mode in self.loaded.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
+    pub fn stabilise(&mut self, h: f64, back: f64) {
+        for mode in self.loaded_modes.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
             mode.1 = mode.1.max(2.0 * back / h);
         }
-        self.twist.damp(&self.loaded.modes);
+        self.torsion.damp(&self.loaded_modes.modes);
     }
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
     pub fn jump(&self, row: &[f64]) -> f64 {
-        1.0 / self.loaded.inertia + dot(row, row)
+        1.0 / self.loaded_modes.inertia + dot(row, row)
     }
 
     /// Mean spin of the rotor without unbalances \[rad/s\], and its angle \[rad\]: what is reported, and what brakes turn.
     pub fn mean(&self) -> [f64; 2] {
-        let [angle, speed] = self.twist.seen(self.arms.len());
+        let [angle, speed] = self.torsion.at_row(self.arms.len());
         [self.speed + speed, self.angle + angle]
     }
 
     /// What the damping of the twist has taken so far \[J\].
     pub fn damped(&self) -> f64 {
-        self.twist.damped()
+        self.torsion.damped()
     }
 
     /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
-    pub fn twist_of(&self, structure: &Structure, node: usize) -> Vec<f64> {
-        self.loaded.twist(structure, node)
+    pub fn twist_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
+        self.loaded_modes.twist(structure, node)
     }
 
     /// The turn of a node beside the mean angle of rotor and unbalances, per amplitude; zeros up to a multiple of eight.
-    pub fn row_of(&self, structure: &Structure, node: usize) -> Vec<f64> {
-        self.loaded.row(structure, node)
+    pub fn torque_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
+        self.loaded_modes.row(structure, node)
     }
 
     /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to; inside a kernel.
     #[inline(always)]
-    pub fn complete(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
+    pub fn finish_step(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let SpinStep { h, over, .. } = *step;
-        let behind = self.speed + self.blow / self.loaded.inertia;
+        let behind = self.speed + self.impulse_torque / self.loaded_modes.inertia;
         // braking does not turn before the rotor has stopped
         let [begun, after] = [behind, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
         let brake = 0.5 * (braking_torque(&self.braking, begun) + braking_torque(&self.braking, after));
         self.momentum += h * brake;
         let mut carried_by_all = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
-            let given = self.given_way(s, |arm| arm.next_rate);
+            let given = self.torsional_yield(s, |arm| arm.next_rate);
             let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.direction.unit, arm.next_rate, velocity, self.gravity);
-            let pulled = 0.5 * h * (arm.pull + pull);
+            let [carried, pull] = arm.exchange(arm.phasor.unit, arm.next_rate, velocity, self.gravity);
+            let pulled = 0.5 * h * (arm.gravity_torque + pull);
             let after = carried + given;
             let exchanged = arm.momentum - after;
-            (arm.momentum, arm.pull) = (after, pull);
-            self.twist.torques()[s] = (pulled + exchanged) * over;
+            (arm.momentum, arm.gravity_torque) = (after, pull);
+            self.torsion.torques()[s] = (pulled + exchanged) * over;
             self.momentum += pulled;
             carried_by_all += after;
         }
-        self.twist.torques()[velocities.len()] = brake;
-        self.twist.settle(&step.twist);
-        let speed = (self.momentum - carried_by_all) / self.loaded.inertia;
-        self.braked -= brake * (0.5 * h * (behind + speed) + self.twist.turn(velocities.len()));
-        self.bend = ((speed - self.next_speed).abs() * (over * over))
-            .max((1.0 - FORGETS * h * self.speed.abs()).max(0.0) * self.bend);
-        (self.last, self.slope, self.rest) = (h, (speed - self.speed) * over, (speed - behind) * over);
+        self.torsion.torques()[velocities.len()] = brake;
+        self.torsion.apply_torques(&step.twist);
+        let speed = (self.momentum - carried_by_all) / self.loaded_modes.inertia;
+        self.braked -= brake * (0.5 * h * (behind + speed) + self.torsion.turn(velocities.len()));
+        self.slope_rate = ((speed - self.next_speed).abs() * (over * over))
+            .max((1.0 - FORGETTING * h * self.speed.abs()).max(0.0) * self.slope_rate);
+        (self.last, self.slope, self.slope_without_impulse) = (h, (speed - self.speed) * over, (speed - behind) * over);
         (self.angle, self.speed) = (self.next_angle, speed);
         for (s, arm) in self.arms.iter_mut().enumerate() {
-            let [turned, rate] = self.twist.seen(s);
+            let [turned, rate] = self.torsion.at_row(s);
             (arm.angle, arm.rate) = (self.angle + turned + arm.phase, speed + rate);
-            arm.left = arm.kick(arm.direction.unit, arm.rate - arm.next_rate);
-            arm.force = arm.force(arm.direction.unit, arm.rate, self.slope);
+            arm.left = arm.velocity_kick(arm.phasor.unit, arm.rate - arm.next_rate);
+            arm.force = arm.force(arm.phasor.unit, arm.rate, self.slope);
         }
     }
 
@@ -486,8 +492,8 @@ impl Spin {
     }
 
     /// Gyroscopic torques on the torsional modes over a step of 1/`over` \[s\], by what their momenta have changed by \[kg m2/s\]; between predict and complete, and once, with 0, before the first step.
-    pub fn gyrate(&mut self, changes: &[f64], over: f64) {
-        self.twist.push(changes, over);
+    pub fn apply_gyroscopic_torque(&mut self, changes: &[f64], over: f64) {
+        self.torsion.add_torques(changes, over);
     }
 
     /// How many unbalances.

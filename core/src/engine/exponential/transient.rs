@@ -7,14 +7,14 @@
 //! `flight_misses_no_contact` (`tests/exponential_rub.rs`).
 
 use super::ExponentialError;
-use super::bound::length;
-use super::flight::Flight;
+use super::contact_step::ContactStep;
+use super::displacement_bound::length;
+use super::free_motion::FreeMotion;
 use super::impact::{FreeStep, Impact};
-use super::missed::Watched;
-use super::rub::Rub;
-use super::settings::{FlightSettings, LEVELS};
-use super::shared::candidates_of;
-use super::spin::Blow;
+use super::peak_bound::WatchedPeak;
+use super::settings::{MAX_DOUBLINGS, StepSettings};
+use super::shared_model::ring_points_of;
+use super::spin::ContactImpulse;
 use crate::engine::plan::{StartError, slowest_to_resolve};
 use crate::record::{LastMillisecond, Loads};
 use crate::structure::Structure;
@@ -22,37 +22,37 @@ use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation
 use bladeoff_model::outcome::Limit;
 
 /// Flights up to this level are as long as they may for contact and peaks: their error goes with the contact step.
-pub(super) const SHORT: usize = 4;
+pub(super) const SHORT_STEP: usize = 4;
 /// Longer ones while neither the rotor nor its lowest lateral mode turns by more \[rad\], and where the spin is predicted so well that steps of every size give the same one.
 const LONGEST_TURN: f64 = 0.075;
-const SURPRISE: f64 = 1e-7;
+const MAX_PREDICTION_ERROR: f64 = 1e-7;
 /// Nor by more than this does a torque of the brakes change in a flight that depends on the spin, beside the momentum: trapezoids are off by a twelfth of the square.
-const EVENLY: f64 = 2e-3;
+const EVEN_SPEED_CHANGE: f64 = 2e-3;
 /// Contact steps after a touch in which a flight is no longer than those of the level beside: the shaft rings, and what its damping takes and what the unbalances pull are of powers at both ends.
 /// (At 16 contact steps of 49 us a mode of the turbine of 640 Hz was at each look in one phase: energy errors of rubs with bounces were ten times as large.)
-const RINGS: u64 = 512;
-const OF_RINGING: usize = 3;
+const RINGING_STEPS: u64 = 512;
+const RINGING_LEVEL: usize = 3;
 /// Contact steps of a start, each a flight of its own.
-const BEGINS: u64 = 8;
+const STARTING_STEPS: u64 = 8;
 
 /// A shaft line and the ring about it.
 pub(super) struct Transient {
-    pub flight: Flight,
+    pub free_motion: FreeMotion,
     /// `None` without a diaphragm.
-    pub contact: Option<Contact>,
+    pub contact: Option<RingContact>,
     /// Loads of the bearings at n, in the machine's order \[N\], then displacements of the journals whose bearings have a clearance \[m\].
     loads: Vec<[f64; 2]>,
     bearings: usize,
     /// Those, and the place of the diaphragm's node \[m\], as flight has to resolve them.
-    watched: Vec<Watched>,
+    watched: Vec<WatchedPeak>,
     /// Lengths of steps, by level \[s\].
-    lengths: [f64; LEVELS + 1],
-    flies: bool,
+    lengths: [f64; MAX_DOUBLINGS + 1],
+    takes_long_steps: bool,
     /// Level of the longest flight, and of the last one.
-    pub most: usize,
-    last: usize,
+    pub max_level: usize,
+    last_level: usize,
     /// Time of the last touch, in contact steps.
-    touched: Option<u64>,
+    last_contact: Option<u64>,
     /// The shaft rings in all its modes from the start on: there are no flights, in which the loss of those would be seen too seldom.
     pub disturbed: bool,
     /// Contact steps of the whole run, and the spin \[rad/s\] that ends it: no flight goes beyond.
@@ -61,8 +61,8 @@ pub(super) struct Transient {
 }
 
 /// The ring, and where the rotor is that it may touch.
-pub(super) struct Contact {
-    pub rub: Rub,
+pub(super) struct RingContact {
+    pub contact_step: ContactStep,
     /// Turn of the node over a contact step per angular impulse on it, and the jump of its rate \[1/(kg m2)\].
     rolling: f64,
     jump: f64,
@@ -70,7 +70,7 @@ pub(super) struct Contact {
 
 /// A step that has been done, from n.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Done {
+pub(super) struct StepResult {
     /// It had `2^level` contact steps; `None` of one in which something might have touched.
     pub level: Option<usize>,
     /// Of the rotor's node at n, in the machine's axes.
@@ -87,50 +87,52 @@ impl Transient {
     pub fn new(
         machine: &Machine,
         structure: &Structure,
-        settings: FlightSettings,
+        settings: StepSettings,
         flies: bool,
     ) -> Result<Self, ExponentialError> {
-        covers(machine)?;
-        let flight = Flight::new(machine, structure, settings)?;
+        check_covered(machine)?;
+        let flight = FreeMotion::new(machine, structure, settings)?;
         let contact = match machine.diaphragms.first() {
             None => None,
             Some(diaphragm) => {
                 starts_inside(diaphragm, flight.place(0))?;
-                let candidates = candidates_of(machine, structure, settings.step)?;
+                let candidates = ring_points_of(machine, structure, settings.step)?;
                 let spin = flight.spin();
-                let twist_row = spin.row_of(structure, diaphragm.contact.node);
-                Some(Contact {
+                let twist_row = spin.torque_row(structure, diaphragm.contact.node);
+                Some(RingContact {
                     rolling: spin.rolling(&spin.step(settings.step)),
                     jump: spin.jump(&twist_row),
-                    rub: Rub::new(diaphragm, structure, 0, &candidates, settings.step)?,
+                    contact_step: ContactStep::new(diaphragm, structure, 0, &candidates, settings.step)?,
                 })
             }
         };
-        let lengths: [f64; LEVELS + 1] = std::array::from_fn(|level| flight.step_of(level));
+        let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|level| flight.step_length(level));
         let fastest = slowest_to_resolve(machine, structure);
         let turns_little = |level: &usize| lengths[*level] * fastest <= LONGEST_TURN;
-        let longest = (SHORT..=LEVELS).rev().find(turns_little).unwrap_or(SHORT);
-        let brakes = flight.spin().brakes(&machine.braking);
-        let holds = |&level: &usize| lengths[level] * brakes <= EVENLY && flight.holds(level, machine.run.end_time);
+        let longest = (SHORT_STEP..=MAX_DOUBLINGS).rev().find(turns_little).unwrap_or(SHORT_STEP);
+        let brakes = flight.spin().braking_torque(&machine.braking);
+        let holds = |&level: &usize| {
+            lengths[level] * brakes <= EVEN_SPEED_CHANGE && flight.is_stable(level, machine.run.end_time)
+        };
         let journals = journals(machine, &flight);
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
-            most: if disturbed { 0 } else { (1..=longest).take_while(holds).last().unwrap_or(0) },
+            max_level: if disturbed { 0 } else { (1..=longest).take_while(holds).last().unwrap_or(0) },
             disturbed,
             bearings: structure.rotor.bearings.len(),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len() + journals.len()],
             watched: (0..structure.rotor.bearings.len())
-                .map(|bearing| Watched::new(flight.constant_load(bearing)))
+                .map(|bearing| WatchedPeak::new(flight.constant_load(bearing)))
                 .chain(journals)
-                .chain(machine.diaphragms.first().map(|d| Watched::new(d.contact.offset.map(|part| -part))))
+                .chain(machine.diaphragms.first().map(|d| WatchedPeak::new(d.contact.offset.map(|part| -part))))
                 .collect(),
-            last: 0,
-            touched: None,
+            last_level: 0,
+            last_contact: None,
             lengths,
-            flight,
+            free_motion: flight,
             contact,
-            flies,
+            takes_long_steps: flies,
             end_speed: machine.run.end_speed,
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
@@ -139,8 +141,8 @@ impl Transient {
     /// Whether the rotor's centre is farther from the stator's than its circle may ever be: by its radius.
     pub fn is_outside(&self) -> bool {
         let Some(contact) = &self.contact else { return false };
-        let [x, y] = contact.rub.place(self.flight.place(0));
-        x * x + y * y > contact.rub.outermost() * contact.rub.outermost()
+        let [x, y] = contact.contact_step.place(self.free_motion.place(0));
+        x * x + y * y > contact.contact_step.outermost() * contact.contact_step.outermost()
     }
 
     /// Length of a contact step \[s\].
@@ -155,98 +157,110 @@ impl Transient {
     }
 
     /// Whether the run is in its first steps.
-    pub fn begins(&self) -> bool {
-        self.flight.ticks() < BEGINS
+    pub fn is_starting(&self) -> bool {
+        self.free_motion.contact_steps() < STARTING_STEPS
     }
 
     /// Takes the loads at n, and says how long a step from there is certain to touch nothing, and to miss no peak: `2^level` contact steps; `None` where a
     /// contact step may touch.
-    pub fn level(&mut self) -> Option<usize> {
-        let level = self.free();
-        self.last = level.unwrap_or(0);
+    pub fn next_step_doublings(&mut self) -> Option<usize> {
+        let level = self.free_step_doublings();
+        self.last_level = level.unwrap_or(0);
         level
     }
 
-    fn free(&mut self) -> Option<usize> {
+    fn free_step_doublings(&mut self) -> Option<usize> {
         // what contact has added to them is among the largest
-        if self.contact.as_ref().is_some_and(|contact| contact.rub.presses()) {
+        if self.contact.as_ref().is_some_and(|contact| contact.contact_step.presses()) {
             self.watch_loads();
         }
-        self.weigh();
+        self.evaluate_loads();
         self.watch_loads();
-        let Self { flight, contact, watched, lengths, flies, most, last, touched, end, end_speed, .. } = self;
+        let Self {
+            free_motion: flight,
+            contact,
+            watched,
+            lengths,
+            takes_long_steps: flies,
+            max_level: most,
+            last_level: last,
+            last_contact: touched,
+            end,
+            end_speed,
+            ..
+        } = self;
         let mut place = None;
-        if let (Some(Contact { rub, .. }), Some(watched)) = (contact, watched.last_mut()) {
-            let x = rub.off_centre(flight.place(0));
-            watched.see(x);
+        if let (Some(RingContact { contact_step: rub, .. }), Some(watched)) = (contact, watched.last_mut()) {
+            let x = rub.displacement_from_centre(flight.place(0));
+            watched.update(x);
             // what has pressed a step ago may press again: not worth the bounds
             if !*flies || rub.presses() {
                 return None;
             }
-            let within = rub.room();
+            let within = rub.clearance();
             if length(x) >= within {
                 return None;
             }
             place = Some((x, within));
         }
-        let left = end.saturating_sub(flight.ticks()).max(1);
+        let left = end.saturating_sub(flight.contact_steps()).max(1);
         // twice the last one: what it tells of the spin holds so far
         let most = match touched {
-            _ if flight.ticks() < BEGINS => 0,
-            Some(touched) if flight.ticks() - *touched < RINGS => OF_RINGING.min(*most),
+            _ if flight.contact_steps() < STARTING_STEPS => 0,
+            Some(touched) if flight.contact_steps() - *touched < RINGING_STEPS => RINGING_LEVEL.min(*most),
             _ => *most,
         };
-        let mut longest = most.min(left.ilog2() as usize).min(SHORT.max(*last + 1));
-        while longest > SHORT && flight.spin().surprise(lengths[longest]) > SURPRISE {
+        let mut longest = most.min(left.ilog2() as usize).min(SHORT_STEP.max(*last + 1));
+        while longest > SHORT_STEP && flight.spin().prediction_error(lengths[longest]) > MAX_PREDICTION_ERROR {
             longest -= 1;
         }
         // a stop is found to a contact step
         while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
             longest -= 1;
         }
-        let velocity = flight.see_ahead();
+        let velocity = flight.bound_states();
         if let Some((x, within)) = place {
-            longest = flight.stays(lengths, [x, velocity], within, longest)?;
+            longest = flight.longest_step_within(lengths, [x, velocity], within, longest)?;
         }
-        Some(flight.resolved(watched, longest))
+        Some(flight.longest_resolved_step(watched, longest))
     }
 
     fn watch_loads(&mut self) {
-        self.watched.iter_mut().zip(&self.loads).for_each(|(watched, load)| watched.see(*load));
+        self.watched.iter_mut().zip(&self.loads).for_each(|(watched, load)| watched.update(*load));
     }
 
     /// Takes the loads at n, without what contact there adds.
-    pub fn weigh(&mut self) {
+    pub fn evaluate_loads(&mut self) {
         for (bearing, load) in self.loads.iter_mut().enumerate() {
-            *load = self.flight.load(bearing);
+            *load = self.free_motion.load(bearing);
         }
     }
 
     /// Loads and contact at n, of a run that does not go on from there: the state is left where the step would lead.
-    pub fn ahead(&mut self) -> Option<Impact> {
-        self.weigh();
+    pub fn solve_next_contact(&mut self) -> Option<Impact> {
+        self.evaluate_loads();
         self.step(None).ok().and_then(|done| done.impact)
     }
 
     /// Goes from n to n+1, over a step of [`Transient::level`], which has taken the loads at n: contact adds to them.
-    pub fn step(&mut self, level: Option<usize>) -> Result<Done, ExponentialError> {
-        let Self { flight, contact, loads, lengths, touched, .. } = self;
-        let Some(Contact { rub, rolling, jump }) = contact else {
+    pub fn step(&mut self, level: Option<usize>) -> Result<StepResult, ExponentialError> {
+        let Self { free_motion: flight, contact, loads, lengths, last_contact: touched, .. } = self;
+        let Some(RingContact { contact_step: rub, rolling, jump }) = contact else {
             flight.advance(level.unwrap_or(0))?;
-            return Ok(Done { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
+            return Ok(StepResult { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
         let [place, velocity] = flight.contact(0);
-        let mut done = Done { level, place, velocity, impact: None };
+        let mut done = StepResult { level, place, velocity, impact: None };
         if let Some(level) = level {
             flight.advance(level)?;
-            rub.fly(level, lengths[level]);
+            rub.propagate_ring(level, lengths[level]);
             return Ok(done);
         }
         let h = lengths[0];
         let [twist_before, rate] = flight.spin().at_contact();
         let rate = flight.spin().speed + rate;
         flight.propagate(0)?;
-        let Some(kick) = flight.kick() else { return Ok(done) };
+        let Some(kick) = flight.impulse_response() else { return Ok(done) };
         let free = FreeStep {
             from: place,
             to: flight.place(0),
@@ -258,28 +272,28 @@ impl Transient {
             jump: *jump,
             spin: flight.spin(),
         };
-        done.impact = rub.touch(&free)?;
+        done.impact = rub.solve(&free)?;
         if let Some(impact) = &done.impact {
-            *touched = Some(flight.ticks());
+            *touched = Some(flight.contact_steps());
             for (bearing, (load, half)) in loads.iter_mut().zip(&kick.loads).enumerate() {
-                let at_once = flight.load_at_once(bearing, impact.on_rotor.map(|part| part / h));
+                let at_once = flight.load_with_feedthrough(bearing, impact.on_rotor.map(|part| part / h));
                 for i in 0..2 {
                     load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
                 }
             }
         }
-        let blow = done.impact.map(|impact| Blow { impulse: impact.on_rotor, torque: impact.torque });
-        flight.finish(0, blow)?;
+        let blow = done.impact.map(|impact| ContactImpulse { impulse: impact.on_rotor, torque: impact.torque });
+        flight.complete_step(0, blow)?;
         Ok(done)
     }
 }
 
 /// Displacements of the journals whose bearings have a clearance; where the limit ends the run its first excess is found to a contact step.
-fn journals(machine: &Machine, flight: &Flight) -> Vec<Watched> {
+fn journals(machine: &Machine, flight: &FreeMotion) -> Vec<WatchedPeak> {
     let limit = &machine.run.limits[Limit::JournalClearance as usize];
     let clearances = machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance);
     let watched = |(at, clearance): (usize, f64)| {
-        let watched = Watched::new(flight.constant_load(machine.rotor.bearings.len() + at));
+        let watched = WatchedPeak::new(flight.constant_load(machine.rotor.bearings.len() + at));
         match limit.on_exceed {
             OnExceed::Beyond => watched.limited(limit.value * clearance, machine.run.end_beyond),
             OnExceed::Note => watched,
@@ -308,7 +322,7 @@ fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartErro
 ///
 /// # Errors
 /// [`ExponentialError::NotCovered`].
-fn covers(machine: &Machine) -> Result<(), ExponentialError> {
+fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
     if machine.diaphragms.len() > 1 {
         return Err(ExponentialError::NotCovered { what: "more than one diaphragm" });
     }
@@ -355,7 +369,7 @@ pub struct RubbingRun {
 pub fn rubbing_run(
     machine: &Machine,
     structure: &Structure,
-    settings: FlightSettings,
+    settings: StepSettings,
     flies: bool,
 ) -> Result<RubbingRun, ExponentialError> {
     let mut transient = Transient::new(machine, structure, settings, flies)?;
@@ -365,8 +379,8 @@ pub fn rubbing_run(
     let bearings = structure.rotor.bearings.len();
     let offset = machine.diaphragms.first().map_or([0.0; 2], |diaphragm| diaphragm.contact.offset);
     let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
-    while transient.flight.time() < machine.run.end_time - 0.5 * h {
-        let level = transient.level();
+    while transient.free_motion.time() < machine.run.end_time - 0.5 * h {
+        let level = transient.next_step_doublings();
         let done = transient.step(level)?;
         run.eccentricity = run.eccentricity.max(length([done.place[0] - offset[0], done.place[1] - offset[1]]));
         match done.level {
@@ -387,13 +401,13 @@ pub fn rubbing_run(
             run.impulse += impact.normal;
             run.friction_energy += impact.friction_work;
             run.normal_work += impact.normal_work;
-            run.first_contact = run.first_contact.or(Some(transient.flight.time()));
+            run.first_contact = run.first_contact.or(Some(transient.free_motion.time()));
         }
         for (largest, load) in run.largest_loads.iter_mut().zip(&transient.loads) {
             *largest = largest.max(length(*load));
         }
     }
-    run.end_speed = transient.flight.speed();
+    run.end_speed = transient.free_motion.speed();
     Ok(run)
 }
 
@@ -408,13 +422,13 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
-        let mut flight = Flight::new(&machine, &structure, FlightSettings::of_step(2e-5)).expect("has a basis");
+        let mut flight = FreeMotion::new(&machine, &structure, StepSettings::of_step(2e-5)).expect("has a basis");
         let (mut closest, mut seen) = (0.0_f64, 0);
         for round in 0..40 {
             for (level, fine) in [(4, 16), (7, 128)] {
                 let from = flight.contact(0)[0];
-                let velocity = flight.see_ahead();
-                let bound = flight.leaves(level);
+                let velocity = flight.bound_states();
+                let bound = flight.max_deviation(level);
                 let mut ahead = flight.clone();
                 for n in 1..=fine {
                     ahead.advance(0).expect("goes on");
@@ -428,8 +442,8 @@ mod tests {
             // states of every kind: struck in between
             flight.propagate(0).expect("goes on");
             let turn = f64::from(round);
-            let blow = Blow { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
-            flight.finish(0, Some(blow)).expect("goes on");
+            let blow = ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
+            flight.complete_step(0, Some(blow)).expect("goes on");
             (0..50).for_each(|_| flight.advance(1).expect("goes on"));
         }
         assert!(seen > 5000 && closest > 0.05, "the bound says something: {closest}");
