@@ -9,72 +9,23 @@
 //!
 //! Theory, measurements and limits: docs/theory/08-exponential-engine.md.
 
-mod basis_change;
-mod broad_phase;
-#[cfg(test)]
-mod clearance_tests;
-mod contact_point;
-mod contact_predictor;
-mod contact_step;
-mod continuation;
-mod damping_watch;
-mod delassus_operator;
-mod displacement_bound;
-mod dissipated_energy;
-mod dissipation;
-mod energy_terms;
-mod frame_sampler;
-mod free_motion;
-mod free_run;
-mod grid_spacing;
-mod gyroscopic_torque;
-mod impact;
-mod impulse_response;
-mod impulsed_ring;
-mod interval_model;
-mod interval_tables;
-mod loaded_modes;
-mod modal_basis;
-mod modal_planes;
-mod nodal_motion;
-mod oscillators;
-mod outputs;
-mod parabola_peak;
-mod peak_bound;
-mod penetration;
-mod phasor;
+mod contact;
+mod modal;
+mod observe;
 mod plane;
-mod plane_block;
-mod propagator;
-mod quadratic_form;
-mod ring_clearance;
-mod ring_kernels;
-mod ring_points;
-mod ring_stress_check;
-mod row_batch;
-mod run;
-mod section_loads;
 mod settings;
-mod shaft_stresses;
-mod shared_model;
-mod speed_grid;
-mod spin;
-mod state_space;
-mod step_bounds;
-mod step_kernels;
-mod torsional_modes;
-mod transient;
-mod yield_watch;
+mod stepping;
+mod torsion;
 
-pub use free_motion::FreeMotion;
-pub use free_run::{FreeRun, free_run};
 pub use settings::StepSettings;
-pub use shared_model::same_bases;
-pub use transient::{RubbingRun, rubbing_run};
+pub use stepping::free_motion::FreeMotion;
+pub use stepping::free_run::{FreeRun, free_run};
+pub use stepping::shared_model::same_bases;
+pub use stepping::transient::{RubbingRun, rubbing_run};
 
-pub(super) use grid_spacing::GridSpacing;
-pub(super) use modal_basis::MOST_CONDITION;
-pub(super) use run::run;
+pub(super) use modal::grid_spacing::GridSpacing;
+pub(super) use modal::modal_basis::MOST_CONDITION;
+pub(super) use observe::run::run;
 
 use super::plan::StartError;
 use crate::linalg::EigenError;

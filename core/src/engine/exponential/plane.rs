@@ -2,29 +2,29 @@
 
 /// A quarter turn on.
 #[inline(always)]
-pub(super) fn across([a, b]: [f64; 2]) -> [f64; 2] {
+pub(crate) fn across([a, b]: [f64; 2]) -> [f64; 2] {
     [-b, a]
 }
 
 #[inline(always)]
-pub(super) fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(crate) fn product(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
 #[inline(always)]
-pub(super) fn times(m: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
+pub(crate) fn times(m: &[[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
     [product(m[0], v), product(m[1], v)]
 }
 
 /// Of a matrix by rows.
 #[inline(always)]
-pub(super) fn by_rows(m: &[f64; 4], v: [f64; 2]) -> [f64; 2] {
+pub(crate) fn by_rows(m: &[f64; 4], v: [f64; 2]) -> [f64; 2] {
     [m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]]
 }
 
 /// A matrix of the machine's axes in axes turned by an angle with this sine and cosine.
 #[inline(always)]
-pub(super) fn turned((sin, cos): (f64, f64), m: &[[f64; 2]; 2]) -> [[f64; 2]; 2] {
+pub(crate) fn turned((sin, cos): (f64, f64), m: &[[f64; 2]; 2]) -> [[f64; 2]; 2] {
     let [one, other] = [[cos, sin], [-sin, cos]];
     let (by_one, by_other) = (times(m, one), times(m, other));
     [[product(one, by_one), product(one, by_other)], [product(other, by_one), product(other, by_other)]]

@@ -4,7 +4,7 @@
 const INTERVALS_PER_BASIS: u32 = 40;
 
 /// A flight step has at most `2^LEVELS` contact steps.
-pub(super) const MAX_DOUBLINGS: usize = 8;
+pub(crate) const MAX_DOUBLINGS: usize = 8;
 
 /// Steps and grid.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,223 @@
+//! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
+
+use super::row_batch::Interpolate;
+use crate::linalg::Matrix;
+use crate::linalg::eight::mix;
+use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
+
+/// `y^T A y` of a symmetric A.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct QuadraticForm {
+    size: usize,
+    /// Of eight rows from i on: their entries in the columns from i on, column by column, what stands right of these eight columns doubled.
+    entries: Vec<Lane>,
+}
+
+impl QuadraticForm {
+    /// Of the symmetric part of a matrix.
+    pub fn new(matrix: &Matrix) -> Self {
+        let size = matrix.nrows();
+        let mut entries = Vec::new();
+        for i in (0..size).step_by(LANES) {
+            for j in i..size {
+                let times = if j < i + LANES { 0.5 } else { 1.0 };
+                entries.push(Lane(std::array::from_fn(|k| {
+                    if i + k < size { times * (matrix[(i + k, j)] + matrix[(j, i + k)]) } else { 0.0 }
+                })));
+            }
+        }
+        Self { size, entries }
+    }
+
+    /// Its value.
+    pub fn value(&self, y: &[f64]) -> f64 {
+        let mut lanes = [0.0; LANES];
+        value_of(&self.entries, &y[..self.size], &mut lanes);
+        crate::linalg::lanes::sum(lanes)
+    }
+}
+
+impl Interpolate for QuadraticForm {
+    fn interpolate(&mut self, of: [&Self; 2], times: [f64; 2]) {
+        self.size = of[0].size;
+        mix(of.map(|form| form.entries.as_slice()), times, &mut self.entries);
+    }
+}
+
+/// Products of rows with one vector.
+#[derive(Debug, Clone)]
+pub(crate) struct OutputMatrix {
+    columns: usize,
+    /// Of eight rows, column by column.
+    entries: Vec<Lane>,
+    /// Of the four rows behind those, where there are no more.
+    last: Vec<Half>,
+}
+
+/// Half as many numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(align(32))]
+struct Half([f64; LANES / 2]);
+
+impl OutputMatrix {
+    /// Of a matrix.
+    pub fn new(matrix: &Matrix) -> Self {
+        let rows = matrix.nrows();
+        let left = rows % LANES;
+        let whole = if left > LANES / 2 { rows } else { rows - left };
+        let at = |i: usize, j: usize| if i < rows { matrix[(i, j)] } else { 0.0 };
+        let eight = |i: usize, j: usize| Lane(std::array::from_fn(|k| at(i + k, j)));
+        let blocks = (0..whole).step_by(LANES);
+        let last = if whole < rows { 0..matrix.ncols() } else { 0..0 };
+        Self {
+            columns: matrix.ncols(),
+            entries: blocks.flat_map(|i| (0..matrix.ncols()).map(move |j| eight(i, j))).collect(),
+            last: last.map(|j| Half(std::array::from_fn(|k| at(whole + k, j)))).collect(),
+        }
+    }
+
+    /// The sum of two with as many rows, times these.
+    pub fn mixed(rows: [&Self; 2], times: [f64; 2]) -> Self {
+        let [one, other] = rows.map(|rows| rows.last.iter());
+        let half =
+            |(one, other): (&Half, &Half)| Half(std::array::from_fn(|k| times[0] * one.0[k] + times[1] * other.0[k]));
+        let mut entries = Vec::new();
+        mix(rows.map(|rows| rows.entries.as_slice()), times, &mut entries);
+        Self { columns: rows[0].columns, entries, last: one.zip(other).map(half).collect() }
+    }
+
+    /// How many products: a multiple of four, zeros behind those of the rows.
+    pub fn rows(&self) -> usize {
+        let columns = self.columns.max(1);
+        self.entries.len() / columns * LANES + self.last.len() / columns * (LANES / 2)
+    }
+
+    /// The products.
+    pub fn multiply(&self, y: &[f64], products: &mut Vec<f64>) {
+        products.resize(self.rows(), 0.0);
+        times(self, y, products);
+    }
+
+    /// The same inside a kernel.
+    #[inline(always)]
+    pub fn multiply_inline(&self, y: &[f64], products: &mut [f64]) {
+        let columns = self.columns.max(1);
+        let (blocks, rest) = products.as_chunks_mut::<LANES>();
+        let mut entries = self.entries.as_slice();
+        for products in blocks {
+            let (block, others) = entries.split_at(columns);
+            entries = others;
+            // the four behind the last eight with them: y is loaded once
+            if others.is_empty() && !self.last.is_empty() {
+                let last;
+                (*products, last) = twelve(block, &self.last, y);
+                rest.copy_from_slice(&last);
+                return;
+            }
+            *products = rows_times_inline(block, y);
+        }
+        if !self.last.is_empty() {
+            rest.copy_from_slice(&half_times(&self.last, y));
+        }
+    }
+}
+
+/// Columns that are taken together.
+const BLOCKS_AT_ONCE: usize = 4;
+
+/// Products of twelve rows, even and odd columns apart: a sum has to wait for the one before it.
+#[inline(always)]
+fn twelve(eight: &[Lane], four: &[Half], y: &[f64]) -> ([f64; LANES], [f64; LANES / 2]) {
+    let (mut sums, mut halves) = ([[0.0; LANES]; 2], [[0.0; LANES / 2]; 2]);
+    let (eights, eight) = eight.as_chunks::<BLOCKS_AT_ONCE>();
+    let (fours, four) = four.as_chunks::<BLOCKS_AT_ONCE>();
+    let (ys, y) = y.as_chunks::<BLOCKS_AT_ONCE>();
+    for ((eight, four), y) in eights.iter().zip(fours).zip(ys) {
+        for c in 0..BLOCKS_AT_ONCE {
+            for k in 0..LANES {
+                sums[c % 2][k] += eight[c].0[k] * y[c];
+            }
+            for k in 0..LANES / 2 {
+                halves[c % 2][k] += four[c].0[k] * y[c];
+            }
+        }
+    }
+    for ((eight, four), y) in eight.iter().zip(four).zip(y) {
+        for k in 0..LANES {
+            sums[0][k] += eight.0[k] * y;
+        }
+        for k in 0..LANES / 2 {
+            halves[0][k] += four.0[k] * y;
+        }
+    }
+    (std::array::from_fn(|k| sums[0][k] + sums[1][k]), std::array::from_fn(|k| halves[0][k] + halves[1][k]))
+}
+
+/// Products of four rows.
+#[inline(always)]
+fn half_times(four: &[Half], y: &[f64]) -> [f64; LANES / 2] {
+    let mut sums = [0.0; LANES / 2];
+    for (half, y) in four.iter().zip(y) {
+        for k in 0..LANES / 2 {
+            sums[k] += half.0[k] * y;
+        }
+    }
+    sums
+}
+
+kernel! {
+    fn times(rows: &OutputMatrix, y: &[f64], products: &mut [f64]) {
+        rows.multiply_inline(y, products);
+    }
+}
+
+kernel! {
+    /// That of the form with these entries, lane by lane. (Summed here, the lanes would be shuffled.)
+    fn value_of(entries: &[Lane], y: &[f64], lanes: &mut [f64; LANES]) {
+        let (mut sum, mut entries) = ([0.0; LANES], entries);
+        for i in (0..y.len()).step_by(LANES) {
+            let (block, rest) = entries.split_at(y.len() - i);
+            let products = rows_times_inline(block, &y[i..]);
+            if let Some(own) = y[i..].first_chunk::<LANES>() {
+                for k in 0..LANES {
+                    sum[k] += products[k] * own[k];
+                }
+            } else {
+                for (k, y) in y[i..].iter().enumerate() {
+                    sum[k] += products[k] * y;
+                }
+            }
+            entries = rest;
+        }
+        *lanes = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::{Vector, mul_vec};
+
+    #[test]
+    fn forms_and_products_are_those_of_their_matrix() {
+        for size in [1, 2, 4, 7, 8, 11, 12, 17, 23] {
+            let matrix = Matrix::from_fn(size, size, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.0);
+            let y = Vector::from_fn(size, |i, _| (i * 5 % 7) as f64 - 2.5);
+            let mut whole = vec![0.0; size];
+            mul_vec(&matrix, y.as_slice(), &mut whole);
+            let form = y.dot(&Vector::from_column_slice(&whole));
+            assert!((QuadraticForm::new(&matrix).value(y.as_slice()) - form).abs() < 1e-11, "{size}");
+            let rows = OutputMatrix::new(&matrix);
+            let mut products = Vec::new();
+            rows.multiply(y.as_slice(), &mut products);
+            assert_eq!(products.len(), size.next_multiple_of(LANES / 2));
+            for (i, whole) in whole.iter().enumerate() {
+                assert!((products[i] - whole).abs() < 1e-11, "{size}");
+            }
+            let mut mixed = Vec::new();
+            OutputMatrix::mixed([&rows, &OutputMatrix::new(&(&matrix * 3.0))], [0.5, 0.25])
+                .multiply(y.as_slice(), &mut mixed);
+            assert!(mixed.iter().zip(&products).all(|(mixed, product)| (mixed - 1.25 * product).abs() < 1e-11));
+        }
+    }
+}

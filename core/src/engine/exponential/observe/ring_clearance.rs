@@ -1,0 +1,104 @@
+//! The whole ring at an instant, and its least gap to the rotor.
+//!
+//! The ring has the static displacement of the last impulses alone, as a follower is shown it: the conditions of a step hold at candidates, and with the force foreseen at n+1
+//! ([`super::foreseen`]). The least gap here is therefore also a measure of how much the forces change from step to step.
+
+use crate::contact::{Detector, Gap, exact_gap};
+use crate::engine::exponential::contact::contact_point::SettledRing;
+use crate::engine::exponential::contact::impact::Impact;
+use crate::engine::exponential::stepping::transient::Transient;
+use crate::linalg::{axpy, column_of};
+use crate::stator::Surface;
+use crate::structure::{RingPart, Structure};
+use bladeoff_model::machine::{ContactSurface, DiaphragmKind, Machine};
+
+/// Impacts for each evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
+const SAMPLE_INTERVAL: u64 = 384;
+/// Impacts for each evaluation in steps in which the highest mode of the ring turns by less than this \[rad\] (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
+const FINE_STEP_ANGLE: f64 = 1.5;
+const FINE_SAMPLE_INTERVAL: u64 = 8;
+
+/// The ring and the rotor in it.
+pub(crate) struct RingClearance<'a> {
+    part: &'a RingPart,
+    surface: Surface,
+    detector: Detector,
+    rotor_radius: f64,
+    impacts: u64,
+    /// Stiffness-proportional damping of the ring \[s\].
+    damping_time: f64,
+    /// Frequency of the highest mode kept \[rad/s\].
+    highest_frequency: f64,
+    pub place: [f64; 2],
+    pub gap: Option<Gap>,
+    pub displacement: [f64; 2],
+    pub field: Vec<f64>,
+}
+
+impl<'a> RingClearance<'a> {
+    /// View of the ring of a machine's first diaphragm; `None` where it has no flexible ring.
+    pub fn new(machine: &Machine, structure: &'a Structure) -> Option<Self> {
+        let diaphragm = machine.diaphragms.first()?;
+        let part = structure.rings.first()?.as_ref()?;
+        let contact = &diaphragm.contact;
+        let inner = contact.surface == ContactSurface::InnerFace;
+        let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+        Some(Self {
+            part,
+            detector: Detector::new(surface),
+            surface,
+            rotor_radius: contact.rotor_radius,
+            impacts: 0,
+            damping_time: match &diaphragm.kind {
+                DiaphragmKind::Flexible(stator) => stator.damping.stiffness_proportional,
+                _ => 0.0,
+            },
+            highest_frequency: (0..part.part.coordinates.size())
+                .map(|j| part.part.stiffness[(j, j)])
+                .fold(0.0, f64::max)
+                .sqrt(),
+            place: [0.0; 2],
+            gap: None,
+            displacement: [0.0; 2],
+            field: vec![0.0; 4 * part.matrices.nodes],
+        })
+    }
+
+    /// Least gap that an impact leaves: of the whole ring in one of [`LOOKS`] calls, of [`FINE_LOOKS`] at fine steps (in each where the step is below the lag of the truncated modes), otherwise of the candidates \[m\].
+    #[inline]
+    pub fn least_gap(&mut self, impact: &Impact, transient: &Transient) -> f64 {
+        self.impacts += 1;
+        let h = transient.contact_step();
+        let looks = match h * self.highest_frequency {
+            _ if h < self.damping_time => 1,
+            turn if turn < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
+            _ => SAMPLE_INTERVAL,
+        };
+        let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(looks)) else {
+            return impact.gap;
+        };
+        let place = contact.contact_step.place(transient.free_motion.place(0));
+        self.update(place, &contact.contact_step.settled_shape(place, transient.free_motion.impulse_response()));
+        self.gap.map_or(impact.gap, |gap| gap.value.min(impact.gap))
+    }
+
+    /// Takes an instant: the rotor's centre, and ring and rotor with their statics.
+    pub fn update(&mut self, place: [f64; 2], settled: &SettledRing) {
+        self.place = place;
+        self.part.part.coordinates.expand_head(&settled.amplitudes, &mut self.field);
+        if let Some(flexibility) = &self.part.residual {
+            for &(alpha, [radial, tangential]) in &settled.pressed {
+                let (element, xi) = self.surface.locate(alpha);
+                for (dof, r, t) in self.surface.shapes(element, xi) {
+                    let column = &column_of(flexibility, dof)[..self.field.len()];
+                    axpy(radial * r + tangential * t, column, &mut self.field);
+                }
+            }
+        }
+        let nearest = self.detector.closest(&self.field, settled.rotor);
+        let gap = exact_gap(&self.surface, Some(&self.field), self.rotor_radius, settled.rotor, nearest);
+        let point = self.surface.point(&self.field, gap.place.element, gap.place.xi);
+        self.displacement = [point.radial - self.surface.radius, point.tangential];
+        self.gap = Some(gap);
+    }
+}

@@ -1,0 +1,55 @@
+//! Modes of twist that do not know of each other, in closed form.
+//!
+//! ```text
+//! n'' + c n' + w^2 n = f,  f constant over the step:      (n, n')+ = exp(B h) (n, n') + g(B) (0, f),   B = [[0, 1], [-w^2, -c]]
+//! ```
+//! Exact for any step, damped, overdamped or free; f is what a force is on average over the step. Functions of B: [`super::block`].
+//! All lists have a multiple of eight entries.
+
+use crate::engine::exponential::modal::plane_block::SplitBlock;
+use crate::linalg::lanes::{LANES, Lane};
+
+/// What a step size makes of modes, eight after eight.
+#[derive(Debug, Clone)]
+pub(crate) struct OscillatorStep {
+    pub lanes: Vec<OscillatorLanes>,
+}
+
+/// That of eight modes.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct OscillatorLanes {
+    /// Entries of `exp(B h)`, by rows.
+    pub free: [Lane; 4],
+    /// Place and rate after the step of a unit force.
+    pub force: [Lane; 2],
+}
+
+impl OscillatorStep {
+    /// Of modes over a step of `h` \[s\].
+    pub fn new(blocks: &[SplitBlock], h: f64) -> Self {
+        let eight = |blocks: &[SplitBlock]| {
+            let mut eight = OscillatorLanes::default();
+            for (k, block) in blocks.iter().enumerate() {
+                let (free, force) = (block.exponential(h), block.constant_response(h, [0.0, 1.0]));
+                for i in 0..4 {
+                    eight.free[i].0[k] = free[i];
+                }
+                for i in 0..2 {
+                    eight.force[i].0[k] = force[i];
+                }
+            }
+            eight
+        };
+        Self { lanes: blocks.chunks(LANES).map(eight).collect() }
+    }
+}
+
+impl OscillatorLanes {
+    /// Place and rate of eight modes after the step without force; inside a kernel.
+    #[inline(always)]
+    pub fn after(&self, place: &[f64; LANES], rate: &[f64; LANES]) -> [[f64; LANES]; 2] {
+        let [aa, ab, ba, bb] = &self.free;
+        let by = |a: &Lane, b: &Lane| std::array::from_fn(|k| a.0[k] * place[k] + b.0[k] * rate[k]);
+        [by(aa, ab), by(ba, bb)]
+    }
+}
