@@ -1,31 +1,32 @@
-//! Damping of whirl modes at the speeds that a run visits, from the stations of its grid.
+//! Least damping of the whirl modes over the speeds that a run visits, from the modal bases of its speed grid.
 
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::record::{At, Recorders};
 
-/// The cell in which it was last taken.
+/// Watch over the damping of whirl modes during a run.
 #[derive(Debug, Default)]
 pub(crate) struct DampingWatch {
-    cell: Option<i64>,
+    /// Index of the speed interval in which damping was last recorded.
+    interval: Option<i64>,
 }
 
 impl DampingWatch {
-    /// Takes it where the spin has come to another cell. Stations beyond those of the cell are known only where another run has been there, and have
-    /// no part in it. `speed`: the spin \[rad/s\].
+    /// Records the damping where the spin has entered another speed interval. Bases beyond those of the interval exist only where another run has computed them: they are not used, so
+    /// that rows do not depend on earlier runs. `speed`: the spin \[rad/s\].
     #[inline]
-    pub fn update(&mut self, flight: &FreeMotion, speed: f64, recorders: &mut Recorders) {
-        let cell = flight.cell();
-        if self.cell != Some(cell) {
-            self.cell = Some(cell);
-            let damping = flight.damping();
+    pub fn update(&mut self, motion: &FreeMotion, speed: f64, recorders: &mut Recorders) {
+        let interval = motion.cell();
+        if self.interval != Some(interval) {
+            self.interval = Some(interval);
+            let damping = motion.damping();
             let [from, to] = damping.speeds();
-            recorders.see_speed(At { time: flight.time(), speed: speed.max(0.0).clamp(from, to) }, &damping);
+            recorders.see_speed(At { time: motion.time(), speed: speed.max(0.0).clamp(from, to) }, &damping);
         }
     }
 
-    /// Takes it at the end of a run, wherever that is in a cell.
-    pub fn end(mut self, flight: &FreeMotion, speed: f64, recorders: &mut Recorders) {
-        self.cell = None;
-        self.update(flight, speed, recorders);
+    /// Records the damping at the end of a run, wherever in an interval that is.
+    pub fn end(mut self, motion: &FreeMotion, speed: f64, recorders: &mut Recorders) {
+        self.interval = None;
+        self.update(motion, speed, recorders);
     }
 }

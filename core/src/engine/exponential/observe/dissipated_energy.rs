@@ -1,49 +1,51 @@
-//! What damping has taken of a run: up to the last look, and up to an instant that is shown since.
+//! Energy that damping has taken in a run, up to the last observation, or up to an instant that is shown after it.
 //!
 //! ```text
-//! bearings    trapezoidal rule for the powers of their mean rates at looks                                                  (1)
-//! the rest    trapezoidal rule for what all damping takes less (1), at the looks that ask for all, and what that of the twist has taken
+//! bearings    trapezoidal rule over the power of their damping, at each observation of the motion                                       (1)
+//! the rest    trapezoidal rule over the power of all damping less (1), at each observation of the dissipation, and the energy taken by torsional damping
 //! ```
-//! All of a contact step is the mean of the step behind the look ([`super::within`]): half a step later than a power at it.
+//! In a contact step the power of all damping is the mean over the step behind n ([`crate::engine::exponential::modal::dissipation`]), which is the power half a step later.
 //! Verified by the balances of `tests/exponential_run.rs`, `energies_of_shown_instants_balance` (there).
 
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::record::Energies;
 
-/// Up to the last looks.
+/// Energy that damping has taken, and the powers at the last observations.
 pub(crate) struct DissipatedEnergy {
     /// Contact step \[s\].
     h: f64,
-    /// The last look: its time in contact steps, and the powers that bearings' damping takes and that their skew stiffness puts in then \[W\].
-    looked: Option<(u64, [f64; 2])>,
-    /// The last look at what all damping takes.
-    lost: Option<LastRate>,
+    /// Last observation of the bearings: time in contact steps, power taken by their damping, and power put in by the skew part of their stiffness \[W\].
+    bearings: Option<(u64, [f64; 2])>,
+    /// Last observation of all damping.
+    last: Option<LastRate>,
 }
 
 struct LastRate {
-    ticks: u64,
-    taken: DampingPowers,
-    /// Power of all without that of the bearings' mean rates \[W\].
+    /// Time in contact steps.
+    time: u64,
+    powers: DampingPowers,
+    /// Power of all damping but that of the bearings \[W\].
     rest: f64,
 }
 
-/// What damping takes at an instant.
+/// Powers of damping at an instant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DampingPowers {
-    /// Powers of the bearings' mean rates: what their damping takes, and what their skew stiffness puts in \[W\].
+    /// Power taken by the bearings' damping, and power put in by the skew part of their stiffness, both of the mean velocity \[W\].
     pub bearings: [f64; 2],
-    /// Power of all \[W\], the mean of a step whose middle is so many steps behind the instant, or with 0 the power at it.
+    /// Power taken by all damping less the power put in \[W\].
     pub whole: f64,
+    /// Time of `whole` behind the instant, in contact steps: 0.5 where it is the mean over a step.
     pub behind: f64,
-    /// What the twist's damping had taken \[J\].
+    /// Energy that torsional damping had taken \[J\].
     pub damped: f64,
 }
 
 impl DampingPowers {
-    /// Where a flight is; `room` for the bearings' motion.
-    pub fn in_free_motion(flight: &mut FreeMotion, room: &mut Vec<f64>) -> Self {
-        let (bearings, whole) = flight.damping_powers(true, room);
-        Self { bearings, whole, behind: 0.0, damped: flight.spin().damped() }
+    /// Powers at the present instant of a free motion; `buffer` holds the motion of the bearings.
+    pub fn in_free_motion(motion: &mut FreeMotion, buffer: &mut Vec<f64>) -> Self {
+        let (bearings, whole) = motion.damping_powers(true, buffer);
+        Self { bearings, whole, behind: 0.0, damped: motion.spin().damped() }
     }
 
     fn without_bearings(&self) -> f64 {
@@ -52,53 +54,48 @@ impl DampingPowers {
 }
 
 impl DissipatedEnergy {
-    /// Before the first look, in contact steps of `h` \[s\].
+    /// Energy 0 before the first observation, in contact steps of `h` \[s\].
     pub fn new(h: f64) -> Self {
-        Self { h, looked: None, lost: None }
+        Self { h, bearings: None, last: None }
     }
 
-    /// Time of the last look in contact steps, and of that at what all damping takes.
-    pub fn times(&self) -> [Option<u64>; 2] {
-        [self.looked.map(|(ticks, _)| ticks), self.lost.as_ref().map(|lost| lost.ticks)]
+    fn half_since(&self, last: u64, time: u64) -> f64 {
+        0.5 * (time - last) as f64 * self.h
     }
 
-    fn half_since(&self, last: u64, ticks: u64) -> f64 {
-        0.5 * (ticks - last) as f64 * self.h
+    /// Adds the energy taken by the bearings since their last observation.
+    pub fn add_bearing_losses(&mut self, time: u64, powers: &DampingPowers, works: &mut Energies) {
+        self.add_bearings(time, powers, works);
+        self.bearings = Some((time, powers.bearings));
     }
 
-    /// A look at the bearings.
-    pub fn add_bearing_losses(&mut self, ticks: u64, taken: &DampingPowers, works: &mut Energies) {
-        self.add_bearings(ticks, taken, works);
-        self.looked = Some((ticks, taken.bearings));
+    /// Adds the energy taken by all other damping since its last observation.
+    pub fn add_losses(&mut self, time: u64, powers: DampingPowers, works: &mut Energies) {
+        self.add_rest(time, &powers, works);
+        self.last = Some(LastRate { time, powers, rest: powers.without_bearings() });
     }
 
-    /// A look at all, after that at the bearings.
-    pub fn add_losses(&mut self, ticks: u64, taken: DampingPowers, works: &mut Energies) {
-        self.add_rest(ticks, &taken, works);
-        self.lost = Some(LastRate { ticks, taken, rest: taken.without_bearings() });
-    }
-
-    /// These works with what damping has taken up to an instant.
-    pub fn until(&self, ticks: u64, taken: &DampingPowers, mut works: Energies) -> Energies {
-        self.add_bearings(ticks, taken, &mut works);
-        self.add_rest(ticks, taken, &mut works);
+    /// These works, with the energy that damping takes up to an instant after the last observation.
+    pub fn until(&self, time: u64, powers: &DampingPowers, mut works: Energies) -> Energies {
+        self.add_bearings(time, powers, &mut works);
+        self.add_rest(time, powers, &mut works);
         works
     }
 
-    fn add_bearings(&self, ticks: u64, taken: &DampingPowers, works: &mut Energies) {
-        if let Some((last, before)) = self.looked {
-            let half = self.half_since(last, ticks);
-            works.bearings += half * (before[0] + taken.bearings[0]);
-            works.skew += half * (before[1] + taken.bearings[1]);
+    fn add_bearings(&self, time: u64, powers: &DampingPowers, works: &mut Energies) {
+        if let Some((last, before)) = self.bearings {
+            let half = self.half_since(last, time);
+            works.bearings += half * (before[0] + powers.bearings[0]);
+            works.skew += half * (before[1] + powers.bearings[1]);
         }
     }
 
-    fn add_rest(&self, ticks: u64, taken: &DampingPowers, works: &mut Energies) {
-        if let Some(LastRate { ticks: last, taken: before, rest }) = &self.lost {
+    fn add_rest(&self, time: u64, powers: &DampingPowers, works: &mut Energies) {
+        if let Some(LastRate { time: last, powers: before, rest }) = &self.last {
             works.structure +=
-                self.half_since(*last, ticks) * (rest + taken.without_bearings()) + (taken.damped - before.damped);
-            // means of steps behind are those of later instants
-            works.structure -= 0.5 * self.h * (before.behind + taken.behind) * (taken.whole - before.whole);
+                self.half_since(*last, time) * (rest + powers.without_bearings()) + (powers.damped - before.damped);
+            // a mean over a step is the power half a step later
+            works.structure -= 0.5 * self.h * (before.behind + powers.behind) * (powers.whole - before.whole);
         }
     }
 }

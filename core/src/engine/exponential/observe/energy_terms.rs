@@ -1,4 +1,4 @@
-//! The stores and works of a run one by one, for who follows it: the row needs the sum of the stores alone ([`super::measured`]).
+//! Energies of a run one by one, for a follower. The row needs the sum of the stored energies alone ([`super::energy_balance`]).
 
 use super::nodal_motion::NodalMotion;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
@@ -7,18 +7,19 @@ use crate::engine::exponential::stepping::transient::Transient;
 use crate::record::Energies;
 use crate::structure::Structure;
 
-/// What it takes to tell them apart.
+/// Stored energies and works, and the motion that they are computed from.
 pub(crate) struct EnergyTerms {
     motion: NodalMotion,
-    /// As they were when they were taken last: at a look at what damping takes, or at an instant that is shown.
+    /// Energies when they were last taken: at an observation of the dissipation, or at an instant that is shown \[J\].
     pub energies: Energies,
-    /// Where an instant is shown between two looks: it, and what the twist's damping had taken \[J\].
+    /// Motion at an instant that is shown between two observations.
     pub instant: Instant,
+    /// Energy that torsional damping had taken then \[J\].
     pub damped: f64,
 }
 
 impl EnergyTerms {
-    /// Of a run.
+    /// Energies of a run that begins.
     pub fn new(structure: &Structure, transient: &Transient) -> Self {
         Self {
             motion: NodalMotion::new(structure, transient.free_motion.spin(), transient.contact_step()),
@@ -28,21 +29,22 @@ impl EnergyTerms {
         }
     }
 
-    /// Keeps the instant at which a flight is.
-    pub fn keep(&mut self, flight: &FreeMotion) {
-        flight.keep(&mut self.instant);
-        self.damped = flight.spin().damped();
+    /// Keeps the motion at the present instant.
+    pub fn keep(&mut self, free_motion: &FreeMotion) {
+        free_motion.keep(&mut self.instant);
+        self.damped = free_motion.spin().damped();
     }
 
-    /// Takes the stores of a flight and a ring where they are.
-    pub fn take_stores(&mut self, flight: &mut FreeMotion, ring: Option<&ImpulsedRing>, structure: &Structure) {
-        self.motion.take(flight, structure);
-        let gyroscopic = flight.gyroscopic_momentum();
-        let shift = flight.withheld_momentum(gyroscopic);
-        let model = &flight.shared().grid.model;
+    /// Takes the kinetic energy of shaft, spin and ring, the strain energy, and the potential of the weight, at the present instant.
+    pub fn take_stores(&mut self, free_motion: &mut FreeMotion, ring: Option<&ImpulsedRing>, structure: &Structure) {
+        self.motion.take(free_motion, structure);
+        let gyroscopic = free_motion.gyroscopic_momentum();
+        let shift = free_motion.withheld_momentum(gyroscopic);
+        let model = &free_motion.shared().grid.model;
         let (q, velocity) = (self.motion.coordinates(), self.motion.rates());
-        let [kinetic, strain] = model.state_space.kinetic_and_elastic_energy(flight.spin().speed + shift, q, velocity);
-        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
+        let [kinetic, strain] =
+            model.state_space.kinetic_and_elastic_energy(free_motion.spin().speed + shift, q, velocity);
+        let [turning, twisted] = free_motion.spin().energies(shift, free_motion.velocities());
         let ring = ring.map_or([0.0; 2], ImpulsedRing::energies);
         self.energies = Energies {
             kinetic: kinetic + turning + ring[0],
@@ -52,7 +54,7 @@ impl EnergyTerms {
         };
     }
 
-    /// Takes the works of a run with these sums.
+    /// Takes the works of the sums of a run, beside the stored energies that were taken before.
     pub fn take_works(&mut self, sums: &Energies) {
         let Energies { kinetic, strain, gravity, .. } = self.energies;
         self.energies = Energies { kinetic, strain, gravity, ..*sums };

@@ -1,6 +1,6 @@
-//! Instants of a run as a follower sees them.
+//! Frames of a run for a follower: the motion of rotor and ring at an instant.
 //!
-//! In flight an instant between two steps is that of a copy which goes on in contact steps: nothing that is seen changes the run.
+//! An instant within a free step is that of a copy of the motion, which goes on in contact steps: no frame changes the run.
 
 use super::nodal_motion::NodalMotion;
 use super::ring_clearance::RingClearance;
@@ -14,18 +14,21 @@ use crate::record::{ContactFrame, Energies, Follower, Frame};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// What it takes to see instants.
+/// Sampler of frames.
 pub(crate) struct FrameSampler<'a> {
     structure: &'a Structure,
     motion: NodalMotion,
+    /// Lateral velocities of all nodes, in the machine's axes [m/s, rad/s].
     velocity: Vec<f64>,
     ring: Option<RingClearance<'a>>,
+    /// Time \[s\], angle of rotation \[rad\] and spin \[rad/s\] of the sampled instant.
     time: f64,
     angle: f64,
     pub speed: f64,
 }
 
 impl<'a> FrameSampler<'a> {
+    /// Sampler of a machine's runs.
     pub fn new(machine: &Machine, structure: &'a Structure, transient: &Transient) -> Self {
         Self {
             motion: NodalMotion::new(structure, transient.free_motion.spin(), transient.contact_step()),
@@ -38,29 +41,29 @@ impl<'a> FrameSampler<'a> {
         }
     }
 
-    /// Takes the instant at which a run is.
+    /// Samples the present instant of a run.
     pub fn sample(&mut self, transient: &mut Transient) {
         let ring = transient.contact.as_ref().map(|contact| (&contact.contact_step, &contact.contact_step.ring));
         self.take(&mut transient.free_motion, ring, true);
     }
 
-    /// `pressed`: whether the last impulses are still those of the step before.
-    fn take(&mut self, flight: &mut FreeMotion, ring: Option<(&ContactStep, &ImpulsedRing)>, pressed: bool) {
-        (self.time, self.angle, self.speed) = (flight.time(), flight.angle(), flight.speed());
-        self.motion.take(flight, self.structure);
+    /// Takes an instant. `is_pressed`: the last impulses are still those of the step before.
+    fn take(&mut self, free_motion: &mut FreeMotion, ring: Option<(&ContactStep, &ImpulsedRing)>, is_pressed: bool) {
+        (self.time, self.angle, self.speed) = (free_motion.time(), free_motion.angle(), free_motion.speed());
+        self.motion.take(free_motion, self.structure);
         self.structure.lateral.coordinates.expand(self.motion.rates(), &mut self.velocity);
-        if let (Some(eye), Some((rub, modes))) = (&mut self.ring, ring) {
-            let place = rub.place(flight.place(0));
-            let settled = if pressed {
-                rub.settled_shape(place, flight.impulse_response())
+        if let (Some(clearance), Some((contact_step, modes))) = (&mut self.ring, ring) {
+            let place = contact_step.place(free_motion.place(0));
+            let settled = if is_pressed {
+                contact_step.settled_shape(place, free_motion.impulse_response())
             } else {
                 SettledRing { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
             };
-            eye.update(place, &settled);
+            clearance.update(place, &settled);
         }
     }
 
-    /// Shows the instant that was taken: loads of the bearings \[N\], and what the contact step of `h` \[s\] from it does.
+    /// Shows the sampled instant, with the loads of the bearings \[N\] and the impact of the contact step of `h` \[s\] from it.
     pub fn show(
         &self,
         loads: &[[f64; 2]],
@@ -92,14 +95,16 @@ impl<'a> FrameSampler<'a> {
     }
 }
 
-/// A copy of a run in flight, which goes on in contact steps.
+/// A copy of the motion in a free step, which goes on in contact steps.
 pub(crate) struct MotionAhead {
     pub free_motion: FreeMotion,
     pub ring: Option<ImpulsedRing>,
+    /// Loads of the bearings \[N\].
     loads: Vec<[f64; 2]>,
 }
 
 impl MotionAhead {
+    /// Copy of the motion at the present instant.
     pub fn of(transient: &Transient) -> Self {
         Self {
             free_motion: transient.free_motion.clone(),
@@ -108,10 +113,10 @@ impl MotionAhead {
         }
     }
 
-    /// Goes on to a time in contact steps; whether it got there. The run itself stands where it was.
-    pub fn advance_to(&mut self, ticks: u64) -> bool {
+    /// Goes on to a time in contact steps; `false` where the motion cannot be propagated to it. The run itself is not changed.
+    pub fn advance_to(&mut self, time: u64) -> bool {
         let step = self.ring.as_ref().map(|ring| ring.propagator(self.free_motion.step_length(0)));
-        while self.free_motion.contact_steps() < ticks {
+        while self.free_motion.contact_steps() < time {
             if self.free_motion.advance(0).is_err() {
                 return false;
             }
@@ -122,19 +127,19 @@ impl MotionAhead {
         true
     }
 
-    /// Shows the instant where it is.
+    /// Shows the present instant of the copy.
     pub fn show(
         &mut self,
         transient: &Transient,
-        eye: &mut FrameSampler<'_>,
+        frames: &mut FrameSampler<'_>,
         energies: Energies,
         follower: &mut dyn Follower,
     ) {
         for (bearing, load) in self.loads.iter_mut().enumerate() {
             *load = self.free_motion.load(bearing);
         }
-        let rub = transient.contact.as_ref().map(|contact| &contact.contact_step);
-        eye.take(&mut self.free_motion, rub.zip(self.ring.as_ref()), false);
-        eye.show(&self.loads, None, energies, follower);
+        let contact_step = transient.contact.as_ref().map(|contact| &contact.contact_step);
+        frames.take(&mut self.free_motion, contact_step.zip(self.ring.as_ref()), false);
+        frames.show(&self.loads, None, energies, follower);
     }
 }

@@ -1,28 +1,31 @@
-//! The motion of all nodes at an instant.
+//! Displacement, velocity and twist of all nodes at an instant.
 
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::torsion::spin::Spin;
 use crate::linalg::{axpy, dot};
 use crate::structure::Structure;
 
-/// Room for it.
+/// Motion of all nodes of the shaft line.
 pub(crate) struct NodalMotion {
-    /// Coordinates and their rates.
+    /// Lateral coordinates.
     size: usize,
+    /// Lateral coordinates and their rates.
     motion: [Vec<f64>; 2],
-    /// Displacements [m, rad] and twists \[rad\] of all nodes.
+    /// Lateral displacements and slopes of all nodes, in the machine's axes [m, rad].
     pub nodal: Vec<f64>,
+    /// Angles of twist of all nodes \[rad\].
     pub twists: Vec<f64>,
+    /// Angle of twist of each node per torsional modal coordinate.
     twist_rows: Vec<Vec<f64>>,
-    /// What the blow of the last step lacks of those, per unit.
+    /// Static correction of each angle per angular impulse of the last step \[rad/(N m s)\].
     static_correction: Vec<f64>,
 }
 
 impl NodalMotion {
-    /// In contact steps of `h` \[s\].
+    /// Motion of a structure in contact steps of `h` \[s\].
     pub fn new(structure: &Structure, spin: &Spin, h: f64) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
-        let lacking = spin.static_correction(h);
+        let correction = spin.static_correction(h);
         let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.twist_row(structure, node)).collect();
         Self {
             size: map.size(),
@@ -31,19 +34,19 @@ impl NodalMotion {
             twists: vec![0.0; rotor.nodes],
             static_correction: twist_rows
                 .iter()
-                .map(|row| if lacking.is_empty() { 0.0 } else { dot(row, &lacking) })
+                .map(|row| if correction.is_empty() { 0.0 } else { dot(row, &correction) })
                 .collect(),
             twist_rows,
         }
     }
 
-    /// Takes the motion of a flight where it is.
-    pub fn take(&mut self, flight: &mut FreeMotion, structure: &Structure) {
-        flight.displacements(&mut self.motion[0]);
-        flight.nodal_velocities(&mut self.motion[1]);
+    /// Takes the motion at the present instant.
+    pub fn take(&mut self, free_motion: &mut FreeMotion, structure: &Structure) {
+        free_motion.displacements(&mut self.motion[0]);
+        free_motion.nodal_velocities(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
-        flight.spin().twist_angles(&self.twist_rows, &mut self.twists);
-        axpy(flight.spin().impulse_torque(), &self.static_correction, &mut self.twists);
+        free_motion.spin().twist_angles(&self.twist_rows, &mut self.twists);
+        axpy(free_motion.spin().impulse_torque(), &self.static_correction, &mut self.twists);
     }
 
     /// Lateral coordinates.
@@ -51,7 +54,7 @@ impl NodalMotion {
         &self.motion[0][..self.size]
     }
 
-    /// Their rates.
+    /// Rates of the lateral coordinates.
     pub fn rates(&self) -> &[f64] {
         &self.motion[1][..self.size]
     }

@@ -1,7 +1,7 @@
-//! The whole ring at an instant, and its least gap to the rotor.
+//! Smallest gap between the rotor and the whole ring at an instant.
 //!
-//! The ring has the static displacement of the last impulses alone, as a follower is shown it: the conditions of a step hold at candidates, and with the force foreseen at n+1
-//! ([`super::foreseen`]). The least gap here is therefore also a measure of how much the forces change from step to step.
+//! The ring has the static displacement of the last impulses, as a follower is shown it. A contact step fulfils its conditions at ring points, with the force predicted at n+1
+//! ([`crate::engine::exponential::contact::contact_predictor`]). The smallest gap of the whole ring is therefore also a measure of how much the forces change from step to step.
 
 use crate::contact::{Detector, Gap, exact_gap};
 use crate::engine::exponential::contact::contact_point::SettledRing;
@@ -12,26 +12,33 @@ use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, DiaphragmKind, Machine};
 
-/// Impacts for each evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
+/// Impacts per evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
 const SAMPLE_INTERVAL: u64 = 384;
-/// Impacts for each evaluation in steps in which the highest mode of the ring turns by less than this \[rad\] (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
+/// Phase of the ring's highest mode in a contact step \[rad\] below which the step is fine (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
 const FINE_STEP_ANGLE: f64 = 1.5;
+/// Impacts per evaluation at a fine step.
 const FINE_SAMPLE_INTERVAL: u64 = 8;
 
-/// The ring and the rotor in it.
+/// The whole ring and the rotor in it.
 pub(crate) struct RingClearance<'a> {
     part: &'a RingPart,
     surface: Surface,
     detector: Detector,
+    /// Radius of the rotor's contact face \[m\].
     rotor_radius: f64,
+    /// Impacts so far.
     impacts: u64,
     /// Stiffness-proportional damping of the ring \[s\].
     damping_time: f64,
     /// Frequency of the highest mode kept \[rad/s\].
     highest_frequency: f64,
+    /// Centre of the rotor, seen from the undeformed ring's centre \[m\].
     pub place: [f64; 2],
+    /// Smallest gap and its place.
     pub gap: Option<Gap>,
+    /// Radial and tangential displacement of the ring there \[m\].
     pub displacement: [f64; 2],
+    /// Nodal displacements of the ring, four per node.
     pub field: Vec<f64>,
 }
 
@@ -64,17 +71,18 @@ impl<'a> RingClearance<'a> {
         })
     }
 
-    /// Least gap that an impact leaves: of the whole ring in one of [`LOOKS`] calls, of [`FINE_LOOKS`] at fine steps (in each where the step is below the lag of the truncated modes), otherwise of the candidates \[m\].
+    /// Smallest gap that an impact leaves \[m\]: of the whole ring in one of [`SAMPLE_INTERVAL`] impacts, in one of [`FINE_SAMPLE_INTERVAL`] at fine steps, and in each where the step is
+    /// below the time constant of the damping; otherwise of the ring points.
     #[inline]
     pub fn least_gap(&mut self, impact: &Impact, transient: &Transient) -> f64 {
         self.impacts += 1;
         let h = transient.contact_step();
-        let looks = match h * self.highest_frequency {
+        let interval = match h * self.highest_frequency {
             _ if h < self.damping_time => 1,
-            turn if turn < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
+            angle if angle < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
             _ => SAMPLE_INTERVAL,
         };
-        let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(looks)) else {
+        let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(interval)) else {
             return impact.gap;
         };
         let place = contact.contact_step.place(transient.free_motion.place(0));
@@ -82,7 +90,7 @@ impl<'a> RingClearance<'a> {
         self.gap.map_or(impact.gap, |gap| gap.value.min(impact.gap))
     }
 
-    /// Takes an instant: the rotor's centre, and ring and rotor with their statics.
+    /// Evaluates the ring at an instant, with the rotor's centre and the static displacements of the last impulses.
     pub fn update(&mut self, place: [f64; 2], settled: &SettledRing) {
         self.place = place;
         self.part.part.coordinates.expand_head(&settled.amplitudes, &mut self.field);

@@ -1,4 +1,4 @@
-//! A look at the shaft's moments at n: those that may be larger than what their sections have had.
+//! Section loads of the shaft at n: bending moments are evaluated only where their bound exceeds the largest value of their section so far.
 
 use super::nodal_motion::NodalMotion;
 use crate::engine::exponential::modal::row_batch::RowBatch;
@@ -11,76 +11,77 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Cause;
 
-/// Looks at the shaft of a run.
+/// Section loads of the shaft of a run.
 pub(crate) struct ShaftStresses {
-    /// Torsional moments of the shaft's elements, on the modes of twist.
+    /// Torsional moment of each element per torsional modal coordinate.
     torsion: RowBatch,
-    /// Moments that a train of impulses lacks, per angular impulse.
+    /// Static correction of the torsional moments for a train of impulses, per angular impulse \[1/s\].
     static_correction: Vec<f64>,
-    /// Torsional moments at the last look \[N m\].
+    /// Torsional moments \[N m\].
     moments: Vec<f64>,
+    /// Bounds of the bending moments of each block of sections \[N m\], and of the displacements \[m\].
     bounds: Vec<f64>,
     /// Contact step \[s\].
     step: f64,
-    /// Largest displacement that is believed \[m\].
+    /// Displacement beyond which a run has diverged \[m\].
     reach: f64,
 }
 
 impl ShaftStresses {
-    /// Looks of a run in contact steps of `step` \[s\]; `touches`: with something to touch.
+    /// Section loads of a run in contact steps of `step` \[s\]; `has_ring`: the machine has a diaphragm.
     pub fn new(
         machine: &Machine,
         structure: &Structure,
-        flight: &FreeMotion,
+        free_motion: &FreeMotion,
         recorders: &Recorders,
-        (step, touches): (f64, bool),
+        (step, has_ring): (f64, bool),
     ) -> Self {
         let twists: Vec<Vec<f64>> =
-            (0..structure.rotor.nodes).map(|node| flight.spin().twist_row(structure, node)).collect();
+            (0..structure.rotor.nodes).map(|node| free_motion.spin().twist_row(structure, node)).collect();
         let torsion = RowBatch::new(&recorders.torsional_rows(&twists));
-        let mut lacking = Vec::new();
-        if touches {
-            torsion.multiply(&flight.spin().static_correction(step), &mut lacking);
+        let mut static_correction = Vec::new();
+        if has_ring {
+            torsion.multiply(&free_motion.spin().static_correction(step), &mut static_correction);
         }
         let reach = DIVERGED * size(machine);
-        Self { torsion, static_correction: lacking, moments: Vec::new(), bounds: Vec::new(), step, reach }
+        Self { torsion, static_correction, moments: Vec::new(), bounds: Vec::new(), step, reach }
     }
 
-    /// Takes moments at n that may be larger than those before.
+    /// Records the moments at n that may be larger than those before.
     ///
     /// # Errors
-    /// [`Cause::NonFinite`] and [`Cause::Diverged`] of a motion that nothing believes.
+    /// [`Cause::NonFinite`] and [`Cause::Diverged`] of a motion that cannot be.
     pub fn update(
         &mut self,
-        flight: &mut FreeMotion,
+        free_motion: &mut FreeMotion,
         recorders: &mut Recorders,
         structure: &Structure,
         at: At,
     ) -> Result<(), Cause> {
-        let Self { torsion, static_correction: lacking, moments, bounds, .. } = self;
-        torsion.multiply(flight.spin().twist(), moments);
-        axpy(flight.spin().impulse_torque(), lacking, moments);
+        let Self { torsion, static_correction, moments, bounds, .. } = self;
+        torsion.multiply(free_motion.spin().twist(), moments);
+        axpy(free_motion.spin().impulse_torque(), static_correction, moments);
         // without torsional modes there is no torsional moment
         moments.resize(recorders.elements(), 0.0);
         recorders.see_torsion(moments, at);
-        flight.moment_bounds(bounds);
+        free_motion.moment_bounds(bounds);
         let blocks = recorders.elements().div_ceil(SECTIONS_AT_ONCE);
         for (block, bound) in bounds[..blocks].iter().enumerate() {
             let elements = SECTIONS_AT_ONCE * block..recorders.elements().min(SECTIONS_AT_ONCE * (block + 1));
             let torsion = &moments[elements.clone()];
             if recorders.asks_for_bending(elements.clone(), *bound, torsion) {
-                recorders.see_bending(elements, &flight.moments(block), torsion, at);
+                recorders.see_bending(elements, &free_motion.moments(block), torsion, at);
             }
         }
         let reach = bounds[blocks];
         if !reach.is_finite() {
             return Err(Cause::NonFinite);
         }
-        // what it bounds is looked at where it might be too far
+        // a bound: the displacements themselves decide
         if reach > self.reach {
-            let mut shape = NodalMotion::new(structure, flight.spin(), self.step);
-            shape.take(flight, structure);
-            if shape.nodal.iter().any(|x| x.abs() > self.reach) {
+            let mut nodal_motion = NodalMotion::new(structure, free_motion.spin(), self.step);
+            nodal_motion.take(free_motion, structure);
+            if nodal_motion.nodal.iter().any(|x| x.abs() > self.reach) {
                 return Err(Cause::Diverged);
             }
         }

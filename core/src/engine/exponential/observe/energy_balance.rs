@@ -1,0 +1,194 @@
+//! Energy balance of a run: stored energy, what damping has taken, and the works of contact and braking.
+//!
+//! ```text
+//! stored(t) - stored(0) = work of contact and braking - dissipation                                             guarded: energy_error
+//! ```
+//! Works of contact, of braking, and of the damping of ring and torsion are added in each step. The stored energy and the dissipation of the shaft are quadratic forms of the whole
+//! motion: they are evaluated when an observation is due ([`super::observation_schedule`]). Where the impulse at n is not known yet, the observation is completed behind the step.
+//! Verified by the balances of `tests/exponential_run.rs`.
+
+use super::dissipated_energy::{DampingPowers, DissipatedEnergy};
+use super::energy_terms::EnergyTerms;
+use super::observation_schedule::Due;
+use crate::engine::exponential::modal::dissipation::DissipationBuffer;
+use crate::engine::exponential::stepping::free_motion::Instant;
+use crate::engine::exponential::stepping::transient::{StepResult, Transient};
+use crate::record::{Energies, Recorders};
+use crate::structure::Structure;
+use bladeoff_model::machine::Machine;
+
+/// An observation at n, to be completed when the impulse at n is known.
+pub(crate) struct Pending {
+    contact_steps: u64,
+    due: Due,
+    /// Energy that torsional damping had taken at n \[J\].
+    torsional_damping: f64,
+}
+
+/// Energy balance of a run.
+pub(crate) struct EnergyBalance {
+    dissipated: DissipatedEnergy,
+    /// Motion at n of a pending observation.
+    instant: Instant,
+    /// Energies one by one, where the follower wants them.
+    pub terms: Option<Box<EnergyTerms>>,
+    dissipation_buffer: DissipationBuffer,
+    /// Buffers: modal outputs, coordinates, and their rates.
+    outputs: Vec<f64>,
+    coordinates: Vec<f64>,
+    rates: Vec<f64>,
+}
+
+/// Energy of the ring's modes \[J\]; 0 without a ring.
+pub(crate) fn ring_energy(transient: &Transient) -> f64 {
+    transient.contact.as_ref().map_or(0.0, |contact| contact.contact_step.ring.energies().iter().sum())
+}
+
+impl EnergyBalance {
+    /// Balance of a run that begins, in contact steps of `h` \[s\].
+    pub fn new(h: f64, transient: &Transient) -> Self {
+        Self {
+            dissipated: DissipatedEnergy::new(h),
+            instant: transient.free_motion.instant(),
+            terms: None,
+            dissipation_buffer: DissipationBuffer::default(),
+            outputs: Vec::new(),
+            coordinates: Vec::new(),
+            rates: Vec::new(),
+        }
+    }
+
+    /// Begins an observation at n: takes the stored energy where a balance is due.
+    pub fn begin(&mut self, due: Due, transient: &mut Transient, recorders: &mut Recorders) -> Pending {
+        if due.balance {
+            recorders.energies.now.kinetic = self.stored_energy(transient);
+        }
+        Pending {
+            contact_steps: transient.free_motion.contact_steps(),
+            due,
+            torsional_damping: transient.free_motion.spin().damped(),
+        }
+    }
+
+    /// Keeps the motion at n, for a pending observation.
+    pub fn keep_motion(&mut self, transient: &Transient) {
+        transient.free_motion.keep(&mut self.instant);
+    }
+
+    /// Completes an observation: the dissipation since the last one by the trapezoidal rule, and the balance.
+    ///
+    /// `impulse`: the contact impulse at n \[N s\]; the powers are then means of the step behind n. `None` in free motion, but for the first steps and those of a disturbed start: the powers
+    /// are those at n.
+    pub fn complete(
+        &mut self,
+        pending: Pending,
+        impulse: Option<[f64; 2]>,
+        transient: &mut Transient,
+        (recorders, machine, structure): (&mut Recorders, &Machine, &Structure),
+    ) {
+        let Self { dissipated, instant, outputs, dissipation_buffer, .. } = self;
+        let Pending { contact_steps, due, torsional_damping: damped } = pending;
+        let motion = &mut transient.free_motion;
+        let (bearings, whole) = match impulse {
+            Some(impulse) => {
+                motion.damping_powers_after(instant, impulse, due.dissipation, (outputs, dissipation_buffer))
+            }
+            None => motion.damping_powers(due.dissipation, outputs),
+        };
+        let behind = if impulse.is_some() { 0.5 } else { 0.0 };
+        let powers = DampingPowers { bearings, whole, behind, damped };
+        let now = &mut recorders.energies.now;
+        dissipated.add_bearing_losses(contact_steps, &powers, now);
+        if !due.dissipation {
+            return;
+        }
+        dissipated.add_losses(contact_steps, powers, now);
+        if due.balance {
+            recorders.energies.take();
+            recorders.judge(machine, structure);
+        }
+        if let Some(terms) = &mut self.terms {
+            terms.take_works(&recorders.energies.now);
+        }
+    }
+
+    /// Takes the energies at n one by one.
+    pub fn take_terms(&mut self, transient: &mut Transient, structure: &Structure) -> &mut EnergyTerms {
+        let terms = self.terms.get_or_insert_with(|| Box::new(EnergyTerms::new(structure, transient)));
+        let ring = transient.contact.as_ref().map(|contact| &contact.contact_step.ring);
+        terms.take_stores(&mut transient.free_motion, ring, structure);
+        terms.keep(&transient.free_motion);
+        terms
+    }
+
+    /// Completes the works of an instant that is shown between two observations, as [`EnergyBalance::complete`] does those of an observation. The balance goes on as if nothing had been shown.
+    pub fn complete_terms(
+        &mut self,
+        contact_steps: u64,
+        impulse: Option<[f64; 2]>,
+        transient: &mut Transient,
+        works: Energies,
+    ) {
+        let Self { outputs, dissipation_buffer, terms, dissipated, .. } = self;
+        let Some(terms) = terms else { return };
+        let motion = &mut transient.free_motion;
+        let powers = match impulse {
+            None => DampingPowers::in_free_motion(motion, outputs),
+            Some(impulse) => {
+                let buffers = (outputs, dissipation_buffer);
+                let (bearings, whole) = motion.damping_powers_after(&mut terms.instant, impulse, true, buffers);
+                DampingPowers { bearings, whole, behind: 0.5, damped: terms.damped }
+            }
+        };
+        terms.take_works(&dissipated.until(contact_steps, &powers, works));
+    }
+
+    /// Energies at an instant of a free step, of a copy of the motion that has gone on to it; `works` are those up to n and of the copy.
+    pub fn terms_ahead(
+        &mut self,
+        contact_steps: u64,
+        ahead: &mut super::frame_sampler::MotionAhead,
+        structure: &Structure,
+        works: Energies,
+    ) -> Option<Energies> {
+        let Self { outputs, terms, dissipated, .. } = self;
+        let terms = terms.as_mut()?;
+        let powers = DampingPowers::in_free_motion(&mut ahead.free_motion, outputs);
+        terms.take_stores(&mut ahead.free_motion, ahead.ring.as_ref(), structure);
+        terms.take_works(&dissipated.until(contact_steps, &powers, works));
+        Some(terms.energies)
+    }
+
+    /// Energies one by one, as they were taken last; zeros where the follower wants none.
+    pub fn energies(&self) -> Energies {
+        self.terms.as_ref().map_or_else(Energies::default, |terms| terms.energies)
+    }
+
+    /// Kinetic and elastic energy at n of the shaft, the spin, torsion and the ring \[J\].
+    fn stored_energy(&mut self, transient: &mut Transient) -> f64 {
+        let Self { outputs, coordinates, rates, .. } = self;
+        transient.free_motion.nodal_velocities(rates);
+        let stored = transient.free_motion.stored_energy(rates, coordinates, outputs);
+        let motion = &transient.free_motion;
+        let shift = motion.withheld_momentum(stored.gyroscopic);
+        let [turning, twisted] = motion.spin().energies(shift, motion.velocities());
+        let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.contact_step.ring.energies());
+        stored.energy + (motion.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1]
+    }
+}
+
+/// Adds the works of a step. `ring_before`: energy of the ring at n \[J\] where the step was free; damping alone has taken what is missing behind it.
+pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Option<f64>, transient: &Transient) {
+    now.braking = transient.free_motion.spin().braked();
+    if let Some(impact) = &result.impact {
+        now.friction += impact.friction_work;
+        now.normal += impact.normal_work;
+        now.structure += impact.damped_work;
+    }
+    if let Some(contact) = &transient.contact {
+        now.stator += match result.level {
+            Some(_) => ring_before.map_or(0.0, |before| before - ring_energy(transient)),
+            None => contact.contact_step.ring.damped(),
+        };
+    }
+}
