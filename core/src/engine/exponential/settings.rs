@@ -1,25 +1,25 @@
-//! How finely a run is computed.
+//! Settings of the steps and of the speed grid.
 
-/// Cells between two stations of the grid.
+/// Speed intervals between two bases of the grid.
 const INTERVALS_PER_BASIS: u32 = 40;
 
-/// A flight step has at most `2^LEVELS` contact steps.
+/// Largest free step: `2^MAX_DOUBLINGS` contact steps.
 pub(crate) const MAX_DOUBLINGS: usize = 8;
 
-/// Steps and grid.
+/// Steps and speed grid of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {
-    /// Contact step \[s\]; a flight may take it doubled any number of times.
+    /// Contact step \[s\]; a free step is this, doubled any number of times.
     pub step: f64,
-    /// Distance of the grid's speeds \[rad/s\]; by default the power of two nearest to a 37th of the initial speed, so that it is one for speeds that differ
-    /// a little; closer at slow spins on bearings that are not the same in all directions (`scale`).
+    /// Distance of two grid speeds \[rad/s\]. By default the power of two nearest to a 37th of the initial speed, so that machines whose speeds differ little share their bases; closer at
+    /// slow spins on anisotropic bearings ([`super::GridSpacing`]).
     pub spacing: Option<f64>,
-    /// Cells between two of them, even.
+    /// Speed intervals between two grid speeds, an even number.
     pub cells: u32,
 }
 
 impl StepSettings {
-    /// With the default grid.
+    /// Settings of a contact step \[s\] with the default grid.
     #[must_use]
     pub fn of_step(step: f64) -> Self {
         Self { step, spacing: None, cells: INTERVALS_PER_BASIS }

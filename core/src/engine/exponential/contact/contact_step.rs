@@ -21,7 +21,7 @@ use super::ring_kernels::{PointRows, StepState, add_two, along_both, each_along,
 use super::ring_points::{RingPoints, beside, modes, parabola, ring_of};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::plane::{across, product, turned};
 use crate::linalg::eight::{Eight, by_width};

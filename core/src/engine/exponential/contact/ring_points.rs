@@ -8,7 +8,7 @@
 
 use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::displacement_bound::length;
 use crate::engine::plan::CONTACT_FRACTION;
 use crate::linalg::eight::Eight;

@@ -18,7 +18,7 @@ use super::plane_block::{PlaneBlock, eigenvalues};
 use super::quadratic_form::QuadraticForm;
 use super::section_loads::{SectionLoadModel, SectionLoads};
 use super::state_space::StateSpace;
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::linalg::{Matrix, column_of, inverse, mul, mul_tn};
 use crate::modal::{Damping, least_damping};
 use std::sync::OnceLock;

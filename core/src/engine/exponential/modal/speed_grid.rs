@@ -22,7 +22,7 @@ use super::plane_block::block_norm;
 use super::propagator::Propagator;
 use super::section_loads::SectionLoads;
 use super::step_bounds::StepBounds;
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::settings::MAX_DOUBLINGS;
 use crate::linalg::{Matrix, Vector, axpy, lanes, mul, solve};
 use crate::modal::{Damping, DampingGrid};

@@ -4,7 +4,7 @@
 //! Verified by `tests/exponential_run.rs`.
 
 use super::observer::Observer;
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::settings::StepSettings;
 use crate::engine::exponential::stepping::transient::{StepResult, Transient};
 use crate::record::{End, Follower, Recorders};

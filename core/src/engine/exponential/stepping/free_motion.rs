@@ -3,7 +3,7 @@
 use super::shared_model::SharedModel;
 use super::step_kernels::{finish_kernel, impulse_kernel, propagate_kernel};
 use crate::engine::beginning::initial_motion;
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::displacement_bound::length;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;

@@ -2,7 +2,7 @@
 
 use super::free_motion::FreeMotion;
 use super::parabola_peak::ParabolaPeak;
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::settings::StepSettings;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;

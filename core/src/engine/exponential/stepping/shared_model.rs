@@ -3,8 +3,8 @@
 //! A structure keeps those of the last few models. A run finds in them what it would have computed alone: they depend on what their key
 //! says, not on the runs before, nor on the order in which these asked.
 
-use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::ring_points::{RingPoints, ring_of, ring_points};
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::grid_spacing::GridSpacing;
 use crate::engine::exponential::modal::modal_basis::LateralModel;
 use crate::engine::exponential::modal::outputs::{DirectFeedthrough, Outputs};

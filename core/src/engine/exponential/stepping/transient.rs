@@ -8,9 +8,9 @@
 
 use super::free_motion::FreeMotion;
 use super::shared_model::ring_points_of;
-use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::contact_step::ContactStep;
 use crate::engine::exponential::contact::impact::{FreeStep, Impact};
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::displacement_bound::length;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};

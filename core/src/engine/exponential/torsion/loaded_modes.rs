@@ -13,7 +13,7 @@
 //! Source: docs/theory/01-shaft-line.md, (1) and (2) are its Lagrangian. Limits: damping proportional to stiffness, as the twist's is, stays diagonal in (3).
 //! Verified by the tests below and `unbalances_on_a_bare_shaft_do_not_shake_it` (`tests/exponential.rs`).
 
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::shaft_line::{masses, sites};
 use crate::linalg::lanes::LANES;
 use crate::linalg::{Matrix, column_of, dot, inverse, norm, symmetric_generalised};

@@ -30,7 +30,7 @@
 use super::loaded_modes::LoadedModes;
 use super::phasor::Phasor;
 use super::torsional_modes::{TorsionalModes, TorsionalStep};
-use crate::engine::exponential::ExponentialError;
+use crate::engine::exponential::error::ExponentialError;
 use crate::engine::shaft_line::sites;
 use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
