@@ -2,7 +2,7 @@
 
 use super::support::root;
 use super::{files, read};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
@@ -35,11 +35,24 @@ fn anchor(heading: &str) -> String {
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
-/// Links, and paths of sources in code font, of ARCHITECTURE.md, the glossary and the design pages.
+/// Names of the tests and examples that cargo can run: files of their folders, and folders with a `main.rs`.
+fn targets() -> BTreeSet<String> {
+    let stem = |path: PathBuf| {
+        let is_main = path.ends_with("main.rs");
+        let target = if is_main { path.parent()?.to_owned() } else { path };
+        let folder = target.parent()?.file_name()?;
+        (folder == "tests" || folder == "examples")
+            .then(|| target.file_stem().map(|stem| stem.to_string_lossy().into()))?
+    };
+    files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).filter_map(stem).collect()
+}
+
+/// Links, paths of sources in code font, tests and examples of ARCHITECTURE.md, the glossary and the design pages.
 #[test]
 fn what_the_pages_of_the_architecture_name_exists() {
     let mut pages: Vec<String> = design_pages().into_keys().map(|name| format!("docs/design/{name}")).collect();
     pages.extend(["ARCHITECTURE.md", "docs/glossary.md", "docs/design/README.md"].map(str::to_owned));
+    let targets = targets();
     let mut missing = Vec::new();
     let mut seen = 0;
     for page in pages {
@@ -61,6 +74,13 @@ fn what_the_pages_of_the_architecture_name_exists() {
                 missing.push(format!("{page}: {source}"));
             }
             seen += 1;
+        }
+        let named = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric() && c != '_').to_owned();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        for pair in words.windows(2).filter(|pair| ["--test", "--example"].contains(&pair[0])) {
+            if !targets.contains(&named(pair[1])) {
+                missing.push(format!("{page}: {} {}", pair[0], named(pair[1])));
+            }
         }
     }
     assert!(missing.is_empty(), "not there:\n{}", missing.join("\n"));
