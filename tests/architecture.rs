@@ -1,5 +1,7 @@
-//! ARCHITECTURE.md and README.md say what is there: folders, packages, who may name which library, commands.
+//! ARCHITECTURE.md and README.md against the tree: folders, packages, who may name which library, commands. Documents of the design: `documents`.
 
+#[path = "architecture/documents.rs"]
+mod documents;
 mod support;
 
 use std::collections::{BTreeMap, BTreeSet};
