@@ -298,6 +298,32 @@ fn no_modules_name_each_other_in_a_circle() {
     assert!(seen > 300, "names were found at all: {seen}");
 }
 
+/// Rooms of the exponential engine: each names itself and those before it only.
+const ROOMS: [&str; 5] = ["modal", "torsion", "contact", "stepping", "observe"];
+
+#[test]
+fn rooms_of_the_exponential_engine_use_each_other_in_one_direction() {
+    let engine = root().join("core/src/engine/exponential");
+    let folders =
+        fs::read_dir(&engine).expect("the engine").filter(|entry| entry.as_ref().expect("readable").path().is_dir());
+    assert_eq!(folders.count(), ROOMS.len(), "every folder of the engine is a room");
+    let mut seen = 0;
+    for (at, room) in ROOMS.iter().enumerate() {
+        for path in files(&engine.join(room)) {
+            let module: Vec<String> = ["engine", "exponential", room].iter().map(|&name| name.to_owned()).collect();
+            let file = path.file_stem().expect("a name").to_string_lossy().into_owned();
+            let module = if file == "mod" { module } else { [module, vec![file]].concat() };
+            for named in named_by(&fs::read_to_string(&path).expect("UTF-8"), &module) {
+                if let ["engine", "exponential", other, ..] = named.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+                    assert!(!ROOMS[at + 1..].contains(&other), "{}: {room} names {other}", path.display());
+                    seen += usize::from(other != *room);
+                }
+            }
+        }
+    }
+    assert!(seen > 40, "rooms name each other: {seen}");
+}
+
 #[test]
 fn no_source_file_is_too_long() {
     for path in files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
