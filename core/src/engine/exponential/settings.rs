@@ -12,7 +12,7 @@ pub struct StepSettings {
     /// Contact step \[s\]; a free step is this, doubled any number of times.
     pub step: f64,
     /// Distance of two grid speeds \[rad/s\]. By default the power of two nearest to a 37th of the initial speed, so that machines whose speeds differ little share their bases; closer at
-    /// slow spins on anisotropic bearings ([`super::GridSpacing`]).
+    /// slow spins on anisotropic bearings (`GridSpacing`).
     pub spacing: Option<f64>,
     /// Speed intervals between two grid speeds, an even number.
     pub cells: u32,
