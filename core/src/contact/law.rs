@@ -6,7 +6,7 @@
 //! lambda >= 0, g >= 0, lambda g = 0;   |lambda_T| <= mu lambda;   s = 0 or lambda_T = mu lambda sign(s)
 //! ```
 //! On the rotor act `-lambda n - lambda_T t` and the torque `-lambda_T R_r`, on the ring the opposite force.
-//! Source: paper section 2 and its [10] (forward-increment Lagrange multipliers); docs/theory/03-contact.md. Normal and tangential
+//! Source: paper section 2 and its reference 10 (forward-increment Lagrange multipliers); docs/theory/03-contact.md. Normal and tangential
 //! part are solved together. Verified by the tests below.
 
 use bladeoff_model::document::units::format_digits;

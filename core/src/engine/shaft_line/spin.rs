@@ -112,7 +112,7 @@ impl Spin {
         self.prescribed.as_ref().map_or(0.0, |prescribed| prescribed.hold(&self.row, response))
     }
 
-    /// Mean spin increment that the drive of a prescribed speed gives in a step [rad]: its torque converges with the forces,
+    /// Mean spin increment that the drive of a prescribed speed gives in a step \[rad\]: its torque converges with the forces,
     /// while the increment of the spin itself is prescribed and always converged.
     pub fn driven(&self) -> f64 {
         self.prescribed.as_ref().map_or(0.0, Prescribed::driven)

@@ -131,7 +131,7 @@ impl Stepper {
         0.5 * sum / (self.dt * self.dt)
     }
 
-    /// Strain energy between n and n+1, `q+^T K q / 2` [J]: the form for which the scheme's balance is exact. Call it before
+    /// Strain energy between n and n+1, `q+^T K q / 2` \[J\]: the form for which the scheme's balance is exact. Call it before
     /// [`Stepper::advance`].
     pub fn strain_energy(&self, increment: &[f64]) -> f64 {
         let mut sum = 0.0;
