@@ -3,7 +3,7 @@
 mod support;
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
-use bladeoff_core::engine::{StepPlan, simulate};
+use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
@@ -49,7 +49,7 @@ fn record(path: &Path, channels: &[&str], decimation: Decimation) -> (Machine, O
 
 fn record_of(machine: &Machine, path: &Path, channels: &[&str], decimation: Decimation) -> Outcome {
     let structure = Structure::build(machine, None).expect("a model");
-    let plan = StepPlan::new(machine, &structure).expect("a step");
+    let plan = TimeStep::new(machine, &structure).expect("a step");
     let channels = channels.iter().map(|name| (*name).to_owned()).collect();
     let settings = Settings { path: path.to_path_buf(), channels, decimation };
     let mut recorder = Recorder::new(&settings, machine, &structure, &plan).expect("known channels");
@@ -260,7 +260,7 @@ fn a_cut_file_is_recovered_up_to_the_cut() {
 fn a_directory_that_cannot_be_written_fails_the_history_alone() {
     let machine = machine();
     let structure = Structure::build(&machine, None).expect("a model");
-    let plan = StepPlan::new(&machine, &structure).expect("a step");
+    let plan = TimeStep::new(&machine, &structure).expect("a step");
     for name in ["/nowhere/at/all/a.mcap", "/nowhere/at/all/a.csv", "/nowhere/at/all/a.parquet"] {
         let settings = Settings { path: name.into(), channels: Vec::new(), decimation: Decimation::Default };
         let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("what is asked for is right");

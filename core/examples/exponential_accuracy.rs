@@ -8,7 +8,7 @@
 mod random;
 
 use bladeoff_core::engine::exponential::{RubbingRun, StepSettings, rubbing_run};
-use bladeoff_core::engine::{StepPlan, simulate};
+use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
@@ -82,9 +82,9 @@ fn line(name: &str, found: &Values, reference: &Values) {
     println!("| {name} | {} |", (0..COLUMNS.len()).map(cell).collect::<Vec<_>>().join(" | "));
 }
 
-fn plan(file: &str) -> Result<StepPlan, Failed> {
+fn plan(file: &str) -> Result<TimeStep, Failed> {
     let machine = machine(file, &[EXPONENTIAL])?;
-    Ok(StepPlan::new(&machine, &Structure::build(&machine, None)?)?)
+    Ok(TimeStep::new(&machine, &Structure::build(&machine, None)?)?)
 }
 
 /// `2/omega_max` of the ring's modes \[s\].

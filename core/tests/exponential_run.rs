@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::engine::{StepPlan, simulate};
+use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
@@ -324,9 +324,9 @@ fn what_is_not_covered_is_refused_at_its_key() {
     // the largest step that is allowed is told, and is one
     let of = |step: f64| of_engine(machine_with(&study_machine("lab_rig"), &[("run.end_time", "1 ms")]), step);
     let structure = Structure::build(&of(1e-6), None).expect("buildable");
-    let plan = StepPlan::new(&of(1e-6), &structure).expect("small enough");
-    assert!(StepPlan::new(&of(plan.largest_allowed()), &structure).is_ok());
-    let error = StepPlan::new(&of(1.001 * plan.largest_step), &structure).expect_err("too large");
+    let plan = TimeStep::new(&of(1e-6), &structure).expect("small enough");
+    assert!(TimeStep::new(&of(plan.largest_allowed()), &structure).is_ok());
+    let error = TimeStep::new(&of(1.001 * plan.largest_step), &structure).expect_err("too large");
     assert!(error.to_string().starts_with("the contact step "), "{error}");
 }
 

@@ -4,7 +4,7 @@
 
 mod common;
 
-use bladeoff_core::engine::StepPlan;
+use bladeoff_core::engine::TimeStep;
 use bladeoff_core::modal::DEFAULT_ROTOR_MODES;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
@@ -178,7 +178,7 @@ fn as_many_modes_are_kept_however_bearings_are_turned() {
         let mut machine = turned(&machine, angle);
         machine.run.rotor_modes = Some(8);
         let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
-        structure.lag_at_contact(&machine)
+        structure.truncation_error_at_contact(&machine)
     };
     let share = lag(0.0);
     assert!(share > 0.03, "{share}");
@@ -205,7 +205,7 @@ fn the_default_step_does_not_depend_on_how_the_axes_lie() {
     let step = |angle: f64| {
         let machine = turned(&machine, angle);
         let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
-        StepPlan::new(&machine, &structure).unwrap_or_else(|error| panic!("{error}")).step
+        TimeStep::new(&machine, &structure).unwrap_or_else(|error| panic!("{error}")).step
     };
     let steps: Vec<f64> = (0..=8).map(|k| step(0.2 * f64::from(k))).collect();
     assert!(steps.iter().all(|other| other.to_bits() == steps[0].to_bits()), "{steps:?}");

@@ -2,14 +2,14 @@
 
 mod common;
 
-use bladeoff_core::structure::{MODAL_LAG, Structure};
+use bladeoff_core::structure::{MAX_TRUNCATION_ERROR, Structure};
 use bladeoff_model::outcome::{Cause, Status};
 use common::{Row, close, machine_with, run, study_machine};
 
 /// A run with so many rotor modes, and the share of its contact that they cannot carry.
 fn with_modes(name: &str, modes: &str, changes: &[(&str, &str)]) -> (Row, f64) {
     let machine = machine_with(&study_machine(name), &[changes, &[("run.rotor_modes", modes)]].concat());
-    let share = Structure::build(&machine, None).expect("buildable").lag_at_contact(&machine);
+    let share = Structure::build(&machine, None).expect("buildable").truncation_error_at_contact(&machine);
     let row = run(machine);
     assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
     (row, share)
@@ -29,7 +29,7 @@ fn a_basis_too_small_for_the_contact_is_said() {
             let error = (force(&row) / force(&reference) - 1.0).abs();
             println!("{name}, {modes} rotor modes: share {share:.5}, filtered force off by {error:.5}");
             let said = row.outcome.causes.contains(Cause::ModalBasis);
-            assert_eq!(said, share > MODAL_LAG);
+            assert_eq!(said, share > MAX_TRUNCATION_ERROR);
             // what is said is wrong by more than the engines differ, what is not said is right to 2 %
             assert_eq!(said, ["4", "8"].contains(&modes), "{name} {modes}: {share}");
             assert!(if said { error > least } else { error < 0.02 }, "{name} {modes}: {error}");
@@ -43,7 +43,7 @@ fn a_basis_too_small_for_the_contact_is_said() {
     for name in ["lab_rig", "lp_turbine"] {
         for (engine, most) in [("reduced", 0.01), ("full", 0.0)] {
             let machine = machine_with(&study_machine(name), &[("run.engine", engine)]);
-            let share = Structure::build(&machine, None).expect("buildable").lag_at_contact(&machine);
+            let share = Structure::build(&machine, None).expect("buildable").truncation_error_at_contact(&machine);
             assert!(share <= most, "{name} {engine}: {share}");
         }
     }
@@ -67,7 +67,7 @@ fn a_basis_too_small_is_said_on_bearings_of_indefinite_stiffness() {
             let machine = machine_with(&text, &[SHORT[0], SHORT[1], ("run.rotor_modes", modes)]);
             let structure = Structure::build(&machine, None).expect("buildable");
             assert!(structure.basis().lateral.omega_squared[0] < 0.0, "indefinite");
-            let share = structure.lag_at_contact(&machine);
+            let share = structure.truncation_error_at_contact(&machine);
             let row = run(machine);
             assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
             let [load, force] = ["max_bearing_load_N", "max_filtered_contact_force_N"].map(|name| row.value(name));
@@ -76,11 +76,11 @@ fn a_basis_too_small_is_said_on_bearings_of_indefinite_stiffness() {
         };
         for modes in ["4", "8"] {
             let (row, share) = of(modes);
-            assert!(share > MODAL_LAG && row.outcome.causes.contains(Cause::ModalBasis), "{modes}: {share}");
+            assert!(share > MAX_TRUNCATION_ERROR && row.outcome.causes.contains(Cause::ModalBasis), "{modes}: {share}");
             assert_eq!(row.outcome.status, Status::Invalid);
         }
         let (row, share) = of("24");
-        assert!(share < 0.5 * MODAL_LAG && row.outcome.status == Status::Ok, "{share}");
+        assert!(share < 0.5 * MAX_TRUNCATION_ERROR && row.outcome.status == Status::Ok, "{share}");
     }
 }
 
@@ -112,7 +112,7 @@ fn what_no_residual_carries_is_missing() {
         let of = |residual: &str, modes: &str| {
             let more = [("run.static_residual", residual), ("run.ring_modes", modes)];
             let machine = machine_with(&study_machine(name), &[changes, &more].concat());
-            let share = Structure::build(&machine, None).expect("buildable").lag_at_contact(&machine);
+            let share = Structure::build(&machine, None).expect("buildable").truncation_error_at_contact(&machine);
             let row = run(machine);
             assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
             (row, share)
@@ -124,7 +124,7 @@ fn what_no_residual_carries_is_missing() {
         let error = force(&row) / force(&reference) - 1.0;
         println!("{name}, {modes} ring modes without residual: share {share:.4}, filtered force off by {error:.4}");
         assert_eq!((row.outcome.causes.contains(Cause::ModalBasis), error.abs() > 0.02), (said, said), "{share}");
-        assert_eq!(share > MODAL_LAG, said);
+        assert_eq!(share > MAX_TRUNCATION_ERROR, said);
     }
 }
 
@@ -137,7 +137,7 @@ fn ring_modes_left_out_are_bounded() {
         let of = |modes: &str| {
             let changes = [changes, &[("run.ring_modes", modes), ("run.rotor_modes", "36")]].concat();
             let machine = machine_with(&study_machine(name), &changes);
-            let share = Structure::build(&machine, None).expect("buildable").lag_at_contact(&machine);
+            let share = Structure::build(&machine, None).expect("buildable").truncation_error_at_contact(&machine);
             let row = run(machine);
             assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
             (row, share)
@@ -196,7 +196,7 @@ fn the_lag_is_that_of_the_modes_left_out() {
             (Structure::build(&machine, None).expect("buildable"), machine)
         };
         let (all, machine) = build(&[("run.rotor_modes", "10000"), ("run.ring_modes", "10000")]);
-        assert_eq!(all.lag_at_contact(&machine), 0.0, "nothing is left out");
+        assert_eq!(all.truncation_error_at_contact(&machine), 0.0, "nothing is left out");
         let (few, machine) = build(&[("run.rotor_modes", kept[0]), ("run.ring_modes", kept[1])]);
         let sums = |shapes: &dyn Fn(usize) -> f64, squares: &[f64], kept: usize, follows: bool| {
             let (mut lag, mut moving, mut at_rest) = (0.0, 0.0, 0.0);
@@ -229,8 +229,8 @@ fn the_lag_is_that_of_the_modes_left_out() {
                 largest = largest.max((rotor.0 + stator.0) / (rotor.1 + stator.2));
             }
         }
-        assert!(largest > MODAL_LAG);
-        close(kept[0], few.lag_at_contact(&machine), largest, 1e-4);
+        assert!(largest > MAX_TRUNCATION_ERROR);
+        close(kept[0], few.truncation_error_at_contact(&machine), largest, 1e-4);
     }
 }
 

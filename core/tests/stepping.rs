@@ -4,7 +4,7 @@
 mod common;
 
 use bladeoff_core::engine::StartError;
-use bladeoff_core::engine::{StepPlan, simulate, unresolved_damping};
+use bladeoff_core::engine::{TimeStep, simulate, unresolved_damping};
 use bladeoff_core::record::{ContactFrame, NoHistory};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -162,8 +162,8 @@ fn all_on_an_arm(speed: f64, settings: &str, tail: &str) -> Machine {
     ))
 }
 
-fn plan(machine: &Machine) -> Result<StepPlan, StartError> {
-    StepPlan::new(machine, &Structure::build(machine, None).expect("buildable"))
+fn plan(machine: &Machine) -> Result<TimeStep, StartError> {
+    TimeStep::new(machine, &Structure::build(machine, None).expect("buildable"))
 }
 
 /// The limit is `2/sqrt(6 k/m)` = 0.816 s. It was 2 s: a run with 0.83 s was `ok`, stopped without a brake, at 2.6 times the load.
@@ -318,7 +318,7 @@ fn damping_beyond_the_step_is_told() {
     let told = |text: &str, changes: &[(&str, &str)]| {
         let machine = machine_with(text, changes);
         let structure = Structure::build(&machine, None).expect("built");
-        let plan = StepPlan::new(&machine, &structure).expect("planned");
+        let plan = TimeStep::new(&machine, &structure).expect("planned");
         unresolved_damping(&machine, &structure, plan.step)
     };
     let text = point_mass("end_time = 1\nstep = 1e-3", "");

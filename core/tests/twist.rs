@@ -2,7 +2,7 @@
 
 mod common;
 
-use bladeoff_core::engine::{StepPlan, simulate};
+use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::linalg::{Matrix, mul, mul_tn, spd_inverse};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::rotor::RotorMatrices;
@@ -126,7 +126,7 @@ fn the_step_limit_is_that_of_what_is_left() {
     ];
     let lost = machine_with(free, &changes);
     let structure = Structure::build(&lost, None).expect("buildable");
-    let plan = StepPlan::new(&lost, &structure).expect("it can start");
+    let plan = TimeStep::new(&lost, &structure).expect("it can start");
     let whole = structure.twist.highest.max(structure.lateral.highest);
     println!("highest frequency {:.4e}, of the shaft {whole:.4e} rad/s", plan.highest_frequency);
     assert!(plan.highest_frequency > 1.05 * whole);

@@ -1,6 +1,6 @@
 //! The calls into the solver, in one place.
 
-use bladeoff_core::engine::{self, StartError, StepPlan};
+use bladeoff_core::engine::{self, StartError, TimeStep};
 use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes, UnstableRange};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
@@ -54,8 +54,8 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 ///
 /// # Errors
 /// The step is too large, or the like.
-pub fn step_plan(machine: &Machine, structure: &Structure) -> Result<StepPlan, EngineError> {
-    StepPlan::new(machine, structure).map_err(EngineError::Start)
+pub fn step_plan(machine: &Machine, structure: &Structure) -> Result<TimeStep, EngineError> {
+    TimeStep::new(machine, structure).map_err(EngineError::Start)
 }
 
 /// One transient.

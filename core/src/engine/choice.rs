@@ -1,8 +1,8 @@
 //! Which engine runs a machine.
 
 use super::exponential::{self, ExponentialError, StepSettings};
-use super::plan::{StartError, StepPlan};
 use super::run;
+use super::time_step::{StartError, TimeStep};
 use crate::record::{End, Follower, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
@@ -14,7 +14,7 @@ use bladeoff_model::machine::{Engine, Machine};
 pub(super) fn run(
     machine: &Machine,
     structure: &Structure,
-    plan: &StepPlan,
+    plan: &TimeStep,
     follower: &mut dyn Follower,
 ) -> Result<(Recorders, End), StartError> {
     match machine.run.engine {

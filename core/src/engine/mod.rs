@@ -13,18 +13,18 @@ mod choice;
 mod damping;
 pub mod exponential;
 mod motion;
-mod plan;
 mod predictor;
 mod rub;
 mod run;
 mod shaft_line;
 mod stability;
+mod time_step;
 mod twin;
 mod works;
 
 pub use damping::{UnresolvedDamping, unresolved_damping};
-pub use plan::{LEAST_STEP, StartError, StepPlan};
 pub use stability::{speeds_of_run, unstable_speeds};
+pub use time_step::{LEAST_STEP, StartError, TimeStep};
 
 use crate::record::Follower;
 use crate::structure::Structure;
@@ -39,7 +39,7 @@ use bladeoff_model::outcome::Outcome;
 /// # Errors
 /// [`StartError`] for a run that cannot be started.
 pub fn simulate(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Outcome, StartError> {
-    let plan = StepPlan::new(machine, structure)?;
+    let plan = TimeStep::new(machine, structure)?;
     let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
     let twin = twin::of(&recorders, &end, machine, structure, &plan, follower);
     Ok(recorders.outcome(machine, structure, &end, twin.as_ref()))

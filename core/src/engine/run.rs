@@ -3,9 +3,9 @@
 use super::bearing_loads::BearingLoads;
 use super::beginning::begin;
 use super::motion::Motion;
-use super::plan::{StartError, StepPlan};
 use super::rub::StepContact;
 use super::stability::SolvedGrid;
+use super::time_step::{StartError, TimeStep};
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
 use crate::record::{At, ContactFrame, End, EnergyBalance, Follower, Frame, Instant, Recorders, RingInstant};
@@ -20,7 +20,7 @@ use bladeoff_model::outcome::{Cause, EndCause};
 pub(super) fn run(
     machine: &Machine,
     structure: &Structure,
-    plan: &StepPlan,
+    plan: &TimeStep,
     follower: &mut dyn Follower,
 ) -> Result<(Recorders, End), StartError> {
     let mut run = Run::new(machine, structure, plan.step)?;

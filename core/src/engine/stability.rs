@@ -88,7 +88,7 @@ struct System {
 impl System {
     fn of(machine: &Machine, structure: &Structure) -> Arc<Self> {
         let masses: Masses = sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect();
-        let systems: &Systems = structure.stability.of();
+        let systems: &Systems = structure.stability_cache.get();
         let kept = &mut *systems.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = kept.iter().position(|(other, _)| *other == masses) {
             kept[at..].rotate_left(1);

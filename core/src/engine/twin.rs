@@ -9,7 +9,7 @@
 //! Verified by `tests/twin.rs`.
 
 use super::choice::run;
-use super::plan::StepPlan;
+use super::time_step::TimeStep;
 use crate::record::{End, Follower, Frame, Recorders, Twin};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -22,7 +22,7 @@ pub(super) fn of(
     end: &End,
     machine: &Machine,
     structure: &Structure,
-    plan: &StepPlan,
+    plan: &TimeStep,
     follower: &mut dyn Follower,
 ) -> Option<Twin> {
     let limit = machine.run.twin_limit;

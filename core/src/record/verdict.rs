@@ -4,7 +4,7 @@ use super::end::End;
 use super::energies::EnergyBalance;
 use super::limits::LimitRecorder;
 use super::ring::RingRecorders;
-use crate::structure::{MODAL_LAG, Structure};
+use crate::structure::{MAX_TRUNCATION_ERROR, Structure};
 use bladeoff_model::machine::{DiaphragmKind, FrictionLaw, Machine, OnExceed};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
@@ -31,7 +31,7 @@ impl Verdict {
         if let Some(cause) = failure {
             causes.insert(cause);
         }
-        if touched(rings) && structure.lag_at_contact(machine) > MODAL_LAG {
+        if touched(rings) && structure.truncation_error_at_contact(machine) > MAX_TRUNCATION_ERROR {
             causes.insert(Cause::ModalBasis);
         }
         let broken = failure.or_else(|| causes.iter().next());
@@ -72,7 +72,7 @@ impl Guards {
         if self.broken {
             return false;
         }
-        let carried = || structure.lag_at_contact(machine) <= MODAL_LAG;
+        let carried = || structure.truncation_error_at_contact(machine) <= MAX_TRUNCATION_ERROR;
         self.broken = broken(energies, rings, machine).bits() != 0
             || !energies.is_finite()
             || touched(rings) && !*self.carried.get_or_insert_with(carried);

@@ -111,7 +111,13 @@ mod tests {
             modal: false,
             highest: 0.0,
         };
-        RingPart { matrices: matrices.clone(), part, residual: None, lags: Vec::new(), kept: Default::default() }
+        RingPart {
+            matrices: matrices.clone(),
+            part,
+            residual: None,
+            truncation_errors: Vec::new(),
+            engine_cache: Default::default(),
+        }
     }
 
     /// The ring turns by a small angle as a body: each blade is a cantilever whose tip is displaced by `R a` and turned by a.

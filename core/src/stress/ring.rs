@@ -212,7 +212,13 @@ mod tests {
             modal: false,
             highest: 0.0,
         };
-        RingPart { matrices: matrices.clone(), part, residual: None, lags: Vec::new(), kept: Default::default() }
+        RingPart {
+            matrices: matrices.clone(),
+            part,
+            residual: None,
+            truncation_errors: Vec::new(),
+            engine_cache: Default::default(),
+        }
     }
 
     /// A free ring pressed together by two opposite forces P at nodes.

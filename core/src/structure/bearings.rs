@@ -11,18 +11,18 @@
 //! [`Structure::lateral_residual`]. (2) is (1) of a bearing as stiff as the damper is in an impact of 1 ms: the node is held by it, and what the shaft yields
 //! beside it is in modes left out. (3): what moves so fast that a step of 1/rate sees little of it. Nothing is left out, (1) and (2) 0, of a full model.
 //!
-//! Source: residual flexibility (MacNeal 1971), W as in `lag`. Limits: (2) takes the dampers of the node alone, and the largest of their principal values.
+//! Source: residual flexibility (MacNeal 1971), W as in `truncation_error`. Limits: (2) takes the dampers of the node alone, and the largest of their principal values.
 //! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`; by `report::bearings` of the program.
 
 use super::Structure;
-use super::lag::{Lag, Plane, share};
+use super::truncation_error::{Plane, TruncationError, share};
 use crate::rotor::BearingSite;
 
 impl Structure {
     /// Shares (1).
     #[must_use]
     pub fn left_out_at_bearings(&self) -> Vec<f64> {
-        self.of_bearings(|_, lag| lag.map_or(0.0, Lag::share_at_rest))
+        self.of_bearings(|_, lag| lag.map_or(0.0, TruncationError::share_at_rest))
     }
 
     /// Shares (2).
@@ -65,8 +65,12 @@ impl Structure {
         })
     }
 
-    fn of_bearings<T>(&self, what: impl Fn(&BearingSite, Option<&Lag>) -> T) -> Vec<T> {
-        self.rotor.bearings.iter().map(|bearing| what(bearing, self.rotor_lags.get(bearing.node))).collect()
+    fn of_bearings<T>(&self, what: impl Fn(&BearingSite, Option<&TruncationError>) -> T) -> Vec<T> {
+        self.rotor
+            .bearings
+            .iter()
+            .map(|bearing| what(bearing, self.rotor_truncation_errors.get(bearing.node)))
+            .collect()
     }
 }
 

@@ -5,13 +5,13 @@
 
 mod bearings;
 mod coordinates;
-mod kept;
-mod lag;
+mod engine_cache;
 mod part;
+mod truncation_error;
 
 pub use coordinates::Coordinates;
-pub use lag::MODAL_LAG;
 pub use part::Part;
+pub use truncation_error::MAX_TRUNCATION_ERROR;
 
 use crate::linalg::Matrix;
 use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
@@ -26,13 +26,13 @@ pub struct RingPart {
     pub matrices: RingMatrices,
     /// The linear part.
     pub part: Part,
-    /// Static flexibility of the modes left out, on the ring's freedoms; `None` where nothing is left out, the correction is
+    /// Static flexibility of the truncated modes, on the ring's degrees of freedom; `None` where nothing is left out, the correction is
     /// switched off, or a mode is not stiff (a free ring, bearings of indefinite stiffness).
     pub residual: Option<Matrix>,
-    /// Of its nodes, radially.
-    pub(crate) lags: Vec<lag::Lag>,
-    /// What an engine keeps of its own for runs that share the ring.
-    pub(crate) kept: kept::Kept,
+    /// Truncation errors of its nodes, radially.
+    pub(crate) truncation_errors: Vec<truncation_error::TruncationError>,
+    /// Cache of an engine for runs that share the ring.
+    pub(crate) engine_cache: engine_cache::EngineCache,
 }
 
 /// Everything that does not change between samples of one structure.
@@ -45,19 +45,19 @@ pub struct Structure {
     pub lateral: Part,
     /// Twist: absolute angles.
     pub twist: Part,
-    /// Static flexibility of the lateral modes left out, on the nodal freedoms; `None` as for a ring.
+    /// Static flexibility of the lateral truncated modes, on the nodal degrees of freedom; `None` as for a ring.
     pub lateral_residual: Option<Matrix>,
     /// One entry per diaphragm; `None` for a stator without degrees of freedom.
     pub rings: Vec<Option<RingPart>>,
-    /// Of the shaft's nodes.
-    rotor_lags: Vec<lag::Lag>,
+    /// Truncation errors of the shaft's nodes.
+    rotor_truncation_errors: Vec<truncation_error::TruncationError>,
     basis: Basis,
     /// The basis was computed here, and not frozen elsewhere.
     computed: bool,
-    /// What an engine keeps of its own for runs that share the structure.
-    pub(crate) kept: kept::Kept,
-    /// Damping of whirl modes at speeds where it has been computed.
-    pub(crate) stability: kept::Kept,
+    /// Cache of an engine for runs that share the structure.
+    pub(crate) engine_cache: engine_cache::EngineCache,
+    /// Cache of the damping of whirl modes at speeds where it has been computed.
+    pub(crate) stability_cache: engine_cache::EngineCache,
 }
 
 impl Structure {
@@ -125,9 +125,15 @@ impl Structure {
             Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
         };
         let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
-        let whole = lag::Whole { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None };
-        let (lateral_residual, rotor_lags) =
-            lag::left_out(&lateral, &basis.lateral, whole, correct, rotor.lateral_size(), places);
+        let whole = truncation_error::FullPart { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None };
+        let (lateral_residual, rotor_lags) = truncation_error::truncated_flexibility(
+            &lateral,
+            &basis.lateral,
+            whole,
+            correct,
+            rotor.lateral_size(),
+            places,
+        );
         Self {
             structural: structural(machine),
             rotor,
@@ -135,11 +141,11 @@ impl Structure {
             twist,
             lateral_residual,
             rings,
-            rotor_lags,
+            rotor_truncation_errors: rotor_lags,
             basis,
             computed: true,
-            kept: kept::Kept::default(),
-            stability: kept::Kept::default(),
+            engine_cache: engine_cache::EngineCache::default(),
+            stability_cache: engine_cache::EngineCache::default(),
         }
     }
 
@@ -149,13 +155,17 @@ impl Structure {
         self.structural == structural(machine)
     }
 
-    /// Largest share (3) of `lag` over the contacts of all diaphragms, 0 to 1: what of their flexibility the modes left out have
+    /// Largest share (3) of [`truncation_error`] over the contacts of all diaphragms, 0 to 1: what of their flexibility the truncated modes have
     /// without their inertia.
     #[must_use]
-    pub fn lag_at_contact(&self, machine: &Machine) -> f64 {
+    pub fn truncation_error_at_contact(&self, machine: &Machine) -> f64 {
         let shares = machine.diaphragms.iter().zip(&self.rings).map(|(diaphragm, ring)| {
-            let rotor = self.rotor_lags.get(diaphragm.contact.node);
-            lag::at_contact(rotor, ring.as_ref().map_or(&[][..], |ring| &ring.lags), &diaphragm.kind)
+            let rotor = self.rotor_truncation_errors.get(diaphragm.contact.node);
+            truncation_error::at_contact(
+                rotor,
+                ring.as_ref().map_or(&[][..], |ring| &ring.truncation_errors),
+                &diaphragm.kind,
+            )
         });
         shares.fold(0.0, f64::max)
     }
@@ -173,7 +183,7 @@ pub fn same_structure(one: &Machine, other: &Machine) -> bool {
     structural(one) == structural(other)
 }
 
-/// Whether it is computed in modes, and the modes left out are to follow forces at once.
+/// Whether it is computed in modes, and the truncated modes are to follow forces at once.
 fn coordinates(machine: &Machine) -> (bool, bool) {
     let reduced = machine.run.engine != Engine::Full;
     (reduced, reduced && machine.run.static_residual)
@@ -190,9 +200,10 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool,
     };
     let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
     let sectors = by_sectors.then_some(&matrices.sectors);
-    let whole = lag::Whole { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors };
-    let (residual, lags) = lag::left_out(&part, modes, whole, correct, 4 * matrices.nodes, radial);
-    RingPart { matrices, part, residual, lags, kept: kept::Kept::default() }
+    let whole = truncation_error::FullPart { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors };
+    let (residual, lags) =
+        truncation_error::truncated_flexibility(&part, modes, whole, correct, 4 * matrices.nodes, radial);
+    RingPart { matrices, part, residual, truncation_errors: lags, engine_cache: engine_cache::EngineCache::default() }
 }
 
 /// The machine with everything that varies from sample to sample set to one value.

@@ -2,7 +2,7 @@
 //! what an engine is off by. Shared by `exponential_random.rs` and the example `exponential_accuracy`.
 #![allow(dead_code, reason = "the test and the example use their own parts")]
 
-use bladeoff_core::engine::{StepPlan, simulate};
+use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
@@ -187,7 +187,7 @@ impl Drawn {
     pub fn steps(&self) -> [f64; 2] {
         let plan = |engine| {
             let machine = self.machine(0.001, 0.1, engine);
-            StepPlan::new(&machine, &Structure::build(&machine, None).expect("buildable")).expect("a step")
+            TimeStep::new(&machine, &Structure::build(&machine, None).expect("buildable")).expect("a step")
         };
         [2.0 / plan(Engine::Exponential).highest_frequency, plan(Engine::Reduced).step]
     }

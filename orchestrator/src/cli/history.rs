@@ -8,7 +8,7 @@ use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Recorder, Settings};
 use crate::report::RunWatch;
 use bladeoff_answers::report::{counted, duration};
-use bladeoff_core::engine::StepPlan;
+use bladeoff_core::engine::TimeStep;
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
@@ -47,7 +47,7 @@ impl HistoryArgs {
     ///
     /// # Errors
     /// An interval that is no time, or that the run does not have.
-    pub fn settings(&self, machine: &Machine, plan: &StepPlan) -> Result<Option<Settings>, CliError> {
+    pub fn settings(&self, machine: &Machine, plan: &TimeStep) -> Result<Option<Settings>, CliError> {
         let Some(path) = self.history.clone() else { return Ok(None) };
         let decimation = match (&self.every, self.decimate) {
             (Some(text), _) => Decimation::Every(interval(text, machine.run.end_time)?),
@@ -109,7 +109,7 @@ fn simulate(
 pub fn watched(
     machine: &Machine,
     structure: &Structure,
-    plan: &StepPlan,
+    plan: &TimeStep,
     settings: Option<&Settings>,
     is_shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {

@@ -13,7 +13,7 @@ use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{ENGINE as ENGINE_COLUMN, NOTES, TableSchema, verdict_fields};
-use bladeoff_core::engine::StepPlan;
+use bladeoff_core::engine::TimeStep;
 use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Detection, ENGINE, Engine, EngineChoice, Machine, MachineDef, STEP, is_detection};
 use bladeoff_model::outcome::{Outcome, Status};
@@ -190,7 +190,7 @@ fn verdict(outcome: &Outcome) -> Exit {
 }
 
 /// What is simulated; `changed`: what is not as its file says.
-fn heading(machine: &Machine, changed: &[(String, String)], choice: Option<&EngineChoice>, plan: &StepPlan) -> String {
+fn heading(machine: &Machine, changed: &[(String, String)], choice: Option<&EngineChoice>, plan: &TimeStep) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
     let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
     let step = format!("{step} (largest allowed {largest})");

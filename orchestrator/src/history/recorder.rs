@@ -7,7 +7,7 @@ use super::mcap_file::McapSink;
 use super::table::ParquetSink;
 use super::{Format, HISTORY_VERSION, HistoryError, Sink};
 use bladeoff_answers::history::About;
-use bladeoff_core::engine::StepPlan;
+use bladeoff_core::engine::TimeStep;
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
@@ -85,7 +85,7 @@ impl Recorder {
         settings: &Settings,
         machine: &Machine,
         structure: &Structure,
-        plan: &StepPlan,
+        plan: &TimeStep,
     ) -> Result<Self, HistoryError> {
         let format = Format::of(&settings.path)?;
         let channels = select(catalogue(machine, structure), &settings.channels)?;
@@ -193,7 +193,7 @@ fn steps_of(every: f64, step: f64) -> u64 {
 }
 
 /// What a reader needs to know about the run.
-fn about(machine: &Machine, plan: &StepPlan, every_steps: u64) -> About {
+fn about(machine: &Machine, plan: &TimeStep, every_steps: u64) -> About {
     let mut about = About::new();
     let mut put = |key: &str, value: String| about.insert(key.to_owned(), value);
     put("history_version", HISTORY_VERSION.to_string());

@@ -119,7 +119,7 @@ impl BearingNote {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_core::engine::StepPlan;
+    use bladeoff_core::engine::TimeStep;
     use bladeoff_model::machine::{MachineDef, ParamValue};
 
     /// Kinds and bearings that are said of a machine with these changes.
@@ -132,7 +132,7 @@ mod tests {
         }
         let machine = machine.build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
-        let plan = StepPlan::new(&machine, &structure).expect("planned");
+        let plan = TimeStep::new(&machine, &structure).expect("planned");
         let notes = bearings_beyond(&machine, &structure, plan.step);
         notes.into_iter().map(|note| (note.beyond, note.bearing.clone(), note.text())).collect()
     }

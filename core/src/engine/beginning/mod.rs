@@ -14,9 +14,9 @@ use loaded::load;
 use state::start;
 
 use super::motion::Motion;
-use super::plan::StartError;
 use super::rub::Rub;
 use super::shaft_line::ShaftLine;
+use super::time_step::StartError;
 use crate::linalg::norm;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, Machine};

@@ -4,8 +4,8 @@
 //! disturbance the machine asks for. Velocity and acceleration follow, so that the first step is of second order.
 
 use super::accelerations::{Accelerations, accelerations};
-use crate::engine::plan::StartError;
 use crate::engine::shaft_line::{Increments, ShaftLine};
+use crate::engine::time_step::StartError;
 use crate::linalg::{Matrix, Vector, add_outer, axpy, solve};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;

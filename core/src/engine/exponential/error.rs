@@ -1,6 +1,6 @@
 //! Machines and steps that the exponential engine cannot compute.
 
-use crate::engine::plan::StartError;
+use crate::engine::time_step::StartError;
 use crate::linalg::EigenError;
 use bladeoff_model::outcome::Cause;
 

@@ -10,7 +10,7 @@ use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;
 use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::displacement_bound::length;
-use crate::engine::plan::CONTACT_FRACTION;
+use crate::engine::time_step::CONTACT_FRACTION;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane, lanes_of};
 use crate::linalg::{Matrix, axpy, column_of};

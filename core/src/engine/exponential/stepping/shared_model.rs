@@ -87,7 +87,7 @@ impl SharedModel {
             cells: settings.cells,
             anchor: scale.anchor(speed),
         };
-        let models: &ModelCache = structure.kept.of();
+        let models: &ModelCache = structure.engine_cache.get();
         let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
             kept[at..].rotate_left(1);
@@ -119,7 +119,7 @@ pub(crate) fn ring_points_of(
     structure: &Structure,
     step: f64,
 ) -> Result<Arc<RingPoints>, ExponentialError> {
-    let rings: &RingCache = ring_of(structure, 0)?.kept.of();
+    let rings: &RingCache = ring_of(structure, 0)?.engine_cache.get();
     let key = (step.to_bits(), face(&machine.diaphragms[0].contact));
     let kept = &mut *rings.0.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, found)) = kept.iter().find(|(other, _)| *other == key) {

@@ -15,7 +15,7 @@ use crate::engine::exponential::modal::displacement_bound::length;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
-use crate::engine::plan::{StartError, slowest_to_resolve};
+use crate::engine::time_step::{StartError, slowest_to_resolve};
 use crate::record::{LastMillisecond, Loads};
 use crate::structure::Structure;
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, InitialState, Machine, OnExceed};

@@ -35,7 +35,7 @@ const MOST_STEPS: f64 = 1e10;
 
 /// The time step of a run that can be started, and its limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepPlan {
+pub struct TimeStep {
     /// Time step \[s\].
     pub step: f64,
     /// Largest stable step `2/omega_max` \[s\].
@@ -170,7 +170,7 @@ fn hertz(value: f64) -> String {
     format_digits(value, "Hz", 4)
 }
 
-impl StepPlan {
+impl TimeStep {
     /// The largest step that is allowed and can be written in five digits \[s\].
     #[must_use]
     pub fn largest_allowed(&self) -> f64 {

@@ -1,18 +1,18 @@
-//! What a modal basis cannot carry of a contact: what the modes left out yield otherwise than the model's do.
+//! Error of a contact by truncated modes: how much of the flexibility at the contact a modal basis represents wrongly.
 //!
-//! The modes left out follow a contact force at once (static residual). That holds for those far above what an impact
-//! excites. One that is not is too soft at first and too stiff later, and the impact is another one.
+//! The truncated modes follow a contact force at once (static residual). That holds for modes far above the frequencies that an impact
+//! excites. A truncated mode below them is too soft at first and too stiff later, which changes the impact.
 //! ```text
 //! F(0) = K^-1,   F(W) = (K + W^2 M)^-1        flexibility at rest, and for a force that grows as e^{W t};  W = pi/1 ms
-//! lag   = [F(0) - F_kept(0)] - [F(W) - F_kept(W)]  =  sum over the modes left out of  phi^2/w^2  W^2/(w^2 + W^2)        (1)
-//! lag   =  F(0) - F_kept(0)                        =  sum over the modes left out of  phi^2/w^2                        (2)
-//! share = (lag of the rotor + lag of the ring)/(F(W) of the rotor + F(0) of the stator)                                 (3)
+//! error = [F(0) - F_kept(0)] - [F(W) - F_kept(W)]  =  sum over the truncated modes of      phi^2/w^2  W^2/(w^2 + W^2)        (1)
+//! error =  F(0) - F_kept(0)                        =  sum over the truncated modes of      phi^2/w^2                        (2)
+//! share = (error of the rotor + error of the ring)/(F(W) of the rotor + F(0) of the stator)                                 (3)
 //! ```
-//! (2) without a static residual: what is left out does not yield at all. `run.static_residual = "off"` asks for that, and a part with a mode that is not
+//! (2) without a static residual: truncated modes do not yield at all. `run.static_residual = "off"` asks for that, and a part with a mode that is not
 //! stiff (w^2 <= 0: a free ring, bearings whose symmetric part is indefinite) has none. Share (3) is that in the plane where it is largest, whichever
 //! way the axes lie, at the contact's node, and at the ring node where it is largest. 1 ms is the filter of the contact force; half a sine over it turns with W.
 //!
-//! Neither needs the modes left out, whose number is that of the model. All modes kept are raised to the highest of them, `K' = K + sum (w_h^2 - w^2) M phi
+//! Neither needs the truncated modes, whose number is that of the model. All modes kept are raised to the highest of them, `K' = K + sum (w_h^2 - w^2) M phi
 //! phi^T M`, which leaves the others as they are: `K'^-1 - sum phi phi^T/w_h^2` is no difference of large numbers however soft a bearing is, and
 //! there is one for every sign of w^2. Of modes with w^2 <= 0 the denominator takes |w^2|, which bounds it from below (nothing of a free ring at rest: F(W)).
 //! Where K' is not positive definite, modes that are left out are not stiff themselves: the share is 1.
@@ -36,8 +36,8 @@ use crate::modal::{ModeSet, largest_share};
 use crate::stator::Sectors;
 use bladeoff_model::machine::DiaphragmKind;
 
-/// Largest share (3) of a run whose contact the modes kept carry; with contact and beyond it a run is invalid (`modal_basis`).
-pub const MODAL_LAG: f64 = 0.03;
+/// Largest share (3) of a valid run with contact; above it the run is invalid (`modal_basis`).
+pub const MAX_TRUNCATION_ERROR: f64 = 0.03;
 /// W \[1/s\].
 const RATE: f64 = std::f64::consts::PI / 1e-3;
 /// Part of the largest static flexibility left out, of nodes in the plane, by which a plain difference may be off by rounding.
@@ -46,45 +46,46 @@ const ROUNDED: f64 = 1e-3;
 /// Flexibility of a node in the plane, `[xx, xy, yy]`, or of one freedom, the same in each direction \[m/N\].
 pub(super) type Plane = [f64; 3];
 
-/// Flexibilities of a node.
+/// Truncation error and flexibilities of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Lag {
+pub(crate) struct TruncationError {
     /// (1) or (2).
-    lag: Plane,
-    /// Of the modes left out, at rest.
-    left_out: Plane,
-    /// F(0) and F(W).
+    error: Plane,
+    /// Flexibility of the truncated modes at rest.
+    truncated_at_rest: Plane,
+    /// F(0).
     at_rest: Plane,
+    /// F(W).
     moving: Plane,
 }
 
-/// A linear part as it was before modes were taken of it.
+/// Matrices of a linear part before modal reduction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Whole<'a> {
+pub(super) struct FullPart<'a> {
     pub stiffness: &'a Matrix,
     pub mass: &'a Matrix,
-    /// Of a ring.
+    /// Cyclic symmetry of a ring.
     pub sectors: Option<&'a Sectors>,
 }
 
-impl Whole<'_> {
+impl FullPart<'_> {
     fn inverse(&self, a: &Matrix) -> Option<Matrix> {
         self.sectors.map_or_else(|| spd_inverse(a), |sectors| sectors.inverse(a))
     }
 }
 
-/// Static flexibility of the modes left out, and that for a force that grows with W, on all freedoms.
-pub(super) struct LeftOut {
+/// Flexibility of the truncated modes, at rest and for a force that grows with W, on all degrees of freedom.
+pub(super) struct TruncatedFlexibility {
     at_rest: Matrix,
     /// That of the raised modes and those left out, for a force that grows with W, and what of it a mode kept has.
     moving: Matrix,
     kept: f64,
 }
 
-impl LeftOut {
+impl TruncatedFlexibility {
     /// `None` where a mode that is left out is not stiff.
-    fn new(whole: &Whole<'_>, modes: &ModeSet) -> Option<Self> {
-        let &Whole { stiffness, mass, .. } = whole;
+    fn new(whole: &FullPart<'_>, modes: &ModeSet) -> Option<Self> {
+        let &FullPart { stiffness, mass, .. } = whole;
         let highest = modes.omega_squared.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
         let momenta = mul(mass, &modes.shapes);
         let raised = stiffness + mul(&momenta, &scaled(&momenta, &modes.omega_squared, |square| highest - square));
@@ -94,13 +95,13 @@ impl LeftOut {
         Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE) })
     }
 
-    /// Static residual `K^-1 - Phi omega^-2 Phi^T` on the first `size` freedoms; `None` where a mode kept is not stiff. `places`: of nodes.
+    /// Static residual `K^-1 - Phi omega^-2 Phi^T` on the first `size` degrees of freedom; `None` where a mode kept is not stiff. `places`: of nodes.
     ///
     /// The plain difference, unless that is rounding: of a rotor on bearings of 0.01 N/m nothing of it is left.
-    /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the modes left out follow a force at once. Used by
+    /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the truncated modes follow a force at once. Used by
     /// the contact and bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/engines.rs`,
     /// `a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine` in `tests/modal_basis.rs`.
-    fn residual(&self, whole: &Whole<'_>, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
+    fn residual(&self, whole: &FullPart<'_>, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
         if !stiff(modes) {
             return None;
         }
@@ -130,30 +131,37 @@ fn stiff(modes: &ModeSet) -> bool {
     modes.omega_squared.iter().all(|&square| square > 0.0)
 }
 
-/// Static residual of a part on its first `size` freedoms, where it is asked for and there is one, and the lags of nodes, each with its
-/// two freedoms in the plane (twice the same where it has one); empty where no mode is left out.
-pub(super) fn left_out(
+/// Static residual of a part on its first `size` degrees of freedom, where it is asked for and there is one, and the lags of nodes, each with its
+/// two degrees of freedom in the plane (twice the same where it has one); empty where no mode is left out.
+pub(super) fn truncated_flexibility(
     part: &Part,
     modes: &ModeSet,
-    whole: Whole<'_>,
+    whole: FullPart<'_>,
     correct: bool,
     size: usize,
     places: impl Iterator<Item = [usize; 2]>,
-) -> (Option<Matrix>, Vec<Lag>) {
+) -> (Option<Matrix>, Vec<TruncationError>) {
     if !part.coordinates.is_modal() || modes.omega_squared.len() == whole.stiffness.nrows() {
         return (None, Vec::new());
     }
-    let left_out = LeftOut::new(&whole, modes);
+    let left_out = TruncatedFlexibility::new(&whole, modes);
     let places: Vec<[usize; 2]> = places.collect();
     let residual = left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(&whole, modes, size, &places));
     let follows = residual.is_some();
-    let lags = places.into_iter().map(|places| Lag::of(places, part, modes, left_out.as_ref(), follows)).collect();
+    let lags =
+        places.into_iter().map(|places| TruncationError::of(places, part, modes, left_out.as_ref(), follows)).collect();
     (residual, lags)
 }
 
-impl Lag {
+impl TruncationError {
     /// Without `left_out` nothing is known of it: it counts as all there is.
-    fn of([u, v]: [usize; 2], part: &Part, modes: &ModeSet, left_out: Option<&LeftOut>, follows: bool) -> Self {
+    fn of(
+        [u, v]: [usize; 2],
+        part: &Part,
+        modes: &ModeSet,
+        left_out: Option<&TruncatedFlexibility>,
+        follows: bool,
+    ) -> Self {
         let single = u == v;
         let plane = |xx: f64, xy: f64, yy: f64| if single { [xx, 0.0, xx] } else { [xx, xy, yy] };
         let (x, y) = (part.coordinates.row(u), part.coordinates.row(v));
@@ -176,18 +184,22 @@ impl Lag {
         let moving = sum(kept(RATE * RATE), growing);
         // a free ring yields without bounds
         let at_rest = if single && !stiff(modes) { moving } else { sum(kept(0.0), still) };
-        Self { lag, left_out: still, at_rest, moving }
+        Self { error: lag, truncated_at_rest: still, at_rest, moving }
     }
 
-    /// Part of its static flexibility that is in the modes left out, in the plane where it is largest, 0 to 1.
+    /// Part of its static flexibility that is in the truncated modes, in the plane where it is largest, 0 to 1.
     pub fn share_at_rest(&self) -> f64 {
-        share(self.left_out, self.at_rest)
+        share(self.truncated_at_rest, self.at_rest)
     }
 
-    /// Part that the modes left out have of their own static flexibility and that of a damper, 1/(c W), one behind the other, 0 to 1. `damping` \[N s/m\].
+    /// Part that the truncated modes have of their own static flexibility and that of a damper, 1/(c W), one behind the other, 0 to 1. `damping` \[N s/m\].
     pub fn share_behind(&self, damping: f64) -> f64 {
         let damper = 1.0 / (damping * RATE);
-        if damper.is_finite() { share(self.left_out, sum(self.left_out, [damper, 0.0, damper])) } else { 0.0 }
+        if damper.is_finite() {
+            share(self.truncated_at_rest, sum(self.truncated_at_rest, [damper, 0.0, damper]))
+        } else {
+            0.0
+        }
     }
 
     /// Part of its static flexibility that is in so much of it, in the plane where it is largest, 0 to 1.
@@ -210,15 +222,15 @@ pub(super) fn share(part: Plane, whole: Plane) -> f64 {
 }
 
 /// Share (3) of the contact of a rotor's node with a stator, 0 to 1. Empty, or `None`: no mode is left out.
-pub(super) fn at_contact(rotor: Option<&Lag>, ring: &[Lag], kind: &DiaphragmKind) -> f64 {
-    let none = Lag { lag: [0.0; 3], left_out: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
+pub(super) fn at_contact(rotor: Option<&TruncationError>, ring: &[TruncationError], kind: &DiaphragmKind) -> f64 {
+    let none = TruncationError { error: [0.0; 3], truncated_at_rest: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
     let rotor = rotor.unwrap_or(&none);
     let yielding = match kind {
         DiaphragmKind::RadialSpring { stiffness } => 1.0 / stiffness,
         DiaphragmKind::Rigid | DiaphragmKind::Flexible(_) => 0.0,
     };
-    let alone = [Lag { at_rest: [yielding, 0.0, yielding], ..none }];
+    let alone = [TruncationError { at_rest: [yielding, 0.0, yielding], ..none }];
     let stator = if ring.is_empty() { &alone } else { ring };
-    let shares = stator.iter().map(|at| share(sum(rotor.lag, at.lag), sum(rotor.moving, at.at_rest)));
+    let shares = stator.iter().map(|at| share(sum(rotor.error, at.error), sum(rotor.moving, at.at_rest)));
     shares.fold(0.0, f64::max)
 }
