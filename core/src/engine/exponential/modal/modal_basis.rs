@@ -1,13 +1,24 @@
-//! A station: the basis of whirl states at one speed of the grid.
+//! Modal basis of the gyroscopic system at one speed of the grid: state vectors, blocks, input vectors and output rows in modal coordinates.
 //!
 //! ```text
-//! x = R y,  L = R^-1,  L A R = blocks B_k on the pairs                    A at this speed                                  (1)
-//! z = Z y  (q and q'),   outputs O = Y Z,   force F: y' = ... + L s_p F
-//! gyroscopic momentum of the spin  q'^T G q/2 = y^T N y                                                                    (2)
-//! condition  = |R|_2 |L|_2 in the coordinates in which |x|^2/2 is nearly the energy
+//! x = R y,  L = R^-1,  L A R = blocks B_k of the modal planes             A: system matrix at this speed                   (1)
+//! y' = L A R y + L s_p F                                                  state equation in the modal state y
+//! (q, q') = Z y,   outputs o = O y,  O = Y Z                              Y: output rows on (q, q')
+//! q'^T G q/2 = y^T N y                                                    gyroscopic momentum of the spin                  (2)
+//! condition  = |R|_2 |L|_2
 //! ```
-//! A basis is refused above a condition of 1e4 (a state of the size of the rotor's energy would be a difference of amplitudes 1e4 times larger), and
-//! where what (1) leaves between pairs is more than rounding allows: pairs that are not invariant would be propagated wrongly.
+//!
+//! | symbol | quantity, of `n` lateral coordinates and so many modal planes |
+//! |---|---|
+//! | `y` | modal state, 2n: entries k and n + k belong to plane k; scaled as the state vector x, so `|y|^2` is of the size of the energy |
+//! | `R`, `L` | right vectors (columns) and left vectors (rows) of the basis, 2n x 2n |
+//! | `B_k` | plane block, 2 x 2 \[1/s\] |
+//! | `Z`, `O` | rows from y to the motion and to the outputs |
+//! | `N` | gyroscopic momentum as a quadratic form of y \[kg m2/s\] |
+//!
+//! Limits: a basis is refused above a condition of 1e4, where a state of the size of the rotor's energy is a difference of modal states 1e4 times larger. It is also
+//! refused if (1) leaves more than rounding between two planes, because planes that are not invariant are propagated wrongly.
+//! Verified by `a_basis_from_the_station_beside_is_that_of_its_own_motions` (`continuation.rs`) and `tests/exponential.rs`.
 
 use super::continuation::continued_basis;
 use super::dissipation::Dissipation;
@@ -23,57 +34,72 @@ use crate::linalg::{Matrix, column_of, inverse, mul, mul_tn};
 use crate::modal::{Damping, least_damping};
 use std::sync::OnceLock;
 
-/// Largest condition of a basis.
+/// Largest condition number of a modal basis.
 pub(in crate::engine) const MOST_CONDITION: f64 = 1e4;
-/// Largest part of A, relative to its own size, that may be left between pairs.
-const INVARIANT: f64 = 1e-8;
+/// Largest coupling between two modal planes, as a share of the largest entry of `L A R`.
+const MAX_COUPLING: f64 = 1e-8;
 
-/// What is solved at stations.
+/// Model of the lateral motion from which a modal basis is computed at any speed.
 #[derive(Debug, Clone)]
 pub(crate) struct LateralModel {
+    /// System matrices.
     pub state_space: StateSpace,
+    /// Input and output quantities of a step: unbalances, bearings, contact.
     pub outputs: Outputs,
+    /// Quantities of an observation: section loads, bearing powers, stored energy.
     pub measures: SectionLoadModel,
 }
 
-/// A basis at one speed, and what is read from it and pushed into it.
+/// Modal basis at one speed with its input vectors and output rows.
 #[derive(Debug, Clone)]
 pub(crate) struct ModalBasis {
+    /// Right vectors R, one column per entry of y.
     pub right: Matrix,
+    /// Left vectors L, one row per entry of y.
     pub left: Matrix,
+    /// Blocks B_k of the modal planes \[1/s\].
     pub blocks: Vec<PlaneBlock>,
-    /// Z.
+    /// Z: motion `(q, q')` of a modal state, 2n x 2n.
     pub motion_of_state: Matrix,
-    /// O: a row for each output.
+    /// O: one row on y per output.
     pub output_rows: Matrix,
-    /// All of them as a run needs them.
+    /// Speed, blocks, input vectors and output rows in the layout that a step uses.
     pub interval_model: IntervalModel,
-    /// N.
+    /// N: gyroscopic momentum as a quadratic form of y \[kg m2/s\].
     pub gyroscopic_momentum: QuadraticForm,
-    /// No less than the 2-norm condition of R; that itself where it is near what is allowed.
+    /// Upper bound of the 2-norm condition number of R; exact if the bound by Frobenius norms exceeds the limit.
     pub condition: f64,
-    /// Least damping of its pairs.
+    /// Least damped oscillating mode; `None` without one.
     pub least_damping: Option<Damping>,
     section_loads: OnceLock<SectionLoads>,
     dissipation: OnceLock<Dissipation>,
 }
 
 impl ModalBasis {
-    /// At a speed \[rad/s\]; beside a neighbour its pairs are those of the neighbour, where they can be found.
+    /// Modal basis at a speed \[rad/s\], with the planes in the order and orientation of a neighbouring basis if one is given.
+    ///
+    /// # Errors
+    /// [`ExponentialError`] if there is no basis, it is ill-conditioned, or its planes are not invariant.
     pub fn new(model: &LateralModel, speed: f64, neighbour: Option<&ModalBasis>) -> Result<Self, ExponentialError> {
         let (system, size) = (&model.state_space, model.state_space.size);
         let CheckedBasis { right, left, blocks, condition, .. } = CheckedBasis::at(system, speed, neighbour)?;
         let motion = mul(&system.motion_of_state(speed), &right);
-        let (places, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
-        let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &places)) * 0.25;
-        let rows = mul(&model.outputs.output_rows(system, speed), &motion);
-        let pushes = mul(&left, &model.outputs.input_vectors(system));
-        let pushes = (0..pushes.ncols()).map(|j| column_of(&pushes, j).to_vec()).collect();
+        let (displacements, velocities) = (motion.rows(0, size).into_owned(), motion.rows(size, size).into_owned());
+        let momentum = mul_tn(&velocities, &mul(&system.gyroscopic, &displacements)) * 0.25;
+        let output_rows = mul(&model.outputs.output_rows(system, speed), &motion);
+        let input_vectors = mul(&left, &model.outputs.input_vectors(system));
+        let input_vectors = (0..input_vectors.ncols()).map(|j| column_of(&input_vectors, j).to_vec()).collect();
         Ok(Self {
             least_damping: least_damping(&blocks.iter().flat_map(eigenvalues).collect::<Vec<_>>()),
-            interval_model: IntervalModel::new(speed, blocks.clone(), &rows, pushes, model.outputs.unbalances()),
+            interval_model: IntervalModel::new(
+                speed,
+                blocks.clone(),
+                &output_rows,
+                input_vectors,
+                model.outputs.unbalances(),
+            ),
             blocks,
-            output_rows: rows,
+            output_rows,
             gyroscopic_momentum: QuadraticForm::new(&(&momentum + momentum.transpose())),
             motion_of_state: motion,
             right,
@@ -84,12 +110,12 @@ impl ModalBasis {
         })
     }
 
-    /// What is measured of its whirl states.
+    /// Rows of section loads, bearing motion and `(q, q')` on y; computed at the first call.
     pub fn section_loads(&self, model: &LateralModel) -> &SectionLoads {
         self.section_loads.get_or_init(|| model.measures.at_basis(&self.motion_of_state))
     }
 
-    /// What damping takes of them over contact steps of `h` \[s\], those of its grid.
+    /// Dissipation over a contact step of `h` \[s\]; computed at the first call, for the one contact step of its grid.
     pub fn dissipation(&self, model: &LateralModel, h: f64) -> &Dissipation {
         self.dissipation.get_or_init(|| {
             Dissipation::new(
@@ -101,64 +127,65 @@ impl ModalBasis {
     }
 }
 
-/// (1) and its condition.
+/// Basis of modal planes that passed the checks of condition and invariance.
 struct CheckedBasis {
     right: Matrix,
     left: Matrix,
     blocks: Vec<PlaneBlock>,
     condition: f64,
-    /// `L A R`, and the largest entry between two pairs.
-    generator: Matrix,
+    /// `L A R`, 2n x 2n.
+    modal_matrix: Matrix,
+    /// Largest entry of `L A R` that couples two planes.
     largest_coupling: f64,
 }
 
 impl CheckedBasis {
-    /// At a speed: from that of the neighbour; where that does not serve, of the motions there.
+    /// Basis at a speed: by continuation from the neighbour, or by the eigenvalue problem at this speed if that fails.
     fn at(system: &StateSpace, speed: f64, neighbour: Option<&ModalBasis>) -> Result<Self, ExponentialError> {
-        let generator = system.system_matrix(speed);
-        if let Some(station) = neighbour {
+        let a = system.system_matrix(speed);
+        if let Some(neighbour) = neighbour {
             let e = mul(
-                &station.left,
-                &mul(&system.system_matrix_change(station.interval_model.speed, speed), &station.right),
+                &neighbour.left,
+                &mul(&system.system_matrix_change(neighbour.interval_model.speed, speed), &neighbour.right),
             );
-            let near =
-                continued_basis(&station.right, &station.blocks, &e).map(|right| Self::of(right, &generator, speed));
-            if let Some(Ok(near)) = near {
-                return Ok(near);
+            let continued =
+                continued_basis(&neighbour.right, &neighbour.blocks, &e).map(|right| Self::of(right, &a, speed));
+            if let Some(Ok(continued)) = continued {
+                return Ok(continued);
             }
         }
         let motions = system.eigen_motions(speed)?;
         let right = neighbour
-            .and_then(|station| modal_planes::aligned_with_neighbour(&motions, &generator, &station.left))
-            .or_else(|| modal_planes::from_eigenmotions(&motions, &generator));
-        let first = Self::of(right.ok_or(ExponentialError::NoBasis { speed })?, &generator, speed)?;
-        // what rounding of the eigenvalue problem left between pairs would stay in all stations that come from this one
-        let settled = continued_basis(&first.right, &first.blocks, &first.off_diagonal_part())
-            .and_then(|right| Self::of(right, &generator, speed).ok())
-            .filter(|settled| settled.largest_coupling < first.largest_coupling);
-        Ok(settled.unwrap_or(first))
+            .and_then(|basis| modal_planes::aligned_with_neighbour(&motions, &a, &basis.left))
+            .or_else(|| modal_planes::from_eigenmotions(&motions, &a));
+        let solved = Self::of(right.ok_or(ExponentialError::NoBasis { speed })?, &a, speed)?;
+        // one continuation at the same speed removes the coupling that rounding of the eigenvalue problem left; bases continued from this one would keep it
+        let refined = continued_basis(&solved.right, &solved.blocks, &solved.off_diagonal_part())
+            .and_then(|right| Self::of(right, &a, speed).ok())
+            .filter(|refined| refined.largest_coupling < solved.largest_coupling);
+        Ok(refined.unwrap_or(solved))
     }
 
-    /// Of right vectors; refused where it is ill-conditioned or leaves something between pairs.
-    fn of(right: Matrix, generator: &Matrix, speed: f64) -> Result<Self, ExponentialError> {
+    /// Checked basis with these right vectors; refused if it is ill-conditioned or its planes are coupled.
+    fn of(right: Matrix, a: &Matrix, speed: f64) -> Result<Self, ExponentialError> {
         let left = inverse(&right).ok_or(ExponentialError::NoBasis { speed })?;
-        // that of Frobenius norms is no smaller
+        // product of Frobenius norms: an upper bound, cheap
         let mut condition = right.norm() * left.norm();
         if condition.is_nan() || condition > MOST_CONDITION {
-            condition = largest_stretch(&right) * largest_stretch(&left);
+            condition = largest_singular_value(&right) * largest_singular_value(&left);
         }
         if condition.is_nan() || condition > MOST_CONDITION {
             return Err(ExponentialError::IllConditioned { speed, condition, limit: MOST_CONDITION });
         }
-        let generator = mul(&left, &mul(generator, &right));
-        let between = largest_coupling(&generator);
-        let part = between / generator.amax();
-        if part.is_nan() || part > INVARIANT {
+        let modal_matrix = mul(&left, &mul(a, &right));
+        let coupling = largest_coupling(&modal_matrix);
+        let share = coupling / modal_matrix.amax();
+        if share.is_nan() || share > MAX_COUPLING {
             return Err(ExponentialError::NotInvariant { speed });
         }
         let size = right.nrows() / 2;
         let block = |k: usize| {
-            let at = |i: usize, j: usize| generator[(k + i * size, k + j * size)];
+            let at = |i: usize, j: usize| modal_matrix[(k + i * size, k + j * size)];
             [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
         };
         Ok(Self {
@@ -166,30 +193,31 @@ impl CheckedBasis {
             right,
             left,
             condition,
-            generator,
-            largest_coupling: between,
+            modal_matrix,
+            largest_coupling: coupling,
         })
     }
 
-    /// What it leaves between pairs.
+    /// Entries of `L A R` that couple two planes, with zeros in the blocks.
     fn off_diagonal_part(&self) -> Matrix {
         let size = self.blocks.len();
-        let (rows, columns) = self.generator.shape();
-        Matrix::from_fn(rows, columns, |i, j| if i % size == j % size { 0.0 } else { self.generator[(i, j)] })
+        let (rows, columns) = self.modal_matrix.shape();
+        Matrix::from_fn(rows, columns, |i, j| if i % size == j % size { 0.0 } else { self.modal_matrix[(i, j)] })
     }
 }
 
-fn largest_stretch(matrix: &Matrix) -> f64 {
+/// 2-norm of a matrix.
+fn largest_singular_value(matrix: &Matrix) -> f64 {
     matrix.singular_values().max()
 }
 
-/// Largest entry between two pairs.
-fn largest_coupling(generator: &Matrix) -> f64 {
-    let (size, mut largest) = (generator.nrows() / 2, 0.0_f64);
+/// Largest absolute entry that couples two planes.
+fn largest_coupling(modal_matrix: &Matrix) -> f64 {
+    let (size, mut largest) = (modal_matrix.nrows() / 2, 0.0_f64);
     for i in 0..2 * size {
         for j in 0..2 * size {
             if i % size != j % size {
-                largest = largest.max(generator[(i, j)].abs());
+                largest = largest.max(modal_matrix[(i, j)].abs());
             }
         }
     }

@@ -99,7 +99,9 @@ impl SectionLoadModel {
         };
         let skew: Vec<usize> = (0..rotor.bearings.len()).filter(|&i| rotor.bearings[i].skew != 0.0).collect();
         let jumps = match machine.diaphragms.first() {
-            Some(diaphragm) => rotor.plane_places(diaphragm.contact.node).map(|dof| system.state_jump(&map.row(dof))),
+            Some(diaphragm) => {
+                rotor.plane_places(diaphragm.contact.node).map(|dof| system.velocity_jump(&map.row(dof)))
+            }
             None => [vec![0.0; map.size()], vec![0.0; map.size()]],
         };
         let sites = sites(structure, &skew);
@@ -310,7 +312,7 @@ mod tests {
                 flight.damping_powers_after(&mut instant, impulse, false, (&mut room, &mut within));
             let measures = &shared.grid.model.measures;
             let jumps = structure.rotor.plane_places(machine.diaphragms[0].contact.node);
-            let jumps = jumps.map(|dof| system.state_jump(&structure.lateral.coordinates.row(dof)));
+            let jumps = jumps.map(|dof| system.velocity_jump(&structure.lateral.coordinates.row(dof)));
             let mean: Vec<f64> =
                 (0..n).map(|j| rates[j] + 0.5 * (jumps[0][j] * impulse[0] + jumps[1][j] * impulse[1])).collect();
             let mut taken = [0.0; 2];

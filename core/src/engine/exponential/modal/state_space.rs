@@ -1,13 +1,24 @@
-//! The lateral motion of a shaft line as a system of the first order, in its canonical momentum.
+//! State space of the lateral motion: the equations of motion of a shaft line as a first-order system in displacement and canonical momentum.
 //!
 //! ```text
-//! M q'' + (C + W G) q' + (K + W' G/2) q = F                      M with the unbalances' masses, K with the skew part of the bearings
+//! M q'' + (C + W G) q' + (K + W' G/2) q = F                      equations of motion
 //! p = M q' + W G q/2                                              canonical momentum of the kinetic energy q'^T M q'/2 + W q'^T G q/2
-//! q' = M^-1 (p - W G q/2),   p' = -(C + W G/2) q' - K q + F       no W': where W jumps, q and p do not                     (1)
-//! x = (s_q q, s_p p),   s_q = sqrt(K_jj), s_p = 1/sqrt(M_jj)      |x|^2/2 is nearly the energy: conditions are taken in x  (2)
+//! q' = M^-1 (p - W G q/2),   p' = -(C + W G/2) q' - K q + F       without W': where W jumps, q and p do not                (1)
+//! x = (s_q q, s_p p),   s_q = sqrt(K_jj), s_p = 1/sqrt(M_jj)      state vector; |x|^2/2 is nearly the energy               (2)
+//! x' = A(W) x + B F                                               state equation
 //! ```
-//! Source: docs/theory/01-shaft-line.md; the theory page of this engine. Limits: one spin for all gyroscopic sites (the rate of the elastic torsion is
-//! not in their rates), coefficients that do not depend on displacements. Verified by `tests/exponential.rs` against the reduced engine.
+//!
+//! | symbol | quantity, of `n` lateral coordinates |
+//! |---|---|
+//! | `q` | lateral coordinates of the structure: displacements and rotations of nodes, or modal coordinates |
+//! | `F` | force in these coordinates |
+//! | `W` | spin \[rad/s\], positive about +z |
+//! | `M`, `C`, `K` | mass (with the masses of the unbalances), damping, stiffness (with the skew part of the bearings) |
+//! | `G` | gyroscopic matrix per unit spin, skew-symmetric |
+//! | `x` | state vector, `2n` entries; condition numbers of modal bases are taken in it |
+//!
+//! Source: docs/theory/01-shaft-line.md; docs/theory/08-exponential-engine.md, "Whirl states". Limits: all gyroscopic sites have one spin (the rate
+//! of the elastic torsion is neglected), and no coefficient depends on the displacements. Verified by `tests/exponential.rs` against the reduced engine.
 
 use crate::engine::beginning::projected;
 use crate::engine::shaft_line::{masses, sites};
@@ -16,73 +27,84 @@ use crate::modal::quadratic_modes;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// s_q of a coordinate without stiffness, as a part of the largest.
-const LEAST_SCALE: f64 = 1e-6;
+/// Lower limit of s_q in (2), as a share of the largest: for coordinates without stiffness.
+const MIN_DISPLACEMENT_SCALE: f64 = 1e-6;
 
-/// M, C, G and K of a run in the structure's coordinates.
+/// System matrices of the lateral motion of a run, in the coordinates q of the structure.
 #[derive(Debug, Clone)]
 pub(crate) struct StateSpace {
-    /// n.
+    /// Number of lateral coordinates n; the state vector has 2n entries.
     pub size: usize,
+    /// `M^-1`, n x n.
     pub inverse_mass: Matrix,
+    /// `C`, n x n: damping of shaft and bearings.
     pub damping: Matrix,
+    /// `K`, n x n, with the skew part of the bearings: not symmetric where a bearing has one.
     pub stiffness: Matrix,
+    /// `G`, n x n, per unit spin, skew-symmetric.
     pub gyroscopic: Matrix,
+    /// `M`, n x n, symmetric.
     mass: Matrix,
-    gyration: GyroscopicProducts,
-    /// (s_q, s_p) of (2).
+    gyroscopic_products: GyroscopicProducts,
+    /// Scale factors `(s_q, s_p)` of (2), 2n.
     scale: Vec<f64>,
 }
 
-/// `M^-1 G`, `C M^-1 G` and `G M^-1 G`.
+/// Products of G that the change of A with the spin consists of, n x n each.
 #[derive(Debug, Clone)]
 struct GyroscopicProducts {
-    of_mass: Matrix,
-    of_damping: Matrix,
-    of_both: Matrix,
+    /// `M^-1 G`.
+    m_inv_g: Matrix,
+    /// `C M^-1 G`.
+    c_m_inv_g: Matrix,
+    /// `G M^-1 G`.
+    g_m_inv_g: Matrix,
 }
 
-/// An eigenvector of (1) in the coordinates (2), of length 1; of conjugates the one with `Im lambda > 0`.
+/// Eigenvector of A in the scaled state vector x of (2), complex length 1.
+///
+/// A conjugate pair is represented by the eigenvector of the eigenvalue with positive imaginary part.
 #[derive(Debug, Clone)]
 pub(crate) struct EigenMotion {
+    /// Real part, 2n.
     pub real: Vec<f64>,
-    /// `None` of a real eigenvalue.
+    /// Imaginary part, 2n; `None` for a real eigenvalue.
     pub imaginary: Option<Vec<f64>>,
 }
 
 impl StateSpace {
-    /// Of a machine; `None` where the mass is singular.
+    /// System matrices of a machine; `None` if the mass matrix is singular.
     pub fn new(machine: &Machine, structure: &Structure) -> Option<Self> {
-        let part = &structure.lateral;
+        let lateral = &structure.lateral;
         let (mass, _) = masses(structure, &sites(machine));
-        let stiffness = &part.stiffness + projected(structure, &structure.rotor.skew_stiffness());
-        let size = part.coordinates.size();
+        let stiffness = &lateral.stiffness + projected(structure, &structure.rotor.skew_stiffness());
+        let size = lateral.coordinates.size();
         let largest = (0..size).map(|j| stiffness[(j, j)].abs().sqrt()).fold(0.0, f64::max);
-        let least = if largest > 0.0 { LEAST_SCALE * largest } else { 1.0 };
-        let of_places = (0..size).map(|j| stiffness[(j, j)].abs().sqrt().max(least));
-        let of_momenta = (0..size).map(|j| 1.0 / mass[(j, j)].sqrt());
+        let min_scale = if largest > 0.0 { MIN_DISPLACEMENT_SCALE * largest } else { 1.0 };
+        let displacement_scales = (0..size).map(|j| stiffness[(j, j)].abs().sqrt().max(min_scale));
+        let momentum_scales = (0..size).map(|j| 1.0 / mass[(j, j)].sqrt());
         let inverse_mass = inverse(&mass)?;
         let gyroscopic = projected(structure, &structure.rotor.gyroscopic());
-        let of_mass = mul(&inverse_mass, &gyroscopic);
-        let (of_damping, of_both) = (mul(&part.damping, &of_mass), mul(&gyroscopic, &of_mass));
+        let m_inv_g = mul(&inverse_mass, &gyroscopic);
+        let (c_m_inv_g, g_m_inv_g) = (mul(&lateral.damping, &m_inv_g), mul(&gyroscopic, &m_inv_g));
         Some(Self {
             size,
             inverse_mass,
-            damping: part.damping.clone(),
+            damping: lateral.damping.clone(),
             gyroscopic,
-            gyration: GyroscopicProducts { of_mass, of_damping, of_both },
-            scale: of_places.chain(of_momenta).collect(),
+            gyroscopic_products: GyroscopicProducts { m_inv_g, c_m_inv_g, g_m_inv_g },
+            scale: displacement_scales.chain(momentum_scales).collect(),
             stiffness,
             mass,
         })
     }
 
-    /// `(q, q')` of x at a spin.
+    /// Matrix from the state vector x to the motion `(q, q')` at a spin \[rad/s\], 2n x 2n.
     pub fn motion_of_state(&self, spin: f64) -> Matrix {
         let n = self.size;
         let mut map = Matrix::zeros(2 * n, 2 * n);
         map.view_mut((0, 0), (n, n)).fill_with_identity();
-        map.view_mut((n, 0), (n, n)).copy_from(&(&self.gyration.of_mass * (-0.5 * spin)));
+        map.view_mut((n, 0), (n, n)).copy_from(&(&self.gyroscopic_products.m_inv_g * (-0.5 * spin)));
         map.view_mut((n, n), (n, n)).copy_from(&self.inverse_mass);
         for (j, scale) in self.scale.iter().enumerate() {
             map.column_mut(j).scale_mut(1.0 / scale);
@@ -90,7 +112,7 @@ impl StateSpace {
         map
     }
 
-    /// Kinetic and strain energy of a motion at a spin, the gyroscopic part included \[J\].
+    /// Kinetic energy with its gyroscopic part, and strain energy, of a motion `(q, q')` at a spin \[J\].
     pub fn kinetic_and_elastic_energy(&self, spin: f64, q: &[f64], velocity: &[f64]) -> [f64; 2] {
         let mut sums = [0.0; 3];
         for j in 0..self.size {
@@ -102,17 +124,17 @@ impl StateSpace {
         [0.5 * (sums[0] + spin * sums[2]), 0.5 * sums[1]]
     }
 
-    /// K and M.
+    /// Stiffness and mass matrix, in this order.
     pub fn energy_matrices(&self) -> [&Matrix; 2] {
         [&self.stiffness, &self.mass]
     }
 
-    /// Jump of the rates by an impulse in coordinates.
-    pub fn state_jump(&self, impulse: &[f64]) -> Vec<f64> {
+    /// Velocity jump of all coordinates, `M^-1 I`, by an impulse `I` in the coordinates.
+    pub fn velocity_jump(&self, impulse: &[f64]) -> Vec<f64> {
         (0..self.size).map(|i| (0..self.size).map(|j| self.inverse_mass[(i, j)] * impulse[j]).sum()).collect()
     }
 
-    /// x of `(q, q')` at a spin.
+    /// State vector x of a motion `(q, q')` at a spin \[rad/s\].
     pub fn state_of_motion(&self, spin: f64, q: &[f64], velocity: &[f64]) -> Vec<f64> {
         let n = self.size;
         let momentum = |i: usize| -> f64 {
@@ -121,7 +143,7 @@ impl StateSpace {
         (0..n).map(|i| self.scale[i] * q[i]).chain((0..n).map(|i| self.scale[n + i] * momentum(i))).collect()
     }
 
-    /// A of `x' = A x` at a spin.
+    /// System matrix A of `x' = A x` at a spin \[rad/s\], 2n x 2n.
     pub fn system_matrix(&self, spin: f64) -> Matrix {
         let n = self.size;
         let mut rates = Matrix::zeros(2 * n, 2 * n);
@@ -135,16 +157,18 @@ impl StateSpace {
         a
     }
 
-    /// What A changes by from one spin to another.
+    /// Change of the system matrix A between two spins \[rad/s\], from its gyroscopic terms alone.
+    ///
+    /// The difference of two system matrices would carry the rounding of their large entries into slow modes.
     pub fn system_matrix_change(&self, from: f64, to: f64) -> Matrix {
         let n = self.size;
         let half = 0.5 * (to - from);
-        let GyroscopicProducts { of_mass, of_damping, of_both } = &self.gyration;
+        let GyroscopicProducts { m_inv_g, c_m_inv_g, g_m_inv_g } = &self.gyroscopic_products;
         let mut change = Matrix::zeros(2 * n, 2 * n);
-        change.view_mut((0, 0), (n, n)).copy_from(&(of_mass * -half));
-        change.view_mut((n, 0), (n, n)).copy_from(&(of_damping * half + of_both * (half * 0.5 * (to + from))));
+        change.view_mut((0, 0), (n, n)).copy_from(&(m_inv_g * -half));
+        change.view_mut((n, 0), (n, n)).copy_from(&(c_m_inv_g * half + g_m_inv_g * (half * 0.5 * (to + from))));
         // G is skew, M symmetric
-        change.view_mut((n, n), (n, n)).copy_from(&(of_mass.transpose() * half));
+        change.view_mut((n, n), (n, n)).copy_from(&(m_inv_g.transpose() * half));
         for (j, scale) in self.scale.iter().enumerate() {
             change.column_mut(j).scale_mut(1.0 / scale);
             change.row_mut(j).scale_mut(*scale);
@@ -152,33 +176,33 @@ impl StateSpace {
         change
     }
 
-    /// What a force in coordinates adds to x'.
+    /// Input vector of a force in the coordinates: its contribution `(0, s_p F)` to `x'`.
     pub fn input_vector(&self, force: &[f64]) -> Vec<f64> {
-        let momenta = &self.scale[self.size..];
-        std::iter::repeat_n(0.0, self.size).chain(momenta.iter().zip(force).map(|(s, f)| s * f)).collect()
+        let momentum_scales = &self.scale[self.size..];
+        std::iter::repeat_n(0.0, self.size).chain(momentum_scales.iter().zip(force).map(|(s, f)| s * f)).collect()
     }
 
-    /// Every motion at a spin: `2n` real dimensions in all.
+    /// All eigenvectors of A at a spin \[rad/s\]; real eigenvectors count one dimension, conjugate pairs two, together 2n.
     ///
     /// # Errors
-    /// [`EigenError`].
+    /// [`EigenError`] if the eigenvalue problem does not converge.
     pub fn eigen_motions(&self, spin: f64) -> Result<Vec<EigenMotion>, EigenError> {
         let damping = &self.damping + &self.gyroscopic * spin;
         let modes = quadratic_modes(&self.mass, &damping, &self.stiffness, "whirl at one speed")?;
         let n = self.size;
         let mut motions = Vec::with_capacity(2 * n);
-        for (j, &[decay, turn]) in modes.values.iter().enumerate() {
-            if turn < 0.0 {
+        for (j, &[decay, frequency]) in modes.values.iter().enumerate() {
+            if frequency < 0.0 {
                 continue;
             }
             let (x, y) = (modes.real.column(j), modes.imaginary.column(j));
             let (a, b) = (x.as_slice(), y.as_slice());
-            let velocity = |i: usize| [decay * a[i] - turn * b[i], decay * b[i] + turn * a[i]];
+            let velocity = |i: usize| [decay * a[i] - frequency * b[i], decay * b[i] + frequency * a[i]];
             let (v, w): (Vec<f64>, Vec<f64>) = (0..n).map(|i| velocity(i).into()).unzip();
             let (mut real, mut imaginary) = (self.state_of_motion(spin, a, &v), self.state_of_motion(spin, b, &w));
             let length = real.iter().chain(&imaginary).map(|entry| entry * entry).sum::<f64>().sqrt();
             real.iter_mut().chain(&mut imaginary).for_each(|entry| *entry /= length);
-            motions.push(EigenMotion { real, imaginary: (turn > 0.0).then_some(imaginary) });
+            motions.push(EigenMotion { real, imaginary: (frequency > 0.0).then_some(imaginary) });
         }
         Ok(motions)
     }
