@@ -11,7 +11,7 @@
 //! A pair as slow as the spin (`SLOW`) may be in resonance with the unbalance, eta many times as large as y: its z in (3) is `y + l J` less what stands, and what the force makes of `<y>` is taken by
 //! powers of the step. So what is left out is small beside y.
 //! Integrals by Gauss and Legendre at six places of each of four pieces, which become shorter towards the impulse: pairs may come to rest within a hundredth of the step. Taken at the stations, and linear between them, as all of a cell is.
-//! Verified by `what_a_free_motion_loses_is_what_its_energy_lacks`, `what_a_forced_motion_loses_is_what_it_has_lost`, `between_stations_it_is_linear` (`grid.rs`) and the balances of `tests/exponential_run.rs`.
+//! Verified by `what_a_free_motion_loses_is_what_its_energy_lacks`, `what_a_forced_motion_loses_is_what_it_has_lost`, `dissipation_is_linear_between_bases` (`speed_grid.rs`) and the balances of `tests/exponential_run.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::{PlaneBlock, SplitBlock, block_norm};

@@ -8,7 +8,7 @@ use super::dissipation::Dissipation;
 use super::modal_basis::LateralModel;
 use super::quadratic_form::QuadraticForm;
 use super::row_batch::{Interpolate, RowBatch};
-use super::speed_grid::SpeedInterval;
+use super::speed_interval::SpeedInterval;
 
 /// One of them, and the cell that it is of.
 #[derive(Debug, Clone, Default)]
@@ -19,9 +19,9 @@ struct Interpolated<T> {
 
 impl<T: Interpolate> Interpolated<T> {
     /// Of a cell by its index and its shares of two stations.
-    fn of(&mut self, (cell, shares): (i64, [f64; 2]), stations: [&T; 2]) -> &T {
+    fn of(&mut self, (cell, shares): (i64, [f64; 2]), bases: [&T; 2]) -> &T {
         if self.cell != Some(cell) {
-            self.value.interpolate(stations, shares);
+            self.value.interpolate(bases, shares);
             self.cell = Some(cell);
         }
         &self.value
@@ -43,37 +43,37 @@ pub(crate) struct IntervalTables {
 impl IntervalTables {
     /// N, whose form of y is the gyroscopic momentum.
     pub fn momentum(&mut self, cell: &SpeedInterval) -> &QuadraticForm {
-        self.momentum.of(cell.place(), cell.stations.each_ref().map(|station| &station.gyroscopic_momentum))
+        self.momentum.of(cell.interpolation(), cell.bases.each_ref().map(|station| &station.gyroscopic_momentum))
     }
 
     /// [`super::measured::Measured::bounds`].
     pub fn bounds(&mut self, cell: &SpeedInterval, model: &LateralModel) -> &RowBatch {
-        self.bounds.of(cell.place(), cell.section_loads(model).map(|at| &at.bounds))
+        self.bounds.of(cell.interpolation(), cell.section_loads(model).map(|at| &at.bounds))
     }
 
     /// Of the bearings' motion.
     pub fn bearings(&mut self, cell: &SpeedInterval, model: &LateralModel) -> &RowBatch {
-        self.bearings.of(cell.place(), cell.section_loads(model).map(|at| &at.bearings))
+        self.bearings.of(cell.interpolation(), cell.section_loads(model).map(|at| &at.bearings))
     }
 
     /// Of bending moments.
     pub fn moments(&mut self, cell: &SpeedInterval, model: &LateralModel) -> &RowBatch {
-        self.moments.of(cell.place(), cell.section_loads(model).map(|at| &at.moments))
+        self.moments.of(cell.interpolation(), cell.section_loads(model).map(|at| &at.moments))
     }
 
     /// q of whirl states.
     pub fn displacements(&mut self, cell: &SpeedInterval, model: &LateralModel) -> &RowBatch {
-        self.displacements.of(cell.place(), cell.section_loads(model).map(|at| &at.motion[0]))
+        self.displacements.of(cell.interpolation(), cell.section_loads(model).map(|at| &at.motion[0]))
     }
 
     /// q'.
     pub fn velocities(&mut self, cell: &SpeedInterval, model: &LateralModel) -> &RowBatch {
-        self.velocities.of(cell.place(), cell.section_loads(model).map(|at| &at.motion[1]))
+        self.velocities.of(cell.interpolation(), cell.section_loads(model).map(|at| &at.motion[1]))
     }
 
     /// What damping takes over contact steps of `h` \[s\].
     pub fn dissipation(&mut self, cell: &SpeedInterval, model: &LateralModel, h: f64) -> &Dissipation {
-        self.dissipation.of(cell.place(), cell.stations.each_ref().map(|station| station.dissipation(model, h)))
+        self.dissipation.of(cell.interpolation(), cell.bases.each_ref().map(|station| station.dissipation(model, h)))
     }
 }
 

@@ -18,5 +18,6 @@ pub(crate) mod quadratic_form;
 pub(crate) mod row_batch;
 pub(crate) mod section_loads;
 pub(crate) mod speed_grid;
+pub(crate) mod speed_interval;
 pub(crate) mod state_space;
 pub(crate) mod step_bounds;

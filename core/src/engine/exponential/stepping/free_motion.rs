@@ -11,7 +11,8 @@ use crate::engine::exponential::modal::interval_tables::IntervalTables;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::modal::propagator::Propagator;
 use crate::engine::exponential::modal::section_loads::{SECTIONS_AT_ONCE, StoredEnergy, sizes_of};
-use crate::engine::exponential::modal::speed_grid::{CellDamping, SpeedInterval};
+use crate::engine::exponential::modal::speed_grid::IntervalDamping;
+use crate::engine::exponential::modal::speed_interval::SpeedInterval;
 use crate::engine::exponential::modal::step_bounds::StateBounds;
 use crate::engine::exponential::settings::StepSettings;
 use crate::engine::exponential::torsion::gyroscopic_torque::{GyroscopicMomenta, GyroscopicTorque};
@@ -301,7 +302,7 @@ impl FreeMotion {
     }
 
     /// Damping of whirl modes, at the stations of the cell first.
-    pub(crate) fn damping(&self) -> CellDamping<'_> {
+    pub(crate) fn damping(&self) -> IntervalDamping<'_> {
         self.shared.grid.damping(&self.cell)
     }
 

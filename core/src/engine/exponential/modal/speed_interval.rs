@@ -1,0 +1,130 @@
+//! Speed interval of the grid: the lateral motion for spins about one speed, and everything that a run derives from it.
+//!
+//! The model of an interval is the linear interpolation of its two modal bases (`speed_grid`, equation (1)). All other quantities follow from the model, for
+//! one contact step, and are computed when they are first used. Verified with `speed_grid` and by `tests/exponential.rs`.
+
+use super::basis_change::BasisChange;
+use super::dissipation::{Dissipation, ForcedDissipation};
+use super::impulse_response::ImpulseResponse;
+use super::interval_model::IntervalModel;
+use super::modal_basis::{LateralModel, ModalBasis};
+use super::outputs::Outputs;
+use super::propagator::Propagator;
+use super::section_loads::SectionLoads;
+use super::step_bounds::StepBounds;
+use crate::engine::exponential::settings::MAX_DOUBLINGS;
+use crate::linalg::{Vector, axpy, solve};
+use std::sync::{Arc, OnceLock};
+
+/// Speed interval: the model of the lateral motion for spins about one speed, constant within it.
+///
+/// Quantities that are derived from the model are computed when they are first used.
+#[derive(Debug)]
+pub(crate) struct SpeedInterval {
+    /// `b m + j` of interval j above basis b.
+    pub index: i64,
+    /// Distance between its two bases \[rad/s\].
+    pub(super) basis_spacing: f64,
+    /// Blocks, input vectors and output rows at the speed in the middle of the interval.
+    pub model: IntervalModel,
+    /// Share s of the upper basis, 0 to 1; 0 or 1 where the basis changes at once.
+    share: f64,
+    /// Bases below and above.
+    pub bases: [Arc<ModalBasis>; 2],
+    /// Basis change from the lower to the upper basis.
+    pub(super) basis_change: Arc<BasisChange>,
+    unbalances: usize,
+    /// By the number of doublings of the contact step.
+    propagators: [OnceLock<Propagator>; MAX_DOUBLINGS + 1],
+    /// First output row and first input vector of the first diaphragm's node, and the first row of each bearing load; `None` without a diaphragm.
+    contact: Option<(usize, usize, Vec<usize>)>,
+    /// First rows of the outputs whose peaks are watched: loads of the bearings, displacement of the first diaphragm's node.
+    watched_rows: Vec<usize>,
+    impulse_response: OnceLock<ImpulseResponse>,
+    step_bounds: OnceLock<StepBounds>,
+    forced_dissipation: OnceLock<ForcedDissipation>,
+}
+
+impl SpeedInterval {
+    /// Interval between two bases at the share `share` of the upper one, with its speed and the distance of the bases \[rad/s\].
+    pub(super) fn new(
+        index: i64,
+        [below, above]: [&Arc<ModalBasis>; 2],
+        basis_change: Arc<BasisChange>,
+        share: f64,
+        [speed, basis_spacing]: [f64; 2],
+        outputs: &Outputs,
+    ) -> Self {
+        Self {
+            index,
+            basis_spacing,
+            model: IntervalModel::between([&below.interval_model, &above.interval_model], [1.0 - share, share], speed),
+            share,
+            bases: [Arc::clone(below), Arc::clone(above)],
+            basis_change,
+            unbalances: outputs.unbalances(),
+            propagators: Default::default(),
+            contact: outputs
+                .has_contact()
+                .then(|| (outputs.contact_row(0), outputs.contact_input(0), outputs.load_rows())),
+            watched_rows: outputs
+                .load_rows()
+                .into_iter()
+                .chain(outputs.has_contact().then(|| outputs.contact_row(0)))
+                .collect(),
+            impulse_response: OnceLock::new(),
+            step_bounds: OnceLock::new(),
+            forced_dissipation: OnceLock::new(),
+        }
+    }
+
+    /// Propagator of a step of `2^doublings` contact steps of `h` \[s\].
+    pub fn propagator(&self, doublings: usize, h: f64) -> &Propagator {
+        self.propagators[doublings]
+            .get_or_init(|| Propagator::new(&self.model, self.unbalances, h * libm::exp2(doublings as f64)))
+    }
+
+    /// Response to impulses on the first diaphragm's node over a contact step of `h` \[s\]; `None` without a diaphragm.
+    pub fn impulse_response(&self, h: f64) -> Option<&ImpulseResponse> {
+        let (row, input, loads) = self.contact.as_ref()?;
+        Some(
+            self.impulse_response
+                .get_or_init(|| ImpulseResponse::new(&self.model, self.propagator(0, h), h, *row, *input, loads)),
+        )
+    }
+
+    /// Part of the forces in the dissipation over a contact step of `h` \[s\] ([`super::dissipation`]).
+    pub fn forced_dissipation(&self, dissipation: &Dissipation, h: f64) -> &ForcedDissipation {
+        self.forced_dissipation.get_or_init(|| ForcedDissipation::new(&self.model, dissipation, h, self.unbalances))
+    }
+
+    /// Applies an impulse on the first diaphragm's node \[N s\], along the axes u and v, to the modal state.
+    pub fn apply_contact_impulse(&self, [u, v]: [f64; 2], y: &mut [f64]) {
+        if let Some((_, input, _)) = self.contact {
+            axpy(u, &self.model.input_vectors[input], y);
+            axpy(v, &self.model.input_vectors[input + 1], y);
+        }
+    }
+
+    /// Bounds from which the length of a free step is chosen, for contact steps of `h` \[s\].
+    pub fn step_bounds(&self, h: f64) -> &StepBounds {
+        self.step_bounds.get_or_init(|| StepBounds::new(&self.model, &self.watched_rows, self.unbalances, h))
+    }
+
+    /// Section loads of its two bases.
+    pub fn section_loads(&self, model: &LateralModel) -> [&SectionLoads; 2] {
+        self.bases.each_ref().map(|basis| basis.section_loads(model))
+    }
+
+    /// Index of the interval, and the shares of its two bases in the interpolation.
+    pub fn interpolation(&self) -> (i64, [f64; 2]) {
+        (self.index, [1.0 - self.share, self.share])
+    }
+
+    /// Modal state of a motion `(q, q')`; `None` if the interpolated matrix Z is singular.
+    pub fn state_of(&self, motion: &[f64]) -> Option<Vec<f64>> {
+        let [below, above] = &self.bases;
+        let motion_of_state = &below.motion_of_state * (1.0 - self.share) + &above.motion_of_state * self.share;
+        Some(solve(&motion_of_state, &Vector::from_column_slice(motion))?.as_slice().to_vec())
+    }
+}
