@@ -1,47 +1,48 @@
-//! From one basis to the next, in as many equal parts as there are cells between them.
+//! Basis change between two neighbouring modal bases, in as many equal parts as there are speed intervals between them.
 //!
 //! ```text
 //! X = L+ R = 1 + N:     X^a = 1 + a N + a (a - 1)/2 N^2 + ...,     a = 1/m and -1/m                                       (1)
 //! ```
-//! With the bases of [`super::pairs`], X has ones on its pairs but for second order, and N is small: what the whirl states of one speed are in
-//! those of the next. Where it is not small (a pair was not found again, modes cross within a spacing), X is taken as a whole in the middle.
-//! Verified by the tests below.
+//! `R`: right vectors of one basis, `L+`: left vectors of the next, `m`: intervals between them, `X`: modal state of the one basis in the other.
+//! Modal planes are aligned with their neighbour (`modal_planes`), so the blocks of X on them are 1 except for second-order terms, and N is small.
+//! Where N is not small (a plane is not found again, or modes cross within a grid spacing), X is applied at once in the middle between the bases.
+//! Verified by the test below and by `modal_states_are_transformed_from_basis_to_basis_gradually_and_at_once` (`speed_grid.rs`).
 
 use crate::linalg::lanes::add_scaled;
 use crate::linalg::{Matrix, mul};
 
-/// Largest norm of N (Frobenius) for which (1) is used.
-const SMALL: f64 = 0.3;
+/// Largest Frobenius norm of N for a gradual change by (1).
+const MAX_GRADUAL_NORM: f64 = 0.3;
 
-/// The change of basis between two stations, upwards and downwards.
+/// Basis change between two modal bases; each array holds the matrices for rising and for falling speed.
 #[derive(Debug, Clone)]
 pub(crate) enum BasisChange {
-    /// X to the power of half a cell and of a cell.
+    /// Change over half an interval and over a whole one: `X^(1/2m)` and `X^(1/m)`.
     Gradual { half: [Matrix; 2], whole: [Matrix; 2] },
-    /// X and its inverse, in the middle.
+    /// X and its inverse, applied in the middle between the bases.
     AtOnce([Matrix; 2]),
 }
 
 impl BasisChange {
-    /// Between the right vectors below and the left vectors above, and back; `cells` between them.
-    pub fn new(up: Matrix, down: Matrix, cells: i64) -> Self {
+    /// Basis change with X upwards and downwards, and `intervals` speed intervals between the bases.
+    pub fn new(up: Matrix, down: Matrix, intervals: i64) -> Self {
         let size = up.nrows();
-        let rest = &up - Matrix::identity(size, size);
-        if rest.norm() > SMALL {
+        let n = &up - Matrix::identity(size, size);
+        if n.norm() > MAX_GRADUAL_NORM {
             return BasisChange::AtOnce([up, down]);
         }
-        let half = powers(&rest, 0.5 / cells as f64);
+        let half = powers(&n, 0.5 / intervals as f64);
         BasisChange::Gradual { whole: half.each_ref().map(|half| mul(half, half)), half }
     }
 }
 
-/// `(1 + N)^a` and `(1 + N)^-a`, the binomial series of both by the same powers of N.
-fn powers(rest: &Matrix, a: f64) -> [Matrix; 2] {
-    let one = Matrix::identity(rest.nrows(), rest.ncols());
+/// Powers `(1 + N)^a` and `(1 + N)^-a`, whose binomial series share the powers of N.
+fn powers(n: &Matrix, a: f64) -> [Matrix; 2] {
+    let identity = Matrix::identity(n.nrows(), n.ncols());
     let (exponents, mut factors) = ([a, -a], [a, -a]);
-    let (mut sums, mut power, mut k) = ([one.clone() + rest * a, one - rest * a], rest.clone(), 1.0);
+    let (mut sums, mut power, mut k) = ([identity.clone() + n * a, identity - n * a], n.clone(), 1.0);
     while factors[1].abs() * power.norm() > 1e-17 {
-        power = mul(&power, rest);
+        power = mul(&power, n);
         for ((sum, factor), exponent) in sums.iter_mut().zip(&mut factors).zip(exponents) {
             *factor *= (exponent - k) / (k + 1.0);
             add_scaled(*factor, power.as_slice(), sum.as_mut_slice());
@@ -58,8 +59,8 @@ mod tests {
     #[test]
     fn as_many_parts_as_cells_are_the_whole_change() {
         let up = Matrix::from_fn(6, 6, |i, j| {
-            let one = if i == j { 1.0 } else { 0.0 };
-            one + 0.01 * (((i * 7 + j * 5) % 11) as f64 - 5.0) / 5.0
+            let diagonal = if i == j { 1.0 } else { 0.0 };
+            diagonal + 0.01 * (((i * 7 + j * 5) % 11) as f64 - 5.0) / 5.0
         });
         let down = crate::linalg::inverse(&up).expect("regular");
         let BasisChange::Gradual { half, whole } = BasisChange::new(up.clone(), down, 10) else {

@@ -1,27 +1,37 @@
-//! What the whirl states are in one cell of the grid, where all of it is constant.
+//! Model of the lateral motion in one speed interval: plane blocks, input vectors and output rows, all constant.
 //!
-//! Verified by `impulses_reach_the_states_and_their_outputs` and, with all that is made of it, by `tests/exponential.rs`.
+//! ```text
+//! y' = B y + sum_i b_i F_i,   o = O y
+//! ```
+//! `y`: modal state, entries k and n + k of plane k; `B`: plane blocks; `b_i`: input vector of force i; `o`: outputs (`outputs`).
+//! The model is that of a modal basis, or the linear interpolation of two. Verified by `impulses_reach_the_states_and_their_outputs` and, with all
+//! quantities derived from it, by `tests/exponential.rs`.
 
 use super::plane_block::PlaneBlock;
 use super::quadratic_form::OutputMatrix;
 use crate::linalg::Matrix;
 use nalgebra::Complex;
 
+/// Lateral motion at one speed, in modal states.
 #[derive(Debug, Clone)]
 pub(crate) struct IntervalModel {
-    /// At a station, or in the middle of a cell \[rad/s\].
+    /// Speed of the modal basis, or in the middle of the speed interval \[rad/s\].
     pub speed: f64,
+    /// Plane blocks B_k \[1/s\].
     pub blocks: Vec<PlaneBlock>,
-    /// A row on y for each output, and all of them.
+    /// O: one row on y per output, for single outputs.
     pub output_rows: OutputRows,
+    /// O once more, in the layout for products of all rows.
     pub output_matrix: OutputMatrix,
-    /// A vector of y for each force.
+    /// Input vectors b_i: two per unbalance (unit forces along u and v on its node), one of the weight, two per diaphragm.
+    ///
+    /// An impulse \[N s\] times its input vector is the jump of the modal state.
     pub input_vectors: Vec<Vec<f64>>,
-    /// Outputs of those of the unbalances.
+    /// Outputs `O b_i` of the input vectors of the unbalances: jump of all outputs per impulse.
     pub outputs_of_impulses: Vec<Vec<f64>>,
 }
 
-/// Lists of one length, one behind the other: a cell has some thirty.
+/// Output rows of equal length in one allocation.
 #[derive(Debug, Clone)]
 pub(crate) struct OutputRows {
     width: usize,
@@ -37,86 +47,94 @@ impl std::ops::Index<usize> for OutputRows {
 }
 
 impl OutputRows {
-    /// The rows of a matrix.
+    /// Output rows of a matrix.
     pub fn of(rows: &Matrix) -> Self {
         Self { width: rows.ncols(), all: rows.transpose().as_slice().to_vec() }
     }
 }
 
 impl IntervalModel {
-    /// Of whirl states at a speed and so many unbalances, whose pushes are the first.
-    pub fn new(speed: f64, blocks: Vec<PlaneBlock>, rows: &Matrix, pushes: Vec<Vec<f64>>, unbalances: usize) -> Self {
+    /// Model at a speed \[rad/s\]; the input vectors of the unbalances come first.
+    pub fn new(
+        speed: f64,
+        blocks: Vec<PlaneBlock>,
+        rows: &Matrix,
+        input_vectors: Vec<Vec<f64>>,
+        unbalances: usize,
+    ) -> Self {
         let outputs = OutputMatrix::new(rows);
         Self {
             speed,
-            outputs_of_impulses: struck(&outputs, &pushes[..2 * unbalances]),
+            outputs_of_impulses: outputs_of(&outputs, &input_vectors[..2 * unbalances]),
             output_matrix: outputs,
             output_rows: OutputRows::of(rows),
-            input_vectors: pushes,
+            input_vectors,
             blocks,
         }
     }
 
-    /// The sum of two, times these, at a speed.
-    pub fn between([one, other]: [&Self; 2], times: [f64; 2], speed: f64) -> Self {
-        let both = |x: &f64, y: &f64| times[0] * x + times[1] * y;
+    /// Linear combination of two models with the given factors, as the model at a speed \[rad/s\].
+    pub fn between([one, other]: [&Self; 2], factors: [f64; 2], speed: f64) -> Self {
+        let combine = |x: &f64, y: &f64| factors[0] * x + factors[1] * y;
         let lists = |one: &[Vec<f64>], other: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            let of = |(one, other): (&Vec<f64>, &Vec<f64>)| one.iter().zip(other).map(|(x, y)| both(x, y)).collect();
+            let of = |(one, other): (&Vec<f64>, &Vec<f64>)| one.iter().zip(other).map(|(x, y)| combine(x, y)).collect();
             one.iter().zip(other).map(of).collect()
         };
-        let (outputs, pushes) = (
-            OutputMatrix::mixed([&one.output_matrix, &other.output_matrix], times),
+        let (outputs, input_vectors) = (
+            OutputMatrix::mixed([&one.output_matrix, &other.output_matrix], factors),
             lists(&one.input_vectors, &other.input_vectors),
         );
         let blocks = one.blocks.iter().zip(&other.blocks);
         Self {
             speed,
-            outputs_of_impulses: struck(&outputs, &pushes[..one.outputs_of_impulses.len()]),
+            outputs_of_impulses: outputs_of(&outputs, &input_vectors[..one.outputs_of_impulses.len()]),
             output_matrix: outputs,
             output_rows: OutputRows {
                 width: one.output_rows.width,
-                all: one.output_rows.all.iter().zip(&other.output_rows.all).map(|(x, y)| both(x, y)).collect(),
+                all: one.output_rows.all.iter().zip(&other.output_rows.all).map(|(x, y)| combine(x, y)).collect(),
             },
-            input_vectors: pushes,
-            blocks: blocks.map(|(one, other)| std::array::from_fn(|i| both(&one[i], &other[i]))).collect(),
+            input_vectors,
+            blocks: blocks.map(|(one, other)| std::array::from_fn(|i| combine(&one[i], &other[i]))).collect(),
         }
     }
 
-    /// Adds impulses of the unbalances on their nodes \[N s\] to y and its outputs, and to y what impulses at n have made, so much of two lists; inside a kernel.
+    /// Applies impulses on the nodes of the unbalances \[N s\] to the modal state and its outputs; runs inside a kernel.
+    ///
+    /// `contact`: contact impulse at n with the modal states at n+1 of its unit impulses; they are added to y, but not to the outputs.
     #[inline(always)]
     pub fn apply_impulses(
         &self,
         impulses: impl Iterator<Item = Complex<f64>>,
-        mut made: Option<([f64; 2], &[Vec<f64>; 2])>,
+        mut contact: Option<([f64; 2], &[Vec<f64>; 2])>,
         y: &mut [f64],
-        seen: &mut [f64],
+        outputs: &mut [f64],
     ) {
         let lists = self.input_vectors.as_chunks::<2>().0.iter().zip(self.outputs_of_impulses.as_chunks::<2>().0);
-        for (impulse, (pushes, struck)) in impulses.zip(lists) {
-            let parts = [impulse.re, impulse.im];
-            match made.take() {
-                Some(made) => add_four(made, (parts, pushes), y),
-                None => add_both(parts, pushes, y),
+        for (impulse, (input_vectors, impulse_outputs)) in impulses.zip(lists) {
+            let components = [impulse.re, impulse.im];
+            match contact.take() {
+                Some(contact) => add_four(contact, (components, input_vectors), y),
+                None => add_both(components, input_vectors, y),
             }
-            add_both(parts, struck, seen);
+            add_both(components, impulse_outputs, outputs);
         }
-        if let Some((parts, states)) = made {
-            add_both(parts, states, y);
+        if let Some((components, states)) = contact {
+            add_both(components, states, y);
         }
     }
 }
 
-/// Outputs of pushes.
-fn struck(outputs: &OutputMatrix, pushes: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let seen = |push: &Vec<f64>| {
-        let mut seen = Vec::new();
-        outputs.multiply(push, &mut seen);
-        seen
+/// Outputs of each input vector.
+fn outputs_of(output_matrix: &OutputMatrix, input_vectors: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let outputs_of_one = |input_vector: &Vec<f64>| {
+        let mut outputs = Vec::new();
+        output_matrix.multiply(input_vector, &mut outputs);
+        outputs
     };
-    pushes.iter().map(seen).collect()
+    input_vectors.iter().map(outputs_of_one).collect()
 }
 
-/// `sums += a x + b y`; inside a kernel.
+/// `sums += a x + b y` for vectors x and y; runs inside a kernel.
 #[inline(always)]
 pub(crate) fn add_both([a, b]: [f64; 2], [x, y]: &[Vec<f64>; 2], sums: &mut [f64]) {
     let count = sums.len();
@@ -126,7 +144,7 @@ pub(crate) fn add_both([a, b]: [f64; 2], [x, y]: &[Vec<f64>; 2], sums: &mut [f64
     }
 }
 
-/// The same twice, one after the other, in one pass.
+/// `sums += a x + b y + c u + d v` in one pass, in the order of two calls of [`add_both`].
 #[inline(always)]
 fn add_four(
     ([a, b], [x, y]): ([f64; 2], &[Vec<f64>; 2]),
@@ -144,34 +162,35 @@ fn add_four(
 mod tests {
     use super::*;
 
-    /// Of every number of pairs.
+    /// Numbers of planes below, at and above multiples of a vector width.
     #[test]
     fn impulses_reach_the_states_and_their_outputs() {
         let value = |i: usize| ((i * 7919 % 1013) as f64 - 506.3) / 97.1;
-        for pairs in [1, 3, 8, 13, 24] {
-            let size = 2 * pairs;
-            let blocks: Vec<PlaneBlock> = (0..pairs).map(|k| std::array::from_fn(|i| value(4 * k + i))).collect();
-            let pushes: Vec<Vec<f64>> = (0..3).map(|n| (0..size).map(|i| value(300 * n + i)).collect()).collect();
+        for planes in [1, 3, 8, 13, 24] {
+            let size = 2 * planes;
+            let blocks: Vec<PlaneBlock> = (0..planes).map(|k| std::array::from_fn(|i| value(4 * k + i))).collect();
+            let input_vectors: Vec<Vec<f64>> =
+                (0..3).map(|n| (0..size).map(|i| value(300 * n + i)).collect()).collect();
             let rows = Matrix::from_fn(3, size, |i, j| value(5 * i + j));
-            let local = IntervalModel::new(1.0, blocks.clone(), &rows, pushes.clone(), 1);
+            let model = IntervalModel::new(1.0, blocks.clone(), &rows, input_vectors.clone(), 1);
             let mut y: Vec<f64> = (0..size).map(|i| value(i + 77)).collect();
             let f = Complex::new(0.4, -1.3);
-            let mut seen = Vec::new();
-            local.output_matrix.multiply(&y, &mut seen);
-            let mut struck = y.clone();
-            local.apply_impulses(std::iter::once(f), None, &mut struck, &mut seen);
-            let made = (0..size).map(|i| y[i] + pushes[0][i] * f.re + pushes[1][i] * f.im);
-            assert!(made.zip(&struck).all(|(made, struck)| (made - struck).abs() < 1e-12));
-            // with what another impulse has made, to the last bit
-            let ([a, b], states) = ([0.3, -0.8], [pushes[2].clone(), pushes[1].clone()]);
+            let mut outputs = Vec::new();
+            model.output_matrix.multiply(&y, &mut outputs);
+            let mut after = y.clone();
+            model.apply_impulses(std::iter::once(f), None, &mut after, &mut outputs);
+            let wanted = (0..size).map(|i| y[i] + input_vectors[0][i] * f.re + input_vectors[1][i] * f.im);
+            assert!(wanted.zip(&after).all(|(wanted, after)| (wanted - after).abs() < 1e-12));
+            // together with a contact impulse: the same bits as one after the other
+            let ([a, b], states) = ([0.3, -0.8], [input_vectors[2].clone(), input_vectors[1].clone()]);
             let mut at_once = y.clone();
-            local.apply_impulses(std::iter::once(f), Some(([a, b], &states)), &mut at_once, &mut seen.clone());
+            model.apply_impulses(std::iter::once(f), Some(([a, b], &states)), &mut at_once, &mut outputs.clone());
             add_both([a, b], &states, &mut y);
-            local.apply_impulses(std::iter::once(f), None, &mut y, &mut seen.clone());
+            model.apply_impulses(std::iter::once(f), None, &mut y, &mut outputs.clone());
             assert_eq!(at_once, y);
-            y = struck;
-            for (row, seen) in seen[..rows.nrows()].iter().enumerate() {
-                assert!((crate::linalg::dot(&local.output_rows[row], &y) - seen).abs() < 1e-10, "{pairs}");
+            y = after;
+            for (row, output) in outputs[..rows.nrows()].iter().enumerate() {
+                assert!((crate::linalg::dot(&model.output_rows[row], &y) - output).abs() < 1e-10, "{planes}");
             }
         }
     }
