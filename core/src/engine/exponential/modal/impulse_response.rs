@@ -1,92 +1,104 @@
-//! What an impulse on the rotor at n is at n+1, in one cell and for one step.
+//! Response of the lateral motion to impulses at n: displacements, loads and modal states at n+1, in one speed interval and for one contact step.
 //!
 //! ```text
-//! y      exp(B h) l                             X = rows exp(B h) l                                  displacement per impulse
-//! steady train J = F h at n:   rows (1 - exp(B h))^-1 exp(B h) l h F;    constant force:  -rows B^-1 l F                       (1)
+//! unit impulse                 y = exp(B h) l,   X = O exp(B h) l                                             displacement per impulse
+//! steady train J = F h         O (1 - exp(B h))^-1 exp(B h) l h F                                             at n, just before each impulse
+//! constant force F             -O B^-1 l F                                                                                          (1)
+//! static correction            (constant force - steady train)/(h F)
 //! ```
-//! The difference of (1), per impulse, is what a train of impulses lacks at n (as [`super::kicked_ring`] has it of the ring): of displacements, and of the bearings' loads.
+//! `l`: input vector of the node, `B`: plane blocks, `O`: output rows, `h`: contact step \[s\], `J`: impulse \[N s\].
+//!
+//! A steady train of impulses deflects the shaft less at n than the constant force of the same mean. The static correction is the difference of the two in (1) per impulse.
+//! It is added to displacements and bearing loads, as for the ring (`contact::impulsed_ring`). Verified by `tests/exponential_rub.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::PlaneBlock;
 use super::propagator::Propagator;
 use crate::linalg::dot;
 
-/// Impulses along the axes of one diaphragm's node.
+/// Response to unit impulses along the axes u and v on the node of one diaphragm; matrices are indexed \[output axis\]\[impulse axis\].
 #[derive(Debug, Clone)]
 pub(crate) struct ImpulseResponse {
-    /// Whirl states at n+1 of a unit impulse along each axis.
+    /// Modal states at n+1, per axis of the impulse.
     pub states: [Vec<f64>; 2],
-    /// Outputs of those.
+    /// All outputs at n+1, per axis of the impulse.
     pub outputs: [Vec<f64>; 2],
-    /// X, and what trains lack \[m/(N s)\].
+    /// X: displacement of the node at n+1 \[m/(N s)\].
     pub displacement: [[f64; 2]; 2],
+    /// Static correction of the displacement of the node \[m/(N s)\].
     pub static_correction: [[f64; 2]; 2],
-    /// Jump of the node's velocity at n \[m/s/(N s)\].
+    /// Velocity jump of the node at n \[m/s/(N s)\].
     pub velocity_jump: [[f64; 2]; 2],
-    /// Jumps of the velocities of the unbalances' nodes \[m/s/(N s)\].
+    /// Velocity jumps of the nodes of the unbalances at n \[m/s/(N s)\].
     pub at_unbalances: Vec<[[f64; 2]; 2]>,
-    /// Whirl states at n+1 of a unit impulse along each axis of each unbalance's node, and their outputs.
+    /// Modal states and outputs at n+1 of unit impulses on the node of each unbalance, per axis of the impulse.
     pub of_unbalances: Vec<[[Vec<f64>; 2]; 2]>,
-    /// What each bearing's load lacks \[N/(N s)\]: nearly half of its jump, but not of pairs that come to rest within the step, of which a mean of before and after may have any size.
+    /// Static correction of each bearing load \[N/(N s)\].
+    ///
+    /// Nearly half of the load's jump, except for planes that decay within the step: there a mean of the loads before and after the impulse may have any size.
     pub loads: Vec<[[f64; 2]; 2]>,
 }
 
 impl ImpulseResponse {
-    /// Of the node whose rows and pushes begin at these places; `loads`: first row of each bearing's load.
+    /// Response of a node for contact steps of `h` \[s\].
+    ///
+    /// `row`, `input`: first output row and first input vector of the node; `loads`: first output row of each bearing load.
     pub fn new(
-        cell: &IntervalModel,
+        interval: &IntervalModel,
         propagator: &Propagator,
         h: f64,
         row: usize,
-        push: usize,
+        input: usize,
         loads: &[usize],
     ) -> Self {
-        let pushes = [&cell.input_vectors[push], &cell.input_vectors[push + 1]];
-        let states = pushes.map(|l| propagator.free(l));
-        let pairs = cell.blocks.len();
-        let rest = [0, 1].map(|axis| {
-            let mut y = vec![0.0; 2 * pairs];
-            for k in 0..pairs {
-                let e = propagator.of_pair(k);
-                let train = solve(&[1.0 - e[0], -e[1], -e[2], 1.0 - e[3]], [states[axis][k], states[axis][pairs + k]]);
-                let still = solve(&cell.blocks[k], [pushes[axis][k], pushes[axis][pairs + k]]);
-                y[k] = -still[0] / h - train[0];
-                y[pairs + k] = -still[1] / h - train[1];
+        let input_vectors = [&interval.input_vectors[input], &interval.input_vectors[input + 1]];
+        let states = input_vectors.map(|l| propagator.free(l));
+        let planes = interval.blocks.len();
+        let correction = [0, 1].map(|axis| {
+            let mut y = vec![0.0; 2 * planes];
+            for k in 0..planes {
+                let e = propagator.free_block(k);
+                let train = solve(&[1.0 - e[0], -e[1], -e[2], 1.0 - e[3]], [states[axis][k], states[axis][planes + k]]);
+                let constant = solve(&interval.blocks[k], [input_vectors[axis][k], input_vectors[axis][planes + k]]);
+                y[k] = -constant[0] / h - train[0];
+                y[planes + k] = -constant[1] / h - train[1];
             }
             y
         });
-        let of = |first: usize, y: &[Vec<f64>; 2]| -> [[f64; 2]; 2] {
-            [0, 1].map(|i| [dot(&cell.output_rows[first + i], &y[0]), dot(&cell.output_rows[first + i], &y[1])])
+        let pair_of_outputs = |first: usize, y: &[Vec<f64>; 2]| -> [[f64; 2]; 2] {
+            [0, 1].map(|i| [dot(&interval.output_rows[first + i], &y[0]), dot(&interval.output_rows[first + i], &y[1])])
         };
-        let whole = pushes.map(Clone::clone);
+        let jumps = input_vectors.map(Clone::clone);
         Self {
-            displacement: of(row, &states),
-            static_correction: of(row, &rest),
-            velocity_jump: of(row + 2, &whole),
-            at_unbalances: (0..cell.outputs_of_impulses.len() / 2).map(|s| of(2 * s, &whole)).collect(),
-            loads: loads.iter().map(|&first| of(first, &rest)).collect(),
-            of_unbalances: cell.input_vectors.as_chunks::<2>().0[..cell.outputs_of_impulses.len() / 2]
+            displacement: pair_of_outputs(row, &states),
+            static_correction: pair_of_outputs(row, &correction),
+            velocity_jump: pair_of_outputs(row + 2, &jumps),
+            at_unbalances: (0..interval.outputs_of_impulses.len() / 2)
+                .map(|s| pair_of_outputs(2 * s, &jumps))
+                .collect(),
+            loads: loads.iter().map(|&first| pair_of_outputs(first, &correction)).collect(),
+            of_unbalances: interval.input_vectors.as_chunks::<2>().0[..interval.outputs_of_impulses.len() / 2]
                 .iter()
-                .map(|pushes| {
-                    let states = pushes.each_ref().map(|l| propagator.free(l));
-                    let outputs = states.each_ref().map(|y| outputs_of(cell, y));
+                .map(|input_vectors| {
+                    let states = input_vectors.each_ref().map(|l| propagator.free(l));
+                    let outputs = states.each_ref().map(|y| outputs_of(interval, y));
                     [states, outputs]
                 })
                 .collect(),
-            outputs: states.each_ref().map(|y| outputs_of(cell, y)),
+            outputs: states.each_ref().map(|y| outputs_of(interval, y)),
             states,
         }
     }
 }
 
-/// Outputs of whirl states.
-fn outputs_of(cell: &IntervalModel, y: &[f64]) -> Vec<f64> {
+/// All outputs of a modal state.
+fn outputs_of(interval: &IntervalModel, y: &[f64]) -> Vec<f64> {
     let mut outputs = Vec::new();
-    cell.output_matrix.multiply(y, &mut outputs);
+    interval.output_matrix.multiply(y, &mut outputs);
     outputs
 }
 
-/// `m^-1 v`.
+/// Solution `m^-1 v` of a 2 x 2 system.
 fn solve(m: &PlaneBlock, v: [f64; 2]) -> [f64; 2] {
     let determinant = m[0] * m[3] - m[1] * m[2];
     [(m[3] * v[0] - m[1] * v[1]) / determinant, (m[0] * v[1] - m[2] * v[0]) / determinant]

@@ -1,12 +1,22 @@
-//! What is read from the lateral motion, linearly: velocities of the unbalances' nodes, loads of the bearings, places of the contacts.
+//! Inputs and outputs of the lateral motion: input vectors of unbalances, weight and contact, output rows of bearing loads and nodal motion.
 //!
 //! ```text
-//! load  = K (Phi q + R f) + C Phi q'                                       R static flexibility of the modes left out                 (1)
-//! f     = w - W S Phi q' + skew - C Phi q' + sum_s E_s (f_s - m_s Phi_s q'') + E_c f_c     weight, gyroscopic, bearings, unbalances, contact
+//! load  = K_b (Phi q + R f) + C_b Phi q'                                   load of a bearing                                             (1)
+//! f     = w - W S Phi q' + skew - C Phi q' + sum_s E_s (f_s - m_s Phi_s q'') + E_c f_c     nodal forces on the truncated modes
 //! q''   = M^-1 [Phi^T (w + sum_s E_s f_s) - (C + W G) q' - K q],      f_s = m d (psi'^2 - i psi'') e^{i psi}                          (2)
 //! ```
-//! All of it is linear in q, q' and the unbalances' forces at a given spin: one row of the basis for each output, one 2 x 2 matrix for each bearing and
-//! unbalance, one constant. (1) is the load of the reduced engine; W'/2 of the gyroscopic moments is not in its static part (1e-4 of a part of it).
+//!
+//! | symbol | quantity |
+//! |---|---|
+//! | `K_b`, `C_b` | stiffness and damping of the bearing, 2 x 2 |
+//! | `Phi` | mode shapes: nodal displacements of the coordinates q; `Phi_s` those of the node of unbalance s |
+//! | `R` | residual flexibility: static flexibility of the truncated modes, on nodal forces \[m/N\] |
+//! | `f` | nodal forces: weight `w`, gyroscopic moments (nodal matrix `S` per unit spin), bearings (`skew`, damping), unbalances, contact |
+//! | `E_s`, `E_c` | unit forces along u and v on the node of unbalance s, on that of the contact |
+//! | `f_s`, `f_c` | force of unbalance s (mass m_s, radius d, angle psi), contact force \[N\] |
+//!
+//! At a given spin W all outputs are linear in q, q', the forces of the unbalances and the contact: output rows plus a direct feedthrough of the forces and a constant.
+//! (1) is the load of the reduced engine. Limit: the term W'/2 of the gyroscopic moments is not in its static part (1e-4 of a part of the load).
 //! Source: docs/theory/05-reduction.md, "Bearing loads". Verified by `tests/exponential.rs`.
 
 use super::state_space::StateSpace;
@@ -16,42 +26,57 @@ use crate::rotor::BearingSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
-/// Outputs: two rows for each unbalance (u', v'), two for each bearing (its load), two for each bearing with a clearance (the displacement of its journal, as a load of unit stiffness), four for each diaphragm (u, v, u', v' of its node).
+/// Input vectors and output rows of the lateral motion of a machine.
+///
+/// Order of the output rows:
+/// - per unbalance two: velocity (u', v') of its node \[m/s\];
+/// - per bearing two: its load \[N\];
+/// - per bearing with a clearance two: displacement of its journal \[m\], computed as the load of a bearing of unit stiffness;
+/// - per diaphragm four: displacement (u, v) and velocity (u', v') of its node.
 #[derive(Debug, Clone)]
 pub(crate) struct Outputs {
-    /// Phi^T of the unbalances' nodes, two columns each.
-    site_columns: Matrix,
+    /// `Phi_s^T`: two columns (u, v) per unbalance.
+    unbalance_columns: Matrix,
+    /// Mass m_s of each unbalance \[kg\].
     masses: Vec<f64>,
+    /// `Phi^T` of the diaphragms' nodes, two columns (u, v) each.
     contact_columns: Matrix,
+    /// Bearings, then bearings with a clearance.
     bearings: Vec<BearingRows>,
-    /// Phi^T w.
+    /// Weight in the coordinates, `Phi^T w`.
     weight: Vec<f64>,
 }
 
-/// The terms of (1) for one bearing, (2) not yet in it.
+/// Terms of (1) for one bearing, before q'' is replaced by (2); all matrices have two rows (u, v).
 #[derive(Debug, Clone)]
 struct BearingRows {
-    of_place: Matrix,
-    of_velocity: Matrix,
-    /// Per W.
-    of_gyration: Matrix,
-    /// Of forces on the unbalances' nodes: `K R E_s`, two columns each.
-    of_sites: Matrix,
-    /// The same of forces on the diaphragms' nodes.
-    of_contacts: Matrix,
-    of_weight: [f64; 2],
+    /// Load per q.
+    displacement_rows: Matrix,
+    /// Load per q', without the gyroscopic part.
+    velocity_rows: Matrix,
+    /// Load per q' and unit spin.
+    gyroscopic_rows: Matrix,
+    /// `K_b R E_s`: load per force on the nodes of the unbalances, two columns each.
+    unbalance_loads: Matrix,
+    /// `K_b R E_c`: load per force on the nodes of the diaphragms, two columns each.
+    contact_loads: Matrix,
+    /// `K_b R w` \[N\].
+    weight_load: [f64; 2],
 }
 
-/// What a bearing's load has besides its rows.
+/// Direct feedthrough of forces to a bearing load, and its constant part; both add to the output rows.
 #[derive(Debug, Clone)]
 pub(crate) struct DirectFeedthrough {
-    /// Of each unbalance's force and of a force on each diaphragm's node, by rows.
+    /// Load per force of each unbalance, 2 x 2 by rows.
     pub of_force: Vec<[f64; 4]>,
+    /// Load per force on each diaphragm's node, 2 x 2 by rows.
     pub of_contact: Vec<[f64; 4]>,
+    /// Load of the weight \[N\].
     pub constant: [f64; 2],
 }
 
 impl Outputs {
+    /// Inputs and outputs of a machine on its structure.
     pub fn new(machine: &Machine, structure: &Structure) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         let sites = sites(machine);
@@ -73,9 +98,9 @@ impl Outputs {
         let rows = |bearing: &BearingSite| bearing_rows(structure, nodes, &nodal_weight, bearing);
         let loads = rotor.bearings.iter().map(rows);
         let journals = rotor.bearings.iter().zip(&machine.rotor.bearings).filter(|(_, of)| of.clearance.is_some());
-        let bearings = loads.chain(journals.map(|(bearing, _)| rows(&displacement_of(bearing)))).collect();
+        let bearings = loads.chain(journals.map(|(bearing, _)| rows(&journal_displacement(bearing)))).collect();
         Self {
-            site_columns: columns(&site_nodes),
+            unbalance_columns: columns(&site_nodes),
             contact_columns: columns(&contact_nodes),
             masses: sites.iter().map(|site| site.mass).collect(),
             bearings,
@@ -83,54 +108,55 @@ impl Outputs {
         }
     }
 
-    /// Place of the first row of a bearing.
+    /// Index of the first output row of a bearing; those with a clearance are counted behind all bearings.
     pub fn load_row(&self, bearing: usize) -> usize {
-        self.site_columns.ncols() + 2 * bearing
+        self.unbalance_columns.ncols() + 2 * bearing
     }
 
-    /// Phi^T w.
+    /// Weight in the coordinates, `Phi^T w`.
     pub fn weight(&self) -> &[f64] {
         &self.weight
     }
 
-    /// How many unbalances.
+    /// Number of unbalances.
     pub fn unbalances(&self) -> usize {
         self.masses.len()
     }
 
-    /// Places of the first rows of all bearings.
+    /// Indices of the first output rows of all bearings, then of those with a clearance.
     pub fn load_rows(&self) -> Vec<usize> {
         (0..self.bearings.len()).map(|bearing| self.load_row(bearing)).collect()
     }
 
-    /// Largest share of a coordinate's rate in a bearing's load, before rates cancel \[N s/m\].
-    pub fn of_velocity(&self, bearing: usize) -> f64 {
-        self.bearings[bearing].of_velocity.amax()
+    /// Largest coefficient of a velocity in the load of a bearing \[N s/m\]: the velocities may cancel in the sum.
+    pub fn max_velocity_coefficient(&self, bearing: usize) -> f64 {
+        self.bearings[bearing].velocity_rows.amax()
     }
 
-    /// Whether there is a diaphragm.
+    /// Whether the machine has a diaphragm.
     pub fn has_contact(&self) -> bool {
         self.contact_columns.ncols() > 0
     }
 
-    /// Place of the first row of a diaphragm.
+    /// Index of the first output row of a diaphragm.
     pub fn contact_row(&self, diaphragm: usize) -> usize {
         self.load_row(self.bearings.len()) + 4 * diaphragm
     }
 
-    /// Y: rows on (q, q') at a spin.
+    /// Output rows Y on `(q, q')` at a spin \[rad/s\].
     pub fn output_rows(&self, system: &StateSpace, spin: f64) -> Matrix {
-        let (n, sites) = (system.size, self.site_columns.ncols());
+        let (n, unbalances) = (system.size, self.unbalance_columns.ncols());
         let contacts = self.contact_columns.ncols();
         let mut y = Matrix::zeros(self.contact_row(contacts / 2), 2 * n);
-        y.view_mut((0, n), (sites, n)).copy_from(&self.site_columns.transpose());
-        let velocity_terms = &system.damping + &system.gyroscopic * spin;
+        y.view_mut((0, n), (unbalances, n)).copy_from(&self.unbalance_columns.transpose());
+        let velocity_matrix = &system.damping + &system.gyroscopic * spin;
         for (i, bearing) in self.bearings.iter().enumerate() {
             let inertia = self.inertia(system, bearing);
-            let of_place = &bearing.of_place - mul(&inertia, &system.stiffness);
-            let of_velocity = &bearing.of_velocity + &bearing.of_gyration * spin - mul(&inertia, &velocity_terms);
-            y.view_mut((self.load_row(i), 0), (2, n)).copy_from(&of_place);
-            y.view_mut((self.load_row(i), n), (2, n)).copy_from(&of_velocity);
+            let displacement_rows = &bearing.displacement_rows - mul(&inertia, &system.stiffness);
+            let velocity_rows =
+                &bearing.velocity_rows + &bearing.gyroscopic_rows * spin - mul(&inertia, &velocity_matrix);
+            y.view_mut((self.load_row(i), 0), (2, n)).copy_from(&displacement_rows);
+            y.view_mut((self.load_row(i), n), (2, n)).copy_from(&velocity_rows);
         }
         for k in 0..contacts {
             let row = self.contact_row(k / 2) + k % 2;
@@ -140,58 +166,59 @@ impl Outputs {
         y
     }
 
-    /// Pushes of a unit force on the unbalances' nodes, two columns each, of the weight, and on the diaphragms' nodes.
+    /// Input vectors in x: unit forces on the nodes of the unbalances (two columns each), the weight, unit forces on the nodes of the diaphragms (two each).
     pub fn input_vectors(&self, system: &StateSpace) -> Matrix {
-        let push = |matrix: &Matrix| {
+        let columns = |matrix: &Matrix| {
             matrix.column_iter().flat_map(|c| system.input_vector(c.as_slice())).collect::<Vec<f64>>()
         };
-        let all = [push(&self.site_columns), system.input_vector(&self.weight), push(&self.contact_columns)].concat();
+        let all = [columns(&self.unbalance_columns), system.input_vector(&self.weight), columns(&self.contact_columns)]
+            .concat();
         Matrix::from_column_slice(2 * system.size, self.contact_input(0) + self.contact_columns.ncols(), &all)
     }
 
-    /// Place of the first push of a diaphragm.
+    /// Index of the first input vector of a diaphragm.
     pub fn contact_input(&self, diaphragm: usize) -> usize {
-        self.site_columns.ncols() + 1 + 2 * diaphragm
+        self.unbalance_columns.ncols() + 1 + 2 * diaphragm
     }
 
-    /// What loads have of forces at once.
+    /// Direct feedthrough of each bearing load, those with a clearance last.
     pub fn feedthrough(&self, system: &StateSpace) -> Vec<DirectFeedthrough> {
         let of = |bearing: &BearingRows| {
             let inertia = self.inertia(system, bearing);
-            let of_force = &bearing.of_sites + mul(&inertia, &self.site_columns);
-            let of_contact = &bearing.of_contacts + mul(&inertia, &self.contact_columns);
+            let of_force = &bearing.unbalance_loads + mul(&inertia, &self.unbalance_columns);
+            let of_contact = &bearing.contact_loads + mul(&inertia, &self.contact_columns);
             let weight = &inertia * crate::linalg::Vector::from_column_slice(&self.weight);
             DirectFeedthrough {
                 of_force: squares(&of_force),
                 of_contact: squares(&of_contact),
-                constant: [bearing.of_weight[0] + weight[0], bearing.of_weight[1] + weight[1]],
+                constant: [bearing.weight_load[0] + weight[0], bearing.weight_load[1] + weight[1]],
             }
         };
         self.bearings.iter().map(of).collect()
     }
 
-    /// `-K R sum_s E_s m_s Phi_s M^-1`: (2) before its forces.
+    /// `-K_b R sum_s E_s m_s Phi_s M^-1`: load per generalised force, by the inertia of the unbalances' masses on the truncated modes.
     fn inertia(&self, system: &StateSpace, bearing: &BearingRows) -> Matrix {
-        let mut held = self.site_columns.transpose();
-        for (k, mut row) in held.row_iter_mut().enumerate() {
+        let mut site_inertia = self.unbalance_columns.transpose();
+        for (k, mut row) in site_inertia.row_iter_mut().enumerate() {
             row.scale_mut(-self.masses[k / 2]);
         }
-        mul(&mul(&bearing.of_sites, &held), &system.inverse_mass)
+        mul(&mul(&bearing.unbalance_loads, &site_inertia), &system.inverse_mass)
     }
 }
 
-/// Its 2 x 2 blocks side by side, each by rows.
+/// 2 x 2 blocks of a matrix with two rows, from left to right, each by rows.
 fn squares(matrix: &Matrix) -> Vec<[f64; 4]> {
     let at = |i: usize, j: usize| matrix[(i, j)];
     (0..matrix.ncols() / 2).map(|s| [at(0, 2 * s), at(0, 2 * s + 1), at(1, 2 * s), at(1, 2 * s + 1)]).collect()
 }
 
-/// A bearing whose load (1) is the displacement of its journal: unit stiffness, no damping.
-fn displacement_of(bearing: &BearingSite) -> BearingSite {
+/// Bearing of unit stiffness without damping, whose load (1) is the displacement of the journal.
+fn journal_displacement(bearing: &BearingSite) -> BearingSite {
     BearingSite { node: bearing.node, stiffness: [[1.0, 0.0], [0.0, 1.0]], skew: 0.0, damping: [[0.0; 2]; 2] }
 }
 
-/// `nodes`: of the unbalances and of the diaphragms.
+/// Terms of the load of a bearing; `nodes`: those of the unbalances and of the diaphragms.
 fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bearing: &BearingSite) -> BearingRows {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
     let n = map.size();
@@ -201,35 +228,35 @@ fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bea
     };
     let square = |m: &[[f64; 2]; 2]| Matrix::from_row_slice(2, 2, &[m[0][0], m[0][1], m[1][0], m[1][1]]);
     let (k, own) = (square(&bearing.stiffness), rows_of(bearing.node));
-    let mut found = BearingRows {
-        of_place: mul(&k, &own),
-        of_velocity: mul(&square(&bearing.damping), &own),
-        of_gyration: Matrix::zeros(2, n),
-        of_sites: Matrix::zeros(2, 2 * nodes[0].len()),
-        of_contacts: Matrix::zeros(2, 2 * nodes[1].len()),
-        of_weight: [0.0; 2],
+    let mut terms = BearingRows {
+        displacement_rows: mul(&k, &own),
+        velocity_rows: mul(&square(&bearing.damping), &own),
+        gyroscopic_rows: Matrix::zeros(2, n),
+        unbalance_loads: Matrix::zeros(2, 2 * nodes[0].len()),
+        contact_loads: Matrix::zeros(2, 2 * nodes[1].len()),
+        weight_load: [0.0; 2],
     };
     let Some(residual) = &structure.lateral_residual else {
-        return found;
+        return terms;
     };
-    // K R on all nodal freedoms, and of a node
-    let yielding = mul(&k, &residual.select_rows(&rotor.plane_places(bearing.node)));
-    let at = |node: usize| yielding.select_columns(&rotor.plane_places(node));
+    // K_b R on forces on all nodes, and on forces on one node
+    let residual = mul(&k, &residual.select_rows(&rotor.plane_places(bearing.node)));
+    let at = |node: usize| residual.select_columns(&rotor.plane_places(node));
     for other in &rotor.bearings {
         let skew = Matrix::from_row_slice(2, 2, &[0.0, -other.skew, other.skew, 0.0]);
         let rows = rows_of(other.node);
-        found.of_place += mul(&at(other.node), &mul(&skew, &rows));
-        found.of_velocity -= mul(&at(other.node), &mul(&square(&other.damping), &rows));
+        terms.displacement_rows += mul(&at(other.node), &mul(&skew, &rows));
+        terms.velocity_rows -= mul(&at(other.node), &mul(&square(&other.damping), &rows));
     }
     if let Some(shapes) = map.shapes() {
-        found.of_gyration = -mul(&yielding, &mul(&rotor.gyroscopic(), shapes));
+        terms.gyroscopic_rows = -mul(&residual, &mul(&rotor.gyroscopic(), shapes));
     }
-    for (nodes, of) in nodes.into_iter().zip([&mut found.of_sites, &mut found.of_contacts]) {
+    for (nodes, of) in nodes.into_iter().zip([&mut terms.unbalance_loads, &mut terms.contact_loads]) {
         for (s, &node) in nodes.iter().enumerate() {
             of.view_mut((0, 2 * s), (2, 2)).copy_from(&at(node));
         }
     }
-    let pressed = mul(&yielding, &Matrix::from_column_slice(weight.len(), 1, weight));
-    found.of_weight = [pressed[0], pressed[1]];
-    found
+    let weight_load = mul(&residual, &Matrix::from_column_slice(weight.len(), 1, weight));
+    terms.weight_load = [weight_load[0], weight_load[1]];
+    terms
 }

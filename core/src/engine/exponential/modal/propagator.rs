@@ -1,113 +1,120 @@
-//! One step of the whirl states in a cell, exactly, for a step size.
+//! Propagator: the exact change of the modal state over one step of fixed length, in one speed interval.
 //!
 //! ```text
-//! y+ = exp(B h) y + sum_s Re(c_s f_s) + c_w,     c_s = g(B) (l_u - i l_v)                  (block)
+//! y+ = exp(B h) y + sum_s Re(c_s f_s) + c_w,     c_s = g(B) (l_u - i l_v)                  (`plane_block`)
 //! ```
-//! f_s is the complex force of unbalance s in the middle of the step, which turns with the cell's speed, c_w the weight's. A pair costs eight products with
-//! one unbalance; nothing depends on the step's size. Eight pairs stand together, all that is made of them in one row of the table. Verified by `the_table_has_what_the_blocks_say` and the closed forms of `tests/exponential.rs`.
+//! `y`, `y+`: modal state at both ends of the step; `f_s`: complex force of unbalance s in the middle of the step \[N\], rotating with the speed of the interval;
+//! `l_u`, `l_v`: its input vectors along u and v; `c_s`: its response; `c_w`: response to the weight.
+//!
+//! With one unbalance a plane costs eight products, whatever the length of the step. Eight planes are computed together, from one row of a table.
+//! Verified by `a_step_of_the_table_is_that_of_each_plane_block` and the closed forms of `tests/exponential.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::{Harmonic, PlaneBlock, SplitBlock};
 use crate::linalg::lanes::{LANES, Lane};
 use nalgebra::Complex;
 
-/// Entries of a row of the table before those of the unbalances, and those of each.
+/// Entries of a table row for the free motion of a plane: `exp(B h)`.
 const FREE_ENTRIES: usize = 4;
+/// Entries of a table row for each unbalance: its complex response of both states.
 const FORCE_ENTRIES: usize = 4;
 
-/// `exp(B h)` and the responses of a step size in one cell.
+/// Free motion and force responses of all planes for one step length in one speed interval.
 #[derive(Debug, Clone)]
 pub(crate) struct Propagator {
-    pairs: usize,
+    planes: usize,
     unbalances: usize,
-    /// Of eight pairs after eight: entries of `exp(B h)` by rows, `Re c` and `-Im c` of both states for each unbalance, c_w of both where there is weight.
+    /// One row per eight planes: entries of `exp(B h)` by rows; `Re c` and `-Im c` of both states for each unbalance; `c_w` of both states if the machine has weight.
     table: Vec<Lane>,
+    /// Entries per row of the table.
     stride: usize,
 }
 
 impl Propagator {
-    /// For steps of `h` \[s\] in a cell under so many unbalances.
-    pub fn new(cell: &IntervalModel, unbalances: usize, h: f64) -> Self {
-        let pairs = cell.blocks.len();
-        let weight = &cell.input_vectors[2 * unbalances];
-        let weighs = weight.iter().any(|&push| push != 0.0);
-        let stride = FREE_ENTRIES + FORCE_ENTRIES * unbalances + if weighs { 2 } else { 0 };
-        let mut table = vec![Lane::default(); stride * pairs.div_ceil(LANES)];
-        let drive = Harmonic::new(cell.speed, h);
-        for (k, block) in cell.blocks.iter().enumerate() {
+    /// Propagator for steps of `h` \[s\] in a speed interval, for a number of unbalances.
+    pub fn new(interval: &IntervalModel, unbalances: usize, h: f64) -> Self {
+        let planes = interval.blocks.len();
+        let weight = &interval.input_vectors[2 * unbalances];
+        let has_weight = weight.iter().any(|&entry| entry != 0.0);
+        let stride = FREE_ENTRIES + FORCE_ENTRIES * unbalances + if has_weight { 2 } else { 0 };
+        let mut table = vec![Lane::default(); stride * planes.div_ceil(LANES)];
+        let force = Harmonic::new(interval.speed, h);
+        for (k, block) in interval.blocks.iter().enumerate() {
             let row = &mut table[k / LANES * stride..][..stride];
-            let mut put = |at: usize, value: f64| row[at].0[k % LANES] = value;
+            let mut set = |at: usize, value: f64| row[at].0[k % LANES] = value;
             let split = SplitBlock::of(block);
-            let over = split.step(&drive);
-            for (i, entry) in over.free.into_iter().enumerate() {
-                put(i, entry);
+            let step = split.step(&force);
+            for (i, entry) in step.free.into_iter().enumerate() {
+                set(i, entry);
             }
             for s in 0..unbalances {
-                let (u, v) = (&cell.input_vectors[2 * s], &cell.input_vectors[2 * s + 1]);
+                let (u, v) = (&interval.input_vectors[2 * s], &interval.input_vectors[2 * s + 1]);
                 let l = |at: usize| Complex::new(u[at], -v[at]);
-                let [a, b] = over.harmonic(&split, &drive, [l(k), l(pairs + k)]);
+                let [a, b] = step.harmonic(&split, &force, [l(k), l(planes + k)]);
                 for (i, entry) in [a.re, -a.im, b.re, -b.im].into_iter().enumerate() {
-                    put(FREE_ENTRIES + FORCE_ENTRIES * s + i, entry);
+                    set(FREE_ENTRIES + FORCE_ENTRIES * s + i, entry);
                 }
             }
-            if weighs {
-                let [a, b] = split.constant_response(h, [weight[k], weight[pairs + k]]);
-                put(stride - 2, a);
-                put(stride - 1, b);
+            if has_weight {
+                let [a, b] = split.constant_response(h, [weight[k], weight[planes + k]]);
+                set(stride - 2, a);
+                set(stride - 1, b);
             }
         }
-        Self { pairs, unbalances, table, stride }
+        Self { planes, unbalances, table, stride }
     }
 
-    /// Entry of a pair in the table.
+    /// Table entry of plane k.
     fn at(&self, k: usize, entry: usize) -> f64 {
         self.table[k / LANES * self.stride + entry].0[k % LANES]
     }
 
-    /// y after the step of a unit force of an unbalance along u in its middle.
+    /// Modal state at the end of the step due to a unit force of unbalance s along u in its middle.
     pub fn of_force(&self, s: usize) -> Vec<f64> {
-        let of = |state: usize| (0..self.pairs).map(move |k| self.at(k, FREE_ENTRIES + FORCE_ENTRIES * s + 2 * state));
-        of(0).chain(of(1)).collect()
+        let component =
+            |state: usize| (0..self.planes).map(move |k| self.at(k, FREE_ENTRIES + FORCE_ENTRIES * s + 2 * state));
+        component(0).chain(component(1)).collect()
     }
 
-    /// `exp(B h)` of a pair.
-    pub fn of_pair(&self, k: usize) -> PlaneBlock {
+    /// Matrix exponential `exp(B h)` of plane k.
+    pub fn free_block(&self, k: usize) -> PlaneBlock {
         std::array::from_fn(|i| self.at(k, i))
     }
 
-    /// y+ without any force.
+    /// Modal state at the end of the step without forces.
     pub fn free(&self, y: &[f64]) -> Vec<f64> {
-        let (a, b) = y.split_at(self.pairs);
-        let of = |first: usize| (0..self.pairs).map(move |k| self.at(k, first) * a[k] + self.at(k, first + 1) * b[k]);
-        of(0).chain(of(2)).collect()
+        let (a, b) = y.split_at(self.planes);
+        let component =
+            |first: usize| (0..self.planes).map(move |k| self.at(k, first) * a[k] + self.at(k, first + 1) * b[k]);
+        component(0).chain(component(2)).collect()
     }
 
-    /// Takes y over the step under the unbalances' forces in its middle \[N\]; inside a kernel.
+    /// Advances y over the step under the forces of the unbalances in its middle \[N\]; runs inside a kernel.
     #[inline(always)]
     pub fn advance(&self, forces: impl Iterator<Item = Complex<f64>> + Clone, y: &mut [f64]) {
-        let (a, b) = y.split_at_mut(self.pairs);
-        let (a, a_left) = a.as_chunks_mut::<LANES>();
-        let (b, b_left) = b.as_chunks_mut::<LANES>();
+        let (a, b) = y.split_at_mut(self.planes);
+        let (a, a_rest) = a.as_chunks_mut::<LANES>();
+        let (b, b_rest) = b.as_chunks_mut::<LANES>();
         let mut table = self.table.as_slice();
         for (a, b) in a.iter_mut().zip(b) {
-            let (row, others) = table.split_at(self.stride);
-            table = others;
-            eight(row, self.unbalances, forces.clone(), a, b);
+            let (row, remaining) = table.split_at(self.stride);
+            table = remaining;
+            advance_planes(row, self.unbalances, forces.clone(), a, b);
         }
-        if !a_left.is_empty() {
+        if !a_rest.is_empty() {
             let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
-            a.iter_mut().zip(&*a_left).for_each(|(a, left)| *a = *left);
-            b.iter_mut().zip(&*b_left).for_each(|(b, left)| *b = *left);
-            eight(table, self.unbalances, forces, &mut a, &mut b);
-            a_left.iter_mut().zip(a).for_each(|(left, a)| *left = a);
-            b_left.iter_mut().zip(b).for_each(|(left, b)| *left = b);
+            a.iter_mut().zip(&*a_rest).for_each(|(a, entry)| *a = *entry);
+            b.iter_mut().zip(&*b_rest).for_each(|(b, entry)| *b = *entry);
+            advance_planes(table, self.unbalances, forces, &mut a, &mut b);
+            a_rest.iter_mut().zip(a).for_each(|(entry, a)| *entry = a);
+            b_rest.iter_mut().zip(b).for_each(|(entry, b)| *entry = b);
         }
     }
 }
 
-/// y+ of eight pairs; inside a kernel.
+/// Advances eight planes with their row of the table; runs inside a kernel.
 #[inline(always)]
-fn eight(
+fn advance_planes(
     row: &[Lane],
     unbalances: usize,
     forces: impl Iterator<Item = Complex<f64>>,
@@ -121,8 +128,8 @@ fn eight(
         p[k] = aa.0[k] * x[k] + ab.0[k] * z[k];
         q[k] = ba.0[k] * x[k] + bb.0[k] * z[k];
     }
-    let (pushes, weight) = rest.split_at(FORCE_ENTRIES * unbalances);
-    for ([ar, ai, br, bi], f) in pushes.as_chunks::<FORCE_ENTRIES>().0.iter().zip(forces) {
+    let (responses, weight) = rest.split_at(FORCE_ENTRIES * unbalances);
+    for ([ar, ai, br, bi], f) in responses.as_chunks::<FORCE_ENTRIES>().0.iter().zip(forces) {
         for k in 0..LANES {
             p[k] += ar.0[k] * f.re + ai.0[k] * f.im;
             q[k] += br.0[k] * f.re + bi.0[k] * f.im;
@@ -142,46 +149,46 @@ mod tests {
     use super::*;
     use crate::linalg::Matrix;
 
-    /// Of every number of pairs, with and without weight and unbalances: what the blocks make of each pair alone.
+    /// Numbers of planes below, at and above multiples of eight, with and without weight and unbalances.
     #[test]
-    fn the_table_has_what_the_blocks_say() {
-        for (pairs, unbalances, weight) in
+    fn a_step_of_the_table_is_that_of_each_plane_block() {
+        for (planes, unbalances, weight) in
             [(1, 1, 0.0), (7, 0, 0.3), (8, 2, 0.0), (9, 1, 0.2), (16, 3, 0.1), (24, 1, 0.0)]
         {
             let value = |i: usize| ((i * 7919 % 1013) as f64 - 506.3) / 97.1;
-            let blocks = (0..pairs).map(|k| [-0.1, 2.0 + value(k).abs(), -1.5, -0.2]).collect();
-            let pushes = (0..=2 * unbalances).map(|n| {
+            let blocks = (0..planes).map(|k| [-0.1, 2.0 + value(k).abs(), -1.5, -0.2]).collect();
+            let input_vectors = (0..=2 * unbalances).map(|n| {
                 let size = if n == 2 * unbalances { weight } else { 1.0 };
-                (0..2 * pairs).map(|i| size * value(100 * n + i)).collect()
+                (0..2 * planes).map(|i| size * value(100 * n + i)).collect()
             });
-            let cell = IntervalModel::new(
+            let interval = IntervalModel::new(
                 13.0,
                 blocks,
-                &Matrix::from_fn(11, 2 * pairs, |i, j| value(5 * i + j)),
-                pushes.collect(),
+                &Matrix::from_fn(11, 2 * planes, |i, j| value(5 * i + j)),
+                input_vectors.collect(),
                 unbalances,
             );
             let h = 0.07;
-            let propagator = Propagator::new(&cell, unbalances, h);
+            let propagator = Propagator::new(&interval, unbalances, h);
             let forces: Vec<Complex<f64>> = (0..unbalances).map(|s| Complex::new(value(s), value(s + 9))).collect();
-            let begun: Vec<f64> = (0..2 * pairs).map(|i| value(i + 41)).collect();
+            let begun: Vec<f64> = (0..2 * planes).map(|i| value(i + 41)).collect();
             let mut y = begun.clone();
             propagator.advance(forces.iter().copied(), &mut y);
-            for k in 0..pairs {
-                let split = SplitBlock::of(&cell.blocks[k]);
+            for k in 0..planes {
+                let split = SplitBlock::of(&interval.blocks[k]);
                 let e = split.exponential(h);
-                let at = |list: &[f64]| [list[k], list[pairs + k]];
+                let at = |list: &[f64]| [list[k], list[planes + k]];
                 let [a, b] = at(&begun);
                 let mut wanted = [e[0] * a + e[1] * b, e[2] * a + e[3] * b];
                 for (s, f) in forces.iter().enumerate() {
-                    let (u, v) = (at(&cell.input_vectors[2 * s]), at(&cell.input_vectors[2 * s + 1]));
-                    let c = split.harmonic(cell.speed, h, [0, 1].map(|i| Complex::new(u[i], -v[i])));
+                    let (u, v) = (at(&interval.input_vectors[2 * s]), at(&interval.input_vectors[2 * s + 1]));
+                    let c = split.harmonic(interval.speed, h, [0, 1].map(|i| Complex::new(u[i], -v[i])));
                     wanted = [0, 1].map(|i| wanted[i] + (c[i] * f).re);
                 }
-                let constant = split.constant_response(h, at(&cell.input_vectors[2 * unbalances]));
+                let constant = split.constant_response(h, at(&interval.input_vectors[2 * unbalances]));
                 let found = at(&y);
                 for i in 0..2 {
-                    assert!((found[i] - wanted[i] - constant[i]).abs() < 1e-12, "{pairs} {unbalances} {k}");
+                    assert!((found[i] - wanted[i] - constant[i]).abs() < 1e-12, "{planes} {unbalances} {k}");
                 }
             }
         }

@@ -246,7 +246,7 @@ impl SpeedGrid {
             (slow_states(below), below.motion_of_state.rows(below.blocks.len(), below.blocks.len()).amax());
         let (mut jump, mut largest) = (0.0_f64, 0.0_f64);
         for (bearing, first_row) in self.model.outputs.load_rows().into_iter().enumerate() {
-            jump = jump.max(ROUNDING * fastest * self.model.outputs.of_velocity(bearing));
+            jump = jump.max(ROUNDING * fastest * self.model.outputs.max_velocity_coefficient(bearing));
             for (&state, row) in slow.iter().flat_map(|state| [(state, first_row), (state, first_row + 1)]) {
                 jump = jump.max((rows_before[(row, state)] - rows_after[(row, state)]).abs() / intervals_at_once);
                 largest = largest.max(rows_before[(row, state)].abs());
