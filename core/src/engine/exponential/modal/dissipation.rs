@@ -1,17 +1,29 @@
-//! What damping takes over a contact step, in one cell: exactly for any step.
+//! Dissipation: energy that damping takes over one contact step, in one speed interval, exact for steps of any length.
 //!
 //! ```text
-//! y(t)  = eta(t) + E z,  E = exp(B t),  z = y + l J - eta(0)                      from n on, with an impulse J there                     (1)
-//! eta   = Re[(iW - B)^-1 (l_u - i l_v) f e^{iWt}] - B^-1 l_w                      what unbalances f and the weight keep                (2)
+//! y(t)  = eta(t) + E z,  E = exp(B t),  z = y + l J - eta(0)                      modal state after n, with an impulse J at n             (1)
+//! eta   = Re[(iW - B)^-1 (l_u - i l_v) f e^{iWt}] - B^-1 l_w                      steady response to the unbalances f and the weight     (2)
 //! P h   = h lost(<y>) + z^T Q z,   Q = int E^T D E dt - (int E dt)^T D (int E dt)/h,   lost(y) = y^T D y                               (3)
-//! lost  = q'^T C q' + q'^T K_a q                                                  ([`super::measured`])
+//! lost  = q'^T C q' + q'^T K_a q                                                  power of the damping (`section_loads`)
 //! ```
-//! P is the mean power over the step, `<y>` the mean of (1) in it. Powers of the mean rates at n are not enough where impulses act at every step: between two of them the rates
-//! of a whipping rotor fall by much of what an impulse gives, some modes swing, and others come to rest. What is left out in (3) is how eta turns within the step: of second order in `W h`.
-//! A pair as slow as the spin (`SLOW`) may be in resonance with the unbalance, eta many times as large as y: its z in (3) is `y + l J` less what stands, and what the force makes of `<y>` is taken by
-//! powers of the step. So what is left out is small beside y.
-//! Integrals by Gauss and Legendre at six places of each of four pieces, which become shorter towards the impulse: pairs may come to rest within a hundredth of the step. Taken at the stations, and linear between them, as all of a cell is.
-//! Verified by `what_a_free_motion_loses_is_what_its_energy_lacks`, `what_a_forced_motion_loses_is_what_it_has_lost`, `dissipation_is_linear_between_bases` (`speed_grid.rs`) and the balances of `tests/exponential_run.rs`.
+//!
+//! | symbol | quantity |
+//! |---|---|
+//! | `P` | mean power of the damping over the step \[W\] |
+//! | `<y>` | mean modal state over the step |
+//! | `z` | transient part of the modal state just after the impulse |
+//! | `D` | matrix of the power `lost` on the modal state |
+//! | `Q` | additional loss by the variation of the transient within the step |
+//! | `B`, `l` | plane blocks, input vectors (`l_u`, `l_v` of an unbalance, `l_w` of the weight) |
+//!
+//! The power of the mean velocities at n would not be enough where impulses act in every step: between two of them the velocities of a whipping rotor fall by much
+//! of the jump of one impulse. (3) neglects how eta rotates within the step, of second order in `W h`.
+//! A plane as slow as the spin (`SLOW_RATIO`) may be in resonance with the unbalance, with eta many times as large as y. Such a plane has only the weight's response in its eta, and the
+//! response of `<y>` to the unbalance is taken by powers of the step, so the neglected part is small compared with y.
+//!
+//! The integrals use Gauss-Legendre quadrature with six points on each of four pieces, which become shorter towards the impulse: a plane may decay within a hundredth of the step.
+//! D and Q are computed at the modal bases and interpolated linearly, as all quantities of a speed interval.
+//! Verified by `free_motion_dissipates_its_loss_of_energy`, `forced_motion_dissipates_the_integral_of_the_power`, `dissipation_is_linear_between_bases` (`speed_grid.rs`) and the energy balances of `tests/exponential_run.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::{PlaneBlock, SplitBlock, block_norm};
@@ -21,36 +33,46 @@ use crate::linalg::Matrix;
 use crate::linalg::lanes::kernel;
 use nalgebra::Complex;
 
-/// Places and weights on -1..1 that integrate a polynomial of the eleventh degree (Gauss and Legendre).
-const PLACES: [(f64, f64); 3] = [
+/// Positive abscissas and weights of the six-point Gauss-Legendre quadrature on -1 to 1.
+const QUADRATURE: [(f64, f64); 3] = [
     (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
     (0.932_469_514_203_152, 0.171_324_492_379_170_4),
 ];
-/// Ends of the pieces, as parts of the step.
-const ENDS: [f64; 5] = [0.0, 1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0];
-/// A pair is slow whose |B| is less than so many times W, and less than this over a step.
-const SLOW: f64 = 1.5;
-const SHORT: f64 = 0.1;
+/// Ends of the quadrature pieces, as shares of the step.
+const PIECE_ENDS: [f64; 5] = [0.0, 1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0];
+/// Largest ratio of |B| to W of a slow plane.
+const SLOW_RATIO: f64 = 1.5;
+/// Largest `|B| h` of a slow plane.
+const SLOW_ANGLE: f64 = 0.1;
 
-/// D, Q and `int E dt/h` of (3).
+/// Dissipation of the modal state over one contact step.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Dissipation {
-    lost: QuadraticForm,
-    more: QuadraticForm,
-    mean: Vec<PlaneBlock>,
+    /// D: power of a modal state \[W\].
+    power_form: QuadraticForm,
+    /// Q: additional loss of the transient over the step \[J\].
+    variation_form: QuadraticForm,
+    /// `int E dt/h` of each plane: mean of the transient per z.
+    mean_blocks: Vec<PlaneBlock>,
 }
 
-/// What forces make in a cell: of z in (3), and of `<y>` beside the mean of E y. Of each unbalance real and imaginary parts per unit force, and what stands.
+/// Contributions of the forces to z and `<y>` in (3), in one speed interval.
+///
+/// Those of an unbalance are complex per unit force, as real and imaginary parts.
 #[derive(Debug)]
 pub(crate) struct ForcedDissipation {
-    turning: Vec<[Vec<f64>; 2]>,
-    turning_mean: Vec<[Vec<f64>; 2]>,
-    still: Vec<f64>,
-    still_mean: Vec<f64>,
+    /// eta at n of each unbalance.
+    unbalance_response: Vec<[Vec<f64>; 2]>,
+    /// Contribution of each unbalance to `<y>`, in addition to the mean of E y.
+    unbalance_mean: Vec<[Vec<f64>; 2]>,
+    /// Static response of the weight.
+    weight_response: Vec<f64>,
+    /// Contribution of the weight to `<y>`, in addition to the mean of E y.
+    weight_mean: Vec<f64>,
 }
 
-/// Room for z and `<y>`.
+/// Buffers for z and `<y>`.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DissipationBuffer {
     z: Vec<f64>,
@@ -58,109 +80,113 @@ pub(crate) struct DissipationBuffer {
 }
 
 impl Dissipation {
-    /// Of pairs B and the matrix D, in steps of `h` \[s\].
-    pub fn new(blocks: &[PlaneBlock], lost: &Matrix, h: f64) -> Self {
+    /// Dissipation over steps of `h` \[s\], of plane blocks and the matrix `d` of the power.
+    pub fn new(blocks: &[PlaneBlock], d: &Matrix, h: f64) -> Self {
         let split: Vec<SplitBlock> = blocks.iter().map(SplitBlock::of).collect();
-        let lost = (lost + lost.transpose()) * 0.5;
-        let mut more = Matrix::zeros(lost.nrows(), lost.ncols());
+        let d = (d + d.transpose()) * 0.5;
+        let mut q = Matrix::zeros(d.nrows(), d.ncols());
         let (mut mean, mut parts) = (vec![[0.0; 4]; blocks.len()], Default::default());
-        for piece in ENDS.windows(2) {
+        for piece in PIECE_ENDS.windows(2) {
             let (middle, half) = (0.5 * h * (piece[0] + piece[1]), 0.5 * h * (piece[1] - piece[0]));
-            for &(place, weight) in &PLACES {
-                for t in [middle - place * half, middle + place * half] {
-                    let turns: Vec<PlaneBlock> = split.iter().map(|block| block.exponential(t)).collect();
-                    add(&mut more, weight * half, &lost, &turns, &mut parts);
-                    for (sum, turn) in mean.iter_mut().flatten().zip(turns.iter().flatten()) {
-                        *sum += weight * half / h * turn;
+            for &(abscissa, weight) in &QUADRATURE {
+                for t in [middle - abscissa * half, middle + abscissa * half] {
+                    let exponentials: Vec<PlaneBlock> = split.iter().map(|block| block.exponential(t)).collect();
+                    add_congruence(&mut q, weight * half, &d, &exponentials, &mut parts);
+                    for (sum, exponential) in mean.iter_mut().flatten().zip(exponentials.iter().flatten()) {
+                        *sum += weight * half / h * exponential;
                     }
                 }
             }
         }
-        add(&mut more, -h, &lost, &mean, &mut parts);
-        Self { lost: QuadraticForm::new(&lost), more: QuadraticForm::new(&more), mean }
+        add_congruence(&mut q, -h, &d, &mean, &mut parts);
+        Self { power_form: QuadraticForm::new(&d), variation_form: QuadraticForm::new(&q), mean_blocks: mean }
     }
 
-    /// lost(y) \[W\].
+    /// Power of the damping in a modal state \[W\].
     pub fn power_at(&self, y: &[f64]) -> f64 {
-        self.lost.value(y)
+        self.power_form.value(y)
     }
 
-    /// P \[W\] over a step of `h` \[s\] from states y behind an impulse on, under forces on the unbalances' nodes \[N\].
+    /// Mean power P \[W\] over a step of `h` \[s\] that begins with the modal state y, after the impulse, under the forces of the unbalances \[N\].
     pub fn power(
         &self,
-        kept: &ForcedDissipation,
+        forced: &ForcedDissipation,
         h: f64,
         y: &[f64],
         forces: &[Complex<f64>],
-        room: &mut DissipationBuffer,
+        buffer: &mut DissipationBuffer,
     ) -> f64 {
-        let DissipationBuffer { z, mean } = room;
+        let DissipationBuffer { z, mean } = buffer;
         z.clear();
-        z.extend(y.iter().zip(&kept.still).map(|(y, still)| y - still));
+        z.extend(y.iter().zip(&forced.weight_response).map(|(y, weight_response)| y - weight_response));
         mean.clear();
-        mean.extend_from_slice(&kept.still_mean);
-        for ((force, turning), turning_mean) in forces.iter().zip(&kept.turning).zip(&kept.turning_mean) {
-            force_on([force.re, force.im], turning, turning_mean, z, mean);
+        mean.extend_from_slice(&forced.weight_mean);
+        for ((force, unbalance_response), unbalance_mean) in
+            forces.iter().zip(&forced.unbalance_response).zip(&forced.unbalance_mean)
+        {
+            apply_force([force.re, force.im], unbalance_response, unbalance_mean, z, mean);
         }
-        add_means(&self.mean, y, mean);
-        self.lost.value(mean) + self.more.value(z) / h
+        add_transient_means(&self.mean_blocks, y, mean);
+        self.power_form.value(mean) + self.variation_form.value(z) / h
     }
 }
 
 impl Interpolate for Dissipation {
-    fn interpolate(&mut self, [one, other]: [&Self; 2], times: [f64; 2]) {
-        self.lost.interpolate([&one.lost, &other.lost], times);
-        self.more.interpolate([&one.more, &other.more], times);
-        let mean = one.mean.iter().zip(&other.mean);
-        self.mean.clear();
-        self.mean
-            .extend(mean.map(|(a, b)| -> PlaneBlock { std::array::from_fn(|i| times[0] * a[i] + times[1] * b[i]) }));
+    fn interpolate(&mut self, [one, other]: [&Self; 2], factors: [f64; 2]) {
+        self.power_form.interpolate([&one.power_form, &other.power_form], factors);
+        self.variation_form.interpolate([&one.variation_form, &other.variation_form], factors);
+        let mean = one.mean_blocks.iter().zip(&other.mean_blocks);
+        self.mean_blocks.clear();
+        self.mean_blocks.extend(
+            mean.map(|(a, b)| -> PlaneBlock { std::array::from_fn(|i| factors[0] * a[i] + factors[1] * b[i]) }),
+        );
     }
 }
 
 impl ForcedDissipation {
-    /// In a cell of these means, in steps of `h` \[s\], of so many unbalances.
-    pub fn new(local: &IntervalModel, within: &Dissipation, h: f64, unbalances: usize) -> Self {
-        let (pairs, weight) = (local.blocks.len(), &local.input_vectors[2 * unbalances]);
-        let zeros = vec![0.0; 2 * pairs];
-        let mut kept = Self {
-            turning: vec![[zeros.clone(), zeros.clone()]; unbalances],
-            turning_mean: vec![[zeros.clone(), zeros.clone()]; unbalances],
-            still: zeros.clone(),
-            still_mean: zeros,
+    /// Contributions of the forces over steps of `h` \[s\] in the speed interval of a model, for a number of unbalances.
+    pub fn new(model: &IntervalModel, dissipation: &Dissipation, h: f64, unbalances: usize) -> Self {
+        let (planes, weight) = (model.blocks.len(), &model.input_vectors[2 * unbalances]);
+        let zeros = vec![0.0; 2 * planes];
+        let mut forced = Self {
+            unbalance_response: vec![[zeros.clone(), zeros.clone()]; unbalances],
+            unbalance_mean: vec![[zeros.clone(), zeros.clone()]; unbalances],
+            weight_response: zeros.clone(),
+            weight_mean: zeros,
         };
-        let (sin, cos) = libm::sincos(0.5 * local.speed * h);
-        let middle = Complex::new(cos, sin) * (sin / (0.5 * local.speed * h));
-        for (k, (b, mean)) in local.blocks.iter().zip(&within.mean).enumerate() {
-            let both = [k, pairs + k];
-            let still = static_response(b, both.map(|at| weight[at]));
-            let [one, other] = still;
-            let gone = [mean[0] * one + mean[1] * other, mean[2] * one + mean[3] * other];
-            for (i, at) in both.into_iter().enumerate() {
-                (kept.still[at], kept.still_mean[at]) = (still[i], still[i] - gone[i]);
+        let (sin, cos) = libm::sincos(0.5 * model.speed * h);
+        let middle = Complex::new(cos, sin) * (sin / (0.5 * model.speed * h));
+        for (k, (b, mean)) in model.blocks.iter().zip(&dissipation.mean_blocks).enumerate() {
+            let entries = [k, planes + k];
+            let weight_response = static_response(b, entries.map(|at| weight[at]));
+            let [one, other] = weight_response;
+            let mean_of_transient = [mean[0] * one + mean[1] * other, mean[2] * one + mean[3] * other];
+            for (i, at) in entries.into_iter().enumerate() {
+                (forced.weight_response[at], forced.weight_mean[at]) =
+                    (weight_response[i], weight_response[i] - mean_of_transient[i]);
             }
-            for (s, [u, v]) in local.input_vectors.as_chunks::<2>().0[..unbalances].iter().enumerate() {
-                let push = both.map(|at| Complex::new(u[at], -v[at]));
-                let (eta, of_mean) = if is_slow_plane(b, local.speed, h) {
-                    ([Complex::default(); 2], mean_slow_response(b, local.speed, h, push))
+            for (s, [u, v]) in model.input_vectors.as_chunks::<2>().0[..unbalances].iter().enumerate() {
+                let input_vector = entries.map(|at| Complex::new(u[at], -v[at]));
+                let (eta, of_mean) = if is_slow_plane(b, model.speed, h) {
+                    ([Complex::default(); 2], mean_slow_response(b, model.speed, h, input_vector))
                 } else {
-                    let eta = harmonic_response(b, local.speed, push);
+                    let eta = harmonic_response(b, model.speed, input_vector);
                     (eta, [0, 1].map(|i| eta[i] * middle - eta[0] * mean[2 * i] - eta[1] * mean[2 * i + 1]))
                 };
-                for (i, at) in both.into_iter().enumerate() {
-                    (kept.turning[s][0][at], kept.turning[s][1][at]) = (eta[i].re, eta[i].im);
-                    (kept.turning_mean[s][0][at], kept.turning_mean[s][1][at]) = (of_mean[i].re, of_mean[i].im);
+                for (i, at) in entries.into_iter().enumerate() {
+                    (forced.unbalance_response[s][0][at], forced.unbalance_response[s][1][at]) = (eta[i].re, eta[i].im);
+                    (forced.unbalance_mean[s][0][at], forced.unbalance_mean[s][1][at]) = (of_mean[i].re, of_mean[i].im);
                 }
             }
         }
-        kept
+        forced
     }
 }
 
 kernel! {
-    /// Takes what a force makes out of z, and adds what it makes of the mean.
-    fn force_on(force: [f64; 2], turning: &[Vec<f64>; 2], of_mean: &[Vec<f64>; 2], z: &mut [f64], mean: &mut [f64]) {
-        let ([f, g], [re, im], [mean_re, mean_im]) = (force, turning, of_mean);
+    /// Subtracts the response to a force from z and adds its contribution to the mean.
+    fn apply_force(force: [f64; 2], unbalance_response: &[Vec<f64>; 2], of_mean: &[Vec<f64>; 2], z: &mut [f64], mean: &mut [f64]) {
+        let ([f, g], [re, im], [mean_re, mean_im]) = (force, unbalance_response, of_mean);
         for ((z, re), im) in z.iter_mut().zip(re).zip(im) {
             *z -= f * re - g * im;
         }
@@ -171,11 +197,11 @@ kernel! {
 }
 
 kernel! {
-    /// Adds the means of E y.
-    fn add_means(blocks: &[PlaneBlock], y: &[f64], mean: &mut [f64]) {
-        let pairs = blocks.len();
-        let ((one, other), (first, second)) = (y.split_at(pairs), mean.split_at_mut(pairs));
-        for k in 0..pairs {
+    /// Adds the mean of E y over the step to the mean.
+    fn add_transient_means(blocks: &[PlaneBlock], y: &[f64], mean: &mut [f64]) {
+        let planes = blocks.len();
+        let ((one, other), (first, second)) = (y.split_at(planes), mean.split_at_mut(planes));
+        for k in 0..planes {
             let b = &blocks[k];
             first[k] += b[0] * one[k] + b[1] * other[k];
             second[k] += b[2] * one[k] + b[3] * other[k];
@@ -183,18 +209,19 @@ kernel! {
     }
 }
 
+/// Whether a plane is slow: it may be in resonance with the unbalance, and hardly moves within a step.
 fn is_slow_plane(b: &PlaneBlock, speed: f64, h: f64) -> bool {
     let size = block_norm(b);
-    size < SLOW * speed.abs() && size * h < SHORT
+    size < SLOW_RATIO * speed.abs() && size * h < SLOW_ANGLE
 }
 
-/// The mean over a step of what a force of e^{iWt} makes of a slow pair from rest on: `1/h int int_0^t e^{B(t-s)} e^{iWs} ds dt l`, to second order.
+/// Mean response over a step of a slow plane, from rest, to a force `e^{iWt}`: `1/h int int_0^t e^{B(t-s)} e^{iWs} ds dt l`, to second order in h.
 fn mean_slow_response(b: &PlaneBlock, speed: f64, h: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
     let on = |i: usize| l[0] * b[2 * i] + l[1] * b[2 * i + 1] + Complex::new(0.0, speed) * l[i];
     [0, 1].map(|i| (l[i] + on(i) * (h / 3.0)) * (0.5 * h))
 }
 
-/// `-B^-1 w`; nothing for a pair without stiffness.
+/// Static response `-B^-1 w`; zero for a plane without stiffness.
 fn static_response(b: &PlaneBlock, w: [f64; 2]) -> [f64; 2] {
     let determinant = b[0] * b[3] - b[1] * b[2];
     if w == [0.0; 2] || determinant == 0.0 {
@@ -203,7 +230,7 @@ fn static_response(b: &PlaneBlock, w: [f64; 2]) -> [f64; 2] {
     [b[1] * w[1] - b[3] * w[0], b[2] * w[0] - b[0] * w[1]].map(|part| part / determinant)
 }
 
-/// `(iW - B)^-1 l` of a pair that is not slow.
+/// Steady response `(iW - B)^-1 l` of a plane that is not slow.
 fn harmonic_response(b: &PlaneBlock, speed: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
     let [one, other] = [b[0], b[3]].map(|part| Complex::new(-part, speed));
     let determinant = one * other - b[1] * b[2];
@@ -213,35 +240,35 @@ fn harmonic_response(b: &PlaneBlock, speed: f64, l: [Complex<f64>; 2]) -> [Compl
     [other * l[0] + l[1] * b[1], l[0] * b[2] + one * l[1]].map(|part| part / determinant)
 }
 
-/// `sum += times E^T D E`, E of blocks; `parts`: room for their entries one after the other.
-fn add(sum: &mut Matrix, times: f64, lost: &Matrix, turns: &[PlaneBlock], parts: &mut [Vec<f64>; 4]) {
-    for (i, part) in parts.iter_mut().enumerate() {
-        part.clear();
-        part.extend(turns.iter().map(|turn| turn[i]));
+/// Adds `factor E^T D E` to a sum, with E of plane blocks; `entries`: buffer for the entries of E, one list per position in the block.
+fn add_congruence(sum: &mut Matrix, factor: f64, d: &Matrix, e: &[PlaneBlock], entries: &mut [Vec<f64>; 4]) {
+    for (i, list) in entries.iter_mut().enumerate() {
+        list.clear();
+        list.extend(e.iter().map(|block| block[i]));
     }
-    let pairs = turns.len();
-    let columns = lost.as_slice().chunks_exact(2 * pairs);
-    let (first, second) = (columns.clone().take(pairs), columns.skip(pairs));
-    let (firsts, seconds) = sum.as_mut_slice().split_at_mut(2 * pairs * pairs);
-    let sums = firsts.chunks_exact_mut(2 * pairs).zip(seconds.chunks_exact_mut(2 * pairs));
-    for ((turn, columns), sums) in turns.iter().zip(first.zip(second)).zip(sums) {
-        let [a, b, c, d] = turn.map(|entry| times * entry);
-        add_column([a, c], columns, parts, sums.0);
-        add_column([b, d], columns, parts, sums.1);
+    let planes = e.len();
+    let columns = d.as_slice().chunks_exact(2 * planes);
+    let (first, second) = (columns.clone().take(planes), columns.skip(planes));
+    let (firsts, seconds) = sum.as_mut_slice().split_at_mut(2 * planes * planes);
+    let sums = firsts.chunks_exact_mut(2 * planes).zip(seconds.chunks_exact_mut(2 * planes));
+    for ((block, columns), sums) in e.iter().zip(first.zip(second)).zip(sums) {
+        let [a, b, c, d] = block.map(|entry| factor * entry);
+        add_column([a, c], columns, entries, sums.0);
+        add_column([b, d], columns, entries, sums.1);
     }
 }
 
 kernel! {
-    /// Adds `E^T` of two columns, so much of each, to a column.
-    fn add_column(times: [f64; 2], columns: (&[f64], &[f64]), parts: &[Vec<f64>; 4], sums: &mut [f64]) {
-        let ([f, g], [e, above, below, other]) = (times, parts);
+    /// Adds `E^T` times the combination of two columns of D to a column of the sum.
+    fn add_column(factors: [f64; 2], columns: (&[f64], &[f64]), entries: &[Vec<f64>; 4], sums: &mut [f64]) {
+        let ([f, g], [e, above, below, other]) = (factors, entries);
         let (one, two) = columns;
-        let pairs = e.len();
-        let ((one, one_below), (two, two_below)) = (one.split_at(pairs), two.split_at(pairs));
-        let (sums, sums_below) = sums.split_at_mut(pairs);
-        let (above, below, other) = (&above[..pairs], &below[..pairs], &other[..pairs]);
-        let (one_below, two_below, sums_below) = (&one_below[..pairs], &two_below[..pairs], &mut sums_below[..pairs]);
-        for k in 0..pairs {
+        let planes = e.len();
+        let ((one, one_below), (two, two_below)) = (one.split_at(planes), two.split_at(planes));
+        let (sums, sums_below) = sums.split_at_mut(planes);
+        let (above, below, other) = (&above[..planes], &below[..planes], &other[..planes]);
+        let (one_below, two_below, sums_below) = (&one_below[..planes], &two_below[..planes], &mut sums_below[..planes]);
+        for k in 0..planes {
             let (x, y) = (f * one[k] + g * two[k], f * one_below[k] + g * two_below[k]);
             sums[k] += e[k] * x + below[k] * y;
             sums_below[k] += above[k] * x + other[k] * y;
@@ -262,15 +289,15 @@ mod tests {
 
     const SPEED: f64 = 240.0;
 
-    /// The rig with weight, a skew bearing and one of such damping \[N s/m\], at a station.
-    fn station(damping: &str, then: impl FnOnce(&LateralModel, &ModalBasis, &IntervalModel)) {
-        station_of(damping, |_| SPEED, then);
+    /// Calls `then` with the modal basis of the lab rig with weight, one skew bearing and one bearing of the given damping \[N s/m\].
+    fn with_model(damping: &str, then: impl FnOnce(&LateralModel, &ModalBasis, &IntervalModel)) {
+        with_model_at_rate(damping, |_| SPEED, then);
     }
 
-    /// The same with forces that turn as a rotor of that spin, whatever the station's.
-    fn station_of(
+    /// As [`with_model`], but with forces that rotate at another rate than the speed of the basis.
+    fn with_model_at_rate(
         damping: &str,
-        turn: impl Fn(&[PlaneBlock]) -> f64,
+        force_rate: impl Fn(&[PlaneBlock]) -> f64,
         then: impl FnOnce(&LateralModel, &ModalBasis, &IntervalModel),
     ) {
         let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
@@ -285,18 +312,18 @@ mod tests {
         let outputs = Outputs::new(&machine, &structure);
         let measures = SectionLoadModel::new(&machine, &structure, &system, outputs.weight());
         let model = LateralModel { state_space: system, outputs, measures };
-        let station = ModalBasis::new(&model, SPEED, None).expect("has a basis");
-        let local = IntervalModel { speed: turn(&station.blocks), ..station.interval_model.clone() };
-        then(&model, &station, &local);
+        let basis = ModalBasis::new(&model, SPEED, None).expect("has a basis");
+        let interval = IntervalModel { speed: force_rate(&basis.blocks), ..basis.interval_model.clone() };
+        then(&model, &basis, &interval);
     }
 
-    /// exp(B t) z.
-    fn after(local: &IntervalModel, z: &[f64], t: f64) -> Vec<f64> {
-        let (pairs, mut y) = (local.blocks.len(), z.to_vec());
-        for (k, block) in local.blocks.iter().enumerate() {
+    /// Transient `exp(B t) z`.
+    fn after(interval: &IntervalModel, z: &[f64], t: f64) -> Vec<f64> {
+        let (planes, mut y) = (interval.blocks.len(), z.to_vec());
+        for (k, block) in interval.blocks.iter().enumerate() {
             let e = SplitBlock::of(block).exponential(t);
-            y[k] = e[0] * z[k] + e[1] * z[pairs + k];
-            y[pairs + k] = e[2] * z[k] + e[3] * z[pairs + k];
+            y[k] = e[0] * z[k] + e[1] * z[planes + k];
+            y[planes + k] = e[2] * z[k] + e[3] * z[planes + k];
         }
         y
     }
@@ -311,28 +338,34 @@ mod tests {
     }
 
     #[test]
-    fn what_a_free_motion_loses_is_what_its_energy_lacks() {
-        // of the last, a motion comes to rest in a tenth of the step
+    fn free_motion_dissipates_its_loss_of_energy() {
+        // with the last damping, a plane decays within a tenth of the step
         for (damping, limit) in [("\"600 N s/m\"", 1e-9), ("\"6e4 N s/m\"", 1e-4), ("\"2e6 N s/m\"", 1e-3)] {
-            station(damping, |model, station, local| {
+            with_model(damping, |model, basis, interval| {
                 let n = model.state_space.size;
-                // without that of the spin: its gyroscopic moments do no work at one speed
+                // without the energy of the spin: at constant speed the gyroscopic moments do no work
                 let [stiffness, mass] = model.state_space.energy_matrices();
                 let energy = |y: &[f64]| {
-                    let motion = &station.motion_of_state * Vector::from_column_slice(y);
+                    let motion = &basis.motion_of_state * Vector::from_column_slice(y);
                     let (q, rates) = (motion.rows(0, n), motion.rows(n, n));
                     let twice = (rates.transpose() * mass * rates)[(0, 0)] + (q.transpose() * stiffness * q)[(0, 0)];
                     0.5 * twice - dot(model.outputs.weight(), q.as_slice())
                 };
                 let y = random(2 * n);
                 for h in [1e-6, 5e-6, 5e-5] {
-                    let lost = model.measures.damping_power_matrix(&model.state_space, &station.motion_of_state);
-                    let within = Dissipation::new(&station.blocks, &lost, h);
-                    let kept = ForcedDissipation::new(local, &within, h, 1);
-                    let still = &kept.still;
-                    let z: Vec<f64> = y.iter().zip(still).map(|(y, still)| y - still).collect();
-                    let end: Vec<f64> = after(local, &z, h).iter().zip(still).map(|(z, still)| z + still).collect();
-                    let found = within.power(&kept, h, &y, &[Complex::default()], &mut DissipationBuffer::default());
+                    let power_matrix = model.measures.damping_power_matrix(&model.state_space, &basis.motion_of_state);
+                    let dissipation = Dissipation::new(&basis.blocks, &power_matrix, h);
+                    let forced = ForcedDissipation::new(interval, &dissipation, h, 1);
+                    let weight_response = &forced.weight_response;
+                    let z: Vec<f64> =
+                        y.iter().zip(weight_response).map(|(y, weight_response)| y - weight_response).collect();
+                    let end: Vec<f64> = after(interval, &z, h)
+                        .iter()
+                        .zip(weight_response)
+                        .map(|(z, weight_response)| z + weight_response)
+                        .collect();
+                    let found =
+                        dissipation.power(&forced, h, &y, &[Complex::default()], &mut DissipationBuffer::default());
                     let wanted = (energy(&y) - energy(&end)) / h;
                     assert!(wanted > 0.0 && (found - wanted).abs() < limit * wanted, "{damping} {h}: {found} {wanted}");
                 }
@@ -340,49 +373,55 @@ mod tests {
         }
     }
 
-    /// Against small steps of time: motions that forces keep, and others that are small beside what an unbalance in resonance would keep.
+    /// Compared with the power in small time steps, for the steady response and for motions that are small beside the response in resonance.
     #[test]
-    fn what_a_forced_motion_loses_is_what_it_has_lost() {
+    fn forced_motion_dissipates_the_integral_of_the_power() {
         let lowest = |blocks: &[PlaneBlock]| {
             let rates = blocks.iter().map(|b| (b[0] * b[3] - b[1] * b[2]).sqrt());
             rates.filter(|rate| *rate > 100.0).fold(f64::INFINITY, f64::min)
         };
-        // between two pairs, in resonance with the lowest, and on both sides of what is slow
-        let turns_as: [&dyn Fn(&[PlaneBlock]) -> f64; 4] =
+        // rates between two planes, in resonance with the lowest, and on both sides of the limit of a slow plane
+        let rates_of_the_force: [&dyn Fn(&[PlaneBlock]) -> f64; 4] =
             [&|_| SPEED, &lowest, &|blocks| lowest(blocks) / 1.4, &|blocks| lowest(blocks) / 2.9];
         for damping in ["\"60 N s/m\"", "\"600 N s/m\"", "\"2e6 N s/m\""] {
-            for (i, turn) in turns_as.into_iter().enumerate() {
-                station_of(damping, turn, |model, station, local| {
+            for (i, force_rate) in rates_of_the_force.into_iter().enumerate() {
+                with_model_at_rate(damping, force_rate, |model, basis, interval| {
                     let (n, force, h) = (model.state_space.size, Complex::new(300.0, -120.0), 2e-5);
-                    let lost = model.measures.damping_power_matrix(&model.state_space, &station.motion_of_state);
-                    let (within, form) = (Dissipation::new(&station.blocks, &lost, h), QuadraticForm::new(&lost));
-                    let kept = ForcedDissipation::new(local, &within, h, 1);
-                    let keeps = |t: f64| -> Vec<f64> {
-                        let (sin, cos) = libm::sincos(local.speed * t);
+                    let power_matrix = model.measures.damping_power_matrix(&model.state_space, &basis.motion_of_state);
+                    let (dissipation, form) =
+                        (Dissipation::new(&basis.blocks, &power_matrix, h), QuadraticForm::new(&power_matrix));
+                    let forced = ForcedDissipation::new(interval, &dissipation, h, 1);
+                    let steady_state = |t: f64| -> Vec<f64> {
+                        let (sin, cos) = libm::sincos(interval.speed * t);
                         let mut y = vec![0.0; 2 * n];
-                        for (k, b) in local.blocks.iter().enumerate() {
-                            let both = [k, n + k];
-                            let push =
-                                both.map(|at| Complex::new(local.input_vectors[0][at], -local.input_vectors[1][at]));
-                            let turning = harmonic_response(b, local.speed, push);
-                            let still = static_response(b, both.map(|at| local.input_vectors[2][at]));
-                            for (i, at) in both.into_iter().enumerate() {
-                                y[at] = (turning[i] * force * Complex::new(cos, sin)).re + still[i];
+                        for (k, b) in interval.blocks.iter().enumerate() {
+                            let entries = [k, n + k];
+                            let input_vector = entries
+                                .map(|at| Complex::new(interval.input_vectors[0][at], -interval.input_vectors[1][at]));
+                            let unbalance_response = harmonic_response(b, interval.speed, input_vector);
+                            let weight_response = static_response(b, entries.map(|at| interval.input_vectors[2][at]));
+                            for (i, at) in entries.into_iter().enumerate() {
+                                y[at] =
+                                    (unbalance_response[i] * force * Complex::new(cos, sin)).re + weight_response[i];
                             }
                         }
                         y
                     };
-                    let start = keeps(0.0);
-                    let most = start.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
-                    // as the forces keep it; 50 times less
-                    let less: Vec<f64> = random(2 * n).iter().map(|part| 0.02 * most * part).collect();
-                    for (y, limit) in [(&start, 1e-5), (&less, 2e-4)] {
-                        let z: Vec<f64> = y.iter().zip(&start).map(|(y, keeps)| y - keeps).collect();
+                    let start = steady_state(0.0);
+                    let largest = start.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
+                    // the steady state, and a motion 50 times smaller
+                    let small_motion: Vec<f64> = random(2 * n).iter().map(|part| 0.02 * largest * part).collect();
+                    for (y, limit) in [(&start, 1e-5), (&small_motion, 2e-4)] {
+                        let z: Vec<f64> = y.iter().zip(&start).map(|(y, steady_state)| y - steady_state).collect();
                         let at = |t: f64| -> Vec<f64> {
-                            after(local, &z, t).iter().zip(keeps(t)).map(|(z, keeps)| z + keeps).collect()
+                            after(interval, &z, t)
+                                .iter()
+                                .zip(steady_state(t))
+                                .map(|(z, steady_state)| z + steady_state)
+                                .collect()
                         };
-                        let found = within.power(&kept, h, y, &[force], &mut DissipationBuffer::default());
-                        // a motion comes to rest in a tenth of the step
+                        let found = dissipation.power(&forced, h, y, &[force], &mut DissipationBuffer::default());
+                        // a plane decays within a tenth of the step
                         let pieces = if damping == "\"2e6 N s/m\"" { 40_000 } else { 1000 };
                         let wanted: f64 =
                             (0..pieces).map(|i| form.value(&at(h * (f64::from(i) + 0.5) / f64::from(pieces)))).sum();

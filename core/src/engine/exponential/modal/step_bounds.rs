@@ -1,11 +1,14 @@
-//! What the whirl states at n say of a flight from there: how long it may be, for contact and for peaks.
+//! Step bounds: limits of the length of a free step from the modal state at n, by contact and by missed peaks.
 //!
 //! ```text
-//! of each pair        |y|,   y' = B y + l f,   |w'| of each quantity (`missed`)
-//! of all              x', the velocity of the diaphragm's node
+//! of each plane       |y|,   y' = B y + l f,   |w'| of each watched quantity (`peak_bound`)
+//! of all planes       x', velocity of the diaphragm's node
 //! ```
-//! Eight pairs at a time, once for all lengths of steps; of each length a cell has the weights of these in `bound` and in `missed`, from the first time that it is asked for. The longest length is
-//! tried first. Verified by `what_is_seen_of_pairs_is_that_of_each` and by the tests of both bounds.
+//! `y`, `B`, `l`: modal state, block and input vectors of a plane; `f`: forces of the unbalances and the weight \[N\].
+//!
+//! The quantities above do not depend on the length of the step and are computed once, eight planes at a time. The weights of `displacement_bound` and `peak_bound` do depend on it:
+//! an interval computes them for each number of doublings when they are first needed. The longest step is tried first.
+//! Verified by `state_bounds_are_those_of_each_plane` and by the tests of both bounds.
 
 use super::displacement_bound::{DisplacementBound, length};
 use super::interval_model::IntervalModel;
@@ -15,130 +18,158 @@ use crate::linalg::lanes::{LANES, Lane, kernel, sum};
 use nalgebra::Complex;
 use std::sync::OnceLock;
 
-/// A cell as flights see it.
+/// Step bounds of one speed interval for contact steps of one length.
 #[derive(Debug)]
 pub(crate) struct StepBounds {
     /// Contact step \[s\].
     step: f64,
     /// W \[rad/s\].
     spin: f64,
-    /// Of eight pairs each: blocks; pushes of the unbalances along both axes and of the weight; two rows of each quantity, on both parts of y.
+    /// Plane blocks, eight planes at a time.
     blocks: Vec<[Lane; 4]>,
-    pushes: Vec<[Lane; 2]>,
+    /// Input vectors of the unbalances along u and v and of the weight, on both entries of y; for eight planes one after the other.
+    input_vectors: Vec<[Lane; 2]>,
+    /// Two output rows of each watched quantity, on both entries of y; for eight planes one after the other.
     rows: Vec<[Lane; 4]>,
+    /// By the number of doublings of the contact step.
     displacement_bounds: [OnceLock<DisplacementBound>; MAX_DOUBLINGS + 1],
     peak_bounds: [OnceLock<PeakBound>; MAX_DOUBLINGS + 1],
 }
 
-/// What is seen at n.
+/// Modal state at n and the amplitudes and rates that the bounds need.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StateBounds {
-    /// y, and parts of the unbalances' forces and of the weight \[N\].
+    /// y, eight planes at a time.
     y: Vec<[Lane; 2]>,
-    parts: Vec<f64>,
-    /// Sizes of the unbalances' forces \[N\].
+    /// Force components along u and v of each unbalance \[N\], then 1 for the weight.
+    force_components: Vec<f64>,
+    /// Magnitudes of the forces of the unbalances \[N\].
     forces: Vec<f64>,
+    /// |y| of each plane.
     amplitudes: Vec<Lane>,
-    /// Of each quantity one after the other.
-    in_turn: Vec<Lane>,
+    /// |w'| of each plane, one watched quantity after the other.
+    rotating_rates: Vec<Lane>,
 }
 
 impl StepBounds {
-    /// Of quantities whose rows begin at these places, in a cell under so many unbalances, for contact steps of `h` \[s\].
-    pub fn new(cell: &IntervalModel, watched: &[usize], unbalances: usize, h: f64) -> Self {
-        let pairs = cell.blocks.len();
-        let groups = pairs.div_ceil(LANES);
+    /// Step bounds for contact steps of `h` \[s\]; `watched`: first output row of each watched quantity.
+    pub fn new(interval: &IntervalModel, watched: &[usize], unbalances: usize, h: f64) -> Self {
+        let planes = interval.blocks.len();
+        let groups = planes.div_ceil(LANES);
         let mut blocks = vec![[Lane::default(); 4]; groups];
-        for (k, block) in cell.blocks.iter().enumerate() {
+        for (k, block) in interval.blocks.iter().enumerate() {
             for (lane, entry) in blocks[k / LANES].iter_mut().zip(block) {
                 lane.0[k % LANES] = *entry;
             }
         }
         let forces = 2 * unbalances + 1;
-        let mut pushes = vec![[Lane::default(); 2]; groups * forces];
-        for (at, push) in cell.input_vectors[..forces].iter().enumerate() {
-            put([&push[..pairs], &push[pairs..]], pushes[at..].iter_mut().step_by(forces));
+        let mut input_vectors = vec![[Lane::default(); 2]; groups * forces];
+        for (at, input_vector) in interval.input_vectors[..forces].iter().enumerate() {
+            copy_by_planes(
+                [&input_vector[..planes], &input_vector[planes..]],
+                input_vectors[at..].iter_mut().step_by(forces),
+            );
         }
         let mut rows = vec![[Lane::default(); 4]; groups * watched.len()];
         for (at, &first) in watched.iter().enumerate() {
-            let [u, v] = [&cell.output_rows[first], &cell.output_rows[first + 1]];
-            let lists = [&u[..pairs], &u[pairs..], &v[..pairs], &v[pairs..]];
-            put(lists, rows[at..].iter_mut().step_by(watched.len()));
+            let [u, v] = [&interval.output_rows[first], &interval.output_rows[first + 1]];
+            let lists = [&u[..planes], &u[planes..], &v[..planes], &v[planes..]];
+            copy_by_planes(lists, rows[at..].iter_mut().step_by(watched.len()));
         }
         Self {
             step: h,
-            spin: cell.speed,
+            spin: interval.speed,
             blocks,
-            pushes,
+            input_vectors,
             rows,
             displacement_bounds: Default::default(),
             peak_bounds: Default::default(),
         }
     }
 
-    /// Sees y under these forces of the unbalances \[N\]; the rate of the last quantity.
+    /// Evaluates the modal state y under the forces of the unbalances \[N\] for all bounds; returns the rate of the last watched quantity.
     pub fn bound_states(
         &self,
         y: &[f64],
         forces: impl Iterator<Item = Complex<f64>>,
-        sight: &mut StateBounds,
+        state_bounds: &mut StateBounds,
     ) -> [f64; 2] {
-        let StateBounds { y: lanes, parts, forces: sizes, amplitudes, in_turn } = sight;
+        let StateBounds { y: lanes, force_components, forces: magnitudes, amplitudes, rotating_rates } = state_bounds;
         let groups = self.blocks.len();
-        parts.clear();
-        sizes.clear();
+        force_components.clear();
+        magnitudes.clear();
         for force in forces {
-            parts.extend([force.re, force.im]);
-            sizes.push(length([force.re, force.im]));
+            force_components.extend([force.re, force.im]);
+            magnitudes.push(length([force.re, force.im]));
         }
-        parts.push(1.0);
+        force_components.push(1.0);
         lanes.resize(groups, Default::default());
         amplitudes.resize(groups, Lane::default());
-        in_turn.resize(self.rows.len(), Lane::default());
+        rotating_rates.resize(self.rows.len(), Lane::default());
         let (a, b) = y.split_at(y.len() / 2);
         for ([x, z], (a, b)) in lanes.iter_mut().zip(a.chunks(LANES).zip(b.chunks(LANES))) {
             x.0[..a.len()].copy_from_slice(a);
             z.0[..b.len()].copy_from_slice(b);
         }
         let mut rates = [Lane::default(); 2];
-        see(self.spin, parts, [&self.pushes, lanes], [&self.blocks, &self.rows], amplitudes, in_turn, &mut rates);
+        evaluate_planes(
+            self.spin,
+            force_components,
+            [&self.input_vectors, lanes],
+            [&self.blocks, &self.rows],
+            amplitudes,
+            rotating_rates,
+            &mut rates,
+        );
         rates.map(|rate| sum(rate.0))
     }
 
-    /// How far the diaphragm's node, whose rows begin at a place, may be after a step of a level from where its velocity would take it, at a spin; what bounds it is computed once.
-    pub fn max_deviation(&self, cell: &IntervalModel, row: usize, level: usize, sight: &StateBounds, spin: f64) -> f64 {
-        let bound = || DisplacementBound::new(cell, row, sight.forces.len(), self.length_of(level));
-        self.displacement_bounds[level].get_or_init(bound).max_deviation(&sight.amplitudes, &sight.forces, spin)
+    /// Largest deviation of a node \[m\] from a straight motion during a step of `2^doublings` contact steps, at a spin \[rad/s\]; `row`: first output row of the node.
+    pub fn max_deviation(
+        &self,
+        interval: &IntervalModel,
+        row: usize,
+        doublings: usize,
+        state_bounds: &StateBounds,
+        spin: f64,
+    ) -> f64 {
+        let bound = || DisplacementBound::new(interval, row, state_bounds.forces.len(), self.step_length(doublings));
+        self.displacement_bounds[doublings].get_or_init(bound).max_deviation(
+            &state_bounds.amplitudes,
+            &state_bounds.forces,
+            spin,
+        )
     }
 
-    /// The longest step up to a level over which no peak of what is watched is missed.
+    /// Doublings of the longest step, up to `max_doublings`, that misses no peak of a watched quantity.
     pub fn longest_resolved_step(
         &self,
-        cell: &IntervalModel,
+        interval: &IntervalModel,
         watched: &[WatchedPeak],
-        sight: &StateBounds,
-        most: usize,
+        state_bounds: &StateBounds,
+        max_doublings: usize,
     ) -> usize {
-        let (mut longest, groups) = (most, self.blocks.len());
-        for (watched, in_turn) in watched.iter().zip(sight.in_turn.chunks_exact(groups)) {
-            let resolves = |&level: &usize| {
-                let missed = || PeakBound::new(cell, self.length_of(level));
-                self.peak_bounds[level].get_or_init(missed).is_resolved(watched, in_turn)
+        let (mut longest, groups) = (max_doublings, self.blocks.len());
+        for (watched, rotating_rates) in watched.iter().zip(state_bounds.rotating_rates.chunks_exact(groups)) {
+            let resolves = |&doublings: &usize| {
+                let bound = || PeakBound::new(interval, self.step_length(doublings));
+                self.peak_bounds[doublings].get_or_init(bound).is_resolved(watched, rotating_rates)
             };
             longest = (1..=longest).rev().find(resolves).unwrap_or(0);
         }
         longest
     }
 
-    fn length_of(&self, level: usize) -> f64 {
-        self.step * libm::exp2(level as f64)
+    /// Length of a step of `2^doublings` contact steps \[s\].
+    fn step_length(&self, doublings: usize) -> f64 {
+        self.step * libm::exp2(doublings as f64)
     }
 }
 
-/// Puts eight of each list after eight into places.
-fn put<'a, const N: usize>(lists: [&[f64]; N], places: impl Iterator<Item = &'a mut [Lane; N]>) {
-    for (g, place) in places.enumerate() {
-        for (lane, list) in place.iter_mut().zip(lists) {
+/// Copies lists into groups of eight planes; the last group is filled up with zeros.
+fn copy_by_planes<'a, const N: usize>(lists: [&[f64]; N], groups: impl Iterator<Item = &'a mut [Lane; N]>) {
+    for (g, group) in groups.enumerate() {
+        for (lane, list) in group.iter_mut().zip(lists) {
             let part = &list[g * LANES..list.len().min((g + 1) * LANES)];
             lane.0[..part.len()].copy_from_slice(part);
         }
@@ -146,17 +177,17 @@ fn put<'a, const N: usize>(lists: [&[f64]; N], places: impl Iterator<Item = &'a 
 }
 
 kernel! {
-    /// What is seen of `[pushes, y]` by `[blocks, rows]`; `rates`: of the last quantity, lane by lane.
-    fn see(
+    /// Amplitudes of the planes and rotating rates of the watched quantities; `rates`: rate of the last quantity, lane by lane.
+    fn evaluate_planes(
         spin: f64,
-        parts: &[f64],
-        pushes_and_y: [&[[Lane; 2]]; 2],
+        force_components: &[f64],
+        inputs_and_y: [&[[Lane; 2]]; 2],
         blocks_and_rows: [&[[Lane; 4]]; 2],
         amplitudes: &mut [Lane],
-        in_turn: &mut [Lane],
+        rotating_rates: &mut [Lane],
         rates: &mut [Lane; 2],
     ) {
-        let ([pushes, y], [blocks, rows]) = (pushes_and_y, blocks_and_rows);
+        let ([input_vectors, y], [blocks, rows]) = (inputs_and_y, blocks_and_rows);
         let groups = y.len();
         let quantities = rows.len() / groups.max(1);
         for g in 0..groups {
@@ -168,30 +199,30 @@ kernel! {
                 db[k] = block[2].0[k] * a.0[k] + block[3].0[k] * b.0[k];
                 amplitudes[g].0[k] = (a.0[k] * a.0[k] + b.0[k] * b.0[k]).sqrt();
             }
-            for (part, [push, other]) in parts.iter().zip(&pushes[g * parts.len()..]) {
+            for (part, [input_vector, other]) in force_components.iter().zip(&input_vectors[g * force_components.len()..]) {
                 for k in 0..LANES {
-                    da[k] += part * push.0[k];
+                    da[k] += part * input_vector.0[k];
                     db[k] += part * other.0[k];
                 }
             }
             for q in 0..quantities {
                 let [ua, ub, va, vb] = &rows[g * quantities + q];
-                let sizes = &mut in_turn[q * groups + g];
-                let (mut along, mut across) = ([0.0; LANES], [0.0; LANES]);
+                let magnitudes = &mut rotating_rates[q * groups + g];
+                let (mut rate_u, mut rate_v) = ([0.0; LANES], [0.0; LANES]);
                 for k in 0..LANES {
-                    along[k] = ua.0[k] * da[k] + ub.0[k] * db[k];
-                    across[k] = va.0[k] * da[k] + vb.0[k] * db[k];
+                    rate_u[k] = ua.0[k] * da[k] + ub.0[k] * db[k];
+                    rate_v[k] = va.0[k] * da[k] + vb.0[k] * db[k];
                 }
                 if q + 1 == quantities {
                     for k in 0..LANES {
-                        rates[0].0[k] += along[k];
-                        rates[1].0[k] += across[k];
+                        rates[0].0[k] += rate_u[k];
+                        rates[1].0[k] += rate_v[k];
                     }
                 }
                 for k in 0..LANES {
-                    let x = along[k] + spin * (va.0[k] * a.0[k] + vb.0[k] * b.0[k]);
-                    let z = across[k] - spin * (ua.0[k] * a.0[k] + ub.0[k] * b.0[k]);
-                    sizes.0[k] = (x * x + z * z).sqrt();
+                    let x = rate_u[k] + spin * (va.0[k] * a.0[k] + vb.0[k] * b.0[k]);
+                    let z = rate_v[k] - spin * (ua.0[k] * a.0[k] + ub.0[k] * b.0[k]);
+                    magnitudes.0[k] = (x * x + z * z).sqrt();
                 }
             }
         }
@@ -205,51 +236,56 @@ mod tests {
     use super::*;
     use crate::linalg::Matrix;
 
-    /// Of numbers of pairs that are no multiple of eight, and of more than one unbalance.
+    /// Numbers of planes that are not a multiple of eight, and none, one or more unbalances.
     #[test]
-    fn what_is_seen_of_pairs_is_that_of_each() {
-        for (pairs, unbalances) in [(1, 1), (5, 0), (8, 2), (13, 3), (24, 1)] {
+    fn state_bounds_are_those_of_each_plane() {
+        for (planes, unbalances) in [(1, 1), (5, 0), (8, 2), (13, 3), (24, 1)] {
             let value = |i: usize, j: usize| ((i * 31 + j * 17) % 23) as f64 - 11.3;
-            let list = |i: usize| -> Vec<f64> { (0..2 * pairs).map(|j| value(i, j)).collect() };
-            let cell = IntervalModel {
+            let list = |i: usize| -> Vec<f64> { (0..2 * planes).map(|j| value(i, j)).collect() };
+            let interval = IntervalModel {
                 speed: 1.7,
-                blocks: (0..pairs).map(|k| std::array::from_fn(|i| value(k, i + 3))).collect(),
-                output_rows: OutputRows::of(&Matrix::from_fn(6, 2 * pairs, |i, j| value(i + 1, j))),
+                blocks: (0..planes).map(|k| std::array::from_fn(|i| value(k, i + 3))).collect(),
+                output_rows: OutputRows::of(&Matrix::from_fn(6, 2 * planes, |i, j| value(i + 1, j))),
                 output_matrix: OutputMatrix::new(&Matrix::zeros(0, 0)),
                 input_vectors: (0..=2 * unbalances).map(|i| list(i + 50)).collect(),
                 outputs_of_impulses: Vec::new(),
             };
             let y = list(99);
             let forces: Vec<Complex<f64>> = (0..unbalances).map(|s| Complex::new(value(s, 5), value(s, 9))).collect();
-            let mut sight = StateBounds::default();
-            let outlook = StepBounds::new(&cell, &[0, 4, 2], unbalances, 1e-3);
-            let rate = outlook.bound_states(&y, forces.iter().copied(), &mut sight);
-            let rates: Vec<f64> = (0..2 * pairs)
+            let mut state_bounds = StateBounds::default();
+            let step_bounds = StepBounds::new(&interval, &[0, 4, 2], unbalances, 1e-3);
+            let rate = step_bounds.bound_states(&y, forces.iter().copied(), &mut state_bounds);
+            let rates: Vec<f64> = (0..2 * planes)
                 .map(|j| {
-                    let (k, b) = (j % pairs, cell.blocks[j % pairs]);
-                    let of = if j < pairs { [b[0], b[1]] } else { [b[2], b[3]] };
-                    let pushed: f64 = forces
+                    let (k, b) = (j % planes, interval.blocks[j % planes]);
+                    let of = if j < planes { [b[0], b[1]] } else { [b[2], b[3]] };
+                    let forced: f64 = forces
                         .iter()
                         .enumerate()
-                        .map(|(s, f)| cell.input_vectors[2 * s][j] * f.re + cell.input_vectors[2 * s + 1][j] * f.im)
+                        .map(|(s, f)| {
+                            interval.input_vectors[2 * s][j] * f.re + interval.input_vectors[2 * s + 1][j] * f.im
+                        })
                         .sum();
-                    of[0] * y[k] + of[1] * y[pairs + k] + pushed + cell.input_vectors[2 * unbalances][j]
+                    of[0] * y[k] + of[1] * y[planes + k] + forced + interval.input_vectors[2 * unbalances][j]
                 })
                 .collect();
             let mut sum = [0.0; 2];
-            for k in 0..pairs {
+            for k in 0..planes {
                 let near = |found: f64, wanted: f64| {
-                    assert!((found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()), "{pairs} {k}: {found} {wanted}");
+                    assert!((found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()), "{planes} {k}: {found} {wanted}");
                 };
-                near(sight.amplitudes[k / LANES].0[k % LANES], length([y[k], y[pairs + k]]));
+                near(state_bounds.amplitudes[k / LANES].0[k % LANES], length([y[k], y[planes + k]]));
                 for (q, first) in [0, 4, 2].into_iter().enumerate() {
                     let of = |row: usize, x: &[f64]| {
-                        cell.output_rows[row][k] * x[k] + cell.output_rows[row][pairs + k] * x[pairs + k]
+                        interval.output_rows[row][k] * x[k] + interval.output_rows[row][planes + k] * x[planes + k]
                     };
-                    let (place, rate) =
+                    let (displacement, rate) =
                         ([of(first, &y), of(first + 1, &y)], [of(first, &rates), of(first + 1, &rates)]);
-                    let wanted = length([rate[0] + cell.speed * place[1], rate[1] - cell.speed * place[0]]);
-                    near(sight.in_turn[q * outlook.blocks.len() + k / LANES].0[k % LANES], wanted);
+                    let wanted = length([
+                        rate[0] + interval.speed * displacement[1],
+                        rate[1] - interval.speed * displacement[0],
+                    ]);
+                    near(state_bounds.rotating_rates[q * step_bounds.blocks.len() + k / LANES].0[k % LANES], wanted);
                     if q == 2 {
                         (0..2).for_each(|i| sum[i] += rate[i]);
                     }
