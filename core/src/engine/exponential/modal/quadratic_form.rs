@@ -1,35 +1,37 @@
-//! Quadratic forms and products of many rows, of one vector: eight rows at a time, in one order of operations.
+//! Quadratic forms and products of output rows with one vector, eight rows at a time, in one order of operations on every processor.
+//!
+//! Verified by `forms_and_products_are_those_of_their_matrix`.
 
 use super::row_batch::Interpolate;
 use crate::linalg::Matrix;
 use crate::linalg::eight::mix;
 use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
 
-/// `y^T A y` of a symmetric A.
+/// Quadratic form `y^T A y` of a symmetric matrix A.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct QuadraticForm {
     size: usize,
-    /// Of eight rows from i on: their entries in the columns from i on, column by column, what stands right of these eight columns doubled.
+    /// For each eight rows from i on: their entries in the columns from i on, column by column; entries to the right of the diagonal block of eight columns are doubled.
     entries: Vec<Lane>,
 }
 
 impl QuadraticForm {
-    /// Of the symmetric part of a matrix.
+    /// Form of the symmetric part of a matrix.
     pub fn new(matrix: &Matrix) -> Self {
         let size = matrix.nrows();
         let mut entries = Vec::new();
         for i in (0..size).step_by(LANES) {
             for j in i..size {
-                let times = if j < i + LANES { 0.5 } else { 1.0 };
+                let factors = if j < i + LANES { 0.5 } else { 1.0 };
                 entries.push(Lane(std::array::from_fn(|k| {
-                    if i + k < size { times * (matrix[(i + k, j)] + matrix[(j, i + k)]) } else { 0.0 }
+                    if i + k < size { factors * (matrix[(i + k, j)] + matrix[(j, i + k)]) } else { 0.0 }
                 })));
             }
         }
         Self { size, entries }
     }
 
-    /// Its value.
+    /// Value `y^T A y`.
     pub fn value(&self, y: &[f64]) -> f64 {
         let mut lanes = [0.0; LANES];
         value_of(&self.entries, &y[..self.size], &mut lanes);
@@ -38,29 +40,29 @@ impl QuadraticForm {
 }
 
 impl Interpolate for QuadraticForm {
-    fn interpolate(&mut self, of: [&Self; 2], times: [f64; 2]) {
-        self.size = of[0].size;
-        mix(of.map(|form| form.entries.as_slice()), times, &mut self.entries);
+    fn interpolate(&mut self, forms: [&Self; 2], factors: [f64; 2]) {
+        self.size = forms[0].size;
+        mix(forms.map(|form| form.entries.as_slice()), factors, &mut self.entries);
     }
 }
 
-/// Products of rows with one vector.
+/// Matrix of output rows for products of all rows with one vector.
 #[derive(Debug, Clone)]
 pub(crate) struct OutputMatrix {
     columns: usize,
-    /// Of eight rows, column by column.
+    /// Entries of eight rows at a time, column by column.
     entries: Vec<Lane>,
-    /// Of the four rows behind those, where there are no more.
-    last: Vec<Half>,
+    /// Entries of the last four rows, column by column; empty if more than four rows remain after the full eights, or none.
+    last_rows: Vec<HalfLane>,
 }
 
-/// Half as many numbers.
+/// Entries of four rows in one column.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(align(32))]
-struct Half([f64; LANES / 2]);
+struct HalfLane([f64; LANES / 2]);
 
 impl OutputMatrix {
-    /// Of a matrix.
+    /// Output rows of a matrix.
     pub fn new(matrix: &Matrix) -> Self {
         let rows = matrix.nrows();
         let left = rows % LANES;
@@ -68,37 +70,38 @@ impl OutputMatrix {
         let at = |i: usize, j: usize| if i < rows { matrix[(i, j)] } else { 0.0 };
         let eight = |i: usize, j: usize| Lane(std::array::from_fn(|k| at(i + k, j)));
         let blocks = (0..whole).step_by(LANES);
-        let last = if whole < rows { 0..matrix.ncols() } else { 0..0 };
+        let last_rows = if whole < rows { 0..matrix.ncols() } else { 0..0 };
         Self {
             columns: matrix.ncols(),
             entries: blocks.flat_map(|i| (0..matrix.ncols()).map(move |j| eight(i, j))).collect(),
-            last: last.map(|j| Half(std::array::from_fn(|k| at(whole + k, j)))).collect(),
+            last_rows: last_rows.map(|j| HalfLane(std::array::from_fn(|k| at(whole + k, j)))).collect(),
         }
     }
 
-    /// The sum of two with as many rows, times these.
-    pub fn mixed(rows: [&Self; 2], times: [f64; 2]) -> Self {
-        let [one, other] = rows.map(|rows| rows.last.iter());
-        let half =
-            |(one, other): (&Half, &Half)| Half(std::array::from_fn(|k| times[0] * one.0[k] + times[1] * other.0[k]));
+    /// Linear combination of two matrices of equal size with the given factors.
+    pub fn mixed(rows: [&Self; 2], factors: [f64; 2]) -> Self {
+        let [one, other] = rows.map(|rows| rows.last_rows.iter());
+        let half = |(one, other): (&HalfLane, &HalfLane)| {
+            HalfLane(std::array::from_fn(|k| factors[0] * one.0[k] + factors[1] * other.0[k]))
+        };
         let mut entries = Vec::new();
-        mix(rows.map(|rows| rows.entries.as_slice()), times, &mut entries);
-        Self { columns: rows[0].columns, entries, last: one.zip(other).map(half).collect() }
+        mix(rows.map(|rows| rows.entries.as_slice()), factors, &mut entries);
+        Self { columns: rows[0].columns, entries, last_rows: one.zip(other).map(half).collect() }
     }
 
-    /// How many products: a multiple of four, zeros behind those of the rows.
+    /// Number of products: a multiple of four, with zeros behind those of the rows.
     pub fn rows(&self) -> usize {
         let columns = self.columns.max(1);
-        self.entries.len() / columns * LANES + self.last.len() / columns * (LANES / 2)
+        self.entries.len() / columns * LANES + self.last_rows.len() / columns * (LANES / 2)
     }
 
-    /// The products.
+    /// Products of all rows with y.
     pub fn multiply(&self, y: &[f64], products: &mut Vec<f64>) {
         products.resize(self.rows(), 0.0);
-        times(self, y, products);
+        multiply_rows(self, y, products);
     }
 
-    /// The same inside a kernel.
+    /// Products of all rows with y, inside a kernel.
     #[inline(always)]
     pub fn multiply_inline(&self, y: &[f64], products: &mut [f64]) {
         let columns = self.columns.max(1);
@@ -107,33 +110,33 @@ impl OutputMatrix {
         for products in blocks {
             let (block, others) = entries.split_at(columns);
             entries = others;
-            // the four behind the last eight with them: y is loaded once
-            if others.is_empty() && !self.last.is_empty() {
-                let last;
-                (*products, last) = twelve(block, &self.last, y);
-                rest.copy_from_slice(&last);
+            // the last four rows together with the last eight: y is loaded once
+            if others.is_empty() && !self.last_rows.is_empty() {
+                let last_rows;
+                (*products, last_rows) = twelve_rows(block, &self.last_rows, y);
+                rest.copy_from_slice(&last_rows);
                 return;
             }
             *products = rows_times_inline(block, y);
         }
-        if !self.last.is_empty() {
-            rest.copy_from_slice(&half_times(&self.last, y));
+        if !self.last_rows.is_empty() {
+            rest.copy_from_slice(&four_rows(&self.last_rows, y));
         }
     }
 }
 
-/// Columns that are taken together.
-const BLOCKS_AT_ONCE: usize = 4;
+/// Columns that one pass of the loop multiplies.
+const COLUMNS_AT_ONCE: usize = 4;
 
-/// Products of twelve rows, even and odd columns apart: a sum has to wait for the one before it.
+/// Products of twelve rows. Even and odd columns have separate sums, so an addition need not wait for the one before it.
 #[inline(always)]
-fn twelve(eight: &[Lane], four: &[Half], y: &[f64]) -> ([f64; LANES], [f64; LANES / 2]) {
+fn twelve_rows(eight: &[Lane], four: &[HalfLane], y: &[f64]) -> ([f64; LANES], [f64; LANES / 2]) {
     let (mut sums, mut halves) = ([[0.0; LANES]; 2], [[0.0; LANES / 2]; 2]);
-    let (eights, eight) = eight.as_chunks::<BLOCKS_AT_ONCE>();
-    let (fours, four) = four.as_chunks::<BLOCKS_AT_ONCE>();
-    let (ys, y) = y.as_chunks::<BLOCKS_AT_ONCE>();
+    let (eights, eight) = eight.as_chunks::<COLUMNS_AT_ONCE>();
+    let (fours, four) = four.as_chunks::<COLUMNS_AT_ONCE>();
+    let (ys, y) = y.as_chunks::<COLUMNS_AT_ONCE>();
     for ((eight, four), y) in eights.iter().zip(fours).zip(ys) {
-        for c in 0..BLOCKS_AT_ONCE {
+        for c in 0..COLUMNS_AT_ONCE {
             for k in 0..LANES {
                 sums[c % 2][k] += eight[c].0[k] * y[c];
             }
@@ -155,7 +158,7 @@ fn twelve(eight: &[Lane], four: &[Half], y: &[f64]) -> ([f64; LANES], [f64; LANE
 
 /// Products of four rows.
 #[inline(always)]
-fn half_times(four: &[Half], y: &[f64]) -> [f64; LANES / 2] {
+fn four_rows(four: &[HalfLane], y: &[f64]) -> [f64; LANES / 2] {
     let mut sums = [0.0; LANES / 2];
     for (half, y) in four.iter().zip(y) {
         for k in 0..LANES / 2 {
@@ -166,13 +169,14 @@ fn half_times(four: &[Half], y: &[f64]) -> [f64; LANES / 2] {
 }
 
 kernel! {
-    fn times(rows: &OutputMatrix, y: &[f64], products: &mut [f64]) {
+    /// Products of all rows with y.
+    fn multiply_rows(rows: &OutputMatrix, y: &[f64], products: &mut [f64]) {
         rows.multiply_inline(y, products);
     }
 }
 
 kernel! {
-    /// That of the form with these entries, lane by lane. (Summed here, the lanes would be shuffled.)
+    /// Value of the form, lane by lane; the lanes are added outside, because a sum across lanes needs shuffles here.
     fn value_of(entries: &[Lane], y: &[f64], lanes: &mut [f64; LANES]) {
         let (mut sum, mut entries) = ([0.0; LANES], entries);
         for i in (0..y.len()).step_by(LANES) {

@@ -1,25 +1,27 @@
-//! Rows of which eight are taken at a time, all of them or those that are asked for.
+//! Batches of rows: products of eight rows at a time with one vector, of all rows or of one block of eight.
+//!
+//! Verified by `products_are_those_of_their_matrix`.
 
 use crate::linalg::Matrix;
 use crate::linalg::eight::mix;
 use crate::linalg::lanes::{LANES, Lane, rows_times};
 
-/// What is linear in the share between two stations.
+/// Quantity that is interpolated linearly between two modal bases.
 pub(crate) trait Interpolate: Default {
-    /// Becomes the sum of two of one size, times these.
-    fn interpolate(&mut self, of: [&Self; 2], times: [f64; 2]);
+    /// Sets `self` to the linear combination of two values of equal size with the given factors.
+    fn interpolate(&mut self, values: [&Self; 2], factors: [f64; 2]);
 }
 
-/// Rows in blocks of eight, zeros behind the last.
+/// Rows in blocks of eight; the last block is filled up with zeros.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RowBatch {
     columns: usize,
-    /// Of each block, column by column.
+    /// Entries of each block, column by column.
     entries: Vec<Lane>,
 }
 
 impl RowBatch {
-    /// Of a matrix.
+    /// Batch of the rows of a matrix.
     pub fn new(matrix: &Matrix) -> Self {
         let (rows, columns) = matrix.shape();
         let mut entries = vec![Lane::default(); rows.div_ceil(LANES) * columns];
@@ -31,12 +33,12 @@ impl RowBatch {
         Self { columns, entries }
     }
 
-    /// Products of one block with a list.
+    /// Products of one block of eight rows with y.
     pub fn multiply_block(&self, block: usize, y: &[f64]) -> [f64; LANES] {
         rows_times(&self.entries[block * self.columns..(block + 1) * self.columns], y)
     }
 
-    /// Products of all rows, and zeros up to a multiple of eight.
+    /// Products of all rows with y, with zeros up to a multiple of eight.
     pub fn multiply(&self, y: &[f64], products: &mut Vec<f64>) {
         products.clear();
         for block in self.entries.chunks_exact(self.columns.max(1)) {
@@ -46,9 +48,9 @@ impl RowBatch {
 }
 
 impl Interpolate for RowBatch {
-    fn interpolate(&mut self, of: [&Self; 2], times: [f64; 2]) {
-        self.columns = of[0].columns;
-        mix(of.map(|rows| rows.entries.as_slice()), times, &mut self.entries);
+    fn interpolate(&mut self, rows: [&Self; 2], factors: [f64; 2]) {
+        self.columns = rows[0].columns;
+        mix(rows.map(|rows| rows.entries.as_slice()), factors, &mut self.entries);
     }
 }
 
