@@ -12,7 +12,7 @@
 //! about |E| divided by the distance of the eigenvalues of two planes: to one or two per cent at the default grid spacing. (3) is a Sylvester equation of 2 x 2 blocks, solved by the theorem of Cayley and Hamilton for F.
 //! E comes from the change of A alone, so the rounding of large entries of A does not reach slow planes.
 //!
-//! The same iteration, with the coupling that rounding left between the planes of an eigenvalue problem as E, refines a basis at its own speed (`modal_basis`). Without this, loads of soft bearings with
+//! This iteration, with the coupling that rounding left between the planes of an eigenvalue problem as E, refines a basis at its own speed (`modal_basis`). Without this, loads of soft bearings with
 //! strong damping changed by 1e-5 with the last digits of a machine.
 //! Limits: there is no continuation if N is not small, or if the iteration does not halve its changes: where planes cross or merge. A coupling of the known basis remains in the new one.
 //! Source: Stewart, Error and perturbation bounds for subspaces, SIAM Review 15, 1973; (2) is its equation for one subspace, written for each plane.
@@ -67,7 +67,7 @@ pub(crate) fn continued_basis(right: &Matrix, blocks: &[PlaneBlock], e: &Matrix)
 fn sylvester_weights(blocks: &[PlaneBlock], k: usize) -> [Vec<f64>; 4] {
     let [a, b, c, d] = blocks[k];
     let (trace, determinant) = (a + d, a * d - b * c);
-    let mut all = [const { Vec::new() }; 4];
+    let mut inverses = [const { Vec::new() }; 4];
     for (l, &[p, q, r, s]) in blocks.iter().enumerate() {
         let [x, y, z, w] = [
             p * p + q * r - trace * p + determinant,
@@ -75,12 +75,12 @@ fn sylvester_weights(blocks: &[PlaneBlock], k: usize) -> [Vec<f64>; 4] {
             r * (p + s - trace),
             s * s + q * r - trace * s + determinant,
         ];
-        let times = if l == k { 0.0 } else { 1.0 / (x * w - y * z) };
-        for (list, entry) in all.iter_mut().zip([w, -y, -z, x]) {
-            list.push(times * entry);
+        let factor = if l == k { 0.0 } else { 1.0 / (x * w - y * z) };
+        for (list, entry) in inverses.iter_mut().zip([w, -y, -z, x]) {
+            list.push(factor * entry);
         }
     }
-    all
+    inverses
 }
 
 kernel! {
@@ -201,9 +201,9 @@ mod tests {
         let e = mul(&basis.left, &mul(&change, &basis.right));
         assert!(continued_basis(&basis.right, &basis.blocks, &e).is_none());
         // planes with equal blocks are not distinguishable, unless nothing changes
-        let (equal, one) = (vec![[0.0, 1.0, -4.0, 0.0]; 2], Matrix::identity(4, 4));
-        assert_eq!(continued_basis(&one, &equal, &Matrix::zeros(4, 4)), Some(one.clone()));
-        assert!(continued_basis(&one, &equal, &Matrix::from_element(4, 4, 0.1)).is_none());
+        let (equal, identity) = (vec![[0.0, 1.0, -4.0, 0.0]; 2], Matrix::identity(4, 4));
+        assert_eq!(continued_basis(&identity, &equal, &Matrix::zeros(4, 4)), Some(identity.clone()));
+        assert!(continued_basis(&identity, &equal, &Matrix::from_element(4, 4, 0.1)).is_none());
     }
 
     /// Chain of bases down through rest, where the modes of an isotropic rotor cross, to the opposite speed: bases that cannot be continued are computed anew, and the chain continues.

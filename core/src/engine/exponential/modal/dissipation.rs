@@ -18,8 +18,8 @@
 //!
 //! The power of the mean velocities at n would not be enough where impulses act in every step: between two of them the velocities of a whipping rotor fall by much
 //! of the jump of one impulse. (3) neglects how eta rotates within the step, of second order in `W h`.
-//! A plane as slow as the spin (`SLOW_RATIO`) may be in resonance with the unbalance, with eta many times as large as y. Such a plane has only the weight's response in its eta, and the
-//! response of `<y>` to the unbalance is taken by powers of the step, so the neglected part is small compared with y.
+//! A plane as slow as the spin (`SLOW_RATIO`) may be in resonance with the unbalance, with eta many times as large as y. The eta of such a plane contains the response to the weight only. The
+//! response of its `<y>` to the unbalance is a power series in h. The neglected part is then small compared with y.
 //!
 //! The integrals use Gauss-Legendre quadrature with six points on each of four pieces, which become shorter towards the impulse: a plane may decay within a hundredth of the step.
 //! D and Q are computed at the modal bases and interpolated linearly, as all quantities of a speed interval.
@@ -59,7 +59,7 @@ pub(crate) struct Dissipation {
 
 /// Contributions of the forces to z and `<y>` in (3), in one speed interval.
 ///
-/// Those of an unbalance are complex per unit force, as real and imaginary parts.
+/// Contributions of an unbalance are complex per unit force, as real and imaginary parts.
 #[derive(Debug)]
 pub(crate) struct ForcedDissipation {
     /// eta at n of each unbalance.
@@ -85,20 +85,20 @@ impl Dissipation {
         let split: Vec<SplitBlock> = blocks.iter().map(SplitBlock::of).collect();
         let d = (d + d.transpose()) * 0.5;
         let mut q = Matrix::zeros(d.nrows(), d.ncols());
-        let (mut mean, mut parts) = (vec![[0.0; 4]; blocks.len()], Default::default());
+        let (mut mean, mut entries) = (vec![[0.0; 4]; blocks.len()], Default::default());
         for piece in PIECE_ENDS.windows(2) {
             let (middle, half) = (0.5 * h * (piece[0] + piece[1]), 0.5 * h * (piece[1] - piece[0]));
             for &(abscissa, weight) in &QUADRATURE {
                 for t in [middle - abscissa * half, middle + abscissa * half] {
                     let exponentials: Vec<PlaneBlock> = split.iter().map(|block| block.exponential(t)).collect();
-                    add_congruence(&mut q, weight * half, &d, &exponentials, &mut parts);
+                    add_congruence(&mut q, weight * half, &d, &exponentials, &mut entries);
                     for (sum, exponential) in mean.iter_mut().flatten().zip(exponentials.iter().flatten()) {
                         *sum += weight * half / h * exponential;
                     }
                 }
             }
         }
-        add_congruence(&mut q, -h, &d, &mean, &mut parts);
+        add_congruence(&mut q, -h, &d, &mean, &mut entries);
         Self { power_form: QuadraticForm::new(&d), variation_form: QuadraticForm::new(&q), mean_blocks: mean }
     }
 
@@ -132,10 +132,10 @@ impl Dissipation {
 }
 
 impl Interpolate for Dissipation {
-    fn interpolate(&mut self, [one, other]: [&Self; 2], factors: [f64; 2]) {
-        self.power_form.interpolate([&one.power_form, &other.power_form], factors);
-        self.variation_form.interpolate([&one.variation_form, &other.variation_form], factors);
-        let mean = one.mean_blocks.iter().zip(&other.mean_blocks);
+    fn interpolate(&mut self, [lower, upper]: [&Self; 2], factors: [f64; 2]) {
+        self.power_form.interpolate([&lower.power_form, &upper.power_form], factors);
+        self.variation_form.interpolate([&lower.variation_form, &upper.variation_form], factors);
+        let mean = lower.mean_blocks.iter().zip(&upper.mean_blocks);
         self.mean_blocks.clear();
         self.mean_blocks.extend(
             mean.map(|(a, b)| -> PlaneBlock { std::array::from_fn(|i| factors[0] * a[i] + factors[1] * b[i]) }),
@@ -159,8 +159,8 @@ impl ForcedDissipation {
         for (k, (b, mean)) in model.blocks.iter().zip(&dissipation.mean_blocks).enumerate() {
             let entries = [k, planes + k];
             let weight_response = static_response(b, entries.map(|at| weight[at]));
-            let [one, other] = weight_response;
-            let mean_of_transient = [mean[0] * one + mean[1] * other, mean[2] * one + mean[3] * other];
+            let [first, second] = weight_response;
+            let mean_of_transient = [mean[0] * first + mean[1] * second, mean[2] * first + mean[3] * second];
             for (i, at) in entries.into_iter().enumerate() {
                 (forced.weight_response[at], forced.weight_mean[at]) =
                     (weight_response[i], weight_response[i] - mean_of_transient[i]);
@@ -200,19 +200,19 @@ kernel! {
     /// Adds the mean of E y over the step to the mean.
     fn add_transient_means(blocks: &[PlaneBlock], y: &[f64], mean: &mut [f64]) {
         let planes = blocks.len();
-        let ((one, other), (first, second)) = (y.split_at(planes), mean.split_at_mut(planes));
+        let ((y_a, y_b), (mean_a, mean_b)) = (y.split_at(planes), mean.split_at_mut(planes));
         for k in 0..planes {
             let b = &blocks[k];
-            first[k] += b[0] * one[k] + b[1] * other[k];
-            second[k] += b[2] * one[k] + b[3] * other[k];
+            mean_a[k] += b[0] * y_a[k] + b[1] * y_b[k];
+            mean_b[k] += b[2] * y_a[k] + b[3] * y_b[k];
         }
     }
 }
 
 /// Whether a plane is slow: it may be in resonance with the unbalance, and hardly moves within a step.
 fn is_slow_plane(b: &PlaneBlock, speed: f64, h: f64) -> bool {
-    let size = block_norm(b);
-    size < SLOW_RATIO * speed.abs() && size * h < SLOW_ANGLE
+    let norm = block_norm(b);
+    norm < SLOW_RATIO * speed.abs() && norm * h < SLOW_ANGLE
 }
 
 /// Mean response over a step of a slow plane, from rest, to a force `e^{iWt}`: `1/h int int_0^t e^{B(t-s)} e^{iWs} ds dt l`, to second order in h.
@@ -232,12 +232,12 @@ fn static_response(b: &PlaneBlock, w: [f64; 2]) -> [f64; 2] {
 
 /// Steady response `(iW - B)^-1 l` of a plane that is not slow.
 fn harmonic_response(b: &PlaneBlock, speed: f64, l: [Complex<f64>; 2]) -> [Complex<f64>; 2] {
-    let [one, other] = [b[0], b[3]].map(|part| Complex::new(-part, speed));
-    let determinant = one * other - b[1] * b[2];
+    let [diagonal_a, diagonal_b] = [b[0], b[3]].map(|part| Complex::new(-part, speed));
+    let determinant = diagonal_a * diagonal_b - b[1] * b[2];
     if determinant.norm_sqr() == 0.0 {
         return [Complex::default(); 2];
     }
-    [other * l[0] + l[1] * b[1], l[0] * b[2] + one * l[1]].map(|part| part / determinant)
+    [diagonal_b * l[0] + l[1] * b[1], l[0] * b[2] + diagonal_a * l[1]].map(|part| part / determinant)
 }
 
 /// Adds `factor E^T D E` to a sum, with E of plane blocks; `entries`: buffer for the entries of E, one list per position in the block.
@@ -261,17 +261,17 @@ fn add_congruence(sum: &mut Matrix, factor: f64, d: &Matrix, e: &[PlaneBlock], e
 kernel! {
     /// Adds `E^T` times the combination of two columns of D to a column of the sum.
     fn add_column(factors: [f64; 2], columns: (&[f64], &[f64]), entries: &[Vec<f64>; 4], sums: &mut [f64]) {
-        let ([f, g], [e, above, below, other]) = (factors, entries);
-        let (one, two) = columns;
-        let planes = e.len();
-        let ((one, one_below), (two, two_below)) = (one.split_at(planes), two.split_at(planes));
+        let ([f, g], [e_aa, e_ab, e_ba, e_bb]) = (factors, entries);
+        let (first, second) = columns;
+        let planes = e_aa.len();
+        let ((first, first_below), (second, second_below)) = (first.split_at(planes), second.split_at(planes));
         let (sums, sums_below) = sums.split_at_mut(planes);
-        let (above, below, other) = (&above[..planes], &below[..planes], &other[..planes]);
-        let (one_below, two_below, sums_below) = (&one_below[..planes], &two_below[..planes], &mut sums_below[..planes]);
+        let (e_ab, e_ba, e_bb) = (&e_ab[..planes], &e_ba[..planes], &e_bb[..planes]);
+        let (first_below, second_below, sums_below) = (&first_below[..planes], &second_below[..planes], &mut sums_below[..planes]);
         for k in 0..planes {
-            let (x, y) = (f * one[k] + g * two[k], f * one_below[k] + g * two_below[k]);
-            sums[k] += e[k] * x + below[k] * y;
-            sums_below[k] += above[k] * x + other[k] * y;
+            let (x, y) = (f * first[k] + g * second[k], f * first_below[k] + g * second_below[k]);
+            sums[k] += e_aa[k] * x + e_ba[k] * y;
+            sums_below[k] += e_ab[k] * x + e_bb[k] * y;
         }
     }
 }
@@ -287,6 +287,7 @@ mod tests {
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
 
+    /// Speed of the modal basis \[rad/s\].
     const SPEED: f64 = 240.0;
 
     /// Calls `then` with the modal basis of the lab rig with weight, one skew bearing and one bearing of the given damping \[N s/m\].
@@ -328,6 +329,7 @@ mod tests {
         y
     }
 
+    /// Reproducible pseudo-random numbers between -0.5 and 0.5.
     fn random(count: usize) -> Vec<f64> {
         let mut seed = 7_u64;
         let mut next = || {

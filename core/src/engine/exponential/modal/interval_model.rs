@@ -35,21 +35,21 @@ pub(crate) struct IntervalModel {
 #[derive(Debug, Clone)]
 pub(crate) struct OutputRows {
     width: usize,
-    all: Vec<f64>,
+    entries: Vec<f64>,
 }
 
 impl std::ops::Index<usize> for OutputRows {
     type Output = [f64];
 
     fn index(&self, row: usize) -> &[f64] {
-        &self.all[row * self.width..(row + 1) * self.width]
+        &self.entries[row * self.width..(row + 1) * self.width]
     }
 }
 
 impl OutputRows {
     /// Output rows of a matrix.
     pub fn of(rows: &Matrix) -> Self {
-        Self { width: rows.ncols(), all: rows.transpose().as_slice().to_vec() }
+        Self { width: rows.ncols(), entries: rows.transpose().as_slice().to_vec() }
     }
 }
 
@@ -74,27 +74,34 @@ impl IntervalModel {
     }
 
     /// Linear combination of two models with the given factors, as the model at a speed \[rad/s\].
-    pub fn between([one, other]: [&Self; 2], factors: [f64; 2], speed: f64) -> Self {
+    pub fn between([lower, upper]: [&Self; 2], factors: [f64; 2], speed: f64) -> Self {
         let combine = |x: &f64, y: &f64| factors[0] * x + factors[1] * y;
-        let lists = |one: &[Vec<f64>], other: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            let of = |(one, other): (&Vec<f64>, &Vec<f64>)| one.iter().zip(other).map(|(x, y)| combine(x, y)).collect();
-            one.iter().zip(other).map(of).collect()
+        let combine_vectors = |lower: &[Vec<f64>], upper: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let combine_lists =
+                |(lower, upper): (&Vec<f64>, &Vec<f64>)| lower.iter().zip(upper).map(|(x, y)| combine(x, y)).collect();
+            lower.iter().zip(upper).map(combine_lists).collect()
         };
         let (outputs, input_vectors) = (
-            OutputMatrix::mixed([&one.output_matrix, &other.output_matrix], factors),
-            lists(&one.input_vectors, &other.input_vectors),
+            OutputMatrix::mixed([&lower.output_matrix, &upper.output_matrix], factors),
+            combine_vectors(&lower.input_vectors, &upper.input_vectors),
         );
-        let blocks = one.blocks.iter().zip(&other.blocks);
+        let blocks = lower.blocks.iter().zip(&upper.blocks);
         Self {
             speed,
-            outputs_of_impulses: outputs_of(&outputs, &input_vectors[..one.outputs_of_impulses.len()]),
+            outputs_of_impulses: outputs_of(&outputs, &input_vectors[..lower.outputs_of_impulses.len()]),
             output_matrix: outputs,
             output_rows: OutputRows {
-                width: one.output_rows.width,
-                all: one.output_rows.all.iter().zip(&other.output_rows.all).map(|(x, y)| combine(x, y)).collect(),
+                width: lower.output_rows.width,
+                entries: lower
+                    .output_rows
+                    .entries
+                    .iter()
+                    .zip(&upper.output_rows.entries)
+                    .map(|(x, y)| combine(x, y))
+                    .collect(),
             },
             input_vectors,
-            blocks: blocks.map(|(one, other)| std::array::from_fn(|i| combine(&one[i], &other[i]))).collect(),
+            blocks: blocks.map(|(lower, upper)| std::array::from_fn(|i| combine(&lower[i], &upper[i]))).collect(),
         }
     }
 

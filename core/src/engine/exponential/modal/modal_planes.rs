@@ -55,8 +55,8 @@ pub(crate) fn aligned_with_neighbour(motions: &[EigenMotion], a: &Matrix, left: 
     let plane_count = left.nrows() / 2;
     let rows = left.transpose();
     let component = |state: &[f64], k: usize| {
-        let of = |row: usize| dot(column_of(&rows, row), state);
-        let (a, b) = (of(k), of(plane_count + k));
+        let product = |row: usize| dot(column_of(&rows, row), state);
+        let (a, b) = (product(k), product(plane_count + k));
         a * a + b * b
     };
     let mut components = Vec::with_capacity(motions.len() * plane_count);
@@ -110,9 +110,9 @@ fn real_plane(motion: &EigenMotion, a: &Matrix) -> Option<[Vec<f64>; 2]> {
 fn orthonormal(one: &[f64], other: &[f64], a: &Matrix) -> Option<[Vec<f64>; 2]> {
     let (one, other) = if dot(one, one) >= dot(other, other) { (one, other) } else { (other, one) };
     let first = unit(one)?;
-    let across = unit(other).map(|second| orthogonal_part(&second, &first));
-    let second = match across {
-        Some(across) if dot(&across, &across) > MIN_ANGLE * MIN_ANGLE => across,
+    let orthogonal = unit(other).map(|second| orthogonal_part(&second, &first));
+    let second = match orthogonal {
+        Some(orthogonal) if dot(&orthogonal, &orthogonal) > MIN_ANGLE * MIN_ANGLE => orthogonal,
         _ => orthogonal_part(&unit(&generalised_eigenvector(&first, a)?)?, &first),
     };
     // once more against rounding
@@ -126,9 +126,9 @@ fn generalised_eigenvector(r: &[f64], a: &Matrix) -> Option<Vec<f64>> {
     let mut a_r = vec![0.0; size];
     mul_vec(a, r, &mut a_r);
     let shifted = a - Matrix::identity(size, size) * dot(r, &a_r);
-    let parts = shifted.svd(true, true);
-    let tolerance = MIN_ANGLE * parts.singular_values.max();
-    Some(parts.solve(&Vector::from_column_slice(r), tolerance).ok()?.as_slice().to_vec())
+    let decomposition = shifted.svd(true, true);
+    let tolerance = MIN_ANGLE * decomposition.singular_values.max();
+    Some(decomposition.solve(&Vector::from_column_slice(r), tolerance).ok()?.as_slice().to_vec())
 }
 
 /// Vector of length 1 in the direction of v; `None` for zero.

@@ -97,7 +97,8 @@ impl Outputs {
         let nodes = [site_nodes.as_slice(), &contact_nodes];
         let rows = |bearing: &BearingSite| bearing_rows(structure, nodes, &nodal_weight, bearing);
         let loads = rotor.bearings.iter().map(rows);
-        let journals = rotor.bearings.iter().zip(&machine.rotor.bearings).filter(|(_, of)| of.clearance.is_some());
+        let journals =
+            rotor.bearings.iter().zip(&machine.rotor.bearings).filter(|(_, bearing)| bearing.clearance.is_some());
         let bearings = loads.chain(journals.map(|(bearing, _)| rows(&journal_displacement(bearing)))).collect();
         Self {
             unbalance_columns: columns(&site_nodes),
@@ -171,9 +172,10 @@ impl Outputs {
         let columns = |matrix: &Matrix| {
             matrix.column_iter().flat_map(|c| system.input_vector(c.as_slice())).collect::<Vec<f64>>()
         };
-        let all = [columns(&self.unbalance_columns), system.input_vector(&self.weight), columns(&self.contact_columns)]
-            .concat();
-        Matrix::from_column_slice(2 * system.size, self.contact_input(0) + self.contact_columns.ncols(), &all)
+        let input_columns =
+            [columns(&self.unbalance_columns), system.input_vector(&self.weight), columns(&self.contact_columns)]
+                .concat();
+        Matrix::from_column_slice(2 * system.size, self.contact_input(0) + self.contact_columns.ncols(), &input_columns)
     }
 
     /// Index of the first input vector of a diaphragm.
@@ -183,7 +185,7 @@ impl Outputs {
 
     /// Direct feedthrough of each bearing load, those with a clearance last.
     pub fn feedthrough(&self, system: &StateSpace) -> Vec<DirectFeedthrough> {
-        let of = |bearing: &BearingRows| {
+        let of_bearing = |bearing: &BearingRows| {
             let inertia = self.inertia(system, bearing);
             let of_force = &bearing.unbalance_loads + mul(&inertia, &self.unbalance_columns);
             let of_contact = &bearing.contact_loads + mul(&inertia, &self.contact_columns);
@@ -194,7 +196,7 @@ impl Outputs {
                 constant: [bearing.weight_load[0] + weight[0], bearing.weight_load[1] + weight[1]],
             }
         };
-        self.bearings.iter().map(of).collect()
+        self.bearings.iter().map(of_bearing).collect()
     }
 
     /// `-K_b R sum_s E_s m_s Phi_s M^-1`: load per generalised force, by the inertia of the unbalances' masses on the truncated modes.
@@ -227,10 +229,10 @@ fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bea
         Matrix::from_column_slice(n, 2, &rows).transpose()
     };
     let square = |m: &[[f64; 2]; 2]| Matrix::from_row_slice(2, 2, &[m[0][0], m[0][1], m[1][0], m[1][1]]);
-    let (k, own) = (square(&bearing.stiffness), rows_of(bearing.node));
+    let (k, nodal_rows) = (square(&bearing.stiffness), rows_of(bearing.node));
     let mut terms = BearingRows {
-        displacement_rows: mul(&k, &own),
-        velocity_rows: mul(&square(&bearing.damping), &own),
+        displacement_rows: mul(&k, &nodal_rows),
+        velocity_rows: mul(&square(&bearing.damping), &nodal_rows),
         gyroscopic_rows: Matrix::zeros(2, n),
         unbalance_loads: Matrix::zeros(2, 2 * nodes[0].len()),
         contact_loads: Matrix::zeros(2, 2 * nodes[1].len()),
@@ -251,9 +253,9 @@ fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bea
     if let Some(shapes) = map.shapes() {
         terms.gyroscopic_rows = -mul(&residual, &mul(&rotor.gyroscopic(), shapes));
     }
-    for (nodes, of) in nodes.into_iter().zip([&mut terms.unbalance_loads, &mut terms.contact_loads]) {
+    for (nodes, loads) in nodes.into_iter().zip([&mut terms.unbalance_loads, &mut terms.contact_loads]) {
         for (s, &node) in nodes.iter().enumerate() {
-            of.view_mut((0, 2 * s), (2, 2)).copy_from(&at(node));
+            loads.view_mut((0, 2 * s), (2, 2)).copy_from(&at(node));
         }
     }
     let weight_load = mul(&residual, &Matrix::from_column_slice(weight.len(), 1, weight));

@@ -113,9 +113,9 @@ impl SplitBlock {
             // conjugate eigenvalues: one complex exponential is enough
             let frequency = (-self.delta).sqrt();
             let root = Eigenvalue::new(Complex::new(self.mean, frequency), h);
-            let other =
+            let conjugate =
                 Eigenvalue { z: root.z.conj(), half_step: root.half_step.conj(), full_step: root.full_step.conj() };
-            [root, other]
+            [root, conjugate]
         } else {
             let root = self.delta.sqrt();
             [self.mean + root, self.mean - root].map(|z| Eigenvalue::new(Complex::new(z, 0.0), h))
@@ -183,6 +183,7 @@ impl Harmonic {
 }
 
 impl Eigenvalue {
+    /// Eigenvalue z with its exponentials over a step of `h` \[s\].
     fn new(z: Complex<f64>, h: f64) -> Self {
         let half_step = exp(z * (0.5 * h));
         Self { z, half_step, full_step: half_step * half_step }

@@ -171,14 +171,14 @@ mod tests {
             let h = 0.07;
             let propagator = Propagator::new(&interval, unbalances, h);
             let forces: Vec<Complex<f64>> = (0..unbalances).map(|s| Complex::new(value(s), value(s + 9))).collect();
-            let begun: Vec<f64> = (0..2 * planes).map(|i| value(i + 41)).collect();
-            let mut y = begun.clone();
+            let initial: Vec<f64> = (0..2 * planes).map(|i| value(i + 41)).collect();
+            let mut y = initial.clone();
             propagator.advance(forces.iter().copied(), &mut y);
             for k in 0..planes {
                 let split = SplitBlock::of(&interval.blocks[k]);
                 let e = split.exponential(h);
                 let at = |list: &[f64]| [list[k], list[planes + k]];
-                let [a, b] = at(&begun);
+                let [a, b] = at(&initial);
                 let mut wanted = [e[0] * a + e[1] * b, e[2] * a + e[3] * b];
                 for (s, f) in forces.iter().enumerate() {
                     let (u, v) = (at(&interval.input_vectors[2 * s]), at(&interval.input_vectors[2 * s + 1]));

@@ -65,28 +65,28 @@ impl OutputMatrix {
     /// Output rows of a matrix.
     pub fn new(matrix: &Matrix) -> Self {
         let rows = matrix.nrows();
-        let left = rows % LANES;
-        let whole = if left > LANES / 2 { rows } else { rows - left };
+        let remaining = rows % LANES;
+        let full_rows = if remaining > LANES / 2 { rows } else { rows - remaining };
         let at = |i: usize, j: usize| if i < rows { matrix[(i, j)] } else { 0.0 };
         let eight = |i: usize, j: usize| Lane(std::array::from_fn(|k| at(i + k, j)));
-        let blocks = (0..whole).step_by(LANES);
-        let last_rows = if whole < rows { 0..matrix.ncols() } else { 0..0 };
+        let blocks = (0..full_rows).step_by(LANES);
+        let last_rows = if full_rows < rows { 0..matrix.ncols() } else { 0..0 };
         Self {
             columns: matrix.ncols(),
             entries: blocks.flat_map(|i| (0..matrix.ncols()).map(move |j| eight(i, j))).collect(),
-            last_rows: last_rows.map(|j| HalfLane(std::array::from_fn(|k| at(whole + k, j)))).collect(),
+            last_rows: last_rows.map(|j| HalfLane(std::array::from_fn(|k| at(full_rows + k, j)))).collect(),
         }
     }
 
     /// Linear combination of two matrices of equal size with the given factors.
     pub fn mixed(rows: [&Self; 2], factors: [f64; 2]) -> Self {
-        let [one, other] = rows.map(|rows| rows.last_rows.iter());
-        let half = |(one, other): (&HalfLane, &HalfLane)| {
-            HalfLane(std::array::from_fn(|k| factors[0] * one.0[k] + factors[1] * other.0[k]))
+        let [lower, upper] = rows.map(|rows| rows.last_rows.iter());
+        let half = |(lower, upper): (&HalfLane, &HalfLane)| {
+            HalfLane(std::array::from_fn(|k| factors[0] * lower.0[k] + factors[1] * upper.0[k]))
         };
         let mut entries = Vec::new();
         mix(rows.map(|rows| rows.entries.as_slice()), factors, &mut entries);
-        Self { columns: rows[0].columns, entries, last_rows: one.zip(other).map(half).collect() }
+        Self { columns: rows[0].columns, entries, last_rows: lower.zip(upper).map(half).collect() }
     }
 
     /// Number of products: a multiple of four, with zeros behind those of the rows.
@@ -182,9 +182,9 @@ kernel! {
         for i in (0..y.len()).step_by(LANES) {
             let (block, rest) = entries.split_at(y.len() - i);
             let products = rows_times_inline(block, &y[i..]);
-            if let Some(own) = y[i..].first_chunk::<LANES>() {
+            if let Some(y_block) = y[i..].first_chunk::<LANES>() {
                 for k in 0..LANES {
-                    sum[k] += products[k] * own[k];
+                    sum[k] += products[k] * y_block[k];
                 }
             } else {
                 for (k, y) in y[i..].iter().enumerate() {
@@ -207,16 +207,16 @@ mod tests {
         for size in [1, 2, 4, 7, 8, 11, 12, 17, 23] {
             let matrix = Matrix::from_fn(size, size, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.0);
             let y = Vector::from_fn(size, |i, _| (i * 5 % 7) as f64 - 2.5);
-            let mut whole = vec![0.0; size];
-            mul_vec(&matrix, y.as_slice(), &mut whole);
-            let form = y.dot(&Vector::from_column_slice(&whole));
+            let mut wanted = vec![0.0; size];
+            mul_vec(&matrix, y.as_slice(), &mut wanted);
+            let form = y.dot(&Vector::from_column_slice(&wanted));
             assert!((QuadraticForm::new(&matrix).value(y.as_slice()) - form).abs() < 1e-11, "{size}");
             let rows = OutputMatrix::new(&matrix);
             let mut products = Vec::new();
             rows.multiply(y.as_slice(), &mut products);
             assert_eq!(products.len(), size.next_multiple_of(LANES / 2));
-            for (i, whole) in whole.iter().enumerate() {
-                assert!((products[i] - whole).abs() < 1e-11, "{size}");
+            for (i, wanted) in wanted.iter().enumerate() {
+                assert!((products[i] - wanted).abs() < 1e-11, "{size}");
             }
             let mut mixed = Vec::new();
             OutputMatrix::mixed([&rows, &OutputMatrix::new(&(&matrix * 3.0))], [0.5, 0.25])

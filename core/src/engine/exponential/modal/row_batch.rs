@@ -64,16 +64,16 @@ mod tests {
         for (rows, columns) in [(0, 3), (1, 1), (4, 7), (8, 8), (13, 5), (17, 12)] {
             let matrix = Matrix::from_fn(rows, columns, |i, j| ((i * 7 + j * 3) % 11) as f64 - 4.0);
             let y: Vec<f64> = (0..columns).map(|i| (i * 5 % 7) as f64 - 2.5).collect();
-            let mut whole = vec![0.0; rows];
-            mul_vec(&matrix, &y, &mut whole);
-            let one = RowBatch::new(&matrix);
+            let mut wanted = vec![0.0; rows];
+            mul_vec(&matrix, &y, &mut wanted);
+            let batch = RowBatch::new(&matrix);
             let (mut products, mut mixed) = (Vec::new(), RowBatch::default());
-            mixed.interpolate([&one, &one], [0.25, 1.75]);
+            mixed.interpolate([&batch, &batch], [0.25, 1.75]);
             mixed.multiply(&y, &mut products);
             assert_eq!(products.len(), rows.next_multiple_of(LANES));
             for (i, product) in products.iter().enumerate() {
-                let wanted = whole.get(i).map_or(0.0, |product| 2.0 * product);
-                assert!((product - wanted).abs() < 1e-11, "{rows} {columns}");
+                let expected = wanted.get(i).map_or(0.0, |product| 2.0 * product);
+                assert!((product - expected).abs() < 1e-11, "{rows} {columns}");
                 assert_eq!(mixed.multiply_block(i / LANES, &y)[i % LANES].to_bits(), product.to_bits());
             }
         }

@@ -94,13 +94,13 @@ impl SectionLoadModel {
             RotorKind::PointMass(_) => Matrix::zeros(0, map.size()),
             RotorKind::Shaft(shaft) => {
                 let stresses = ShaftStresses::new(shaft);
-                let of = |column: &[f64]| -> Vec<f64> {
+                let moments_of = |column: &[f64]| -> Vec<f64> {
                     (0..shaft.elements.len())
                         .flat_map(|element| stresses.bending_moments(element, column))
                         .flatten()
                         .collect()
                 };
-                let columns: Vec<f64> = nodal.column_iter().flat_map(|column| of(column.as_slice())).collect();
+                let columns: Vec<f64> = nodal.column_iter().flat_map(|column| moments_of(column.as_slice())).collect();
                 Matrix::from_column_slice(MOMENTS_PER_ELEMENT * shaft.elements.len(), map.size(), &columns)
             }
         };
@@ -116,7 +116,7 @@ impl SectionLoadModel {
             let velocities = [vec![0.0; map.size()].as_slice(), jump].concat();
             bearing_rows
                 .row_iter()
-                .map(|row| row.iter().zip(&velocities).map(|(part, rate)| part * rate).sum())
+                .map(|row| row.iter().zip(&velocities).map(|(entry, velocity)| entry * velocity).sum())
                 .collect()
         });
         Self {
@@ -220,8 +220,8 @@ fn bearing_motion_rows(structure: &Structure, skew: &[usize]) -> Matrix {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
     let n = map.size();
     let mut rows = Matrix::zeros(2 * (rotor.bearings.len() + skew.len()), 2 * n);
-    let of = (0..rotor.bearings.len()).map(|i| (i, n)).chain(skew.iter().map(|&i| (i, 0)));
-    for (at, (i, from)) in of.enumerate() {
+    let columns = (0..rotor.bearings.len()).map(|i| (i, n)).chain(skew.iter().map(|&i| (i, 0)));
+    for (at, (i, from)) in columns.enumerate() {
         for (axis, dof) in rotor.plane_places(rotor.bearings[i].node).into_iter().enumerate() {
             for (j, part) in map.row(dof).into_iter().enumerate() {
                 rows[(2 * at + axis, from + j)] = part;

@@ -52,6 +52,7 @@ const RECENT_INTERVALS: usize = 2;
 /// Runs share a grid. Its contents do not depend on which run computed them.
 #[derive(Debug)]
 pub(crate) struct SpeedGrid {
+    /// System matrices, outputs and observed quantities of the machine.
     pub model: LateralModel,
     spacing: GridSpacing,
     /// m: number of intervals between two bases.
@@ -138,6 +139,7 @@ impl SpeedGrid {
         }
     }
 
+    /// Least damping of basis b; `None` if it is not computed or has no oscillating mode.
     fn least_damping(&self, b: i64) -> Option<Damping> {
         self.computed.lock().unwrap_or_else(PoisonError::into_inner).bases.get(&b).and_then(|basis| basis.least_damping)
     }
@@ -344,13 +346,13 @@ mod tests {
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
         let (below, above) = (grid.interval(10).expect("has bases"), grid.interval(20).expect("has bases"));
         let (mut y, wanted) = (state_in_interval(&grid, &below, &x), state_in_interval(&grid, &above, &x));
-        let (begun, mut scratch) = (y.clone(), vec![0.0; size]);
-        let far = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
+        let (initial, mut scratch) = (y.clone(), vec![0.0; size]);
+        let relative_error = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
         let intervals: Vec<_> = (10..=20).map(|index| grid.interval(index).expect("has bases")).collect();
         intervals.windows(2).for_each(|pair| grid.change_basis(&pair[0], &pair[1], &mut y, &mut scratch));
-        assert!(far(&y, &wanted) < 1e-11, "{spacing}: {:e}", far(&y, &wanted));
+        assert!(relative_error(&y, &wanted) < 1e-11, "{spacing}: {:e}", relative_error(&y, &wanted));
         intervals.windows(2).rev().for_each(|pair| grid.change_basis(&pair[1], &pair[0], &mut y, &mut scratch));
-        assert!(far(&y, &begun) < 1e-11, "{spacing}: {:e}", far(&y, &begun));
+        assert!(relative_error(&y, &initial) < 1e-11, "{spacing}: {:e}", relative_error(&y, &initial));
         matches!(*below.basis_change, BasisChange::Gradual { .. })
     }
 
