@@ -161,7 +161,7 @@ mod tests {
     ];
 
     #[test]
-    fn a_basis_from_the_station_beside_is_that_of_its_own_motions() {
+    fn a_continued_basis_equals_that_of_its_eigenvalue_problem() {
         for (name, stiffness, speed, spacing) in MACHINES {
             let (model, mut basis) = machine_basis(name, stiffness, speed);
             let system = &model.state_space;
@@ -208,7 +208,7 @@ mod tests {
 
     /// Chain of bases down through rest, where the modes of an isotropic rotor cross, to the opposite speed: bases that cannot be continued are computed anew, and the chain continues.
     #[test]
-    fn a_chain_goes_on_behind_modes_that_cross() {
+    fn a_chain_of_bases_continues_beyond_crossing_modes() {
         for (name, stiffness, speed, spacing) in MACHINES {
             let (model, mut basis) = machine_basis(name, stiffness, speed);
             let (mut eigenvalue_problems, mut to) = (0, speed);

@@ -12,7 +12,7 @@
 //! (A - lambda) g = r                  generalised eigenvector: second vector of a plane whose two motions are equal to rounding (critical damping)
 //! ```
 //! `r`: eigenvector of the double eigenvalue `lambda`. (1) is a parallel transport: between neighbouring bases no plane rotates or grows in itself, and
-//! no phase of an eigenvector has to be tracked. Verified by `a_basis_from_the_station_beside_is_that_of_its_own_motions` (`continuation.rs`).
+//! no phase of an eigenvector has to be tracked. Verified by `a_continued_basis_equals_that_of_its_eigenvalue_problem` (`continuation.rs`).
 
 use super::state_space::EigenMotion;
 use crate::linalg::{Matrix, Vector, column_of, dot, mul_vec};
