@@ -52,9 +52,13 @@ pub(crate) struct SectionLoadModel {
 /// Matrices of the energy in (2), on q or q'.
 #[derive(Debug, Clone)]
 struct EnergyForms {
+    /// M, on q'.
     mass: QuadraticForm,
+    /// K, on q.
     stiffness: QuadraticForm,
+    /// Rows of G, on q.
     gyroscopic: RowBatch,
+    /// Weight in the coordinates.
     weight: Vec<f64>,
 }
 
