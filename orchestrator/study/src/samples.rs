@@ -78,6 +78,12 @@ impl Samples {
         self.draw_into(TABLE_BYTES)
     }
 
+    /// How often a sample was drawn.
+    #[cfg(test)]
+    pub(crate) fn drawn(&self) -> u64 {
+        self.drawing.drawn.load(std::sync::atomic::Ordering::Relaxed)
+    }
+
     pub(super) fn draw_into(&mut self, bytes: usize) -> Result<(), StudyError> {
         let width = self.parameters().iter().filter(|parameter| parameter.is_own()).count();
         let scratch = || (Scratch::default(), Vec::new());

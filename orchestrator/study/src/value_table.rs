@@ -67,6 +67,83 @@ impl ValueTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{SampleKey, SampleKeys, Samples, check_machines, load};
+    use bladeoff_model::machine::ParamValue;
+    use std::fs;
+    use std::path::Path;
+
+    /// Uncertain, varied and derived values; words, and a correlation.
+    const STUDY: &str = r#"schema = 1
+machine = "rig.toml"
+[design]
+kind = "monte-carlo"
+samples = 300
+[[uncertain]]
+name = "cold"
+distribution = "beta"
+a = 2
+b = 3
+lower = "0.4 mm"
+upper = "0.6 mm"
+[[uncertain]]
+path = "contact.friction"
+distribution = "uniform"
+lower = 0.1
+upper = 0.3
+[[uncertain]]
+path = "contact.detection"
+distribution = "discrete"
+values = ["hyp1", "hyp2"]
+weights = [1, 2]
+[[correlation]]
+between = ["cold", "contact.friction"]
+rank = 0.5
+[[vary]]
+name = "growth"
+values = [0.9, 1.1]
+[[derived]]
+path = "contact.gap"
+formula = "cold * growth"
+"#;
+
+    fn study() -> Samples {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../studies/machines/lab_rig.toml");
+        fs::copy(rig, folder.path().join("rig.toml")).expect("copied");
+        fs::write(folder.path().join("s.toml"), STUDY).expect("written");
+        let study = load(&folder.path().join("s.toml"), |_| Vec::new()).unwrap_or_else(|error| panic!("{error}"));
+        Samples::new(study, None, None).expect("samples")
+    }
+
+    /// What a run asks of every sample: its check, key, numbers for a worker, cells of its row.
+    fn used(samples: &Samples) -> (String, Vec<(SampleKey, Vec<f64>, Vec<Option<ParamValue>>)>) {
+        check_machines(samples).unwrap_or_else(|error| panic!("{error}"));
+        let mut keys = SampleKeys::new(samples, 4, b"a basis");
+        let digest = keys.digest();
+        let of = |sample| {
+            let mut params = Vec::new();
+            samples.params(sample, &mut params);
+            (keys.key(sample), params, samples.cells(sample))
+        };
+        (digest, (0..samples.count()).map(of).collect())
+    }
+
+    #[test]
+    fn a_sample_of_a_table_is_drawn_once_and_every_other_one_to_the_same_values() {
+        let mut kept = study();
+        assert_eq!(kept.count(), 600);
+        kept.draw().unwrap_or_else(|error| panic!("{error}"));
+        let known = used(&kept);
+        assert_eq!(kept.drawn(), 600);
+        // 100 rows of four numbers
+        let (mut short, without) = (study(), study());
+        short.draw_into(100 * 4 * 8).unwrap_or_else(|error| panic!("{error}"));
+        assert!(used(&short) == known && used(&without) == known);
+        // the check of values, that of machines, the digest, numbers and cells: the keys are kept
+        assert_eq!([short.drawn(), without.drawn()], [100 + 5 * 500, 5 * 600]);
+        let first = known.1[0].1.clone();
+        assert!(known.1.iter().skip(1).all(|(_, params, _)| *params != first), "samples differ");
+    }
 
     #[test]
     fn rows_are_those_of_their_samples_as_far_as_the_memory_reaches() {
