@@ -23,7 +23,7 @@ pub struct Request {
     pub workers: usize,
     /// What one sample may take.
     pub sample: SampleLimits,
-    /// What the run may take; `wall` from [`Request::begun`] on.
+    /// Limits of the run; the time of `wall` begins at [`Request::begun`].
     pub limits: RunLimits,
     /// When the program began to prepare the run.
     pub begun: Instant,

@@ -19,7 +19,7 @@ pub struct RunLimits {
 }
 
 impl RunLimits {
-    /// What is left of them after so much of their time.
+    /// Limits that are left after so much time.
     #[must_use]
     pub fn after(self, passed: Duration) -> Self {
         Self { wall: self.wall.map(|wall| wall.saturating_sub(passed)), ..self }

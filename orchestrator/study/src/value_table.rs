@@ -115,7 +115,7 @@ formula = "cold * growth"
         Samples::new(study, None, None).expect("samples")
     }
 
-    /// What a run asks of every sample: its check, key, numbers for a worker, cells of its row.
+    /// Uses of every sample in a run: its check, key, numbers for a worker, cells of its row.
     fn used(samples: &Samples) -> (String, Vec<(SampleKey, Vec<f64>, Vec<Option<ParamValue>>)>) {
         check_machines(samples).unwrap_or_else(|error| panic!("{error}"));
         let mut keys = SampleKeys::new(samples, 4, b"a basis");
