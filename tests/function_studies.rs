@@ -7,7 +7,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::time::Instant;
 use support::faults::{Running, left_behind, lives, wait_until};
-use support::{Folder, json, say, table};
+use support::{Folder, bladeoff, json, said, say, table};
 
 const GRID: &str = r#"schema = 1
 name = "grid"
@@ -74,6 +74,20 @@ fn rows(directory: &str) -> (Vec<String>, Vec<BTreeMap<String, String>>) {
 /// A number of a row; `None` is null.
 fn number(row: &BTreeMap<String, String>, column: &str) -> Option<f64> {
     Some(row[column].as_str()).filter(|cell| !cell.is_empty()).map(|cell| cell.parse().expect("a number"))
+}
+
+#[test]
+fn one_thread_draws_what_several_draw() {
+    let folder = Folder::new();
+    let study = folder.write("random.toml", RANDOM);
+    let tables = ["1", "2", "5"].map(|threads| {
+        let out = folder.name(threads);
+        let mut command = bladeoff(&["run", &study, "--out", &out, "--workers", "1"]);
+        let ran = said(command.env("RAYON_NUM_THREADS", threads).output().expect("it starts"));
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        fs::read(folder.path(threads).join("results.parquet")).expect("a table")
+    });
+    assert!(tables[0].len() > 1000 && tables[1] == tables[0] && tables[2] == tables[0]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod support;
 
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
+use bladeoff_answers::tables::CsvStyle;
 use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::record::{NoHistory, columns};
 use bladeoff_core::structure::Structure;
@@ -51,7 +52,7 @@ fn record_of(machine: &Machine, path: &Path, channels: &[&str], decimation: Deci
     let structure = Structure::build(machine, None).expect("a model");
     let plan = TimeStep::new(machine, &structure).expect("a step");
     let channels = channels.iter().map(|name| (*name).to_owned()).collect();
-    let settings = Settings { path: path.to_path_buf(), channels, decimation };
+    let settings = Settings { path: path.to_path_buf(), channels, decimation, csv: CsvStyle::Point };
     let mut recorder = Recorder::new(&settings, machine, &structure, &plan).expect("known channels");
     let outcome = simulate(machine, &structure, &mut recorder).expect("starts");
     let written = recorder.finish(machine, &outcome).expect("written");
@@ -103,6 +104,29 @@ fn what_is_read_back_is_what_the_run_reports() {
         assert_eq!(history.channel("contact.gap_m").expect("there").unit, "m");
         assert!(history.channel("energy.kinetic_J").is_none(), "was not asked for");
     }
+}
+
+#[test]
+fn a_history_with_decimal_commas_reads_back_the_same() {
+    let folder = Folder::new();
+    let rig = folder.name("machines/rig.toml");
+    let written = |name: &str, more: &[&str]| {
+        let path = folder.name(name);
+        let arguments = [&["simulate", &rig, "--history", &path, "--channels", "rotor,contact"], more].concat();
+        (say(&arguments), path)
+    };
+    let [(points, with_points), (commas, with_commas)] =
+        [written("points.csv", &[]), written("commas.csv", &["--decimal-comma"])];
+    assert!(points.code == 0 && commas.code == 0, "{} {}", points.err, commas.err);
+    let text = fs::read_to_string(&with_commas).expect("written");
+    assert!(text.starts_with("time_s;"), "{}", &text[..80]);
+    let first = text.lines().nth(1).expect("an instant");
+    assert!(first.contains("0,0;") && !first.contains('.'), "{first}");
+    let [points, commas] = [&with_points, &with_commas].map(|path| read(Path::new(path)).expect("readable"));
+    assert!(commas.time.len() > 10 && commas.time == points.time);
+    assert_eq!(commas.channels, points.channels);
+    let (refused, _) = written("a.parquet", &["--decimal-comma"]);
+    assert!(refused.code != 0 && refused.err.contains("decimal commas are for histories in CSV"), "{}", refused.err);
 }
 
 /// However a run ends and however rarely it is recorded, the last instant is the row's end: its time, its spin, its energies.
@@ -262,7 +286,8 @@ fn a_directory_that_cannot_be_written_fails_the_history_alone() {
     let structure = Structure::build(&machine, None).expect("a model");
     let plan = TimeStep::new(&machine, &structure).expect("a step");
     for name in ["/nowhere/at/all/a.mcap", "/nowhere/at/all/a.csv", "/nowhere/at/all/a.parquet"] {
-        let settings = Settings { path: name.into(), channels: Vec::new(), decimation: Decimation::Default };
+        let settings =
+            Settings { path: name.into(), channels: Vec::new(), decimation: Decimation::Default, csv: CsvStyle::Point };
         let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("what is asked for is right");
         let outcome = simulate(&machine, &structure, &mut recorder).expect("starts");
         assert_eq!(outcome, simulate(&machine, &structure, &mut NoHistory).expect("starts"));

@@ -5,6 +5,7 @@ mod support;
 use std::collections::BTreeSet;
 use std::fs;
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 use support::faults::{Running, SAMPLES, STUDY, handed_out, signal, state, wait_until};
 use support::{Folder, RUNTIME_VARIABLE, Said, bladeoff, runtime, said};
 
@@ -59,6 +60,30 @@ fn a_run_ends_with_its_time_and_says_how_to_go_on() {
         ["--kill-limit", "0"],
     ] {
         assert_eq!(run(&study, &out, &wrong, None).code, 2, "{wrong:?}");
+    }
+}
+
+/// One core alone prepares this for a minute.
+#[test]
+fn a_preparation_that_lasts_longer_than_the_run_may_is_ended() {
+    let folder = Folder::new();
+    let text = "schema = 1\nmodel = \"function\"\n[function]\ng = \"x\"\n[design]\nkind = \"monte-carlo\"\nsamples = 100000000\n\
+                [[uncertain]]\nname = \"x\"\ndistribution = \"normal\"\nmean = 0\nsd = 1\n";
+    let study = folder.write("many.toml", text);
+    let until = Command::new("date").args(["-d", "+2 seconds", "+%H:%M:%S"]).output().expect("date runs").stdout;
+    let until = String::from_utf8(until).expect("UTF-8").trim().to_owned();
+    for (option, value) in [("--until", until.as_str()), ("--wall", "1 s")] {
+        let out = folder.name(&option[2..]);
+        let begun = Instant::now();
+        let mut command = bladeoff(&["run", &study, "--out", &out, option, value]);
+        let ended = said(command.env("RAYON_NUM_THREADS", "1").output().expect("it starts"));
+        assert_eq!(ended.code, 5, "{}", ended.err);
+        let word = format!("ended by {option} before the first sample was handed out");
+        assert!(ended.err.contains(&word), "{}", ended.err);
+        // the limit, 5 s more, and whatever a busy machine adds
+        assert!(begun.elapsed() < Duration::from_secs(40), "{:?}", begun.elapsed());
+        let status = said(bladeoff(&["status", &out]).output().expect("it starts"));
+        assert!(!status.out.contains("killed"), "{}", status.out);
     }
 }
 

@@ -188,14 +188,15 @@ fn a_run_that_is_ended_leaves_all_that_is_finished_in_parts() {
     let calm = Calm::new(&long());
     let out = calm.folder.name("out");
     // Whether parts are written meanwhile makes no difference.
-    for (refresh, wall) in [("0", "0.8 s"), ("0.2", "1 s")] {
-        let run = |_| {
+    for refresh in ["0", "0.2"] {
+        // a busy machine takes longer until a sample is finished
+        let run = |attempt: u32| {
+            let wall = format!("{}.8 s", attempt / 2);
             let mut command = bladeoff(&["run", &calm.study, "--out", &out, "--workers", "2"]);
-            let ran = said(command.args(["--refresh", refresh, "--wall", wall]).output().expect("it starts"));
+            let ran = said(command.args(["--refresh", refresh, "--wall", &wall]).output().expect("it starts"));
             assert_eq!(ran.code, 5, "{}", ran.err);
             ran
         };
-        // On a busy machine no sample may end in so short a time.
         let ran = (0..20).map(run).find(|_| !row_files(Path::new(&out)).is_empty()).expect("a finished sample");
         assert!(ran.out.contains(&format!("{out}/{PARTS}/*.parquet")), "{}", ran.out);
         let status = say(&["status", &out, "--json"]);

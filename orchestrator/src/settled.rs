@@ -48,8 +48,13 @@ pub fn by_starts(samples: &mut Samples) -> bool {
         samples.settle(other);
         return false;
     }
-    let Ok(whole) = Samples::new(samples.study().clone(), None, None) else { return false };
-    match check_starts(&whole) {
+    let checked = if samples.scale().is_none() && samples.limit().is_none() {
+        check_starts(samples)
+    } else {
+        let Ok(whole) = Samples::new(samples.study().clone(), None, None) else { return false };
+        check_starts(&whole)
+    };
+    match checked {
         Ok(()) => true,
         Err(NoStart::Start { shown, source }) => {
             if let Some(why) = unable(&source) {

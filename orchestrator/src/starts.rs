@@ -13,6 +13,8 @@ use bladeoff_model::document::Problems;
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{CONTACT_STEP, Machine, MachineDef, STEP};
 use bladeoff_study::{Chosen, Samples, at_its_axis};
+use bladeoff_system::threads::in_parallel;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Most runs that are started.
@@ -58,8 +60,35 @@ pub fn check_starts(samples: &Samples) -> Result<(), StartError> {
     with_word(what, || start_all(samples, &built))
 }
 
+/// A run to be started, and its structure by its place in a list.
+struct Candidate {
+    definition: MachineDef,
+    machine: Machine,
+    shown: String,
+    structure: usize,
+}
+
 fn start_all(samples: &Samples, built: &AtomicUsize) -> Result<(), StartError> {
-    let mut structures: Vec<Structure> = Vec::new();
+    let mut structures = Vec::new();
+    let mut listed = Vec::new();
+    // the runs before the one that ends the list come first, whatever is wrong with it
+    let whole = list(samples, built, &mut structures, &mut listed);
+    let refused = |one: &Candidate| {
+        let error = engine::try_start(&one.machine, &structures[one.structure]).err()?;
+        Some(refusal(samples, (&one.definition, &one.machine, &one.shown), error))
+    };
+    let first = || listed.par_iter().find_map_first(refused);
+    let found = in_parallel(first).unwrap_or_else(|_| listed.iter().find_map(refused));
+    found.map_or(whole, Err)
+}
+
+/// Lists the runs to be started and builds their structures, up to one that has none.
+fn list(
+    samples: &Samples,
+    built: &AtomicUsize,
+    structures: &mut Vec<Structure>,
+    listed: &mut Vec<Candidate>,
+) -> Result<(), StartError> {
     let mut columns = None;
     for (definition, shown) in candidates(samples) {
         let machine = definition.build()?;
@@ -70,24 +99,33 @@ fn start_all(samples: &Samples, built: &AtomicUsize) -> Result<(), StartError> {
             let column = differing.map_or_else(String::new, |column| column.name.clone());
             return Err(StartError::Columns { shown, column });
         }
-        let varies = !samples.parameters().is_empty();
-        let is_varied = |path: &str| samples.parameters().iter().any(|varied| varied.info.path == path);
-        let failed = |source| match placed(&source, &definition, &machine, is_varied) {
-            Some(problems) => StartError::Machine(at_its_axis(samples, with(problems, varies.then_some(&shown)))),
-            None => StartError::Start { shown: shown.clone(), source },
-        };
-        let at = match structures.iter().position(|structure| structure.fits(&machine)) {
+        let structure = match structures.iter().position(|structure| structure.fits(&machine)) {
             Some(at) => at,
             None if structures.len() == MOST_STRUCTURES => continue,
             None => {
+                let failed = |error| refusal(samples, (&definition, &machine, &shown), error);
                 structures.push(engine::build(&machine).map_err(failed)?);
                 built.store(structures.len(), Ordering::Relaxed);
                 structures.len() - 1
             }
         };
-        engine::try_start(&machine, &structures[at]).map_err(failed)?;
+        listed.push(Candidate { definition, machine, shown, structure });
     }
     Ok(())
+}
+
+/// Why a sample cannot start: a problem of one of its values, where it is one.
+fn refusal(
+    samples: &Samples,
+    (definition, machine, shown): (&MachineDef, &Machine, &String),
+    source: EngineError,
+) -> StartError {
+    let varies = !samples.parameters().is_empty();
+    let is_varied = |path: &str| samples.parameters().iter().any(|varied| varied.info.path == path);
+    match placed(&source, definition, machine, is_varied) {
+        Some(problems) => StartError::Machine(at_its_axis(samples, with(problems, varies.then_some(shown)))),
+        None => StartError::Start { shown: shown.clone(), source },
+    }
 }
 
 /// Names the sample that cannot start.

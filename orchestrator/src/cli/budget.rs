@@ -9,8 +9,8 @@ use std::time::Duration;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Budget")]
 pub struct BudgetArgs {
-    /// End the run after this time (s, min, h, d, such as 8h or 1h30m); what is finished is recorded, and the same
-    /// command goes on later. Sleep of the machine does not count
+    /// End the run after this time from the start of the program (s, min, h, d, such as 8h or 1h30m); what is finished is
+    /// recorded, and the same command resumes it later. Sleep of the machine does not count
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     wall: Option<Duration>,
 

@@ -249,6 +249,7 @@ impl CliError {
             CliError::Run(_) => Exit::Io,
             CliError::History(
                 HistoryError::Extension { .. }
+                | HistoryError::DecimalComma { .. }
                 | HistoryError::Channel { .. }
                 | HistoryError::Missing { .. }
                 | HistoryError::NotAHistory { .. }

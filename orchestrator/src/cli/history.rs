@@ -8,6 +8,7 @@ use crate::engine::{self, EngineError};
 use crate::history::{Decimation, Recorder, Settings};
 use crate::report::RunWatch;
 use bladeoff_answers::report::{counted, duration};
+use bladeoff_answers::tables::CsvStyle;
 use bladeoff_core::engine::TimeStep;
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
@@ -40,6 +41,10 @@ pub struct HistoryArgs {
     /// Record every N-th step
     #[arg(long, value_name = "N", requires = "history", value_parser = at_least_one)]
     decimate: Option<u64>,
+
+    /// Write a .csv history with `;` between cells and decimal commas, as `export --csv --decimal-comma` writes a table
+    #[arg(long, requires = "history")]
+    decimal_comma: bool,
 }
 
 impl HistoryArgs {
@@ -54,7 +59,8 @@ impl HistoryArgs {
             (None, Some(steps)) => Decimation::Steps(decimation(steps, machine.run.end_time, plan.step)?),
             (None, None) => Decimation::Default,
         };
-        Ok(Some(Settings { path, channels: self.channels.clone(), decimation }))
+        let csv = if self.decimal_comma { CsvStyle::Comma } else { CsvStyle::Point };
+        Ok(Some(Settings { path, channels: self.channels.clone(), decimation, csv }))
     }
 }
 

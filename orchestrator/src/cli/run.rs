@@ -8,7 +8,7 @@ use super::functions;
 use super::output::{remark, tell, width, width_of_errors};
 use super::shard::ShardArgs;
 use crate::answering::{Refinement, check_asked};
-use crate::dispatch::{self, DispatchError, Ended, time_left, watch_before};
+use crate::dispatch::{self, DispatchError, Ended, limit_preparation, time_left, watch_before};
 use crate::plausible::implausible_of;
 use crate::report::Tally;
 use crate::reporting::{LimitTable, bearings_of};
@@ -28,7 +28,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Long help: as it stands here, paragraphs as one line each, because a list within a doc comment would be filled into one paragraph.
 const ABOUT: &str = "\
@@ -208,6 +208,7 @@ impl PartArgs {
         if let Some(told) = self.limit.and_then(|limit| limited(&samples, limit)) {
             remark(&told);
         }
+        samples.draw()?;
         if samples.study().function().is_none() {
             check_machines(&samples)?;
             let have_begun = by_starts(&mut samples);
@@ -243,14 +244,10 @@ pub fn default_workers() -> usize {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
+    let (begun, limits) = (Instant::now(), args.budget.of_run());
     // a design of millions is prepared for a while
-    watch_before(|signal| {
-        remark(
-            "ended before the first sample was handed out; the same command begins again, and keeps what was finished before",
-        );
-        give_back();
-        std::process::exit(Exit::from(signal) as i32);
-    });
+    watch_before(|signal| end_unprepared(Ended::Signalled(signal)));
+    limit_preparation(begun, limits, end_unprepared);
     let samples = match args.shard.begun(args.out.as_deref()) {
         true => args.part.load_known(&args.study),
         false => args.part.load(&args.study),
@@ -278,7 +275,6 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         counted(workers as u64, "worker"),
         shown(&out)
     ));
-    let limits = args.budget.of_run();
     if let Some(until) = &limits.until {
         remark(&format!("until {}, in {}", until.time(), duration(time_left(until))));
     }
@@ -296,6 +292,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),
         limits,
+        begun,
         json_events: args.json_events,
     };
     if let Some(shard) = args.shard.shard {
@@ -348,6 +345,17 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     })
 }
 
+/// Ends the program before a sample was handed out.
+fn end_unprepared(why: Ended) {
+    let by = why.by_option().map(|option| format!(" by {option}")).unwrap_or_default();
+    remark(&format!(
+        "ended{by} before the first sample was handed out; the same command begins again, and keeps what was finished before"
+    ));
+    give_back(why);
+    let exit = if let Ended::Signalled(signal) = why { Exit::from(signal) } else { Exit::Incomplete };
+    std::process::exit(exit as i32);
+}
+
 /// What the rows so far say.
 pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Result<String, CliError> {
     let (study, files) = (samples.study(), row_files(out));
@@ -361,12 +369,10 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
 
 /// Why the run ended before it was complete.
 fn why_it_ended(finished: &Finished, total: u64) -> String {
-    let why = match finished.ended {
-        Ended::Complete | Ended::Stop => "complete",
-        Ended::Signalled(_) => finished.ended.word(),
-        Ended::Wall => "ended by --wall",
-        Ended::Until => "ended by --until",
-        Ended::TooManyFailures => "ended by --max-failures",
+    let why = match (finished.ended, finished.ended.by_option()) {
+        (Ended::Complete | Ended::Stop, _) => "complete".to_owned(),
+        (_, Some(option)) => format!("ended by {option}"),
+        (ended, None) => ended.word().to_owned(),
     };
     let done = finished.tally.done();
     format!("{why}: {done} of {} {} recorded", counted(total, "sample"), are(done))

@@ -26,6 +26,7 @@ mod hub;
 mod hub_watch;
 mod keyboard;
 mod log;
+mod preparation;
 mod processes;
 mod signals;
 mod start;
@@ -48,6 +49,7 @@ pub use crate::schedule::{
 pub use api::{DispatchOptions, DispatchReport, More, Notice, Observer, Parameters, Sink, SinkError};
 pub use clock::{left as time_left, next as next_time_of_day};
 pub use error::DispatchError;
+pub use preparation::{limit_preparation, nothing_to_compute};
 pub use signals::{watch_afterwards, watch_before};
 
 /// Says before a study begins whether its workers would have shared memory.
@@ -103,7 +105,7 @@ pub fn run(
     let result = {
         let _inside = runtime.enter();
         signals::watch(&send)?;
-        signals::answer();
+        preparation::is_over();
         if options.keyboard {
             keyboard::watch(&send);
         }

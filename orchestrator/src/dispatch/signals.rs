@@ -5,22 +5,14 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
 use super::error::DispatchError;
 use super::event::Event;
+use super::preparation;
 use crate::schedule::Signal;
 use bladeoff_system::guarded::guarded;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Whether a run of this process answers signals, or has.
-static ANSWERED: AtomicBool = AtomicBool::new(false);
-
-/// A run answers signals from now on.
-pub(super) fn answer() {
-    ANSWERED.store(true, Ordering::Relaxed);
-}
 
 /// Until a run answers signals: hands each to `on_signal`, on a thread of its own.
 pub fn watch_before(on_signal: impl Fn(Signal) + Send + 'static) {
     watch_afterwards(move |signal| {
-        if !ANSWERED.load(Ordering::Relaxed) {
+        if preparation::end() {
             on_signal(signal);
         }
     });

@@ -1,11 +1,12 @@
-//! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits.
+//! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits; with `,` and decimal
+//! points, or with `;` and decimal commas.
 
 use super::aside::Aside;
 use super::channels::Channel;
 use super::{HistoryError, Sink};
 use bladeoff_answers::history::About;
+use bladeoff_answers::tables::CsvStyle;
 use bladeoff_system::files::FileError;
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -18,16 +19,18 @@ pub(super) struct CsvSink {
     path: PathBuf,
     file: BufWriter<File>,
     line: String,
+    style: CsvStyle,
     /// Behind the file, which is written when it is dropped.
     aside: Aside,
 }
 
 impl CsvSink {
-    pub fn create(path: &Path, channels: &[Channel]) -> Result<Self, HistoryError> {
+    pub fn create(path: &Path, channels: &[Channel], style: CsvStyle) -> Result<Self, HistoryError> {
         let (file, aside) = Aside::create(path)?;
-        let mut sink = Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned(), aside };
+        let mut sink =
+            Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned(), style, aside };
         for channel in channels {
-            sink.line.push(',');
+            sink.line.push(style.separator());
             sink.line.push_str(&channel.name());
         }
         sink.write()?;
@@ -43,9 +46,10 @@ impl CsvSink {
 impl Sink for CsvSink {
     fn record(&mut self, time: f64, values: &[f64]) -> Result<(), HistoryError> {
         self.line.clear();
-        write!(self.line, "{time:?}").expect("writing to a String cannot fail");
+        self.line.push_str(&self.style.number(time));
         for value in values {
-            write!(self.line, ",{value:?}").expect("writing to a String cannot fail");
+            self.line.push(self.style.separator());
+            self.line.push_str(&self.style.number(*value));
         }
         self.write()
     }

@@ -17,6 +17,12 @@ pub enum HistoryError {
         /// The file.
         path: PathBuf,
     },
+    /// Decimal commas in a format that has none.
+    #[error("{}: decimal commas are for histories in CSV; choose a file name that ends in .csv", shown(path))]
+    DecimalComma {
+        /// The file.
+        path: PathBuf,
+    },
     /// No such file.
     #[error("there is no file {}{}", shown(path), meant(path))]
     Missing {

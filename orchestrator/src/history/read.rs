@@ -6,7 +6,7 @@ use super::records::Records;
 use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
 use super::{Format, HISTORY_VERSION, HistoryError, proto};
 use bladeoff_answers::history::{About, History, Series};
-use bladeoff_answers::tables::read_numbers;
+use bladeoff_answers::tables::{CsvStyle, read_numbers};
 use bladeoff_system::place::Place;
 use mcap::records::Record;
 use std::collections::BTreeMap;
@@ -105,7 +105,9 @@ fn read_csv(path: &Path) -> Result<History, HistoryError> {
     let bytes = Place::named(path).read(MOST_HISTORY)?;
     let text = String::from_utf8(bytes).map_err(|_| HistoryError::not_ours(path, "it is not text in UTF-8"))?;
     let mut lines = text.lines();
-    let mut names = lines.next().unwrap_or_default().split(',');
+    let header = lines.next().unwrap_or_default();
+    let style = if header.contains(';') { CsvStyle::Comma } else { CsvStyle::Point };
+    let mut names = header.split(style.separator());
     if names.next() != Some(TIME) {
         return Err(HistoryError::not_ours(path, "its first column is not time_s"));
     }
@@ -114,9 +116,13 @@ fn read_csv(path: &Path) -> Result<History, HistoryError> {
     for (at, line) in lines.enumerate() {
         let number = |text: &str| {
             let wrong = || HistoryError::Number { path: path.to_path_buf(), line: at + 2, text: text.to_owned() };
-            text.parse::<f64>().map_err(|_| wrong())
+            let parsed = match style {
+                CsvStyle::Point => text.parse(),
+                CsvStyle::Comma => text.replace(',', ".").parse(),
+            };
+            parsed.map_err(|_| wrong())
         };
-        let mut cells = line.split(',');
+        let mut cells = line.split(style.separator());
         history.time.push(number(cells.next().unwrap_or_default())?);
         for channel in &mut history.channels {
             channel.values.push(number(cells.next().unwrap_or_default())?);

@@ -7,6 +7,7 @@ use super::mcap_file::McapSink;
 use super::table::ParquetSink;
 use super::{Format, HISTORY_VERSION, HistoryError, Sink};
 use bladeoff_answers::history::About;
+use bladeoff_answers::tables::CsvStyle;
 use bladeoff_core::engine::TimeStep;
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_core::stress::ShaftStresses;
@@ -41,6 +42,8 @@ pub struct Settings {
     pub channels: Vec<String>,
     /// How often.
     pub decimation: Decimation,
+    /// Separator and decimal sign of a CSV file.
+    pub csv: CsvStyle,
 }
 
 /// A history that was written.
@@ -80,7 +83,7 @@ impl Recorder {
     /// A recorder for a run that is about to start. A file that cannot be opened is told by [`Recorder::finish`].
     ///
     /// # Errors
-    /// What was asked for is wrong in itself: [`HistoryError::Extension`], [`HistoryError::Channel`].
+    /// What was asked for is wrong in itself: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
     pub fn new(
         settings: &Settings,
         machine: &Machine,
@@ -88,6 +91,9 @@ impl Recorder {
         plan: &TimeStep,
     ) -> Result<Self, HistoryError> {
         let format = Format::of(&settings.path)?;
+        if settings.csv == CsvStyle::Comma && format != Format::Csv {
+            return Err(HistoryError::DecimalComma { path: settings.path.clone() });
+        }
         let channels = select(catalogue(machine, structure), &settings.channels)?;
         let every_steps = match settings.decimation {
             Decimation::Steps(steps) => steps.max(1),
@@ -98,7 +104,7 @@ impl Recorder {
         let path = settings.path.clone();
         let opened: Result<Box<dyn Sink>, HistoryError> = match format {
             Format::Mcap => McapSink::create(&path, &channels, &about).map(|sink| Box::new(sink) as Box<dyn Sink>),
-            Format::Csv => CsvSink::create(&path, &channels).map(|sink| Box::new(sink) as Box<dyn Sink>),
+            Format::Csv => CsvSink::create(&path, &channels, settings.csv).map(|sink| Box::new(sink) as Box<dyn Sink>),
             Format::Parquet => Ok(Box::new(ParquetSink::new(&path, &channels, about))),
         };
         let (sink, failed) = match opened {

@@ -1,7 +1,7 @@
 //! Signals while the tables are written: the run is over, so they are neither needed nor forgotten.
 
 use super::lock::give_back;
-use crate::dispatch::{Signal, watch_afterwards};
+use crate::dispatch::{Ended, Signal, watch_afterwards};
 use bladeoff_protocol::domain::{Address, discard};
 use bladeoff_worker::fault::{At, Faults};
 use std::io::Write;
@@ -15,7 +15,7 @@ pub(super) fn end_at_once_when_told(already: bool, faults: &Faults, memory: Opti
         if told.swap(true, Ordering::Relaxed) {
             // What is left is for the next run, and no matter now.
             memory.iter().for_each(|address| drop(discard(address)));
-            give_back();
+            give_back(Ended::Signalled(signal));
             let _ = writeln!(std::io::stderr(), "ended; every finished sample is recorded, the same command goes on");
             std::process::exit(match signal {
                 Signal::Interrupt => 130,

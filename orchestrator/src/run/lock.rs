@@ -9,6 +9,7 @@
 //! by the system (`/proc/locks`), and the file is believed only where that cannot be.
 
 use super::stamp::{host, timestamp};
+use crate::dispatch::Ended;
 use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
@@ -167,18 +168,18 @@ fn held() -> MutexGuard<'static, BTreeMap<u64, File>> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Says in the files of all locks of this process that it ends in order, on a signal: for a process that ends before it drops them.
-pub fn give_back() {
+/// Writes into the files of all locks of this process why it ends in order: for a process that ends before it drops them.
+pub fn give_back(ended: Ended) {
     for file in held().values() {
         // Best effort, as at the end of a lock.
-        let _ = write(file, &json!({ "program": PROGRAM, "ended": "interrupted" }));
+        let _ = write(file, &json!({ "program": PROGRAM, "ended": ended.word() }));
     }
 }
 
-/// Whether the last run gave its lock back on a signal, before it wrote its status.
-pub(super) fn was_interrupted(directory: &Folder, name: &str) -> bool {
-    let file = directory.place(name).open().ok();
-    file.and_then(|file| said(&file)).is_some_and(|said| said.get("ended").is_some())
+/// Why the last run ended, where it gave its lock back before it wrote its status.
+pub(super) fn given_back(directory: &Folder, name: &str) -> Option<String> {
+    let file = directory.place(name).open().ok()?;
+    Some(said(&file)?.get("ended")?.as_str()?.to_owned())
 }
 
 /// A lock that is held.

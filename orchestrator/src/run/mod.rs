@@ -165,7 +165,7 @@ fn options(session: &Session<'_>) -> Result<DispatchOptions, RunError> {
     // Another build may compute other numbers.
     options.build = Some(build_id());
     options.schedule.sample = request.sample;
-    options.schedule.run = request.limits;
+    options.schedule.run = request.limits.after(request.begun.elapsed());
     options.schedule.failed_before = opened.tally.failed();
     options.keyboard = true;
     options.worker_log = directory.file(WORKER_LOG);

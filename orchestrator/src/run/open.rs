@@ -73,6 +73,7 @@ pub(super) fn open<'a>(
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)
         && let Some((record, tally)) = compared.complete(&prepared, which)
     {
+        dispatch::nothing_to_compute();
         note(there_already(end.as_ref()));
         upkeep::put_in_order(request, &directory, &prepared, (record, tally), (end, chosen.as_ref()), note)?;
         // of its rows, not of what the record holds beyond

@@ -122,7 +122,7 @@ impl<'a> Prepared<'a> {
             }
         };
         let engine = samples.study().engine().map(|choice| choice.engine.word().to_owned());
-        let keys = SampleKeys::new(samples, NUMERICS_VERSION, basis.as_deref().unwrap_or_default());
+        let mut keys = SampleKeys::new(samples, NUMERICS_VERSION, basis.as_deref().unwrap_or_default());
         let plan = work_plan(samples, basis);
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis());

@@ -10,7 +10,7 @@ use crate::schedule::RunLimits;
 use bladeoff_study::SampleLimits;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What is asked for.
 #[derive(Debug, Clone)]
@@ -23,8 +23,10 @@ pub struct Request {
     pub workers: usize,
     /// What one sample may take.
     pub sample: SampleLimits,
-    /// What the run may take.
+    /// Limits of the run; the time of `wall` begins at [`Request::begun`].
     pub limits: RunLimits,
+    /// When the program began to prepare the run.
+    pub begun: Instant,
     /// Say what happens on standard output, for programs.
     pub json_events: bool,
     /// Finished samples that are computed again.

@@ -6,7 +6,7 @@
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
 use super::end::{TableEnd, end_of_table};
-use super::lock::{Holder, Keeper, Look, look, was_interrupted};
+use super::lock::{Holder, Keeper, Look, given_back, look};
 use super::stamp::{host, timestamp};
 use crate::ledger::Reader;
 use crate::report::{Eta, Tally};
@@ -302,12 +302,12 @@ fn told(directory: &Folder) -> Option<Map<String, Value>> {
 
 fn see_locked(directory: &Folder, locked: &Look) -> Seen {
     let mut told = told(directory);
-    // A run that a signal ended before its first sample told nothing of its end but in the lock.
+    // A run that a signal or a limit ended before its first sample told nothing of its end but in the lock.
     if matches!(locked, Look::Free)
-        && was_interrupted(directory, LOCK)
         && let Some(told) = told.as_mut().filter(|told| told.get("state") == Some(&json!("running")))
+        && let Some(ended) = given_back(directory, LOCK)
     {
-        told.insert("state".to_owned(), json!("interrupted"));
+        told.insert("state".to_owned(), json!(ended));
     }
     let is_final = told.as_ref().is_none_or(|told| told.get("state") != Some(&json!("running")));
     let is_complete = || directory.place(RESULTS).is_file();

@@ -54,6 +54,17 @@ impl Ended {
         matches!(self, Ended::Complete | Ended::Stop)
     }
 
+    /// The option of the command line that ended it, if one did.
+    #[must_use]
+    pub fn by_option(self) -> Option<&'static str> {
+        match self {
+            Ended::Wall => Some("--wall"),
+            Ended::Until => Some("--until"),
+            Ended::TooManyFailures => Some("--max-failures"),
+            Ended::Complete | Ended::Stop | Ended::Signalled(_) => None,
+        }
+    }
+
     /// The state that it leaves a study in: `complete`, or why it is not.
     #[must_use]
     pub fn state(self) -> &'static str {

@@ -19,6 +19,12 @@ pub struct RunLimits {
 }
 
 impl RunLimits {
+    /// Limits that are left after so much time.
+    #[must_use]
+    pub fn after(self, passed: Duration) -> Self {
+        Self { wall: self.wall.map(|wall| wall.saturating_sub(passed)), ..self }
+    }
+
     /// Whether so many failed samples of the study are too many.
     #[must_use]
     pub fn are_too_many(&self, failed: u64) -> bool {

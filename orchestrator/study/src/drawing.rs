@@ -20,6 +20,9 @@ pub struct Drawing {
     /// None where nothing is uncertain.
     plan: Option<Plan>,
     derived: Derived,
+    /// Samples drawn so far, by all clones.
+    #[cfg(test)]
+    pub(crate) drawn: std::sync::Arc<std::sync::atomic::AtomicU64>,
 }
 
 /// Room for one sample, used again for the next.
@@ -40,7 +43,14 @@ impl Drawing {
             laws.len() + derived.count() <= derived.variables().len(),
             "the variables begin with the uncertain ones"
         );
-        Self { laws, copula, plan, derived }
+        Self {
+            laws,
+            copula,
+            plan,
+            derived,
+            #[cfg(test)]
+            drawn: std::sync::Arc::default(),
+        }
     }
 
     /// The laws of the uncertain ones.
@@ -92,6 +102,8 @@ impl Drawing {
         scratch: &mut Scratch,
         values: &mut Vec<f64>,
     ) -> Result<(), NotFinite> {
+        #[cfg(test)]
+        self.drawn.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         values.clear();
         match self.plan.as_ref().map(|plan| (plan, plan.steps())) {
             None => {}

@@ -11,7 +11,7 @@
 
 use super::axis::show;
 use super::error::StudyError;
-use super::parameter::{Origin, Parameter};
+use super::parameter::Parameter;
 use super::samples::Samples;
 use bladeoff_model::document::{Collector, Problem, Problems};
 use bladeoff_model::machine::{MachineDef, ParamValue, ValueError};
@@ -61,14 +61,14 @@ fn check_values(samples: &Samples) -> Result<(), StudyError> {
     let study = samples.study();
     let Some(machine) = study.machine() else { return Ok(()) };
     let own: Vec<(usize, &Parameter)> =
-        samples.parameters().iter().enumerate().filter(|(_, one)| !matches!(one.origin, Origin::Varied(..))).collect();
+        samples.parameters().iter().enumerate().filter(|(_, one)| one.is_own()).collect();
     if own.is_empty() {
         return Ok(());
     }
     let refusal = |parameter: &Parameter, value: &ParamValue| match value {
         ParamValue::Number(number) if !number.is_finite() => Some("not a finite number"),
         _ if parameter.is_variable => None,
-        value => machine.def.identity_change(&parameter.info, value).err().map(|error| match error {
+        value => machine.def.check_value(&parameter.info, value).err().map(|error| match error {
             ValueError::NotWhole { .. } => "not a whole number",
             _ => "out of range",
         }),

@@ -58,6 +58,7 @@ mod table;
 mod template;
 mod twin;
 pub mod uncertain;
+mod value_table;
 mod values;
 mod vary;
 
@@ -85,4 +86,5 @@ pub use samples::Samples;
 pub use stop::{FIRST_LOOK, StopDef, block, is_blocked};
 pub use template::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};
 pub use twin::TwinShare;
+pub use value_table::TABLE_BYTES;
 pub use values::ValueList;

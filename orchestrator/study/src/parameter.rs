@@ -57,6 +57,12 @@ impl Parameter {
         self.short.as_deref().unwrap_or(&self.info.path)
     }
 
+    /// Whether it has a value of its own in every sample: uncertain or derived, and not along an axis.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        !matches!(self.origin, Origin::Varied(..))
+    }
+
     /// The key of the study file that names it, as problems tell: `uncertain[0]`.
     #[must_use]
     pub fn key(&self) -> String {

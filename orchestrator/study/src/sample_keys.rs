@@ -12,8 +12,10 @@ use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
 use bladeoff_system::threads::in_parallel;
 use rayon::prelude::*;
 
-/// Samples of a digest whose keys are in memory at a time.
+/// Samples of a digest whose keys are computed at a time.
 const AT_ONCE: usize = 1 << 20;
+/// Keys that are kept at most: 64 MiB.
+const MOST_KEPT: usize = 1 << 22;
 
 /// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -29,6 +31,8 @@ pub struct SampleKeys<'a> {
     limit: StepLimit,
     /// What a sample adds that has no twin in a study with `twin_share`.
     alone: u128,
+    /// Keys of the first samples, once there was a digest.
+    kept: Vec<SampleKey>,
 }
 
 /// Where `run.step_limit` of a sample comes from.
@@ -73,6 +77,7 @@ impl<'a> SampleKeys<'a> {
             base: identity.wrapping_add(solver(numerics, basis)),
             axes: axes.collect(),
             limit: limit.map_or(StepLimit::Fixed(fixed), StepLimit::Varied),
+            kept: Vec::new(),
         }
     }
 
@@ -91,6 +96,11 @@ impl<'a> SampleKeys<'a> {
     /// The key of a sample.
     #[must_use]
     pub fn key(&self, sample: u64) -> SampleKey {
+        let kept = usize::try_from(sample).ok().and_then(|sample| self.kept.get(sample));
+        kept.copied().unwrap_or_else(|| self.computed(sample))
+    }
+
+    fn computed(&self, sample: u64) -> SampleKey {
         let positions = self.samples.positions(sample);
         let terms = self
             .axes
@@ -98,10 +108,9 @@ impl<'a> SampleKeys<'a> {
             .zip(positions)
             .map(|(axis, position)| axis[usize::try_from(position).expect("a position indexes memory")]);
         let mut key = terms.fold(self.base, u128::wrapping_add);
-        let is_own = |parameter: &Parameter| !matches!(parameter.origin, Origin::Varied(..));
         let parameters = self.samples.parameters();
-        if parameters.iter().any(is_own) {
-            let pairs = parameters.iter().zip(self.samples.values(sample)).filter(|(parameter, _)| is_own(parameter));
+        if parameters.iter().any(Parameter::is_own) {
+            let pairs = parameters.iter().zip(self.samples.values(sample)).filter(|(parameter, _)| parameter.is_own());
             key = pairs
                 .fold(key, |key, (parameter, value)| key.wrapping_add(term(self.samples.study(), parameter, &value)));
         }
@@ -117,24 +126,30 @@ impl<'a> SampleKeys<'a> {
         Some(SampleKey(if shift != 0.0 { key.wrapping_add(self.alone) } else { key.wrapping_sub(self.alone) }))
     }
 
-    /// Hash of all keys and step limits in order: equal for studies whose samples are the same and numbered alike.
+    /// Hash of all keys and step limits in order: equal for studies whose samples are the same and numbered alike. The keys of the first 4
+    /// million samples are kept.
     #[must_use]
-    pub fn digest(&self) -> String {
+    pub fn digest(&mut self) -> String {
         let mut hasher = blake3::Hasher::new();
-        let of = |sample| (self.key(sample), self.step_limit(sample));
         let count = self.samples.count();
+        let mut kept = Vec::new();
+        let of = |sample| (self.key(sample), self.step_limit(sample));
         for from in (0..count).step_by(AT_ONCE) {
             let some = from..count.min(from + AT_ONCE as u64);
             // values are drawn for a key: by all cores, and without threads by this one
             let found: Vec<(SampleKey, Option<u64>)> = in_parallel(|| some.clone().into_par_iter().map(of).collect())
                 .unwrap_or_else(|_| some.clone().map(of).collect());
             for (key, limit) in found {
+                if kept.len() < MOST_KEPT {
+                    kept.push(key);
+                }
                 hasher.update(&key.0.to_le_bytes());
                 if let Some(limit) = limit {
                     hasher.update(b"step limit").update(&limit.to_le_bytes());
                 }
             }
         }
+        self.kept = kept;
         hasher.finalize().to_hex().to_string()
     }
 }
@@ -208,11 +223,11 @@ mod tests {
         let varied = "[[vary]]\npath = \"run.step_limit\"\nvalues = [100, 300]\n";
         let (without, fixed, varied) =
             (samples(folder.path(), ""), samples(folder.path(), set), samples(folder.path(), varied));
-        let keys = [&without, &fixed, &varied].map(|samples| SampleKeys::new(samples, 4, basis));
+        let mut keys = [&without, &fixed, &varied].map(|samples| SampleKeys::new(samples, 4, basis));
         assert_eq!(keys.each_ref().map(|keys| keys.step_limit(0)), [None, Some(300), Some(100)]);
         assert_eq!(keys[2].step_limit(1), Some(300));
         assert!(keys.iter().all(|other| other.key(0) == keys[0].key(0)) && keys[2].key(1) == keys[0].key(0));
-        let digests: BTreeSet<String> = keys.iter().map(SampleKeys::digest).collect();
+        let digests: BTreeSet<String> = keys.iter_mut().map(SampleKeys::digest).collect();
         assert_eq!(digests.len(), 3);
     }
 }

@@ -14,6 +14,7 @@ use super::error::StudyError;
 use super::parameter::{Origin, Parameter};
 use super::plan::Plan;
 use super::uncertain::Uncertain;
+use super::value_table::{TABLE_BYTES, ValueTable};
 use crate::design::{Design, DesignError, Thinned};
 use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
@@ -36,6 +37,7 @@ pub struct Samples {
     design: Design,
     /// As the study's, with fewer points after `--scale`.
     drawing: Drawing,
+    table: ValueTable,
     scale: Option<f64>,
     limit: Option<u64>,
 }
@@ -63,7 +65,35 @@ impl Samples {
             DesignError::TooMany { count, limit } => too_many(&study, scale, count, limit),
             error @ (DesignError::Scale { .. } | DesignError::Nothing) => error.into(),
         })?;
-        Ok(Self { study, design, drawing, scale, limit })
+        let own = study.parameters().iter().filter(|parameter| parameter.is_own()).count();
+        Ok(Self { study, design, drawing, table: ValueTable::empty(own), scale, limit })
+    }
+
+    /// Draws the values of the first samples by all cores, as many as [`TABLE_BYTES`] hold, and keeps them; those of the others are drawn
+    /// each time they are asked for.
+    ///
+    /// # Errors
+    /// The threads cannot be started.
+    pub fn draw(&mut self) -> Result<(), StudyError> {
+        self.draw_into(TABLE_BYTES)
+    }
+
+    /// How often a sample was drawn.
+    #[cfg(test)]
+    pub(crate) fn drawn(&self) -> u64 {
+        self.drawing.drawn.load(std::sync::atomic::Ordering::Relaxed)
+    }
+
+    pub(super) fn draw_into(&mut self, bytes: usize) -> Result<(), StudyError> {
+        let width = self.parameters().iter().filter(|parameter| parameter.is_own()).count();
+        let scratch = || (Scratch::default(), Vec::new());
+        let fill = |sample: u64, (scratch, own): &mut (Scratch, Vec<f64>), row: &mut [f64]| {
+            let positions = self.design.positions(sample);
+            self.own_at(self.point_at(&positions), &positions[self.before()..], scratch, own);
+            row.copy_from_slice(own);
+        };
+        self.table = ValueTable::draw(width, self.count(), bytes, scratch, fill)?;
+        Ok(())
     }
 
     /// The study.
@@ -159,28 +189,55 @@ impl Samples {
     #[must_use]
     pub fn values(&self, sample: u64) -> Vec<ParamValue> {
         let positions = self.design.positions(sample);
-        let point = self.plan().map_or(0, |_| positions[0]);
-        self.values_at(point, &positions[self.before()..])
+        let along = &positions[self.before()..];
+        match self.table.row(sample) {
+            Some(own) => self.put_together(along, own),
+            None => self.values_at(self.point_at(&positions), along),
+        }
     }
 
     /// The same at any point and positions on the axes.
     pub(super) fn values_at(&self, point: u64, positions: &[u64]) -> Vec<ParamValue> {
-        let axes = self.study.axes.iter().zip(positions);
-        let varied = axes.flat_map(|(axis, &at)| axis.varied.iter().map(move |varied| varied.values.at(at)));
+        let mut own = Vec::new();
+        self.own_at(point, positions, &mut Scratch::default(), &mut own);
+        self.put_together(positions, &own)
+    }
+
+    /// The point of positions that begin with it; 0 without a `[design]`.
+    fn point_at(&self, positions: &[u64]) -> u64 {
+        self.plan().map_or(0, |_| positions[0])
+    }
+
+    /// Puts the uncertain and the derived values into `own`; what is not finite is NaN.
+    fn own_at(&self, point: u64, positions: &[u64], scratch: &mut Scratch, own: &mut Vec<f64>) {
+        own.clear();
         if self.plan().is_none() && !self.drawing.derives() {
-            return varied.collect();
+            return;
         }
-        let along = self.parameters().iter().filter(|parameter| matches!(parameter.origin, Origin::Varied(..)));
-        let varied: Vec<ParamValue> = varied.collect();
+        let along = self.parameters().iter().filter(|parameter| !parameter.is_own());
+        let numbers = along.zip(self.varied_at(positions));
         let numbers: Vec<f64> =
-            along.zip(&varied).map(|(parameter, value)| parameter.number(value).unwrap_or(f64::NAN)).collect();
-        let (mut scratch, mut values) = (Scratch::default(), Vec::new());
-        // what is not finite is NaN
-        let _ = self.drawing.values(point, &numbers, &mut scratch, &mut values);
-        let mut varied = varied.into_iter();
-        let value = |(place, parameter): (usize, &Parameter)| match parameter.origin {
-            Origin::Varied(..) => varied.next().expect("a value for each"),
-            _ => self.drawing.param(place, values[place]),
+            numbers.map(|(parameter, value)| parameter.number(&value).unwrap_or(f64::NAN)).collect();
+        let _ = self.drawing.values(point, &numbers, scratch, own);
+        let uncertain = self.drawing.laws().len();
+        own.drain(uncertain..uncertain + numbers.len());
+    }
+
+    /// The values of `[[vary]]` and `[points]`.
+    fn varied_at(&self, positions: &[u64]) -> impl Iterator<Item = ParamValue> {
+        let axes = self.study.axes.iter().zip(positions);
+        axes.flat_map(|(axis, &at)| axis.varied.iter().map(move |varied| varied.values.at(at)))
+    }
+
+    /// One value per parameter, of the uncertain and derived ones and of the positions on the axes.
+    fn put_together(&self, positions: &[u64], own: &[f64]) -> Vec<ParamValue> {
+        let (mut varied, mut own) = (self.varied_at(positions), own.iter());
+        let value = |(place, parameter): (usize, &Parameter)| {
+            if parameter.is_own() {
+                self.drawing.param(place, *own.next().expect("a number for each"))
+            } else {
+                varied.next().expect("a value for each")
+            }
         };
         self.parameters().iter().enumerate().map(value).collect()
     }

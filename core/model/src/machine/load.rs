@@ -1,10 +1,10 @@
 //! Walks a machine file beside the table of keys: unknown keys, wrong shapes and wrong values are found here, and every
 //! slot is laid out, also those the file leaves to their defaults.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::ops::Range as Span;
 
-use super::layout::{Layout, Named, Origin, Scalar, Slot, State, Text};
+use super::layout::{ByPath, Layout, Named, Origin, Scalar, Slot, State, Text};
 use super::schema::{Branch, Key, Kind, Need, SCHEMA, Segment, root};
 use super::value::from_node;
 use crate::document::{Collector, Entry, MISSING, Node, Problems, Value, cut, parse_toml};
@@ -38,7 +38,7 @@ pub(super) fn load<'a>(file: &'a str, text: &'a str) -> Result<Loaded<'a>, Probl
         text: text.to_owned(),
         name: String::new(),
         slots: Vec::new(),
-        by_path: HashMap::new(),
+        by_path: ByPath::default(),
         conditions: Vec::new(),
         tables: BTreeMap::new(),
         groups: BTreeMap::new(),

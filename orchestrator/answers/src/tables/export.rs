@@ -22,11 +22,20 @@ pub enum CsvStyle {
 }
 
 impl CsvStyle {
-    fn separator(self) -> char {
+    /// Character between two cells.
+    #[must_use]
+    pub fn separator(self) -> char {
         match self {
             Self::Point => ',',
             Self::Comma => ';',
         }
+    }
+
+    /// The shortest decimal that reads back as the same bits.
+    #[must_use]
+    pub fn number(self, number: f64) -> String {
+        let text = format!("{number:?}");
+        if self == Self::Comma { text.replace('.', ",") } else { text }
     }
 }
 
@@ -69,8 +78,7 @@ pub fn export_csv(files: &[PathBuf], name: &Path, style: CsvStyle, mut out: impl
 fn shown(cell: &AnyValue<'_>, style: CsvStyle) -> String {
     match cell {
         AnyValue::Null => String::new(),
-        AnyValue::Float64(number) if style == CsvStyle::Comma => format!("{number:?}").replace('.', ","),
-        AnyValue::Float64(number) => format!("{number:?}"),
+        AnyValue::Float64(number) => style.number(*number),
         AnyValue::String(word) => (*word).to_owned(),
         AnyValue::StringOwned(word) => word.to_string(),
         other => other.to_string(),

@@ -9,6 +9,7 @@ use crate::engine;
 use crate::history::{Decimation, Settings, read};
 use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
 use bladeoff_answers::history::History;
+use bladeoff_answers::tables::CsvStyle;
 use bladeoff_model::machine::Engine;
 use bladeoff_system::shown;
 use std::path::Path;
@@ -37,7 +38,12 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
         let structure = engine::build(&case.machine)?;
         let plan = engine::step_plan(&case.machine, &structure)?;
         let path = out.join(format!("{}.mcap", case.detection));
-        let settings = Settings { path: path.clone(), channels: Vec::new(), decimation: Decimation::Every(EVERY) };
+        let settings = Settings {
+            path: path.clone(),
+            channels: Vec::new(),
+            decimation: Decimation::Every(EVERY),
+            csv: CsvStyle::Point,
+        };
         let (_, written) = watched(&case.machine, &structure, &plan, Some(&settings), false)?;
         if let Some(written) = written {
             remark(&written);

@@ -30,7 +30,7 @@ use bladeoff_system::files::{FileError, Pending, unguessable, write_whole};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Attempts that are listed in a manifest, which is read whole.
 const LISTED: usize = 20_000;
@@ -251,6 +251,7 @@ impl Merging<'_> {
             workers: 0,
             sample: study.limits.sample,
             limits: RunLimits::default(),
+            begun: Instant::now(),
             json_events: false,
             rerun: None,
             looking: None,

@@ -107,6 +107,9 @@ pub fn run_shard(
     }
     let (directory, opened) = scratch(request, &frozen, &prepared)?;
     let mut own = Request { out: directory.path().to_path_buf(), ..request.run.clone() };
+    // `wall` of [stop] counts from here
+    own.limits = own.limits.after(own.begun.elapsed());
+    own.begun = Instant::now();
     let wall = request.run.looking.as_ref().and_then(|looking| looking.wall());
     let is_by_stop = wall.is_some_and(|wall| own.limits.wall.is_none_or(|asked| wall < asked));
     own.limits.wall = own.limits.wall.into_iter().chain(wall).min();

@@ -33,6 +33,8 @@ use crate::design::random::Source;
 use crate::design::sobol::{Sobol, keys};
 use crate::uncertain::Uncertain;
 
+/// Parameters that a warning names, the worst first.
+const MOST_NAMED: usize = 5;
 /// From here on the pairs of dimensions of a sequence are no longer spread well.
 const MANY_PARAMETERS: usize = 50;
 
@@ -298,13 +300,19 @@ impl Plan {
         }
     }
 
-    /// A warning that names every parameter of a Saltelli design whose values in A and in B are correlated over the first `count` points.
+    /// A warning about the parameters of a Saltelli design whose values in A and in B are correlated over the first `count` points: the five
+    /// largest correlations, and the number of the others.
     #[must_use]
     pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
         let base = count / self.rows();
         let found = self.saltelli()?.related(base);
         let each = found.iter().filter_map(|&(parameter, r)| Some(format!("{} {r:.2}", names.get(parameter)?)));
-        let each = each.collect::<Vec<_>>().join(", ");
+        let mut each = each.take(MOST_NAMED).collect::<Vec<_>>().join(", ");
+        match found.len().saturating_sub(MOST_NAMED) {
+            0 => {}
+            1 => each.push_str(" and 1 other"),
+            others => each.push_str(&format!(" and {others} others")),
+        }
         (!each.is_empty()).then(|| {
             format!(
                 "{base} base points are few for {} parameters: values of the same parameter in A and in B are correlated, {each}; \

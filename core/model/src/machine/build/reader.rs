@@ -129,7 +129,7 @@ impl<'a> Reader<'a> {
 
     /// Whether something is given there, right or wrong.
     pub fn is_given(&self, path: &str) -> bool {
-        self.layout.lengths.contains_key(path) || self.state(path).is_some_and(|state| state.scalar != Scalar::Absent)
+        self.state(path).is_some_and(|state| state.scalar != Scalar::Absent) || self.layout.lengths.contains_key(path)
     }
 
     /// Whether a group of tables was reported as wrong.
