@@ -126,7 +126,7 @@ impl Serialize for Inputs {
 pub struct Statuses {
     /// Pairs that are ok in both.
     pub ok: u64,
-    /// Pairs that are bad in both, for the same cause: their values are not compared.
+    /// Pairs that are not ok in both, for the same cause: `guarded_` columns and `beyond_s` alone are compared.
     pub bad_alike: u64,
     /// Pairs whose status or cause is another one.
     pub changed: u64,
@@ -287,18 +287,30 @@ pub struct Judged {
     pub tolerance: String,
     /// Its column.
     pub column: String,
-    /// Pairs that were compared: those with a value in both, or in neither.
+    /// Pairs that were compared: those with a value in both.
     pub compared: u64,
     /// Pairs out of tolerance. The key keeps the name that it has in schema 1.
     #[serde(rename = "beyond")]
     pub out: u64,
-    /// Pairs with a value in one alone.
+    /// Pairs with a value in one alone: not compared, out of tolerance.
     pub one_sided: u64,
+    /// Pairs without a value in either: not compared.
+    pub empty: u64,
+    /// First pair with a value in one alone.
+    pub first_one_sided: Option<Pair>,
+    /// First pair without a value in either.
+    pub first_empty: Option<Pair>,
     /// The pair that exceeds it most, or that is nearest to it.
     pub worst: Option<Mover>,
 }
 
 impl Judged {
+    /// The pairs that it names.
+    pub(super) fn pairs(&mut self) -> impl Iterator<Item = &mut Pair> {
+        let worst = self.worst.iter_mut().map(|worst| &mut worst.pair);
+        worst.chain(&mut self.first_one_sided).chain(&mut self.first_empty)
+    }
+
     /// Whether pairs were compared and all are within.
     #[must_use]
     pub fn holds(&self) -> bool {

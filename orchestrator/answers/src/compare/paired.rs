@@ -1,4 +1,5 @@
-//! How far a column moved over pairs that are ok in both, and whether that is within tolerances.
+//! Differences of a column over pairs that are ok in both, and whether they are within tolerances. Columns of values before a guard or limit was
+//! exceeded ([`is_reached`]) are compared over pairs of the same other status, too.
 //!
 //! ```text
 //! d = B - A,   mean d with Student's t: of pairs, of points where several pairs are of one, of replicates
@@ -20,7 +21,7 @@ const SHOWN: usize = 5;
 /// Changes of words that are told.
 const MOST_CHANGES: usize = 20;
 
-/// Pairs that are ok in both.
+/// Pairs that are compared.
 pub(super) struct Pairs<'a> {
     /// Rows.
     pub rows: &'a [(usize, usize)],
@@ -40,6 +41,11 @@ impl Pairs<'_> {
         let value = |value: f64| (!value.is_nan()).then_some(value);
         Mover { pair: self.pair(at), value_a: value(a), value_b: value(b) }
     }
+}
+
+/// Whether a column is known in rows that are not ok: values before a guard or limit was exceeded, and the time of a limit.
+pub(super) fn is_reached(column: &str) -> bool {
+    column.starts_with("guarded_") || column == "beyond_s"
 }
 
 /// The pairs that are farthest, by a measure; of equal ones the first.
@@ -114,19 +120,26 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
 
 /// A tolerance of a column.
 pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Judged {
-    let (mut compared, mut out, mut one_sided) = (0, 0, 0);
+    let (mut compared, mut out, mut one_sided, mut empty) = (0, 0, 0, 0);
+    let (mut first_one_sided, mut first_empty) = (None, None);
     let mut farthest = Farthest::default();
     for (at, &(row_a, row_b)) in pairs.rows.iter().enumerate() {
         let (of_a, of_b) = (a[row_a], b[row_b]);
-        if of_a.is_nan() != of_b.is_nan() {
-            one_sided += 1;
-            continue;
-        }
-        compared += 1;
-        if !of_a.is_nan() {
-            let (is_within, how_far) = tolerance.judge(of_a, of_b);
-            out += u64::from(!is_within);
-            farthest.see(how_far, at, 1);
+        match (of_a.is_nan(), of_b.is_nan()) {
+            (true, true) => {
+                empty += 1;
+                first_empty.get_or_insert_with(|| pairs.pair(at));
+            }
+            (false, false) => {
+                compared += 1;
+                let (is_within, how_far) = tolerance.judge(of_a, of_b);
+                out += u64::from(!is_within);
+                farthest.see(how_far, at, 1);
+            }
+            _ => {
+                one_sided += 1;
+                first_one_sided.get_or_insert_with(|| pairs.pair(at));
+            }
         }
     }
     let worst = farthest.0.first().map(|&(_, at)| {
@@ -134,7 +147,7 @@ pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'
         pairs.mover(at, a[row_a], b[row_b])
     });
     let (text, column) = (tolerance.text.clone(), tolerance.column.clone());
-    Judged { tolerance: text, column, compared, out, one_sided, worst }
+    Judged { tolerance: text, column, compared, out, one_sided, empty, first_one_sided, first_empty, worst }
 }
 
 /// A column of words; `None`: they are the same.

@@ -1,6 +1,7 @@
 //! A comparison in words.
 
 use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Mover, Pair};
+use super::paired::is_reached;
 use crate::ask::{counted, percent_given};
 use crate::report::{Align, TextTable};
 use bladeoff_model::document::units::format_digits;
@@ -83,7 +84,7 @@ fn in_lines(found: &Compared) -> Compared {
     found.apart.iter_mut().flat_map(|one| [&mut one.column, &mut one.unit]).for_each(line);
     for one in &mut found.tolerances {
         [&mut one.tolerance, &mut one.column].into_iter().for_each(line);
-        one.worst.iter_mut().for_each(|worst| pair(&mut worst.pair));
+        one.pairs().for_each(pair);
     }
     found
 }
@@ -139,7 +140,7 @@ fn statuses(found: &Compared) -> String {
     let mut text = format!("\nStatus: {} ok in both", counted(status.ok, "pair"));
     if status.bad_alike > 0 {
         text.push_str(&format!(
-            ", {} bad in both for the same cause (their values are not compared)",
+            ", {} not ok in both for the same cause (only guarded_ columns and beyond_s are compared)",
             status.bad_alike
         ));
     }
@@ -189,7 +190,7 @@ fn interval(found: &Interval, unit: &str) -> String {
 }
 
 fn paired(found: &Compared, width: Option<usize>) -> String {
-    if found.status.ok == 0 || found.paired.is_empty() {
+    if found.status.ok + found.status.bad_alike == 0 || found.paired.is_empty() {
         return String::new();
     }
     let has_moved = |one: &&Difference| one.same < one.pairs || one.only_in_a + one.only_in_b > 0;
@@ -198,7 +199,12 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
     let mut text = String::new();
     if !moved.is_empty() {
         let level = percent_given(found.confidence);
-        text.push_str(&format!("\nB - A, over {} that are ok in both:\n", counted(found.status.ok, "pair")));
+        let others = match found.status.bad_alike {
+            0 => String::new(),
+            count => format!("; guarded_ columns and beyond_s also over {count} that are not"),
+        };
+        let pairs = counted(found.status.ok, "pair");
+        text.push_str(&format!("\nB - A, over {pairs} that are ok in both{others}:\n"));
         let titles = ["column", "pairs", "moved", "mean of A", "mean of B - A", &level, "farthest", "sample of A"];
         let aligned = titles.iter().enumerate();
         let header: Vec<_> =
@@ -360,12 +366,48 @@ fn tolerances(found: &Compared) -> String {
         let rows = counted(found.matched.only_in_a, "row");
         text.push_str(&format!("  {rows} of A without partner: not compared, which counts as out of tolerance\n"));
     }
-    text + if is_out { "Out of tolerance.\n" } else { "Within the tolerances.\n" }
+    let is_partial = |judged: &Judged| judged.empty + left_out(judged, found) > 0;
+    text + match (is_out, found.tolerances.iter().any(is_partial)) {
+        (true, _) => "Out of tolerance.\n",
+        (false, true) => "Within the tolerances, in the pairs that could be compared.\n",
+        (false, false) => "Within the tolerances.\n",
+    }
+}
+
+/// Pairs that are not ok in both, where their values of this column are not compared.
+fn left_out(judged: &Judged, found: &Compared) -> u64 {
+    if is_reached(&judged.column) { 0 } else { found.status.bad_alike }
+}
+
+/// "; not compared: 16 pairs without a value in either (first sample 3)"; empty where all are compared.
+fn not_compared(judged: &Judged, found: &Compared) -> String {
+    let mut parts = Vec::new();
+    if judged.empty > 0 {
+        parts.push(format!(
+            "{} without a value in either{}",
+            counted(judged.empty, "pair"),
+            first(&judged.first_empty)
+        ));
+    }
+    let others = left_out(judged, found);
+    if others > 0 {
+        let guarded = format!("guarded_{}", judged.column);
+        let has = found.paired.iter().any(|one| one.column == guarded);
+        let hint = if has { format!(" (see {guarded})") } else { String::new() };
+        parts.push(format!("{} not ok in both{hint}", counted(others, "pair")));
+    }
+    if parts.is_empty() { String::new() } else { format!("; not compared: {}", parts.join(", ")) }
+}
+
+/// " (first sample 3)".
+fn first(pair: &Option<Pair>) -> String {
+    pair.as_ref().map_or_else(String::new, |pair| format!(" (first {})", samples(pair)))
 }
 
 fn judgement(judged: &Judged, found: &Compared) -> String {
+    let missing = not_compared(judged, found);
     if judged.compared + judged.one_sided == 0 {
-        return "nothing was compared, which counts as out of tolerance".to_owned();
+        return format!("nothing could be compared, which counts as out of tolerance{missing}");
     }
     let all = counted(judged.compared + judged.one_sided, "pair");
     let mut text = if judged.holds() {
@@ -374,13 +416,15 @@ fn judgement(judged: &Judged, found: &Compared) -> String {
         format!("out of tolerance in {} of {all}", judged.out)
     };
     if judged.one_sided > 0 {
-        text.push_str(&format!(" and a value in one alone in {}", judged.one_sided));
+        let first = first(&judged.first_one_sided);
+        text.push_str(&format!(" and a value in one alone in {}{first}", judged.one_sided));
     }
     let unit = found.paired.iter().find(|one| one.column == judged.column).map_or("", |one| one.unit.as_str());
-    match &judged.worst {
+    let text = match &judged.worst {
         Some(worst) if worst.value_a != worst.value_b => {
             text + &format!("; farthest {}, {}", both(worst, unit), samples(&worst.pair))
         }
         _ => text,
-    }
+    };
+    text + &missing
 }

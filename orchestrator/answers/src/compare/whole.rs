@@ -8,7 +8,7 @@ use super::found::{Change, Compared, Inputs, Judged, Matched, Pair, SCHEMA, Side
 use super::load::{Loaded, Words, at_once, load};
 use super::matching::Matching;
 use super::names::{Columns, Names};
-use super::paired::{Pairs, difference, judge, words};
+use super::paired::{Pairs, difference, is_reached, judge, words};
 use super::side::{Side, Verdicts};
 use super::sources::differing;
 use super::{inputs, notes};
@@ -31,7 +31,7 @@ pub fn compare(a: &Source<'_>, b: &Source<'_>, asked: &Asked<'_>) -> Result<Comp
     let (of_a, of_b) = (Side::read(a.files, &by, &mut verdicts)?, Side::read(b.files, &by, &mut verdicts)?);
     let can_match = names.alone.0.is_empty() && names.alone.1.is_empty();
     let matching = if can_match { Matching::of(&of_a, &of_b) } else { Matching::none(&of_a, &of_b) };
-    let (ok, status) = statuses(&matching.pairs, &of_a, &of_b, &verdicts);
+    let (ok, alike, status) = statuses(&matching.pairs, &of_a, &of_b, &verdicts);
     let sided = |source: &Source<'_>, side: &Side| Sided {
         name: source.name.clone(),
         rows: side.rows() as u64,
@@ -57,7 +57,7 @@ pub fn compare(a: &Source<'_>, b: &Source<'_>, asked: &Asked<'_>) -> Result<Comp
         tolerances: Vec::new(),
         out_of_tolerance: None,
     };
-    let work = Work { a, b, of_a: &of_a, of_b: &of_b, names: &names, matching: &matching, ok: &ok };
+    let work = Work { a, b, of_a: &of_a, of_b: &of_b, names: &names, matching: &matching, ok: &ok, alike: &alike };
     work.columns(&mut found)?;
     find_inputs(&mut found, a, b, &names)?;
     found.out_of_tolerance = (!names.tolerances.is_empty()).then(|| {
@@ -78,12 +78,19 @@ fn matched(matching: &Matching) -> Matched {
     }
 }
 
-/// The pairs that are ok in both, and what became of the others.
-fn statuses(pairs: &[(usize, usize)], a: &Side, b: &Side, verdicts: &Verdicts) -> (Vec<(usize, usize)>, Statuses) {
+/// Places of two rows in their tables.
+type Rows = (usize, usize);
+
+/// The pairs that are ok in both, those of one status and cause in both (ok or not), and the counts of all.
+fn statuses(pairs: &[Rows], a: &Side, b: &Side, verdicts: &Verdicts) -> (Vec<Rows>, Vec<Rows>, Statuses) {
     let (mut ok, mut found) = (Vec::with_capacity(pairs.len()), Statuses::default());
+    let mut alike = Vec::with_capacity(pairs.len());
     let mut changes: BTreeMap<(u16, u16), (u64, Vec<Pair>)> = BTreeMap::new();
     for &(row_a, row_b) in pairs {
         let (from, to) = (a.verdicts[row_a], b.verdicts[row_b]);
+        if from == to {
+            alike.push((row_a, row_b));
+        }
         if a.is_ok(row_a) && b.is_ok(row_b) {
             ok.push((row_a, row_b));
         } else if from == to {
@@ -106,7 +113,7 @@ fn statuses(pairs: &[(usize, usize)], a: &Side, b: &Side, verdicts: &Verdicts) -
     };
     found.changes = changes.iter().map(change).collect();
     found.changes.sort_by(|x, y| (y.count, &x.from, &x.to).cmp(&(x.count, &y.from, &y.to)));
-    (ok, found)
+    (ok, alike, found)
 }
 
 /// What the columns are read for.
@@ -117,14 +124,17 @@ struct Work<'a> {
     of_b: &'a Side,
     names: &'a Names,
     matching: &'a Matching,
-    ok: &'a [(usize, usize)],
+    ok: &'a [Rows],
+    alike: &'a [Rows],
 }
 
 impl Work<'_> {
     fn columns(&self, found: &mut Compared) -> Result<(), CompareError> {
-        let (of_pairs, of_rests) = (self.clusters_of_pairs(), self.clusters_of_rests());
+        let (of_ok, of_alike) = (self.clusters_of_pairs(self.ok), self.clusters_of_pairs(self.alike));
+        let of_rests = self.clusters_of_rests();
         let samples = (self.of_a.samples.as_slice(), self.of_b.samples.as_slice());
-        let pairs = Pairs { rows: self.ok, samples, clusters: &of_pairs };
+        let ok = Pairs { rows: self.ok, samples, clusters: &of_ok };
+        let alike = Pairs { rows: self.alike, samples, clusters: &of_alike };
         let (is_ok_a, is_ok_b) = (|row| self.of_a.is_ok(row), |row| self.of_b.is_ok(row));
         let rest_a = Rest { rows: &self.matching.only_a, is_ok: &is_ok_a, clusters: &of_rests.0 };
         let rest_b = Rest { rows: &self.matching.only_b, is_ok: &is_ok_b, clusters: &of_rests.1 };
@@ -137,19 +147,20 @@ impl Work<'_> {
             let of_a = load(self.a.files, &heads, rows_a, &mut known)?;
             let of_b = load(self.b.files, &heads, rows_b, &mut known)?;
             for (head, (cells_a, cells_b)) in heads.iter().zip(of_a.iter().zip(&of_b)) {
+                let pairs = if is_reached(&head.name) { &alike } else { &ok };
                 match (cells_a, cells_b) {
                     (Loaded::Numbers(a), Loaded::Numbers(b)) => {
-                        found.paired.push(difference(head, a, b, &pairs));
+                        found.paired.push(difference(head, a, b, pairs));
                         if has_rests {
                             found.apart.push(apart(head, (a, &rest_a), (b, &rest_b)));
                         }
                         for (place, tolerance) in judged.iter_mut().zip(&self.names.tolerances) {
                             if tolerance.column == head.name {
-                                *place = Some(judge(tolerance, a, b, &pairs));
+                                *place = Some(judge(tolerance, a, b, pairs));
                             }
                         }
                     }
-                    (Loaded::Words(a), Loaded::Words(b)) => found.words.extend(words(head, a, b, &pairs, &known)),
+                    (Loaded::Words(a), Loaded::Words(b)) => found.words.extend(words(head, a, b, pairs, &known)),
                     // results of other kinds are not compared
                     _ => {}
                 }
@@ -160,12 +171,12 @@ impl Work<'_> {
     }
 
     /// Pairs are a study's sample where they are all of its rows.
-    fn clusters_of_pairs(&self) -> Clusters {
+    fn clusters_of_pairs(&self, rows: &[Rows]) -> Clusters {
         let all_of_a = self.matching.only_a.is_empty();
         if all_of_a || self.matching.only_b.is_empty() {
             let (draw, side) = if all_of_a { (self.a.draw, self.of_a) } else { (self.b.draw, self.of_b) };
             let sample = |&(a, b): &(usize, usize)| side.samples[if all_of_a { a } else { b }];
-            return draw.clusters(self.ok.iter().map(sample));
+            return draw.clusters(rows.iter().map(sample));
         }
         let why = "no interval: only a part of either study has partners, which is no sample of one";
         Draw::without(why).clusters(std::iter::empty())
@@ -192,7 +203,7 @@ fn find_inputs(found: &mut Compared, a: &Source<'_>, b: &Source<'_>, names: &Nam
         pairs.extend(moved.movers.iter_mut().chain(&mut moved.one_sided).map(|mover| &mut mover.pair));
     }
     pairs.extend(found.words.iter_mut().filter_map(|change| change.first.as_mut()));
-    pairs.extend(found.tolerances.iter_mut().filter_map(|judged| judged.worst.as_mut()).map(|worst| &mut worst.pair));
+    pairs.extend(found.tolerances.iter_mut().flat_map(Judged::pairs));
     let in_a = inputs::of_rows(a.files, &names.inputs, pairs.iter().map(|pair| pair.rows.0))?;
     let in_b = inputs::of_rows(b.files, &names.inputs, pairs.iter().map(|pair| pair.rows.1))?;
     for pair in pairs {
