@@ -458,7 +458,7 @@ fn what_bad_runs_leave_open_is_told_of_each_group() {
         rest.split_once(to).map_or(rest, |(part, _)| part).to_owned()
     };
     let fails = part("\nfails\n", "\ncurve\n");
-    assert_eq!(fails.matches("what the bad runs leave open is wider").count(), 2, "{fails}");
+    assert_eq!(fails.matches("more runs will not help: bad runs").count(), 2, "{fails}");
     // formulas have no guards
     let given = part("\ngiven\n", "\nAnswers: ");
     assert!(given.contains(" bad runs decided by the inputs") && !given.contains("guards"), "{given}");

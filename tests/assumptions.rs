@@ -24,8 +24,11 @@ fn check_prints_assumptions_and_the_contact_that_is_expected() {
         "  diaphragm: planar linear ring",
         "  friction: Coulomb, constant coefficient 0.15",
         "  engine: exponential",
-        "  seal: contact expected: 1.31 mm after the release (2.62 times), unbalance response",
+        "  seal: contact expected: 1.31 mm after the release (2.6 of the gap), unbalance response",
         "against a gap of 0.5 mm",
+        "Limits of the model:",
+        "  ring_yield: not judged: no diaphragms.NAME.material.yield_strength",
+        "  warning: stresses of ring, blades and shaft are not judged",
     ] {
         assert!(plain.out.contains(said), "{said}: {}", plain.out);
     }
@@ -36,6 +39,13 @@ fn check_prints_assumptions_and_the_contact_that_is_expected() {
     assert!(other.out.contains("gravity: on, 0 m/s2 along X and -9.81 m/s2 along Y"), "{}", other.out);
     assert!(other.out.contains("  seal: no contact expected: "), "{}", other.out);
     assert!(other.out.contains("are taken at rest by sag and offset"), "{}", other.out);
+    let limit = other.out.lines().find(|line| line.starts_with("  ring_displacement")).expect("in the table of limits");
+    assert!(limit.contains(" (0.05 of mean radius)  default") && limit.ends_with("beyond"), "{limit}");
+    // its run may touch at any time, whatever the linear response
+    let unstable = rig().replace("stiffness = \"2e6 N/m\"", "stiffness = [[2e6, 3e6], [-3e6, 2e6]]");
+    let unstable = say(&["check", &folder.write("unstable.toml", &unstable)]);
+    assert!(unstable.out.contains("Contact:\n  no forecast: unstable between "), "{}", unstable.out);
+    assert!(!unstable.out.contains("contact expected"), "{}", unstable.out);
     assert!(say(&["new", "machine"]).out.contains("gravity = [0.0, -9.81]"));
 }
 
@@ -56,7 +66,9 @@ fn a_run_that_is_not_ok_is_in_every_list_of_summary_and_report() {
     let out = folder.name("judged");
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
     assert!(
-        run.out.contains("The worst of the rows that are not ok, as far as all guards and limits held:"),
+        run.out.contains(
+            "Highest values of the runs that are not ok, before a guard or limit was exceeded (lower bounds):"
+        ),
         "{}",
         run.out
     );
@@ -75,7 +87,7 @@ fn a_run_that_is_not_ok_is_in_every_list_of_summary_and_report() {
     let (_, body) = page.split_once("</style>").expect("a style");
     let (body, _) = body.split_once("<script>").expect("the library");
     for said in [
-        "4 runs: 2 ok, 2 invalid. Values of 2 of them (50 %)",
+        "4 runs: 2 ok, 2 invalid. 2 runs (50 %) are failed, invalid or quarantined: values are not for design.",
         "id=\"assumptions\"",
         "gravity: off",
         "invalid: energy_balance",

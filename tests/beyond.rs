@@ -67,6 +67,14 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
         "{}",
         above.err
     );
+    let allowed = "4 of 8 samples beyond the model; the study allows 3 ([limits] max_beyond)";
+    assert!(say(&["status", &out]).out.contains(&format!("warning    {allowed}")), "{}", say(&["status", &out]).out);
+    assert_eq!(json(&say(&["status", &out, "--json"]).out)["above_max_beyond"], allowed);
+    let (xml, page) = (folder.name("gate.xml"), folder.name("page.html"));
+    say(&["gate", &out, "--require", "P(beyond_s > 0) < 0.5", "--junit", &xml]);
+    assert!(fs::read_to_string(xml).expect("written").contains(&format!("<system-err>{allowed}</system-err>")));
+    say(&["report", &out, "--out", &page]);
+    assert!(fs::read_to_string(page).expect("written").contains(allowed));
     for word in ["answer", "gate"] {
         let gate = ["--require", "P(limit_ratio_ring_yield > 1) < 0.5"];
         let said = say(&[&[word, &out][..], if word == "gate" { &gate[..] } else { &[] }].concat());
@@ -91,6 +99,47 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     assert_eq!(before, fs::read(folder.path("out/results.parquet")).expect("the table"));
     let wrong = say(&["replay", &out, "--sample", "7", "--set", "contct.gap=1"]);
     assert!(wrong.code == 3 && wrong.err.contains("did you mean `diaphragms.seal.contact.gap`?"), "{}", wrong.err);
+}
+
+/// The heaviest runs end at a limit; a comparison sees what they reached, and counts the pairs that it cannot compare.
+#[test]
+fn runs_beyond_the_model_are_compared_by_what_they_reached() {
+    let folder = Folder::new();
+    let run = |name: &str, limit: &str| {
+        let path = study(&folder, "");
+        let text = fs::read_to_string(&path).expect("written").replace("value\" = 1e-6", &format!("value\" = {limit}"));
+        fs::write(&path, text).expect("written");
+        let out = folder.name(name);
+        let said = say(&["run", &path, "--out", &out, "--workers", "1"]);
+        assert_eq!(said.code, 0, "{}", said.err);
+        out
+    };
+    let (early, late, never) = (run("early", "1e-6"), run("late", "2e-6"), run("never", "1"));
+    let compare = |b: &str, tolerances: &[&str]| {
+        let tolerances = tolerances.iter().flat_map(|tolerance| ["--tolerance", tolerance]);
+        say(&["compare", &early, b].into_iter().chain(tolerances).collect::<Vec<_>>())
+    };
+    let reached = compare(&late, &["guarded_max_bearing_load_N 0", "beyond_s 0"]);
+    assert_eq!(reached.code, 4, "{}", reached.out);
+    for part in [
+        "guarded_max_bearing_load_N 0: out of tolerance in 4 of 4 pairs; farthest ",
+        "beyond_s 0: out of tolerance in 4 of 4 pairs; farthest ",
+        "; not compared: 4 pairs without a value in either (first sample 0)",
+        "4 not ok in both for the same cause (only guarded_ columns and beyond_s are compared)",
+    ] {
+        assert!(reached.out.contains(part), "{part}: {}", reached.out);
+    }
+    let ok = compare(&late, &["max_bearing_load_N 0"]);
+    assert_eq!(ok.code, 0, "{}", ok.out);
+    let partly = "max_bearing_load_N 0: within in 4 pairs; not compared: 4 pairs not ok in both (see guarded_max_bearing_load_N)";
+    assert!(ok.out.contains(partly), "{}", ok.out);
+    assert!(ok.out.contains("Within the tolerances, in the pairs that could be compared."), "{}", ok.out);
+    let nothing = compare(&early, &["twin_bearing_load_change 0"]);
+    assert_eq!(nothing.code, 4, "{}", nothing.out);
+    assert!(nothing.out.contains("nothing could be compared, which counts as out of tolerance"), "{}", nothing.out);
+    let changed = compare(&never, &["end_time_s 1 %"]);
+    assert_eq!(changed.code, 4, "{}", changed.out);
+    assert!(changed.out.contains("beyond: ring_displacement in A, ok in B: 4 pairs"), "{}", changed.out);
 }
 
 #[test]

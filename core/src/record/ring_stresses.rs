@@ -132,7 +132,7 @@ impl RingStressRecorder {
         row.peak(
             "max_blade_stress",
             "Pa",
-            "largest axial plus bending stress in a blade of the diaphragm, nominal",
+            "largest axial plus bending stress in a blade of the diaphragm, nominal; engine exponential without a yield limit: up to about 1 % too small",
             with_blades.map(|ring| ring.blades),
         );
         row.real(

@@ -108,15 +108,15 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
 }
 
 /// Prints how many ok runs exceed noted limits, whether too many runs are beyond the model, which of the columns that are asked for nothing
-/// fills, and of which bearings the peak loads are not those of the machine.
-pub(super) fn remark_limits(directory: &Path, samples: &Samples, asked: &[String]) -> Result<(), CliError> {
+/// fills, and of which bearings the peak loads are not those of the machine. Returns the line about too many runs beyond the model.
+pub(super) fn remark_limits(directory: &Path, samples: &Samples, asked: &[String]) -> Result<Option<String>, CliError> {
     let (noted, too_many) = read_current(directory, row_files, |files| {
         Ok((LimitTable::of(samples, files)?.noted(), too_many_beyond(samples, files)?))
     })?;
     too_many.iter().chain(&noted).for_each(|line| remark(&format!("warning: {line}")));
     unwatched(samples, asked).iter().for_each(|line| remark(&format!("note: {line}")));
     bearings_of(samples).iter().for_each(|note| remark(&format!("note: {note}")));
-    Ok(())
+    Ok(too_many)
 }
 
 /// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.

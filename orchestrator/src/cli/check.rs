@@ -12,7 +12,7 @@ use super::shared::shared;
 use crate::answering::related;
 use crate::engine;
 use crate::plausible::{implausible, implausible_of};
-use crate::report::{bearings_beyond, matrices_of, unstable, with_word};
+use crate::report::{Stability, bearings_beyond, matrices_of, unstable, with_word};
 use crate::reporting::{bearings_of, unstable_of};
 use crate::settled::machine_alone;
 use crate::starts::placed;
@@ -103,7 +103,8 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
         return Err(placed(&error, &definition, &machine, |_| false).map_or_else(|| error.into(), CliError::from));
     }
     let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
-    let more = forecast::of_machine(&definition, &machine, width());
+    let mut stability = Stability::with(structure.clone());
+    let more = forecast::of_machine(&definition, &machine, &mut stability, width());
     tell(&format!("{}: a machine whose run can start\n{choice}{more}", definition.name()))?;
     let step = engine::step_plan(&machine, &structure)?.step;
     bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));

@@ -1,18 +1,24 @@
-//! Assumptions and expected contact, as `check` prints them.
+//! Assumptions, limits and expected contact, as `check` prints them.
 
-use crate::report::{CAVEAT, Forecasts, forecast_lines, in_words, is_expected};
-use crate::reporting::{assumed, assumed_of_machine};
-use bladeoff_answers::report::wrapped;
+use crate::report::{CAVEAT, Forecasts, Stability, forecast_lines, in_words, is_expected, matrices_of, with_word};
+use crate::reporting::{assumed, assumed_of_machine, limits_of, limits_of_machine};
+use bladeoff_answers::report::{counted, wrapped};
 use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_study::{Chosen, Samples};
 
 /// Samples of a study that are looked at.
 const MOST: u64 = 8;
 
-/// Assumptions and forecast of a machine alone.
-pub(super) fn of_machine(definition: &MachineDef, machine: &Machine, width: Option<usize>) -> String {
-    let text = block("Assumptions", &assumed_of_machine(definition, machine), width);
-    let mut lines = forecast_lines(machine);
+/// Assumptions, limits and forecast of a machine alone.
+pub(super) fn of_machine(
+    definition: &MachineDef,
+    machine: &Machine,
+    stability: &mut Stability,
+    width: Option<usize>,
+) -> String {
+    let text = block("Assumptions", &assumed_of_machine(definition, machine), width)
+        + &limits_of_machine(definition, machine, width);
+    let mut lines = forecast_lines(machine, stability);
     if lines.is_empty() {
         return text;
     }
@@ -20,9 +26,11 @@ pub(super) fn of_machine(definition: &MachineDef, machine: &Machine, width: Opti
     text + &block("Contact", &lines, width)
 }
 
-/// Assumptions and forecast of a study: its machine as it is, and samples at its corners.
+/// Assumptions, limits and forecast of a study: its machine as it is, and samples at its corners.
 pub(super) fn of_study(samples: &Samples, width: Option<usize>) -> String {
-    block("Assumptions", &assumed(samples), width) + &block("Contact", &forecast(samples), width)
+    block("Assumptions", &assumed(samples), width)
+        + &limits_of(samples, width)
+        + &block("Contact", &forecast(samples), width)
 }
 
 fn block(heading: &str, lines: &[String], width: Option<usize>) -> String {
@@ -35,10 +43,16 @@ fn block(heading: &str, lines: &[String], width: Option<usize>) -> String {
 
 fn forecast(samples: &Samples) -> Vec<String> {
     let Some(machine) = samples.study().machine() else { return Vec::new() };
-    let mut lines = machine.def.build().map(|machine| forecast_lines(&machine)).unwrap_or_default();
-    if !samples.parameters().is_empty() {
-        lines.extend(between(samples));
-    }
+    let Ok(built) = machine.def.build() else { return Vec::new() };
+    let look = || {
+        let mut stability = Stability::default();
+        let mut lines = forecast_lines(&built, &mut stability);
+        if !samples.parameters().is_empty() {
+            lines.extend(between(samples, &mut stability));
+        }
+        lines
+    };
+    let mut lines = with_word(|| format!("{}, to forecast contact", matrices_of(&built)), look);
     if !lines.is_empty() {
         lines.push(CAVEAT.to_owned());
     }
@@ -52,7 +66,7 @@ struct Looked {
 }
 
 /// Least and most of samples at the ends of the study: corners of axes, evenly spread points of a design.
-fn between(samples: &Samples) -> Vec<String> {
+fn between(samples: &Samples, stability: &mut Stability) -> Vec<String> {
     let chosen = Chosen::new(samples, MOST);
     let all = chosen.count();
     // the corners stand at the end
@@ -61,9 +75,18 @@ fn between(samples: &Samples) -> Vec<String> {
     let most = (all - from).min(MOST);
     let mut forecasts = Forecasts::default();
     let (mut looked, mut expected) = (Vec::new(), 0);
+    let (mut unstable, mut first) = (0, None);
     for at in 0..most {
         let place = from + if most > 1 { at * (all - from - 1) / (most - 1) } else { 0 };
         let Ok(machine) = chosen.machine(place).build() else { continue };
+        if machine.diaphragms.is_empty() {
+            continue;
+        }
+        if let Some(range) = stability.unstable(&machine) {
+            unstable += 1;
+            first.get_or_insert_with(|| format!("{range}, with {}", chosen.describe(place)));
+            continue;
+        }
         let found = forecasts.of(&machine);
         let Some(largest) = found.iter().max_by(|a, b| a.share().total_cmp(&b.share())) else { continue };
         expected += u64::from(is_expected(largest));
@@ -72,10 +95,14 @@ fn between(samples: &Samples) -> Vec<String> {
         looked.push(Looked { share: largest.share(), text });
     }
     let order = |a: &&Looked, b: &&Looked| a.share.total_cmp(&b.share);
+    let mut lines: Vec<String> = first
+        .map(|first| format!("no forecast for {}: {first}", counted(unstable, "unstable sample")))
+        .into_iter()
+        .collect();
     let (Some(least), Some(largest)) = (looked.iter().min_by(order), looked.iter().max_by(order)) else {
-        return Vec::new();
+        return lines;
     };
-    let mut lines = vec![format!("contact expected in {expected} of {} samples that were looked at", looked.len())];
+    lines.push(format!("contact expected in {expected} of {} samples that were looked at", looked.len()));
     lines.push(format!("largest, with {}", largest.text));
     if least.share < largest.share {
         lines.push(format!("least, with {}", least.text));

@@ -77,9 +77,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if points < of {
         remark_unwritten(&directory)?;
     }
-    remark_limits(&directory, &samples, &columns_asked(&samples, &[], &gates))?;
+    let too_many = remark_limits(&directory, &samples, &columns_asked(&samples, &[], &gates))?;
     if let Some(path) = &args.junit {
-        write_whole(path, junit(&name(&directory, &samples), &decisions).as_bytes())?;
+        write_whole(path, junit(&name(&directory, &samples), &decisions, too_many.as_deref()).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));
     }
     tell(&decided(&decisions, points, of))?;

@@ -18,7 +18,7 @@ use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, g
 use crate::settled::by_starts;
 use crate::starts::check_starts;
 use bladeoff_answers::report::are;
-use bladeoff_answers::report::{Summary, counted, duration};
+use bladeoff_answers::report::{Summary, counted, duration, wrapped};
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::domain::DomainError;
 use bladeoff_study::plan::Kind;
@@ -363,8 +363,12 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
         return functions::summary(model, &files, width);
     }
     let bearings: String = bearings_of(samples).iter().map(|note| format!("note: {note}\n")).collect();
-    let limits = LimitTable::of(samples, &files)?.text(width);
-    Ok(Summary::of(&files)?.with_twin(study.twin_keys()).text(width) + &limits + &bearings)
+    let limits = LimitTable::of(samples, &files)?;
+    let warning = limits
+        .unjudged()
+        .map(|text| wrapped(&format!("warning: {text}"), width.unwrap_or(usize::MAX), "", "  ") + "\n");
+    let summary = Summary::of(&files)?.with_twin(study.twin_keys()).text(width);
+    Ok(warning.unwrap_or_default() + &summary + &limits.text(width) + &bearings)
 }
 
 /// Why the run ended before it was complete.

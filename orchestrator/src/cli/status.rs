@@ -9,11 +9,14 @@ use super::shards;
 use super::why::frozen;
 use crate::answering::Forecasts;
 use crate::report::Eta;
+use crate::reporting::above_max_beyond;
 use crate::run::shards::{samples_of, see_shards};
 use crate::run::{Looking, RunState, Seen, TableEnd, Verified, see, verify};
 use crate::submit::scheduler_says;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::document::visible;
+use bladeoff_model::outcome::Status;
+use bladeoff_study::Samples;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -106,11 +109,12 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
         RunState::Running { .. } | RunState::Ended | RunState::Killed(_) => forecast_in(directory),
         RunState::Complete | RunState::Unknown { .. } => None,
     };
+    let too_many = known.as_ref().and_then(|samples| too_many_beyond(samples, seen.told.as_ref()?));
     if json {
-        return Ok(as_json(seen, ahead.as_ref()));
+        return Ok(as_json(seen, ahead.as_ref(), too_many));
     }
     let end = end_told(&seen, directory);
-    Ok(as_text(&seen, (end.as_deref(), has_looks), ahead.as_ref()))
+    Ok(as_text(&seen, (end.as_deref(), has_looks), ahead.as_ref(), too_many))
 }
 
 fn verified_text(verified: &[Verified]) -> String {
@@ -147,7 +151,13 @@ fn verified_json(status: &str, verified: &[Verified]) -> String {
     text
 }
 
-fn as_json(seen: Seen, ahead: Option<&Forecasts>) -> String {
+/// The line where more of the samples that are done are beyond the model than the study allows.
+fn too_many_beyond(samples: &Samples, told: &Map<String, Value>) -> Option<String> {
+    let beyond = told.get("by_status")?.get(Status::Beyond.word())?.as_u64()?;
+    above_max_beyond(samples, beyond, told.get("done")?.as_u64()?)
+}
+
+fn as_json(seen: Seen, ahead: Option<&Forecasts>, too_many: Option<String>) -> String {
     let mut object = seen.told.unwrap_or_default();
     if seen.state == RunState::Ended {
         // Why it ended is what the run said itself: interrupted, terminated, wall, until, max_failures, failed.
@@ -161,12 +171,18 @@ fn as_json(seen: Seen, ahead: Option<&Forecasts>) -> String {
     }
     object.insert("state".to_owned(), json!(seen.state.word()));
     object.insert("forecast".to_owned(), json!(ahead.map(Forecasts::json)));
+    object.insert("above_max_beyond".to_owned(), json!(too_many));
     let mut text = serde_json::to_string_pretty(&Value::Object(object)).unwrap_or_default();
     text.push('\n');
     text
 }
 
-fn as_text(seen: &Seen, (end, has_looks): (Option<&str>, bool), ahead: Option<&Forecasts>) -> String {
+fn as_text(
+    seen: &Seen,
+    (end, has_looks): (Option<&str>, bool),
+    ahead: Option<&Forecasts>,
+    too_many: Option<String>,
+) -> String {
     let empty = Map::new();
     let told = seen.told.as_ref().unwrap_or(&empty);
     let word = |key: &str| told.get(key).and_then(Value::as_str);
@@ -178,6 +194,9 @@ fn as_text(seen: &Seen, (end, has_looks): (Option<&str>, bool), ahead: Option<&F
         line("study", word("study").unwrap_or("unknown").to_owned());
         line("done", done(seen, told));
         line("outcome", outcome(told));
+        if let Some(too_many) = too_many {
+            line("warning", too_many);
+        }
         if let RunState::Running { .. } = seen.state {
             line("pace", pace(told, has_looks));
         }

@@ -148,7 +148,8 @@ pub fn exceeded_at(causes: impl Iterator<Item = Cause>, number: impl Fn(&str) ->
 }
 
 /// A ratio with as many digits as show on which side of 1 it is: a run that ends at its limit exceeds it by one step only.
-fn just_above(ratio: f64) -> String {
+#[must_use]
+pub fn just_above(ratio: f64) -> String {
     let digits = (3..=8).find(|digits| format_digits(ratio, "", *digits) != "1").unwrap_or(9);
     format_digits(ratio, "", digits)
 }

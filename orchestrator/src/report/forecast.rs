@@ -1,5 +1,6 @@
 //! The forecast of contact in words: what the linear rotor reaches against the gap.
 
+use super::stability::Stability;
 use bladeoff_core::modal::{ContactForecast, contact_forecasts};
 use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{Braking, Machine, Rotor};
@@ -8,9 +9,15 @@ use bladeoff_model::machine::{Braking, Machine, Rotor};
 pub const CAVEAT: &str = "The forecast is that of the linear rotor without contact. The release is followed for its first 40 turns; on the shipped machines complete runs \
     without contact reach 98 to 101 % of it. A rotor that passes a critical speed quickly stays below its steady response.";
 
-/// One line for each diaphragm: "mid: contact expected: ...".
+/// One line for each diaphragm, "mid: contact expected: ...", or one without a forecast: the amplitude of an unstable rotor grows without a limit.
 #[must_use]
-pub fn forecast_lines(machine: &Machine) -> Vec<String> {
+pub fn forecast_lines(machine: &Machine, stability: &mut Stability) -> Vec<String> {
+    if machine.diaphragms.is_empty() {
+        return Vec::new();
+    }
+    if let Some(unstable) = stability.unstable(machine) {
+        return vec![format!("no forecast: {unstable}")];
+    }
     contact_forecasts(machine).iter().map(|one| line(machine, one)).collect()
 }
 
@@ -23,7 +30,7 @@ fn line(machine: &Machine, forecast: &ContactForecast) -> String {
 #[must_use]
 pub fn in_words(forecast: &ContactForecast) -> String {
     let length = |value: f64| format_digits(value, "m", 3);
-    let times = |share: f64| format!("{} times", format_digits(share, "", 3));
+    let times = |share: f64| format!("{} of the gap", format_digits(share, "", 2));
     let gap = length(forecast.gap);
     let at_rest = if forecast.at_rest > 0.0 {
         format!(", of which {} are taken at rest by sag and offset", length(forecast.at_rest))
@@ -130,7 +137,7 @@ mod tests {
     #[test]
     fn the_verdict_follows_the_release_first() {
         let said = in_words(&forecast(9.4e-3, 4e-3, 0.0));
-        let expected = "contact expected: 9.4 mm after the release (1.18 times), unbalance response 4 mm at 810 rpm (0.5 times) within 0 rpm to \
+        let expected = "contact expected: 9.4 mm after the release (1.2 of the gap), unbalance response 4 mm at 810 rpm (0.5 of the gap) within 0 rpm to \
              3000 rpm, against a gap of 8 mm";
         assert_eq!(said, expected);
         let steady = in_words(&forecast(7e-3, 9e-3, 0.0));
@@ -140,6 +147,9 @@ mod tests {
             none.starts_with("no contact expected: ")
                 && none.ends_with("of which 1 mm are taken at rest by sag and offset")
         );
-        assert!(none.contains("unbalance response 3 mm at 810 rpm (0.5 times)"), "with what is taken at rest: {none}");
+        assert!(
+            none.contains("unbalance response 3 mm at 810 rpm (0.5 of the gap)"),
+            "with what is taken at rest: {none}"
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! Warnings about speeds at which a machine's whirl is unstable.
 
 use crate::engine;
+use bladeoff_core::engine::speeds_of_run;
 use bladeoff_core::modal::UnstableRange;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::document::units::format_digits;
@@ -18,17 +19,48 @@ pub fn unstable(machine: &Machine, structure: &Structure, speeds: [f64; 2]) -> V
 /// One range in words, without a full stop.
 #[must_use]
 pub fn range_in_words(range: &UnstableRange) -> String {
-    let rpm = |speed: f64| format_digits(speed * 30.0 / PI, "", 5);
     let (ratio, at) = (format_digits(range.worst.ratio, "", 3), rpm(range.worst_at));
     let mode = if range.worst.frequency > 0.0 {
         format!("a whirl mode of {} Hz grows, damping ratio", format_digits(range.worst.frequency / (2.0 * PI), "", 4))
     } else {
         "a motion grows without oscillation, damping ratio".to_owned()
     };
+    format!("unstable {}: {mode} {ratio} at {at} rpm (linear rotor without contact)", speeds_in_words(range))
+}
+
+fn rpm(speed: f64) -> String {
+    format_digits(speed * 30.0 / PI, "", 5)
+}
+
+/// "between 0 and 1500 rpm"; "at 1500 rpm" of a run at one speed.
+fn speeds_in_words(range: &UnstableRange) -> String {
     let (from, to) = (rpm(range.from), rpm(range.to));
-    // a run at one speed
-    let speeds = if from == to { format!("at {to}") } else { format!("between {from} and {to}") };
-    format!("unstable {speeds} rpm: {mode} {ratio} at {at} rpm (linear rotor without contact)")
+    if from == to { format!("at {to} rpm") } else { format!("between {from} and {to} rpm") }
+}
+
+/// Ranges of speeds of one machine after another, with the structure of the last one.
+#[derive(Debug, Default)]
+pub struct Stability(Option<Structure>);
+
+impl Stability {
+    /// With a structure that is already built.
+    #[must_use]
+    pub fn with(structure: Structure) -> Self {
+        Self(Some(structure))
+    }
+
+    /// Speeds of a machine's run at which it is unstable: "unstable between 0 and 1500 rpm"; `None` where it is stable or has no structure.
+    pub fn unstable(&mut self, machine: &Machine) -> Option<String> {
+        let structure = match self.0.take() {
+            Some(last) if last.fits(machine) => last,
+            Some(last) => last.rebuilt(machine).ok()?,
+            None => engine::build(machine).ok()?,
+        };
+        let found = engine::unstable_speeds(machine, &structure, speeds_of_run(machine)).unwrap_or_default();
+        self.0 = Some(structure);
+        let ranges: Vec<String> = found.iter().map(speeds_in_words).collect();
+        (!ranges.is_empty()).then(|| format!("unstable {}", ranges.join(" and ")))
+    }
 }
 
 #[cfg(test)]
@@ -50,5 +82,14 @@ mod tests {
         // m z'' + c z' + (k - i q) z = 0: lambda = 4.96 + 100.37 i
         let start = "unstable between 0 and 1909.9 rpm: a whirl mode of 15.97 Hz grows, damping ratio -0.0494 at ";
         assert!(found[0].starts_with(start), "{found:?}");
+        let machine =
+            |q: &str| MachineDef::parse("m.toml", &text.replace('Q', q)).expect("valid").build().expect("valid");
+        let mut stability = Stability::default();
+        let three = ["2e4", "5e3", "2e4"].map(|q| stability.unstable(&machine(q)));
+        assert_eq!(three[1], None);
+        assert!(
+            three[0].as_deref().is_some_and(|said| said.starts_with("unstable between ") && said.ends_with(" rpm"))
+        );
+        assert_eq!(three[0], three[2], "the structure of another machine is not used");
     }
 }

@@ -5,13 +5,14 @@
 //! exceeded: limit_ratio_NAME > 1, in rows of every status
 //! ```
 
-use crate::report::Tally;
+use super::limit_values::{LimitValue, not_judged, of_study, stress, unjudged_stresses};
+use crate::report::{Tally, just_above};
 use bladeoff_answers::page::Table as PageTable;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_answers::tables::{Table, TableError};
 use bladeoff_model::document::units::format_digits;
-use bladeoff_model::machine::{DiaphragmKind, Machine, ModelLimit, OnExceed, RotorKind};
-use bladeoff_model::outcome::{Limit, Status};
+use bladeoff_model::machine::OnExceed;
+use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
 use std::path::PathBuf;
 
@@ -21,13 +22,7 @@ const RATIO: &str = "limit_ratio_";
 /// One limit in the rows of a study.
 #[derive(Debug, Clone, PartialEq)]
 struct Counted {
-    limit: ModelLimit,
-    /// Value and reference in words.
-    value: String,
-    /// Where the value comes from.
-    origin: &'static str,
-    /// Key that the machine needs; the limit is not judged without it.
-    lacks: Option<&'static str>,
+    of: LimitValue,
     /// Rows with a ratio.
     judged: u64,
     /// Rows with a ratio above 1, and the ok ones among them.
@@ -35,6 +30,8 @@ struct Counted {
     exceeded_ok: u64,
     /// Largest ratio, and its sample.
     largest: Option<(f64, u64)>,
+    /// Largest stress of the ok rows where the limit is not judged, and its sample.
+    stress: Option<(f64, u64)>,
 }
 
 /// Limits of a study of a machine, with the counts of its rows.
@@ -47,16 +44,17 @@ impl LimitTable {
     /// # Errors
     /// A table that cannot be read.
     pub fn of(samples: &Samples, files: &[PathBuf]) -> Result<Self, TableError> {
-        let Some(mut all) = limits(samples) else { return Ok(Self::default()) };
-        let names: Vec<String> = all.iter().map(|of| format!("{RATIO}{}", of.limit.limit.word())).collect();
+        let Some(all) = of_study(samples) else { return Ok(Self::default()) };
+        let mut all: Vec<Counted> = all.into_iter().map(Counted::new).collect();
+        let names: Vec<String> = all.iter().map(|counted| counted.column()).collect();
         let columns: Vec<&str> = ["sample", "status"].into_iter().chain(names.iter().map(String::as_str)).collect();
         Table::for_each_piece(files, &columns, |piece| {
             let (status, number) = (piece.words("status").unwrap_or(&[]), piece.numbers("sample").unwrap_or(&[]));
             for (of, name) in all.iter_mut().zip(&names) {
-                let ratios = piece.numbers(name).unwrap_or(&[]);
-                for ((ratio, sample), status) in ratios.iter().zip(number).zip(status) {
-                    let (Some(ratio), Some(sample)) = (*ratio, *sample) else { continue };
-                    of.see(ratio, sample as u64, status.as_deref() == Some(Status::Ok.word()));
+                let values = piece.numbers(name).unwrap_or(&[]);
+                for ((value, sample), status) in values.iter().zip(number).zip(status) {
+                    let (Some(value), Some(sample)) = (*value, *sample) else { continue };
+                    of.see(value, sample as u64, status.as_deref() == Some(Status::Ok.word()));
                 }
             }
             Ok(())
@@ -74,21 +72,28 @@ impl LimitTable {
             text = format!("Limits of the model:\n{}", table.fitting("  ", width));
         }
         for of in &self.0 {
-            if let Some(key) = of.lacks {
-                text.push_str(&format!("  {}: {}\n", of.limit.limit.word(), not_judged(key)));
+            if let Some(key) = of.of.lacks {
+                text.push_str(&format!("  {}: {}\n", of.of.name(), of.unjudged(key)));
             }
         }
         text
     }
 
+    /// The warning above a summary or page where stresses are not judged.
+    #[must_use]
+    pub fn unjudged(&self) -> Option<String> {
+        let parts = self.0.iter().filter(|of| of.stress.is_some()).filter_map(|of| Some(stress(of.of.limit.limit)?.1));
+        unjudged_stresses(&parts.collect::<Vec<_>>())
+    }
+
     /// The table of a page; `None` for a study of formulas.
     #[must_use]
     pub fn page(&self) -> Option<PageTable> {
-        let rows = self.0.iter().map(|of| match of.lacks {
+        let rows = self.0.iter().map(|of| match of.of.lacks {
             None => of.cells(),
             Some(key) => {
                 let mut cells = vec![String::new(); HEAD.len()];
-                (cells[0], cells[1]) = (of.limit.limit.word().to_owned(), not_judged(key));
+                (cells[0], cells[1]) = (of.of.name().to_owned(), of.unjudged(key));
                 cells
             }
         });
@@ -99,127 +104,84 @@ impl LimitTable {
     /// A line for each limit with `on_exceed = "note"` that ok rows exceed: their status does not show it.
     #[must_use]
     pub fn noted(&self) -> Vec<String> {
-        let exceeded = self.judged().filter(|of| of.exceeded_ok > 0 && of.limit.on_exceed == OnExceed::Note);
+        let exceeded = self.judged().filter(|of| of.exceeded_ok > 0 && of.of.limit.on_exceed == OnExceed::Note);
         let line = |of: &Counted| {
-            let (name, runs) = (of.limit.limit.word(), counted(of.exceeded_ok, "run"));
-            let largest = of
-                .largest
-                .map(|(ratio, sample)| format!(" (largest ratio {}, sample {sample})", format_digits(ratio, "", 3)));
+            let (name, runs) = (of.of.name(), counted(of.exceeded_ok, "run"));
+            let largest =
+                of.largest.map(|(ratio, sample)| format!(" (largest ratio {}, sample {sample})", just_above(ratio)));
             format!("{runs} with status ok exceed the limit {name}{}; on_exceed is note", largest.unwrap_or_default())
         };
         exceeded.map(line).collect()
     }
 
     fn judged(&self) -> impl Iterator<Item = &Counted> {
-        self.0.iter().filter(|of| of.lacks.is_none())
+        self.0.iter().filter(|of| of.of.lacks.is_none())
     }
 }
 
 /// Columns of the table.
-const HEAD: [&str; 6] = ["limit", "value", "from", "above it", "exceeded by", "largest ratio"];
-
-fn not_judged(key: &str) -> String {
-    format!("not judged: no {key}")
-}
+const HEAD: [&str; 6] = ["limit", "value", "set by", "if exceeded", "exceeded by", "largest ratio"];
 
 impl Counted {
-    fn see(&mut self, ratio: f64, sample: u64, is_ok: bool) {
+    fn new(of: LimitValue) -> Self {
+        Self { of, judged: 0, exceeded: 0, exceeded_ok: 0, largest: None, stress: None }
+    }
+
+    /// The column that is counted: the ratio of a limit, or the stress that a limit would judge.
+    fn column(&self) -> String {
+        let ratio = format!("{RATIO}{}", self.of.name());
+        let stress = stress(self.of.limit.limit).filter(|_| self.of.lacks.is_some());
+        stress.map_or(ratio, |(column, _)| column.to_owned())
+    }
+
+    /// "not judged: no KEY; largest stress of the ok runs 512 MPa (sample 3)".
+    fn unjudged(&self, key: &str) -> String {
+        let largest = self.stress.map(|(value, sample)| {
+            format!("; largest stress of the ok runs {} (sample {sample})", format_digits(value, "Pa", 4))
+        });
+        not_judged(key) + &largest.unwrap_or_default()
+    }
+
+    /// Takes a value of the column of a row.
+    fn see(&mut self, value: f64, sample: u64, is_ok: bool) {
+        let larger =
+            |most: Option<(f64, u64)>| most.is_none_or(|(most, first)| value > most || value == most && sample < first);
+        if self.of.lacks.is_some() {
+            if is_ok && larger(self.stress) {
+                self.stress = Some((value, sample));
+            }
+            return;
+        }
         self.judged += 1;
-        if ratio > 1.0 {
+        if value > 1.0 {
             self.exceeded += 1;
             self.exceeded_ok += u64::from(is_ok);
         }
-        if self.largest.is_none_or(|(most, first)| ratio > most || ratio == most && sample < first) {
-            self.largest = Some((ratio, sample));
+        if larger(self.largest) {
+            self.largest = Some((value, sample));
         }
     }
 
     fn cells(&self) -> Vec<String> {
-        let above = match self.limit.on_exceed {
-            OnExceed::Beyond => "beyond",
-            OnExceed::Note => "note",
-        };
         let exceeded = format!("{} of {}", self.exceeded, counted(self.judged, "run"));
-        let largest = self.largest.map(|(ratio, sample)| format!("{} (sample {sample})", format_digits(ratio, "", 3)));
+        let largest = self.largest.map(|(ratio, sample)| format!("{} (sample {sample})", just_above(ratio)));
         vec![
-            self.limit.limit.word().to_owned(),
-            self.value.clone(),
-            self.origin.to_owned(),
-            above.to_owned(),
+            self.of.name().to_owned(),
+            self.of.value.clone(),
+            self.of.origin.to_owned(),
+            self.of.exceeded().to_owned(),
             exceeded,
             largest.unwrap_or_else(|| "-".to_owned()),
         ]
     }
 }
 
-/// The limits of the first sample, not counted yet.
-fn limits(samples: &Samples) -> Option<Vec<Counted>> {
-    let definition = samples.try_machine(0).ok().flatten()?;
-    let machine = definition.build().ok()?;
-    let of = |limit: ModelLimit| {
-        let path = format!("run.limit.{}.value", limit.limit.word());
-        let origin = if samples.parameters().iter().any(|varied| varied.info.path == path) {
-            "varies; here the first sample"
-        } else if definition.resolve(&path).is_ok_and(|info| info.default) {
-            "default"
-        } else {
-            "machine or study file"
-        };
-        Counted {
-            limit,
-            value: format!("{}{}", format_digits(limit.value, "", 4), reference(&machine, limit.limit)),
-            origin,
-            lacks: machine.lacks(limit.limit),
-            judged: 0,
-            exceeded: 0,
-            exceeded_ok: 0,
-            largest: None,
-        }
-    };
-    Some(machine.run.limits.into_iter().map(of).collect())
-}
-
-/// " of yield strength 400 MPa": the reference of a limit's value.
-fn reference(machine: &Machine, limit: Limit) -> String {
-    let rings = || {
-        machine.diaphragms.iter().filter_map(|diaphragm| match &diaphragm.kind {
-            DiaphragmKind::Flexible(stator) => Some(stator),
-            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
-        })
-    };
-    let (name, unit, values): (&str, &str, Vec<f64>) = match limit {
-        Limit::RingDisplacement => ("mean radius", "m", rings().map(|stator| stator.ring.mean_radius).collect()),
-        Limit::RingYield => ("yield strength", "Pa", rings().filter_map(|stator| stator.yield_strength).collect()),
-        Limit::BladeYield => {
-            let bladed = rings().filter(|stator| stator.blades.is_some());
-            ("yield strength", "Pa", bladed.filter_map(|stator| stator.yield_strength).collect())
-        }
-        Limit::ShaftYield => match &machine.rotor.kind {
-            RotorKind::Shaft(shaft) => {
-                ("yield strength", "Pa", shaft.elements.iter().filter_map(|element| element.yield_strength).collect())
-            }
-            RotorKind::PointMass(_) => return String::new(),
-        },
-        Limit::JournalClearance => {
-            ("clearance", "m", machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance).collect())
-        }
-        Limit::UnstableRotor => return " growth per revolution".to_owned(),
-    };
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    match values.as_slice() {
-        [] => String::new(),
-        _ if least == most => format!(" of {name} {}", format_digits(least, unit, 4)),
-        _ => format!(" of {name} {} to {}", format_digits(least, unit, 4), format_digits(most, unit, 4)),
-    }
-}
-
 /// A line for each limit whose ratio is asked for and that nothing in the study's machine is compared with.
 #[must_use]
 pub fn unwatched(samples: &Samples, asked: &[String]) -> Vec<String> {
-    let Some(all) = limits(samples) else { return Vec::new() };
-    let line = |of: Counted| {
-        let (name, key) = (of.limit.limit.word(), of.lacks?);
+    let Some(all) = of_study(samples) else { return Vec::new() };
+    let line = |of: LimitValue| {
+        let (name, key) = (of.name(), of.lacks?);
         let column = format!("{RATIO}{name}");
         asked.contains(&column).then(|| format!("{column} is empty in every run: {name} is {}", not_judged(key)))
     };
@@ -237,9 +199,15 @@ pub fn too_many_beyond(samples: &Samples, files: &[PathBuf]) -> Result<Option<St
         status.filter_map(|word| Status::from_word(word)).for_each(|status| tally.count(status, None));
         Ok(())
     })?;
-    let (beyond, allowed) = (tally.of(Status::Beyond), samples.study().limits.max_beyond);
-    Ok((!allowed.allows(beyond, tally.done())).then(|| {
-        let rows = counted(tally.done(), "sample");
+    Ok(above_max_beyond(samples, tally.of(Status::Beyond), tally.done()))
+}
+
+/// The line where so many of `done` samples beyond the model are more than the study allows.
+#[must_use]
+pub fn above_max_beyond(samples: &Samples, beyond: u64, done: u64) -> Option<String> {
+    let allowed = samples.study().limits.max_beyond;
+    (!allowed.allows(beyond, done)).then(|| {
+        let rows = counted(done, "sample");
         format!("{beyond} of {rows} beyond the model; the study allows {allowed} ([limits] max_beyond)")
-    }))
+    })
 }

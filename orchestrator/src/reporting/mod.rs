@@ -11,6 +11,7 @@ mod assumed;
 mod bearings;
 mod curves;
 mod failing;
+mod limit_values;
 mod limits;
 mod narrowing;
 mod provenance;
@@ -32,8 +33,10 @@ use bladeoff_answers::gate::Gate;
 use bladeoff_answers::page::{Block, Page, Section};
 use bladeoff_answers::report::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
+use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
-pub use limits::{LimitTable, too_many_beyond, unwatched};
+pub use limit_values::{limits_of, limits_of_machine};
+pub use limits::{LimitTable, above_max_beyond, too_many_beyond, unwatched};
 pub use provenance::LIMITS;
 use rows::Seen;
 pub use stability::unstable_of;
@@ -91,7 +94,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, (summary, sensitive), limits) = read_current(directory, row_files, |files| {
+    let (seen, (summary, sensitive), limits, too_many) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
@@ -99,6 +102,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
             rows::read(files, coordinates.clone(), &columns)?,
             summary(samples, files)?,
             LimitTable::of(samples, files)?,
+            too_many_beyond(samples, files)?,
         ))
     })?;
     // it has ended meanwhile: one page is of one table
@@ -130,6 +134,8 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
     lead.extend(sensitive.map(Block::Text));
+    lead.extend(too_many.map(|line| Block::Warning(format!("{line}."))));
+    lead.extend(limits.unjudged().map(|text| Block::Warning(format!("Model limits: {text}."))));
     lead.extend(limits.noted().into_iter().map(|line| Block::Warning(format!("{line}."))));
     lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
     lead.extend(unstable_of(samples).into_iter().map(|range| Block::Warning(format!("Whirl is {range}."))));
@@ -158,17 +164,36 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
     blocks.push(match bad {
         0 => Block::Text(format!("{runs}, all of them ok.")),
         _ => {
-            let share = words::percent(bad as f64 / seen.rows as f64);
-            let how = if looked.is_some() { "; each answer says how it counts them" } else { "" };
             let mut counts = rows::ByStatus::new();
             seen.kinds.iter().for_each(|of| *counts.entry(of.kind.0.clone()).or_default() += of.count);
+            let beyond = counts.get(Status::Beyond.word()).copied().unwrap_or_default();
+            let how = if looked.is_some() { "Each answer says how it counts them: see" } else { "See" };
             Block::Text(format!(
-                "{runs}: {}. Values of {bad} of them ({share}), which are not ok, are not for design{how}: see \u{201c}Where runs fail\u{201d}.",
-                words::by_status(&counts)
+                "{runs}: {}.{} {how} \u{201c}Where runs fail\u{201d}.",
+                words::by_status(&counts),
+                not_for_design(beyond, bad - beyond, seen.rows)
             ))
         }
     });
     blocks
+}
+
+/// Why the values of runs that are not ok are not for design; a sentence for each of both kinds.
+fn not_for_design(beyond: u64, failing: u64, of: u64) -> String {
+    let share = |count: u64| {
+        let are = if count == 1 { "is" } else { "are" };
+        format!(" {} ({}) {are}", counted(count, "run"), words::percent(count as f64 / of as f64))
+    };
+    let mut text = String::new();
+    if beyond > 0 {
+        text += &share(beyond);
+        text += " beyond the model: the values reached before the limit are lower bounds, not for design.";
+    }
+    if failing > 0 {
+        text += &share(failing);
+        text += " failed, invalid or quarantined: values are not for design.";
+    }
+    text
 }
 
 /// The summary, and how many runs with a twin are sensitive.

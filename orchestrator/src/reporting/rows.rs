@@ -45,7 +45,7 @@ pub(super) struct Coordinate {
 /// Value that the row of a run which is not ok has of a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Held {
-    /// The value reached while all guards and limits held, in the column of this name.
+    /// Value before a guard or limit was exceeded, in the column of this name.
     Reached(String),
     /// The time of a first event, where a step limit or a limit of the model ended the run.
     Once,
@@ -85,7 +85,7 @@ pub(super) struct OfKind {
 /// A row of a list of the worst.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Extreme {
-    /// The value that orders the list: of a row that is not ok the one reached while all guards and limits held.
+    /// Value that orders the list: of a row that is not ok the one before a guard or limit was exceeded.
     pub value: f64,
     pub sample: u64,
     /// Status and cause.

@@ -17,7 +17,7 @@ pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
 }
 
 /// For each result the runs with its worst values: the largest, where that is worse the least (a first contact, a speed at the end); of formulas
-/// both, as no one knows which end is bad. Runs of every status are in one order, by what they had reached while all guards and limits held, and the worst
+/// both, as no one knows which end is bad. Runs of every status are in one order, by the values before a guard or limit was exceeded, and the worst
 /// ok run stands beside them.
 pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let is_function = subject.samples.study().function().is_some();
@@ -39,7 +39,7 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         }
         if *unknown > 0 && !is_function {
             blocks.push(Block::Note(format!(
-                "{} not ok and not in the list: no value of {} is known that was reached while all guards and limits held.",
+                "{} not ok and not in the list: no value of {} is known from before a guard or limit was exceeded.",
                 are_counted(*unknown),
                 coordinate.name
             )));
@@ -49,7 +49,7 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         let text = if is_function {
             "Of the runs that are ok. Commands are given from where this page was made.".to_owned()
         } else {
-            "Runs of every status, ordered by what they reached while all guards and limits held: of a run that is not ok this is a lower bound. The last line is the \
+            "Runs of every status. Values of runs that are not ok are those before a guard or limit was exceeded: lower bounds. The last line is the \
              worst ok run where it is not among them. Commands are given from where this page was made. With --history FILE.mcap the first also writes what \
              happened over time (bladeoff plot FILE.mcap)."
                 .to_owned()

@@ -38,7 +38,7 @@ impl MachineDef {
             ("bearings", bearings(&rotor.bearings)),
             ("release", release(&rotor.unbalances)),
             ("spin", spin(machine)),
-            ("rotor", rotor_line(is_shaft)),
+            ("rotor", rotor_line(&rotor.kind)),
         ];
         if is_shaft {
             lines.push(("torsional damping", torsional(is_own, rotor.torsional_damping)));
@@ -97,8 +97,23 @@ fn spin(machine: &Machine) -> String {
     "free; the machine is disconnected, friction and the braking torque slow the rotor".to_owned()
 }
 
-fn rotor_line(is_shaft: bool) -> String {
-    let what = if is_shaft { "linear elastic shaft without yield" } else { "rigid point mass without tilting" };
+/// A yield strength does not change the motion; it ends the run, or is not compared where it is not given.
+fn judged_by_yield(is_given: bool) -> &'static str {
+    if is_given {
+        "elastic above the yield strength too, which the stresses are compared with"
+    } else {
+        "without yield"
+    }
+}
+
+fn rotor_line(kind: &RotorKind) -> String {
+    let what = match kind {
+        RotorKind::Shaft(shaft) => {
+            let is_given = shaft.elements.iter().any(|element| element.yield_strength.is_some());
+            format!("linear elastic shaft, {}", judged_by_yield(is_given))
+        }
+        RotorKind::PointMass(_) => "rigid point mass without tilting".to_owned(),
+    };
     format!("{what}; the section that touches is rigid and round, and its own flexibility does not soften an impact")
 }
 
@@ -122,13 +137,18 @@ fn diaphragms(machine: &Machine) -> String {
     });
     match kinds.min() {
         Some(0) => {
-            "planar linear ring, no axial motion and no tilt, small displacements, no yield, and blades clamped at a casing that \
-             does not move"
+            let is_given = machine.diaphragms.iter().any(|diaphragm| {
+                matches!(&diaphragm.kind, DiaphragmKind::Flexible(stator) if stator.yield_strength.is_some())
+            });
+            format!(
+                "planar linear ring, no axial motion and no tilt, small displacements, {}, and blades clamped at a casing that \
+                 does not move",
+                judged_by_yield(is_given)
+            )
         }
-        Some(1) => "radial spring without mass, so that impacts lack the inertia of a ring",
-        _ => "rigid circle, so that contact lacks the flexibility of a ring",
+        Some(1) => "radial spring without mass, so that impacts lack the inertia of a ring".to_owned(),
+        _ => "rigid circle, so that contact lacks the flexibility of a ring".to_owned(),
     }
-    .to_owned()
 }
 
 fn friction(machine: &Machine) -> String {

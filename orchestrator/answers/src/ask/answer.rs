@@ -12,12 +12,10 @@ use serde::Serialize;
 pub const SCHEMA: u32 = 1;
 
 /// Said of each group where it is so.
-pub const LEFT_WIDE: &str =
-    "what the bad runs leave open is wider than what the number of points does: find out why they fail";
+pub const LEFT_WIDE: &str = "more runs will not help: bad runs cause most of the uncertainty; find out why they fail";
 
 /// Note of a group whose open runs are all beyond the model.
-pub const LEFT_WIDE_BEYOND: &str = "what the runs beyond the model leave open is wider than what the number of points does: more points \
-                                    cannot narrow it";
+pub const LEFT_WIDE_BEYOND: &str = "more runs will not help: the runs beyond the model cause most of the uncertainty";
 
 /// Whether a note holds for its group alone, whatever other groups have.
 #[must_use]

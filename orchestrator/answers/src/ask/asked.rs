@@ -410,17 +410,17 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Words for what decides a condition of runs that are not ok, where it is decided.
+/// Words for the values that decide a condition of runs that are not ok, where it is decided.
 pub(crate) fn decided_by(study: &Study<'_>, formula: &Formula) -> &'static str {
     let is_reached =
         |name: &String| study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once));
     let is_limit = |name: &String| study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit));
     if formula.columns.iter().any(is_reached) {
-        "decided by what was reached while all guards and limits held"
+        "counted by the values reached before a guard or limit was exceeded"
     } else if formula.columns.iter().any(is_limit) {
-        "decided by the recorded limits"
+        "counted by the recorded limits"
     } else {
-        "decided by the inputs"
+        "counted by their inputs"
     }
 }
 

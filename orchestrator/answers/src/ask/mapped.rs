@@ -50,7 +50,8 @@ fn sentence(map: &Map) -> String {
     let less = if map.less.is_empty() { String::new() } else { format!(", {},", map.less) };
     let mut text = format!("{what}{less} over {} and {}: ", map.x.column, map.y.column);
     let runs = if map.difference.is_some() { "pair" } else { "run" };
-    let show = |value: f64| if map.is_share() { percent(value) } else { format_digits(value, &map.unit, 4) };
+    let show =
+        |value: f64| if map.is_share() { percent(not_rounded(value)) } else { format_digits(value, &map.unit, 4) };
     // what is smoothed is below its largest run, and whoever reads a maximum has to see that
     let single = map
         .runs
@@ -77,6 +78,9 @@ fn sentence(map: &Map) -> String {
         text += &format!("at most {}, at {}; at least {}", show(highest.0), at(highest.1), show(lowest.0));
     }
     text += &single;
+    if map.runs.is_some_and(|(least, most)| lowest.0 < least || highest.0 > most) && map.difference.is_none() {
+        text += " (the smoothed curve goes beyond them)";
+    }
     let cells = map.cells.len();
     if map.is_share() && map.difference.is_none() {
         let counts = |is: fn(f64) -> bool| {
@@ -111,9 +115,15 @@ fn sentence(map: &Map) -> String {
     });
     let regimes: Vec<String> = regimes.collect();
     if !regimes.is_empty() {
-        text += &format!("; {}", regimes.join(", "));
+        text += &format!("; most frequent regime of ok runs: {}", regimes.join(", "));
     }
     text + &format!("; {}, {}", counted(cells as u64, "cell"), counted(map.n, runs)) + &bad(map)
+}
+
+/// A smoothed share that differs from 0 or 1 by the rounding of its sum is 0 or 1.
+fn not_rounded(share: f64) -> f64 {
+    let whole = libm::rint(share);
+    if (share - whole).abs() < 1e-12 { whole } else { share }
 }
 
 /// So many of the cells; of chosen ones no share, which would be none of the map.

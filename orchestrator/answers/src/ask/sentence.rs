@@ -2,6 +2,7 @@
 
 use super::answer::Answer;
 use super::scale::Scale;
+use super::wording::UNDECIDED;
 use crate::estimate::bad::Bad;
 use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
@@ -21,13 +22,32 @@ pub fn prefix(group: &Group) -> String {
     if said.is_empty() { String::new() } else { format!("{}: ", said.join(", ")) }
 }
 
-/// `bad`: runs that are not ok; `by`: what decides the condition of those where it is known.
-/// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs counted both ways".
+/// Whether runs that are not ok change neither the estimate nor its limits.
+fn is_unchanged_by_bad(answer: &Answer) -> bool {
+    let statistical = answer.figures.first().and_then(|figures| figures.statistical);
+    let width = answer.high.zip(answer.low).map(|(high, low)| high - low);
+    answer.estimate.is_some()
+        && answer.estimate == answer.estimate_if_bad_harmful
+        && width.is_some()
+        && width == statistical
+}
+
+/// Lower limit of a quantile without an upper one, at its own confidence: half of the error of an interval.
+fn lower_limit_only(answer: &Answer, scale: &Scale) -> Option<String> {
+    let low = answer.low.filter(|_| answer.high.is_none())?;
+    let (about, level) =
+        (if answer.approximate { "about " } else { "" }, percent_given((1.0 + answer.confidence) / 2.0));
+    Some(format!(" (lower limit {} with {about}{level} confidence, no upper limit)", scale.show(low)))
+}
+
+/// `bad`: runs that are not ok; `by`: values that decide the condition of those where it is known.
+/// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs undecided (the interval ...)".
 #[must_use]
 pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad, &str)) -> String {
     let mut text = format!("{}{subject}", prefix(&answer.group));
     let level = percent_given(answer.confidence);
     let about = if answer.approximate { "about " } else { "" };
+    let mut limits = None;
     let none = answer.events == Some(0) && *scale == Scale::Share;
     match (answer.estimate, answer.estimate_if_bad_harmful) {
         (Some(_), Some(harmful)) if none && harmful == 0.0 => {
@@ -45,7 +65,8 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
         }
         // beyond runs alone: what they reached is a lower bound
         (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "quantile" => {
-            text += &format!(" is at least {}", scale.show(estimate));
+            text += &format!(": at least {} in these runs", scale.show(estimate));
+            limits = lower_limit_only(answer, scale);
         }
         // the subject says that it is the mean of the runs inside the model
         (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "mean" => {
@@ -59,7 +80,7 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
         (None, Some(harmful)) => text += &format!(" is at most {}", scale.show(harmful)),
         (None, None) => text += " has no number",
     }
-    text += &match (answer.low, answer.high) {
+    text += &limits.unwrap_or_else(|| match (answer.low, answer.high) {
         (Some(low), Some(high)) => {
             let (low, high) = scale.show_both(low, high);
             format!(" ({about}{level}: {low} to {high})")
@@ -67,16 +88,19 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
         (Some(low), None) => format!(" ({about}{level}: from {}, no upper limit)", scale.show(low)),
         (None, Some(high)) => format!(" ({about}{level}: up to {}, no lower limit)", scale.show(high)),
         (None, None) => " (no interval)".to_owned(),
-    };
+    });
     text += &match answer.events {
         Some(events) => format!(", {events} of {}", answer.n),
         None => format!(", {}", counted(answer.n, "run")),
     };
     let open = bad.open();
-    if open.all > 0 {
+    if open.all > 0 && !is_unchanged_by_bad(answer) {
         // a mean without limits is that of the others
         let both = answer.low.is_some() || answer.high.is_some() || answer.estimate_if_bad_harmful.is_some();
-        text += &format!(", {}{}", open.words(), if both { " counted both ways" } else { "" });
+        text += &format!(", {}", open.words());
+        if both {
+            text += &format!(" {UNDECIDED}");
+        }
     }
     let decided = bad.decided();
     if decided.all > 0 {
@@ -104,7 +128,7 @@ pub fn of_curve(
     }
     text += &format!(", {}", counted(answer.n, "run"));
     if bad.all > 0 {
-        text += &format!(", {} counted both ways", bad.words());
+        text += &format!(", {} (the limits cover all possible outcomes)", bad.words());
     }
     text
 }

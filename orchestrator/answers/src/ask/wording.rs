@@ -49,9 +49,8 @@ pub(super) fn with_unit(name: &str, unit: &str) -> String {
 pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
     if undefined > 0 {
         let runs = counted(undefined, "run");
-        notes.push(format!(
-            "in {runs} the condition has no value (such as the root of a negative number): counted both ways"
-        ));
+        notes
+            .push(format!("in {runs} the condition has no value (such as the root of a negative number): {UNDECIDED}"));
     }
 }
 
@@ -59,10 +58,13 @@ pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
 pub(super) fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
     if empty > 0 {
         let runs = counted(empty, "run");
-        notes.push(format!("in {runs} a column is empty, nothing of the kind happened: {what}"));
+        notes.push(format!("in {runs} a column has no value (for example, no contact): {what}"));
     }
 }
 
-pub(super) const CONDITION: &str = "no comparison with it holds but `!=`";
-pub(super) const LEFT_OUT: &str = "they are left out, the figure is that of the runs that have a value";
-pub(super) const NO_LEVEL: &str = "they exceed no level";
+/// Said of runs whose known values decide nothing.
+pub(super) const UNDECIDED: &str = "undecided (the interval covers all possible outcomes)";
+
+pub(super) const CONDITION: &str = "a comparison with it counts as not met, except `!=`";
+pub(super) const LEFT_OUT: &str = "not included in this figure";
+pub(super) const NO_LEVEL: &str = "counted as exceeding no level";

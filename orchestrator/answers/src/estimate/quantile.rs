@@ -116,12 +116,15 @@ impl Ranked<'_> {
             }
         }
         if self.bad.failing() > 0 && (found.low.is_none() || found.high.is_none()) {
-            let note = "bad runs may have had any value, larger or smaller, and reach across a limit that is missing";
+            let note = "failed or invalid runs may have had any value and leave the missing limit undetermined";
             found.notes.push(note.to_owned());
         }
         if self.bad.beyond > 0 && found.high.is_none() && found.method != Method::Without {
             let inside = percent((n - self.bad.beyond.min(n)) as f64 / n as f64);
-            found.notes.push(format!("no upper limit above the {inside} of runs that are not beyond the model"));
+            let outside = percent(self.bad.beyond as f64 / n as f64);
+            found.notes.push(format!(
+                "{outside} of the runs are beyond the model, so quantiles above {inside} have a lower limit only"
+            ));
         }
         found
     }

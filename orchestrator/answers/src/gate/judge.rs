@@ -153,7 +153,11 @@ impl Gate {
             Verdict::Passed => format!("passed, at most {} ({sure})", percent(decision.limits.1)),
             Verdict::Failed => format!("failed, at least {} ({sure})", percent(decision.limits.0)),
             Verdict::Open => {
-                format!("open, {} to {} ({sure} each)", percent(decision.limits.0), percent(decision.limits.1))
+                format!(
+                    "open, {} to {} (one-sided {sure} limits)",
+                    percent(decision.limits.0),
+                    percent(decision.limits.1)
+                )
             }
         };
         text += &format!(", {low} of {n}");

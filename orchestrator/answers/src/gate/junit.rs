@@ -22,9 +22,9 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The file; `study`: its name.
+/// The file; `study`: its name; `warning`: a line about all runs of the study.
 #[must_use]
-pub fn junit(study: &str, decisions: &[Decision]) -> String {
+pub fn junit(study: &str, decisions: &[Decision], warning: Option<&str>) -> String {
     let count = |verdict: Verdict| decisions.iter().filter(|decision| decision.verdict == verdict).count();
     let (tests, failures, errors) = (decisions.len(), count(Verdict::Failed), count(Verdict::Open));
     let counts = format!("tests=\"{tests}\" failures=\"{failures}\" errors=\"{errors}\"");
@@ -46,6 +46,9 @@ pub fn junit(study: &str, decisions: &[Decision]) -> String {
             Verdict::Open => line(format!("      <error message=\"{said}\" type=\"undecided\"/>")),
         }
         line("    </testcase>".to_owned());
+    }
+    if let Some(warning) = warning {
+        line(format!("    <system-err>{}</system-err>", escaped(warning)));
     }
     line("  </testsuite>".to_owned());
     line("</testsuites>".to_owned());

@@ -380,12 +380,12 @@ impl Frame<'_> {
         }
         if items.empty > 0 {
             let what = match (items.empty, map.difference.is_some()) {
-                (1, true) => "1 pair, in which nothing of the kind happened, stands".to_owned(),
-                (1, false) => "1 run, in which nothing of the kind happened, stands".to_owned(),
-                (count, true) => format!("{count} pairs, in which nothing of the kind happened, stand"),
-                (count, false) => format!("{count} runs, in which nothing of the kind happened, stand"),
+                (1, true) => "1 pair has".to_owned(),
+                (1, false) => "1 run has".to_owned(),
+                (count, true) => format!("{count} pairs have"),
+                (count, false) => format!("{count} runs have"),
             };
-            map.notes.push(format!("{what} in no figure"));
+            map.notes.push(format!("{what} no value (for example, no contact) and no place in the map"));
         }
         if self.places.is_grid {
             if let Scheme::Without(why) = &self.scheme {

@@ -77,7 +77,8 @@ impl FunctionSummary {
             let cells = cells.unwrap_or_else(|| ["-", "-", "-"].map(str::to_owned));
             figures.row([vec![name.clone()], cells.to_vec()].concat());
         }
-        let left_out = if failed == "0" { "No row is left out.".to_owned() } else { format!("Left out: {failed}.") };
+        let left_out =
+            if failed == "0" { "All runs are included.".to_owned() } else { format!("Not included: {failed}.") };
         format!(
             "{}\n{}Rows: those with status ok. {left_out}\n",
             verdict.fitting("", width),
@@ -115,6 +116,6 @@ mod tests {
         assert_eq!(row("4"), "4 3 1 (1 non_finite)", "{text}");
         assert_eq!(row("g"), "g -1 0.5 2", "the failed row's 9e9 is not counted: {text}");
         assert_eq!(row("h"), "h - - -", "{text}");
-        assert!(text.contains("Left out: 1 (1 non_finite)."), "{text}");
+        assert!(text.contains("Not included: 1 (1 non_finite)."), "{text}");
     }
 }

@@ -1,6 +1,6 @@
-//! The worst of the rows that are not ok: what they reached while all guards and limits held, beside the worst ok row.
+//! Highest values of the rows that are not ok, before a guard or limit was exceeded, beside the worst ok row.
 //!
-//! A row that is not ok has no value in a median or a maximum. What it reached while all guards and limits held (columns `guarded_NAME`) is a
+//! A row that is not ok has no value in a median or a maximum. What it reached before a guard or limit was exceeded (columns `guarded_NAME`) is a
 //! lower bound of what the run would have reached, so that a summary without it could hide the worst run of a study.
 
 use super::text::counted;
@@ -60,10 +60,10 @@ pub(super) fn reached(lines: &[Line<'_>]) -> String {
     }
     if unknown > 0 {
         let has = if unknown == 1 { "has" } else { "have" };
-        writeln!(text, "  {} {has} no such value", counted(unknown, "row")).expect("writing to a String cannot fail");
+        writeln!(text, "  {} {has} no such value", counted(unknown, "run")).expect("writing to a String cannot fail");
     }
     if text.is_empty() {
         return text;
     }
-    format!("The worst of the rows that are not ok, as far as all guards and limits held:\n{text}")
+    format!("Highest values of the runs that are not ok, before a guard or limit was exceeded (lower bounds):\n{text}")
 }

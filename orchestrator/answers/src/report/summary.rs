@@ -43,7 +43,7 @@ pub fn worst_least(column: &str) -> Option<&'static str> {
 /// Whether a run's twin has other results.
 const SENSITIVE: &str = "sensitive";
 
-/// Columns of the values that rows which are not ok had reached while all guards and limits held, by quantity.
+/// Columns of the values that rows with another status than ok reached before a guard or limit was exceeded, by quantity.
 const GUARDED: [Option<&str>; QUANTITIES.len()] = [
     Some("guarded_max_bearing_load_N"),
     Some("guarded_max_filtered_contact_force_N"),
@@ -240,7 +240,7 @@ impl Summary {
     }
 
     fn statistics(&self, width: Option<usize>) -> String {
-        let mut header = vec![("median | worst (rows)", Align::Left)];
+        let mut header = vec![("ok runs: median | worst (number)", Align::Left)];
         header.extend(self.groups.keys().map(|name| (name.as_str(), Align::Right)));
         let mut text = TextTable::new(&header);
         for (at, (_, unit, label, worst)) in QUANTITIES.into_iter().enumerate() {
@@ -265,16 +265,16 @@ impl Summary {
             text.row(cells);
         }
         let mut text = text.fitting("", width);
-        text.push_str("Rows: those with status ok that have the quantity (no first contact without contact).");
+        text.push_str("Number: ok runs that have the quantity (without contact, no first contact).");
         let left_out = |(name, group): (&String, &Group)| {
             let others = group.counts.by_cause(&["beyond", "invalid", "failed", "quarantined"]);
             (others != "0").then(|| format!("{name} {others}"))
         };
         let left_out: Vec<String> = self.groups.iter().filter_map(left_out).collect();
         if left_out.is_empty() {
-            text.push_str(" No row is left out.\n");
+            text.push_str(" All runs are included.\n");
         } else {
-            writeln!(text, " Left out: {}.", left_out.join("; ")).expect("writing to a String cannot fail");
+            writeln!(text, " Not included: {}.", left_out.join("; ")).expect("writing to a String cannot fail");
         }
         text
     }
@@ -388,7 +388,7 @@ mod tests {
         assert!(load.contains("2 kN | 3 kN (2)"), "the failed row's 9e9 N is not counted: {text}");
         assert!(load.ends_with("- (0)"), "no ok row with hyp2: {text}");
         assert!(line("first contact").contains("0.2 s | 0.2 s (1)"), "{text}");
-        assert!(text.contains("Left out: hyp1 1 (1 diverged); hyp2 1 (1 slip_reversal)."), "{text}");
+        assert!(text.contains("Not included: hyp1 1 (1 diverged); hyp2 1 (1 slip_reversal)."), "{text}");
     }
 
     /// A run that whirls backward at 9 MN is in the summary, whatever its status.
@@ -404,7 +404,7 @@ mod tests {
         let text = summary(&Table::from_columns(4, columns));
         let said = "  largest bearing load: 9 MN (no diaphragm, sample 4, invalid); more than the worst ok run, 588 kN";
         assert!(text.lines().any(|line| line == said), "{text}");
-        assert!(text.contains("  1 row has no such value\n"), "{text}");
+        assert!(text.contains("  1 run has no such value\n"), "{text}");
         assert!(text.contains("588 kN | 588 kN (1)"), "the ok ones are apart: {text}");
         let none = Table::from_columns(1, vec![("status".into(), Cells::Words(vec![Some("ok".to_owned())]))]);
         assert!(!summary(&none).contains("not ok"), "all are");
@@ -425,7 +425,7 @@ mod tests {
             assert!(line.contains(&format!("1 {}", status.word())), "{}: {line}", status.word());
         }
         assert!(text.lines().next().is_some_and(|head| head.contains("ok") && head.contains("beyond")), "{text}");
-        assert!(text.contains(&format!("Left out: no diaphragm {}", rows - 1)), "{text}");
+        assert!(text.contains(&format!("Not included: no diaphragm {}", rows - 1)), "{text}");
     }
 
     #[test]

@@ -25,8 +25,8 @@ fn bad_runs_are_counted_both_ways_but_for_what_they_had_reached() {
     assert_eq!((found.low, found.high), (limits(12).low, limits(18).high));
     assert_eq!(
         found.sentence,
-        "P(y >= 90) = 12 % to 18 % (95 %: 6.4 % to 27 %), 12 of 100, 6 bad runs counted both ways, \
-         2 bad runs decided by what was reached while all guards and limits held"
+        "P(y >= 90) = 12 % to 18 % (95 %: 6.4 % to 27 %), 12 of 100, 6 bad runs undecided (the interval covers all possible outcomes), \
+         2 bad runs counted by the values reached before a guard or limit was exceeded"
     );
     // and the other way round: what has grown beyond a bound is not below it
     let below = one(&study, probability("y < 50"));
@@ -63,7 +63,11 @@ fn a_value_that_does_not_exist_counts_both_ways_in_bad_runs_too() {
         let found = one(&study, probability(text));
         let (low, high) = (found.estimate.unwrap(), found.estimate_if_bad_harmful.unwrap());
         assert!((high - low - 0.3).abs() < 1e-12 && found.bad == 3, "{text}: {}", found.sentence);
-        assert!(found.sentence.contains("3 bad runs counted both ways"), "{text}: {}", found.sentence);
+        assert!(
+            found.sentence.contains("3 bad runs undecided (the interval covers all possible outcomes)"),
+            "{text}: {}",
+            found.sentence
+        );
     }
     // what decides without it decides
     let either = one(&study, probability("u < 0 or y > 100"));
@@ -75,7 +79,7 @@ fn a_value_that_does_not_exist_counts_both_ways_in_bad_runs_too() {
     // the largest level, which no ok run exceeds
     assert_eq!(curve.numbers("estimate_if_bad_harmful").unwrap().last(), Some(&Some(0.3)));
     for answer in [mean, level, ask(&study, exceedance()).answers.remove(0)] {
-        assert!(!answer.notes.iter().any(|note| note.contains("nothing of the kind")), "{:?}", answer.notes);
+        assert!(!answer.notes.iter().any(|note| note.contains("a column has no value")), "{:?}", answer.notes);
     }
 }
 
@@ -107,11 +111,11 @@ fn empty_cells_compare_with_nothing_and_are_counted() {
     let study = made(&[1.0, f64::NAN, 3.0, f64::NAN]);
     let found = one(&study, probability("y > 0"));
     assert_eq!((found.n, found.events), (4, Some(2)));
-    assert!(found.notes[0].contains("in 2 runs a column is empty"), "{:?}", found.notes);
+    assert!(found.notes[0].contains("in 2 runs a column has no value"), "{:?}", found.notes);
     assert_eq!(one(&study, probability("not y > 0")).events, Some(2));
     let found = one(&study, mean());
     assert_eq!((found.n, found.estimate), (2, Some(2.0)));
-    assert!(found.notes.iter().any(|note| note.contains("in 2 runs") && note.contains("left out")));
+    assert!(found.notes.iter().any(|note| note.contains("in 2 runs") && note.contains("not included")));
     assert_eq!(one(&study, quantile(0.5)).n, 2);
     // of all runs
     let curve = ask(&study, exceedance()).curve.unwrap();
@@ -131,7 +135,7 @@ fn bad_runs_stand_at_both_ends_of_a_quantile() {
     let found = one(&study, quantile(0.95));
     assert_eq!((found.estimate_if_bad_harmful, found.high), (None, None));
     assert!(found.estimate.is_some() && found.low.is_some());
-    assert!(found.notes.iter().any(|note| note.contains("bad runs may have had any value")));
+    assert!(found.notes.iter().any(|note| note.contains("failed or invalid runs may have had any value")));
     assert_eq!(found.bad, 60);
     // what they had reached is a part of what they would have been, and no value
     study.columns[0].nature = '>';

@@ -39,8 +39,8 @@ fn a_run_beyond_the_model_decides_an_exceedance_below_what_it_had_reached() {
     assert_eq!((above.low, above.high), (limits(5).low, limits(10).high));
     assert_eq!(
         above.sentence,
-        "P(y > 94.5) = 5 % to 10 % (95 %: 1.6 % to 18 %), 5 of 100, 5 runs beyond the model counted both ways, \
-         5 runs beyond the model decided by what was reached while all guards and limits held"
+        "P(y > 94.5) = 5 % to 10 % (95 %: 1.6 % to 18 %), 5 of 100, 5 runs beyond the model undecided (the interval covers all possible outcomes), \
+         5 runs beyond the model counted by the values reached before a guard or limit was exceeded"
     );
     // all of them exceed what is below
     let decided = one(&study, probability("y > 80"));
@@ -76,12 +76,18 @@ fn a_quantile_above_the_share_inside_the_model_has_a_lower_limit_only() {
     assert_eq!((high.estimate, high.estimate_if_bad_harmful, high.high), (Some(949.0), None, None));
     // what they reached counts: the lower limit is that of the whole ramp
     assert_eq!(high.low, one(&ramp(1000), quantile(0.95)).low);
-    assert!(high.sentence.contains("is at least 949 ("), "{}", high.sentence);
+    assert!(high.sentence.contains(": at least 949 in these runs (lower limit "), "{}", high.sentence);
     assert!(high.sentence.contains("no upper limit), 1000 runs, 170 runs beyond the model"), "{}", high.sentence);
-    assert!(high.notes.iter().any(|note| note.contains("above the 83 % of runs")), "{:?}", high.notes);
+    assert!(
+        high.notes
+            .iter()
+            .any(|note| note.contains("17 % of the runs are beyond the model, so quantiles above 83 % have")),
+        "{:?}",
+        high.notes
+    );
     // too few for any limit: what they reached is a lower bound all the same
     let few = one(&ended(3, 2), quantile(0.5));
-    assert!(few.low.is_none() && few.sentence.contains("is at least 1 (no interval)"), "{}", few.sentence);
+    assert!(few.low.is_none() && few.sentence.contains(": at least 1 in these runs (no interval)"), "{}", few.sentence);
     // below that share it has both
     let middle = one(&study, quantile(0.5));
     assert_eq!((middle.estimate, middle.estimate_if_bad_harmful), (Some(499.0), Some(499.0)));
@@ -121,7 +127,7 @@ fn whether_a_limit_was_exceeded_is_known_of_every_run_that_was_recorded() {
     assert_eq!((found.bad, found.beyond), (36, 33));
     let limits = one(&ramp(200), probability("y < 34"));
     assert_eq!((found.low, found.high), (limits.low, limits.high));
-    let by = "3 bad runs and 33 runs beyond the model decided by the recorded limits";
+    let by = "3 bad runs and 33 runs beyond the model counted by the recorded limits";
     assert!(found.sentence.ends_with(by), "{}", found.sentence);
     // a gate decides too
     let names = Names { known: Known { columns: vec![("y".into(), true)], ..Known::default() }, ..Names::default() };
@@ -155,7 +161,11 @@ fn a_gate_names_the_runs_that_leave_it_open() {
 #[test]
 fn more_points_do_not_narrow_what_runs_beyond_the_model_leave_open() {
     let found = one(&ended(1000, 170), probability("y > 990"));
-    assert!(found.notes.iter().any(|note| note.ends_with("more points cannot narrow it")), "{:?}", found.notes);
+    assert!(
+        found.notes.iter().any(|note| note.starts_with("more runs will not help: the runs beyond the model")),
+        "{:?}",
+        found.notes
+    );
     assert!(!found.notes.iter().any(|note| note.contains("why they fail")), "{:?}", found.notes);
     let rule = StopRule { half_width: Some(0.02), ..StopRule::default() };
     let why = rule.hindrance(&found.figures[0], found.bad, 0.05);
@@ -174,7 +184,11 @@ fn answers_as_json_count_them_among_the_bad_and_apart() {
     }
     let curve = ask(&study, exceedance());
     assert_eq!((curve.answers[0].bad, curve.answers[0].beyond), (11, 10));
-    assert!(curve.answers[0].sentence.ends_with("1 bad run and 10 runs beyond the model counted both ways"));
+    assert!(
+        curve.answers[0]
+            .sentence
+            .ends_with("1 bad run and 10 runs beyond the model (the limits cover all possible outcomes)")
+    );
 }
 
 #[test]

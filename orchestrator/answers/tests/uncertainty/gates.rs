@@ -25,7 +25,7 @@ fn limits_are_one_sided_and_exact() {
     assert_eq!((less.verdict, less.more), (Verdict::Open, Some(1)));
     assert_eq!(
         less.sentence,
-        "P(y > 0.5) < 0.01: open, 0 % to 1 % (95 % each), 0 of 298; at this rate 1 point more would decide"
+        "P(y > 0.5) < 0.01: open, 0 % to 1 % (one-sided 95 % limits), 0 of 298; at this rate 1 point more would decide"
     );
     assert_eq!((enough.verdict, enough.verdict.code()), (Verdict::Passed, 0));
     assert_eq!(enough.sentence, "P(y > 0.5) < 0.01: passed, at most 1 % (95 %), 0 of 299");
@@ -131,7 +131,7 @@ fn junit_has_a_testcase_for_each_and_escapes_what_it_says() {
     (0..100).for_each(|point| made.columns[0].cells[2 * point + 1] = Some(1.0));
     let mut all = gate("0.01").judge(&made.study()).unwrap();
     all.push(judged(&gate("0.01"), &study(8, 1000)));
-    let text = junit("night & day", &all);
+    let text = junit("night & day", &all, Some("4 of 8 < 9"));
     let expected = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>
 <testsuites name=\"bladeoff gate\" tests=\"3\" failures=\"1\" errors=\"1\">
   <testsuite name=\"night &amp; day\" tests=\"3\" failures=\"1\" errors=\"1\">
@@ -141,4 +141,5 @@ fn junit_has_a_testcase_for_each_and_escapes_what_it_says() {
     assert_eq!(text.matches("<failure message=").count(), 1);
     assert_eq!(text.matches("<error message=").count(), 1);
     assert_eq!(text.matches("</testcase>").count(), 3);
+    assert!(text.contains("    <system-err>4 of 8 &lt; 9</system-err>\n  </testsuite>"), "{text}");
 }

@@ -62,7 +62,8 @@ pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: 
         if let Some(needed) = lacks(limit, rotor, diaphragms)
             && let Some(set) = set_path(reader, limit)
         {
-            reader.fail(&set, "the machine has nothing that this limit compares", format!("{needed}, or no such key"));
+            let message = format!("{} needs {needed}, which this machine does not have", limit.word());
+            reader.fail(&set, message, format!("set {needed}, or delete this limit"));
         }
     }
 }

@@ -154,7 +154,7 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     for (count, mark, _, what) in kinds {
         if maps.iter().any(|map| count(map) > 0 && !map.is_smoothed()) {
             // each by itself: together they are longer than a line
-            marks.push(format!("{mark}: {what}, lower left as if harmless, upper right as if harmful"));
+            marks.push(format!("{mark}: {what}, lower left: lower bound, upper right: upper bound"));
         }
     }
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
@@ -176,7 +176,7 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         marks.push("grey: no limits, by bad runs or few samples".to_owned());
     }
     if any(|map| map.bad > 0 && map.shows == Shows::SmoothedProbability) {
-        marks.push("split: lower left as if bad runs were harmless, upper right as if harmful".to_owned());
+        marks.push("split by bad runs: lower left: lower bound, upper right: upper bound".to_owned());
     }
     if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
         marks.push("hatched: no sample, or too few".to_owned());
@@ -184,7 +184,7 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     let mut told = in_lines(&marks);
     if maps.iter().any(|map| map.width.is_some()) {
         told.push(
-            "smoothed over so much of the range of both axes, chosen by leaving each sample out: by itself for each panel and difference"
+            "smoothing width (share of the range of both axes): chosen by cross-validation, separately per panel and difference"
                 .to_owned(),
         );
     }

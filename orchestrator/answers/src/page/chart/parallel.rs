@@ -8,6 +8,10 @@ use std::fmt::Write;
 const TOP: f64 = 44.0;
 const HEIGHT: f64 = 300.0;
 const SIDE: f64 = 70.0;
+/// Distance of titles from the edge.
+const EDGE: f64 = 4.0;
+/// Width of a letter.
+const LETTER: f64 = 7.0;
 
 /// An axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +30,7 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
     let mut out = String::new();
     let step = (WIDTH - 2.0 * SIDE) / (coordinates.len().max(2) - 1) as f64;
     let ranges: Vec<(f64, f64)> = coordinates.iter().map(range).collect();
-    let letters = ((step / 7.0) as usize).clamp(6, 40);
+    let letters = ((step / LETTER) as usize).clamp(6, 40);
     let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("writing to a String cannot fail");
     // good ones below, rare ones on top
     for of in 0..kinds.len() {
@@ -51,11 +55,12 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
         let y = if coordinates.len() > 4 && at % 2 == 1 { 12.0 } else { 28.0 };
         let bottom = TOP + HEIGHT;
         put(format_args!("<path class=\"frame\" d=\"M{x:.1},{TOP}V{bottom}\"/>\n"));
-        let label = html(&cut(&coordinate.label, if coordinates.len() > 4 { 2 * letters } else { letters }));
+        let is_edge = at == 0 || at + 1 == coordinates.len();
+        let label = html(&cut(&coordinate.label, letters_of(step, coordinates.len(), is_edge)));
         // what stands at the edge stays inside
         let (x_label, anchor) = match at {
-            0 => (4.0, "start"),
-            _ if at + 1 == coordinates.len() => (WIDTH - 4.0, "end"),
+            0 => (EDGE, "start"),
+            _ if at + 1 == coordinates.len() => (WIDTH - EDGE, "end"),
             _ => (x, "middle"),
         };
         put(format_args!("<text x=\"{x_label:.1}\" y=\"{y}\" text-anchor=\"{anchor}\">{label}</text>\n"));
@@ -82,6 +87,13 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
     )
 }
 
+/// Letters of a title that keep it from its neighbours in its row. A title at the edge begins outside of its axis and has half of the room.
+fn letters_of(step: f64, count: usize, is_edge: bool) -> usize {
+    let pitch = if count > 4 { 2.0 * step } else { step };
+    let room = if is_edge { SIDE - EDGE + pitch / 2.0 } else { pitch };
+    (((room - 2.0 * EDGE) / LETTER) as usize).clamp(6, 80)
+}
+
 /// The good ones are grey; the first colour of the others is not the one of good figures.
 fn class(kind: usize) -> &'static str {
     match kind {
@@ -103,6 +115,23 @@ fn range(coordinate: &Coordinate) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn titles_of_a_row_do_not_overlap() {
+        for count in 2..=12 {
+            let step = (WIDTH - 2.0 * SIDE) / (count - 1) as f64;
+            let width = |at: usize| LETTER * letters_of(step, count, at == 0 || at + 1 == count) as f64;
+            let ends = |at: usize| match at {
+                0 => (EDGE, EDGE + width(0)),
+                _ if at + 1 == count => (WIDTH - EDGE - width(at), WIDTH - EDGE),
+                _ => (SIDE + step * at as f64 - width(at) / 2.0, SIDE + step * at as f64 + width(at) / 2.0),
+            };
+            let next = if count > 4 { 2 } else { 1 };
+            for at in 0..count - next {
+                assert!(ends(at).1 < ends(at + next).0, "{count} axes: {at} {:?} {:?}", ends(at), ends(at + next));
+            }
+        }
+    }
 
     #[test]
     fn a_gap_stays_a_gap_and_each_kind_has_its_lines() {
