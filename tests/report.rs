@@ -121,7 +121,7 @@ fn a_page_says_what_answer_and_gate_say_and_is_the_same_bytes_again() {
     let failed = status["by_cause"]["non_finite"].as_u64().expect("some fail");
     assert!(failed > 20, "{status}");
     assert!(
-        shown.contains(&format!("{failed} of them (")) && shown.contains(&format!("all {failed} failed by non_finite"))
+        shown.contains(&format!("{failed} runs (")) && shown.contains(&format!("all {failed} failed by non_finite"))
     );
     let why = shown.split("bladeoff why ").nth(1).and_then(|rest| rest.split("</code>").next()).expect("a command");
     let command = format!("{} why {why}", env!("CARGO_BIN_EXE_bladeoff"));
@@ -214,19 +214,27 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     );
     // two of the four runs, a quarter of the radius out: more than five times the limit
     let line = run.out.lines().find(|line| line.contains("ring_displacement ")).expect("a table of limits");
-    assert!(line.contains("0.05 of mean radius") && line.contains("note      2 of 4 runs  5."), "{line}");
-    assert!(run.out.contains("  ring_yield: not judged: no diaphragms.NAME.material.yield_strength"), "{}", run.out);
+    assert!(line.contains(" mm (0.05 of mean radius)") && line.contains("note         2 of 4 runs  5."), "{line}");
+    let unjudged =
+        "  ring_yield: not judged: no diaphragms.NAME.material.yield_strength; largest stress of the ok runs ";
+    assert!(run.out.contains(unjudged), "{}", run.out);
+    let warning = "stresses of ring, blades and shaft are not judged, because no yield_strength is given";
+    assert!(
+        run.out.find(&format!("warning: {warning}")) < run.out.find("\ndetection "),
+        "above the summary: {}",
+        run.out
+    );
     let said = "2 runs with status ok exceed the limit ring_displacement (largest ratio 5.";
     let (answer, gate) = (say(&["answer", &out]), say(&["gate", &out]));
     assert!(answer.err.contains(said) && gate.err.contains(said), "{} {}", answer.err, gate.err);
     let page = page(&folder, &out, "whips.html");
-    assert!(own(&page).contains(said) && page.contains("Limits of the model"));
+    assert!(own(&page).contains(said) && own(&page).contains(warning) && page.contains("Limits of the model"));
 
     let study =
         folder.write("light.toml", &fs::read_to_string(&study).expect("written").replace("[0.5, 0.05]", "[0.05]"));
     let out = folder.name("light");
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
-    assert!(run.out.contains("2             2   2  0") && run.out.contains("note      0 of 2 runs"), "{}", run.out);
+    assert!(run.out.contains("2             2   2  0") && run.out.contains("note         0 of 2 runs"), "{}", run.out);
     assert!(!say(&["answer", &out]).err.contains("exceed the limit"));
 }
 

@@ -16,7 +16,6 @@ use crate::submit::scheduler_says;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_model::document::visible;
 use bladeoff_model::outcome::Status;
-use bladeoff_study::Samples;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -109,7 +108,7 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
         RunState::Running { .. } | RunState::Ended | RunState::Killed(_) => forecast_in(directory),
         RunState::Complete | RunState::Unknown { .. } => None,
     };
-    let too_many = known.as_ref().and_then(|samples| too_many_beyond(samples, seen.told.as_ref()?));
+    let too_many = seen.told.as_ref().and_then(|told| too_many_beyond(directory, told));
     if json {
         return Ok(as_json(seen, ahead.as_ref(), too_many));
     }
@@ -151,10 +150,10 @@ fn verified_json(status: &str, verified: &[Verified]) -> String {
     text
 }
 
-/// The line where more of the samples that are done are beyond the model than the study allows.
-fn too_many_beyond(samples: &Samples, told: &Map<String, Value>) -> Option<String> {
-    let beyond = told.get("by_status")?.get(Status::Beyond.word())?.as_u64()?;
-    above_max_beyond(samples, beyond, told.get("done")?.as_u64()?)
+/// The line where more of the samples that are done are beyond the model than the study allows; `None` where the study cannot be read.
+fn too_many_beyond(directory: &Path, told: &Map<String, Value>) -> Option<String> {
+    let beyond = told.get("by_status")?.get(Status::Beyond.word())?.as_u64().filter(|beyond| *beyond > 0)?;
+    above_max_beyond(&frozen(directory).ok()?, beyond, told.get("done")?.as_u64()?)
 }
 
 fn as_json(seen: Seen, ahead: Option<&Forecasts>, too_many: Option<String>) -> String {
