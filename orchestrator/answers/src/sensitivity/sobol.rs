@@ -6,17 +6,14 @@
 //! second   S_ij = 1/N sum (f(BA_i) f(AB_j) - f(A) f(B))/V - S_i - S_j      A. Saltelli (2002)
 //! V        = variance of all f(A) and f(B) together, divided by 2 N
 //! ```
-//! Deviation: the first and the last are products of outputs and scatter with the square of their mean m, though a constant added to an
-//! output changes no index. Where |m| exceeds [`CENTRED_FROM`] standard deviations it is taken off before, and said so; as published
-//! otherwise, to the digit. Estimates may be slightly below 0 or above 1: that is their scatter, and left as it is.
-//! Needs independent parameters. Verified by `tests/sensitivity`: published estimates, Ishigami's and Sobol's g-function, coverage.
+//! First and second orders are products of outputs. A constant added to an output changes no index, but the scatter of these products
+//! grows with the square of the mean. So f stands for the output minus its mean over all rows of the whole base points.
+//! An estimate may be slightly below 0 or above 1 by its scatter; it is not clipped.
+//! Needs independent parameters. Verified by `tests/sensitivity`: SALib on the same rows, Ishigami's and Sobol's g-function, coverage.
 
 use super::blocks::Blocks;
 use super::indices::{Index, Indices, OfParameter, Pair, SensitivityError};
 use super::resample::{Sums, told};
-
-/// Standard deviations of an output that its mean may be away from 0 before it is taken off.
-pub const CENTRED_FROM: f64 = 2.0;
 
 /// Mean and standard deviation of f(A) and f(B).
 fn moments(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> (f64, f64) {
@@ -25,6 +22,12 @@ fn moments(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> (f64, f64) {
     let n = 2.0 * blocks.whole.len() as f64;
     let mean = both().sum::<f64>() / n;
     (mean, libm::sqrt(both().map(|y| (y - mean) * (y - mean)).sum::<f64>() / n))
+}
+
+/// Mean of all rows of the whole base points.
+fn mean_of_all(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> f64 {
+    let block = |block: &usize| values[block * rows..(block + 1) * rows].iter().flatten().sum::<f64>();
+    blocks.whole.iter().map(block).sum::<f64>() / (blocks.whole.len() * rows) as f64
 }
 
 /// Least and largest of f(A) and f(B).
@@ -62,20 +65,13 @@ pub fn sobol(
     let varies = count > 0 && deviation > 1e-13 * mean.abs();
     let mut without = None;
     let found = if varies {
-        let centred = mean.abs() > CENTRED_FROM * deviation;
-        if centred {
-            let times = libm::round(mean.abs() / deviation);
-            notes.push(format!(
-                "the mean is {times} standard deviations from 0 and was taken off, as no index depends on it"
-            ));
-        }
-        let off = if centred { mean } else { 0.0 };
-        let at = |block: usize, row: usize| values[block * rows + row].unwrap_or(f64::NAN) - off;
+        let centre = mean_of_all(&blocks, values, rows);
+        let at = |block: usize, row: usize| values[block * rows + row].unwrap_or(f64::NAN) - centre;
         // 1, f(A) + f(B) and squares about the mean; first and total of each; pairs
         let sums = Sums::new(count, 3 + 2 * d + pairs.len(), |number, sums| {
             let block = blocks.whole[number];
             let (a, b) = (at(block, 0), at(block, rows - 1));
-            let (low, high) = (a + off - mean, b + off - mean);
+            let (low, high) = (a + centre - mean, b + centre - mean);
             sums[..3].copy_from_slice(&[1.0, low + high, low * low + high * high]);
             for i in 0..d {
                 let ab = at(block, 1 + i);

@@ -67,7 +67,7 @@ fn coverage_of_sobol_indices() {
     }
     let sequence = |seed: u64| {
         let shift: Vec<u64> = points(seed, 1, 6)[0].iter().map(|u| (u * 4294967296.0) as u64).collect();
-        let base = sobol_points(256, [shift[0], shift[1], shift[2], shift[3], shift[4], shift[5]]);
+        let base = sobol_points(256, &shift);
         sobol(&names(3), &saltelli(ishigami, &base, false), false, 0.05).expect("indices")
     };
     at_least(0.98, &count("256 base points of a sequence", sequence, &exact));
@@ -129,7 +129,7 @@ fn coverage_of_what_needs_no_design() {
 #[test]
 fn coverage_of_first_orders_from_replicates_of_a_sequence() {
     let table = |seed: u64, each: usize| {
-        let plain = sobol_points(each, [0; 6]);
+        let plain = sobol_points(each, &[0; 6]);
         let scrambled = |replicate: u64| {
             let key = |i: u64| finaliser(finaliser(977 * seed + replicate) ^ i);
             let point = move |point: &Vec<f64>| (0..3).map(|i| nested(point[i], key(i as u64))).collect::<Vec<f64>>();
