@@ -19,6 +19,12 @@ impl Index {
     pub fn alone(estimate: Option<f64>) -> Self {
         Self { estimate, low: None, high: None }
     }
+
+    /// The estimate that may rank a parameter: of an index without an interval there is none.
+    #[must_use]
+    pub fn ranking(&self) -> Option<f64> {
+        self.estimate.filter(|_| self.low.is_some() && self.high.is_some())
+    }
 }
 
 /// How surely an output depends on a parameter in any way.
