@@ -1,14 +1,14 @@
 //! The difference of a figure between two values of a varied parameter, a - b, at the same points: what both have in common cancels.
 //!
 //! ```text
-//! probability   p_a - p_b = p_10 - p_01 = d (2 q - 1),  d = p_10 + p_01: only one of both holds,  q = p_10/d: then it is a
-//!               exact limits of d from n_10 + n_01 of n at alpha/8 each, of q from n_10 of n_10 + n_01 at alpha/4 each:
-//!               low = (2 q_low - 1) d_low if that is positive, (2 q_low - 1) d_high otherwise; high likewise: all hold with 1 - alpha
-//! quantile      limits of both at alpha/2: low_a - high_b, high_a - low_b: both hold with 1 - alpha
+//! probability   p_a - p_b = p_10 - p_01: only one of both holds. Exact limits of both, and their correlation in a multinomial sample
+//! quantile      limits of both, and the correlation of "at most the estimate" over the points (of replicates: of their shares)
 //! mean          t of the differences
 //! ```
-//! The first is zero-free exactly where the exact test of McNemar (1947) at alpha/2 says that a and b differ; it is wider than the
-//! usual approximations (measured: coverage 0.96 to 1.00), which cover too little where few points differ.
+//! The first two put two pairs of limits together by [`reach`], each at the full level.
+//! Probabilities of independent points: the coverage over all outcomes, computed for a grid of p_10 and p_01, is at least 0.953 for 95 %
+//! and 0.990 for 99 % (n = 10, 20, 50, 100, 200). Quantiles are approximate: measured coverage in `tests/uncertainty/paired.rs`.
+//! Quantiles without a common point take limits that hold with 1 - alpha/2 each.
 //! Bad runs: the figures with those of both harmless, and with those of both harmful; the lower limit with those of a harmless and those
 //! of b harmful, the upper one the other way round, so that every combination lies between.
 
@@ -17,7 +17,11 @@ use super::known::{Truths, Values};
 use super::limits::{lower_limit, upper_limit};
 use super::mean::mean;
 use super::quantile::quantile;
+use super::reach::{Arms, reach};
 use super::scheme::{FEW, Scheme};
+
+/// Points that are taken to differ beside those that do: that none was seen is no correlation of 1.
+const UNSEEN: f64 = 1.0;
 
 /// Points where only a, only b happened, of all points of a part.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,12 +49,21 @@ fn apart(
     counts
 }
 
-/// Lower limit of p_10 - p_01; exact at alpha/2.
-fn lower(of: Apart, alpha: f64) -> f64 {
-    let both = of.a + of.b;
-    let q = lower_limit(of.a, both, alpha / 4.0);
-    let d = if q < 0.5 { upper_limit(both, of.n, alpha / 8.0) } else { lower_limit(both, of.n, alpha / 8.0) };
-    (2.0 * q - 1.0) * d
+/// Limits of p_10 - p_01.
+fn limits(of: Apart, alpha: f64) -> (f64, f64) {
+    let n = of.n as f64;
+    let (a, b) = (of.a as f64 / n, of.b as f64 / n);
+    let arms = |count: u64, share: f64| Arms {
+        below: share - lower_limit(count, of.n, alpha / 2.0),
+        above: upper_limit(count, of.n, alpha / 2.0) - share,
+    };
+    // of two counts of a multinomial sample; a point without either may as well have had one
+    let rest = of.n - of.a - of.b;
+    let half = 0.5 * UNSEEN.min(rest as f64) / n;
+    let odds = (a + half) * (b + half) / ((1.0 - a - half) * (1.0 - b - half));
+    let r = if rest > 0 && odds.is_finite() { -odds.sqrt().min(1.0) } else { -1.0 };
+    let off = reach(arms(of.a, a), arms(of.b, b), r);
+    ((a - b - off.below).max(-1.0), (a - b + off.above).min(1.0))
 }
 
 fn sum(parts: &[Apart]) -> Apart {
@@ -75,8 +88,6 @@ pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(u
     found.estimate = Some(share(all));
     found.harmful = Some(share(harmful));
     found.notes.push(format!("only the first at {} points, only the second at {}", all.a, all.b));
-    let turned = |of: Apart| Apart { a: of.b, b: of.a, n: of.n };
-    let exact = |of: Apart| (lower(of, alpha), -lower(turned(of), alpha));
     let t = scheme.t(alpha);
     let replicated = |of: &[Apart]| {
         let few = {
@@ -98,8 +109,8 @@ pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(u
         found.statistical = replicated(&harmless).map(|(low, high)| high - low);
         found.method = Method::Replicates;
     } else {
-        (found.low, found.high) = (Some(exact(sum(&least)).0), Some(exact(sum(&most)).1));
-        let (low, high) = exact(all);
+        (found.low, found.high) = (Some(limits(sum(&least), alpha).0), Some(limits(sum(&most), alpha).1));
+        let (low, high) = limits(all, alpha);
         found.statistical = Some(high - low);
         found.method = Method::PairedClopperPearson;
     }
@@ -117,7 +128,12 @@ pub fn of_quantiles(
     part: impl Fn(usize) -> usize,
     alpha: f64,
 ) -> Figures {
-    of_two(&quantile(a, u, scheme, &part, alpha / 2.0), &quantile(b, u, scheme, &part, alpha / 2.0))
+    let (first, second) = (quantile(a, u, scheme, &part, alpha), quantile(b, u, scheme, &part, alpha));
+    let r = first.estimate.zip(second.estimate).and_then(|at| common(a, b, at, scheme, &part));
+    match r {
+        Some(r) => of_correlated(&first, &second, r),
+        None => of_two(&quantile(a, u, scheme, &part, alpha / 2.0), &quantile(b, u, scheme, &part, alpha / 2.0)),
+    }
 }
 
 /// Of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
@@ -141,21 +157,102 @@ pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     found
 }
 
+/// Of two figures whose limits hold with 1 - alpha each, and whose estimates have this correlation.
+#[must_use]
+pub fn of_correlated(first: &Figures, second: &Figures, r: f64) -> Figures {
+    let mut found = of_two(first, second);
+    // with bad runs harmless; an end that they leave open is at its worst
+    let plain = |of: &Figures| {
+        let below = distance(of.estimate, of.low);
+        Arms { below, above: of.statistical.map_or(f64::INFINITY, |width| width - below) }
+    };
+    let (a, b) = (plain(first), plain(second));
+    let (worst_a, worst_b) = (distance(first.high, first.harmful), distance(second.high, second.harmful));
+    let end = |estimate: Option<f64>, off: f64| estimate.filter(|_| off.is_finite()).map(|estimate| estimate + off);
+    let low = first.estimate.zip(second.harmful).map(|(a, b)| a - b);
+    let high = first.harmful.zip(second.estimate).map(|(a, b)| a - b);
+    found.low = end(low, -reach(a, Arms { above: worst_b, ..b }, r).below);
+    found.high = end(high, reach(Arms { above: worst_a, ..a }, b, r).above);
+    let all = reach(a, b, r);
+    found.statistical = Some(all.below + all.above).filter(|width| width.is_finite());
+    found.approximate = first.method != Method::Without;
+    found
+}
+
+/// How far the first is above the second; infinite where one is missing.
+fn distance(upper: Option<f64>, lower: Option<f64>) -> f64 {
+    upper.zip(lower).map_or(f64::INFINITY, |(upper, lower)| (upper - lower).max(0.0))
+}
+
+/// Points where both have a value: with (a, b) at most these levels, in a part; runs that are open there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Common {
+    n: f64,
+    a: f64,
+    b: f64,
+    both: f64,
+    open: f64,
+}
+
+/// Correlation of the numbers of values at most these levels; `None`: no point has both values, or all are on one side.
+fn common(a: &Values, b: &Values, at: (f64, f64), scheme: &Scheme, part: impl Fn(usize) -> usize) -> Option<f64> {
+    let mut parts = vec![Common::default(); scheme.parts()];
+    for (first, second, point) in in_both(a, b) {
+        let of = &mut parts[part(point as usize)];
+        let (in_a, in_b) = (a.low[first] <= at.0, b.low[second] <= at.1);
+        of.n += 1.0;
+        of.a += f64::from(in_a);
+        of.b += f64::from(in_b);
+        of.both += f64::from(in_a && in_b);
+        of.open += f64::from(in_a != (a.high[first] <= at.0) || in_b != (b.high[second] <= at.1));
+    }
+    let all = parts.iter().fold(Common::default(), |all, one| Common {
+        n: all.n + one.n,
+        a: all.a + one.a,
+        b: all.b + one.b,
+        both: all.both + one.both,
+        open: all.open + one.open,
+    });
+    let size = ((all.a * (all.n - all.a)) * (all.b * (all.n - all.b))).sqrt() / all.n;
+    if !(size > 0.0) {
+        return None;
+    }
+    // each point that differs takes half of itself from the product
+    let most = 1.0 - 0.5 * (UNSEEN + all.open) / size;
+    let plain = (all.both - all.a * all.b / all.n - 0.5 * (UNSEEN + all.open)) / size;
+    let by_parts = || {
+        let off = |one: &Common| (one.a - all.a / all.n * one.n, one.b - all.b / all.n * one.n);
+        let sums =
+            parts.iter().map(off).fold((0.0, 0.0, 0.0), |(aa, ab, bb), (x, y)| (aa + x * x, ab + x * y, bb + y * y));
+        let r = sums.1 / (sums.0 * sums.2).sqrt();
+        r.is_finite().then_some(r.min(most))
+    };
+    let r = if matches!(scheme, Scheme::Replicated(_)) { by_parts()? } else { plain };
+    // points with one value alone have nothing in common
+    let shared = all.n / (a.point.len() as f64 * b.point.len() as f64).sqrt();
+    Some((shared * r).clamp(-1.0, 1.0))
+}
+
+/// Places of both values of every point that has two, and the point.
+fn in_both<'a>(a: &'a Values, b: &'a Values) -> impl Iterator<Item = (usize, usize, u32)> + 'a {
+    let mut at = 0;
+    a.point.iter().enumerate().filter_map(move |(first, &point)| {
+        while b.point.get(at).is_some_and(|&other| other < point) {
+            at += 1;
+        }
+        (b.point.get(at) == Some(&point)).then_some((first, at, point))
+    })
+}
+
 /// Of means, over the points where both have a value.
 #[must_use]
 pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let mut pairs = Values { bad: a.bad, ..Values::default() };
     pairs.bad.add(&b.bad);
-    let mut at = 0;
-    for (first, &point) in a.point.iter().enumerate() {
-        while b.point.get(at).is_some_and(|&other| other < point) {
-            at += 1;
-        }
-        if b.point.get(at) == Some(&point) {
-            pairs.point.push(point);
-            pairs.low.push(a.low[first] - b.high[at]);
-            pairs.high.push(a.high[first] - b.low[at]);
-        }
+    for (first, second, point) in in_both(a, b) {
+        pairs.point.push(point);
+        pairs.low.push(a.low[first] - b.high[second]);
+        pairs.high.push(a.high[first] - b.low[second]);
     }
     let lone = a.point.len() + b.point.len() - 2 * pairs.point.len();
     let mut found = mean(&pairs, scheme, part, alpha);

@@ -28,7 +28,7 @@ pub struct Means {
 }
 
 /// Skewness below which no note is given.
-pub(crate) const LEAST_SKEWNESS: f64 = 2.0;
+const LEAST_SKEWNESS: f64 = 2.0;
 
 /// How far values are from their mean.
 #[derive(Debug, Clone)]

@@ -3,7 +3,6 @@
 use super::place::{Item, Items, Seen, most_frequent};
 use super::smooth::{FEWEST, LEAST_WIDTH, Smooth, Smoother, wilson};
 use super::{Cell, Frame, Map, Shows};
-use crate::estimate::mean::LEAST_SKEWNESS;
 use crate::estimate::truth::Truth;
 use bladeoff_model::probability::normal_quantile;
 
@@ -15,6 +14,9 @@ const ROUNDING: f64 = 1e-10;
 
 /// Half the diagonal of a cell of the finest raster: the samples of a cell are never too far from its middle.
 const LEAST_REACH: f64 = 0.018;
+
+/// Skewness of the noise below which limits are not doubted: those of exponential noise (skewness 2) hold in 80 to 92 of 100 cells.
+const LEAST_SKEWNESS: f64 = 1.0;
 
 /// What is smoothed: values of ok runs; or shares with open ones harmless, harmful, and their least and most.
 struct Series {

@@ -266,7 +266,7 @@ fn skewed_noise_of_a_smoothed_map_is_reported() {
             );
             match *name {
                 "normal" => assert!(share > 0.85 && noted == 0, "{samples}: {share} {noted}"),
-                "lognormal 1.5" => assert!(noted == studies, "{samples}: {share} {noted}"),
+                "lognormal 1.5" => assert!(10 * noted >= 9 * studies, "{samples}: {share} {noted}"),
                 _ => {}
             }
         }
