@@ -17,11 +17,8 @@ use super::known::{Truths, Values};
 use super::limits::{lower_limit, upper_limit};
 use super::mean::mean;
 use super::quantile::quantile;
-use super::reach::{Arms, reach};
+use super::reach::{Arms, Cluster, UNSEEN, correlation, lessened, reach};
 use super::scheme::{FEW, Scheme};
-
-/// Points that are taken to differ beside those that do: that none was seen is no correlation of 1.
-const UNSEEN: f64 = 1.0;
 
 /// Points where only a, only b happened, of all points of a part.
 #[derive(Debug, Clone, Copy, Default)]
@@ -184,53 +181,29 @@ fn distance(upper: Option<f64>, lower: Option<f64>) -> f64 {
     upper.zip(lower).map_or(f64::INFINITY, |(upper, lower)| (upper - lower).max(0.0))
 }
 
-/// Points where both have a value: with (a, b) at most these levels, in a part; runs that are open there.
-#[derive(Debug, Clone, Copy, Default)]
-struct Common {
-    n: f64,
-    a: f64,
-    b: f64,
-    both: f64,
-    open: f64,
-}
-
-/// Correlation of the numbers of values at most these levels; `None`: no point has both values, or all are on one side.
+/// Correlation of the numbers of values at most these levels; `None`: all values of one are on one side.
 fn common(a: &Values, b: &Values, at: (f64, f64), scheme: &Scheme, part: impl Fn(usize) -> usize) -> Option<f64> {
-    let mut parts = vec![Common::default(); scheme.parts()];
-    for (first, second, point) in in_both(a, b) {
-        let of = &mut parts[part(point as usize)];
-        let (in_a, in_b) = (a.low[first] <= at.0, b.low[second] <= at.1);
-        of.n += 1.0;
-        of.a += f64::from(in_a);
-        of.b += f64::from(in_b);
-        of.both += f64::from(in_a && in_b);
-        of.open += f64::from(in_a != (a.high[first] <= at.0) || in_b != (b.high[second] <= at.1));
-    }
-    let all = parts.iter().fold(Common::default(), |all, one| Common {
-        n: all.n + one.n,
-        a: all.a + one.a,
-        b: all.b + one.b,
-        both: all.both + one.both,
-        open: all.open + one.open,
-    });
-    let size = ((all.a * (all.n - all.a)) * (all.b * (all.n - all.b))).sqrt() / all.n;
-    if !(size > 0.0) {
-        return None;
-    }
-    // each point that differs takes half of itself from the product
-    let most = 1.0 - 0.5 * (UNSEEN + all.open) / size;
-    let plain = (all.both - all.a * all.b / all.n - 0.5 * (UNSEEN + all.open)) / size;
-    let by_parts = || {
-        let off = |one: &Common| (one.a - all.a / all.n * one.n, one.b - all.b / all.n * one.n);
-        let sums =
-            parts.iter().map(off).fold((0.0, 0.0, 0.0), |(aa, ab, bb), (x, y)| (aa + x * x, ab + x * y, bb + y * y));
-        let r = sums.1 / (sums.0 * sums.2).sqrt();
-        r.is_finite().then_some(r.min(most))
+    let is_single = *scheme == Scheme::Independent;
+    let clusters = |of: &Values, at: f64| -> Vec<Cluster> {
+        let one = |(point, low): (&u32, &f64)| (u64::from(*point), f64::from(u8::from(*low <= at)), 1.0);
+        let all = of.point.iter().zip(&of.low).map(one);
+        if is_single {
+            return all.collect();
+        }
+        let mut parts: Vec<Cluster> = (0..scheme.parts() as u64).map(|part| (part, 0.0, 0.0)).collect();
+        for (point, counted, weight) in all {
+            let of = &mut parts[part(point as usize)];
+            (of.1, of.2) = (of.1 + counted, of.2 + weight);
+        }
+        parts
     };
-    let r = if matches!(scheme, Scheme::Replicated(_)) { by_parts()? } else { plain };
-    // points with one value alone have nothing in common
-    let shared = all.n / (a.point.len() as f64 * b.point.len() as f64).sqrt();
-    Some((shared * r).clamp(-1.0, 1.0))
+    let (of_a, of_b) = (clusters(a, at.0), clusters(b, at.1));
+    let sum = |of: &[Cluster]| of.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.1, sum.1 + one.2));
+    let open = |of: &Values, at: f64| {
+        of.low.iter().zip(&of.high).filter(|(low, high)| (**low <= at) != (**high <= at)).count() as f64
+    };
+    let open = open(a, at.0) + open(b, at.1);
+    Some(lessened(correlation(&of_a, &of_b)?, sum(&of_a), sum(&of_b), open))
 }
 
 /// Places of both values of every point that has two, and the point.

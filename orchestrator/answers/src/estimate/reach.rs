@@ -41,3 +41,40 @@ fn farthest(a: Arms, b: Arms, r: f64) -> f64 {
     }
     most
 }
+
+/// What a cluster (a point, a replicate) adds to a ratio of sums: its number, and its parts of the sum above and of that below.
+pub type Cluster = (u64, f64, f64);
+
+/// Correlation of two ratios of sums over clusters, of which those with the same number depend on one another: that of the residuals
+/// e = y - (sum y/sum w) w. `None`: one of both does not vary. Both lists in the order of the numbers.
+#[must_use]
+pub fn correlation(a: &[Cluster], b: &[Cluster]) -> Option<f64> {
+    let ratio = |of: &[Cluster]| of.iter().map(|one| one.1).sum::<f64>() / of.iter().map(|one| one.2).sum::<f64>();
+    let (q_a, q_b) = (ratio(a), ratio(b));
+    let (off_a, off_b) = (|one: &Cluster| one.1 - q_a * one.2, |one: &Cluster| one.1 - q_b * one.2);
+    let squares_a: f64 = a.iter().map(|one| off_a(one) * off_a(one)).sum();
+    let squares_b: f64 = b.iter().map(|one| off_b(one) * off_b(one)).sum();
+    let (mut products, mut at) = (0.0, 0);
+    for one in a {
+        while b.get(at).is_some_and(|other| other.0 < one.0) {
+            at += 1;
+        }
+        if let Some(other) = b.get(at).filter(|other| other.0 == one.0) {
+            products += off_a(one) * off_b(other);
+        }
+    }
+    let r = products / (squares_a * squares_b).sqrt();
+    r.is_finite().then(|| r.clamp(-1.0, 1.0))
+}
+
+/// Points that are taken to differ beside those that do: that none was seen to differ is no correlation of 1.
+pub const UNSEEN: f64 = 1.0;
+
+/// The correlation r of two counts less what may be hidden: points that were not seen to differ, and open ones, of which `open` is the
+/// number. `a` and `b`: how many of how many were counted.
+#[must_use]
+pub fn lessened(r: f64, a: (f64, f64), b: (f64, f64), open: f64) -> f64 {
+    let variance = |(counted, of): (f64, f64)| counted * (of - counted) / of;
+    // each such point takes half of itself from the sum of products
+    (r - 0.5 * (UNSEEN + open) / (variance(a) * variance(b)).sqrt()).max(-1.0)
+}
