@@ -301,6 +301,7 @@ fn a_parameter_that_follows_itself_in_a_and_b_is_named() {
     assert!(!holds(total, 1.0 / 40.0) && (number(&total["estimate"]) * 40.0 - 1.0).abs() > 0.4, "{total}");
     let (_, answers) = answered(&folder, "few", &of(4, 1024));
     assert!(!answers[0]["notes"].to_string().contains("are correlated"), "{}", answers[0]["notes"]);
+    assert!(answers[0].get("correlated").is_none(), "{}", answers[0]);
 }
 
 /// Totals of x20, x4, x21 were 1.5 to 1.9 times and of x42, x36, x58 0.2 to 0.7 times their exact value, and only x58 was named.
@@ -317,7 +318,14 @@ fn every_parameter_with_correlated_values_is_named() {
     }
     let (_, answers) = answered(&folder, "s105", &(text + &question("sobol")));
     let notes = answers[0]["notes"].to_string();
-    for named in ["x58 0.79", "x20 -0.75", "x36 0.38", "x21 -0.38", "x4 -0.38", "x42 0.37"] {
-        assert!(notes.contains(named), "{named}: {notes}");
+    let correlated = answers[0]["correlated"].as_array().expect("a list of parameters");
+    for (parameter, value) in
+        [("x58", 0.79), ("x20", -0.75), ("x36", 0.38), ("x21", -0.38), ("x4", -0.38), ("x42", 0.37)]
+    {
+        let named = format!("{parameter} {value:.2}");
+        assert!(notes.contains(&named), "{named}: {notes}");
+        let found = correlated.iter().find(|one| one["parameter"] == parameter).expect("its correlation");
+        assert!((number(&found["correlation"]) - value).abs() < 0.006, "{found}");
     }
+    assert!(correlated.iter().all(|one| number(&one["correlation"]).abs() >= 0.1), "{correlated:?}");
 }

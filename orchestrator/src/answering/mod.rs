@@ -179,7 +179,7 @@ fn related_in(samples: &Samples, points: u64) -> Option<String> {
     samples.plan()?.related(points, &names)
 }
 
-/// The same in answers of so many points: a note, and the correlations by parameter.
+/// Correlated parameters in answers of so many points: a note, and the correlations by parameter.
 fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
     let Some(note) = related_in(samples, points) else { return };
     let found =

@@ -44,7 +44,7 @@ struct Half {
 }
 
 impl Half {
-    /// What each point or replicate adds to a ratio of sums; `of`: a row's parts.
+    /// Parts of a ratio of sums by point or replicate; `of`: the parts of a row.
     fn clusters(&self, of: impl Fn(Option<f64>) -> Option<(f64, f64)>) -> Vec<Cluster> {
         let mut sums: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
         for (number, value) in &self.rows {
@@ -56,7 +56,7 @@ impl Half {
         sums.into_iter().map(|(number, (above, below))| (number, above, below)).collect()
     }
 
-    /// Of rows at most a level, a bad one among them.
+    /// Numbers of rows at most a level by point or replicate; a bad row is one of them.
     fn at_most(&self, level: f64) -> Vec<Cluster> {
         self.clusters(|value| Some((f64::from(u8::from(value.is_none_or(|value| value <= level))), 1.0)))
     }

@@ -133,7 +133,7 @@ pub fn of_quantiles(
     }
 }
 
-/// Of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
+/// Difference of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
 #[must_use]
 pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     let minus = |x: Option<f64>, y: Option<f64>| x.zip(y).map(|(x, y)| x - y);
@@ -154,7 +154,7 @@ pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     found
 }
 
-/// Of two figures whose limits hold with 1 - alpha each, and whose estimates have this correlation.
+/// Difference of two figures whose limits hold with 1 - alpha each; `r`: correlation of their estimates.
 #[must_use]
 pub fn of_correlated(first: &Figures, second: &Figures, r: f64) -> Figures {
     let mut found = of_two(first, second);
@@ -217,7 +217,7 @@ fn in_both<'a>(a: &'a Values, b: &'a Values) -> impl Iterator<Item = (usize, usi
     })
 }
 
-/// Of means, over the points where both have a value.
+/// Difference of means, over the points where both have a value.
 #[must_use]
 pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let mut pairs = Values { bad: a.bad, ..Values::default() };

@@ -42,7 +42,7 @@ fn farthest(a: Arms, b: Arms, r: f64) -> f64 {
     most
 }
 
-/// What a cluster (a point, a replicate) adds to a ratio of sums: its number, and its parts of the sum above and of that below.
+/// Cluster (a point, a replicate) of a ratio of sums: its number, its part of the numerator and of the denominator.
 pub type Cluster = (u64, f64, f64);
 
 /// Correlation of two ratios of sums over clusters, of which those with the same number depend on one another: that of the residuals

@@ -134,7 +134,7 @@ impl Smoother {
         other
     }
 
-    /// Skewness of the noise: of what each sample is off by when it is left out; and samples for which one of these numbers stands.
+    /// Skewness of the residuals of samples that are left out, and the samples of one residual.
     pub fn skewness(&self) -> (f64, f64) {
         let (mut squares, mut cubes, mut n, mut samples) = (0.0, 0.0, 0.0, 0.0);
         for (at, node) in self.nodes.iter().enumerate() {
@@ -147,7 +147,7 @@ impl Smoother {
         (if skewness.is_finite() { skewness } else { 0.0 }, samples / n)
     }
 
-    /// What the mean of a node's samples is off by when they are left out; `None`: nothing predicts it.
+    /// Residual of the mean of a node's samples when they are left out; `None`: no other sample predicts it.
     fn off(&self, at: usize) -> Option<f64> {
         let node = &self.nodes[at];
         let fit = self.fit((node.u, node.v))?;

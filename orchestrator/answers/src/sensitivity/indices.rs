@@ -20,7 +20,7 @@ impl Index {
         Self { estimate, low: None, high: None }
     }
 
-    /// The estimate that may rank a parameter: of an index without an interval there is none.
+    /// Estimate that ranks a parameter; `None`: the index has no interval.
     #[must_use]
     pub fn ranking(&self) -> Option<f64> {
         self.estimate.filter(|_| self.low.is_some() && self.high.is_some())

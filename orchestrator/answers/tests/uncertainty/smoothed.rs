@@ -232,7 +232,7 @@ fn held_of_noise(seed: u64, samples: usize, noise: &dyn Fn(f64) -> f64) -> (usiz
     (held, of, map.notes.iter().any(|note| note.contains("the noise is skewed")))
 }
 
-/// Limits of normal noise hold and have no note; those of lognormal noise hold less often, and a note says so.
+/// Limits of normal noise hold and have no note; those of lognormal noise hold less often, and a note reports it.
 /// All noise has the mean 0 and the standard deviation 1. `COVERAGE_STUDIES=40` gives the numbers of the documents.
 #[test]
 #[expect(clippy::print_stdout, reason = "the table of coverage is printed by its test")]
