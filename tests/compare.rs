@@ -168,11 +168,23 @@ fn other_points_are_two_samples() {
     let b = run(&folder, "b", &STUDY.replace("seed = 5", "seed = 6").replace("10*x\"", "10*x + 8\""));
     let (code, found) = compared(&[&a, &b]);
     assert_eq!((code, &found["matched"]["pairs"], &found["matched"]["only_in_a"]), (0, &0.into(), &2000.into()));
-    for (figure, wide) in [("mean", 3.0), ("median", 4.0)] {
-        let g = column(&found, "apart", "g");
+    let limits = |found: &Value, figure: &str| {
+        let g = column(found, "apart", "g");
         let found = if figure == "mean" { &g["mean"] } else { &g["quantiles"][0]["difference"] };
-        let [low, high] = ["low", "high"].map(|end| found[end].as_f64().expect("a limit"));
-        assert!(low < 8.0 && 8.0 < high && high - low < wide, "{figure}: {low} to {high}");
+        ["low", "high"].map(|end| found[end].as_f64().expect("a limit"))
+    };
+    for (figure, wide) in [("mean", 1.9), ("median", 3.2)] {
+        let [low, high] = limits(&found, figure);
+        // one pair of studies: within twice the 95 % interval
+        let half = 0.5 * (high - low);
+        assert!(low - half < 8.0 && 8.0 < high + half && high - low < wide, "{figure}: {low} to {high}");
+    }
+    // other inputs from the same numbers: every point differs by 5
+    let alike = run(&folder, "alike", &STUDY.replacen("mean = 0", "mean = 0.5", 1));
+    let (_, of_alike) = compared(&[&a, &alike]);
+    for (figure, wide) in [("mean", 0.01), ("median", 0.3)] {
+        let [low, high] = limits(&of_alike, figure);
+        assert!(low < 5.0 + 1e-9 && 5.0 - 1e-9 < high && high - low < wide, "{figure}: {low} to {high}");
     }
     // nothing was compared, and nothing is within
     let said = say(&["compare", &a, &b, "--tolerance", "g 1000 %"]);

@@ -38,7 +38,8 @@ use crate::run::directory::{RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{chosen_of_table, end_of_table, refuse_changed};
 use bladeoff_answers::ask::{
-    Answered, Answers, Ask, Problem, Question, QuestionDef, SCHEMA, Streamed, answer_each, collected, percent_given,
+    Answered, Answers, Ask, Correlated, Problem, Question, QuestionDef, SCHEMA, Streamed, answer_each, collected,
+    percent_given,
 };
 use bladeoff_answers::estimate::curve::Curve;
 use bladeoff_answers::estimate::figures::Method;
@@ -178,10 +179,18 @@ fn related_in(samples: &Samples, points: u64) -> Option<String> {
     samples.plan()?.related(points, &names)
 }
 
-/// The same in answers of so many points.
+/// Correlated parameters in answers of so many points: a note, and the correlations by parameter.
 fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
     let Some(note) = related_in(samples, points) else { return };
-    for answer in answers.answers.iter_mut().filter(|answer| answer.sensitivity.is_some()) {
+    let found =
+        samples.plan().and_then(|plan| Some(plan.saltelli()?.related(points / plan.rows()))).unwrap_or_default();
+    for answer in &mut answers.answers {
+        let Some(sensitivity) = &mut answer.sensitivity else { continue };
+        let of = |&(place, correlation): &(usize, f64)| {
+            let (parameter, _) = sensitivity.indices.of.get(place)?;
+            Some(Correlated { parameter: parameter.clone(), correlation })
+        };
+        sensitivity.correlated = found.iter().filter_map(of).collect();
         answer.notes.push(note.clone());
     }
 }

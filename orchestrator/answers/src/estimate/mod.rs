@@ -22,6 +22,7 @@ pub mod mean;
 pub mod order;
 pub mod proportion;
 pub mod quantile;
+pub mod reach;
 pub mod scheme;
 pub mod span;
 pub mod truth;

@@ -9,6 +9,7 @@ mod figures;
 mod gates;
 mod limits;
 mod maps;
+mod paired;
 mod passing;
 mod questions;
 mod smoothed;
