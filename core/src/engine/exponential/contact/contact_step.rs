@@ -175,7 +175,7 @@ impl ContactStep {
         let moved = DelassusOperator::new(
             self.angle,
             self.rotor_truncated_flexibility,
-            free.kick,
+            free.response,
             self.radius * self.radius * free.rolling,
         );
         loop {
@@ -239,7 +239,7 @@ impl ContactStep {
     /// Takes the places that may press among the points: where the rotor is, and gap and slip without impulses of the deepest; `None` where no place is pressed.
     #[inline(always)]
     fn gather<V: Eight>(&mut self, free: &FreeStep<'_>, moved: &DelassusOperator) -> Option<([f64; 2], [f64; 2])> {
-        let lacking = turned(self.angle, &free.kick.static_correction);
+        let lacking = turned(self.angle, &free.response.static_correction);
         self.predictor.predict::<V>(
             &self.ring.place,
             &self.ring.way,
@@ -386,7 +386,8 @@ impl ContactStep {
         ring.apply_impulses::<V>(impulses);
         let on_rotor = self.outwards(on_rotor);
         // (2)
-        let (jump, more) = (free.kick.velocity_jump, free.spin.impulse_answer(torque, &free.kick.at_unbalances));
+        let (jump, more) =
+            (free.response.velocity_jump, free.spin.impulse_answer(torque, &free.response.at_unbalances));
         let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], on_rotor) + more[i])));
         let rate = free.rate + 0.5 * free.jump * torque;
         let turns = self.surface.take(free.turn + free.rolling * torque, self.h).unwrap_or(rate);

@@ -48,7 +48,7 @@ pub(crate) struct FreeStep<'a> {
     pub from: [f64; 2],
     pub to: [f64; 2],
     pub velocity: [f64; 2],
-    pub kick: &'a ImpulseResponse,
+    pub response: &'a ImpulseResponse,
     /// Turn of the rotor's surface over the step \[rad\], and per angular impulse; its rate at n \[rad/s\], and the jump of that per angular impulse.
     pub turn: f64,
     pub rolling: f64,

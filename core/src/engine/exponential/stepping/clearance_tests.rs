@@ -2,7 +2,7 @@
 //! the room lets it fly.
 
 use super::free_motion::FreeMotion;
-use super::transient::{SHORT_STEP, Transient};
+use super::transient::{SHORT_STEP_DOUBLINGS, Transient};
 use crate::engine::exponential::contact::ring_points::{BLOCK, ring_points};
 use crate::engine::exponential::modal::displacement_bound::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
@@ -41,7 +41,7 @@ fn no_flight_reaches_a_ringing_ring() {
         let mut transient = Transient::new(&machine, &structure, StepSettings::of_step(h), true).expect("covered");
         let diaphragm = &machine.diaphragms[0];
         let ring = ring_points(diaphragm, &structure, 0, h).expect("has candidates");
-        let (begun, most) = (transient.free_motion.clone(), transient.max_level);
+        let (begun, most) = (transient.free_motion.clone(), transient.max_doublings);
         let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|level| begun.step_length(level));
         let mut random = Stream(7);
         let (mut flown, mut refused, mut least) = ([0_u32; MAX_DOUBLINGS + 1], 0, f64::INFINITY);
@@ -66,7 +66,7 @@ fn no_flight_reaches_a_ringing_ring() {
             let clear = contact.contact_step.clearance() + reach - length(x);
             let velocity = transient.free_motion.bound_states();
             // as long as the longest may be, or as those that are common
-            let top = if round % 2 == 0 { most } else { SHORT_STEP };
+            let top = if round % 2 == 0 { most } else { SHORT_STEP_DOUBLINGS };
             let longest = lengths[top];
             let way = longest * length(velocity) + transient.free_motion.max_deviation(top);
             let wanted = clear - 1.5 * way * random.next();
@@ -103,7 +103,9 @@ fn no_flight_reaches_a_ringing_ring() {
         }
         println!("{name}: flights by level {flown:?}, refused {refused}, least clearance {least:.1e} of the gap");
         assert!(
-            flown[SHORT_STEP..].iter().sum::<u32>() > 50 && flown[..SHORT_STEP].iter().sum::<u32>() > 50 && refused > 5,
+            flown[SHORT_STEP_DOUBLINGS..].iter().sum::<u32>() > 50
+                && flown[..SHORT_STEP_DOUBLINGS].iter().sum::<u32>() > 50
+                && refused > 5,
             "{name}: {flown:?} {refused}"
         );
         assert!(least < 0.2, "{name}: it comes near: {least}");

@@ -5,6 +5,7 @@ mod clearance_tests;
 pub(crate) mod free_motion;
 pub(crate) mod free_run;
 pub(crate) mod parabola_peak;
+pub(crate) mod rubbing_run;
 pub(crate) mod shared_model;
 pub(crate) mod step_kernels;
 pub(crate) mod transient;
