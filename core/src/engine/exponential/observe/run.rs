@@ -383,7 +383,7 @@ impl<'a> Run<'a> {
             friction_work: impact.friction_work,
         });
         self.has_touched |= touch.is_some();
-        let steps = done.level.map_or(1, |level| 1 << level);
+        let steps = done.doublings.map_or(1, |level| 1 << level);
         let watches = !looks && watch.is_some_and(|watch| watch.ring);
         let Self { transient, ring_look, recorders, yield_watch: yielding, .. } = self;
         if done.impact.is_some() {
@@ -410,7 +410,7 @@ impl<'a> Run<'a> {
 
     /// Works of the step that has been done.
     fn add_works(&mut self, done: &StepResult, ring_before: f64) {
-        let flown = if done.level.is_some() && self.has_touched { ring_before - self.ring_energy() } else { 0.0 };
+        let flown = if done.doublings.is_some() && self.has_touched { ring_before - self.ring_energy() } else { 0.0 };
         let now = &mut self.recorders.energies.now;
         now.braking = self.transient.free_motion.spin().braked();
         if let Some(impact) = &done.impact {
@@ -419,7 +419,7 @@ impl<'a> Run<'a> {
             now.structure += impact.damped_work;
         }
         if let Some(contact) = &self.transient.contact {
-            now.stator += match done.level {
+            now.stator += match done.doublings {
                 Some(_) => flown,
                 None => contact.contact_step.ring.damped(),
             };

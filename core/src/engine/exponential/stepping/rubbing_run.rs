@@ -53,7 +53,7 @@ pub fn rubbing_run(
         let doublings = transient.next_step_doublings();
         let result = transient.step(doublings)?;
         run.eccentricity = run.eccentricity.max(length([result.place[0] - offset[0], result.place[1] - offset[1]]));
-        match result.level {
+        match result.doublings {
             Some(doublings) => {
                 (0..1 << doublings).for_each(|_| filter.slide(0.0));
                 run.steps[2] += 1;

@@ -88,7 +88,7 @@ pub(crate) struct RingContact {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepResult {
     /// Doublings of a step of free motion; `None` for a contact step.
-    pub level: Option<usize>,
+    pub doublings: Option<usize>,
     /// Displacement \[m\] and velocity \[m/s\] of the rotor at the contact at n, in the machine's axes.
     pub place: [f64; 2],
     pub velocity: [f64; 2],
@@ -273,10 +273,10 @@ impl Transient {
         let Self { free_motion, contact, loads, lengths, last_contact, .. } = self;
         let Some(RingContact { contact_step, rolling, jump }) = contact else {
             free_motion.advance(doublings.unwrap_or(0))?;
-            return Ok(StepResult { level: doublings, place: [0.0; 2], velocity: [0.0; 2], impact: None });
+            return Ok(StepResult { doublings, place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
         let [place, velocity] = free_motion.contact(0);
-        let mut result = StepResult { level: doublings, place, velocity, impact: None };
+        let mut result = StepResult { doublings, place, velocity, impact: None };
         if let Some(doublings) = doublings {
             free_motion.advance(doublings)?;
             contact_step.propagate_ring(doublings, lengths[doublings]);
