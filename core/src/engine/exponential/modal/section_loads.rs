@@ -296,7 +296,7 @@ mod tests {
         let (mut q, mut rates, mut room) = (Vec::new(), Vec::new(), Vec::new());
         struck(|machine, structure, flight, impulse| {
             let (n, spin) = (structure.lateral.coordinates.size(), flight.spin().speed);
-            flight.nodal_velocities(&mut rates);
+            flight.lateral_rates(&mut rates);
             let stored = flight.stored_energy(&rates, &mut q, &mut room);
             let shared = Arc::clone(flight.shared());
             let system = &shared.grid.model.state_space;

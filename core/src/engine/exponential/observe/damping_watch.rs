@@ -14,7 +14,7 @@ impl DampingWatch {
     /// no part in it. `speed`: the spin \[rad/s\].
     #[inline]
     pub fn update(&mut self, flight: &FreeMotion, speed: f64, recorders: &mut Recorders) {
-        let cell = flight.cell();
+        let cell = flight.interval_index();
         if self.cell != Some(cell) {
             self.cell = Some(cell);
             let damping = flight.damping();

@@ -30,7 +30,7 @@ impl EnergyTerms {
 
     /// Keeps the instant at which a flight is.
     pub fn keep(&mut self, flight: &FreeMotion) {
-        flight.keep(&mut self.instant);
+        flight.copy_instant(&mut self.instant);
         self.damped = flight.spin().damped();
     }
 
@@ -38,11 +38,11 @@ impl EnergyTerms {
     pub fn take_stores(&mut self, flight: &mut FreeMotion, ring: Option<&ImpulsedRing>, structure: &Structure) {
         self.motion.take(flight, structure);
         let gyroscopic = flight.gyroscopic_momentum();
-        let shift = flight.withheld_momentum(gyroscopic);
+        let shift = flight.gyroscopic_speed_shift(gyroscopic);
         let model = &flight.shared().grid.model;
         let (q, velocity) = (self.motion.coordinates(), self.motion.rates());
         let [kinetic, strain] = model.state_space.kinetic_and_elastic_energy(flight.spin().speed + shift, q, velocity);
-        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
+        let [turning, twisted] = flight.spin().energies(shift, flight.unbalance_velocities());
         let ring = ring.map_or([0.0; 2], ImpulsedRing::energies);
         self.energies = Energies {
             kinetic: kinetic + turning + ring[0],

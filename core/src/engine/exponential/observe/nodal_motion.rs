@@ -39,8 +39,8 @@ impl NodalMotion {
 
     /// Takes the motion of a flight where it is.
     pub fn take(&mut self, flight: &mut FreeMotion, structure: &Structure) {
-        flight.displacements(&mut self.motion[0]);
-        flight.nodal_velocities(&mut self.motion[1]);
+        flight.lateral_coordinates(&mut self.motion[0]);
+        flight.lateral_rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
         flight.spin().twist_angles(&self.twist_rows, &mut self.twists);
         axpy(flight.spin().impulse_torque(), &self.static_correction, &mut self.twists);

@@ -189,14 +189,14 @@ impl<'a> Run<'a> {
                 // a start may come to rest within its first steps where damping is strong, and one that is disturbed rings
                 let whole = first || self.transient.disturbed;
                 if whole {
-                    self.transient.free_motion.keep(&mut self.instant);
+                    self.transient.free_motion.copy_instant(&mut self.instant);
                 }
                 self.complete_observation(look, whole.then_some([0.0; 2]));
                 None
             }
             (look, _) => {
                 if look.is_some() {
-                    self.transient.free_motion.keep(&mut self.instant);
+                    self.transient.free_motion.copy_instant(&mut self.instant);
                 }
                 look
             }
@@ -315,9 +315,11 @@ impl<'a> Run<'a> {
             eye.get_or_insert_with(|| Box::new(FrameSampler::new(machine, structure, transient))).sample(transient);
         }
         let Self { transient, instant, recorders, .. } = self;
-        transient.free_motion.keep(instant);
-        let place =
-            transient.contact.as_ref().map(|contact| contact.contact_step.place(transient.free_motion.place(0)));
+        transient.free_motion.copy_instant(instant);
+        let place = transient
+            .contact
+            .as_ref()
+            .map(|contact| contact.contact_step.place(transient.free_motion.contact_displacement(0)));
         // a budget ends a run between two steps
         let goes_on = matches!(failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.solve_next_contact() } else { None };
@@ -503,11 +505,11 @@ impl<'a> Run<'a> {
     /// Stores at n.
     fn add_stored_energy(&mut self) {
         let Self { transient, recorders, places, rates, seen, .. } = self;
-        transient.free_motion.nodal_velocities(rates);
+        transient.free_motion.lateral_rates(rates);
         let stored = transient.free_motion.stored_energy(rates, places, seen);
         let flight = &transient.free_motion;
-        let shift = flight.withheld_momentum(stored.gyroscopic);
-        let [turning, twisted] = flight.spin().energies(shift, flight.velocities());
+        let shift = flight.gyroscopic_speed_shift(stored.gyroscopic);
+        let [turning, twisted] = flight.spin().energies(shift, flight.unbalance_velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.contact_step.ring.energies());
         recorders.energies.now.kinetic =
             stored.energy + (flight.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1];

@@ -61,7 +61,7 @@ fn no_flight_reaches_a_ringing_ring() {
                 let j = (random.next() * count as f64) as usize;
                 modes.place[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
-            let x = contact.contact_step.displacement_from_centre(transient.free_motion.place(0));
+            let x = contact.contact_step.displacement_from_centre(transient.free_motion.contact_displacement(0));
             let reach = contact.contact_step.ring.reach(&ring.reach);
             let clear = contact.contact_step.clearance() + reach - length(x);
             let velocity = transient.free_motion.bound_states();
@@ -89,7 +89,7 @@ fn no_flight_reaches_a_ringing_ring() {
             for _ in 0..1 << level {
                 flight.advance(0).expect("goes on");
                 ringing.propagate(&step);
-                let x = rub.place(flight.place(0));
+                let x = rub.place(flight.contact_displacement(0));
                 for block in 0..ring.count() / BLOCK {
                     let moved = rows_times(ring.radial(block), ringing.amplitudes());
                     for (k, v) in moved.into_iter().enumerate() {

@@ -106,7 +106,7 @@ impl FreeMotion {
         };
         flight.evaluate_outputs();
         flight.gyroscopic.1 = flight.gyroscopic_momentum();
-        spin.start(flight.velocities(), flight.gyroscopic.1);
+        spin.start(flight.unbalance_velocities(), flight.gyroscopic.1);
         flight.spin = spin;
         if let Some(gyration) = GyroscopicTorque::of(machine, structure, &flight.spin) {
             flight.start_gyroscopic_torque(gyration);
@@ -213,8 +213,8 @@ impl FreeMotion {
     /// Takes the momenta of the torsional modes at the start.
     fn start_gyroscopic_torque(&mut self, gyration: GyroscopicTorque) {
         let mut now = GyroscopicMomenta::default();
-        self.displacements(&mut now.places);
-        self.nodal_velocities(&mut now.rates);
+        self.lateral_coordinates(&mut now.places);
+        self.lateral_rates(&mut now.rates);
         gyration.update(&mut now);
         self.spin.apply_gyroscopic_torque(&now.changes, 0.0);
         self.gyration = Some((Arc::new(gyration), now));
@@ -282,21 +282,21 @@ impl FreeMotion {
 
     /// Displacement \[m\] and velocity \[m/s\] of the rotor at a diaphragm's contact.
     #[must_use]
-    pub fn contact(&self, diaphragm: usize) -> [[f64; 2]; 2] {
+    pub fn contact_motion(&self, diaphragm: usize) -> [[f64; 2]; 2] {
         let first = self.shared.grid.model.outputs.contact_row(diaphragm);
         let at = &self.outputs[first..first + 4];
         [[at[0], at[1]], [at[2], at[3]]]
     }
 
     /// Displacement of the rotor at a diaphragm's contact \[m\].
-    pub(crate) fn place(&self, diaphragm: usize) -> [f64; 2] {
+    pub(crate) fn contact_displacement(&self, diaphragm: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.contact_row(diaphragm);
         [self.outputs[first], self.outputs[first + 1]]
     }
 
     /// Number of the cell in the grid.
     #[inline]
-    pub(crate) fn cell(&self) -> i64 {
+    pub(crate) fn interval_index(&self) -> i64 {
         self.cell.index
     }
 
@@ -317,12 +317,12 @@ impl FreeMotion {
     }
 
     /// Lateral coordinates, and zeros up to a multiple of eight.
-    pub(crate) fn displacements(&mut self, q: &mut Vec<f64>) {
+    pub(crate) fn lateral_coordinates(&mut self, q: &mut Vec<f64>) {
         self.tables.displacements(&self.cell, &self.shared.grid.model).multiply(&self.y, q);
     }
 
     /// Their rates, and zeros up to a multiple of eight.
-    pub(crate) fn nodal_velocities(&mut self, rates: &mut Vec<f64>) {
+    pub(crate) fn lateral_rates(&mut self, rates: &mut Vec<f64>) {
         self.tables.velocities(&self.cell, &self.shared.grid.model).multiply(&self.y, rates);
     }
 
@@ -332,7 +332,7 @@ impl FreeMotion {
     }
 
     /// What the spin has to be shifted by to have this gyroscopic momentum, that of now, instead of the last one that was taken \[rad/s\].
-    pub(crate) fn withheld_momentum(&self, gyroscopic: f64) -> f64 {
+    pub(crate) fn gyroscopic_speed_shift(&self, gyroscopic: f64) -> f64 {
         (self.gyroscopic.1 - gyroscopic) * self.spin.compliance()
     }
 
@@ -360,7 +360,7 @@ impl FreeMotion {
     }
 
     /// Makes an instant that of n.
-    pub(crate) fn keep(&self, instant: &mut Instant) {
+    pub(crate) fn copy_instant(&self, instant: &mut Instant) {
         let Instant { interval: cell, modal_state: y, forces } = instant;
         cell.clone_from(&self.cell);
         y.clone_from(&self.y);
@@ -399,7 +399,7 @@ impl FreeMotion {
 
     /// Energies at n, of the rates there; `q` and `room`: of their size.
     pub(crate) fn stored_energy(&mut self, rates: &[f64], q: &mut Vec<f64>, room: &mut Vec<f64>) -> StoredEnergy {
-        self.displacements(q);
+        self.lateral_coordinates(q);
         self.shared.grid.model.measures.stored_energy([q, rates], room)
     }
 
@@ -455,7 +455,7 @@ impl FreeMotion {
     }
 
     /// Velocities of the unbalances' nodes \[m/s\].
-    pub(crate) fn velocities(&self) -> &[[f64; 2]] {
+    pub(crate) fn unbalance_velocities(&self) -> &[[f64; 2]] {
         &self.outputs.as_chunks::<2>().0[..self.spin.unbalances()]
     }
 

@@ -112,7 +112,7 @@ impl Transient {
         let contact = match machine.diaphragms.first() {
             None => None,
             Some(diaphragm) => {
-                starts_inside(diaphragm, free_motion.place(0))?;
+                starts_inside(diaphragm, free_motion.contact_displacement(0))?;
                 let points = ring_points_of(machine, structure, settings.step)?;
                 let spin = free_motion.spin();
                 let row = spin.torque_row(structure, diaphragm.contact.node);
@@ -159,7 +159,7 @@ impl Transient {
     /// Whether the rotor's centre is farther from the ring's centre than the ring's radius: the rotor has left the ring.
     pub fn is_outside(&self) -> bool {
         let Some(contact) = &self.contact else { return false };
-        let [x, y] = contact.contact_step.place(self.free_motion.place(0));
+        let [x, y] = contact.contact_step.place(self.free_motion.contact_displacement(0));
         x * x + y * y > contact.contact_step.outermost() * contact.contact_step.outermost()
     }
 
@@ -210,7 +210,7 @@ impl Transient {
         } = self;
         let mut displacement = None;
         if let (Some(RingContact { contact_step, .. }), Some(peak)) = (contact, watched.last_mut()) {
-            let x = contact_step.displacement_from_centre(free_motion.place(0));
+            let x = contact_step.displacement_from_centre(free_motion.contact_displacement(0));
             peak.update(x);
             // a place that pressed in the last step will probably press again: the bounds are not worth their time
             if !*takes_long_steps || contact_step.presses() {
@@ -275,7 +275,7 @@ impl Transient {
             free_motion.advance(doublings.unwrap_or(0))?;
             return Ok(StepResult { doublings, place: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
-        let [place, velocity] = free_motion.contact(0);
+        let [place, velocity] = free_motion.contact_motion(0);
         let mut result = StepResult { doublings, place, velocity, impact: None };
         if let Some(doublings) = doublings {
             free_motion.advance(doublings)?;
@@ -289,7 +289,7 @@ impl Transient {
         let Some(response) = free_motion.impulse_response() else { return Ok(result) };
         let free = FreeStep {
             from: place,
-            to: free_motion.place(0),
+            to: free_motion.contact_displacement(0),
             velocity,
             response,
             turn: free_motion.spin().turn(torsion_at_start),
@@ -380,13 +380,13 @@ mod tests {
         let (mut closest, mut count) = (0.0_f64, 0);
         for round in 0..40 {
             for (doublings, contact_steps) in [(4, 16), (7, 128)] {
-                let from = free_motion.contact(0)[0];
+                let from = free_motion.contact_motion(0)[0];
                 let velocity = free_motion.bound_states();
                 let max_deviation = free_motion.max_deviation(doublings);
                 let mut ahead = free_motion.clone();
                 for n in 1..=contact_steps {
                     ahead.advance(0).expect("goes on");
-                    let (to, t) = (ahead.contact(0)[0], f64::from(n) * 2e-5);
+                    let (to, t) = (ahead.contact_motion(0)[0], f64::from(n) * 2e-5);
                     let deviation = length([to[0] - from[0] - t * velocity[0], to[1] - from[1] - t * velocity[1]]);
                     assert!(deviation <= max_deviation, "round {round}: {deviation} beyond {max_deviation}");
                     closest = closest.max(deviation / max_deviation);
