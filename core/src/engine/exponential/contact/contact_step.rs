@@ -122,7 +122,7 @@ impl ContactStep {
     }
 
     /// Whether impulses acted in the last step.
-    pub fn presses(&self) -> bool {
+    pub fn in_contact(&self) -> bool {
         !self.pressed.is_empty()
     }
 
@@ -137,8 +137,8 @@ impl ContactStep {
     }
 
     /// The rotor's centre from the ring's, in the stator's axes.
-    pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
-        self.inwards(self.displacement_from_centre(place))
+    pub fn displacement_in_stator_axes(&self, place: [f64; 2]) -> [f64; 2] {
+        self.to_stator_axes(self.displacement_from_centre(place))
     }
 
     /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.
@@ -245,7 +245,7 @@ impl ContactStep {
             &self.ring.way,
             [&moved.rotor_response, &lacking, &self.rotor_truncated_flexibility],
         );
-        let ([x, y], [dx, dy]) = (self.place(free.to), self.predictor.held_force);
+        let ([x, y], [dx, dy]) = (self.displacement_in_stator_axes(free.to), self.predictor.held_force);
         let to = [x + dx, y + dy];
         self.broad_phase.find_minima::<V>(&self.ring_points, to, &self.predictor.ring);
         self.points.clear();
@@ -296,7 +296,7 @@ impl ContactStep {
         );
         let own = moved.coupling(candidates, &place, &acting, said.own);
         let before = DelassusOperator::previous_truncated_response(candidates, &place, pressed);
-        let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
+        let step = self.to_stator_axes([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
         let along = across(place.normal);
         let slip = product(along, step) + free.turn * self.radius - said.passed;
         let start = [
@@ -373,27 +373,28 @@ impl ContactStep {
         impulses.fill(Lane::default());
         pressed.clear();
         foreseen.reset();
-        let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
+        let (mut impulse, mut torque) = ([0.0; 2], 0.0);
         for point in pressing() {
             let (force, n) = (&point.force, point.acting.normal);
-            on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
-            on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
+            impulse[0] -= force.normal * n[0] - force.tangential * n[1];
+            impulse[1] -= force.normal * n[1] + force.tangential * n[0];
             torque -= force.tangential * self.radius;
             add_two::<V>([force.normal, force.tangential], Self::acting(rows, *now, point), impulses);
             foreseen.press::<V>(&point.place, force, rows[*now].along(point.slot));
             pressed.push(PressedPoint { place: point.place, force: *force, slot: point.slot });
         }
         ring.apply_impulses::<V>(impulses);
-        let on_rotor = self.outwards(on_rotor);
+        let impulse = self.to_machine_axes(impulse);
         // (2)
         let (jump, more) =
             (free.response.velocity_jump, free.spin.impulse_answer(torque, &free.response.at_unbalances));
-        let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], on_rotor) + more[i])));
+        let velocity =
+            self.to_stator_axes([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], impulse) + more[i])));
         let rate = free.rate + 0.5 * free.jump * torque;
         let turns = self.surface.take(free.turn + free.rolling * torque, self.h).unwrap_or(rate);
         let rolling = self.radius * turns;
         let mut impact = Impact {
-            on_rotor,
+            impulse,
             torque,
             normal: 0.0,
             tangential: 0.0,
@@ -430,18 +431,18 @@ impl ContactStep {
     }
 
     /// Amplitudes of the ring's modes where it is, statics of the last impulses included.
-    pub fn held_amplitudes(&self, amplitudes: &mut Vec<f64>) {
+    pub fn corrected_amplitudes(&self, amplitudes: &mut Vec<f64>) {
         amplitudes.clear();
         amplitudes.extend_from_slice(self.ring.amplitudes());
-        if self.presses() {
+        if self.in_contact() {
             self.predictor.add_static_deflection(amplitudes);
         }
     }
 
     /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
-    pub fn settled_shape(&self, x: [f64; 2], kick: Option<&ImpulseResponse>) -> SettledRing {
+    pub fn corrected_shape(&self, x: [f64; 2], kick: Option<&ImpulseResponse>) -> SettledRing {
         let mut amplitudes = Vec::new();
-        self.held_amplitudes(&mut amplitudes);
+        self.corrected_amplitudes(&mut amplitudes);
         let of = |PressedPoint { place, force, .. }: &PressedPoint| {
             let alpha = (place.index as f64 + 0.5 + place.share) * self.ring_points.spacing;
             (alpha, place.polar.map(|part| part * force.normal / self.h))
@@ -456,19 +457,19 @@ impl ContactStep {
     }
 
     /// Distance of the centres beyond which the rotor's is outside the ring \[m\].
-    pub fn outermost(&self) -> f64 {
+    pub fn ring_radius(&self) -> f64 {
         self.radius + self.gap
     }
 
     /// A vector of the machine's axes in the stator's.
     #[inline(always)]
-    pub fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn to_stator_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x + sin * y, cos * y - sin * x]
     }
 
     #[inline(always)]
-    fn outwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn to_machine_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x - sin * y, sin * x + cos * y]
     }

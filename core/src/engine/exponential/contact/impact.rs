@@ -23,7 +23,7 @@ use crate::engine::exponential::torsion::spin::Spin;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Impact {
     /// Impulse on the rotor, in the machine's axes \[N s\], and of the friction's torque \[N m s\].
-    pub on_rotor: [f64; 2],
+    pub impulse: [f64; 2],
     pub torque: f64,
     /// Sums of normal and tangential impulses \[N s\], works of friction and of normal impulses, taken out \[J\].
     pub normal: f64,

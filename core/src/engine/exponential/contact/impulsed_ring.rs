@@ -166,7 +166,7 @@ impl ImpulsedRing {
     }
 
     /// What (1) has taken at n \[J\].
-    pub fn damped(&self) -> f64 {
+    pub fn step_dissipation(&self) -> f64 {
         self.step * squared(&self.dampings, &self.mean_rate)
     }
 

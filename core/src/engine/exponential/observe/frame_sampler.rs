@@ -50,9 +50,9 @@ impl<'a> FrameSampler<'a> {
         self.motion.take(flight, self.structure);
         self.structure.lateral.coordinates.expand(self.motion.rates(), &mut self.velocity);
         if let (Some(eye), Some((rub, modes))) = (&mut self.ring, ring) {
-            let place = rub.place(flight.contact_displacement(0));
+            let place = rub.displacement_in_stator_axes(flight.contact_displacement(0));
             let settled = if pressed {
-                rub.settled_shape(place, flight.impulse_response())
+                rub.corrected_shape(place, flight.impulse_response())
             } else {
                 SettledRing { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
             };

@@ -77,8 +77,8 @@ impl<'a> RingClearance<'a> {
         let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(looks)) else {
             return impact.gap;
         };
-        let place = contact.contact_step.place(transient.free_motion.contact_displacement(0));
-        self.update(place, &contact.contact_step.settled_shape(place, transient.free_motion.impulse_response()));
+        let place = contact.contact_step.displacement_in_stator_axes(transient.free_motion.contact_displacement(0));
+        self.update(place, &contact.contact_step.corrected_shape(place, transient.free_motion.impulse_response()));
         self.gap.map_or(impact.gap, |gap| gap.value.min(impact.gap))
     }
 

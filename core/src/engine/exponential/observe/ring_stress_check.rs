@@ -26,7 +26,7 @@ impl RingStressCheck {
         if self.cannot_increase {
             return None;
         }
-        if !rub.presses() {
+        if !rub.in_contact() {
             rub.ring.free_amplitudes(&mut self.amplitudes);
             self.amplitudes.iter_mut().for_each(|amplitude| *amplitude *= ROUNDING);
             self.cannot_increase = recorders.ring_rests(&self.amplitudes);
@@ -34,7 +34,7 @@ impl RingStressCheck {
                 return None;
             }
         }
-        rub.held_amplitudes(&mut self.amplitudes);
+        rub.corrected_amplitudes(&mut self.amplitudes);
         Some(&self.amplitudes)
     }
 

@@ -215,7 +215,7 @@ impl<'a> Run<'a> {
         // nothing else changes it in flight
         let before = if level.is_some() && self.has_touched { self.ring_energy() } else { 0.0 };
         let done = self.transient.step(level)?;
-        let impulse = done.impact.map_or([0.0; 2], |impact| impact.on_rotor);
+        let impulse = done.impact.map_or([0.0; 2], |impact| impact.impulse);
         if let Some(look) = due {
             self.complete_observation(look, Some(impulse));
         }
@@ -316,14 +316,13 @@ impl<'a> Run<'a> {
         }
         let Self { transient, instant, recorders, .. } = self;
         transient.free_motion.copy_instant(instant);
-        let place = transient
-            .contact
-            .as_ref()
-            .map(|contact| contact.contact_step.place(transient.free_motion.contact_displacement(0)));
+        let place = transient.contact.as_ref().map(|contact| {
+            contact.contact_step.displacement_in_stator_axes(transient.free_motion.contact_displacement(0))
+        });
         // a budget ends a run between two steps
         let goes_on = matches!(failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.solve_next_contact() } else { None };
-        let impulse = Some(impact.map_or([0.0; 2], |impact| impact.on_rotor));
+        let impulse = Some(impact.map_or([0.0; 2], |impact| impact.impulse));
         match look {
             Some(look) => {
                 recorders.see_end(transient.loads(), place, at);
@@ -346,7 +345,7 @@ impl<'a> Run<'a> {
     /// Why the run does not go on from n+1.
     fn end_cause(&mut self, done: &StepResult) -> Result<Option<EndCause>, Cause> {
         let speed = self.transient.free_motion.speed();
-        if !(speed + done.place[0] + done.place[1]).is_finite() {
+        if !(speed + done.displacement[0] + done.displacement[1]).is_finite() {
             return Err(Cause::NonFinite);
         }
         if self.recorders.limits.is_newly_beyond() {
@@ -398,8 +397,8 @@ impl<'a> Run<'a> {
         }
         let ring = transient.contact.as_ref().map(|contact| RingInstant {
             angle,
-            place: contact.contact_step.place(done.place),
-            velocity: contact.contact_step.inwards(done.velocity),
+            place: contact.contact_step.displacement_in_stator_axes(done.displacement),
+            velocity: contact.contact_step.to_stator_axes(done.velocity),
             touch,
             ring: seen.filter(|_| looks),
         });
@@ -423,7 +422,7 @@ impl<'a> Run<'a> {
         if let Some(contact) = &self.transient.contact {
             now.stator += match done.doublings {
                 Some(_) => flown,
-                None => contact.contact_step.ring.damped(),
+                None => contact.contact_step.ring.step_dissipation(),
             };
         }
     }

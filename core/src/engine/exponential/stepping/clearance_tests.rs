@@ -89,7 +89,7 @@ fn no_flight_reaches_a_ringing_ring() {
             for _ in 0..1 << level {
                 flight.advance(0).expect("goes on");
                 ringing.propagate(&step);
-                let x = rub.place(flight.contact_displacement(0));
+                let x = rub.displacement_in_stator_axes(flight.contact_displacement(0));
                 for block in 0..ring.count() / BLOCK {
                     let moved = rows_times(ring.radial(block), ringing.amplitudes());
                     for (k, v) in moved.into_iter().enumerate() {

@@ -52,7 +52,8 @@ pub fn rubbing_run(
     while transient.free_motion.time() < machine.run.end_time - 0.5 * h {
         let doublings = transient.next_step_doublings();
         let result = transient.step(doublings)?;
-        run.eccentricity = run.eccentricity.max(length([result.place[0] - offset[0], result.place[1] - offset[1]]));
+        run.eccentricity =
+            run.eccentricity.max(length([result.displacement[0] - offset[0], result.displacement[1] - offset[1]]));
         match result.doublings {
             Some(doublings) => {
                 (0..1 << doublings).for_each(|_| filter.slide(0.0));

@@ -90,7 +90,7 @@ pub(crate) struct StepResult {
     /// Doublings of a step of free motion; `None` for a contact step.
     pub doublings: Option<usize>,
     /// Displacement \[m\] and velocity \[m/s\] of the rotor at the contact at n, in the machine's axes.
-    pub place: [f64; 2],
+    pub displacement: [f64; 2],
     pub velocity: [f64; 2],
     /// Impulses and works of the contact; `None` without contact.
     pub impact: Option<Impact>,
@@ -159,8 +159,8 @@ impl Transient {
     /// Whether the rotor's centre is farther from the ring's centre than the ring's radius: the rotor has left the ring.
     pub fn is_outside(&self) -> bool {
         let Some(contact) = &self.contact else { return false };
-        let [x, y] = contact.contact_step.place(self.free_motion.contact_displacement(0));
-        x * x + y * y > contact.contact_step.outermost() * contact.contact_step.outermost()
+        let [x, y] = contact.contact_step.displacement_in_stator_axes(self.free_motion.contact_displacement(0));
+        x * x + y * y > contact.contact_step.ring_radius() * contact.contact_step.ring_radius()
     }
 
     /// Length of a contact step \[s\].
@@ -190,7 +190,7 @@ impl Transient {
     /// Doublings of the next step of free motion; `None` for a contact step.
     fn free_step_doublings(&mut self) -> Option<usize> {
         // the loads of the last contact step include its impulses
-        if self.contact.as_ref().is_some_and(|contact| contact.contact_step.presses()) {
+        if self.contact.as_ref().is_some_and(|contact| contact.contact_step.in_contact()) {
             self.update_load_peaks();
         }
         self.evaluate_loads();
@@ -213,7 +213,7 @@ impl Transient {
             let x = contact_step.displacement_from_centre(free_motion.contact_displacement(0));
             peak.update(x);
             // a place that pressed in the last step will probably press again: the bounds are not worth their time
-            if !*takes_long_steps || contact_step.presses() {
+            if !*takes_long_steps || contact_step.in_contact() {
                 return None;
             }
             let clearance = contact_step.clearance();
@@ -273,10 +273,10 @@ impl Transient {
         let Self { free_motion, contact, loads, lengths, last_contact, .. } = self;
         let Some(RingContact { contact_step, rolling, jump }) = contact else {
             free_motion.advance(doublings.unwrap_or(0))?;
-            return Ok(StepResult { doublings, place: [0.0; 2], velocity: [0.0; 2], impact: None });
+            return Ok(StepResult { doublings, displacement: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
-        let [place, velocity] = free_motion.contact_motion(0);
-        let mut result = StepResult { doublings, place, velocity, impact: None };
+        let [displacement, velocity] = free_motion.contact_motion(0);
+        let mut result = StepResult { doublings, displacement, velocity, impact: None };
         if let Some(doublings) = doublings {
             free_motion.advance(doublings)?;
             contact_step.propagate_ring(doublings, lengths[doublings]);
@@ -288,7 +288,7 @@ impl Transient {
         free_motion.propagate(0)?;
         let Some(response) = free_motion.impulse_response() else { return Ok(result) };
         let free = FreeStep {
-            from: place,
+            from: displacement,
             to: free_motion.contact_displacement(0),
             velocity,
             response,
@@ -302,15 +302,14 @@ impl Transient {
         if let Some(impact) = &result.impact {
             *last_contact = Some(free_motion.contact_steps());
             for (bearing, (load, correction)) in loads.iter_mut().zip(&response.loads).enumerate() {
-                let direct = free_motion.load_with_feedthrough(bearing, impact.on_rotor.map(|part| part / h));
+                let direct = free_motion.load_with_feedthrough(bearing, impact.impulse.map(|part| part / h));
                 for i in 0..2 {
-                    load[i] +=
-                        correction[i][0] * impact.on_rotor[0] + correction[i][1] * impact.on_rotor[1] + direct[i];
+                    load[i] += correction[i][0] * impact.impulse[0] + correction[i][1] * impact.impulse[1] + direct[i];
                 }
             }
         }
         let contact_impulse =
-            result.impact.map(|impact| ContactImpulse { impulse: impact.on_rotor, torque: impact.torque });
+            result.impact.map(|impact| ContactImpulse { impulse: impact.impulse, torque: impact.torque });
         free_motion.complete_step(0, contact_impulse)?;
         Ok(result)
     }
