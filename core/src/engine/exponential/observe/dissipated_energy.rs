@@ -43,7 +43,7 @@ impl DampingPowers {
     /// Where a flight is; `room` for the bearings' motion.
     pub fn in_free_motion(flight: &mut FreeMotion, room: &mut Vec<f64>) -> Self {
         let (bearings, whole) = flight.damping_powers(true, room);
-        Self { bearings, whole, behind: 0.0, damped: flight.spin().damped() }
+        Self { bearings, whole, behind: 0.0, damped: flight.spin().torsional_dissipation() }
     }
 
     fn without_bearings(&self) -> f64 {

@@ -31,7 +31,7 @@ impl EnergyTerms {
     /// Keeps the instant at which a flight is.
     pub fn keep(&mut self, flight: &FreeMotion) {
         flight.copy_instant(&mut self.instant);
-        self.damped = flight.spin().damped();
+        self.damped = flight.spin().torsional_dissipation();
     }
 
     /// Takes the stores of a flight and a ring where they are.

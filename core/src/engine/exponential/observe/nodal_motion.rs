@@ -23,7 +23,7 @@ impl NodalMotion {
     pub fn new(structure: &Structure, spin: &Spin, h: f64) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         let lacking = spin.static_correction(h);
-        let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.twist_row(structure, node)).collect();
+        let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torsion_row(structure, node)).collect();
         Self {
             size: map.size(),
             motion: Default::default(),
@@ -42,7 +42,7 @@ impl NodalMotion {
         flight.lateral_coordinates(&mut self.motion[0]);
         flight.lateral_rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
-        flight.spin().twist_angles(&self.twist_rows, &mut self.twists);
+        flight.spin().torsion_angles(&self.twist_rows, &mut self.twists);
         axpy(flight.spin().impulse_torque(), &self.static_correction, &mut self.twists);
     }
 

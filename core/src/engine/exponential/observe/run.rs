@@ -279,7 +279,7 @@ impl<'a> Run<'a> {
                 }
                 if let Some(apart) = apart.as_mut() {
                     let mut works = recorders.energies.now;
-                    works.braking = ahead.free_motion.spin().braked();
+                    works.braking = ahead.free_motion.spin().braking_work();
                     if let (Some(ring), true) = (&ahead.ring, *touched) {
                         works.stator += ring_before - ring.energies().iter().sum::<f64>();
                     }
@@ -413,7 +413,7 @@ impl<'a> Run<'a> {
     fn add_works(&mut self, done: &StepResult, ring_before: f64) {
         let flown = if done.doublings.is_some() && self.has_touched { ring_before - self.ring_energy() } else { 0.0 };
         let now = &mut self.recorders.energies.now;
-        now.braking = self.transient.free_motion.spin().braked();
+        now.braking = self.transient.free_motion.spin().braking_work();
         if let Some(impact) = &done.impact {
             now.friction += impact.friction_work;
             now.normal += impact.normal_work;
@@ -438,7 +438,12 @@ impl<'a> Run<'a> {
         if balances {
             self.add_stored_energy();
         }
-        Ok(Observation { ticks, loses, balances, damping_watch: self.transient.free_motion.spin().damped() })
+        Ok(Observation {
+            ticks,
+            loses,
+            balances,
+            damping_watch: self.transient.free_motion.spin().torsional_dissipation(),
+        })
     }
 
     /// What bearings have taken since the last look; what all damping has beside their mean rates ([`super::within`]) and, with that, how it balances. With the impulse at the look; without one,

@@ -36,7 +36,7 @@ impl ShaftStresses {
         (step, touches): (f64, bool),
     ) -> Self {
         let twists: Vec<Vec<f64>> =
-            (0..structure.rotor.nodes).map(|node| flight.spin().twist_row(structure, node)).collect();
+            (0..structure.rotor.nodes).map(|node| flight.spin().torsion_row(structure, node)).collect();
         let torsion = RowBatch::new(&recorders.torsional_rows(&twists));
         let mut lacking = Vec::new();
         if touches {
@@ -58,7 +58,7 @@ impl ShaftStresses {
         at: At,
     ) -> Result<(), Cause> {
         let Self { torsion, static_correction: lacking, moments, bounds, .. } = self;
-        torsion.multiply(flight.spin().twist(), moments);
+        torsion.multiply(flight.spin().torsional_amplitudes(), moments);
         axpy(flight.spin().impulse_torque(), lacking, moments);
         // without torsional modes there is no torsional moment
         moments.resize(recorders.elements(), 0.0);

@@ -115,7 +115,7 @@ impl Transient {
                 starts_inside(diaphragm, free_motion.contact_displacement(0))?;
                 let points = ring_points_of(machine, structure, settings.step)?;
                 let spin = free_motion.spin();
-                let row = spin.torque_row(structure, diaphragm.contact.node);
+                let row = spin.rotation_row(structure, diaphragm.contact.node);
                 Some(RingContact {
                     rolling: spin.rolling(&spin.step(settings.step)),
                     jump: spin.jump(&row),

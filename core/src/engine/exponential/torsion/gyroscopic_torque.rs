@@ -50,7 +50,7 @@ impl GyroscopicTorque {
 
     fn new(structure: &Structure, spin: &Spin) -> Self {
         let rotor = &structure.rotor;
-        let rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torque_row(structure, node)).collect();
+        let rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.rotation_row(structure, node)).collect();
         let mut each = Vec::new();
         for j in 0..rows.first().map_or(0, Vec::len) {
             let nodal: Vec<f64> = rows.iter().map(|row| row[j]).collect();
@@ -88,7 +88,7 @@ impl GyroscopicTorque {
 /// which have unit mass: each is the square root of twice the energy that a sudden change of these momenta would give. Infinite where the unbalances exchange nothing.
 fn share(machine: &Machine, structure: &Structure, spin: &Spin) -> f64 {
     let (rotor, sites, speed) = (&structure.rotor, sites(machine), machine.rotor.initial_speed);
-    if rotor.gyro.is_empty() || spin.twist().is_empty() {
+    if rotor.gyro.is_empty() || spin.torsional_amplitudes().is_empty() {
         return 0.0;
     }
     let stiffness = &structure.lateral.stiffness + projected(structure, &rotor.skew_stiffness());
@@ -99,8 +99,9 @@ fn share(machine: &Machine, structure: &Structure, spin: &Spin) -> f64 {
         structure.lateral.coordinates.expand(&q, &mut nodal);
         nodal
     });
-    let rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torque_row(structure, node)).collect();
-    let (mut gyroscopic, mut exchanged) = (vec![0.0; spin.twist().len()], vec![0.0; spin.twist().len()]);
+    let rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.rotation_row(structure, node)).collect();
+    let (mut gyroscopic, mut exchanged) =
+        (vec![0.0; spin.torsional_amplitudes().len()], vec![0.0; spin.torsional_amplitudes().len()]);
     let add = |sums: &mut [f64], momentum: f64, nodes: [usize; 2]| {
         for (sum, (one, other)) in sums.iter_mut().zip(rows[nodes[0]].iter().zip(&rows[nodes[1]])) {
             *sum += (0.5 * momentum * (one + other)).abs();
@@ -147,7 +148,7 @@ mod tests {
         });
         let mut now = GyroscopicMomenta { places, rates, ..GyroscopicMomenta::default() };
         gyration.update(&mut now);
-        let rows: Vec<Vec<f64>> = (0..structure.rotor.nodes).map(|node| spin.torque_row(&structure, node)).collect();
+        let rows: Vec<Vec<f64>> = (0..structure.rotor.nodes).map(|node| spin.rotation_row(&structure, node)).collect();
         let mut largest = 0.0_f64;
         for j in 0..rows[0].len() {
             let of = |site: &crate::rotor::GyroSite| {

@@ -359,7 +359,7 @@ impl Spin {
     }
 
     /// Amplitudes of the modes of twist.
-    pub fn twist(&self) -> &[f64] {
+    pub fn torsional_amplitudes(&self) -> &[f64] {
         self.torsion.displacement()
     }
 
@@ -374,7 +374,7 @@ impl Spin {
     }
 
     /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
-    pub fn twist_angles(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
+    pub fn torsion_angles(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
         for (twist, row) in twists.iter_mut().zip(rows) {
             *twist = self.torsion.along(row);
         }
@@ -417,17 +417,17 @@ impl Spin {
     }
 
     /// What the damping of the twist has taken so far \[J\].
-    pub fn damped(&self) -> f64 {
+    pub fn torsional_dissipation(&self) -> f64 {
         self.torsion.damped()
     }
 
     /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
-    pub fn twist_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
+    pub fn torsion_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
         self.loaded_modes.twist(structure, node)
     }
 
     /// The turn of a node beside the mean angle of rotor and unbalances, per amplitude; zeros up to a multiple of eight.
-    pub fn torque_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
+    pub fn rotation_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
         self.loaded_modes.row(structure, node)
     }
 
@@ -487,7 +487,7 @@ impl Spin {
     }
 
     /// What brakes have taken so far \[J\].
-    pub fn braked(&self) -> f64 {
+    pub fn braking_work(&self) -> f64 {
         self.braked
     }
 
