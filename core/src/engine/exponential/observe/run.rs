@@ -154,7 +154,7 @@ impl<'a> Run<'a> {
         let is_due = |last: Option<u64>, every: u64| last.is_none_or(|last| ticks - last >= every);
         let first = self.transient.is_starting();
         let balances = first || is_due(self.last_balance, BALANCE_INTERVAL);
-        if self.transient.free_motion.spin_falls_fast() {
+        if self.transient.free_motion.spin_changes_fast() {
             self.last_fast_fall = Some(ticks);
         }
         let often = match (self.transient.disturbed, self.has_touched) {
