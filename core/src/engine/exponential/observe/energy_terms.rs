@@ -2,7 +2,8 @@
 
 use super::nodal_motion::NodalMotion;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
-use crate::engine::exponential::stepping::free_motion::{FreeMotion, Instant};
+use crate::engine::exponential::stepping::free_motion::FreeMotion;
+use crate::engine::exponential::stepping::motion_quantities::Instant;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::record::Energies;
 use crate::structure::Structure;

@@ -17,7 +17,7 @@ use super::yield_watch::{WatchResult, YieldWatch};
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
 use crate::engine::exponential::settings::StepSettings;
-use crate::engine::exponential::stepping::free_motion::Instant;
+use crate::engine::exponential::stepping::motion_quantities::Instant;
 use crate::engine::exponential::stepping::transient::{StepResult, Transient};
 use crate::record::{At, End, Energies, Follower, Recorders, RingInstant, Touch};
 use crate::structure::Structure;

@@ -4,6 +4,7 @@
 mod clearance_tests;
 pub(crate) mod free_motion;
 pub(crate) mod free_run;
+pub(crate) mod motion_quantities;
 pub(crate) mod parabola_peak;
 pub(crate) mod rubbing_run;
 pub(crate) mod shared_model;
