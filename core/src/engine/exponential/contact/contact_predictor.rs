@@ -12,7 +12,7 @@
 //! Verified by `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
 
 use super::broad_phase::GapMinimum;
-use super::impulsed_ring::AHEAD;
+use super::impulsed_ring::STATIC_WEIGHT;
 use super::ring_kernels::add_two;
 use crate::contact::ContactForce;
 use crate::engine::exponential::plane::{across, times};
@@ -89,14 +89,14 @@ impl ContactPredictor {
             let (held, lacks) = (V::load(&yields[i]) * pressed, V::load(&lacks[i]) * pressed);
             (V::load(&ring[i]) + held).store(&mut foreseen[i]);
             (held + lacks).store(&mut undone[i]);
-            (V::load(&way[i]) - V::all(AHEAD) * lacks).store(&mut gone[i]);
+            (V::load(&way[i]) - V::all(STATIC_WEIGHT) * lacks).store(&mut gone[i]);
         }
         let (moved, lagging) = (times(moves, self.along), times(lacking, self.along));
         let left_out = times(left_out, self.normal);
         for i in 0..2 {
             self.held_force[i] = -(moved[i] + lagging[i] + left_out[i]);
-            self.rotor_correction[i] = -(moved[i] + AHEAD * (lagging[i] + left_out[i]));
-            self.lagging_deflection[i] = -AHEAD * lagging[i];
+            self.rotor_correction[i] = -(moved[i] + STATIC_WEIGHT * (lagging[i] + left_out[i]));
+            self.lagging_deflection[i] = -STATIC_WEIGHT * lagging[i];
         }
     }
 

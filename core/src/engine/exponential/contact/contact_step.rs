@@ -15,7 +15,7 @@ use super::contact_point::{ContactPoint, PressedPoint, SettledRing};
 use super::contact_predictor::ContactPredictor;
 use super::delassus_operator::DelassusOperator;
 use super::impact::{FreeStep, Impact, SurfaceTurn};
-use super::impulsed_ring::{AHEAD, ImpulsedRing, RingPropagator};
+use super::impulsed_ring::{ImpulsedRing, RingPropagator, STATIC_WEIGHT};
 use super::penetration::{AfterImpulses, PenetrationSearch};
 use super::ring_kernels::{PointRows, StepState, add_two, along_both, each_along, write_rows};
 use super::ring_points::{RingPoints, beside, modes, parabola, ring_of};
@@ -45,7 +45,7 @@ pub(crate) struct ContactStep {
     h: f64,
     ring_points: Arc<RingPoints>,
     pub ring: ImpulsedRing,
-    /// Displacement of each mode per impulse by n+1, with [`AHEAD`] times what a train lacks.
+    /// Displacement of each mode per impulse by n+1, with [`STATIC_WEIGHT`] times what a train lacks.
     compliance: Vec<Lane>,
     /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
     rotor_truncated_flexibility: [[f64; 2]; 2],
@@ -81,7 +81,7 @@ impl ContactStep {
         let places = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
         let [whole, lacking] = ring.compliance();
-        let ahead = |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (AHEAD - 1.0) * k.1.0[i]));
+        let ahead = |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (STATIC_WEIGHT - 1.0) * k.1.0[i]));
         let yields: Vec<Lane> = whole.iter().zip(&lacking).map(ahead).collect();
         let zeros = vec![Lane::default(); yields.len()];
         let rows = PointRows::new(POINTS, yields.len());
@@ -241,8 +241,8 @@ impl ContactStep {
     fn gather<V: Eight>(&mut self, free: &FreeStep<'_>, moved: &DelassusOperator) -> Option<([f64; 2], [f64; 2])> {
         let lacking = turned(self.angle, &free.response.static_correction);
         self.predictor.predict::<V>(
-            &self.ring.place,
-            &self.ring.way,
+            &self.ring.displacement,
+            &self.ring.travel,
             [&moved.rotor_response, &lacking, &self.rotor_truncated_flexibility],
         );
         let ([x, y], [dx, dy]) = (self.displacement_in_stator_axes(free.to), self.predictor.held_force);
@@ -411,7 +411,7 @@ impl ContactStep {
         let mut most = 0.0;
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let (force, acting) = (&point.force, &point.acting);
-            let rates = each_along::<V, 2>(Self::acting(&self.rows, self.now, point), &self.ring.mean_rate);
+            let rates = each_along::<V, 2>(Self::acting(&self.rows, self.now, point), &self.ring.mean_velocity);
             let opening = rates[0] - product(acting.normal, velocity);
             let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;

@@ -2,7 +2,7 @@
 
 use super::broad_phase::GapMinimum;
 use super::contact_point::PressedPoint;
-use super::impulsed_ring::AHEAD;
+use super::impulsed_ring::STATIC_WEIGHT;
 use super::ring_points::RingPoints;
 use crate::contact::complementarity::Block;
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
@@ -24,8 +24,8 @@ impl DelassusOperator {
         let mut whole = kick.displacement;
         for i in 0..2 {
             for j in 0..2 {
-                whole[i][j] += AHEAD * kick.static_correction[i][j];
-                left_out[i][j] *= AHEAD;
+                whole[i][j] += STATIC_WEIGHT * kick.static_correction[i][j];
+                left_out[i][j] *= STATIC_WEIGHT;
             }
         }
         Self {
@@ -60,7 +60,7 @@ impl DelassusOperator {
         let mut closed = 0.0;
         for PressedPoint { place, force, .. } in pressed {
             let by = by_rows(&ring.left_out(at.index, place.index), place.polar);
-            closed += ring.static_correction.before() * force.normal * product(at.polar, by);
+            closed += ring.static_correction.previous_share() * force.normal * product(at.polar, by);
         }
         closed
     }

@@ -147,7 +147,7 @@ impl PenetrationSearch {
         }
         for PressedPoint { place, force, .. } in struck.pressed {
             let [along, aside] = place.polar;
-            let less = -struck.candidates.static_correction.before() * force.normal;
+            let less = -struck.candidates.static_correction.previous_share() * force.normal;
             let less = [along * less, aside * less];
             match self.pressing.iter_mut().find(|(index, _)| *index == place.index) {
                 Some((_, impulse)) => *impulse = [impulse[0] + less[0], impulse[1] + less[1]],

@@ -55,11 +55,11 @@ fn no_flight_reaches_a_ringing_ring() {
             let contact = transient.contact.as_mut().expect("a diaphragm");
             let modes = &mut contact.contact_step.ring;
             let count = modes.amplitudes().len();
-            modes.place.fill(Lane::default());
-            modes.rate.fill(Lane::default());
+            modes.displacement.fill(Lane::default());
+            modes.velocity.fill(Lane::default());
             for _ in 0..=round % 3 {
                 let j = (random.next() * count as f64) as usize;
-                modes.place[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
+                modes.displacement[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
             let x = contact.contact_step.displacement_from_centre(transient.free_motion.contact_displacement(0));
             let reach = contact.contact_step.ring.reach(&ring.reach);
@@ -71,7 +71,7 @@ fn no_flight_reaches_a_ringing_ring() {
             let travel = longest * length(velocity) + transient.free_motion.max_deviation(limit);
             let wanted = static_clearance - 1.5 * travel * random.next();
             let scale = wanted.max(0.0) / reach;
-            contact.contact_step.ring.place.iter_mut().flat_map(|lane| &mut lane.0).for_each(|q| *q *= scale);
+            contact.contact_step.ring.displacement.iter_mut().flat_map(|lane| &mut lane.0).for_each(|q| *q *= scale);
             // the choice of `Transient::next_step_doublings`, without its bound of peaks
             let clearance_now = contact.contact_step.clearance();
             let Some(doublings) = transient
