@@ -62,7 +62,7 @@ pub(crate) struct BroadPhase {
 pub(crate) struct GapMinimum {
     /// Nearest candidate, and how many spacings beyond it.
     pub index: usize,
-    pub share: f64,
+    pub offset: f64,
     pub gap: f64,
     /// In the place's polar axes, and in the stator's.
     pub polar: [f64; 2],
@@ -302,8 +302,8 @@ impl BroadPhase {
             let (outwards, across) = (clearances[i] + self.rotor_radius, tangential[i] - (cos * x[1] - sin * x[0]));
             gaps[i] = (outwards * outwards + across * across).sqrt() - self.rotor_radius;
         }
-        let share = share(gaps);
-        let weights = parabola(share);
+        let offset = parabola_offset(gaps);
+        let weights = parabola(offset);
         let room = self.radius - self.rotor_radius;
         let (mut v, mut u) = (0.0, 0.0);
         for i in 0..3 {
@@ -313,7 +313,7 @@ impl BroadPhase {
             u += weights[i] * tangential[i];
         }
         // the direction of the place: a small turn from the candidate's
-        let turn = share * ring.spacing;
+        let turn = offset * ring.spacing;
         let (tilt, square) = (turn * (1.0 - turn * turn / 6.0), turn * turn);
         let straight = 1.0 - 0.5 * square * (1.0 - square / 12.0);
         let (sin, cos) = ring.angles[c];
@@ -322,7 +322,7 @@ impl BroadPhase {
         let whole = length(distance);
         let polar = [distance[0] / whole, distance[1] / whole];
         let normal = [cos * polar[0] - sin * polar[1], sin * polar[0] + cos * polar[1]];
-        GapMinimum { index: c, share, gap: whole - self.rotor_radius, polar, normal }
+        GapMinimum { index: c, offset, gap: whole - self.rotor_radius, polar, normal }
     }
 }
 
@@ -372,7 +372,7 @@ fn middles(ring: &RingPoints) -> (Vec<[Lane; 2]>, f64) {
 
 /// (2) of three gaps.
 #[inline(always)]
-fn share([before, here, behind]: [f64; 3]) -> f64 {
+fn parabola_offset([before, here, behind]: [f64; 3]) -> f64 {
     let (slope, bend) = (0.5 * (behind - before), behind - 2.0 * here + before);
     if bend > 0.0 && slope.abs() <= FARTHEST * bend { -slope / bend } else { 0.0 }
 }

@@ -25,17 +25,17 @@ pub(crate) struct ContactPredictor {
     compliance: Vec<Lane>,
     static_correction: Vec<Lane>,
     /// Sums of the last impulses along the rows of their places, and in the plane: of all parts, and of the normal ones.
-    pressed: Vec<Lane>,
-    along: [f64; 2],
-    normal: [f64; 2],
+    modal_impulses: Vec<Lane>,
+    impulse: [f64; 2],
+    normal_impulse: [f64; 2],
     /// The ring's modes with s_n, what of them is undone, and their way over the step less the change of (1) of a train that goes on.
     pub ring: Vec<Lane>,
     pub ring_correction: Vec<Lane>,
-    pub way: Vec<Lane>,
+    pub ring_travel: Vec<Lane>,
     /// s_x, what is undone of it, and that change of the rotor \[m\].
-    pub held_force: [f64; 2],
+    pub rotor_displacement: [f64; 2],
     pub rotor_correction: [f64; 2],
-    pub lagging_deflection: [f64; 2],
+    pub rotor_travel_correction: [f64; 2],
 }
 
 impl ContactPredictor {
@@ -45,71 +45,76 @@ impl ContactPredictor {
         Self {
             compliance: yields,
             static_correction: lacking,
-            pressed: zeros.clone(),
-            along: [0.0; 2],
-            normal: [0.0; 2],
+            modal_impulses: zeros.clone(),
+            impulse: [0.0; 2],
+            normal_impulse: [0.0; 2],
             ring: zeros.clone(),
             ring_correction: zeros.clone(),
-            way: zeros,
-            held_force: [0.0; 2],
+            ring_travel: zeros,
+            rotor_displacement: [0.0; 2],
             rotor_correction: [0.0; 2],
-            lagging_deflection: [0.0; 2],
+            rotor_travel_correction: [0.0; 2],
         }
     }
 
     /// Nothing presses any more.
     #[inline(always)]
     pub fn reset(&mut self) {
-        self.pressed.fill(Lane::default());
-        (self.along, self.normal) = ([0.0; 2], [0.0; 2]);
+        self.modal_impulses.fill(Lane::default());
+        (self.impulse, self.normal_impulse) = ([0.0; 2], [0.0; 2]);
     }
 
     /// Something presses at a place, of which these are the rows.
     #[inline(always)]
-    pub fn press<V: Eight>(&mut self, place: &GapMinimum, force: &ContactForce, rows: [&[Lane]; 2]) {
-        add_two::<V>([force.normal, force.tangential], rows, &mut self.pressed);
-        let (n, t) = (place.normal, across(place.normal));
+    pub fn add_impulse<V: Eight>(&mut self, position: &GapMinimum, force: &ContactForce, rows: [&[Lane]; 2]) {
+        add_two::<V>([force.normal, force.tangential], rows, &mut self.modal_impulses);
+        let (n, t) = (position.normal, across(position.normal));
         for i in 0..2 {
-            self.normal[i] += n[i] * force.normal;
-            self.along[i] += n[i] * force.normal + t[i] * force.tangential;
+            self.normal_impulse[i] += n[i] * force.normal;
+            self.impulse[i] += n[i] * force.normal + t[i] * force.tangential;
         }
     }
 
     /// From what pressed: the ring at n+1 without impulses and its way there are given; what an impulse on the rotor moves it by n+1, what its trains lack, and its
     /// modes left out, in the stator's axes.
     #[inline(always)]
-    pub fn predict<V: Eight>(&mut self, ring: &[Lane], way: &[Lane], [moves, lacking, left_out]: [&[[f64; 2]; 2]; 3]) {
+    pub fn predict<V: Eight>(
+        &mut self,
+        ring: &[Lane],
+        ring_travel: &[Lane],
+        [moves, lacking, left_out]: [&[[f64; 2]; 2]; 3],
+    ) {
         let count = ring.len();
         let (yields, lacks, pressed) =
-            (&self.compliance[..count], &self.static_correction[..count], &self.pressed[..count]);
+            (&self.compliance[..count], &self.static_correction[..count], &self.modal_impulses[..count]);
         let (undone, foreseen) = (&mut self.ring_correction[..count], &mut self.ring[..count]);
-        let (gone, way) = (&mut self.way[..count], &way[..count]);
+        let (gone, ring_travel) = (&mut self.ring_travel[..count], &ring_travel[..count]);
         for i in 0..count {
             let pressed = V::load(&pressed[i]);
             let (held, lacks) = (V::load(&yields[i]) * pressed, V::load(&lacks[i]) * pressed);
             (V::load(&ring[i]) + held).store(&mut foreseen[i]);
             (held + lacks).store(&mut undone[i]);
-            (V::load(&way[i]) - V::all(STATIC_WEIGHT) * lacks).store(&mut gone[i]);
+            (V::load(&ring_travel[i]) - V::all(STATIC_WEIGHT) * lacks).store(&mut gone[i]);
         }
-        let (moved, lagging) = (times(moves, self.along), times(lacking, self.along));
-        let left_out = times(left_out, self.normal);
+        let (moved, lagging) = (times(moves, self.impulse), times(lacking, self.impulse));
+        let left_out = times(left_out, self.normal_impulse);
         for i in 0..2 {
-            self.held_force[i] = -(moved[i] + lagging[i] + left_out[i]);
+            self.rotor_displacement[i] = -(moved[i] + lagging[i] + left_out[i]);
             self.rotor_correction[i] = -(moved[i] + STATIC_WEIGHT * (lagging[i] + left_out[i]));
-            self.lagging_deflection[i] = -STATIC_WEIGHT * lagging[i];
+            self.rotor_travel_correction[i] = -STATIC_WEIGHT * lagging[i];
         }
     }
 
     /// Statics of what pressed, (1), of the rotor.
     pub fn static_deflection(&self, [lacking, left_out]: [&[[f64; 2]; 2]; 2]) -> [f64; 2] {
-        let ([u, v], left_out) = (times(lacking, self.along), times(left_out, self.normal));
+        let ([u, v], left_out) = (times(lacking, self.impulse), times(left_out, self.normal_impulse));
         [-u - left_out[0], -v - left_out[1]]
     }
 
     /// Adds the same of the ring's modes to their amplitudes.
     pub fn add_static_deflection(&self, amplitudes: &mut [f64]) {
         for ((amplitude, lacks), pressed) in
-            amplitudes.iter_mut().zip(flat(&self.static_correction)).zip(flat(&self.pressed))
+            amplitudes.iter_mut().zip(flat(&self.static_correction)).zip(flat(&self.modal_impulses))
         {
             *amplitude += lacks * pressed;
         }

@@ -45,12 +45,12 @@ pub(crate) struct Impact {
 /// The step without contact.
 pub(crate) struct FreeStep<'a> {
     /// Places of the rotor at n and n+1, its velocity at n, in the machine's axes.
-    pub from: [f64; 2],
-    pub to: [f64; 2],
+    pub start: [f64; 2],
+    pub end: [f64; 2],
     pub velocity: [f64; 2],
     pub response: &'a ImpulseResponse,
     /// Turn of the rotor's surface over the step \[rad\], and per angular impulse; its rate at n \[rad/s\], and the jump of that per angular impulse.
-    pub turn: f64,
+    pub surface_turn: f64,
     pub rolling: f64,
     pub rate: f64,
     pub jump: f64,

@@ -133,7 +133,7 @@ impl PenetrationSearch {
         }
         self.taken.clear();
         for point in struck.points {
-            let index = point.place.index;
+            let index = point.position.index;
             let [before, behind] = struck.candidates.neighbours(index);
             for c in [before, index, behind] {
                 self.barred[c / BLOCK] |= 1 << (c % BLOCK);
@@ -145,13 +145,13 @@ impl PenetrationSearch {
             let [along, aside] = acting.polar;
             self.pressing.push((acting.index, [along * force.normal, aside * force.normal]));
         }
-        for PressedPoint { place, force, .. } in struck.pressed {
-            let [along, aside] = place.polar;
+        for PressedPoint { position, force, .. } in struck.pressed {
+            let [along, aside] = position.polar;
             let less = -struck.candidates.static_correction.previous_share() * force.normal;
             let less = [along * less, aside * less];
-            match self.pressing.iter_mut().find(|(index, _)| *index == place.index) {
+            match self.pressing.iter_mut().find(|(index, _)| *index == position.index) {
                 Some((_, impulse)) => *impulse = [impulse[0] + less[0], impulse[1] + less[1]],
-                None => self.pressing.push((place.index, less)),
+                None => self.pressing.push((position.index, less)),
             }
         }
     }
@@ -165,7 +165,7 @@ impl PenetrationSearch {
         // what moves the rotor: the sum of all
         let mut rotor = foreseen.rotor_correction;
         for point in struck.pressing() {
-            let moves = struck.moved.of_rotor(&point.acting, point.force.normal, point.force.tangential);
+            let moves = struck.moved.rotor_displacement(&point.acting, point.force.normal, point.force.tangential);
             rotor = [rotor[0] + moves[0], rotor[1] + moves[1]];
         }
         // what the ring's modes do at most, and those left out
@@ -225,12 +225,13 @@ impl PenetrationSearch {
 #[inline(always)]
 fn gap_left<V: Eight>(survey: &mut BroadPhase, struck: &AfterImpulses<'_>, index: usize, opens: f64) -> f64 {
     let &AfterImpulses { candidates, foreseen, moved, .. } = struck;
-    let place = survey.minimum_near(candidates, index, struck.x, &foreseen.ring);
+    let position = survey.minimum_near(candidates, index, struck.x, &foreseen.ring);
     let [along] = each_along::<V, 1>([candidates.of(index)[1]], struck.impulses);
-    let mut gap = place.gap + product(place.polar, [opens, along]) + product(place.normal, foreseen.rotor_correction)
-        - DelassusOperator::previous_truncated_response(candidates, &place, struck.pressed);
+    let mut gap =
+        position.gap + product(position.polar, [opens, along]) + product(position.normal, foreseen.rotor_correction)
+            - DelassusOperator::previous_truncated_response(candidates, &position, struck.pressed);
     for point in struck.pressing() {
-        let [n, t] = moved.truncated_response(candidates, &place, &point.acting);
+        let [n, t] = moved.truncated_response(candidates, &position, &point.acting);
         gap += n * point.force.normal + t * point.force.tangential;
     }
     gap
@@ -253,7 +254,7 @@ mod tests {
     fn of_all(survey: &mut BroadPhase, struck: &AfterImpulses<'_>) -> (f64, Option<usize>) {
         let (ring, mut least) = (struck.candidates, (0.0, None));
         for index in 0..ring.count() {
-            if struck.points.iter().any(|point| beside(point.place.index, index, ring.count())) {
+            if struck.points.iter().any(|point| beside(point.position.index, index, ring.count())) {
                 continue;
             }
             let [opens] = each_along::<Plain, 1>([ring.of(index)[0]], struck.impulses);
@@ -323,23 +324,23 @@ mod tests {
             for turn in [0.1 * f64::from(round % 2), 0.25, -0.35] {
                 let index =
                     (((angle + turn) / ring.spacing).rem_euclid(ring.count() as f64) as usize).min(ring.count() - 1);
-                let place = survey.minimum_near(&ring, index, x, &foreseen.ring);
+                let position = survey.minimum_near(&ring, index, x, &foreseen.ring);
                 let hard = if grazes { 1e-3 } else { [1e5, 1e3, 1e1][round as usize / 2 % 3] };
                 let size = (far - contact.gap) * hard * (random() + 0.5);
                 let force = ContactForce { normal: size, tangential: 0.2 * size * random(), sticks: false };
-                let sides = [place.polar, across(place.polar)];
+                let sides = [position.polar, across(position.polar)];
                 for (j, impulse) in impulses.iter_mut().enumerate() {
                     let shape = ring.of(index).map(|row| flat(row)[j]);
                     let by = sides.map(|side| product(side, shape));
                     *impulse += flat(&yields)[j] * (force.normal * by[0] + force.tangential * by[1]);
                 }
                 points.push(ContactPoint {
-                    place,
-                    acting: place,
-                    acts: None,
+                    position,
+                    acting: position,
+                    acting_slot: None,
                     slot: 0,
-                    own: Default::default(),
-                    start: [0.0; 2],
+                    self_coupling: Default::default(),
+                    free: [0.0; 2],
                     force,
                 });
             }
@@ -348,7 +349,7 @@ mod tests {
             let pressed: Vec<PressedPoint> = points
                 .iter()
                 .take(round as usize % 3)
-                .map(|point: &ContactPoint| PressedPoint { place: point.place, force: point.force, slot: 0 })
+                .map(|point: &ContactPoint| PressedPoint { position: point.position, force: point.force, slot: 0 })
                 .collect();
             let struck = AfterImpulses {
                 candidates: &ring,
@@ -376,7 +377,7 @@ mod tests {
             assert!((found.0 - whole.0).abs() < same, "{found:?} {whole:?}");
             if let Some(index) = whole.1 {
                 closed += 1;
-                between += usize::from(survey.minimum_near(&ring, index, x, &foreseen.ring).share != 0.0);
+                between += usize::from(survey.minimum_near(&ring, index, x, &foreseen.ring).offset != 0.0);
                 let clearance = survey.clearances(index / BLOCK).0[index % BLOCK];
                 grazed += usize::from(clearance > 0.0);
             }

@@ -4,8 +4,8 @@
 
 use super::nodal_motion::NodalMotion;
 use super::ring_clearance::RingClearance;
-use crate::engine::exponential::contact::contact_point::SettledRing;
 use crate::engine::exponential::contact::contact_step::ContactStep;
+use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
@@ -54,7 +54,7 @@ impl<'a> FrameSampler<'a> {
             let settled = if pressed {
                 rub.corrected_shape(place, flight.impulse_response())
             } else {
-                SettledRing { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
+                CorrectedShape { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
             };
             eye.update(place, &settled);
         }

@@ -4,7 +4,7 @@
 //! ([`super::foreseen`]). The least gap here is therefore also a measure of how much the forces change from step to step.
 
 use crate::contact::{Detector, Gap, exact_gap};
-use crate::engine::exponential::contact::contact_point::SettledRing;
+use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::linalg::{axpy, column_of};
@@ -83,7 +83,7 @@ impl<'a> RingClearance<'a> {
     }
 
     /// Takes an instant: the rotor's centre, and ring and rotor with their statics.
-    pub fn update(&mut self, place: [f64; 2], settled: &SettledRing) {
+    pub fn update(&mut self, place: [f64; 2], settled: &CorrectedShape) {
         self.place = place;
         self.part.part.coordinates.expand_head(&settled.amplitudes, &mut self.field);
         if let Some(flexibility) = &self.part.residual {

@@ -288,11 +288,11 @@ impl Transient {
         free_motion.propagate(0)?;
         let Some(response) = free_motion.impulse_response() else { return Ok(result) };
         let free = FreeStep {
-            from: displacement,
-            to: free_motion.contact_displacement(0),
+            start: displacement,
+            end: free_motion.contact_displacement(0),
             velocity,
             response,
-            turn: free_motion.spin().turn(torsion_at_start),
+            surface_turn: free_motion.spin().turn(torsion_at_start),
             rolling: *rolling,
             rate,
             jump: *jump,
