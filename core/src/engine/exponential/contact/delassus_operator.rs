@@ -1,4 +1,10 @@
-//! What impulses at places of the contact do to gap and slip at others, of their statics as much as [`super::foreseen`] says.
+//! Delassus operator of a contact step: gap and slip at a point of the ring per impulse at another.
+//!
+//! ```text
+//! W = modes of the ring + truncated modes of the ring + modes of the rotor + truncated modes of the rotor + rotation of its surface
+//! ```
+//! Static corrections have the weight of J_n in (1) of [`super::contact_predictor`]. The part of the ring's modes comes from the
+//! rows of the points ([`super::ring_kernels`]).
 
 use super::broad_phase::GapMinimum;
 use super::contact_point::PressedPoint;
@@ -8,17 +14,20 @@ use crate::contact::complementarity::Block;
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::plane::{across, by_rows, product, times, turned};
 
-/// Displacements of the rotor per impulse, in the stator's axes: of its modes by n+1, of these with what trains lack, and of those left out; slip of its surface per
-/// impulse.
+/// Response of the rotor to impulses of a contact step, in the stator's axes.
 pub(crate) struct DelassusOperator {
+    /// Displacement of the rotor's modes at n+1 per impulse at n, without static correction \[m/(N s)\].
     pub rotor_response: [[f64; 2]; 2],
+    /// The same with the static correction.
     rotor_compliance: [[f64; 2]; 2],
+    /// Displacement of the rotor's truncated modes per impulse \[m/(N s)\].
     truncated_flexibility: [[f64; 2]; 2],
+    /// Slip of the rotor's surface over the step per tangential impulse \[m/(N s)\].
     rolling_compliance: f64,
 }
 
 impl DelassusOperator {
-    /// In a stator's axes of this sine and cosine.
+    /// Creates the operator in the axes of a stator with this sine and cosine of its angle.
     #[inline(always)]
     pub fn new(
         angle: (f64, f64),
@@ -41,16 +50,18 @@ impl DelassusOperator {
         }
     }
 
-    /// Displacement of the rotor by an impulse along normal and tangent of a place, as [`Moved::beyond_modes`] has it.
+    /// Displacement of the rotor by a normal and a tangential impulse at a position \[m\]. The truncated modes respond to the
+    /// normal impulse only.
     #[inline(always)]
     pub fn rotor_displacement(&self, acting: &GapMinimum, normal: f64, tangential: f64) -> [f64; 2] {
         let (m, s) = (acting.normal, across(acting.normal));
-        let tangent = [normal * m[0] + tangential * s[0], normal * m[1] + tangential * s[1]];
-        let (corrected, truncated) = (times(&self.rotor_compliance, tangent), times(&self.truncated_flexibility, m));
+        let impulse = [normal * m[0] + tangential * s[0], normal * m[1] + tangential * s[1]];
+        let (corrected, truncated) = (times(&self.rotor_compliance, impulse), times(&self.truncated_flexibility, m));
         [corrected[0] + normal * truncated[0], corrected[1] + normal * truncated[1]]
     }
 
-    /// What is no mode of the ring in the gap at a place by a unit normal and a unit tangential impulse at another.
+    /// Change of the gap at a position by a unit normal and a unit tangential impulse at another, without the modes of the ring
+    /// \[m/(N s)\].
     #[inline(always)]
     pub fn truncated_response(&self, ring: &RingPoints, at: &GapMinimum, acting: &GapMinimum) -> [f64; 2] {
         let (m, s) = (acting.normal, across(acting.normal));
@@ -62,7 +73,8 @@ impl DelassusOperator {
         ]
     }
 
-    /// How far the ring's modes left out still close the gap at a place by normal impulses of the step before: (2) of [`super::foreseen`].
+    /// Closure of the gap at a position by the impulses of the last step in the ring's truncated modes
+    /// ([`StaticCorrection`](super::impulsed_ring::StaticCorrection)) \[m\].
     #[inline(always)]
     pub fn previous_truncated_response(ring: &RingPoints, at: &GapMinimum, pressed: &[PressedPoint]) -> f64 {
         let mut closure = 0.0;
@@ -73,8 +85,8 @@ impl DelassusOperator {
         closure
     }
 
-    /// Gap and slip at a place by a unit normal and a unit tangential impulse at another, of which the ring's modes make so much: along the normal of the one by both, then
-    /// along its tangent.
+    /// Gap and slip at a position by a unit normal and a unit tangential impulse at another: first row gap, second row slip.
+    /// `modal_coupling` is the part of the ring's modes: normal row by both impulses, then tangential row.
     #[inline(always)]
     pub fn coupling(&self, ring: &RingPoints, at: &GapMinimum, acting: &GapMinimum, modal_coupling: [f64; 4]) -> Block {
         let [n, t] = self.truncated_response(ring, at, acting);
