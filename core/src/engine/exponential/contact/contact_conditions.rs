@@ -7,14 +7,14 @@
 //! ([`PointRows`](super::ring_kernels::PointRows)), that of the truncated modes and of the rotor comes from
 //! [`DelassusOperator`]. The impulses that the predictor has assumed are taken out of the free values.
 
-use super::broad_phase::GapMinimum;
 use super::contact_point::ContactPoint;
 use super::contact_step::ContactStep;
 use super::delassus_operator::DelassusOperator;
+use super::gap_minimum::GapMinimum;
 use super::impact::FreeStep;
 use super::penetration::AfterImpulses;
-use super::ring_kernels::{StepState, add_two, along_both, write_rows};
-use super::ring_points::{beside, parabola};
+use super::ring_kernels::{StepState, add_scaled_rows, row_products, write_rows};
+use super::ring_points::{are_adjacent, parabola};
 use crate::contact::ContactForce;
 use crate::engine::exponential::plane::{across, product};
 use crate::linalg::eight::{Eight, by_width};
@@ -32,13 +32,13 @@ impl ContactStep {
         let position = *position;
         let Self { ring_points, point_rows, current, predictor, compliance, pressed, .. } = self;
         let count = ring_points.count();
-        let previous = pressed.iter().find(|last| beside(last.position.index, position.index, count));
+        let previous = pressed.iter().find(|last| are_adjacent(last.position.index, position.index, count));
         let (acting, force, acting_slot) = match previous {
             Some(last) => (last.position, last.force, Some(last.slot)),
             None => (position, ContactForce::NONE, None),
         };
         let [before, behind] = ring_points.neighbours(position.index);
-        let three = [ring_points.of(before), ring_points.of(position.index), ring_points.of(behind)];
+        let three = [ring_points.rows(before), ring_points.rows(position.index), ring_points.rows(behind)];
         let [first, second] = point_rows;
         let (rows, last_rows) = if *current == 0 { (first, second) } else { (second, first) };
         let sums = write_rows::<V>(
@@ -46,16 +46,16 @@ impl ContactStep {
             parabola(position.offset),
             [position.polar, across(position.polar)],
             acting_slot.map(|slot| last_rows.along(slot)),
-            StepState { yields: compliance, way: &predictor.ring_travel, undone: &predictor.ring_correction },
-            rows.of_mut(slot),
+            StepState { compliance, travel: &predictor.ring_travel, assumed: &predictor.ring_correction },
+            rows.rows_mut(slot),
         );
-        let self_coupling = operator.coupling(ring_points, &position, &acting, sums.own);
+        let self_coupling = operator.coupling(ring_points, &position, &acting, sums.coupling);
         let closure = DelassusOperator::previous_truncated_response(ring_points, &position, pressed);
         let step = self.to_stator_axes([free.end[0] - free.start[0], free.end[1] - free.start[1]]);
         let tangent = across(position.normal);
-        let slip = product(tangent, step) + free.surface_turn * self.radius - sums.passed;
+        let slip = product(tangent, step) + free.surface_turn * self.radius - sums.travel_along_tangent;
         let free_gap_slip = [
-            position.gap - sums.opened - closure + product(position.normal, self.predictor.rotor_correction),
+            position.gap - sums.assumed_opening - closure + product(position.normal, self.predictor.rotor_correction),
             slip - product(tangent, self.predictor.rotor_travel_correction),
         ];
         self.points.push(ContactPoint {
@@ -86,7 +86,7 @@ impl ContactStep {
                     // the solver may have added a small compliance to the diagonal
                     conditions.w[k][k] = point.self_coupling;
                 } else if k >= from || j >= from || k == replaced || j == replaced {
-                    let modal_coupling = along_both::<V>(rows.along(point.slot), rows.by(acting.slot));
+                    let modal_coupling = row_products::<V>(rows.along(point.slot), rows.responses(acting.slot));
                     conditions.w[k][j] =
                         operator.coupling(ring_points, &point.position, &acting.acting, modal_coupling);
                 }
@@ -102,27 +102,26 @@ impl ContactStep {
             (V::all(0.0) - V::load(correction)).store(response);
         }
         for point in points.iter().filter(|point| point.force.normal > 0.0) {
-            add_two::<V>([point.force.normal, point.force.tangential], point_rows[*current].by(point.slot), response);
+            add_scaled_rows::<V>(
+                [point.force.normal, point.force.tangential],
+                point_rows[*current].responses(point.slot),
+                response,
+            );
         }
     }
 
     /// Smallest negative gap under the impulses found, apart from the contact points, and the index of its ring point; 0 and
     /// `None` without one. Uses the response of [`ContactStep::evaluate_ring_response`].
     #[inline(always)]
-    pub(super) fn find_penetration<V: Eight>(&mut self, x: [f64; 2], moved: &DelassusOperator) -> (f64, Option<usize>) {
-        let Self {
-            penetration,
-            broad_phase,
-            ring_points: candidates,
-            points,
-            predictor: foreseen,
-            impulses,
-            pressed,
-            ..
-        } = self;
+    pub(super) fn find_penetration<V: Eight>(
+        &mut self,
+        x: [f64; 2],
+        operator: &DelassusOperator,
+    ) -> (f64, Option<usize>) {
+        let Self { penetration, broad_phase, ring_points, points, predictor, impulses, pressed, .. } = self;
         penetration.closest_violated_point::<V>(
             broad_phase,
-            &AfterImpulses { candidates, points, foreseen, moved, impulses, x, pressed },
+            &AfterImpulses { ring_points, points, predictor, operator, impulses, x, pressed },
         )
     }
 }

@@ -1,6 +1,6 @@
 //! Contact points: positions on the ring where impulses act in a contact step.
 
-use super::broad_phase::GapMinimum;
+use super::gap_minimum::GapMinimum;
 use crate::contact::ContactForce;
 use crate::contact::complementarity::Block;
 

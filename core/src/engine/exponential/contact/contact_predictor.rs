@@ -17,9 +17,9 @@
 //! Limits: the truncated modes of the ring are not in (2). Verified by `whip_is_that_of_the_reduced_engine`
 //! (`tests/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
 
-use super::broad_phase::GapMinimum;
+use super::gap_minimum::GapMinimum;
 use super::impulsed_ring::STATIC_WEIGHT;
-use super::ring_kernels::add_two;
+use super::ring_kernels::add_scaled_rows;
 use crate::contact::ContactForce;
 use crate::engine::exponential::plane::{across, times};
 use crate::linalg::eight::Eight;
@@ -75,7 +75,7 @@ impl ContactPredictor {
     /// Adds an impulse of the last step at a position with these rows along its normal and tangent.
     #[inline(always)]
     pub fn add_impulse<V: Eight>(&mut self, position: &GapMinimum, force: &ContactForce, rows: [&[Lane]; 2]) {
-        add_two::<V>([force.normal, force.tangential], rows, &mut self.modal_impulses);
+        add_scaled_rows::<V>([force.normal, force.tangential], rows, &mut self.modal_impulses);
         let (n, t) = (position.normal, across(position.normal));
         for i in 0..2 {
             self.normal_impulse[i] += n[i] * force.normal;

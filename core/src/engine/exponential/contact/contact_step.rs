@@ -29,8 +29,8 @@ use super::delassus_operator::DelassusOperator;
 use super::impact::{FreeStep, Impact, SurfaceTurn};
 use super::impulsed_ring::{ImpulsedRing, RingPropagator, STATIC_WEIGHT};
 use super::penetration::PenetrationSearch;
-use super::ring_kernels::{PointRows, add_two, each_along};
-use super::ring_points::{RingPoints, beside, modes, ring_of};
+use super::ring_kernels::{PointRows, add_scaled_rows, products_with};
+use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
 use crate::engine::exponential::ExponentialError;
@@ -97,7 +97,7 @@ impl ContactStep {
     ) -> Result<Self, ExponentialError> {
         let part = ring_of(structure, index)?;
         let contact = &diaphragm.contact;
-        let modes = modes(part);
+        let modes = modal_parameters(part);
         let ring = ImpulsedRing::new(&modes, h);
         let dofs = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
@@ -149,8 +149,8 @@ impl ContactStep {
     }
 
     /// Displacement of the rotor from the ring's centre \[m\], for one in the machine's axes from their origin.
-    pub fn displacement_from_centre(&self, place: [f64; 2]) -> [f64; 2] {
-        [place[0] - self.offset[0], place[1] - self.offset[1]]
+    pub fn displacement_from_centre(&self, displacement: [f64; 2]) -> [f64; 2] {
+        [displacement[0] - self.offset[0], displacement[1] - self.offset[1]]
     }
 
     /// Distance of the rotor's centre from the ring's below which no contact is possible, whatever the phases of the ring's modes
@@ -161,8 +161,8 @@ impl ContactStep {
 
     /// Displacement of the rotor from the ring's centre in the stator's axes \[m\], for one in the machine's axes from their
     /// origin.
-    pub fn displacement_in_stator_axes(&self, place: [f64; 2]) -> [f64; 2] {
-        self.to_stator_axes(self.displacement_from_centre(place))
+    pub fn displacement_in_stator_axes(&self, displacement: [f64; 2]) -> [f64; 2] {
+        self.to_stator_axes(self.displacement_from_centre(displacement))
     }
 
     /// Takes the ring over a step of free motion of `h = 2^doublings` contact steps \[s\].
@@ -286,7 +286,7 @@ impl ContactStep {
                 self.broad_phase.minima[at]
             } else {
                 let (index, count) = (self.pressed[at - minima].position.index, self.ring_points.count());
-                if self.points.iter().any(|point| beside(point.position.index, index, count)) {
+                if self.points.iter().any(|point| are_adjacent(point.position.index, index, count)) {
                     continue;
                 }
                 index
@@ -325,7 +325,11 @@ impl ContactStep {
             rotor_impulse[0] -= force.normal * n[0] - force.tangential * n[1];
             rotor_impulse[1] -= force.normal * n[1] + force.tangential * n[0];
             torque -= force.tangential * self.radius;
-            add_two::<V>([force.normal, force.tangential], Self::acting_rows(point_rows, *current, point), impulses);
+            add_scaled_rows::<V>(
+                [force.normal, force.tangential],
+                Self::acting_rows(point_rows, *current, point),
+                impulses,
+            );
             predictor.add_impulse::<V>(&point.position, force, point_rows[*current].along(point.slot));
             pressed.push(PressedPoint { position: point.position, force: *force, slot: point.slot });
         }
@@ -357,8 +361,10 @@ impl ContactStep {
         let mut largest_normal = 0.0;
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let (force, acting) = (&point.force, &point.acting);
-            let rates =
-                each_along::<V, 2>(Self::acting_rows(&self.point_rows, self.current, point), &self.ring.mean_velocity);
+            let rates = products_with::<V, 2>(
+                Self::acting_rows(&self.point_rows, self.current, point),
+                &self.ring.mean_velocity,
+            );
             let opening = rates[0] - product(acting.normal, velocity);
             let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;

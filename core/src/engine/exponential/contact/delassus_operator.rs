@@ -6,8 +6,8 @@
 //! Static corrections have the weight of J_n in (1) of [`super::contact_predictor`]. The part of the ring's modes comes from the
 //! rows of the points ([`super::ring_kernels`]).
 
-use super::broad_phase::GapMinimum;
 use super::contact_point::PressedPoint;
+use super::gap_minimum::GapMinimum;
 use super::impulsed_ring::STATIC_WEIGHT;
 use super::ring_points::RingPoints;
 use crate::contact::complementarity::Block;
@@ -66,7 +66,7 @@ impl DelassusOperator {
     pub fn truncated_response(&self, ring: &RingPoints, at: &GapMinimum, acting: &GapMinimum) -> [f64; 2] {
         let (m, s) = (acting.normal, across(acting.normal));
         let truncated = product(at.normal, times(&self.truncated_flexibility, m))
-            + product(at.polar, by_rows(&ring.left_out(at.index, acting.index), acting.polar));
+            + product(at.polar, by_rows(&ring.truncated_response(at.index, acting.index), acting.polar));
         [
             product(at.normal, times(&self.rotor_compliance, m)) + truncated,
             product(at.normal, times(&self.rotor_compliance, s)),
@@ -79,7 +79,7 @@ impl DelassusOperator {
     pub fn previous_truncated_response(ring: &RingPoints, at: &GapMinimum, pressed: &[PressedPoint]) -> f64 {
         let mut closure = 0.0;
         for PressedPoint { position, force, .. } in pressed {
-            let displacement = by_rows(&ring.left_out(at.index, position.index), position.polar);
+            let displacement = by_rows(&ring.truncated_response(at.index, position.index), position.polar);
             closure += ring.static_correction.previous_share() * force.normal * product(at.polar, displacement);
         }
         closure

@@ -3,7 +3,7 @@
 //! - [`ring_points`]: points of the ring at fixed angles, with the mode shapes and the residual flexibility there
 //! - [`impulsed_ring`]: the ring's modes under impulses at the beginning of each contact step
 //! - [`contact_predictor`]: ring and rotor at the end of the step if the last impulses go on
-//! - [`broad_phase`]: ring points near the rotor, and the minima of the gap between them
+//! - [`broad_phase`], [`gap_minimum`]: ring points near the rotor, and the minima of the gap between them
 //! - [`contact_conditions`], [`delassus_operator`]: gap and slip of the contact points as functions of their impulses
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points
 //! - [`contact_step`]: the step that uses all of these; [`impact`] is its result
@@ -16,6 +16,7 @@ pub(crate) mod contact_predictor;
 pub(crate) mod contact_step;
 pub(crate) mod corrected_shape;
 pub(crate) mod delassus_operator;
+pub(crate) mod gap_minimum;
 pub(crate) mod impact;
 pub(crate) mod impulsed_ring;
 pub(crate) mod penetration;
