@@ -337,7 +337,7 @@ impl ContactStep {
         let impulse = self.to_machine_axes(rotor_impulse);
         // works (4): mean rates before and after the impulses
         let (jump, unbalance_jump) =
-            (free.response.velocity_jump, free.spin.impulse_answer(torque, &free.response.at_unbalances));
+            (free.response.velocity_jump, free.spin.contact_velocity_jump(torque, &free.response.at_unbalances));
         let velocity = self
             .to_stator_axes([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], impulse) + unbalance_jump[i])));
         let rate = free.rate + 0.5 * free.jump * torque;

@@ -87,7 +87,7 @@ impl FreeMotion {
         let interval = grid.interval(grid.index_of(spin.speed))?;
         let initial: Vec<f64> = q.iter().chain(&velocity).copied().collect();
         let modal_state = interval.state_of(&initial).ok_or(ExponentialError::NoBasis { speed: spin.speed })?;
-        let unbalances = spin.unbalances();
+        let unbalances = spin.unbalance_count();
         let mut motion = Self {
             scratch: vec![0.0; modal_state.len()],
             outputs: Vec::new(),
@@ -257,7 +257,7 @@ impl FreeMotion {
         let (model, h) = (&self.interval.model, self.step_length(doublings));
         let propagator = self.interval.propagator(doublings, self.step);
         let responses =
-            (0..self.spin.unbalances()).map(|s| dot(&model.output_rows[2 * s], &propagator.of_force(s)) / h);
+            (0..self.spin.unbalance_count()).map(|s| dot(&model.output_rows[2 * s], &propagator.of_force(s)) / h);
         self.spin.feedback(responses)
     }
 
@@ -270,13 +270,13 @@ impl FreeMotion {
     /// Mean spin of the rotor without unbalances \[rad/s\].
     #[must_use]
     pub fn speed(&self) -> f64 {
-        self.spin.mean()[0]
+        self.spin.rotor_rotation()[0]
     }
 
     /// Mean angle of the rotor without unbalances \[rad\].
     #[must_use]
     pub fn angle(&self) -> f64 {
-        self.spin.mean()[1]
+        self.spin.rotor_rotation()[1]
     }
 
     /// Load of a bearing at n, in the machine's order \[N\].
@@ -394,7 +394,7 @@ impl FreeMotion {
 
     /// Velocities of the unbalances' nodes at n \[m/s\].
     pub(crate) fn unbalance_velocities(&self) -> &[[f64; 2]] {
-        &self.outputs.as_chunks::<2>().0[..self.spin.unbalances()]
+        &self.outputs.as_chunks::<2>().0[..self.spin.unbalance_count()]
     }
 
     /// Modal bases and outputs that all runs of this model share.

@@ -39,7 +39,7 @@ impl FreeMotion {
     /// Shift of the spin at n that follows from a gyroscopic momentum, that of n, in place of the last one that was taken
     /// \[rad/s\].
     pub(crate) fn gyroscopic_speed_shift(&self, gyroscopic: f64) -> f64 {
-        (self.gyroscopic.1 - gyroscopic) * self.spin.compliance()
+        (self.gyroscopic.1 - gyroscopic) * self.spin.gyroscopic_compliance()
     }
 
     /// Writes bounds over all phases of the motion at n: the bending moment of each group of [`SECTIONS_AT_ONCE`] elements

@@ -24,7 +24,7 @@ kernel! {
         outputs: &mut [f64],
     ) {
         spin.predict(step);
-        propagator.advance(spin.driving(), y);
+        propagator.advance(spin.mid_step_forces(), y);
         model.output_matrix.multiply_inline(y, outputs);
     }
 }
@@ -64,10 +64,10 @@ kernel! {
             add_unbalance_impulses(spin, model, response, y, outputs);
             add_both(impulse.impulse, &response.outputs, outputs);
         }
-        let velocities = &outputs.as_chunks::<2>().0[..spin.unbalances()];
+        let velocities = &outputs.as_chunks::<2>().0[..spin.unbalance_count()];
         spin.finish_step(step, velocities, gyroscopic);
         let contact = contact.map(|(response, impulse)| (impulse.impulse, &response.states));
-        model.apply_impulses(spin.left(), contact, y, outputs);
+        model.apply_impulses(spin.correction_impulses(), contact, y, outputs);
     }
 }
 
@@ -82,7 +82,7 @@ fn add_unbalance_impulses(
 ) {
     let lists = model.input_vectors.as_chunks::<2>().0.iter().zip(model.outputs_of_impulses.as_chunks::<2>().0);
     for (([first, second], [states, state_outputs]), (input_vectors, vector_outputs)) in
-        spin.jumps().zip(&response.of_unbalances).zip(lists)
+        spin.response_impulses().zip(&response.of_unbalances).zip(lists)
     {
         add_both(first, states, y);
         add_both(first, state_outputs, outputs);

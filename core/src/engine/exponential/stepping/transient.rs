@@ -117,8 +117,8 @@ impl Transient {
                 let spin = free_motion.spin();
                 let row = spin.rotation_row(structure, diaphragm.contact.node);
                 Some(RingContact {
-                    rolling: spin.rolling(&spin.step(settings.step)),
-                    jump: spin.jump(&row),
+                    rolling: spin.contact_turn_compliance(&spin.step(settings.step)),
+                    jump: spin.rate_jump(&row),
                     contact_step: ContactStep::new(diaphragm, structure, 0, &points, settings.step)?,
                 })
             }
@@ -127,7 +127,7 @@ impl Transient {
         let highest_rate = slowest_to_resolve(machine, structure);
         let resolves_turn = |doublings: &usize| lengths[*doublings] * highest_rate <= MAX_TURN;
         let longest = (SHORT_STEP_DOUBLINGS..=MAX_DOUBLINGS).rev().find(resolves_turn).unwrap_or(SHORT_STEP_DOUBLINGS);
-        let braking_rate = free_motion.spin().braking_torque(&machine.braking);
+        let braking_rate = free_motion.spin().braking_rate(&machine.braking);
         let is_accurate = |&doublings: &usize| {
             lengths[doublings] * braking_rate <= MAX_BRAKING_CHANGE
                 && free_motion.is_stable(doublings, machine.run.end_time)
@@ -283,7 +283,7 @@ impl Transient {
             return Ok(result);
         }
         let h = lengths[0];
-        let [torsion_at_start, rate] = free_motion.spin().at_contact();
+        let [torsion_at_start, rate] = free_motion.spin().contact_rotation();
         let rate = free_motion.spin().speed + rate;
         free_motion.propagate(0)?;
         let Some(response) = free_motion.impulse_response() else { return Ok(result) };
@@ -292,7 +292,7 @@ impl Transient {
             end: free_motion.contact_displacement(0),
             velocity,
             response,
-            surface_turn: free_motion.spin().turn(torsion_at_start),
+            surface_turn: free_motion.spin().contact_turn(torsion_at_start),
             rolling: *rolling,
             rate,
             jump: *jump,
