@@ -291,7 +291,7 @@ impl Spin {
         for mode in self.loaded_modes.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
             mode.1 = mode.1.max(2.0 * feedback / h);
         }
-        self.torsion.damp(&self.loaded_modes.modes);
+        self.torsion.set_damping(&self.loaded_modes.modes);
     }
 
     /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\], for its row on the torsional modes.

@@ -96,7 +96,7 @@ impl Spin {
 
     /// Energy that the damping of the torsion has dissipated so far \[J\].
     pub fn torsional_dissipation(&self) -> f64 {
-        self.torsion.damped()
+        self.torsion.dissipation()
     }
 
     /// Row of a node on the torsional modes: its torsion per amplitude, zeros up to a multiple of eight.
