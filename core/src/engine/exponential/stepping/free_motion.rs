@@ -180,7 +180,7 @@ impl FreeMotion {
             self.gyroscopic = (self.contact_steps, self.tables.momentum(&self.interval).value(&self.modal_state));
             if let Some((torque, momenta)) = &mut self.gyroscopic_torque {
                 let model = &self.shared.grid.model;
-                self.tables.displacements(&self.interval, model).multiply(&self.modal_state, &mut momenta.places);
+                self.tables.displacements(&self.interval, model).multiply(&self.modal_state, &mut momenta.coordinates);
                 self.tables.velocities(&self.interval, model).multiply(&self.modal_state, &mut momenta.rates);
                 torque.update(momenta);
                 self.spin.apply_gyroscopic_torque(&momenta.changes, 1.0 / self.step * libm::exp2(-(doublings as f64)));
@@ -229,7 +229,7 @@ impl FreeMotion {
     /// Starts the gyroscopic torques with the momenta of the initial motion.
     fn start_gyroscopic_torque(&mut self, torque: GyroscopicTorque) {
         let mut momenta = GyroscopicMomenta::default();
-        self.lateral_coordinates(&mut momenta.places);
+        self.lateral_coordinates(&mut momenta.coordinates);
         self.lateral_rates(&mut momenta.rates);
         torque.update(&mut momenta);
         self.spin.apply_gyroscopic_torque(&momenta.changes, 0.0);
