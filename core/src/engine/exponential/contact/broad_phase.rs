@@ -261,7 +261,8 @@ impl BroadPhase {
         gaps + (outwards * outwards_change + across * across_change) / (gaps + radius)
     }
 
-    /// Those of some points of a block, as bits, beside which the gap may have a minimum with an offset, by (1) of [`super::gap_minimum`].
+    /// Selects, as bits, the points of a block beside which the gap may have a minimum with an offset ((1) of
+    /// [`super::gap_minimum`]).
     #[inline(always)]
     pub fn has_offset_minimum<V: Eight>(
         &mut self,

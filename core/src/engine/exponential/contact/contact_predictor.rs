@@ -1,4 +1,4 @@
-//! Predictor of ring and rotor at n+1: the impulses of the last step are assumed to go on.
+//! Predictor of ring and rotor at n+1: the impulses of the last step are assumed to act again.
 //!
 //! ```text
 //! c          static correction of a unit impulse: what an impulse train lacks of the static displacement, on each mode of ring and rotor

@@ -18,7 +18,7 @@ use crate::engine::exponential::plane::{across, by_rows, product, times, turned}
 pub(crate) struct DelassusOperator {
     /// Displacement of the rotor's modes at n+1 per impulse at n, without static correction \[m/(N s)\].
     pub rotor_response: [[f64; 2]; 2],
-    /// The same with the static correction.
+    /// Displacement of the rotor's modes at n+1 per impulse at n, with static correction \[m/(N s)\].
     rotor_compliance: [[f64; 2]; 2],
     /// Displacement of the rotor's truncated modes per impulse \[m/(N s)\].
     truncated_flexibility: [[f64; 2]; 2],

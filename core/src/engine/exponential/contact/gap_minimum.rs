@@ -31,7 +31,7 @@ pub(crate) struct GapMinimum {
 }
 
 impl BroadPhase {
-    /// Gap minimum beside a point; the point itself where there is none.
+    /// Gap minimum beside a point; otherwise the point itself.
     #[inline(always)]
     pub fn minimum_near(&mut self, ring: &RingPoints, c: usize, x: [f64; 2], q: &[Lane]) -> GapMinimum {
         find_minimum(self, ring, c, x, q)

@@ -2,7 +2,7 @@
 //!
 //! - [`ring_points`]: points of the ring at fixed angles, with the mode shapes and the residual flexibility there
 //! - [`impulsed_ring`]: the ring's modes under impulses at the beginning of each contact step
-//! - [`contact_predictor`]: ring and rotor at the end of the step if the last impulses go on
+//! - [`contact_predictor`]: ring and rotor at the end of the step if the last impulses act again
 //! - [`broad_phase`], [`gap_minimum`]: ring points near the rotor, and the minima of the gap between them
 //! - [`contact_conditions`], [`delassus_operator`]: gap and slip of the contact points as functions of their impulses
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points

@@ -92,7 +92,7 @@ pub(crate) struct RowSums {
 }
 
 /// Writes the rows of a contact point. Its mode shapes are a weighted sum of those of three ring points, along two directions of
-/// its polar axes; the impulses act along the acting rows, or along the point's own where there are none.
+/// its polar axes; the impulses act along the acting rows, otherwise along the point's own rows.
 #[inline(always)]
 pub(crate) fn write_rows<V: Eight>(
     three: [[&[Lane]; 2]; 3],
