@@ -1,7 +1,7 @@
 //! Predictor of ring and rotor at n+1: the impulses of the last step are assumed to act again.
 //!
 //! ```text
-//! c          static correction of a unit impulse: what an impulse train lacks of the static displacement, on each mode of ring and rotor
+//! c          static correction per unit impulse: static displacement less that of an impulse train, for each mode of ring and rotor
 //! d          displacement by n+1 of a unit impulse at n, without c
 //! statics    c (2 J_n - J_(n-1))                        those of the force extrapolated to n+1                                   (1)
 //! predicted  free motion + (d + c) J_(n-1)              (1) with J_n = J_(n-1), at the positions of the last step                (2)

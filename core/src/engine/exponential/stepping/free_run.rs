@@ -17,7 +17,7 @@ pub struct FreeRun {
     /// Time at which the falling spin first passes the speed `passed` \[s\]; `None` where it does not.
     pub passing: Option<f64>,
     /// Number of modal bases that were computed, and a bound of their condition.
-    pub stations: (usize, f64),
+    pub bases: (usize, f64),
 }
 
 /// Computes a run in equal steps up to `run.end_time`, as if there were nothing to touch. `passed` is a speed whose time of
@@ -54,6 +54,6 @@ pub fn free_run(
         end_speed: motion.speed(),
         largest_loads: peaks.iter().map(|peak| peak.value.sqrt()).collect(),
         passing,
-        stations: motion.visited_bases(),
+        bases: motion.visited_bases(),
     })
 }

@@ -42,7 +42,7 @@ struct Key {
     /// Whether the grid is closer at slow spins.
     closes: bool,
     /// Number of speed intervals between two grid speeds.
-    cells: u32,
+    intervals: u32,
     /// Position of the grid relative to the initial speed.
     anchor: i64,
 }
@@ -96,7 +96,7 @@ impl SharedModel {
             step: settings.step.to_bits(),
             spacing: spacing.spacing.to_bits(),
             closes: spacing.closes,
-            cells: settings.cells,
+            intervals: settings.cells,
             anchor: spacing.anchor(speed),
         };
         let models: &ModelCache = structure.kept.of();

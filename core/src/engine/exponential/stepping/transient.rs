@@ -384,7 +384,7 @@ mod tests {
                 let max_deviation = free_motion.max_deviation(doublings);
                 let mut ahead = free_motion.clone();
                 for n in 1..=contact_steps {
-                    ahead.advance(0).expect("goes on");
+                    ahead.advance(0).expect("has a basis");
                     let (to, t) = (ahead.contact_motion(0)[0], f64::from(n) * 2e-5);
                     let deviation = length([to[0] - from[0] - t * velocity[0], to[1] - from[1] - t * velocity[1]]);
                     assert!(deviation <= max_deviation, "round {round}: {deviation} beyond {max_deviation}");
@@ -393,11 +393,11 @@ mod tests {
                 }
             }
             // an impulse between the rounds, so that states of every kind occur
-            free_motion.propagate(0).expect("goes on");
+            free_motion.propagate(0).expect("has a basis");
             let turn = f64::from(round);
             let impulse = ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
-            free_motion.complete_step(0, Some(impulse)).expect("goes on");
-            (0..50).for_each(|_| free_motion.advance(1).expect("goes on"));
+            free_motion.complete_step(0, Some(impulse)).expect("has a basis");
+            (0..50).for_each(|_| free_motion.advance(1).expect("has a basis"));
         }
         assert!(count > 5000 && closest > 0.05, "the bound is close: {closest}");
     }

@@ -129,11 +129,11 @@ impl LoadedModes {
 
     /// Row of a node's rotation beside Phi on the modes (3), zeros up to a multiple of eight.
     pub fn row(&self, structure: &Structure, node: usize) -> Vec<f64> {
-        self.twist(structure, node).iter().zip(&self.shift).map(|(twist, shift)| twist + shift).collect()
+        self.torsion_row(structure, node).iter().zip(&self.shift).map(|(torsion, shift)| torsion + shift).collect()
     }
 
     /// Row of a node's torsion, its rotation beside phi, on the modes (3), zeros up to a multiple of eight.
-    pub fn twist(&self, structure: &Structure, node: usize) -> Vec<f64> {
+    pub fn torsion_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
         let bare = bare_row(structure, &self.elastic_indices, node);
         let mut row: Vec<f64> = (0..bare.len()).map(|j| dot(&bare, column_of(&self.bare_amplitudes, j))).collect();
         row.resize(self.modes.len(), 0.0);

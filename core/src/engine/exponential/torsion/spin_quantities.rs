@@ -101,7 +101,7 @@ impl Spin {
 
     /// Row of a node on the torsional modes: its torsion per amplitude, zeros up to a multiple of eight.
     pub fn torsion_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
-        self.loaded_modes.twist(structure, node)
+        self.loaded_modes.torsion_row(structure, node)
     }
 
     /// Row of a node's rotation beside the mean angle of rotor and unbalances, per amplitude, zeros up to a multiple of eight.
