@@ -336,3 +336,29 @@ fn the_parameters_with_the_largest_correlations_are_named_and_the_others_counted
     }
     assert!(correlated.iter().all(|one| number(&one["correlation"]).abs() >= 0.1), "{correlated:?}");
 }
+
+/// Two of 30 parameters had a correlation of 0.99 in a replicate of 64 points of Halton's sequence.
+#[test]
+fn check_warns_of_replicates_with_too_few_points_for_their_parameters() {
+    let folder = Folder::new();
+    let notes = |count: usize, design: &str| {
+        let names: Vec<String> = (0..count).map(|k| format!("x{k}")).collect();
+        let mut text = format!(
+            "schema = 1\nmodel = \"function\"\n[function]\ny = \"{}\"\n[design]\n{design}\nreplicates = 16\n",
+            names.join(" + ")
+        );
+        for name in &names {
+            text += &format!("[[uncertain]]\nname = \"{name}\"\ndistribution = \"uniform\"\nlower = 0\nupper = 1\n");
+        }
+        let check = say(&["check", &folder.write("s.toml", &text)]);
+        assert_eq!(check.code, 0, "{}", check.err);
+        check.out.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for kind in ["sobol", "halton"] {
+        let said = notes(30, &format!("kind = \"{kind}\"\nsamples = 64"));
+        let begin = "Note: 64 points of a replicate are few for 30 parameters: the values of x";
+        assert!(said.contains(begin) && said.contains(" of 435 pairs have one above 0.1 or below -0.1"), "{said}");
+        let said = notes(3, &format!("kind = \"{kind}\"\nsamples = 64"));
+        assert!(!said.contains(" are few for "), "{said}");
+    }
+}
