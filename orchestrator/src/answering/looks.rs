@@ -1,7 +1,7 @@
 //! What a report needs of questions beyond their answers: how each figure came about, from the first points to all.
 
 use super::vocabulary::Vocabulary;
-use super::{Answering, AnsweringError, note_half_way, note_related, read};
+use super::{Answering, AnsweringError, note_related, read};
 use bladeoff_answers::ask::{Answer, Answers, Ask, Question, SCHEMA, answer, answer_all};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, Nature, Study};
 use bladeoff_answers::gate::{Decision, FIRST_LOOK, Gate};
@@ -60,7 +60,6 @@ pub fn answer_at_looks(
     }
     let study = rows.study();
     let (mut answers, curves) = answer_all(&study, questions)?;
-    note_half_way(samples, &mut answers);
     note_related(samples, points, &mut answers);
     let mut decisions = Vec::new();
     for gate in gates {

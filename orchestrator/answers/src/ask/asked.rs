@@ -21,7 +21,7 @@ use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
 use crate::estimate::{difference, quantile};
 use crate::map::maps;
-use crate::share::{percent, percent_given};
+use crate::share::percent_given;
 use bladeoff_model::outcome::Status;
 
 /// Answers to a question, one for each group, and its curve.
@@ -96,6 +96,9 @@ const REFINED: &str = "[refine] chose which combinations are there by their resu
 const REFINED_LIMITS: &str = "limits hold for a combination that is named beforehand; results of the same points led to those that were added, \
                               of which more may be missed";
 
+/// Said where an answer of one of several interim analyses has limits, before their level.
+const INTERIM: &str = "one of several interim analyses of [stop]: the limits are those of this analysis alone";
+
 /// Answers of one question; the study has been checked.
 ///
 /// # Errors
@@ -131,32 +134,28 @@ pub(super) struct Asked<'a> {
 
 impl<'a> Asked<'a> {
     pub fn of(study: &'a Study<'a>, question: &'a Question, scheme: Scheme) -> Self {
-        let alpha = (1.0 - question.confidence) * study.design.share;
+        let alpha = 1.0 - question.confidence;
         Self { study, question, t: scheme.t(alpha), scheme, alpha }
     }
 
     /// With what is said of all answers from such points.
     pub fn noted(&self, mut answered: Answered) -> Answered {
-        if self.study.design.share < 1.0 {
-            let one = percent(1.0 - self.alpha);
-            let note = format!(
-                "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
-                percent_given(self.question.confidence)
-            );
-            let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
-            answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
-        }
-        if self.study.design.refined {
-            answered.answers.iter_mut().for_each(|answer| answer.notes.push(REFINED.to_owned()));
-            let has_limits = |answer: &&mut Answer| match &answer.map {
-                Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
-                None => answer.method != Method::Without,
-            };
-            answered
-                .answers
-                .iter_mut()
-                .filter(has_limits)
-                .for_each(|answer| answer.notes.push(REFINED_LIMITS.to_owned()));
+        let has_limits = |answer: &Answer| match &answer.map {
+            Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
+            None => answer.method != Method::Without,
+        };
+        let design = &self.study.design;
+        for answer in &mut answered.answers {
+            let has_limits = has_limits(answer);
+            if design.is_interim() && has_limits {
+                answer.approximate = true;
+                let level = percent_given(self.question.confidence);
+                answer.notes.push(format!("{INTERIM}, about {level}"));
+            }
+            if design.refined {
+                answer.notes.push(REFINED.to_owned());
+                answer.notes.extend(has_limits.then(|| REFINED_LIMITS.to_owned()));
+            }
         }
         answered
     }
@@ -177,7 +176,8 @@ impl<'a> Asked<'a> {
         decided_by(self.study, formula)
     }
 
-    fn told(&self, kind: &'static str, group: Group, bad: Bad, figures: Figures) -> Answer {
+    fn told(&self, kind: &'static str, group: Group, bad: Bad, mut figures: Figures) -> Answer {
+        figures.approximate |= self.study.design.is_interim() && figures.method != Method::Without;
         let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
         answer.figures.push(figures);
         answer

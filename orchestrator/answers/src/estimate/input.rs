@@ -160,8 +160,8 @@ pub struct Design<'a> {
     pub complete: bool,
     /// What points of a block are to one another.
     pub layout: Layout<'a>,
-    /// Part of 1 - confidence that intervals may spend: 1 where these points are looked at once; less where `[stop]` looked at fewer of
-    /// them before, so that all looks together spend the whole.
+    /// Part of 1 - confidence that a gate may spend: 1 where these points are analysed once; below 1 where they are those of one of
+    /// several interim analyses of `[stop]`, so that all of them together spend the whole.
     pub share: f64,
     /// Whether the combinations that are there were chosen by their results (`[refine]`), so that together they are no sample of all.
     pub refined: bool,
@@ -182,6 +182,13 @@ pub enum Layout<'a> {
 }
 
 impl Design<'_> {
+    /// Whether these points are those of one of several interim analyses of `[stop]`. Their intervals are approximate, because the
+    /// number of points depends on the width of an interval.
+    #[must_use]
+    pub fn is_interim(&self) -> bool {
+        self.share < 1.0
+    }
+
     /// Whether its points are drawn one for one, so that they tell of others.
     #[must_use]
     pub fn is_random(&self) -> bool {
