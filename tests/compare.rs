@@ -351,3 +351,24 @@ fn a_table_alone_and_a_study_half_done_are_compared_for_what_they_are() {
     assert!(code == 0 && 0 < pairs && pairs < all, "{code} {found}");
     assert_eq!(found["matched"]["only_in_b"], all - pairs);
 }
+
+#[test]
+fn a_few_unchanged_columns_are_named_and_many_are_counted() {
+    let folder = Folder::new();
+    let outputs = |count: usize, changed: &str| {
+        let same: String = (0..count).map(|k| format!("f{k} = \"{k} + x\"\n")).collect();
+        format!(
+            "schema = 1\nmodel = \"function\"\n[function]\ng = \"{changed}\"\n{same}[[vary]]\nname = \"x\"\nvalues = [1, 2, 3]\n"
+        )
+    };
+    let names: Vec<String> = (0..10).map(|k| format!("f{k}")).collect();
+    for (count, line) in
+        [(10, names.join(", ")), (11, "11 other columns".to_owned()), (99, "99 other columns".to_owned())]
+    {
+        let [a, b] =
+            ["x", "2*x"].map(|changed| run(&folder, &format!("{count}-{}", changed.len()), &outputs(count, changed)));
+        let said = say(&["compare", &a, &b]);
+        let line = format!("\nThe same in every pair: {line}\n");
+        assert!(said.code == 0 && said.out.contains(&line), "{count}: {} {}", said.out, said.err);
+    }
+}

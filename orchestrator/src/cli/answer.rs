@@ -39,8 +39,10 @@ const MOST_SHORT: usize = 8;
 #[command(after_help = "Examples:
   bladeoff answer
   bladeoff answer runs/blade-off-risk
-  bladeoff answer runs/blade-off-risk --json | jq .answers[0].high
-  bladeoff answer runs/blade-off-risk --study other-questions.toml")]
+  bladeoff answer runs/blade-off-risk --json \\
+    | jq .answers[0].high
+  bladeoff answer runs/blade-off-risk \\
+    --study other-questions.toml")]
 pub struct Args {
     /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
     /// that was written to last]

@@ -25,10 +25,12 @@ use std::path::{Path, PathBuf};
 /// make it likelier to pass.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff run studies/ci-night.toml && bladeoff gate runs/ci-night
+  bladeoff run studies/ci-night.toml && \\
+    bladeoff gate runs/ci-night
   bladeoff gate runs/ci-night --junit gate.xml
   bladeoff gate runs/ci-night \\
-    --require \"P(max_bearing_load_N > 1.2 MN) < 1e-2\" --confidence 0.99
+    --require \"P(max_bearing_load_N > 1.2 MN) < 1e-2\" \\
+    --confidence 0.99
 
 Exit codes: 0 every gate passed, 4 one failed, 5 none failed and one is open.")]
 pub struct Args {

@@ -44,7 +44,7 @@ end there is a summary, and in the result directory:
                     the inputs as they were
   timings.parquet   CPU time, worker, attempt of each sample
   answers.json, answers/NAME.parquet
-                    answers to the [[question]]s of the study,
+                    answers to the questions of the study,
                     and their curves
   manifest.json     versions, build, host, dates, command,
                     BLAKE3 of the tables
@@ -80,14 +80,14 @@ Examples:
   Every axis thinned, its end points kept:
   bladeoff run studies/gap-friction-map.toml --scale 0.3
 
-  50 samples spread over the study; then all, keeping those 50:
+  50 samples over the study; then all, keeping those 50:
   bladeoff run studies/gap-friction-map.toml --limit 50
   bladeoff run studies/gap-friction-map.toml
 
   Failed and quarantined samples again:
   bladeoff run studies/gap-friction-map.toml --rerun failed
 
-  Until the morning; the same command goes on in the evening:
+  Until the morning; to resume, the same command again:
   bladeoff run studies/gap-friction-map.toml --until 06:30
 
   What happens, for programs:
