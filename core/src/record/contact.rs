@@ -49,7 +49,7 @@ pub(crate) struct ContactRecorder {
     /// Penetration that the contact of the last step left at its end \[m\].
     left: Option<f64>,
     first: Option<f64>,
-    /// The same where all guards held then.
+    /// Time of the first contact, where all guards held then.
     first_guarded: Option<f64>,
     last: Option<f64>,
     impulse: Sum,

@@ -27,7 +27,7 @@ struct Watched {
     lacks: Option<&'static str>,
     /// Largest ratio so far, 0 before the quantity has a value; `None` where nothing judges the limit.
     largest: Option<f64>,
-    /// The same while all guards held.
+    /// Largest ratio while all guards held.
     guarded: f64,
     /// When the ratio first exceeded 1.
     exceeded: Option<At>,

@@ -62,7 +62,7 @@ pub(crate) struct Sum {
 }
 
 impl Sum {
-    /// The same sum per unit of another quantity.
+    /// Sum per unit of another quantity.
     pub fn over(self, by: f64) -> Self {
         Self { value: self.value / by, guarded: self.guarded / by }
     }

@@ -47,7 +47,7 @@ pub enum Told {
     Grown(Option<String>),
     /// The time of a first event, where it happened while all guards and limits held, as the column of this name has it.
     Once(Option<String>),
-    /// The same of the first exceeded limit of the model; of a run beyond the model all.
+    /// Time of the first exceeded limit of the model: that of the row in a run beyond the model, else as `Once`.
     Limit(Option<String>),
     /// Nothing.
     Found,

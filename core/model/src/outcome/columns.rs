@@ -132,7 +132,7 @@ impl Column {
     }
 
     /// Name of the column that has, of a row that is not `ok`, what this one had reached while all guards and limits held; `None` where
-    /// there is none. It is null in a row that is `ok` (whose value stands).
+    /// there is none. A row that is `ok` has null there, since its own value is valid.
     #[must_use]
     pub fn guarded(&self) -> Option<String> {
         self.is_guarded.then(|| format!("{GUARDED}{}", self.name))

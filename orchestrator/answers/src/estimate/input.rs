@@ -34,7 +34,7 @@ impl<'a> Nature<'a> {
         }
     }
 
-    /// The same nature with other further cells, those of some of the rows.
+    /// Nature with the further cells of some of the rows.
     #[must_use]
     pub fn with(self, held: impl Fn(&'a [Option<f64>]) -> &'a [Option<f64>]) -> Self {
         match self {

@@ -1,4 +1,4 @@
-//! What a row may decide: events that were not judged, that failed runs had not reached, or that lie after the end of the run.
+//! Events that a row may not decide: those that were not judged, that failed runs had not reached, or that lie after the end of the run.
 
 use crate::support::made::Made;
 use crate::support::{ask, exceedance, names, one, probability, quantile};
