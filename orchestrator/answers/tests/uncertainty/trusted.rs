@@ -99,7 +99,7 @@ fn an_event_after_the_end_of_a_run_is_not_known() {
         study.ends = vec![Ended::Time(6.0); 100];
         study.columns[0].cells[0] = Some(2.0);
         // the event within the simulated time
-        for text in ["y > 0", "y > 5.9", "y < 6", "y <= 6 and y > 1"] {
+        for text in ["y > 0", "y > 5.9", "y < 6", "y <= 5.9 and y > 1"] {
             assert!(ends(&one(&study, probability(text))).1 <= 0.01, "{text}");
         }
         // later times
