@@ -131,8 +131,8 @@ impl Column {
         self.growth == Growth::Grows
     }
 
-    /// Name of the column that has, of a row that is not `ok`, what this one had reached while all guards and limits held; `None` where
-    /// there is none. A row that is `ok` has null there, since its own value is valid.
+    /// Name of the further column with what this one had reached while all guards and limits held; `None` without such a column. A row
+    /// that is `ok` has null there, since its own value is valid.
     #[must_use]
     pub fn guarded(&self) -> Option<String> {
         self.is_guarded.then(|| format!("{GUARDED}{}", self.name))
