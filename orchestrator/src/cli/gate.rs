@@ -6,7 +6,7 @@ use super::exit::Exit;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
-use crate::answering::{columns_asked, decided, judge, only_gates};
+use crate::answering::{decided, judge, only_gates};
 use crate::run::shards::see;
 use bladeoff_answers::gate::{Verdict, junit, verdict};
 use bladeoff_study::Samples;
@@ -79,7 +79,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if points < of {
         remark_unwritten(&directory)?;
     }
-    remark_limits(&directory, &samples, &columns_asked(&samples, &[], &gates))?;
+    remark_limits(&directory, &samples)?;
     if let Some(path) = &args.junit {
         write_whole(path, junit(&name(&directory, &samples), &decisions).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));

@@ -11,7 +11,7 @@ use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{self, DispatchError, Ended, limit_preparation, time_left, watch_before};
 use crate::plausible::implausible_of;
 use crate::report::Tally;
-use crate::reporting::{LimitTable, bearings_of};
+use crate::reporting::{Horizon, LimitTable, bearings_of};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run};
@@ -364,7 +364,8 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
     }
     let bearings: String = bearings_of(samples).iter().map(|note| format!("note: {note}\n")).collect();
     let limits = LimitTable::of(samples, &files)?.text(width);
-    Ok(Summary::of(&files)?.with_twin(study.twin_keys()).text(width) + &limits + &bearings)
+    let horizon = Horizon::of(&files)?.sentence().map(|line| format!("{line}\n")).unwrap_or_default();
+    Ok(Summary::of(&files)?.with_twin(study.twin_keys()).text(width) + &horizon + &limits + &bearings)
 }
 
 /// Why the run ended before it was complete.

@@ -2,7 +2,8 @@
 //! judged.
 //!
 //! ```text
-//! exceeded: limit_ratio_NAME > 1, in rows of every status
+//! exceeded: limit_ratio_NAME > 1; of a row that is not ok the ratio reached while all guards and limits held
+//! open:     not exceeded in a run that ended earlier, at another limit or by a failure, and in an invalid run
 //! ```
 
 use crate::report::Tally;
@@ -28,8 +29,11 @@ struct Counted {
     origin: &'static str,
     /// Key that the machine needs; the limit is not judged without it.
     lacks: Option<&'static str>,
-    /// Rows with a ratio.
-    judged: u64,
+    /// Rows of any status.
+    rows: u64,
+    /// Rows that ended before they could exceed the limit, and invalid rows that did not exceed it while all guards held.
+    earlier: u64,
+    invalid: u64,
     /// Rows with a ratio above 1, and the ok ones among them.
     exceeded: u64,
     exceeded_ok: u64,
@@ -49,14 +53,21 @@ impl LimitTable {
     pub fn of(samples: &Samples, files: &[PathBuf]) -> Result<Self, TableError> {
         let Some(mut all) = limits(samples) else { return Ok(Self::default()) };
         let names: Vec<String> = all.iter().map(|of| format!("{RATIO}{}", of.limit.limit.word())).collect();
-        let columns: Vec<&str> = ["sample", "status"].into_iter().chain(names.iter().map(String::as_str)).collect();
+        let guarded: Vec<String> = names.iter().map(|name| format!("guarded_{name}")).collect();
+        let columns = ["sample", "status"].into_iter();
+        let columns: Vec<&str> = columns.chain(names.iter().chain(&guarded).map(String::as_str)).collect();
         Table::for_each_piece(files, &columns, |piece| {
-            let (status, number) = (piece.words("status").unwrap_or(&[]), piece.numbers("sample").unwrap_or(&[]));
-            for (of, name) in all.iter_mut().zip(&names) {
-                let ratios = piece.numbers(name).unwrap_or(&[]);
-                for ((ratio, sample), status) in ratios.iter().zip(number).zip(status) {
-                    let (Some(ratio), Some(sample)) = (*ratio, *sample) else { continue };
-                    of.see(ratio, sample as u64, status.as_deref() == Some(Status::Ok.word()));
+            let status = piece.words("status").unwrap_or(&[]);
+            let number = piece.numbers("sample").unwrap_or(&[]);
+            for ((of, name), guarded) in all.iter_mut().zip(&names).zip(&guarded) {
+                let (ratios, guarded) = (piece.numbers(name).unwrap_or(&[]), piece.numbers(guarded).unwrap_or(&[]));
+                for row in 0..number.len() {
+                    let Some(sample) = number[row] else { continue };
+                    let Some(status) = status.get(row).and_then(|word| Status::from_word(word.as_deref()?)) else {
+                        continue;
+                    };
+                    let cells = if status == Status::Ok { ratios } else { guarded };
+                    of.see(cells.get(row).copied().flatten(), sample as u64, status);
                 }
             }
             Ok(())
@@ -123,12 +134,21 @@ fn not_judged(key: &str) -> String {
 }
 
 impl Counted {
-    fn see(&mut self, ratio: f64, sample: u64, is_ok: bool) {
-        self.judged += 1;
-        if ratio > 1.0 {
+    /// Takes a row with its ratio, of one that is not ok that which counts as reached.
+    fn see(&mut self, ratio: Option<f64>, sample: u64, status: Status) {
+        self.rows += 1;
+        if ratio.is_some_and(|ratio| ratio > 1.0) {
             self.exceeded += 1;
-            self.exceeded_ok += u64::from(is_ok);
+            self.exceeded_ok += u64::from(status == Status::Ok);
+        } else {
+            match status {
+                Status::Invalid => self.invalid += 1,
+                // values after another limit are those of another machine, whether the run ended there or not
+                Status::Failed | Status::Quarantined | Status::Beyond => self.earlier += 1,
+                Status::Ok => {}
+            }
         }
+        let Some(ratio) = ratio else { return };
         if self.largest.is_none_or(|(most, first)| ratio > most || ratio == most && sample < first) {
             self.largest = Some((ratio, sample));
         }
@@ -139,7 +159,12 @@ impl Counted {
             OnExceed::Beyond => "beyond",
             OnExceed::Note => "note",
         };
-        let exceeded = format!("{} of {}", self.exceeded, counted(self.judged, "run"));
+        let mut exceeded = format!("{} of {}", self.exceeded, counted(self.rows, "run"));
+        for (count, why) in [(self.earlier, "ended earlier"), (self.invalid, "invalid")] {
+            if count > 0 {
+                exceeded += &format!("; {count} {why}");
+            }
+        }
         let largest = self.largest.map(|(ratio, sample)| format!("{} (sample {sample})", format_digits(ratio, "", 3)));
         vec![
             self.limit.limit.word().to_owned(),
@@ -170,7 +195,9 @@ fn limits(samples: &Samples) -> Option<Vec<Counted>> {
             value: format!("{}{}", format_digits(limit.value, "", 4), reference(&machine, limit.limit)),
             origin,
             lacks: machine.lacks(limit.limit),
-            judged: 0,
+            rows: 0,
+            earlier: 0,
+            invalid: 0,
             exceeded: 0,
             exceeded_ok: 0,
             largest: None,
@@ -212,18 +239,6 @@ fn reference(machine: &Machine, limit: Limit) -> String {
         _ if least == most => format!(" of {name} {}", format_digits(least, unit, 4)),
         _ => format!(" of {name} {} to {}", format_digits(least, unit, 4), format_digits(most, unit, 4)),
     }
-}
-
-/// A line for each limit whose ratio is asked for and that nothing in the study's machine is compared with.
-#[must_use]
-pub fn unwatched(samples: &Samples, asked: &[String]) -> Vec<String> {
-    let Some(all) = limits(samples) else { return Vec::new() };
-    let line = |of: Counted| {
-        let (name, key) = (of.limit.limit.word(), of.lacks?);
-        let column = format!("{RATIO}{name}");
-        asked.contains(&column).then(|| format!("{column} is empty in every run: {name} is {}", not_judged(key)))
-    };
-    all.into_iter().filter_map(line).collect()
 }
 
 /// A line where more runs are beyond the model than `[limits] max_beyond` of the study allows.

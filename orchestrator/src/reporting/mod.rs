@@ -11,6 +11,7 @@ mod assumed;
 mod bearings;
 mod curves;
 mod failing;
+mod horizon;
 mod limits;
 mod narrowing;
 mod provenance;
@@ -33,7 +34,8 @@ use bladeoff_answers::page::{Block, Page, Section};
 use bladeoff_answers::report::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
 use bladeoff_study::Samples;
-pub use limits::{LimitTable, too_many_beyond, unwatched};
+pub use horizon::Horizon;
+pub use limits::{LimitTable, too_many_beyond};
 pub use provenance::LIMITS;
 use rows::Seen;
 pub use stability::unstable_of;
@@ -91,14 +93,14 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, (summary, sensitive), limits) = read_current(directory, row_files, |files| {
+    let (seen, (summary, sensitive), (limits, horizon)) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
         Ok((
             rows::read(files, coordinates.clone(), &columns)?,
             summary(samples, files)?,
-            LimitTable::of(samples, files)?,
+            (LimitTable::of(samples, files)?, Horizon::of(files)?),
         ))
     })?;
     // it has ended meanwhile: one page is of one table
@@ -129,6 +131,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     add("limits", "What it cannot tell", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
+    lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
     lead.extend(sensitive.map(Block::Text));
     lead.extend(limits.noted().into_iter().map(|line| Block::Warning(format!("{line}."))));
     lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));

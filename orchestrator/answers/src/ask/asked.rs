@@ -19,6 +19,7 @@ use crate::estimate::known::{Truths, Values, levels, reached, truths, values};
 use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
+use crate::estimate::undecided::Undecided;
 use crate::estimate::{difference, quantile};
 use crate::map::maps;
 use crate::share::percent_given;
@@ -185,13 +186,14 @@ impl<'a> Asked<'a> {
 
     fn probability(&self, truths: &Truths) -> Figures {
         let tallies = tallies(truths, self.scheme.parts(), self.part());
-        self.of_tallies(&tallies, truths.empty, truths.undefined)
+        self.of_tallies(&tallies, truths.empty, &truths.undecided())
     }
 
-    pub fn of_tallies(&self, tallies: &[Tally], empty: u64, undefined: u64) -> Figures {
+    pub fn of_tallies(&self, tallies: &[Tally], empty: u64, undecided: &Undecided) -> Figures {
         let mut figures = proportion_by(tallies, &self.scheme, self.alpha, self.t);
         note_empty(&mut figures.notes, empty, CONDITION);
-        note_undefined(&mut figures.notes, undefined);
+        note_undefined(&mut figures.notes, undecided.no_value);
+        undecided.note(&mut figures.notes);
         // points that are random after all, only too few replicates of them
         if matches!(self.scheme, Scheme::Without(_)) && self.study.design.is_random() {
             none_seen(&Tally::of_all(tallies), self.alpha, &mut figures);
@@ -211,7 +213,7 @@ impl<'a> Asked<'a> {
     fn subject(&self, figure: &Figure, bad: &Bad) -> String {
         let mut text = subject(figure);
         if let Figure::Mean(column) = figure
-            && self.study.numbers(column).is_ok_and(|(_, nature)| !matches!(nature, Nature::Given | Nature::Limit))
+            && self.study.numbers(column).is_ok_and(|(_, nature)| !matches!(nature, Nature::Given | Nature::Limit(_)))
         {
             text += &bad.inside();
         }
@@ -412,9 +414,10 @@ impl<'a> Asked<'a> {
 
 /// Words for what decides a condition of runs that are not ok, where it is decided.
 pub(crate) fn decided_by(study: &Study<'_>, formula: &Formula) -> &'static str {
-    let is_reached =
-        |name: &String| study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once));
-    let is_limit = |name: &String| study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit));
+    let is_reached = |name: &String| {
+        study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once(_)))
+    };
+    let is_limit = |name: &String| study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit(_)));
     if formula.columns.iter().any(is_reached) {
         "decided by what was reached while all guards and limits held"
     } else if formula.columns.iter().any(is_limit) {

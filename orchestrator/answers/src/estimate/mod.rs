@@ -26,3 +26,4 @@ pub mod reach;
 pub mod scheme;
 pub mod span;
 pub mod truth;
+pub mod undecided;

@@ -15,3 +15,4 @@ mod questions;
 mod smoothed;
 mod spans;
 mod support;
+mod trusted;
