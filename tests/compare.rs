@@ -168,11 +168,25 @@ fn other_points_are_two_samples() {
     let b = run(&folder, "b", &STUDY.replace("seed = 5", "seed = 6").replace("10*x\"", "10*x + 8\""));
     let (code, found) = compared(&[&a, &b]);
     assert_eq!((code, &found["matched"]["pairs"], &found["matched"]["only_in_a"]), (0, &0.into(), &2000.into()));
-    for (figure, wide) in [("mean", 3.0), ("median", 4.0)] {
-        let g = column(&found, "apart", "g");
+    let limits = |found: &Value, figure: &str| {
+        let g = column(found, "apart", "g");
         let found = if figure == "mean" { &g["mean"] } else { &g["quantiles"][0]["difference"] };
-        let [low, high] = ["low", "high"].map(|end| found[end].as_f64().expect("a limit"));
-        assert!(low < 8.0 && 8.0 < high && high - low < wide, "{figure}: {low} to {high}");
+        ["low", "high"].map(|end| found[end].as_f64().expect("a limit"))
+    };
+    for (figure, wide) in [("mean", 1.9), ("median", 3.2)] {
+        let [low, high] = limits(&found, figure);
+        // one pair of studies: within twice the 95 % interval
+        let half = 0.5 * (high - low);
+        assert!(low - half < 8.0 && 8.0 < high + half && high - low < wide, "{figure}: {low} to {high}");
+    }
+    // other inputs from the same numbers, and no run that fails: every point differs by 5
+    let whole = STUDY.replace("sqrt(2.5 - x)", "x");
+    let of_whole = run(&folder, "whole", &whole);
+    let alike = run(&folder, "alike", &whole.replacen("mean = 0", "mean = 0.5", 1));
+    let (_, of_alike) = compared(&[&of_whole, &alike]);
+    for (figure, wide) in [("mean", 0.01), ("median", 0.3)] {
+        let [low, high] = limits(&of_alike, figure);
+        assert!(low < 5.0 + 1e-9 && 5.0 - 1e-9 < high && high - low < wide, "{figure}: {low} to {high}");
     }
     // nothing was compared, and nothing is within
     let said = say(&["compare", &a, &b, "--tolerance", "g 1000 %"]);
@@ -338,4 +352,25 @@ fn a_table_alone_and_a_study_half_done_are_compared_for_what_they_are() {
     let pairs = found["matched"]["pairs"].as_u64().expect("a number");
     assert!(code == 0 && 0 < pairs && pairs < all, "{code} {found}");
     assert_eq!(found["matched"]["only_in_b"], all - pairs);
+}
+
+#[test]
+fn a_few_unchanged_columns_are_named_and_many_are_counted() {
+    let folder = Folder::new();
+    let outputs = |count: usize, changed: &str| {
+        let same: String = (0..count).map(|k| format!("f{k} = \"{k} + x\"\n")).collect();
+        format!(
+            "schema = 1\nmodel = \"function\"\n[function]\ng = \"{changed}\"\n{same}[[vary]]\nname = \"x\"\nvalues = [1, 2, 3]\n"
+        )
+    };
+    let names: Vec<String> = (0..10).map(|k| format!("f{k}")).collect();
+    for (count, line) in
+        [(10, names.join(", ")), (11, "11 other columns".to_owned()), (99, "99 other columns".to_owned())]
+    {
+        let [a, b] =
+            ["x", "2*x"].map(|changed| run(&folder, &format!("{count}-{}", changed.len()), &outputs(count, changed)));
+        let said = say(&["compare", &a, &b]);
+        let line = format!("\nThe same in every pair: {line}\n");
+        assert!(said.code == 0 && said.out.contains(&line), "{count}: {} {}", said.out, said.err);
+    }
 }

@@ -99,7 +99,7 @@ fn a_study_that_is_precise_enough_has_the_same_table_on_one_and_three_workers_an
 }
 
 #[test]
-fn answers_use_the_level_of_the_look_and_commands_know_where_the_table_ends() {
+fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_table_ends() {
     let folder = Folder::new();
     let study = folder.write("s.toml", &(with(TENTH) + "\n[[gate]]\nrequire = \"P(g > 0.9) < 0.5\"\n"));
     let first = run(&folder, &study, "out", &[]);
@@ -110,14 +110,18 @@ fn answers_use_the_level_of_the_look_and_commands_know_where_the_table_ends() {
     let (estimate, low, high) = (&answer["estimate"], &answer["low"], &answer["high"]);
     let [estimate, low, high] = [estimate, low, high].map(|value| value.as_f64().expect("a number"));
     assert!(0.5 * (high - low) <= 0.25 * estimate && low < 0.1 && 0.1 < high, "{answer}");
-    // exact limits at alpha/2^(k+1) of look k
-    let alpha = 0.05 / (points / 256 * 2) as f64;
+    // the limits of a study that was planned with as many points, called approximate
     let events = answer["events"].as_u64().expect("a number");
     let limits = [
-        bladeoff_answers::estimate::limits::lower_limit(events, points, 0.5 * alpha),
-        bladeoff_answers::estimate::limits::upper_limit(events, points, 0.5 * alpha),
+        bladeoff_answers::estimate::limits::lower_limit(events, points, 0.5 * (1.0 - 0.95)),
+        bladeoff_answers::estimate::limits::upper_limit(events, points, 0.5 * (1.0 - 0.95)),
     ];
-    assert_eq!([low, high], limits);
+    assert_eq!(
+        (&answer["approximate"], &answer["method"]),
+        (&Value::Bool(true), &"clopper-pearson".into()),
+        "{answer}"
+    );
+    assert!((low - limits[0]).abs() < 1e-15 && (high - limits[1]).abs() < 1e-15, "{low} to {high}, not {limits:?}");
     assert_eq!(
         (&answer["n"], json(&folder, "out", "answers.json")["complete"].as_bool()),
         (&points.into(), Some(true))
@@ -125,12 +129,30 @@ fn answers_use_the_level_of_the_look_and_commands_know_where_the_table_ends() {
     let out = folder.name("out");
     // asked again: the same, and nothing is written anew
     let again = say(&["answer", &out]);
-    assert!(again.code == 0 && again.out.contains("one of several looks of [stop]"), "{}", again.out);
+    let note = "one of several interim analyses of [stop]: the limits are those of this analysis alone, about 95 %";
+    assert!(again.code == 0 && again.out.contains(note) && again.out.contains(" (about 95 %: "), "{}", again.out);
+    assert!(first.out.contains(" (about 95 %: ") && !first.out.contains(" (95 %: "), "the same in the summary");
+    let page = folder.name("interim.html");
+    assert_eq!(say(&["report", &out, "--out", &page]).code, 0);
+    let page = fs::read_to_string(page).expect("written");
+    assert!(
+        page.contains(" (about 95 %: ") && !page.contains(" (95 %: ") && page.contains(note),
+        "the same in the report"
+    );
     assert_eq!(fs::read(folder.path("out/answers.json")).expect("there"), answers);
     let gate = say(&["gate", &out]);
-    let level = 100.0 * (1.0 - alpha);
     assert!(gate.code == 0 && gate.out.contains("passed, at most"), "{}{}", gate.out, gate.err);
-    assert!(level > 98.0 && gate.out.contains(&format!("Gates, of {points} points")), "{}", gate.out);
+    assert!(gate.out.contains(&format!("Gates, of {points} points")), "{}", gate.out);
+    // its error at analysis k: alpha/2^(k+1)
+    let alpha = 0.05 / (points / 256 * 2) as f64;
+    let limit = bladeoff_answers::estimate::limits::upper_limit(events, points, alpha);
+    let (_, at_most) = gate.out.split_once("passed, at most ").expect("a limit");
+    let (found, behind) = at_most.split_once(" % (").expect("per cent");
+    let found: f64 = found.parse().expect("a number");
+    assert!((found - 100.0 * limit).abs() < 0.5 && behind.contains(&format!("{events} of {points}")), "{}", gate.out);
+    let (sure, _) = behind.split_once(" %)").expect("per cent");
+    let sure: f64 = sure.parse().expect("a number");
+    assert!((sure - 100.0 * (1.0 - alpha)).abs() < 0.051 && sure > 98.0, "{}", gate.out);
     let status = say(&["status", &out]);
     assert!(status.out.contains(&format!("complete: precise enough at {points} of 20000 points")), "{}", status.out);
     let export = say(&["export", &out, "--csv"]);
@@ -227,15 +249,12 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     let answers = [4, 8, 16, 32, 64, 128].into_iter().find_map(|seconds| {
         let open = run(&folder, &study, "open", &["--wall", &format!("{seconds} s")]);
         assert_eq!(open.code, 5, "{}{}", open.out, open.err);
-        Some(say(&["answer", &folder.name("open")]).out).filter(|answer| answer.contains("half-way"))
+        Some(say(&["answer", &folder.name("open")]).out).filter(|answer| answer.contains("(95 %: "))
     });
-    let answer = answers.expect("a look in four minutes");
+    let answer = answers.expect("an interim analysis in four minutes");
     assert!(!folder.path("open/results.parquet").exists());
     assert_eq!(json(&folder, "open", "manifest.json")["state"], "wall");
-    assert!(
-        answer.contains("half-way: its limits hold with 95 % by themselves; [stop] judges by wider ones"),
-        "{answer}"
-    );
+    assert!(!answer.contains("about 95 %"), "so far no interval ended it: {answer}");
     // it is open: what another hour brings is told, of what was measured
     let status = say(&["status", &folder.name("open")]);
     assert!(status.out.contains("forecast") && status.out.contains(": half of its interval is "), "{}", status.out);
@@ -372,12 +391,12 @@ fn what_cannot_stop_a_study_is_refused() {
     let grid = STUDY.replace("[design]\nkind = \"monte-carlo\"\nsamples = 20000\n", "") + "\n[stop]\nsamples = 10\n";
     assert!(refused(&grid).contains("stop: is about points of a [design]"), "{}", refused(&grid));
     let asked = say(&["check", &folder.write("right.toml", &with(TENTH))]);
-    assert!(asked.code == 0 && asked.out.contains("looks after 256, 512, 1024"), "{}", asked.out);
+    assert!(asked.code == 0 && asked.out.contains("interim analyses after 256, 512, 1024"), "{}", asked.out);
 }
 
 /// What is forecast is what may be computed, not the whole design.
 #[test]
-fn check_tells_the_time_to_the_first_look_and_to_the_end_by_stop() {
+fn check_prints_the_time_to_the_first_interim_analysis_and_to_the_end_by_stop() {
     let folder = Folder::new();
     let of = |stop: &str| {
         let check = say(&["check", &folder.write("s.toml", &with(stop))]);
@@ -388,7 +407,10 @@ fn check_tells_the_time_to_the_first_look_and_to_the_end_by_stop() {
         ("", &["the whole study: about "][..]),
         (
             TENTH,
-            &["to the first look of [stop], 512 samples: about ", "the whole study, where no look ends it: about "],
+            &[
+                "to the first interim analysis of [stop], 512 samples: about ",
+                "the whole study, where no interim analysis ends it: about ",
+            ],
         ),
         ("\n[stop]\nsamples = 3000\n", &["the whole study, 6000 samples by [stop]: about "]),
         // more than there are
@@ -396,8 +418,8 @@ fn check_tells_the_time_to_the_first_look_and_to_the_end_by_stop() {
         (
             "\n[stop]\nrelative = 0.1\nsamples = 1000\nwall = \"8 h\"\n",
             &[
-                "to the first look of [stop], 512 samples: about ",
-                "the whole study, 2000 samples by [stop], where no look ends it: about ",
+                "to the first interim analysis of [stop], 512 samples: about ",
+                "the whole study, 2000 samples by [stop], where no interim analysis ends it: about ",
                 "[stop] ends a run after 8 h 00 min",
             ],
         ),

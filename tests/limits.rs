@@ -194,3 +194,15 @@ fn a_link_in_the_folder_of_a_study_is_followed() {
     let said = say(&["check", &study, "--list"]);
     assert_eq!(said.code, 0, "{}", said.err);
 }
+
+/// Threads that cannot be started for want of address space were reported as a limit on processes.
+#[test]
+fn a_limit_of_the_address_space_is_named_where_threads_cannot_be_started() {
+    let folder = Folder::new();
+    let study = folder.write("s.toml", &format!("{HEAD}[set]\n\"run.end_time\" = \"1 ms\"\n"));
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -v 600000; exec \"$0\" check \"$1\"", env!("CARGO_BIN_EXE_bladeoff"), &study]);
+    let said = said(command.env("RAYON_NUM_THREADS", "2000").output().expect("it starts"));
+    let named = "the address space is limited to 614 MB (ulimit -v), which their stacks need";
+    assert!(said.code == 6 && said.err.contains(named), "{} {}", said.code, said.err);
+}

@@ -59,6 +59,26 @@ fn a_replayed_sample_is_equal_to_its_row() {
         assert_eq!(said.code, 3, "{asked:?}: {}", said.err);
         assert!(said.err.contains(told), "{asked:?}: {}", said.err);
     }
+    // the advice for a run that failed is a command: it prints both rows, and writes nothing
+    let table = fs::read(folder.path("run/results.parquet")).expect("the table");
+    let mut tried = 0;
+    for sample in (0..9).filter(|sample| status[*sample] != "ok") {
+        let why = say(&["why", &out, &sample.to_string()]);
+        let Some(line) = why.out.lines().find(|line| line.starts_with("  try it")) else { continue };
+        let (_, command) = line.split_once(" replay ").expect("a command");
+        let (_, set) = command.split_once(&format!("--sample {sample} --set ")).expect("the sample and its change");
+        let said = say(&["replay", &out, "--sample", &sample.to_string(), "--set", set.trim_matches('\'')]);
+        assert_eq!(said.code, 0, "{line}: {}{}", said.out, said.err);
+        let (path, value) = set.trim_matches('\'').split_once('=').expect("a path and its value");
+        assert!(
+            said.out.contains(&format!("{path} = ")) && said.out.contains("nothing is written"),
+            "{value}: {}",
+            said.out
+        );
+        tried += 1;
+    }
+    assert!(tried > 0, "{status:?}");
+    assert!(table == fs::read(folder.path("run/results.parquet")).expect("the table"));
     // what is advised is no column of words
     let said = say(&["replay", &out, "--worst", "rub_regim"]);
     assert!(said.code == 3 && said.err.contains("has no column") && !said.err.contains("rub_regime"), "{}", said.err);

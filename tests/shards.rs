@@ -471,7 +471,7 @@ fn where_a_study_ends_by_its_precision_is_decided_at_merge_by_the_looks_of_one_m
     assert!(merged.code == 5 && merged.err.contains("missing: 3"), "{}", merged.err);
     fs::rename(&aside, world.chunk("d", 3)).expect("back");
     let status = say(&["status", &world.folder.name("d")]);
-    assert!(status.out.contains(&format!("the look after {points} points can be taken")), "{}", status.out);
+    assert!(status.out.contains(&format!("the interim analysis of {points} points can be made")), "{}", status.out);
     let merged = world.merged_is_that_of_one_machine("d");
     assert!(merged.out.contains(&format!("precise enough at {points} of 20000 points")), "{}", merged.out);
     assert_eq!(end(&world, "d"), end(&world, "one"));

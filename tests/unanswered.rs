@@ -47,7 +47,11 @@ fn what_is_recorded_and_in_no_table_is_said_to_be_there() {
     fs::remove_file(folder.path("out/results.parquet")).expect("removed");
     for (command, code) in [("answer", 0), ("gate", 5)] {
         let said = say(&[command, &out]);
-        assert!(said.code == code && said.out.contains("none yet, the rows so far"), "{command}: {}", said.out);
+        assert!(
+            said.code == code && said.out.contains("none yet. Points count in their order"),
+            "{command}: {}",
+            said.out
+        );
         let what = "4000 samples of 4000 are in the record of ";
         assert!(said.err.contains(what) && said.err.contains(" run "), "{command}: {}", said.err);
     }
@@ -148,4 +152,23 @@ probability = "first_contact_s > 1 s"
     assert!(touched > 0.0 && touched == of(0, "events"), "{answers}");
     // it stays where it was
     assert_eq!((of(2, "events"), of(2, "estimate_if_bad_harmful")), (0.0, (6.0 - touched) / 6.0), "{answers}");
+}
+
+/// The example of a gate names a column that the study has: printed, pasted, judged.
+#[test]
+fn the_example_of_a_gate_can_be_judged_by_a_study_of_formulas() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("s.toml", STUDY), folder.name("out"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    let said = say(&["gate", &out]);
+    assert!(said.code == 3 && !said.err.contains("max_bearing_load_N"), "{} {}", said.code, said.err);
+    let (_, example) = said.err.split_once("P(").expect("an example");
+    let (example, _) = example.split_once("1e-2").expect("its bound");
+    let judged = say(&["gate", &out, "--require", &format!("P({example}1e-2")]);
+    assert!(
+        [0, 4, 5].contains(&judged.code) && judged.out.contains(&format!("P({example}1e-2: ")),
+        "{} {}",
+        judged.out,
+        judged.err
+    );
 }

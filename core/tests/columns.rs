@@ -197,21 +197,21 @@ fn the_order_of_the_columns_stays() {
         expected.push(format!("limit_ratio_{name}"));
     }
     expected.push("steps_per_impact".to_owned());
-    // behind all others: a row of a build without them is the beginning of one
-    for name in ["max_bearing_load_N", "max_bearing_load_left_N", "max_bearing_load_right_N", "max_contact_force_N"] {
-        expected.push(format!("guarded_{name}"));
-    }
-    for name in ["max_filtered_contact_force_N", "contact_impulse_Ns", "residual_penetration_m", "max_eccentricity_m"] {
-        expected.push(format!("guarded_{name}"));
-    }
-    for name in ["friction_power_W", "blade_bending_stress_Pa", "ring_stress_Pa", "blade_stress_Pa"] {
-        expected.push(format!("guarded_max_{name}"));
-    }
+    // behind all others, in the same order
+    let guarded = "first_contact_s beyond_s max_bearing_load_N max_bearing_load_left_N max_bearing_load_right_N \
+        max_contact_force_N max_filtered_contact_force_N contact_impulse_Ns contact_time_s stick_time_s impacts \
+        residual_penetration_m max_eccentricity_m friction_energy_J max_friction_power_W \
+        friction_energy_per_width_J_m stop_time_s max_blade_bending_stress_Pa max_ring_stress_Pa max_blade_stress_Pa";
+    expected.extend(guarded.split_whitespace().map(|name| format!("guarded_{name}")));
     for place in ["", "_section0", "_section1", "_section2"] {
         for (name, unit) in [("torsional_moment", "Nm"), ("shear_stress", "Pa"), ("bending_stress", "Pa")] {
             expected.push(format!("guarded_max_{name}{place}_{unit}"));
         }
         expected.push(format!("guarded_max_shaft_von_mises{place}_Pa"));
+    }
+    for name in ["ring_displacement", "ring_yield", "blade_yield", "shaft_yield", "journal_clearance", "unstable_rotor"]
+    {
+        expected.push(format!("guarded_limit_ratio_{name}"));
     }
     let rig = machine_with(&study_machine("lab_rig"), &[]);
     let found: Vec<String> = columns(&rig).into_iter().map(|column| column.name).collect();

@@ -111,7 +111,7 @@ fn reference(machine: &Machine, structure: &Structure, passed: f64) -> FreeRun {
         end_speed: row.value("end_speed_rad_s"),
         largest_loads: machine.rotor.bearings.iter().map(|bearing| load(&bearing.name)).collect(),
         passing: passing.found,
-        stations: (0, 0.0),
+        bases: (0, 0.0),
     }
 }
 

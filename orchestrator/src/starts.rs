@@ -92,7 +92,9 @@ fn list(
     let mut columns = None;
     for (definition, shown) in candidates(samples) {
         let machine = definition.build()?;
-        let own = engine::columns(&machine);
+        let mut own = engine::columns(&machine);
+        // samples may differ in what their machines lack: a twin run, a detection
+        own.iter_mut().for_each(|column| column.lacks = None);
         let first = columns.get_or_insert_with(|| own.clone());
         if *first != own {
             let differing = first.iter().chain(&own).find(|column| !(first.contains(column) && own.contains(column)));

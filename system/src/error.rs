@@ -37,3 +37,15 @@ pub fn sync_parent(file: &Path) -> Result<(), FileError> {
 
 /// The action of an error where the name of a file cannot be made durable: the file alone tells a reader what is concerned.
 pub(crate) const SYNC: &str = "sync the directory of";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "cannot sync ." named no file.
+    #[test]
+    fn an_error_of_a_sync_names_the_file_whose_name_is_lost() {
+        let error = sync_parent(Path::new("no-such-folder/results.parquet")).expect_err("there is no such folder");
+        assert_eq!(error.to_string(), "cannot sync the directory of no-such-folder/results.parquet");
+    }
+}

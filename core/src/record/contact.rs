@@ -3,8 +3,10 @@
 use super::filter::{FILTER, Window};
 use super::peak::{At, Peak, Sum};
 use super::phases::Phases;
+use super::ring::FLEXIBLE;
 use super::row::Row;
 use bladeoff_model::machine::{Contact, Detection};
+use bladeoff_model::outcome::Empty;
 
 /// The contact of one step, as recorders see it.
 #[derive(Debug, Clone, Copy)]
@@ -40,19 +42,21 @@ pub(crate) struct ContactRecorder {
     filtered: Peak,
     power: Peak,
     /// Energy that friction took out \[J\].
-    friction: f64,
+    friction: Sum,
     /// Width of the ring \[m\], where the diaphragm has one.
     width: Option<f64>,
     penetration: Peak,
     /// Penetration that the contact of the last step left at its end \[m\].
     left: Option<f64>,
     first: Option<f64>,
+    /// Time of the first contact, where all guards held then.
+    first_guarded: Option<f64>,
     last: Option<f64>,
     impulse: Sum,
     phases: Phases,
-    time: f64,
-    stick_time: f64,
-    impacts: u64,
+    time: Sum,
+    stick_time: Sum,
+    impacts: Sum,
     /// Points are searched for on the ring; the exponential engine has candidates instead.
     pub searches: bool,
     no_fixed_point: u64,
@@ -73,17 +77,18 @@ impl ContactRecorder {
             window: Window::new(dt),
             filtered: Peak::default(),
             power: Peak::default(),
-            friction: 0.0,
+            friction: Sum::default(),
             width,
             penetration: Peak::default(),
             left: None,
             first: None,
+            first_guarded: None,
             last: None,
             impulse: Sum::default(),
             phases: Phases::default(),
-            time: 0.0,
-            stick_time: 0.0,
-            impacts: 0,
+            time: Sum::default(),
+            stick_time: Sum::default(),
+            impacts: Sum::default(),
             searches: true,
             no_fixed_point: 0,
             several_points: 0,
@@ -105,17 +110,17 @@ impl ContactRecorder {
             self.power.see((work / length).max(0.0), at);
         }
         let Some(touch) = touch else { return };
-        self.friction += touch.friction_work;
+        self.friction.value += touch.friction_work;
         self.first.get_or_insert(at.time);
         // a step longer than that shows no gap between two contacts that follow each other
         if self.last.is_none_or(|last| at.time - last > FILTER.max(1.5 * self.dt)) {
-            self.impacts += 1;
+            self.impacts.value += 1.0;
         }
         self.last = Some(at.time);
         self.impulse.value += force * self.dt;
-        self.time += self.dt;
+        self.time.value += self.dt;
         if touch.sticks {
-            self.stick_time += self.dt;
+            self.stick_time.value += self.dt;
         }
         self.no_fixed_point += u64::from(touch.no_fixed_point);
         self.several_points += u64::from(touch.points > 1);
@@ -145,7 +150,10 @@ impl ContactRecorder {
         self.filtered.hold();
         self.power.hold();
         self.penetration.hold();
-        self.impulse.hold();
+        for sum in [&mut self.impulse, &mut self.friction, &mut self.time, &mut self.stick_time, &mut self.impacts] {
+            sum.hold();
+        }
+        self.first_guarded = self.first;
     }
 
     /// Largest impulse of 1 ms over 1 ms \[N\]; `None` before the first millisecond has passed.
@@ -165,7 +173,7 @@ impl ContactRecorder {
 
     /// Whether its force does work that its gap does not account for.
     pub fn does_model_work(&self) -> bool {
-        self.polar && self.touched()
+        self.polar
     }
 
     /// Largest penetration that a contact left, that of the last step included, which is left only at its end \[m\].
@@ -184,8 +192,8 @@ impl ContactRecorder {
     }
 
     pub(super) fn report_first(of: Option<&Self>, row: &mut Row<'_>) {
-        let first = of.and_then(|contact| contact.first);
-        row.once(Self::FIRST, "time of the first contact; null without contact", first);
+        let (first, guarded) = of.map_or((None, None), |contact| (contact.first, contact.first_guarded));
+        row.once(Self::FIRST, "time of the first contact; null without contact", first, guarded);
     }
 
     pub(super) fn report_forces(of: Option<&Self>, row: &mut Row<'_>) {
@@ -203,10 +211,10 @@ impl ContactRecorder {
         );
         let impulse = of.map(|contact| contact.impulse);
         row.sum("contact_impulse_Ns", "N s", "time integral of the normal contact force", impulse);
-        row.growing("contact_time_s", "s", "time with a contact force", of.map(|contact| contact.time));
-        row.growing("stick_time_s", "s", "time in contact without slip", of.map(|contact| contact.stick_time));
+        row.sum("contact_time_s", "s", "time with a contact force", of.map(|contact| contact.time));
+        row.sum("stick_time_s", "s", "time in contact without slip", of.map(|contact| contact.stick_time));
         let impacts = of.map(|contact| contact.impacts);
-        row.count("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
+        row.counted("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
     }
 
     pub(super) fn report_friction(of: Option<&Self>, row: &mut Row<'_>) {
@@ -216,12 +224,16 @@ impl ContactRecorder {
             "largest friction work of the last 1 ms divided by 1 ms",
             of.map(|contact| contact.power),
         );
-        row.real(
-            "friction_energy_per_width_J_m",
-            "J/m",
-            "energy dissipated by friction on this ring over the ring's width; null without a flexible ring",
-            of.and_then(|contact| contact.width.map(|width| contact.friction / width)),
-        );
+        let per_width = of.and_then(|contact| contact.width.map(|width| contact.friction.over(width)));
+        let lacks = per_width.is_none().then_some(FLEXIBLE);
+        row.with(Empty::Unjudged, lacks, |row| {
+            row.sum(
+                "friction_energy_per_width_J_m",
+                "J/m",
+                "energy dissipated by friction on this ring over the ring's width; null without a flexible ring",
+                per_width,
+            );
+        });
     }
 
     pub(super) fn report_penetration(of: Option<&Self>, row: &mut Row<'_>) {
@@ -235,20 +247,24 @@ impl ContactRecorder {
     }
 
     pub(super) fn report_solves(of: Option<&Self>, row: &mut Row<'_>) {
-        row.count(
-            "no_fixed_point_steps",
-            "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place; \
-             null with engine exponential",
-            of.filter(|contact| contact.searches).map(|contact| contact.no_fixed_point),
-        );
+        row.with(Empty::Unjudged, None, |row| {
+            row.count(
+                "no_fixed_point_steps",
+                "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place; \
+                 null with engine exponential",
+                of.filter(|contact| contact.searches).map(|contact| contact.no_fixed_point),
+            );
+        });
         let several = of.map(|contact| contact.several_points);
         row.count("several_points_steps", "steps with more than one contact point on the ring", several);
-        row.count(
-            "several_minima_steps",
-            "contact steps whose predicted ring is penetrated at more than one local minimum of the distance; null with hyp1 \
-             and with engine exponential",
-            of.filter(|contact| !contact.polar && contact.searches).map(|contact| contact.several_minima),
-        );
+        row.with(Empty::Unjudged, None, |row| {
+            row.count(
+                "several_minima_steps",
+                "contact steps whose predicted ring is penetrated at more than one local minimum of the distance; null with hyp1 \
+                 and with engine exponential",
+                of.filter(|contact| !contact.polar && contact.searches).map(|contact| contact.several_minima),
+            );
+        });
         let reversals = of.map(|contact| contact.reversals);
         row.count("slip_reversal_steps", "contact steps whose slip velocity changed sign", reversals);
     }

@@ -35,12 +35,8 @@ impl End {
 
     pub(super) fn report_stop(of: Option<&Self>, row: &mut Row<'_>) {
         let stopped = of.filter(|end| end.cause == EndCause::Stopped);
-        row.real(
-            "stop_time_s",
-            "s",
-            "time at which the rotor came to rest; null unless it stopped",
-            stopped.map(|end| end.time),
-        );
+        let time = stopped.map(|end| end.time);
+        row.once("stop_time_s", "time at which the rotor came to rest; null unless it stopped", time, None);
     }
 }
 

@@ -1,9 +1,10 @@
 //! Energies of a run: every store and every flow integrated on its own, so that their balance is a check and not a definition.
 
 use super::end::End;
+use super::peak::Sum;
 use super::ring::RingRecorders;
 use super::row::Row;
-use bladeoff_model::outcome::Group;
+use bladeoff_model::outcome::{Empty, Group};
 
 /// Energies of one instant and the work done up to it \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -61,6 +62,8 @@ pub(crate) struct EnergyBalance {
     initial: Option<f64>,
     largest: f64,
     largest_error: f64,
+    /// Energy dissipated by friction while all guards held.
+    friction_guarded: f64,
 }
 
 impl EnergyBalance {
@@ -117,29 +120,43 @@ impl EnergyBalance {
         (self.now.stored() + self.now.taken() + self.largest + self.largest_error).is_finite()
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.friction_guarded = self.now.friction;
+    }
+
     /// Works of contact are null without a ring.
     pub(super) fn report(&self, rings: &[RingRecorders], row: &mut Row<'_>) {
-        let work = |joules: f64| (!rings.is_empty()).then_some(joules);
-        let models = rings.iter().any(|ring| ring.contact.does_model_work());
-        let friction = work(self.now.friction);
-        row.real("friction_energy_J", "J", "energy dissipated by contact friction", friction);
-        row.real(
-            "normal_work_J",
-            "J",
-            "energy that the normal contact force took out (positive) or put in (negative), Hyp 1's model work apart",
-            work(self.now.normal),
-        );
-        row.real(
-            "model_work_J",
-            "J",
-            "work of the normal force that Hyp 1's approximate gap does not account for; null with other detections",
-            models.then_some(self.now.model),
-        );
+        let diaphragm = rings.is_empty().then_some("a diaphragm");
+        row.with(Empty::Absent, diaphragm, |row| self.report_contact(rings, row));
         row.of(Group::Numerics).real(
             "energy_error",
             "",
             "largest error of the energy balance over the largest total energy",
             self.relative_error(),
         );
+    }
+
+    fn report_contact(&self, rings: &[RingRecorders], row: &mut Row<'_>) {
+        let work = |joules: f64| (!rings.is_empty()).then_some(joules);
+        let models = rings.iter().any(|ring| ring.contact.does_model_work());
+        let friction = Sum { value: self.now.friction, guarded: self.friction_guarded };
+        let friction = (!rings.is_empty()).then_some(friction);
+        row.sum("friction_energy_J", "J", "energy dissipated by contact friction", friction);
+        row.real(
+            "normal_work_J",
+            "J",
+            "energy that the normal contact force took out (positive) or put in (negative), Hyp 1's model work apart",
+            work(self.now.normal),
+        );
+        let lacks = (!models).then_some("a diaphragm with `contact.detection = \"hyp1\"`");
+        row.with(Empty::Unjudged, lacks, |row| {
+            row.real(
+                "model_work_J",
+                "J",
+                "work of the normal force that Hyp 1's approximate gap does not account for; null with other detections",
+                models.then_some(self.now.model),
+            );
+        });
     }
 }

@@ -14,17 +14,21 @@
 //! describes another machine. A limit does not change the motion; with `run.end_beyond` it ends the run. Several rings or bearings share
 //! one limit: the largest ratio counts. Verified by `core/tests/limits.rs`.
 
-use super::peak::At;
+use super::peak::{At, Sum};
 use super::row::Row;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, ModelLimit, OnExceed};
-use bladeoff_model::outcome::{CauseSet, Limit};
+use bladeoff_model::outcome::{CauseSet, Empty, Limit};
 
 /// One limit during a run.
 #[derive(Debug, Clone, Copy)]
 struct Watched {
     limit: ModelLimit,
-    /// Largest ratio so far; `None` where the machine has no such quantity.
+    /// Part or key that the machine needs for the limit to be judged.
+    lacks: Option<&'static str>,
+    /// Largest ratio so far, 0 before the quantity has a value; `None` where nothing judges the limit.
     largest: Option<f64>,
+    /// Largest ratio while all guards held.
+    guarded: f64,
     /// When the ratio first exceeded 1.
     exceeded: Option<At>,
 }
@@ -35,6 +39,8 @@ pub(crate) struct LimitRecorder {
     limits: [Watched; Limit::ALL.len()],
     /// The first exceeded limit with [`OnExceed::Beyond`], and when.
     beyond: Option<(Limit, At)>,
+    /// Whether all guards held then.
+    beyond_held: bool,
     /// Mean radius and gap \[m\] of each diaphragm; `None` without a flexible ring.
     rings: Vec<Option<[f64; 2]>>,
     /// Values reached up to the limit have been kept ([`super::Recorders::judge`]).
@@ -47,10 +53,16 @@ pub(crate) struct LimitRecorder {
 
 impl LimitRecorder {
     pub fn new(machine: &Machine, step: f64) -> Self {
-        let watched = |limit| Watched { limit, largest: None, exceeded: None };
+        let watched = |limit: ModelLimit| {
+            let lacks = machine.lacks(limit.limit);
+            // a whirl mode has to be found first
+            let starts = lacks.is_none() && limit.limit != Limit::UnstableRotor;
+            Watched { limit, lacks, largest: starts.then_some(0.0), guarded: 0.0, exceeded: None }
+        };
         Self {
             limits: machine.run.limits.map(watched),
             beyond: None,
+            beyond_held: false,
             kept: false,
             step,
             rings: machine.diaphragms.iter().map(radius_and_gap).collect(),
@@ -107,6 +119,12 @@ impl LimitRecorder {
         self.beyond.is_some() && !self.kept
     }
 
+    /// All guards hold.
+    pub fn hold(&mut self) {
+        self.limits.iter_mut().for_each(|watched| watched.guarded = watched.largest.unwrap_or(0.0));
+        self.beyond_held = self.beyond.is_some();
+    }
+
     /// Whether values still count as reached inside the model; the step that exceeds the limit is the last one.
     pub fn keeps(&mut self) -> bool {
         let keeps = !self.kept;
@@ -131,22 +149,26 @@ impl LimitRecorder {
     }
 
     pub(super) fn report_time(&self, row: &mut Row<'_>) {
+        let time = self.beyond.map(|(_, at)| at.time.max(self.step));
         row.once(
             "beyond_s",
             "time at which the run first exceeded a limit of the model whose on_exceed is beyond, at least one step; null without one",
-            self.beyond.map(|(_, at)| at.time.max(self.step)),
+            time,
+            time.filter(|_| self.beyond_held),
         );
     }
 
     pub(super) fn report(&self, row: &mut Row<'_>) {
         for watched in &self.limits {
             let limit = watched.limit.limit;
-            row.growing(
-                &format!("limit_ratio_{}", limit.word()),
-                "",
-                &format!("{}, over run.limit.{}.value; above 1 the limit is exceeded", limit.quantity(), limit.word()),
-                watched.largest,
+            let (name, word) = (limit.quantity(), limit.word());
+            let ratio = watched.largest.map(|value| Sum { value, guarded: watched.guarded });
+            let meaning = format!(
+                "{name}, over run.limit.{word}.value; above 1 the limit is exceeded; null where nothing judges it"
             );
+            row.with(Empty::Unjudged, watched.lacks, |row| {
+                row.sum(&format!("limit_ratio_{word}"), "", &meaning, ratio);
+            });
         }
     }
 }

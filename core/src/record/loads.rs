@@ -3,6 +3,7 @@
 use super::peak::{At, Peak};
 use super::row::Row;
 use bladeoff_model::machine::Bearing;
+use bladeoff_model::outcome::Empty;
 
 /// Watches the norm of each bearing's load in the X-Y plane.
 #[derive(Debug, Clone)]
@@ -39,12 +40,15 @@ impl LoadRecorder {
     }
 
     pub(super) fn report(&self, row: &mut Row<'_>) {
-        row.peak(
-            "max_bearing_load",
-            "N",
-            "largest bearing load of all bearings, norm in the X-Y plane",
-            (!self.bearings.is_empty()).then(|| self.any.map(f64::sqrt)),
-        );
+        let has_bearings = !self.bearings.is_empty();
+        row.with(Empty::Absent, (!has_bearings).then_some("a bearing"), |row| {
+            row.peak(
+                "max_bearing_load",
+                "N",
+                "largest bearing load of all bearings, norm in the X-Y plane",
+                has_bearings.then(|| self.any.map(f64::sqrt)),
+            );
+        });
         for (name, peak) in &self.bearings {
             row.peak_of_one(
                 format_args!("max_bearing_load_{name}"),

@@ -47,7 +47,7 @@ use crate::linalg::Matrix;
 use crate::modal::{DampingGrid, LeastDamping};
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Machine, OnExceed};
-use bladeoff_model::outcome::{Column, Group, Limit, Outcome, Status};
+use bladeoff_model::outcome::{Column, EndCause, Group, Limit, Outcome, Status};
 use std::ops::Range;
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
@@ -111,6 +111,8 @@ pub(crate) struct Recorders {
     pub limits: LimitRecorder,
     /// A material has a yield strength.
     yields: bool,
+    /// The machine has a twin run.
+    twins: bool,
 }
 
 impl Recorders {
@@ -129,6 +131,7 @@ impl Recorders {
             guards: Guards::default(),
             limits: LimitRecorder::new(machine, step),
             yields: false,
+            twins: machine.run.twin > 0.0,
         };
         all.yields = [all.ring_yield(), all.blade_yield(), all.shaft_yield()].iter().any(Option::is_some);
         all
@@ -300,13 +303,24 @@ impl Recorders {
 
     /// Judges the run where an engine says so.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
+        let exceeds = self.limits.is_newly_beyond();
         // what follows a limit is not reached inside the model, whether the run ends there or not
-        let inside = self.limits.keeps();
-        if self.guards.hold(&self.energies, &self.rings, machine, structure) && inside {
-            self.loads.hold();
-            self.stresses.hold();
-            self.rings.iter_mut().for_each(RingRecorders::hold);
+        if !self.limits.keeps() {
+            return;
         }
+        let holds = if exceeds { Guards::hold_now } else { Guards::hold };
+        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure) {
+            self.hold();
+        }
+    }
+
+    /// All guards hold: what has been reached counts.
+    fn hold(&mut self) {
+        self.energies.hold();
+        self.loads.hold();
+        self.stresses.hold();
+        self.rings.iter_mut().for_each(RingRecorders::hold);
+        self.limits.hold();
     }
 
     /// Results that are compared with those of a twin.
@@ -332,6 +346,10 @@ impl Recorders {
         // a step that could not be gone on from says nothing that may be believed
         if end.is_between_steps() {
             self.judge(machine, structure);
+        }
+        // the step that exceeds the limit is the last one, with all that was seen of it
+        if end.cause == EndCause::Limit && self.guards.hold_now(&self.energies, &self.rings, machine, structure) {
+            self.hold();
         }
     }
 
@@ -362,7 +380,7 @@ impl Recorders {
         RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_solves);
         self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
-        Twin::report(twin, row.of(Group::Numerics));
+        Twin::report(twin, self.twins, row.of(Group::Numerics));
         damping::report(end.map(|_| &self.damping), row.of(Group::Course));
         RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_stresses);
         // last: sections of the shaft get what room is left

@@ -62,6 +62,11 @@ pub(crate) struct Sum {
 }
 
 impl Sum {
+    /// Sum per unit of another quantity.
+    pub fn over(self, by: f64) -> Self {
+        Self { value: self.value / by, guarded: self.guarded / by }
+    }
+
     /// All guards hold.
     #[inline]
     pub fn hold(&mut self) {

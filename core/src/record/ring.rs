@@ -7,7 +7,7 @@ use super::row::Row;
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
-use bladeoff_model::outcome::EndCause;
+use bladeoff_model::outcome::{Empty, EndCause};
 
 /// One instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +22,9 @@ pub(crate) struct RingInstant<'a> {
     /// Coordinates of the flexible ring, once it moves.
     pub ring: Option<&'a [f64]>,
 }
+
+/// Part that a machine needs for columns of a ring that gives way.
+pub(super) const FLEXIBLE: &str = "a diaphragm with a flexible ring";
 
 /// Quantity of the largest distance of the rotor from the ring's centre.
 const ECCENTRICITY: &str = "max_eccentricity";
@@ -110,7 +113,7 @@ impl RingRecorders {
     /// Has each ring report its columns, in the machine's order. A machine without a ring has the columns of one, and no values in them.
     pub(super) fn report(rings: &[Self], row: &mut Row<'_>, columns: fn(Option<&Self>, &mut Row<'_>)) {
         if rings.is_empty() {
-            columns(None, row);
+            row.with(Empty::Absent, Some("a diaphragm"), |row| columns(None, row));
         }
         for ring in rings {
             row.of_ring(ring.name.as_deref());

@@ -1,10 +1,12 @@
 //! Largest stresses of one diaphragm: of its ring, and of its blades.
 
 use super::peak::{At, Peak};
+use super::ring::FLEXIBLE;
 use super::row::Row;
 use crate::stress::{Known, RingStresses};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
+use bladeoff_model::outcome::Empty;
 
 /// Watches the ring of one diaphragm and its blades.
 #[derive(Debug, Clone)]
@@ -109,6 +111,16 @@ impl RingStressRecorder {
     }
 
     pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
+        let has_blades = of.is_some_and(|ring| ring.has_blades);
+        let has_ring = of.is_some_and(|ring| ring.stresses.is_some());
+        let blades = (!has_blades).then_some("a diaphragm with blades");
+        let ring = (!has_ring).then_some(FLEXIBLE);
+        row.with(Empty::Absent, blades, |row| Self::report_bending(of, row));
+        row.with(Empty::Absent, ring, |row| Self::report_ring(of, row));
+        row.with(Empty::Absent, blades, |row| Self::report_blades(of, row));
+    }
+
+    fn report_bending(of: Option<&Self>, row: &mut Row<'_>) {
         let with_blades = of.filter(|ring| ring.has_blades);
         row.peak(
             "max_blade_bending_stress",
@@ -116,6 +128,9 @@ impl RingStressRecorder {
             "largest bending stress in a blade of the diaphragm, nominal",
             with_blades.map(|ring| ring.bending),
         );
+    }
+
+    fn report_ring(of: Option<&Self>, row: &mut Row<'_>) {
         let with_ring = of.filter(|ring| ring.stresses.is_some());
         row.peak(
             "max_ring_stress",
@@ -129,6 +144,10 @@ impl RingStressRecorder {
             "place around the ring of max_ring_stress_Pa, from blade 0 with positive spin; null without stress",
             with_ring.filter(|ring| ring.ring.value > Some(0.0)).map(|ring| ring.angle),
         );
+    }
+
+    fn report_blades(of: Option<&Self>, row: &mut Row<'_>) {
+        let with_blades = of.filter(|ring| ring.has_blades);
         row.peak(
             "max_blade_stress",
             "Pa",

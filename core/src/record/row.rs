@@ -1,7 +1,7 @@
 //! One row of the table: columns and values, reported together.
 
 use super::peak::{Peak, Sum};
-use bladeoff_model::outcome::{Column, ColumnKind, Group, Growth, MAX_COLUMNS, Part};
+use bladeoff_model::outcome::{Column, ColumnKind, Empty, Group, Growth, MAX_COLUMNS, Part};
 use std::fmt::Display;
 
 /// Takes what recorders report, in table order, and keeps one half of it: what the columns are, or what they hold.
@@ -10,6 +10,9 @@ pub(super) struct Row<'a> {
     group: Group,
     /// Diaphragm that the next columns tell of, where there are several.
     ring: Option<String>,
+    empty: Empty,
+    /// Part or key that the machine lacks for the next columns.
+    lacks: Option<String>,
     guarded: Vec<Guarded>,
 }
 
@@ -62,7 +65,7 @@ impl<'a> Row<'a> {
     }
 
     fn keeping(kept: Kept<'a>) -> Self {
-        Self { kept, group: Group::Course, ring: None, guarded: Vec::new() }
+        Self { kept, group: Group::Course, ring: None, empty: Empty::Absent, lacks: None, guarded: Vec::new() }
     }
 
     /// What the next columns tell of.
@@ -75,6 +78,18 @@ impl<'a> Row<'a> {
     /// name of a machine file has.
     pub fn of_ring(&mut self, ring: Option<&str>) {
         self.ring = ring.map(str::to_owned);
+    }
+
+    /// Has columns reported whose empty cells have this meaning; `lacks`: part or key that the machine lacks for them. Where a group of
+    /// columns around them lacks a part, that part is named.
+    pub fn with(&mut self, empty: Empty, lacks: Option<&str>, report: impl FnOnce(&mut Self)) {
+        let outer = (self.empty, self.lacks.clone());
+        self.empty = empty;
+        if self.lacks.is_none() {
+            self.lacks = lacks.map(str::to_owned);
+        }
+        report(self);
+        (self.empty, self.lacks) = outer;
     }
 
     /// Columns so far.
@@ -97,8 +112,9 @@ impl<'a> Row<'a> {
         self.add(value.into(), kind, || (name.to_string(), meaning.to_string()));
     }
 
-    /// The time of a first event \[s\].
-    pub fn once(&mut self, name: &str, meaning: &str, value: Option<f64>) {
+    /// The time of a first event \[s\]; `guarded`: the same where the event happened while all guards held.
+    pub fn once(&mut self, name: &str, meaning: &str, value: Option<f64>, guarded: Option<f64>) {
+        self.guarded.push(Guarded { of: self.len(), of_one: false, value: guarded });
         let kind = Kind::real("s", Part::Whole, Growth::Once);
         self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
@@ -113,6 +129,13 @@ impl<'a> Row<'a> {
     pub fn sum(&mut self, name: &str, unit: &'static str, meaning: &str, sum: Option<Sum>) {
         self.guarded.push(Guarded { of: self.len(), of_one: false, value: sum.map(|sum| sum.guarded) });
         self.growing(name, unit, meaning, sum.map(|sum| sum.value));
+    }
+
+    /// A count with the number reached while all guards held.
+    pub fn counted(&mut self, name: &str, meaning: &str, count: Option<Sum>) {
+        self.guarded.push(Guarded { of: self.len(), of_one: false, value: count.map(|count| count.guarded) });
+        let kind = Kind { unit: "", kind: ColumnKind::Count, part: Part::Whole, growth: Growth::Grows };
+        self.add(count.map(|count| count.value), kind, || (name.to_owned(), meaning.to_owned()));
     }
 
     /// A count.
@@ -175,16 +198,18 @@ impl<'a> Row<'a> {
             *left -= 1;
             match &mut self.kept {
                 Kept::Columns(columns) => {
-                    columns[of].growth = Growth::Guarded;
+                    columns[of].is_guarded = true;
                     let (other, name) = (&columns[of], columns[of].guarded());
                     let column = Column {
                         name: name.expect("it is said to have one"),
                         meaning: format!(
-                            "what {} had reached while all guards of the run held; null where the status is ok",
+                            "what {} had reached while all guards and limits of the run held, the step in which a limit was exceeded \
+                             included; null where the status is ok",
                             other.name
                         ),
                         part: Part::Guarded,
                         growth: Growth::Free,
+                        is_guarded: false,
                         ..other.clone()
                     };
                     columns.push(column);
@@ -205,7 +230,9 @@ impl<'a> Row<'a> {
                     None => meaning,
                 };
                 let name = of_ring(self.ring.as_deref(), name);
-                columns.push(Column { name, unit, kind, meaning, group: self.group, part, growth });
+                let (empty, lacks) = (self.empty, self.lacks.clone());
+                let (group, is_guarded) = (self.group, false);
+                columns.push(Column { name, unit, kind, meaning, group, part, growth, is_guarded, empty, lacks });
             }
             Kept::Values(values) => values.push(value.filter(|value| value.is_finite())),
         }

@@ -6,7 +6,7 @@ use super::von_mises::VonMises;
 use crate::linalg::Matrix;
 use crate::stress::{ShaftStresses, equivalent_square};
 use bladeoff_model::machine::RotorKind;
-use bladeoff_model::outcome::MAX_COLUMNS;
+use bladeoff_model::outcome::{Empty, MAX_COLUMNS};
 use std::ops::Range;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
@@ -166,7 +166,8 @@ impl StressRecorder {
             all.mises.include(&section.mises);
         }
         let all = self.shaft.as_ref().map(|_| &all);
-        Stresses::report(all, None, row);
+        let lacks = all.is_none().then_some("a shaft: `rotor.shaft`");
+        row.with(Empty::Absent, lacks, |row| Stresses::report(all, None, row));
         let room = MAX_COLUMNS.saturating_sub(row.len()) / SECTION_COLUMNS;
         for (i, section) in sections.iter().take(REPORTED_SECTIONS.min(room)).enumerate() {
             Stresses::report(Some(section), Some(i), row);

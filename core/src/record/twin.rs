@@ -7,7 +7,7 @@
 
 use super::row::Row;
 use bladeoff_model::machine::{TWIN, TWIN_LIMIT};
-use bladeoff_model::outcome::Status;
+use bladeoff_model::outcome::{Empty, Status};
 
 /// Words of the column `twin_status`.
 const STATUS: &[&str] = &["ok", "invalid", "failed", "beyond"];
@@ -64,7 +64,13 @@ impl Twin {
         Self { changes, sensitive: Some(sensitive), status }
     }
 
-    pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
+    /// Columns of the comparison; `runs`: the machine has a twin run.
+    pub(super) fn report(of: Option<&Self>, runs: bool, row: &mut Row<'_>) {
+        let lacks = (!runs).then(|| format!("`{TWIN}` above 0"));
+        row.with(Empty::Unjudged, lacks.as_deref(), |row| Self::report_changes(of, row));
+    }
+
+    fn report_changes(of: Option<&Self>, row: &mut Row<'_>) {
         for (at, (name, compared)) in CHANGES.iter().enumerate() {
             row.real(
                 name,

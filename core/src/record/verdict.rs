@@ -72,11 +72,22 @@ impl Guards {
         if self.broken {
             return false;
         }
-        let carried = || structure.truncation_error_at_contact(machine) <= MAX_TRUNCATION_ERROR;
-        self.broken = broken(energies, rings, machine).bits() != 0
-            || !energies.is_finite()
-            || touched(rings) && !*self.carried.get_or_insert_with(carried);
+        self.broken = !self.hold_now(energies, rings, machine, structure);
         !self.broken
+    }
+
+    /// Whether all guards hold by the values up to the present step, as the verdict of a run that ends here has them.
+    pub fn hold_now(
+        &mut self,
+        energies: &EnergyBalance,
+        rings: &[RingRecorders],
+        machine: &Machine,
+        structure: &Structure,
+    ) -> bool {
+        let carried = || structure.truncation_error_at_contact(machine) <= MAX_TRUNCATION_ERROR;
+        broken(energies, rings, machine).bits() == 0
+            && energies.is_finite()
+            && (!touched(rings) || *self.carried.get_or_insert_with(carried))
     }
 }
 

@@ -155,7 +155,7 @@ impl Structure {
         self.structural == structural(machine)
     }
 
-    /// Largest share (3) of [`truncation_error`] over the contacts of all diaphragms, 0 to 1: what of their flexibility the truncated modes have
+    /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: what of their flexibility the truncated modes have
     /// without their inertia.
     #[must_use]
     pub fn truncation_error_at_contact(&self, machine: &Machine) -> f64 {

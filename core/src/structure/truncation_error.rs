@@ -27,7 +27,7 @@
 //! | 16 | 0.24 %, 0.9 % | 0.36 %, 0.1 % |
 //! | 24 (default) | 0.005 %, 0.2 % | 0.29 %, 0.1 % |
 //!
-//! Between 1.8 and 5.4 % lies [`MODAL_LAG`]. Limits: of ring modes (3) is a bound and no estimate, see `docs/theory/05-reduction.md`.
+//! Between 1.8 and 5.4 % lies [`MAX_TRUNCATION_ERROR`]. Limits: of ring modes (3) is a bound and no estimate, see `docs/theory/05-reduction.md`.
 //! Verified by `tests/modal_basis.rs`.
 
 use super::part::Part;

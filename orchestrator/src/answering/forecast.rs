@@ -5,7 +5,7 @@ use super::Answering;
 use bladeoff_answers::ask::{Answer, Scale};
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::report::{counted, duration};
-use bladeoff_answers::stop::{Look, StopRule, expected, half_width};
+use bladeoff_answers::stop::{StopRule, expected, half_width};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
@@ -17,10 +17,19 @@ const MORE: u64 = 4;
 /// Points that will be there, and when.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Later {
-    /// "after another hour".
+    /// "after another hour", "at the end, 5000 points".
     pub when: String,
+    /// Time to there, where `when` has none.
+    pub time: Option<Duration>,
     /// Points by then.
     pub points: u64,
+}
+
+impl Later {
+    /// "at the end, 5000 points, in about 5 h".
+    fn timed(&self) -> String {
+        self.time.map_or_else(|| self.when.clone(), |time| format!("{}, in about {}", self.when, duration(time)))
+    }
 }
 
 /// The widest interval of an answer, now and later.
@@ -55,6 +64,8 @@ pub struct Forecasts {
     pub beyond: bool,
     /// Points at which `[stop]` is expected to be met, and the time to there.
     pub met: Option<(u64, Duration)>,
+    /// Whether these points are those of the next interim analysis.
+    pub is_met_next: bool,
 }
 
 /// What `[stop]` of a study waits for.
@@ -64,8 +75,8 @@ pub struct Awaited {
     pub rule: StopRule,
     /// Names of the questions.
     pub names: Vec<String>,
-    /// Where it looks, at the levels of 95 %.
-    pub looks: Vec<Look>,
+    /// Points of the interim analyses.
+    pub analyses: Vec<u64>,
 }
 
 /// Said once of all answers.
@@ -99,12 +110,11 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
     if points == 0 || per_s <= 0.0 {
         return None;
     }
-    let now = Look { points, alpha: 0.05, is_last: false };
     // `[stop]` may end it before its design does
-    let end = awaited.and_then(|awaited| awaited.looks.last()).map_or(answering.design, |last| last.points);
+    let end = awaited.and_then(|awaited| awaited.analyses.last()).map_or(answering.design, |last| *last);
     let later = later(points, end, per_s);
     let answers = &answering.answers.answers;
-    let found: Vec<Forecast> = answers.iter().filter_map(|answer| one(answer, &now, &later)).collect();
+    let found: Vec<Forecast> = answers.iter().filter_map(|answer| one(answer, points, &later)).collect();
     let without: Vec<(String, String)> = answers.iter().filter_map(without).collect();
     if found.is_empty() && without.is_empty() {
         return None;
@@ -112,12 +122,18 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
     let is_open = |awaited: &&Awaited| awaited.rule.asks_for_width() && !answering.answers.complete;
     let met = awaited.filter(is_open).and_then(|awaited| {
         let asked = answers.iter().filter(|answer| awaited.names.contains(&answer.name));
-        let figures: Vec<Figures> = asked.flat_map(|answer| answer.figures.iter().cloned()).collect();
-        let look = expected(&awaited.rule, &figures, &now, &awaited.looks).filter(|_| !figures.is_empty())?;
-        Some((look.points, Duration::try_from_secs_f64((look.points - points) as f64 / per_s).ok()?))
+        let with_alpha = |answer: &Answer| {
+            let alpha = 1.0 - answer.confidence;
+            answer.figures.iter().map(|one| (one.clone(), alpha)).collect::<Vec<_>>()
+        };
+        let figures: Vec<(Figures, f64)> = asked.flat_map(with_alpha).collect();
+        let met = expected(&awaited.rule, &figures, points, &awaited.analyses).filter(|_| !figures.is_empty())?;
+        Some((met, Duration::try_from_secs_f64((met - points) as f64 / per_s).ok()?))
     });
     let beyond = answers.iter().any(|answer| answer.beyond > 0 && answer.figures.iter().any(is_left_open));
-    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, without, beyond, met })
+    let next = awaited.and_then(|awaited| awaited.analyses.iter().copied().find(|analysis| *analysis > points));
+    let is_met_next = met.is_some_and(|(points, _)| Some(points) == next);
+    Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, without, beyond, met, is_met_next })
 }
 
 /// Whether runs that are not ok leave a figure open.
@@ -133,15 +149,13 @@ pub fn group_in_words(answer: &Answer) -> String {
 }
 
 /// The forecast of an answer: of the widest of its intervals, now and later. A number without an interval narrows to nothing.
-fn one(answer: &Answer, now: &Look, later: &[Later]) -> Option<Forecast> {
-    let level = |look: &Look| Look { alpha: 1.0 - answer.confidence, ..*look };
+fn one(answer: &Answer, now: u64, later: &[Later]) -> Option<Forecast> {
     let widest = |points: u64| {
-        let then = Look { points, ..*now };
-        let half = |(at, one): (usize, &Figures)| Some((at, half_width(one, &level(now), &level(&then))?));
+        let half = |(at, one): (usize, &Figures)| Some((at, half_width(one, 1.0 - answer.confidence, (now, points))?));
         let halves = answer.figures.iter().enumerate().filter_map(half);
         halves.reduce(|most, one| if one.1 > most.1 { one } else { most })
     };
-    let (at, half) = widest(now.points)?;
+    let (at, half) = widest(now)?;
     Some(Forecast {
         name: answer.name.clone(),
         group: group_in_words(answer),
@@ -163,23 +177,19 @@ fn without(answer: &Answer) -> Option<(String, String)> {
 /// What is looked ahead to: the times that the design lasts for, and its end where it comes before the last of them; beyond the end of one
 /// that is there whole what more points would do.
 fn later(points: u64, end: u64, per_s: f64) -> Vec<Later> {
-    let time = |points: u64| {
-        let time = Duration::try_from_secs_f64(points as f64 / per_s);
-        time.map_or(String::new(), |time| format!(", in about {}", duration(time)))
-    };
+    let time = |points: u64| Duration::try_from_secs_f64(points as f64 / per_s).ok();
     if points >= end {
         let more = points.saturating_mul(MORE);
-        return vec![Later { when: format!("with {more} points{}", time(more - points)), points: more }];
+        return vec![Later { when: format!("with {more} points"), time: time(more - points), points: more }];
     }
     let mut all: Vec<Later> = Vec::new();
     for (what, seconds) in AHEAD {
         let more = points.saturating_add((per_s * seconds as f64).round().min(MOST) as u64);
         if more >= end {
-            let when = format!("at the end, {end} points{}", time(end - points));
-            all.push(Later { when, points: end });
+            all.push(Later { when: format!("at the end, {end} points"), time: time(end - points), points: end });
             break;
         }
-        all.push(Later { when: format!("after {what}"), points: more });
+        all.push(Later { when: format!("after {what}"), time: None, points: more });
     }
     all
 }
@@ -188,6 +198,16 @@ impl Forecasts {
     /// Lines: "high: half of its interval is 0.79 % now, 0.56 % after another hour, 0.21 % after another night (8 h)".
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
+        self.lines_with(Later::timed, true)
+    }
+
+    /// Lines beside the time left of a running study: without another time to the same end.
+    #[must_use]
+    pub fn lines_beside_the_time_left(&self) -> Vec<String> {
+        self.lines_with(|later| later.when.clone(), !self.is_met_next)
+    }
+
+    fn lines_with(&self, when: fn(&Later) -> String, is_met_timed: bool) -> Vec<String> {
         let one = |forecast: &Forecast| {
             let Forecast { name, group, figure, now, later, scale } = forecast;
             let group = if group.is_empty() { String::new() } else { format!(" ({group})") };
@@ -197,14 +217,15 @@ impl Forecasts {
             };
             let show = |half: f64| scale.show(half);
             let later: Vec<String> =
-                self.later.iter().zip(later).map(|(later, half)| format!("{} {}", show(*half), later.when)).collect();
+                self.later.iter().zip(later).map(|(later, half)| format!("{} {}", show(*half), when(later))).collect();
             format!("{name}{group}: half of {which} is {} now, {}", show(*now), later.join(", "))
         };
         let mut lines: Vec<String> = self.of.iter().map(one).collect();
         lines.extend(self.without.iter().map(|(name, why)| format!("{name}: none is forecast: {why}")));
         lines.extend(self.beyond.then(|| NOT_NARROWED.to_owned()));
         lines.extend(self.met.map(|(points, time)| {
-            format!("precise enough, as [stop] asks, is expected at {points} points, in about {}", duration(time))
+            let time = if is_met_timed { format!(", in about {}", duration(time)) } else { String::new() };
+            format!("precise enough, as [stop] asks, is expected at {points} points{time}")
         }));
         lines
     }
@@ -229,7 +250,7 @@ impl Forecasts {
                 "later": forecast.later,
             })
         };
-        let later = |later: &Later| json!({ "when": later.when, "points": later.points });
+        let later = |later: &Later| json!({ "when": later.timed(), "points": later.points });
         json!({
             "points_per_hour": self.per_hour,
             "later": self.later.iter().map(later).collect::<Vec<_>>(),
@@ -248,7 +269,6 @@ mod tests {
     use bladeoff_answers::estimate::bad::Bad;
     use bladeoff_answers::estimate::figures::Method;
     use bladeoff_answers::estimate::input::Group;
-    use bladeoff_answers::stop::looks;
 
     fn told(values: &Value) -> Option<f64> {
         pace(values.as_object().expect("an object"))
@@ -293,7 +313,8 @@ mod tests {
         };
         // two groups: 3000 points an hour
         let rule = StopRule { half_width: Some(0.45), ..StopRule::default() };
-        let awaited = |end: u64| Awaited { rule, names: vec!["load".to_owned()], looks: looks(end, 0.05) };
+        let analyses = |end: u64| (8..).map(|k| 1 << k).take_while(|points| *points < end).chain([end]).collect();
+        let awaited = |end: u64| Awaited { rule, names: vec!["load".to_owned()], analyses: analyses(end) };
         let ahead = |answering: &Answering, end: u64| {
             forecasts(answering, 6000.0 / 3600.0, 2, Some(&awaited(end))).expect("a forecast")
         };
@@ -316,6 +337,8 @@ mod tests {
             "{:?}",
             found.lines()
         );
+        let beside = found.lines_beside_the_time_left().join("\n");
+        assert!(beside.contains("0.25 N at the end, 16000 points") && !beside.contains("in about 5 h"), "{beside}");
         let found = ahead(&short, 1500);
         assert!(
             (found.of[0].later.len(), found.met) == (1, None)

@@ -1,9 +1,9 @@
 //! What a report needs of questions beyond their answers: how each figure came about, from the first points to all.
 
 use super::vocabulary::Vocabulary;
-use super::{Answering, AnsweringError, note_half_way, note_related, read};
+use super::{Answering, AnsweringError, note_related, read};
 use bladeoff_answers::ask::{Answer, Answers, Ask, Question, SCHEMA, answer, answer_all};
-use bladeoff_answers::estimate::input::{Cells, Column, Design, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, Study};
 use bladeoff_answers::gate::{Decision, FIRST_LOOK, Gate};
 use bladeoff_study::{Samples, is_blocked};
 use std::path::Path;
@@ -60,7 +60,6 @@ pub fn answer_at_looks(
     }
     let study = rows.study();
     let (mut answers, curves) = answer_all(&study, questions)?;
-    note_half_way(samples, &mut answers);
     note_related(samples, points, &mut answers);
     let mut decisions = Vec::new();
     for gate in gates {
@@ -108,19 +107,16 @@ fn first<'a>(study: &Study<'a>, points: usize) -> Study<'a> {
     let rows = points * study.groups.len();
     let column = |column: &Column<'a>| {
         let cells = match column.cells {
-            Cells::Numbers(values, Nature::Grows(Some(held))) => {
-                Cells::Numbers(&values[..rows], Nature::Grows(Some(&held[..rows])))
-            }
-            Cells::Numbers(values, nature) => Cells::Numbers(&values[..rows], nature),
+            Cells::Numbers(values, nature) => Cells::Numbers(&values[..rows], nature.with(|held| &held[..rows])),
             Cells::Words(words, list) => Cells::Words(&words[..rows], list),
         };
-        Column { name: column.name.clone(), unit: column.unit.clone(), cells }
+        Column { name: column.name.clone(), unit: column.unit.clone(), cells, unjudged: column.unjudged }
     };
     Study {
         columns: study.columns.iter().map(column).collect(),
         status: &study.status[..rows],
         causes: &study.causes[..rows],
-        at_limit: &study.at_limit[..rows],
+        ends: &study.ends[..rows],
         groups: study.groups.clone(),
         design: Design { replicate: &study.design.replicate[..points], complete: false, ..study.design.clone() },
     }

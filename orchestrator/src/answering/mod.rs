@@ -38,10 +38,9 @@ use crate::run::directory::{RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{chosen_of_table, end_of_table, refuse_changed};
 use bladeoff_answers::ask::{
-    Answered, Answers, Ask, Problem, Question, QuestionDef, SCHEMA, Streamed, answer_each, collected, percent_given,
+    Answered, Answers, Ask, Correlated, Problem, Question, QuestionDef, SCHEMA, Streamed, answer_each, collected,
 };
 use bladeoff_answers::estimate::curve::Curve;
-use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::gate::{Decision, Gate};
 use bladeoff_study::{Origin, Samples};
 use rows::Rows;
@@ -87,8 +86,7 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
     if let Some(Passed { answered, points, is_known }) = &passed
         && held.is_empty()
     {
-        let (mut answers, curves) = collected(small.iter().copied().zip(answered.iter().cloned()), true);
-        note_half_way(samples, &mut answers);
+        let (answers, curves) = collected(small.iter().copied().zip(answered.iter().cloned()), true);
         let (design, is_open, is_known) = (samples.points(), false, *is_known);
         return Ok(Answering { answers, curves, points: *points, of: *points, design, is_open, is_design, is_known });
     }
@@ -109,7 +107,6 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
             collected(all, study.design.complete)
         }
     };
-    note_half_way(samples, &mut answers);
     note_related(samples, rows.points(), &mut answers);
     Ok(Answering {
         answers,
@@ -153,20 +150,7 @@ fn pass(
     found
 }
 
-/// Says of answers before the end of a study with `[stop]` that its looks judge by wider limits than theirs.
-fn note_half_way(samples: &Samples, answers: &mut Answers) {
-    if answers.complete || !samples.study().stop.is_some_and(|stop| stop.asks_for_width()) {
-        return;
-    }
-    for answer in answers.answers.iter_mut().filter(|answer| answer.method != Method::Without) {
-        let level = percent_given(answer.confidence);
-        answer.notes.push(format!(
-            "half-way: its limits hold with {level} by themselves; [stop] judges by wider ones, so that those of all its looks hold together with {level}"
-        ));
-    }
-}
-
-/// What is to be known of a Saltelli design of so few base points that a parameter's values in A and in B follow each other.
+/// A warning where a design has too few points for so many parameters, so that values of two columns are correlated.
 #[must_use]
 pub fn related(samples: &Samples) -> Option<String> {
     related_in(samples, samples.points())
@@ -178,10 +162,21 @@ fn related_in(samples: &Samples, points: u64) -> Option<String> {
     samples.plan()?.related(points, &names)
 }
 
-/// The same in answers of so many points.
+/// Adds correlated parameters to answers from so many points of a Saltelli design, whose total indices the correlation biases: a note, and the correlations by parameter.
 fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
+    if samples.plan().is_none_or(|plan| plan.saltelli().is_none()) {
+        return;
+    }
     let Some(note) = related_in(samples, points) else { return };
-    for answer in answers.answers.iter_mut().filter(|answer| answer.sensitivity.is_some()) {
+    let found =
+        samples.plan().and_then(|plan| Some(plan.saltelli()?.related(points / plan.rows()))).unwrap_or_default();
+    for answer in &mut answers.answers {
+        let Some(sensitivity) = &mut answer.sensitivity else { continue };
+        let of = |&(place, correlation): &(usize, f64)| {
+            let (parameter, _) = sensitivity.indices.of.get(place)?;
+            Some(Correlated { parameter: parameter.clone(), correlation })
+        };
+        sensitivity.correlated = found.iter().filter_map(of).collect();
         answer.notes.push(note.clone());
     }
 }

@@ -5,17 +5,19 @@
 
 use super::vocabulary::Vocabulary;
 use crate::run::{Chosen, TableEnd, Told};
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, InputError, Layout, Nature, Study};
+use bladeoff_answers::estimate::input::{
+    Cells, Column, Design, DesignKind, Ended, Group, InputError, Layout, Nature, Study,
+};
 use bladeoff_answers::gate::GateError;
 use bladeoff_answers::sensitivity::Moved;
-use bladeoff_answers::tables::{END_CAUSE, FieldKind, Table, TableError};
+use bladeoff_answers::tables::{END_CAUSE, END_TIME, FieldKind, Table, TableError};
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Status};
 use bladeoff_study::Samples;
 use bladeoff_study::plan::{Kind, Move, Plan};
 use std::path::PathBuf;
 
 /// Columns of the verdict that rows are read with.
-const VERDICT: [&str; 4] = ["sample", "status", "causes", END_CAUSE];
+const VERDICT: [&str; 5] = ["sample", "status", "causes", END_CAUSE, END_TIME];
 
 /// Why a study answers nothing.
 #[derive(Debug, thiserror::Error)]
@@ -54,10 +56,10 @@ pub enum AnsweringError {
 /// What is known of a column beside its numbers.
 enum Known {
     Given,
-    Once,
-    Limit,
     Free,
-    /// It grows; the place of the column with what was reached while all guards held.
+    /// The place of the column with what was reached while all guards and limits held.
+    Once(Option<usize>),
+    Limit(Option<usize>),
     Grows(Option<usize>),
 }
 
@@ -125,6 +127,7 @@ struct Gathered {
     known: Known,
     cells: Found,
     is_there: bool,
+    unjudged: bool,
 }
 
 /// Rows of the first points.
@@ -132,8 +135,8 @@ pub(super) struct Rows {
     columns: Vec<Gathered>,
     status: Vec<Status>,
     causes: Vec<CauseSet>,
-    /// Whether the run ended at a limit of the model.
-    at_limit: Vec<bool>,
+    /// End of each run.
+    ends: Vec<Ended>,
     replicate: Vec<u32>,
     groups: Vec<Group>,
     kind: DesignKind,
@@ -193,7 +196,7 @@ impl Rows {
         let mut gathered = gathered(vocabulary, columns, count);
         let mut status: Vec<Option<Status>> = vec![None; count];
         let mut causes = vec![CauseSet::default(); count];
-        let mut at_limit = vec![false; count];
+        let mut ends = vec![Ended::Other; count];
         let mut odd = None;
         let wanted: Vec<String> = gathered.iter().map(|column| column.name.clone()).collect();
         let names: Vec<&str> = VERDICT.into_iter().chain(wanted.iter().map(String::as_str)).collect();
@@ -205,7 +208,7 @@ impl Rows {
                     match (at, verdict(piece, row)) {
                         (Some(at), Some((said, why))) => {
                             (status[*at], causes[*at]) = (Some(said), why);
-                            at_limit[*at] = ended_at_limit(piece, row);
+                            ends[*at] = ended(piece, row);
                         }
                         // of parts: recorded by a run with another rule
                         (None, Some(_)) if chosen.is_some() && is_of(samples, numbers[row]) => {}
@@ -226,7 +229,7 @@ impl Rows {
             let is_there: Vec<bool> = status.iter().map(Option::is_some).collect();
             gathered.iter_mut().for_each(|column| column.cells.keep(&is_there));
             keep(&mut causes, &is_there);
-            keep(&mut at_limit, &is_there);
+            keep(&mut ends, &is_there);
             let status: Vec<Status> = status.into_iter().flatten().collect();
             let replicate = vec![0; status.len()];
             let (kind, scrambled, replicates) = (DesignKind::Chosen, false, 1);
@@ -234,7 +237,7 @@ impl Rows {
                 columns: gathered,
                 status,
                 causes,
-                at_limit,
+                ends,
                 replicate,
                 groups,
                 kind,
@@ -251,12 +254,12 @@ impl Rows {
         let rows = done * groups.len();
         gathered.iter_mut().for_each(|column| column.cells.truncate(rows));
         causes.truncate(rows);
-        at_limit.truncate(rows);
+        ends.truncate(rows);
         Ok(Ok(Self {
             columns: gathered,
             status: status.into_iter().map_while(|status| status).take(rows).collect(),
             causes,
-            at_limit,
+            ends,
             replicate: (0..done as u64).map(|point| plan.replicate(point) as u32).collect(),
             groups,
             kind: design_kind(plan),
@@ -285,7 +288,7 @@ impl Rows {
             columns,
             status: Vec::new(),
             causes: Vec::new(),
-            at_limit: Vec::new(),
+            ends: Vec::new(),
             replicate: Vec::new(),
             groups: vocabulary.groups.clone(),
             kind: design_kind(plan),
@@ -316,12 +319,12 @@ impl Rows {
         }
         self.status.clear();
         self.causes.clear();
-        self.at_limit.clear();
+        self.ends.clear();
         for (row, number) in numbers.iter().enumerate() {
             let (said, why) = verdict(piece, row).ok_or(number.unwrap_or(f64::NAN))?;
             self.status.push(said);
             self.causes.push(why);
-            self.at_limit.push(ended_at_limit(piece, row));
+            self.ends.push(ended(piece, row));
         }
         let at: Vec<Option<usize>> = (0..rows).map(Some).collect();
         for column in &mut self.columns {
@@ -359,23 +362,20 @@ impl Rows {
     }
 
     fn column<'a>(&'a self, column: &'a Gathered) -> Column<'a> {
+        // a table of an earlier build has no such column
+        let held = |held: &Option<usize>| {
+            let held = held.map(|at| &self.columns[at]).filter(|held| held.is_there)?;
+            if let Found::Numbers(cells) = &held.cells { Some(cells.as_slice()) } else { None }
+        };
         let cells = match (&column.cells, &column.known) {
             (Found::Words(words, list), _) => Cells::Words(words, list),
             (Found::Numbers(cells), Known::Given) => Cells::Numbers(cells, Nature::Given),
-            (Found::Numbers(cells), Known::Limit) => Cells::Numbers(cells, Nature::Limit),
-            (Found::Numbers(cells), Known::Once) => Cells::Numbers(cells, Nature::Once),
+            (Found::Numbers(cells), Known::Limit(at)) => Cells::Numbers(cells, Nature::Limit(held(at))),
+            (Found::Numbers(cells), Known::Once(at)) => Cells::Numbers(cells, Nature::Once(held(at))),
             (Found::Numbers(cells), Known::Free) => Cells::Numbers(cells, Nature::Free),
-            // a table of an earlier build has no such column
-            (Found::Numbers(cells), Known::Grows(held)) => {
-                let held = held.map(|at| &self.columns[at]).filter(|held| held.is_there);
-                let held = held.and_then(|held| match &held.cells {
-                    Found::Numbers(cells) => Some(cells.as_slice()),
-                    Found::Words(..) => None,
-                });
-                Cells::Numbers(cells, Nature::Grows(held))
-            }
+            (Found::Numbers(cells), Known::Grows(at)) => Cells::Numbers(cells, Nature::Grows(held(at))),
         };
-        Column { name: column.name.clone(), unit: column.unit.clone(), cells }
+        Column { name: column.name.clone(), unit: column.unit.clone(), cells, unjudged: column.unjudged }
     }
 
     /// As the estimators take them.
@@ -386,7 +386,7 @@ impl Rows {
             columns: there.map(|column| self.column(column)).collect(),
             status: &self.status,
             causes: &self.causes,
-            at_limit: &self.at_limit,
+            ends: &self.ends,
             groups: self.groups.clone(),
             design: Design {
                 kind: self.kind,
@@ -424,20 +424,21 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
             Some(list) => Found::Words(vec![None; count], list),
             None => Found::Numbers(vec![None; count]),
         };
-        Gathered { name, unit, known, cells, is_there: false }
+        let unjudged = column(&name).is_some_and(|column| column.unjudged);
+        Gathered { name, unit, known, cells, is_there: false, unjudged }
     };
     let mut all: Vec<Gathered> = Vec::new();
+    let mut further = |guarded: &Option<String>| {
+        held.push(guarded.clone()?);
+        Some(columns.len() + held.len() - 1)
+    };
     for name in columns {
         let found = column(name);
         let known = match found.map(|found| &found.told) {
             Some(Told::Given) => Known::Given,
-            Some(Told::Grown(None)) => Known::Grows(None),
-            Some(Told::Grown(Some(guarded))) => {
-                held.push(guarded.clone());
-                Known::Grows(Some(columns.len() + held.len() - 1))
-            }
-            Some(Told::Once) => Known::Once,
-            Some(Told::Limit) => Known::Limit,
+            Some(Told::Grown(guarded)) => Known::Grows(further(guarded)),
+            Some(Told::Once(guarded)) => Known::Once(further(guarded)),
+            Some(Told::Limit(guarded)) => Known::Limit(further(guarded)),
             Some(Told::Found) | None => Known::Free,
         };
         all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));
@@ -452,9 +453,15 @@ fn verdict(piece: &Table, row: usize) -> Option<(Status, CauseSet)> {
     Some((Status::from_word(status[row].as_deref()?)?, caused(causes[row].as_deref())?))
 }
 
-/// Whether the run of a row ended at a limit of the model.
-fn ended_at_limit(piece: &Table, row: usize) -> bool {
-    piece.words(END_CAUSE).is_some_and(|words| words[row].as_deref() == Some(EndCause::Limit.word()))
+/// End of a row's run.
+fn ended(piece: &Table, row: usize) -> Ended {
+    let cause = piece.words(END_CAUSE).and_then(|words| words[row].as_deref());
+    let time = || piece.numbers(END_TIME).and_then(|times| times[row]);
+    match cause {
+        Some(word) if word == EndCause::Limit.word() => Ended::Limit,
+        Some(word) if word == EndCause::EndTime.word() => time().map_or(Ended::Other, Ended::Time),
+        _ => Ended::Other,
+    }
 }
 
 /// Causes from their words.

@@ -48,7 +48,10 @@ pub fn decided(decisions: &[Decision], points: u64, of: u64) -> String {
 
 fn head(what: &str, points: u64, of: u64) -> String {
     match points {
-        0 => format!("{what}: none yet, the rows so far have not one of {} in every group\n", counted(of, "point")),
+        0 => format!(
+            "{what}: none yet. Points count in their order, and rows of the first of {} are missing.\n",
+            counted(of, "point")
+        ),
         _ if points == of => format!("{what}, of {}:\n", counted(of, "point")),
         _ => format!("{what} so far, of the first {points} of {}:\n", counted(of, "point")),
     }
@@ -57,7 +60,7 @@ fn head(what: &str, points: u64, of: u64) -> String {
 /// Where each sample is a point of its own.
 fn head_of_samples(samples: u64, of: u64) -> String {
     match samples {
-        0 => format!("Answers: none yet, there is no row so far of {}\n", counted(of, "sample")),
+        0 => format!("Answers: none yet. There is no row of {}.\n", counted(of, "sample")),
         _ if samples == of => format!("Answers, of {}:\n", counted(of, "sample")),
         _ => format!("Answers so far, of {samples} of {}:\n", counted(of, "sample")),
     }
@@ -71,7 +74,7 @@ mod tests {
     fn the_head_says_how_far_it_is() {
         assert_eq!(
             head("Answers", 0, 1000),
-            "Answers: none yet, the rows so far have not one of 1000 points in every group\n"
+            "Answers: none yet. Points count in their order, and rows of the first of 1000 points are missing.\n"
         );
         assert_eq!(head("Answers", 7, 1000), "Answers so far, of the first 7 of 1000 points:\n");
         assert_eq!(head("Gates", 1, 1), "Gates, of 1 point:\n");

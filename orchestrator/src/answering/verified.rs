@@ -8,7 +8,7 @@ use super::vocabulary::Vocabulary;
 use super::{Meant, Source, meant};
 use crate::run::own_columns;
 use bladeoff_answers::ask::answer;
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Layout, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Ended, Layout, Nature, Study};
 use bladeoff_core::verification::{Check, NO_RUN};
 use bladeoff_model::outcome::{CauseSet, Status};
 use bladeoff_study::{Samples, load_text};
@@ -142,14 +142,15 @@ fn estimates() -> Option<Vec<(u64, Option<f64>)>> {
         name: output.name.clone(),
         unit: String::new(),
         cells: Cells::Numbers(cells, Nature::Free),
+        unjudged: false,
     });
     let (status, causes, replicate) = (vec![Status::Ok; points], vec![CauseSet::default(); points], vec![0; points]);
-    let at_limit = vec![false; points];
+    let ends = vec![Ended::Other; points];
     let study = Study {
         columns: columns.collect(),
         status: &status,
         causes: &causes,
-        at_limit: &at_limit,
+        ends: &ends,
         groups: Vocabulary::of(&samples)?.groups,
         design: Design {
             kind: DesignKind::MonteCarlo,

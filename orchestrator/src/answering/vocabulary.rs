@@ -61,6 +61,7 @@ impl<'a> Vocabulary<'a> {
         let known = Known {
             columns: columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect(),
             aliases: aliases(parameters),
+            lacking: lacking(&columns),
             units: units(&columns, |name| {
                 let is_it = |parameter: &&Parameter| column_of(parameter) == name;
                 let found = parameters.iter().find(is_it);
@@ -93,7 +94,12 @@ impl<'a> Vocabulary<'a> {
         };
         let known = columns.iter().map(|column| (column.field.name.clone(), is_number(column.field.kind))).collect();
         let names = Names {
-            known: Known { columns: known, units: units(&columns, |_| false), ..Known::default() },
+            known: Known {
+                columns: known,
+                units: units(&columns, |_| false),
+                lacking: lacking(&columns),
+                ..Known::default()
+            },
             ..Names::default()
         };
         Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine, words: Vec::new() })
@@ -163,6 +169,11 @@ fn given(parameter: &Parameter) -> Given {
         is_angle: parameter.is_angle(),
         is_detection: parameter.is_detection(),
     }
+}
+
+/// Columns that are empty in every run, and what the machine lacks for them.
+fn lacking(columns: &[TableColumn]) -> Vec<(String, String)> {
+    columns.iter().filter_map(|column| Some((column.field.name.clone(), column.lacks.clone()?))).collect()
 }
 
 /// Units of columns of numbers but of those that have none to speak of.

@@ -68,16 +68,10 @@ impl Waiting {
     /// For forecasts.
     #[must_use]
     pub fn awaited(&self) -> Awaited {
-        let last = self.stages.len() - 1;
-        let look = |(at, stage): (usize, &Stage)| Look {
-            points: stage.points,
-            alpha: 0.05 * stage.share,
-            is_last: at == last,
-        };
         Awaited {
             rule: rule(&self.def),
             names: self.questions.iter().map(|question| question.name.clone()).collect(),
-            looks: self.stages.iter().enumerate().map(look).collect(),
+            analyses: self.stages.iter().map(|stage| stage.points).collect(),
         }
     }
 
@@ -118,7 +112,7 @@ impl Waiting {
         short
     }
 
-    /// What is waited for, in words: "half of every interval at most 5 % of its figure; looks after 256, 512 ... points; 8 h".
+    /// The rule in words: "half of every interval at most 5 % of its figure; interim analyses after 256, 512 ... points; 8 h".
     #[must_use]
     pub fn in_words(&self) -> Vec<String> {
         let StopDef { half_width, relative, samples, wall } = self.def;
@@ -130,7 +124,7 @@ impl Waiting {
         if !widths.is_empty() {
             let names: Vec<&str> = self.questions.iter().map(|question| question.name.as_str()).collect();
             lines.push(format!("half of every interval of {} at most {}", names.join(", "), widths.join(" and ")));
-            lines.push(format!("looks after {} points", points.join(", ")));
+            lines.push(format!("interim analyses after {} points", points.join(", ")));
         }
         if let Some(samples) = samples {
             let what = self.samples.plan().and_then(block).map_or("points", |(_, name)| name);

@@ -7,9 +7,9 @@ use super::place::default_directory;
 use super::refusals::NotAsked;
 use super::why::{frozen, go_on};
 use crate::answering::{
-    Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, columns_asked, forecasts, keep, meant, pace, told,
+    Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
 };
-use crate::reporting::{LimitTable, bearings_of, too_many_beyond, unwatched};
+use crate::reporting::{LimitTable, bearings_of, too_many_beyond};
 use crate::run::Looking;
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
 use crate::run::shards::{is_unmerged, row_files, see, unread};
@@ -39,8 +39,10 @@ const MOST_SHORT: usize = 8;
 #[command(after_help = "Examples:
   bladeoff answer
   bladeoff answer runs/blade-off-risk
-  bladeoff answer runs/blade-off-risk --json | jq .answers[0].high
-  bladeoff answer runs/blade-off-risk --study other-questions.toml")]
+  bladeoff answer runs/blade-off-risk --json \\
+    | jq .answers[0].high
+  bladeoff answer runs/blade-off-risk \\
+    --study other-questions.toml")]
 pub struct Args {
     /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
     /// that was written to last]
@@ -74,7 +76,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if !answering.answers.complete {
         remark_unwritten(&directory)?;
     }
-    remark_limits(&directory, &samples, &columns_asked(&samples, &asked.questions, &[]))?;
+    remark_limits(&directory, &samples)?;
     if args.json {
         print_json(&answering.answers.json().map_err(|error| CliError::stdout(error.into()))?)?;
     } else {
@@ -107,14 +109,13 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Prints how many ok runs exceed noted limits, whether too many runs are beyond the model, which of the columns that are asked for nothing
-/// fills, and of which bearings the peak loads are not those of the machine. Returns the line about too many runs beyond the model.
-pub(super) fn remark_limits(directory: &Path, samples: &Samples, asked: &[String]) -> Result<Option<String>, CliError> {
+/// Prints how many ok runs exceed noted limits, whether too many runs are beyond the model, and of which bearings the peak loads are not
+/// those of the machine. Returns the line about too many runs beyond the model.
+pub(super) fn remark_limits(directory: &Path, samples: &Samples) -> Result<Option<String>, CliError> {
     let (noted, too_many) = read_current(directory, row_files, |files| {
         Ok((LimitTable::of(samples, files)?.noted(), too_many_beyond(samples, files)?))
     })?;
     too_many.iter().chain(&noted).for_each(|line| remark(&format!("warning: {line}")));
-    unwatched(samples, asked).iter().for_each(|line| remark(&format!("note: {line}")));
     bearings_of(samples).iter().for_each(|note| remark(&format!("note: {note}")));
     Ok(too_many)
 }
@@ -209,9 +210,6 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
             ));
         }
     }
-    unwatched(samples, &columns_asked(samples, &questions, &gates))
-        .iter()
-        .for_each(|line| text.push_str(&format!("  note: {line}\n")));
     if let Some(waiting) = waiting(samples)? {
         let lines = waiting.in_words().iter().map(|line| format!("  {line}\n")).collect::<String>();
         text.push_str(&format!("\nStop:\n{lines}"));

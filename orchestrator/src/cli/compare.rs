@@ -23,9 +23,13 @@ const TRIES: usize = 3;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff compare runs/before runs/after
-  bladeoff compare runs/before runs/after --tolerance \"max_bearing_load_N 1 %\" --tolerance \"end_speed_rad_s 1 rpm\"
-  bladeoff compare runs/hyp1 runs/hyp2 --ignore contact.detection
-  bladeoff compare before.parquet runs/after --json | jq .status
+  bladeoff compare runs/before runs/after \\
+    --tolerance \"max_bearing_load_N 1 %\" \\
+    --tolerance \"end_speed_rad_s 1 rpm\"
+  bladeoff compare runs/hyp1 runs/hyp2 \\
+    --ignore contact.detection
+  bladeoff compare before.parquet runs/after --json \\
+    | jq .status
 
 Exit codes: 0 compared, and within every tolerance; 4 out of tolerance.")]
 pub struct Args {

@@ -117,7 +117,7 @@ fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
                 Draw::without("no interval: which combinations are there was chosen by their results ([refine])")
             } else if end.is_some_and(|end| end.share < 1.0) {
                 Draw::without(
-                    "no interval: the study ended at one of several looks, because its answers were precise enough there ([stop])",
+                    "no interval: the study ended at one of several interim analyses, because its answers were precise enough there ([stop])",
                 )
             } else {
                 drawn(&samples, points)

@@ -50,7 +50,8 @@ enum What {
 /// stand in the points, not in the problem.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff design export studies/blade-off-risk.toml --out design
+  bladeoff design export studies/blade-off-risk.toml \\
+    --out design
   bladeoff design export runs/blade-off-risk --out design \\
     --response max_bearing_load_N")]
 struct ExportArgs {

@@ -53,15 +53,20 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Shown by `bladeoff --help`.
+/// Shown by `bladeoff --help`: lines that fit a narrow terminal, because clap would break them without the indentation.
 pub const EXIT_CODES: &str = "\
 Exit codes:
-  0    done; all samples ok, or invalid or beyond the model within the limits of the study
+  0    done; all samples ok, or invalid or beyond the model
+       within the limits of the study
   1    internal error (a bug: please report it)
   2    wrong command line
-  3    bad input: a machine, study or result directory that cannot be used as it is
-  4    complete, but with more failed, invalid or beyond samples than the study allows; a gate that
+  3    bad input: a machine, study or result directory that
+       cannot be used as it is
+  4    complete, but more samples failed, are invalid or
+       beyond the model than the study allows; a gate that
        failed; a comparison out of tolerance
-  5    incomplete: some samples were not computed; a gate that is open
+  5    incomplete: some samples were not computed; a gate
+       that is open
   6    a file, the disk, shared memory or a process failed
-  130  ended by Ctrl-C; 143 by SIGTERM; finished samples are kept";
+  130  ended by Ctrl-C; 143 by SIGTERM; finished samples
+       are kept";

@@ -18,7 +18,7 @@ impl Extent {
     }
 }
 
-/// What the time is told of: the whole study; with `[stop]` the way to its first look as well, with `[refine]` its first round.
+/// Extents of which the time is printed: the whole study; with `[stop]` the way to its first interim analysis as well, with `[refine]` its first round.
 ///
 /// # Errors
 /// Questions that cannot be understood.
@@ -37,8 +37,8 @@ pub(super) fn extents(samples: &Samples) -> Result<Vec<Extent>, CliError> {
         false => format!("the whole study, {} by [stop]", counted(last, "sample")),
     };
     let Some(first) = first.filter(|first| *first < last) else { return Ok(vec![Extent::new(&whole, last)]) };
-    let to_first = format!("to the first look of [stop], {}", counted(first, "sample"));
-    Ok(vec![Extent::new(&to_first, first), Extent::new(&format!("{whole}, where no look ends it"), last)])
+    let to_first = format!("to the first interim analysis of [stop], {}", counted(first, "sample"));
+    Ok(vec![Extent::new(&to_first, first), Extent::new(&format!("{whole}, where no interim analysis ends it"), last)])
 }
 
 /// What `[stop]` allows a run of wall time, as a line; empty where it does not.

@@ -6,7 +6,7 @@ use super::exit::Exit;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
-use crate::answering::{columns_asked, decided, judge, only_gates};
+use crate::answering::{decided, judge, only_gates};
 use crate::run::shards::see;
 use bladeoff_answers::gate::{Verdict, junit, verdict};
 use bladeoff_study::Samples;
@@ -25,10 +25,12 @@ use std::path::{Path, PathBuf};
 /// make it likelier to pass.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff run studies/ci-night.toml && bladeoff gate runs/ci-night
+  bladeoff run studies/ci-night.toml && \\
+    bladeoff gate runs/ci-night
   bladeoff gate runs/ci-night --junit gate.xml
   bladeoff gate runs/ci-night \\
-    --require \"P(max_bearing_load_N > 1.2 MN) < 1e-2\" --confidence 0.99
+    --require \"P(max_bearing_load_N > 1.2 MN) < 1e-2\" \\
+    --confidence 0.99
 
 Exit codes: 0 every gate passed, 4 one failed, 5 none failed and one is open.")]
 pub struct Args {
@@ -77,7 +79,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if points < of {
         remark_unwritten(&directory)?;
     }
-    let too_many = remark_limits(&directory, &samples, &columns_asked(&samples, &[], &gates))?;
+    let too_many = remark_limits(&directory, &samples)?;
     if let Some(path) = &args.junit {
         write_whole(path, junit(&name(&directory, &samples), &decisions, too_many.as_deref()).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));

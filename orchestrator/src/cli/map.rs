@@ -31,11 +31,14 @@ use std::path::{Path, PathBuf};
 /// Without --x, --y and --of the maps that the study asks for are drawn.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff map runs/gap-friction-map --x contact.gap --y contact.friction \\
+  bladeoff map runs/gap-friction-map \\
+    --x contact.gap --y contact.friction \\
     --of max_bearing_load_N --out map.svg
-  bladeoff map runs/gap-friction-map --x contact.gap --y contact.friction \\
+  bladeoff map runs/gap-friction-map \\
+    --x contact.gap --y contact.friction \\
     --of \"P(max_bearing_load_N > 1.2 MN)\" --out map.png
-  bladeoff map runs/gap-friction-map --question loads --out map.png")]
+  bladeoff map runs/gap-friction-map \\
+    --question loads --out map.png")]
 pub struct Args {
     /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
     /// that was written to last]

@@ -255,4 +255,20 @@ mod tests {
     fn the_command_line_is_consistent() {
         command_line().debug_assert();
     }
+
+    /// clap breaks a line that is wider than the terminal, and its rest loses the indentation: the table of exit codes and a command
+    /// that is to be pasted were broken at 80 columns.
+    #[test]
+    fn indented_lines_of_the_help_fit_a_terminal_of_60_columns() {
+        fn check(command: &clap::Command) -> usize {
+            let texts = [command.get_after_help(), command.get_after_long_help(), command.get_long_about()];
+            let text: String = texts.into_iter().flatten().map(|text| format!("{text}\n")).collect();
+            let indented: Vec<&str> = text.lines().filter(|line| line.starts_with("  ")).collect();
+            for line in &indented {
+                assert!(line.chars().count() <= 60, "{}: {line:?}", command.get_name());
+            }
+            indented.len() + command.get_subcommands().map(check).sum::<usize>()
+        }
+        assert!(check(&Cli::command()) > 80, "examples and tables");
+    }
 }

@@ -27,8 +27,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff report runs/blade-off-risk
-  bladeoff report runs/blade-off-risk --out blade-off-risk.html
-  bladeoff report runs/blade-off-risk --study other-questions.toml")]
+  bladeoff report runs/blade-off-risk \\
+    --out blade-off-risk.html
+  bladeoff report runs/blade-off-risk \\
+    --study other-questions.toml")]
 pub struct Args {
     /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
     /// that was written to last]

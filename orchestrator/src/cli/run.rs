@@ -11,7 +11,7 @@ use crate::answering::{Refinement, check_asked};
 use crate::dispatch::{self, DispatchError, Ended, limit_preparation, time_left, watch_before};
 use crate::plausible::implausible_of;
 use crate::report::Tally;
-use crate::reporting::{LimitTable, bearings_of};
+use crate::reporting::{Horizon, LimitTable, bearings_of};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run};
@@ -44,7 +44,7 @@ end there is a summary, and in the result directory:
                     the inputs as they were
   timings.parquet   CPU time, worker, attempt of each sample
   answers.json, answers/NAME.parquet
-                    answers to the [[question]]s of the study,
+                    answers to the questions of the study,
                     and their curves
   manifest.json     versions, build, host, dates, command,
                     BLAKE3 of the tables
@@ -80,14 +80,14 @@ Examples:
   Every axis thinned, its end points kept:
   bladeoff run studies/gap-friction-map.toml --scale 0.3
 
-  50 samples spread over the study; then all, keeping those 50:
+  50 samples over the study; then all, keeping those 50:
   bladeoff run studies/gap-friction-map.toml --limit 50
   bladeoff run studies/gap-friction-map.toml
 
   Failed and quarantined samples again:
   bladeoff run studies/gap-friction-map.toml --rerun failed
 
-  Until the morning; the same command goes on in the evening:
+  Until the morning; to resume, the same command again:
   bladeoff run studies/gap-friction-map.toml --until 06:30
 
   What happens, for programs:
@@ -367,8 +367,9 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
     let warning = limits
         .unjudged()
         .map(|text| wrapped(&format!("warning: {text}"), width.unwrap_or(usize::MAX), "", "  ") + "\n");
+    let horizon = Horizon::of(&files)?.sentence().map(|line| format!("{line}\n")).unwrap_or_default();
     let summary = Summary::of(&files)?.with_twin(study.twin_keys()).text(width);
-    Ok(warning.unwrap_or_default() + &summary + &limits.text(width) + &bearings)
+    Ok(warning.unwrap_or_default() + &summary + &horizon + &limits.text(width) + &bearings)
 }
 
 /// Why the run ended before it was complete.

@@ -14,13 +14,13 @@ use std::path::Path;
 /// Attempts that are shown.
 const SHOWN: usize = 40;
 
-/// The last look of `[stop]` that a merge could take: all its samples are there.
+/// The last interim analysis of `[stop]` that a merge could make: all its samples are there.
 pub(super) fn look_at_hand<'a>(seen: &ShardsSeen, stages: &'a [Stage]) -> Option<&'a Stage> {
     let there = seen.first_missing.map_or(seen.samples, |chunk| chunk * seen.chunk);
     stages.iter().rfind(|stage| stage.samples <= there)
 }
 
-/// In words. `ahead`: the last look of its `[stop]` that a merge could take.
+/// In words. `ahead`: the last interim analysis of its `[stop]` that a merge could make.
 pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>) -> String {
     let living = seen.attempts.iter().filter(|attempt| attempt.lives).count();
     let state = match (seen.is_merged, seen.there == seen.chunks, living) {
@@ -43,7 +43,7 @@ pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>
     }
     if let Some(stage) = ahead {
         let merge = call::command([OsStr::new("merge"), call::path_word(directory).as_os_str()]);
-        line("stop", format!("the look after {} can be taken: {merge}", counted(stage.points, "point")));
+        line("stop", format!("the interim analysis of {} can be made: {merge}", counted(stage.points, "point")));
     }
     for attempt in seen.attempts.iter().take(SHOWN) {
         line("attempt", of_attempt(attempt));

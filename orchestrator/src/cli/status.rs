@@ -199,7 +199,11 @@ fn as_text(
         if let RunState::Running { .. } = seen.state {
             line("pace", pace(told, has_looks));
         }
-        for text in ahead.map(Forecasts::lines).unwrap_or_default() {
+        let forecast = match seen.state {
+            RunState::Running { .. } => Forecasts::lines_beside_the_time_left,
+            _ => Forecasts::lines,
+        };
+        for text in ahead.map(forecast).unwrap_or_default() {
             line("forecast", text);
         }
         let deaths = number(told, "worker_deaths");
@@ -307,7 +311,7 @@ fn pace(told: &Map<String, Value>, has_looks: bool) -> String {
     let time =
         |key: &str| told.get(key).and_then(Value::as_f64).and_then(|time| Duration::try_from_secs_f64(time).ok());
     let left = time("left_from_s").zip(time("left_to_s")).map(|(low, high)| Eta { low, high }.text());
-    let to = if has_looks { " to the next look of [stop]" } else { "" };
+    let to = if has_looks { " to the next interim analysis of [stop]" } else { "" };
     let left = left.map_or_else(|| "time left not known yet".to_owned(), |left| left + to);
     if rate >= 1.0 { format!("{rate:.1}/s, {left}") } else { format!("{:.1}/min, {left}", rate * 60.0) }
 }
@@ -321,12 +325,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_of_a_study_with_stop_is_left_to_its_next_look() {
+    fn what_is_left_of_a_study_with_stop_is_left_to_its_next_interim_analysis() {
         let told = json!({ "rate_per_s": 2.0, "left_from_s": 0.1, "left_to_s": 0.5 });
         let told = told.as_object().expect("an object");
         let plain = pace(told, false);
         assert!(plain.starts_with("2.0/s, ") && plain.ends_with(" left"), "{plain}");
-        assert_eq!(pace(told, true), plain + " to the next look of [stop]");
+        assert_eq!(pace(told, true), plain + " to the next interim analysis of [stop]");
         assert_eq!(pace(&Map::new(), true), "0.0/min, time left not known yet");
     }
 }

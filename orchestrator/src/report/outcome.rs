@@ -184,7 +184,7 @@ fn line(text: &mut String, name: &str, value: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::outcome::Growth;
+    use bladeoff_model::outcome::{Empty, Growth};
     use std::collections::BTreeSet;
 
     #[test]
@@ -203,7 +203,10 @@ mod tests {
             meaning: String::new(),
             group,
             part,
-            growth: if part == Part::Peak { Growth::Guarded } else { Growth::Free },
+            growth: if part == Part::Peak { Growth::Grows } else { Growth::Free },
+            is_guarded: part == Part::Peak,
+            empty: Empty::Absent,
+            lacks: None,
         };
         let columns = [
             column("max_bearing_load_N", "N", Group::BearingLoads, Part::Peak),

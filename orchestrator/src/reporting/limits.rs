@@ -2,7 +2,8 @@
 //! judged.
 //!
 //! ```text
-//! exceeded: limit_ratio_NAME > 1, in rows of every status
+//! exceeded: limit_ratio_NAME > 1; of a row that is not ok the ratio reached while all guards and limits held
+//! open:     not exceeded in a run that ended earlier, at another limit or by a failure, and in an invalid run
 //! ```
 
 use super::limit_values::{LimitValue, not_judged, of_study, stress, unjudged_stresses};
@@ -23,8 +24,11 @@ const RATIO: &str = "limit_ratio_";
 #[derive(Debug, Clone, PartialEq)]
 struct Counted {
     of: LimitValue,
-    /// Rows with a ratio.
-    judged: u64,
+    /// Rows of any status.
+    rows: u64,
+    /// Rows that ended before they could exceed the limit, and invalid rows that did not exceed it while all guards held.
+    earlier: u64,
+    invalid: u64,
     /// Rows with a ratio above 1, and the ok ones among them.
     exceeded: u64,
     exceeded_ok: u64,
@@ -47,14 +51,21 @@ impl LimitTable {
         let Some(all) = of_study(samples) else { return Ok(Self::default()) };
         let mut all: Vec<Counted> = all.into_iter().map(Counted::new).collect();
         let names: Vec<String> = all.iter().map(|counted| counted.column()).collect();
-        let columns: Vec<&str> = ["sample", "status"].into_iter().chain(names.iter().map(String::as_str)).collect();
+        let guarded: Vec<String> = names.iter().map(|name| format!("guarded_{name}")).collect();
+        let columns = ["sample", "status"].into_iter();
+        let columns: Vec<&str> = columns.chain(names.iter().chain(&guarded).map(String::as_str)).collect();
         Table::for_each_piece(files, &columns, |piece| {
-            let (status, number) = (piece.words("status").unwrap_or(&[]), piece.numbers("sample").unwrap_or(&[]));
-            for (of, name) in all.iter_mut().zip(&names) {
-                let values = piece.numbers(name).unwrap_or(&[]);
-                for ((value, sample), status) in values.iter().zip(number).zip(status) {
-                    let (Some(value), Some(sample)) = (*value, *sample) else { continue };
-                    of.see(value, sample as u64, status.as_deref() == Some(Status::Ok.word()));
+            let status = piece.words("status").unwrap_or(&[]);
+            let number = piece.numbers("sample").unwrap_or(&[]);
+            for ((of, name), guarded) in all.iter_mut().zip(&names).zip(&guarded) {
+                let (values, guarded) = (piece.numbers(name).unwrap_or(&[]), piece.numbers(guarded).unwrap_or(&[]));
+                for row in 0..number.len() {
+                    let Some(sample) = number[row] else { continue };
+                    let Some(status) = status.get(row).and_then(|word| Status::from_word(word.as_deref()?)) else {
+                        continue;
+                    };
+                    let cells = if status == Status::Ok { values } else { guarded };
+                    of.see(cells.get(row).copied().flatten(), sample as u64, status);
                 }
             }
             Ok(())
@@ -124,7 +135,7 @@ const HEAD: [&str; 6] = ["limit", "value", "set by", "if exceeded", "exceeded by
 
 impl Counted {
     fn new(of: LimitValue) -> Self {
-        Self { of, judged: 0, exceeded: 0, exceeded_ok: 0, largest: None, stress: None }
+        Self { of, rows: 0, earlier: 0, invalid: 0, exceeded: 0, exceeded_ok: 0, largest: None, stress: None }
     }
 
     /// The column that is counted: the ratio of a limit, or the stress that a limit would judge.
@@ -142,28 +153,41 @@ impl Counted {
         not_judged(key) + &largest.unwrap_or_default()
     }
 
-    /// Takes a value of the column of a row.
-    fn see(&mut self, value: f64, sample: u64, is_ok: bool) {
-        let larger =
-            |most: Option<(f64, u64)>| most.is_none_or(|(most, first)| value > most || value == most && sample < first);
+    /// Takes the value of the column in a row; in a row that is not ok, the value before a guard or limit was exceeded.
+    fn see(&mut self, value: Option<f64>, sample: u64, status: Status) {
+        let larger = |most: Option<(f64, u64)>, value: f64| {
+            most.is_none_or(|(most, first)| value > most || value == most && sample < first)
+        };
         if self.of.lacks.is_some() {
-            if is_ok && larger(self.stress) {
+            if let Some(value) = value.filter(|&value| status == Status::Ok && larger(self.stress, value)) {
                 self.stress = Some((value, sample));
             }
             return;
         }
-        self.judged += 1;
-        if value > 1.0 {
+        self.rows += 1;
+        if value.is_some_and(|ratio| ratio > 1.0) {
             self.exceeded += 1;
-            self.exceeded_ok += u64::from(is_ok);
+            self.exceeded_ok += u64::from(status == Status::Ok);
+        } else {
+            match status {
+                Status::Invalid => self.invalid += 1,
+                // values after another limit are those of another machine, whether the run ended there or not
+                Status::Failed | Status::Quarantined | Status::Beyond => self.earlier += 1,
+                Status::Ok => {}
+            }
         }
-        if larger(self.largest) {
-            self.largest = Some((value, sample));
+        if let Some(ratio) = value.filter(|&ratio| larger(self.largest, ratio)) {
+            self.largest = Some((ratio, sample));
         }
     }
 
     fn cells(&self) -> Vec<String> {
-        let exceeded = format!("{} of {}", self.exceeded, counted(self.judged, "run"));
+        let mut exceeded = format!("{} of {}", self.exceeded, counted(self.rows, "run"));
+        for (count, why) in [(self.earlier, "ended earlier"), (self.invalid, "invalid")] {
+            if count > 0 {
+                exceeded += &format!("; {count} {why}");
+            }
+        }
         let largest = self.largest.map(|(ratio, sample)| format!("{} (sample {sample})", just_above(ratio)));
         vec![
             self.of.name().to_owned(),
@@ -174,18 +198,6 @@ impl Counted {
             largest.unwrap_or_else(|| "-".to_owned()),
         ]
     }
-}
-
-/// A line for each limit whose ratio is asked for and that nothing in the study's machine is compared with.
-#[must_use]
-pub fn unwatched(samples: &Samples, asked: &[String]) -> Vec<String> {
-    let Some(all) = of_study(samples) else { return Vec::new() };
-    let line = |of: LimitValue| {
-        let (name, key) = (of.name(), of.lacks?);
-        let column = format!("{RATIO}{name}");
-        asked.contains(&column).then(|| format!("{column} is empty in every run: {name} is {}", not_judged(key)))
-    };
-    all.into_iter().filter_map(line).collect()
 }
 
 /// A line where more runs are beyond the model than `[limits] max_beyond` of the study allows.

@@ -11,6 +11,7 @@ mod assumed;
 mod bearings;
 mod curves;
 mod failing;
+mod horizon;
 mod limit_values;
 mod limits;
 mod narrowing;
@@ -35,8 +36,9 @@ use bladeoff_answers::report::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
 use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
+pub use horizon::Horizon;
 pub use limit_values::{limits_of, limits_of_machine};
-pub use limits::{LimitTable, above_max_beyond, too_many_beyond, unwatched};
+pub use limits::{LimitTable, above_max_beyond, too_many_beyond};
 pub use provenance::LIMITS;
 use rows::Seen;
 pub use stability::unstable_of;
@@ -94,14 +96,14 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, (summary, sensitive), limits, too_many) = read_current(directory, row_files, |files| {
+    let (seen, (summary, sensitive), (limits, horizon), too_many) = read_current(directory, row_files, |files| {
         is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
         is_known = refuse_changed(directory)? || !is_table;
         end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
         Ok((
             rows::read(files, coordinates.clone(), &columns)?,
             summary(samples, files)?,
-            LimitTable::of(samples, files)?,
+            (LimitTable::of(samples, files)?, Horizon::of(files)?),
             too_many_beyond(samples, files)?,
         ))
     })?;
@@ -133,6 +135,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     add("limits", "What it cannot tell", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
+    lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
     lead.extend(sensitive.map(Block::Text));
     lead.extend(too_many.map(|line| Block::Warning(format!("{line}."))));
     lead.extend(limits.unjudged().map(|text| Block::Warning(format!("Model limits: {text}."))));

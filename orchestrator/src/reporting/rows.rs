@@ -57,7 +57,8 @@ impl Held {
     fn of(told: &Told) -> Self {
         match told {
             Told::Grown(Some(column)) => Self::Reached(column.clone()),
-            Told::Once => Self::Once,
+            Told::Once(Some(column)) | Told::Limit(Some(column)) => Self::Reached(column.clone()),
+            Told::Once(None) | Told::Limit(None) => Self::Once,
             _ => Self::Nothing,
         }
     }

@@ -65,11 +65,12 @@ fn scaled(index: Index, scale: &Scale) -> Index {
     Index { estimate: of(index.estimate), low: of(index.low), high: of(index.high) }
 }
 
-/// The most decisive on top, as sentences rank them: by the total order, otherwise by the first of the kinds.
+/// The most decisive on top, as sentences rank them: by the total order, otherwise by the first of the kinds. Parameters without an
+/// interval follow in the order of the study.
 fn bars(name: &str, found: &Sensitivities, (kinds, what): (&[Kind], &str), scale: &Scale) -> Block {
     let size = |of: &OfParameter| {
         let kind = if found.estimator == "sobol" { kinds.last() } else { kinds.first() };
-        let leading = kind.and_then(|(.., index)| index(of)).and_then(|index| index.estimate);
+        let leading = kind.and_then(|(.., index)| index(of)).and_then(|index| index.ranking());
         leading.unwrap_or(f64::NEG_INFINITY)
     };
     let mut parameters: Vec<&(String, OfParameter)> = found.indices.of.iter().collect();
@@ -119,7 +120,7 @@ fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
     let words = all.iter().filter(|one| place(one).is_some()).map(|(parameter, ..)| parameter.clone()).collect();
     // the first by mu*: more names would lie over one another
     let mut ranked: Vec<&(String, Index, Index)> = all.iter().collect();
-    ranked.sort_by(|a, b| b.1.estimate.unwrap_or(0.0).total_cmp(&a.1.estimate.unwrap_or(0.0)));
+    ranked.sort_by(|a, b| b.1.ranking().unwrap_or(0.0).total_cmp(&a.1.ranking().unwrap_or(0.0)));
     let named = ranked.iter().take(MOST_NAMES);
     let labels = named.filter_map(|one| place(one).map(|(x, y)| (x, y, one.0.clone()))).collect();
     let across =

@@ -152,6 +152,8 @@ mod tests {
         let column = |name: &str, unit: &str| TableColumn {
             field: Field { name: name.into(), unit: unit.into(), meaning: String::new(), kind: FieldKind::Real },
             told: Told::Given,
+            unjudged: false,
+            lacks: None,
         };
         let columns = [column("diaphragms.seal.contact.gap_m", "m"), column("diaphragms.other.contact.gap_m", "m")];
         let at = |path: &str| (path.to_owned(), Label::Number(0.000_566_666_666_666_666_7));

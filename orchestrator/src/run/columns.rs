@@ -2,8 +2,8 @@
 
 use crate::engine;
 use bladeoff_answers::tables::{Field, FieldKind, TableSchema};
-use bladeoff_model::machine::Machine;
-use bladeoff_model::outcome::{Column as OutcomeColumn, ColumnKind as OutcomeKind, Group, Growth, Part};
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathInfo, TWIN};
+use bladeoff_model::outcome::{Column as OutcomeColumn, ColumnKind as OutcomeKind, Empty, Group, Growth, Part};
 use bladeoff_study::{Column, ColumnKind, Samples};
 use bladeoff_study::{FunctionModel, Output};
 
@@ -28,6 +28,9 @@ pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
         group: Group::Functions,
         part: Part::Whole,
         growth: Growth::Free,
+        is_guarded: false,
+        empty: Empty::Absent,
+        lacks: None,
     };
     model.outputs.iter().map(column).collect()
 }
@@ -42,10 +45,10 @@ pub enum Told {
     Given,
     /// At least what was reached while all guards held, which stands in the column of this name, if there is one.
     Grown(Option<String>),
-    /// What happened once and for all, where nothing but a step limit or a limit of the model ended the run.
-    Once,
-    /// All. An empty cell means that no limit of the model was exceeded.
-    Limit,
+    /// The time of a first event, where it happened while all guards and limits held, as the column of this name has it.
+    Once(Option<String>),
+    /// Time of the first exceeded limit of the model: that of the row in a run beyond the model, else as `Once`.
+    Limit(Option<String>),
     /// Nothing.
     Found,
 }
@@ -57,6 +60,10 @@ pub struct TableColumn {
     pub field: Field,
     /// Of runs that are not ok.
     pub told: Told,
+    /// Whether an empty cell of an ok run decides nothing: the run has no such quantity.
+    pub unjudged: bool,
+    /// Part or key that the study's machine needs for the column; without it the column is empty in every row.
+    pub lacks: Option<String>,
 }
 
 /// All columns of the table of these samples; `None`: their machine cannot be built.
@@ -65,9 +72,44 @@ pub fn columns_of(samples: &Samples) -> Option<Vec<TableColumn>> {
     if let Some(model) = samples.study().function() {
         return Some(told(&function_schema(samples, model), &function_columns(model)));
     }
-    let machine = samples.try_machine(0).ok()??.build().ok()?;
-    Some(told(&table_schema(samples, &machine), &engine::columns(&machine)))
+    let definition = samples.try_machine(0).ok()??;
+    let machine = definition.build().ok()?;
+    let mut columns = told(&table_schema(samples, &machine), &engine::columns(&machine));
+    // a column that any sample may have is not lacking
+    for variant in variants(samples, &definition) {
+        let Ok(machine) = variant.build() else { continue };
+        let found = engine::columns(&machine);
+        let has = |name: &str| found.iter().any(|column| column.name == name && column.lacks.is_none());
+        for column in columns.iter_mut().filter(|column| column.lacks.is_some()) {
+            if has(&column.field.name) {
+                column.lacks = None;
+            }
+        }
+    }
+    Some(columns)
 }
+
+/// Machines of the study that may have other quantities than that of the first sample: one for each word of a parameter with words, and
+/// one with a twin run where samples have one.
+fn variants(samples: &Samples, definition: &MachineDef) -> Vec<MachineDef> {
+    let with = |info: &PathInfo, value: ParamValue| {
+        let mut variant = definition.clone();
+        variant.set(info, &value).ok().map(|()| variant)
+    };
+    let mut found: Vec<MachineDef> = Vec::new();
+    for parameter in samples.parameters().iter().filter(|parameter| !parameter.is_variable) {
+        let words = parameter.words().unwrap_or_default();
+        found.extend(words.iter().filter_map(|word| with(&parameter.info, ParamValue::Choice((*word).to_owned()))));
+        if parameter.info.path == TWIN {
+            found.extend(with(&parameter.info, ParamValue::Number(SHIFT)));
+        }
+    }
+    found.extend(samples.study().twin.as_ref().and_then(|twin| with(&twin.info, ParamValue::Number(SHIFT))));
+    found
+}
+
+/// A shift of a twin run that any machine allows.
+const SHIFT: f64 = 1e-6;
 
 /// Those of a study of this machine, or of formulas that are not known, in which nothing varies.
 #[must_use]
@@ -79,14 +121,16 @@ pub fn columns_without(machine: Option<&Machine>) -> Vec<TableColumn> {
 /// `outcome`: the columns that the solver fills.
 fn told(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
     let columns = schema.fields().iter().enumerate().map(|(at, field)| {
-        let told = match at.checked_sub(schema.given()).and_then(|at| outcome.get(at)) {
+        let solved = at.checked_sub(schema.given()).and_then(|at| outcome.get(at));
+        let told = match solved {
             None => Told::Given,
-            Some(column) if column.name == BEYOND_TIME => Told::Limit,
+            Some(column) if column.name == BEYOND_TIME => Told::Limit(column.guarded()),
             Some(column) if column.grows() => Told::Grown(column.guarded()),
-            Some(column) if column.growth == Growth::Once => Told::Once,
+            Some(column) if column.growth == Growth::Once => Told::Once(column.guarded()),
             Some(_) => Told::Found,
         };
-        TableColumn { field: field.clone(), told }
+        let unjudged = solved.is_some_and(|column| column.empty == Empty::Unjudged);
+        TableColumn { field: field.clone(), told, unjudged, lacks: solved.and_then(|column| column.lacks.clone()) }
     });
     columns.collect()
 }

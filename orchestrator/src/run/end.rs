@@ -1,8 +1,8 @@
 //! Where a table ends that ends before its design does, or of which less was asked at several looks: `[stop]`; or that has what `[refine]`
 //! has chosen.
 //!
-//! It stands in the table's own metadata, so that whoever reads the rows knows how many there should be and what their intervals may
-//! spend; the manifest and the status repeat it for whoever reads those.
+//! The end is recorded in the table's own metadata: a reader of the rows finds there how many rows belong to the table, and the error that
+//! a gate may spend. The manifest and the status repeat the record.
 
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{TableError, read_metadata};
@@ -56,7 +56,7 @@ pub struct TableEnd {
     pub points: u64,
     /// Samples: rows.
     pub samples: u64,
-    /// Part of 1 - confidence that its intervals may spend.
+    /// Part of 1 - confidence that a gate may spend; below 1: one of several interim analyses.
     pub share: f64,
     /// Why here.
     pub why: EndWhy,
@@ -162,7 +162,7 @@ pub struct Stage {
     pub points: u64,
     /// Samples: points in all groups.
     pub samples: u64,
-    /// Part of 1 - confidence that its intervals may spend.
+    /// Part of 1 - confidence that a gate may spend; below 1: one of several interim analyses.
     pub share: f64,
 }
 

@@ -298,7 +298,7 @@ fn scale_takes_the_first_blocks() {
     assert_eq!(paths.clone().scaled(1e-9).count(), 4);
     assert_eq!(pairs.clone().scaled(0.3).count(), 16 * 8);
     assert_eq!((paths.whole(11), pairs.whole(17), pairs.whole(7)), (8, 16, 0));
-    assert_eq!(paths.notes(3, &Copula::independent(3)).len(), 1);
+    assert_eq!(paths.notes(&Copula::independent(3)).len(), 1);
     assert!(!made(&PlanDef { scramble: Some(false), ..saltelli(8, false) }, 1, &laws).unwrap().is_scrambled());
     assert!(pairs.is_scrambled());
 }

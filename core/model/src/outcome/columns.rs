@@ -84,8 +84,15 @@ pub enum Growth {
     Once,
     /// It only grows: what it has reached stays reached, however the run goes on.
     Grows,
-    /// It only grows, and a further column has what it had reached while all guards held.
-    Guarded,
+}
+
+/// Meaning of an empty cell of a row that is `ok`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Empty {
+    /// The event or the motion that the column measures did not occur.
+    Absent,
+    /// The run has no such quantity: an empty cell decides nothing.
+    Unjudged,
 }
 
 /// How the name of a column of what was reached while all guards held begins; the other column's name follows. No other column begins so.
@@ -108,6 +115,12 @@ pub struct Column {
     pub part: Part,
     /// How its quantity goes during a run.
     pub growth: Growth,
+    /// Whether a further column has what this one had reached while all guards and limits held.
+    pub is_guarded: bool,
+    /// Meaning of an empty cell of a row that is `ok`.
+    pub empty: Empty,
+    /// Part or key that the machine needs for this column; without it the column is empty in every row.
+    pub lacks: Option<String>,
 }
 
 impl Column {
@@ -115,13 +128,13 @@ impl Column {
     /// is a lower bound of what the whole run would have reached.
     #[must_use]
     pub fn grows(&self) -> bool {
-        matches!(self.growth, Growth::Grows | Growth::Guarded)
+        self.growth == Growth::Grows
     }
 
-    /// Name of the column that has, of a row that is not `ok`, what this one had reached while all guards held; `None` where there is
-    /// none. It is null in a row that is `ok` (whose value stands) and in rows of builds that did not keep it.
+    /// Name of the further column with what this one had reached while all guards and limits held; `None` without such a column. A row
+    /// that is `ok` has null there, since its own value is valid.
     #[must_use]
     pub fn guarded(&self) -> Option<String> {
-        (self.growth == Growth::Guarded).then(|| format!("{GUARDED}{}", self.name))
+        self.is_guarded.then(|| format!("{GUARDED}{}", self.name))
     }
 }

@@ -6,7 +6,7 @@ mod columns;
 mod limit;
 
 pub use causes::{Cause, CauseSet, EndCause, Status};
-pub use columns::{Column, ColumnKind, Group, Growth, MAX_COLUMNS, Part};
+pub use columns::{Column, ColumnKind, Empty, Group, Growth, MAX_COLUMNS, Part};
 pub use limit::Limit;
 
 /// The outcome of one run: a row of the result table without its sample number and parameters.

@@ -25,8 +25,8 @@ pub use error::ExponentialError;
 pub use settings::StepSettings;
 pub use stepping::free_motion::FreeMotion;
 pub use stepping::free_run::{FreeRun, free_run};
+pub use stepping::rubbing_run::{RubbingRun, rubbing_run};
 pub use stepping::shared_model::same_bases;
-pub use stepping::transient::{RubbingRun, rubbing_run};
 
 pub(super) use modal::grid_spacing::GridSpacing;
 pub(super) use modal::modal_basis::MOST_CONDITION;

@@ -93,9 +93,21 @@ pub struct Sensitivities {
     pub r2: Option<Index>,
     /// Blocks, or rows, that are out because a run has no number.
     pub left_out: u64,
+    /// Parameters of a Saltelli design whose values in A and in B are correlated; their total indices are biased.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub correlated: Vec<Correlated>,
     /// Of each regime, where there are several and the method allows it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub regimes: Vec<OfRegime>,
+}
+
+/// A parameter whose values in A and in B of a Saltelli design are correlated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Correlated {
+    /// Its column.
+    pub parameter: String,
+    /// The correlation coefficient over the base points that count.
+    pub correlation: f64,
 }
 
 /// Sensitivities of the runs of a regime.
@@ -180,14 +192,15 @@ impl Answer {
 }
 
 impl Answer {
-    /// The place in [`Answer::figures`] of the index that ranks the most decisive parameter of a sensitivity.
+    /// The place in [`Answer::figures`] of the index that ranks the most decisive parameter of a sensitivity; `None`: no index has an interval.
     #[must_use]
     pub fn most_decisive(&self) -> Option<usize> {
         let found = self.sensitivity.as_ref().filter(|found| !found.indices.of.is_empty())?;
         let each = (self.figures.len() / found.indices.of.len()).max(1);
         let ranking = if found.estimator == "sobol" { each - 1 } else { 0 };
         let places = (ranking..self.figures.len()).step_by(each);
-        let known = places.filter_map(|at| Some((at, self.figures[at].estimate?)));
+        let ranking = |of: &Figures| of.estimate.filter(|_| of.low.is_some() && of.high.is_some());
+        let known = places.filter_map(|at| Some((at, ranking(&self.figures[at])?)));
         // of equal ones the first, as sentences rank them
         known.reduce(|most, one| if one.1 > most.1 { one } else { most }).map(|(at, _)| at)
     }

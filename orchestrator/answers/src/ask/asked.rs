@@ -19,9 +19,10 @@ use crate::estimate::known::{Truths, Values, levels, reached, truths, values};
 use crate::estimate::mean::mean;
 use crate::estimate::proportion::{Tally, none_seen, proportion_by, tallies};
 use crate::estimate::scheme::Scheme;
+use crate::estimate::undecided::Undecided;
 use crate::estimate::{difference, quantile};
 use crate::map::maps;
-use crate::share::{percent, percent_given};
+use crate::share::percent_given;
 use bladeoff_model::outcome::Status;
 
 /// Answers to a question, one for each group, and its curve.
@@ -96,6 +97,9 @@ const REFINED: &str = "[refine] chose which combinations are there by their resu
 const REFINED_LIMITS: &str = "limits hold for a combination that is named beforehand; results of the same points led to those that were added, \
                               of which more may be missed";
 
+/// Said where an answer of one of several interim analyses has limits, before their level.
+const INTERIM: &str = "one of several interim analyses of [stop]: the limits are those of this analysis alone";
+
 /// Answers of one question; the study has been checked.
 ///
 /// # Errors
@@ -131,32 +135,28 @@ pub(super) struct Asked<'a> {
 
 impl<'a> Asked<'a> {
     pub fn of(study: &'a Study<'a>, question: &'a Question, scheme: Scheme) -> Self {
-        let alpha = (1.0 - question.confidence) * study.design.share;
+        let alpha = 1.0 - question.confidence;
         Self { study, question, t: scheme.t(alpha), scheme, alpha }
     }
 
     /// With what is said of all answers from such points.
     pub fn noted(&self, mut answered: Answered) -> Answered {
-        if self.study.design.share < 1.0 {
-            let one = percent(1.0 - self.alpha);
-            let note = format!(
-                "one of several looks of [stop]: its limits hold with {one}, so that those of all looks hold together with {}",
-                percent_given(self.question.confidence)
-            );
-            let has_limits = |answer: &&mut Answer| answer.method != Method::Without;
-            answered.answers.iter_mut().filter(has_limits).for_each(|answer| answer.notes.push(note.clone()));
-        }
-        if self.study.design.refined {
-            answered.answers.iter_mut().for_each(|answer| answer.notes.push(REFINED.to_owned()));
-            let has_limits = |answer: &&mut Answer| match &answer.map {
-                Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
-                None => answer.method != Method::Without,
-            };
-            answered
-                .answers
-                .iter_mut()
-                .filter(has_limits)
-                .for_each(|answer| answer.notes.push(REFINED_LIMITS.to_owned()));
+        let has_limits = |answer: &Answer| match &answer.map {
+            Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
+            None => answer.method != Method::Without,
+        };
+        let design = &self.study.design;
+        for answer in &mut answered.answers {
+            let has_limits = has_limits(answer);
+            if design.is_interim() && has_limits {
+                answer.approximate = true;
+                let level = percent_given(self.question.confidence);
+                answer.notes.push(format!("{INTERIM}, about {level}"));
+            }
+            if design.refined {
+                answer.notes.push(REFINED.to_owned());
+                answer.notes.extend(has_limits.then(|| REFINED_LIMITS.to_owned()));
+            }
         }
         answered
     }
@@ -177,7 +177,8 @@ impl<'a> Asked<'a> {
         decided_by(self.study, formula)
     }
 
-    fn told(&self, kind: &'static str, group: Group, bad: Bad, figures: Figures) -> Answer {
+    fn told(&self, kind: &'static str, group: Group, bad: Bad, mut figures: Figures) -> Answer {
+        figures.approximate |= self.study.design.is_interim() && figures.method != Method::Without;
         let mut answer = Answer::of(&self.question.name, kind, group, bad, self.question.confidence, figures.clone());
         answer.figures.push(figures);
         answer
@@ -185,13 +186,14 @@ impl<'a> Asked<'a> {
 
     fn probability(&self, truths: &Truths) -> Figures {
         let tallies = tallies(truths, self.scheme.parts(), self.part());
-        self.of_tallies(&tallies, truths.empty, truths.undefined)
+        self.of_tallies(&tallies, truths.empty, &truths.undecided())
     }
 
-    pub fn of_tallies(&self, tallies: &[Tally], empty: u64, undefined: u64) -> Figures {
+    pub fn of_tallies(&self, tallies: &[Tally], empty: u64, undecided: &Undecided) -> Figures {
         let mut figures = proportion_by(tallies, &self.scheme, self.alpha, self.t);
         note_empty(&mut figures.notes, empty, CONDITION);
-        note_undefined(&mut figures.notes, undefined);
+        note_undefined(&mut figures.notes, undecided.no_value);
+        undecided.note(&mut figures.notes);
         // points that are random after all, only too few replicates of them
         if matches!(self.scheme, Scheme::Without(_)) && self.study.design.is_random() {
             none_seen(&Tally::of_all(tallies), self.alpha, &mut figures);
@@ -211,7 +213,7 @@ impl<'a> Asked<'a> {
     fn subject(&self, figure: &Figure, bad: &Bad) -> String {
         let mut text = subject(figure);
         if let Figure::Mean(column) = figure
-            && self.study.numbers(column).is_ok_and(|(_, nature)| !matches!(nature, Nature::Given | Nature::Limit))
+            && self.study.numbers(column).is_ok_and(|(_, nature)| !matches!(nature, Nature::Given | Nature::Limit(_)))
         {
             text += &bad.inside();
         }
@@ -412,9 +414,10 @@ impl<'a> Asked<'a> {
 
 /// Words for the values that decide a condition of runs that are not ok, where it is decided.
 pub(crate) fn decided_by(study: &Study<'_>, formula: &Formula) -> &'static str {
-    let is_reached =
-        |name: &String| study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once));
-    let is_limit = |name: &String| study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit));
+    let is_reached = |name: &String| {
+        study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once(_)))
+    };
+    let is_limit = |name: &String| study.numbers(name).is_ok_and(|(_, of)| matches!(of, Nature::Limit(_)));
     if formula.columns.iter().any(is_reached) {
         "counted by the values reached before a guard or limit was exceeded"
     } else if formula.columns.iter().any(is_limit) {

@@ -56,14 +56,25 @@ fn sentence(map: &Map) -> String {
     let single = map
         .runs
         .map_or(String::new(), |(least, most)| format!("; single {runs}s from {} to {}", show(least), show(most)));
-    // the most with bad runs harmful, the least with them harmless
-    let known = |of: fn(&Cell) -> Option<f64>| {
-        map.cells.iter().filter(|cell| !map.is_unsure(cell)).filter_map(move |cell| Some((of(cell)?, cell)))
+    // the most with bad runs harmful, the least with them harmless; one end of a cell of a grid is a bound, of other cells it is none
+    let needs_both = map.is_smoothed() || map.difference.is_some();
+    let is_told = |cell: &&Cell| match (cell.estimate, cell.estimate_if_bad_harmful) {
+        _ if map.is_unsure(cell) => false,
+        (Some(_), Some(_)) => true,
+        (None, None) => false,
+        _ => !needs_both,
     };
-    let harmful: fn(&Cell) -> Option<f64> = |cell| cell.estimate_if_bad_harmful.or(cell.estimate);
-    let harmless: fn(&Cell) -> Option<f64> = |cell| cell.estimate.or(cell.estimate_if_bad_harmful);
-    let highest = known(harmful).max_by(|a, b| a.0.total_cmp(&b.0));
-    let lowest = known(harmless).min_by(|a, b| a.0.total_cmp(&b.0));
+    let known =
+        |of: fn(&Cell) -> Option<f64>| map.cells.iter().filter(is_told).filter_map(move |cell| Some((of(cell)?, cell)));
+    let harmful: fn(&Cell) -> Option<f64> = |cell| cell.estimate_if_bad_harmful;
+    let harmless: fn(&Cell) -> Option<f64> = |cell| cell.estimate;
+    let largest = |of| known(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    let least = |of| known(of).min_by(|a, b| a.0.total_cmp(&b.0));
+    let cells_told = map.cells.iter().filter(is_told).count();
+    let (has_highest, has_lowest) = (known(harmful).count() == cells_told, known(harmless).count() == cells_told);
+    // where a cell has no upper value, the largest lower one is known: the maximum is at least that
+    let highest = if has_highest { largest(harmful) } else { largest(harmless) };
+    let lowest = if has_lowest { least(harmless) } else { least(harmful) };
     let (Some(highest), Some(lowest)) = (highest, lowest) else {
         let why = if map.undrawn == Some(map.n) { ", too few to be smoothed" } else { "" };
         return text + &format!("no cell has a number, {}{why}", counted(map.n, runs)) + &single + &bad(map);
@@ -75,7 +86,9 @@ fn sentence(map: &Map) -> String {
     if map.difference.is_some() {
         text += &format!("from {} at {} to {} at {}", show(lowest.0), at(lowest.1), show(highest.0), at(highest.1));
     } else {
-        text += &format!("at most {}, at {}; at least {}", show(highest.0), at(highest.1), show(lowest.0));
+        let (most, fewest) = (if has_highest { "at most" } else { "the largest at least" }, show(lowest.0));
+        text += &format!("{most} {}, at {}", show(highest.0), at(highest.1));
+        text += &if has_lowest { format!("; at least {fewest}") } else { format!("; the least at most {fewest}") };
     }
     text += &single;
     if map.runs.is_some_and(|(least, most)| lowest.0 < least || highest.0 > most) && map.difference.is_none() {

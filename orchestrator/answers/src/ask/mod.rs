@@ -20,7 +20,7 @@ mod wording;
 pub use crate::estimate::formula::Known;
 pub(crate) use crate::share::percent;
 pub use crate::share::percent_given;
-pub use answer::{Answer, Answers, OfRegime, SCHEMA, Sensitivities, is_of_group};
+pub use answer::{Answer, Answers, Correlated, OfRegime, SCHEMA, Sensitivities, is_of_group};
 pub(crate) use asked::decided_by;
 pub use asked::{Answered, answer, answer_all, answer_each, collected};
 pub use method::{Sensitivity, SensitivityMethod};

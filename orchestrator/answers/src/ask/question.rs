@@ -254,7 +254,10 @@ impl Check<'_> {
     pub(super) fn column(&mut self, key: &'static str, name: &str) -> Option<String> {
         let known = &self.names.known;
         match known.meant(name)[..] {
-            [column] if known.is_number(column) => Some(column.to_owned()),
+            [column] if known.is_number(column) => match known.lacks(column) {
+                Some(why) => self.wrong(key, why),
+                None => Some(column.to_owned()),
+            },
             ref found @ ([] | [_]) => {
                 let message = match found {
                     [column] => format!("`{column}` is a column of words, not of numbers"),

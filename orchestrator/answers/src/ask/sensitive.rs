@@ -126,7 +126,9 @@ impl Rows<'_> {
         let (second_order, r2) = (std::mem::take(&mut indices.pairs), indices.r2);
         let (output, left_out) = (self.wanted.output.clone(), indices.left_out);
         let estimator = self.wanted.method.word();
-        answer.sensitivity = Some(Sensitivities { output, estimator, indices, second_order, r2, left_out, regimes });
+        let correlated = Vec::new();
+        answer.sensitivity =
+            Some(Sensitivities { output, estimator, indices, second_order, r2, left_out, correlated, regimes });
         Ok(answer)
     }
 
@@ -253,9 +255,9 @@ impl Words<'_> {
         format_digits(value, if has_unit { self.unit } else { "" }, 3)
     }
 
-    /// Parameters with the most decisive first; equal ones in the order of the study.
+    /// Parameters with the most decisive first; equal ones, and those without an interval, in the order of the study.
     fn ranked<'i>(&self, indices: &'i Indices) -> Vec<&'i (String, OfParameter)> {
-        let key = |of: &OfParameter| leading(self.wanted.method, of).and_then(|index| index.estimate);
+        let key = |of: &OfParameter| leading(self.wanted.method, of).and_then(|index| index.ranking());
         let mut ranked: Vec<&(String, OfParameter)> = indices.of.iter().collect();
         let down = |value: Option<f64>| -value.unwrap_or(f64::NEG_INFINITY);
         ranked.sort_by(|a, b| down(key(&a.1)).total_cmp(&down(key(&b.1))));
@@ -273,34 +275,39 @@ impl Words<'_> {
         let show = |value: f64| if has_unit { self.number(value, true) } else { percent(value) };
         let about = if answer.approximate { "about " } else { "" };
         let level = percent_given(answer.confidence);
-        let ranked = self.ranked(indices);
-        let mut told = Vec::new();
-        for (name, of) in &ranked {
-            let Some(Index { estimate: Some(estimate), low, high }) = leading(wanted.method, of) else { continue };
-            let interval = match (low, high, told.is_empty()) {
-                (Some(low), Some(high), is_first) => {
-                    let level = if is_first { format!("{about}{level}: ") } else { String::new() };
-                    let (low, high) = match (has_unit, Scale::Share.show_both(low, high)) {
-                        (true, _) => (show(low), show(high)),
-                        (false, both) => both,
-                    };
-                    format!(" ({level}{low} to {high})")
+        let (mut told, mut without) = (Vec::new(), 0);
+        for (name, of) in self.ranked(indices) {
+            let (estimate, low, high) = match leading(wanted.method, of) {
+                Some(Index { estimate: Some(estimate), low: Some(low), high: Some(high) }) => (estimate, low, high),
+                Some(Index { estimate: Some(_), .. }) => {
+                    without += 1;
+                    continue;
                 }
-                _ => " (no interval)".to_owned(),
+                _ => continue,
             };
-            told.push(format!("{name} {}{interval}", show(estimate)));
+            let level = if told.is_empty() { format!("{about}{level}: ") } else { String::new() };
+            let (low, high) = match (has_unit, Scale::Share.show_both(low, high)) {
+                (true, _) => (show(low), show(high)),
+                (false, both) => both,
+            };
+            told.push(format!("{name} {} ({level}{low} to {high})", show(estimate)));
         }
         let more = told.len().saturating_sub(NAMED);
         told.truncate(NAMED);
         let mut text = format!("{}sensitivity of {}{}", prefix(&answer.group), wanted.output, self.inside);
-        if told.is_empty() {
+        if told.is_empty() && without == 0 {
             text += " has no number";
             text += &indices.without.map_or(String::new(), |why| format!(": {why}"));
+        } else if told.is_empty() {
+            text += &format!(", {what}: no ranking, since no index has an interval");
         } else {
             text += &format!(", {what}: {}", told.join(", "));
         }
         if more > 0 {
             text += &format!(", {} below", counted(more as u64, "parameter"));
+        }
+        if without > 0 && !told.is_empty() {
+            text += &format!(", {} without an interval not ranked", counted(without, "parameter"));
         }
         let blocks = match (unit_of, answer.n) {
             ("trajectory", n) if n != 1 => format!("{n} trajectories"),

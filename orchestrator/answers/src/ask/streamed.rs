@@ -21,6 +21,7 @@ use crate::estimate::order::kept_by_each;
 use crate::estimate::proportion::Tally;
 use crate::estimate::quantile::Quantiles;
 use crate::estimate::scheme::Scheme;
+use crate::estimate::undecided::Undecided;
 
 /// A table that is there whole, in the order of its samples.
 #[derive(Debug, Clone)]
@@ -62,7 +63,7 @@ struct Counted {
     tallies: Vec<Tally>,
     bad: Bad,
     empty: u64,
-    undefined: u64,
+    undecided: Undecided,
 }
 
 /// What is held of values.
@@ -157,7 +158,7 @@ impl<'a> Fold<'a> {
     fn new(ask: &'a Ask, head: &Study<'_>, scheme: &Scheme, kept: usize) -> Result<Self, InputError> {
         let groups = head.groups.len();
         let tallies = vec![Tally::default(); scheme.parts()];
-        let counted = Counted { tallies, bad: Bad::default(), empty: 0, undefined: 0 };
+        let counted = Counted { tallies, bad: Bad::default(), empty: 0, undecided: Undecided::default() };
         let fold = match ask {
             Ask::One(figure) => match figure {
                 Figure::Probability(formula) => Self::Probability(figure, formula, vec![counted; groups]),
@@ -198,7 +199,7 @@ impl<'a> Fold<'a> {
                 let counted = &mut counted[group];
                 counted.bad.add(&truths.bad());
                 counted.empty += truths.empty;
-                counted.undefined += truths.undefined;
+                counted.undecided.add(&truths.undecided());
                 for (truth, (point, _)) in truths.of.into_iter().zip(rows) {
                     counted.tallies[part(*point)].see(truth);
                 }
@@ -237,7 +238,7 @@ impl<'a> Fold<'a> {
         let (scheme, alpha) = (&asked.scheme, asked.alpha);
         match self {
             Self::Probability(figure, _, counted) => {
-                let one = |of: Counted| (asked.of_tallies(&of.tallies, of.empty, of.undefined), of.bad);
+                let one = |of: Counted| (asked.of_tallies(&of.tallies, of.empty, &of.undecided), of.bad);
                 asked.told_of(figure, counted.into_iter().map(one).collect())
             }
             Self::Mean(figure, _, means) => {

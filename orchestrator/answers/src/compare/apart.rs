@@ -1,20 +1,23 @@
 //! Rows that have no partner, as two samples: differences of means and of quantiles, B less A.
 //!
-//! The limits of A and of B hold with 1 - alpha/2 each, so that the difference of one's upper and the other's lower limit holds with
-//! 1 - alpha however A and B depend on one another: two studies with one seed are drawn from the same numbers. Means are those of rows that
-//! are ok; quantiles count a bad row as anything at all.
+//! Two studies with one seed are drawn from the same numbers: point i of A and point i of B depend on one another, and no other points
+//! do. So the limits of both are put together by the correlation of the estimates over points (or replicates) of one number, whatever
+//! the seeds are ([`crate::estimate::reach`]). Draws that differ in kind have limits of A and of B that hold with 1 - alpha/2 each.
+//! Means are those of rows that are ok; quantiles count a bad row as anything at all.
 
 use super::draw::Clusters;
 use super::found::{Apart, Interval, QuantileApart};
 use crate::ask::CONFIDENCE;
 use crate::estimate::bad::Bad;
-use crate::estimate::difference::of_two;
+use crate::estimate::difference::{of_correlated, of_two};
 use crate::estimate::figures::Figures;
 use crate::estimate::known::Values;
 use crate::estimate::mean::mean;
 use crate::estimate::quantile::quantile;
+use crate::estimate::reach::{Cluster, correlation, lessened};
 use crate::estimate::scheme::{FEW, Scheme};
 use crate::tables::ColumnHead;
+use std::collections::BTreeMap;
 
 /// Quantiles that are told.
 const QUANTILES: [f64; 2] = [0.5, 0.95];
@@ -23,6 +26,8 @@ const QUANTILES: [f64; 2] = [0.5, 0.95];
 pub(super) struct Rest<'a> {
     /// The rows.
     pub rows: &'a [usize],
+    /// Samples of all rows of the table.
+    pub samples: &'a [u64],
     /// Whether each row of the table is ok.
     pub is_ok: &'a dyn Fn(usize) -> bool,
     /// What depends on what.
@@ -34,13 +39,51 @@ struct Half {
     mean: Figures,
     bad: u64,
     quantiles: [Figures; QUANTILES.len()],
+    /// The number of each row's point or replicate, and its value where it is ok.
+    rows: Vec<(u64, Option<f64>)>,
+}
+
+impl Half {
+    /// Parts of a ratio of sums by point or replicate; `of`: the parts of a row.
+    fn clusters(&self, of: impl Fn(Option<f64>) -> Option<(f64, f64)>) -> Vec<Cluster> {
+        let mut sums: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
+        for (number, value) in &self.rows {
+            if let Some((above, below)) = of(*value) {
+                let sum = sums.entry(*number).or_default();
+                *sum = (sum.0 + above, sum.1 + below);
+            }
+        }
+        sums.into_iter().map(|(number, (above, below))| (number, above, below)).collect()
+    }
+
+    /// Numbers of rows at most a level by point or replicate; a bad row is one of them.
+    fn at_most(&self, level: f64) -> Vec<Cluster> {
+        self.clusters(|value| Some((f64::from(u8::from(value.is_none_or(|value| value <= level))), 1.0)))
+    }
 }
 
 /// A column of numbers in both; NaN is none.
 pub(super) fn apart(head: &ColumnHead, a: (&[f64], &Rest<'_>), b: (&[f64], &Rest<'_>)) -> Apart {
-    let (of_a, of_b) = (half(a.0, a.1), half(b.0, b.1));
-    let quantiles = QUANTILES.iter().zip(of_a.quantiles.iter().zip(&of_b.quantiles)).map(|(&level, (a, b))| {
-        QuantileApart { quantile: level, a: a.estimate, b: b.estimate, difference: Interval::of(of_two(b, a)) }
+    let are_alike = a.1.clusters.are_alike(b.1.clusters);
+    let halves = |alpha: f64| (half(a.0, a.1, alpha), half(b.0, b.1, alpha));
+    let alpha = 1.0 - CONFIDENCE;
+    let (of_a, of_b) = halves(if are_alike { alpha } else { 0.5 * alpha });
+    // where nothing is known of a correlation
+    let apart = std::cell::OnceCell::new();
+    let apart = || apart.get_or_init(|| halves(0.5 * alpha));
+    let mean = match are_alike.then(|| of_means(&of_a, &of_b)).flatten() {
+        Some(r) => of_correlated(&of_b.mean, &of_a.mean, r),
+        None => of_two(&apart().1.mean, &apart().0.mean),
+    };
+    let difference = |at: usize| match are_alike.then(|| of_quantiles(&of_a, &of_b, at)).flatten() {
+        Some(r) => of_correlated(&of_b.quantiles[at], &of_a.quantiles[at], r),
+        None => of_two(&apart().1.quantiles[at], &apart().0.quantiles[at]),
+    };
+    let quantiles = QUANTILES.iter().enumerate().map(|(at, &level)| QuantileApart {
+        quantile: level,
+        a: of_a.quantiles[at].estimate,
+        b: of_b.quantiles[at].estimate,
+        difference: Interval::of(difference(at)),
     });
     Apart {
         column: head.name.clone(),
@@ -51,25 +94,41 @@ pub(super) fn apart(head: &ColumnHead, a: (&[f64], &Rest<'_>), b: (&[f64], &Rest
         bad_b: of_b.bad,
         mean_a: of_a.mean.estimate,
         mean_b: of_b.mean.estimate,
-        mean: Interval::of(of_two(&of_b.mean, &of_a.mean)),
+        mean: Interval::of(mean),
         quantiles: quantiles.collect(),
     }
 }
 
-fn half(cells: &[f64], rest: &Rest<'_>) -> Half {
+/// Correlation of both means; `None`: one of both does not vary.
+fn of_means(a: &Half, b: &Half) -> Option<f64> {
+    let sums = |half: &Half| half.clusters(|value| value.map(|value| (value, 1.0)));
+    correlation(&sums(a), &sums(b))
+}
+
+/// Correlation of the numbers of values at most both estimates of a quantile.
+fn of_quantiles(a: &Half, b: &Half, at: usize) -> Option<f64> {
+    let (of_a, of_b) = (a.at_most(a.quantiles[at].estimate?), b.at_most(b.quantiles[at].estimate?));
+    let sum = |of: &[Cluster]| of.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.1, sum.1 + one.2));
+    Some(lessened(correlation(&of_a, &of_b)?, sum(&of_a), sum(&of_b), (a.bad + b.bad) as f64))
+}
+
+fn half(cells: &[f64], rest: &Rest<'_>, alpha: f64) -> Half {
     let mut sorted: Vec<(f64, u32)> = Vec::with_capacity(rest.rows.len());
     let mut bad: Vec<u32> = Vec::new();
+    let mut rows = Vec::with_capacity(rest.rows.len());
     for (at, &row) in rest.rows.iter().enumerate() {
         let cluster = rest.clusters.cluster(at);
+        let number = if rest.clusters.of.is_empty() { rest.samples[row] } else { u64::from(cluster) };
         if !(rest.is_ok)(row) {
             bad.push(cluster);
+            rows.push((number, None));
         } else if !cells[row].is_nan() {
             sorted.push((cells[row], cluster));
+            rows.push((number, Some(cells[row])));
         }
     }
     // once here, so that no quantile has to
     sorted.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-    let alpha = 0.5 * (1.0 - CONFIDENCE);
     let numbers: Vec<f64> = sorted.iter().map(|(number, _)| *number).collect();
     let mut clusters: Vec<u32> = sorted.iter().map(|(_, cluster)| *cluster).collect();
     let scheme = rest.clusters.narrowed(&mut clusters);
@@ -89,7 +148,7 @@ fn half(cells: &[f64], rest: &Rest<'_>) -> Half {
         let scheme = enough(&scheme, rest.clusters, values.low.len(), level);
         quantile(&values, level, &scheme, |cluster| cluster, alpha)
     });
-    Half { mean: of_mean, bad: count, quantiles }
+    Half { mean: of_mean, bad: count, quantiles, rows }
 }
 
 /// Limits of few values are those of as many independent ones, which rows of one point are not.

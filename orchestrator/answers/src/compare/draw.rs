@@ -86,6 +86,16 @@ impl Clusters {
         Scheme::Replicated(count as usize)
     }
 
+    /// Whether those of one number in both are what depends on one another: points, or as many replicates.
+    pub fn are_alike(&self, other: &Self) -> bool {
+        let replicates = |of: &Self| match of.scheme {
+            Scheme::Replicated(count) if !of.are_points => Some(count),
+            _ => None,
+        };
+        let has_none = |of: &Self| matches!(of.scheme, Scheme::Without(_));
+        !has_none(self) && !has_none(other) && replicates(self) == replicates(other)
+    }
+
     /// Whether several rows depend on one another though points are independent.
     pub fn are_points(&self) -> bool {
         self.are_points

@@ -136,8 +136,8 @@ impl Work<'_> {
         let ok = Pairs { rows: self.ok, samples, clusters: &of_ok };
         let alike = Pairs { rows: self.alike, samples, clusters: &of_alike };
         let (is_ok_a, is_ok_b) = (|row| self.of_a.is_ok(row), |row| self.of_b.is_ok(row));
-        let rest_a = Rest { rows: &self.matching.only_a, is_ok: &is_ok_a, clusters: &of_rests.0 };
-        let rest_b = Rest { rows: &self.matching.only_b, is_ok: &is_ok_b, clusters: &of_rests.1 };
+        let rest_a = Rest { rows: &self.matching.only_a, samples: samples.0, is_ok: &is_ok_a, clusters: &of_rests.0 };
+        let rest_b = Rest { rows: &self.matching.only_b, samples: samples.1, is_ok: &is_ok_b, clusters: &of_rests.1 };
         let has_rests = !rest_a.rows.is_empty() && !rest_b.rows.is_empty();
         let mut known = Words::default();
         let (rows_a, rows_b) = (self.of_a.rows(), self.of_b.rows());

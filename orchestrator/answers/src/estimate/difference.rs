@@ -1,14 +1,14 @@
 //! The difference of a figure between two values of a varied parameter, a - b, at the same points: what both have in common cancels.
 //!
 //! ```text
-//! probability   p_a - p_b = p_10 - p_01 = d (2 q - 1),  d = p_10 + p_01: only one of both holds,  q = p_10/d: then it is a
-//!               exact limits of d from n_10 + n_01 of n at alpha/8 each, of q from n_10 of n_10 + n_01 at alpha/4 each:
-//!               low = (2 q_low - 1) d_low if that is positive, (2 q_low - 1) d_high otherwise; high likewise: all hold with 1 - alpha
-//! quantile      limits of both at alpha/2: low_a - high_b, high_a - low_b: both hold with 1 - alpha
+//! probability   p_a - p_b = p_10 - p_01: only one of both holds. Exact limits of both, and their correlation in a multinomial sample
+//! quantile      limits of both, and the correlation of "at most the estimate" over the points (of replicates: of their shares)
 //! mean          t of the differences
 //! ```
-//! The first is zero-free exactly where the exact test of McNemar (1947) at alpha/2 says that a and b differ; it is wider than the
-//! usual approximations (measured: coverage 0.96 to 1.00), which cover too little where few points differ.
+//! The first two put two pairs of limits together by [`reach`], each at the full level.
+//! Probabilities of independent points: the coverage over all outcomes, computed for a grid of p_10 and p_01, is at least 0.953 for 95 %
+//! and 0.990 for 99 % (n = 10, 20, 50, 100, 200). Quantiles are approximate: measured coverage in `tests/uncertainty/paired.rs`.
+//! Quantiles without a common point take limits that hold with 1 - alpha/2 each.
 //! Bad runs: the figures with those of both harmless, and with those of both harmful; the lower limit with those of a harmless and those
 //! of b harmful, the upper one the other way round, so that every combination lies between.
 
@@ -17,6 +17,7 @@ use super::known::{Truths, Values};
 use super::limits::{lower_limit, upper_limit};
 use super::mean::mean;
 use super::quantile::quantile;
+use super::reach::{Arms, Cluster, UNSEEN, correlation, lessened, reach};
 use super::scheme::{FEW, Scheme};
 
 /// Points where only a, only b happened, of all points of a part.
@@ -45,12 +46,21 @@ fn apart(
     counts
 }
 
-/// Lower limit of p_10 - p_01; exact at alpha/2.
-fn lower(of: Apart, alpha: f64) -> f64 {
-    let both = of.a + of.b;
-    let q = lower_limit(of.a, both, alpha / 4.0);
-    let d = if q < 0.5 { upper_limit(both, of.n, alpha / 8.0) } else { lower_limit(both, of.n, alpha / 8.0) };
-    (2.0 * q - 1.0) * d
+/// Limits of p_10 - p_01.
+fn limits(of: Apart, alpha: f64) -> (f64, f64) {
+    let n = of.n as f64;
+    let (a, b) = (of.a as f64 / n, of.b as f64 / n);
+    let arms = |count: u64, share: f64| Arms {
+        below: share - lower_limit(count, of.n, alpha / 2.0),
+        above: upper_limit(count, of.n, alpha / 2.0) - share,
+    };
+    // of two counts of a multinomial sample; a point without either may as well have had one
+    let rest = of.n - of.a - of.b;
+    let half = 0.5 * UNSEEN.min(rest as f64) / n;
+    let odds = (a + half) * (b + half) / ((1.0 - a - half) * (1.0 - b - half));
+    let r = if rest > 0 && odds.is_finite() { -odds.sqrt().min(1.0) } else { -1.0 };
+    let off = reach(arms(of.a, a), arms(of.b, b), r);
+    ((a - b - off.below).max(-1.0), (a - b + off.above).min(1.0))
 }
 
 fn sum(parts: &[Apart]) -> Apart {
@@ -75,8 +85,6 @@ pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(u
     found.estimate = Some(share(all));
     found.harmful = Some(share(harmful));
     found.notes.push(format!("only the first at {} points, only the second at {}", all.a, all.b));
-    let turned = |of: Apart| Apart { a: of.b, b: of.a, n: of.n };
-    let exact = |of: Apart| (lower(of, alpha), -lower(turned(of), alpha));
     let t = scheme.t(alpha);
     let replicated = |of: &[Apart]| {
         let few = {
@@ -98,8 +106,8 @@ pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(u
         found.statistical = replicated(&harmless).map(|(low, high)| high - low);
         found.method = Method::Replicates;
     } else {
-        (found.low, found.high) = (Some(exact(sum(&least)).0), Some(exact(sum(&most)).1));
-        let (low, high) = exact(all);
+        (found.low, found.high) = (Some(limits(sum(&least), alpha).0), Some(limits(sum(&most), alpha).1));
+        let (low, high) = limits(all, alpha);
         found.statistical = Some(high - low);
         found.method = Method::PairedClopperPearson;
     }
@@ -117,10 +125,15 @@ pub fn of_quantiles(
     part: impl Fn(usize) -> usize,
     alpha: f64,
 ) -> Figures {
-    of_two(&quantile(a, u, scheme, &part, alpha / 2.0), &quantile(b, u, scheme, &part, alpha / 2.0))
+    let (first, second) = (quantile(a, u, scheme, &part, alpha), quantile(b, u, scheme, &part, alpha));
+    let r = first.estimate.zip(second.estimate).and_then(|at| common(a, b, at, scheme, &part));
+    match r {
+        Some(r) => of_correlated(&first, &second, r),
+        None => of_two(&quantile(a, u, scheme, &part, alpha / 2.0), &quantile(b, u, scheme, &part, alpha / 2.0)),
+    }
 }
 
-/// Of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
+/// Difference of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
 #[must_use]
 pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     let minus = |x: Option<f64>, y: Option<f64>| x.zip(y).map(|(x, y)| x - y);
@@ -141,21 +154,78 @@ pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     found
 }
 
-/// Of means, over the points where both have a value.
+/// Difference of two figures whose limits hold with 1 - alpha each; `r`: correlation of their estimates.
+#[must_use]
+pub fn of_correlated(first: &Figures, second: &Figures, r: f64) -> Figures {
+    let mut found = of_two(first, second);
+    // with bad runs harmless; an end that they leave open is at its worst
+    let plain = |of: &Figures| {
+        let below = distance(of.estimate, of.low);
+        Arms { below, above: of.statistical.map_or(f64::INFINITY, |width| width - below) }
+    };
+    let (a, b) = (plain(first), plain(second));
+    let (worst_a, worst_b) = (distance(first.high, first.harmful), distance(second.high, second.harmful));
+    let end = |estimate: Option<f64>, off: f64| estimate.filter(|_| off.is_finite()).map(|estimate| estimate + off);
+    let low = first.estimate.zip(second.harmful).map(|(a, b)| a - b);
+    let high = first.harmful.zip(second.estimate).map(|(a, b)| a - b);
+    found.low = end(low, -reach(a, Arms { above: worst_b, ..b }, r).below);
+    found.high = end(high, reach(Arms { above: worst_a, ..a }, b, r).above);
+    let all = reach(a, b, r);
+    found.statistical = Some(all.below + all.above).filter(|width| width.is_finite());
+    found.approximate = first.method != Method::Without;
+    found
+}
+
+/// How far the first is above the second; infinite where one is missing.
+fn distance(upper: Option<f64>, lower: Option<f64>) -> f64 {
+    upper.zip(lower).map_or(f64::INFINITY, |(upper, lower)| (upper - lower).max(0.0))
+}
+
+/// Correlation of the numbers of values at most these levels; `None`: all values of one are on one side.
+fn common(a: &Values, b: &Values, at: (f64, f64), scheme: &Scheme, part: impl Fn(usize) -> usize) -> Option<f64> {
+    let is_single = *scheme == Scheme::Independent;
+    let clusters = |of: &Values, at: f64| -> Vec<Cluster> {
+        let one = |(point, low): (&u32, &f64)| (u64::from(*point), f64::from(u8::from(*low <= at)), 1.0);
+        let all = of.point.iter().zip(&of.low).map(one);
+        if is_single {
+            return all.collect();
+        }
+        let mut parts: Vec<Cluster> = (0..scheme.parts() as u64).map(|part| (part, 0.0, 0.0)).collect();
+        for (point, counted, weight) in all {
+            let of = &mut parts[part(point as usize)];
+            (of.1, of.2) = (of.1 + counted, of.2 + weight);
+        }
+        parts
+    };
+    let (of_a, of_b) = (clusters(a, at.0), clusters(b, at.1));
+    let sum = |of: &[Cluster]| of.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.1, sum.1 + one.2));
+    let open = |of: &Values, at: f64| {
+        of.low.iter().zip(&of.high).filter(|(low, high)| (**low <= at) != (**high <= at)).count() as f64
+    };
+    let open = open(a, at.0) + open(b, at.1);
+    Some(lessened(correlation(&of_a, &of_b)?, sum(&of_a), sum(&of_b), open))
+}
+
+/// Places of both values of every point that has two, and the point.
+fn in_both<'a>(a: &'a Values, b: &'a Values) -> impl Iterator<Item = (usize, usize, u32)> + 'a {
+    let mut at = 0;
+    a.point.iter().enumerate().filter_map(move |(first, &point)| {
+        while b.point.get(at).is_some_and(|&other| other < point) {
+            at += 1;
+        }
+        (b.point.get(at) == Some(&point)).then_some((first, at, point))
+    })
+}
+
+/// Difference of means, over the points where both have a value.
 #[must_use]
 pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let mut pairs = Values { bad: a.bad, ..Values::default() };
     pairs.bad.add(&b.bad);
-    let mut at = 0;
-    for (first, &point) in a.point.iter().enumerate() {
-        while b.point.get(at).is_some_and(|&other| other < point) {
-            at += 1;
-        }
-        if b.point.get(at) == Some(&point) {
-            pairs.point.push(point);
-            pairs.low.push(a.low[first] - b.high[at]);
-            pairs.high.push(a.high[first] - b.low[at]);
-        }
+    for (first, second, point) in in_both(a, b) {
+        pairs.point.push(point);
+        pairs.low.push(a.low[first] - b.high[second]);
+        pairs.high.push(a.high[first] - b.low[second]);
     }
     let lone = a.point.len() + b.point.len() - 2 * pairs.point.len();
     let mut found = mean(&pairs, scheme, part, alpha);

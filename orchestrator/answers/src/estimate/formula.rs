@@ -14,6 +14,8 @@ pub struct Known {
     pub aliases: Vec<(String, String)>,
     /// Units of columns; one without fits anything.
     pub units: Vec<(String, String)>,
+    /// Columns that are empty in every run of the study, and the part or key that its machine lacks for them.
+    pub lacking: Vec<(String, String)>,
 }
 
 impl Known {
@@ -38,10 +40,17 @@ impl Known {
         Measure::of_unit(unit)
     }
 
+    /// Why a column says nothing of any run: the machine lacks what it measures.
+    #[must_use]
+    pub fn lacks(&self, column: &str) -> Option<String> {
+        let (_, needed) = self.lacking.iter().find(|(name, _)| name == column)?;
+        Some(format!("`{column}` is empty in every run: the machine needs {needed}"))
+    }
+
     /// The column of numbers that a name means.
     fn number(&self, name: &str) -> Option<&str> {
         match self.meant(name)[..] {
-            [column] if self.is_number(column) => Some(column),
+            [column] if self.is_number(column) && self.lacks(column).is_none() => Some(column),
             _ => None,
         }
     }
@@ -59,6 +68,7 @@ impl Known {
     pub fn why_not(&self, name: &str) -> Option<String> {
         match self.meant(name)[..] {
             [] => None,
+            [column] if self.is_number(column) => self.lacks(column),
             [_] => Some(format!("`{name}` is a column of words; a formula takes columns of numbers")),
             ref several => Some(format!("`{name}` could be {}", several.join(" or "))),
         }

@@ -13,15 +13,49 @@ use std::fmt;
 pub enum Nature<'a> {
     /// All: it went into the run (parameters, variables, what was carried along). Where there is none, it could not be derived.
     Given,
-    /// What happened once and for all (the time of a first event), where nothing but a step limit ended the run; else nothing.
-    Once,
+    /// Time of a first event, where it happened while all guards and limits held: these cells. Else nothing.
+    Once(Option<&'a [Option<f64>]>),
     /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
     /// impulses, energies). No cells at all: nothing is known.
     Grows(Option<&'a [Option<f64>]>),
-    /// Time of the first exceeded limit of the model: known in full. An empty cell of a recorded run means that no limit was exceeded.
-    Limit,
+    /// Time of the first exceeded limit of the model: known of a beyond row, else as [`Nature::Once`].
+    Limit(Option<&'a [Option<f64>]>),
     /// Nothing.
     Free,
+}
+
+impl<'a> Nature<'a> {
+    /// Further cells with what was reached while all guards and limits held.
+    #[must_use]
+    pub fn held(self) -> Option<&'a [Option<f64>]> {
+        match self {
+            Self::Once(held) | Self::Limit(held) | Self::Grows(held) => held,
+            Self::Given | Self::Free => None,
+        }
+    }
+
+    /// Nature with the further cells of some of the rows.
+    #[must_use]
+    pub fn with(self, held: impl Fn(&'a [Option<f64>]) -> &'a [Option<f64>]) -> Self {
+        match self {
+            Self::Once(cells) => Self::Once(cells.map(held)),
+            Self::Limit(cells) => Self::Limit(cells.map(held)),
+            Self::Grows(cells) => Self::Grows(cells.map(held)),
+            Self::Given | Self::Free => self,
+        }
+    }
+}
+
+/// End of a run, as far as it bears on what the row leaves open.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub enum Ended {
+    /// At a limit of the model.
+    Limit,
+    /// At the end of the simulated time \[s\]: later events are unknown.
+    Time(f64),
+    /// Elsewhere.
+    #[default]
+    Other,
 }
 
 /// Cells of a column.
@@ -51,6 +85,8 @@ pub struct Column<'a> {
     pub unit: String,
     /// Its cells.
     pub cells: Cells<'a>,
+    /// Whether an empty cell of an ok row decides nothing, because the run has no such quantity.
+    pub unjudged: bool,
 }
 
 /// Name of a column or channel as a person reads it: `bearing.front.load_N` -> "bearing front load".
@@ -160,8 +196,8 @@ pub struct Design<'a> {
     pub complete: bool,
     /// What points of a block are to one another.
     pub layout: Layout<'a>,
-    /// Part of 1 - confidence that intervals may spend: 1 where these points are looked at once; less where `[stop]` looked at fewer of
-    /// them before, so that all looks together spend the whole.
+    /// Part of 1 - confidence that a gate may spend: 1 where these points are analysed once; below 1 where they are those of one of
+    /// several interim analyses of `[stop]`, so that all of them together spend the whole.
     pub share: f64,
     /// Whether the combinations that are there were chosen by their results (`[refine]`), so that together they are no sample of all.
     pub refined: bool,
@@ -182,6 +218,13 @@ pub enum Layout<'a> {
 }
 
 impl Design<'_> {
+    /// Whether these points are those of one of several interim analyses of `[stop]`. Their intervals are approximate, because the
+    /// number of points depends on the width of an interval.
+    #[must_use]
+    pub fn is_interim(&self) -> bool {
+        self.share < 1.0
+    }
+
     /// Whether its points are drawn one for one, so that they tell of others.
     #[must_use]
     pub fn is_random(&self) -> bool {
@@ -202,8 +245,8 @@ pub struct Study<'a> {
     pub status: &'a [Status],
     /// Every cause of each row, none of an ok one.
     pub causes: &'a [CauseSet],
-    /// Whether the run of each row ended at a limit of the model.
-    pub at_limit: &'a [bool],
+    /// End of each row's run.
+    pub ends: &'a [Ended],
     /// Groups, at least one.
     pub groups: Vec<Group>,
     /// Where the points come from.
@@ -278,10 +321,12 @@ impl<'a> Study<'a> {
             if found == rows { Ok(()) } else { Err(InputError::Length { name: name.to_owned(), found, rows }) }
         };
         length("causes", self.causes.len())?;
-        length("end_cause", self.at_limit.len())?;
+        length("end_cause", self.ends.len())?;
         for column in &self.columns {
             length(&column.name, column.cells.len())?;
-            if let Cells::Numbers(_, Nature::Grows(Some(held))) = column.cells {
+            if let Cells::Numbers(_, nature) = column.cells
+                && let Some(held) = nature.held()
+            {
                 length(&column.name, held.len())?;
             }
         }

@@ -2,14 +2,17 @@
 //!
 //! ```text
 //! ok row                          the condition by its program, the value as it stands
+//! ok row, empty cell              of an event or a motion: it did not occur in the run; of a quantity that nothing judged: nothing
 //! bad row, column given           the value; where there is none, it was to be derived and does not exist: nothing
 //! bad row, column that grows      [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
 //!                                 that is the value as it stands
-//! bad row, time of a first event  the value, where it happened and nothing but a step limit ended the run; else nothing
+//! bad row, time of a first event  the value, where it happened while all guards and limits held; else nothing
 //! bad row, any other column       nothing
 //! beyond row (beyond the model)   as a bad row; where its run ended at the limit, as one that a step limit ended
-//! any row, time of a limit        the value, an empty cell too: no limit was exceeded
+//! beyond row, time of a limit     the value
 //! ```
+//! An ok row that ended at its end time T leaves later events open. Where the truth of a condition changes at times after T (`beyond_s > 6.5`
+//! of a run of 6 s), the row is open; where it does not (`beyond_s > 0`), the condition is that of the simulated time.
 //! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
 //! A condition that has no value itself (the square root of a negative number) is not known, in an ok row as in a bad one.
 //!
@@ -18,9 +21,10 @@
 
 use super::bad::Bad;
 use super::formula::Formula;
-use super::input::{InputError, Nature, Study};
+use super::input::{Ended, InputError, Nature, Study};
 use super::span::Span;
 use super::truth::{Truth, truth, truth_of_known};
+use super::undecided::{Undecided, Why};
 use bladeoff_model::outcome::{Cause, Status};
 
 /// Whether a condition holds at each point of a group.
@@ -32,11 +36,26 @@ pub struct Truths {
     pub status: Vec<Status>,
     /// Ok rows where a column of the condition is empty.
     pub empty: u64,
-    /// Ok rows where the condition has no value (the square root of a negative number): they are open.
-    pub undefined: u64,
+    /// Ok rows that are open, by their places here, and why.
+    pub open: Vec<(usize, Why)>,
 }
 
 impl Truths {
+    /// The first of these rows alone.
+    pub fn truncate(&mut self, rows: usize) {
+        self.of.truncate(rows);
+        self.status.truncate(rows);
+        self.open.retain(|(row, _)| *row < rows);
+    }
+
+    /// Counts of the ok rows that are open.
+    #[must_use]
+    pub fn undecided(&self) -> Undecided {
+        let mut found = Undecided::default();
+        self.open.iter().for_each(|(_, why)| found.see(*why));
+        found
+    }
+
     /// Bad rows, and how many of them are decided by what is known.
     #[must_use]
     pub fn bad(&self) -> Bad {
@@ -66,19 +85,21 @@ fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -
     let causes = study.causes[row];
     // nothing is wrong with the run up to its end
     let is_cut_off = || match study.status[row] {
-        Status::Beyond => study.at_limit[row],
+        Status::Beyond => study.ends[row] == Ended::Limit,
         _ => causes.iter().eq([Cause::StepLimit]),
     };
     match nature {
         Nature::Given => value.map_or(Span::LOST, Span::point),
-        // a process that died, and a solver that panicked, lost what the run had recorded
-        Nature::Limit if study.status[row] == Status::Quarantined || causes.contains(Cause::Panicked) => Span::WHOLE,
-        Nature::Limit => value.map_or(Span::NONE, Span::point),
-        Nature::Once if is_cut_off() => value.map_or(Span::WHOLE, Span::point),
+        Nature::Limit(_) if study.status[row] == Status::Beyond => value.map_or(Span::WHOLE, Span::point),
+        Nature::Once(_) | Nature::Limit(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::point),
+        Nature::Once(held) | Nature::Limit(held) => held.and_then(|held| held[row]).map_or(Span::WHOLE, Span::point),
         // sound as far as it went
         Nature::Grows(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::from),
-        Nature::Grows(held) => held.and_then(|held| held[row]).map_or(Span::WHOLE, Span::from),
-        Nature::Once | Nature::Free => Span::WHOLE,
+        // zero where nothing had been reached: the whole run may have no such value
+        Nature::Grows(held) => held
+            .and_then(|held| held[row])
+            .map_or(Span::WHOLE, |reached| Span { empty: reached <= 0.0, ..Span::from(reached) }),
+        Nature::Free => Span::WHOLE,
     }
 }
 
@@ -100,6 +121,11 @@ pub fn truths_at(
     rows: impl ExactSizeIterator<Item = usize>,
 ) -> Result<Truths, InputError> {
     let columns: Vec<_> = formula.columns.iter().map(|name| study.numbers(name)).collect::<Result<_, _>>()?;
+    let unjudged: Vec<bool> = formula
+        .columns
+        .iter()
+        .map(|name| study.column(name).map(|column| column.unjudged))
+        .collect::<Result<_, _>>()?;
     let points = rows.len();
     let mut found = Truths { of: Vec::with_capacity(points), status: Vec::with_capacity(points), ..Truths::default() };
     let (mut known, mut spans) = (Vec::new(), Vec::new());
@@ -107,11 +133,35 @@ pub fn truths_at(
         let ok = study.status[row] == Status::Ok;
         found.status.push(study.status[row]);
         found.of.push(if ok {
-            found.empty += u64::from(columns.iter().any(|(values, _)| values[row].is_none()));
-            let of = |number: usize| columns[number].0[row].unwrap_or(f64::NAN);
-            let truth = truth_of_known(&formula.program, of, &mut known);
-            found.undefined += u64::from(truth == Truth::Open);
-            truth
+            let cells = |number: usize| columns[number].0[row];
+            found.empty += u64::from((0..columns.len()).any(|number| cells(number).is_none() && !unjudged[number]));
+            let lacks = (0..columns.len()).any(|number| cells(number).is_none() && unjudged[number]);
+            let ended = if let Ended::Time(end) = study.ends[row] { Some(end) } else { None };
+            let is_event = |number: usize| matches!(columns[number].1, Nature::Once(_) | Nature::Limit(_));
+            let waits = ended.is_some() && (0..columns.len()).any(|number| cells(number).is_none() && is_event(number));
+            // `later`: events that the run does not have come after its end
+            let bounds = |number: usize, later: bool| match (cells(number), ended) {
+                (Some(value), _) => Span::point(value),
+                (None, _) if unjudged[number] => Span::WHOLE,
+                (None, Some(end)) if later && is_event(number) => Span::from(end),
+                (None, _) => Span::NONE,
+            };
+            let (mut why, mut holds) = if lacks {
+                (Why::Unjudged, truth(&formula.program, |number| bounds(number, false), &mut spans))
+            } else {
+                let known = truth_of_known(&formula.program, |number| cells(number).unwrap_or(f64::NAN), &mut known);
+                (Why::NoValue, known)
+            };
+            if waits
+                && holds != Truth::Open
+                && truth(&formula.program, |number| bounds(number, true), &mut spans) == Truth::Open
+            {
+                (why, holds) = (Why::Later, Truth::Open);
+            }
+            if holds == Truth::Open {
+                found.open.push((found.of.len(), why));
+            }
+            holds
         } else {
             let of = |number: usize| span(study, row, columns[number].0[row], columns[number].1);
             truth(&formula.program, of, &mut spans)
@@ -185,7 +235,8 @@ fn of_group(study: &Study<'_>, group: usize) -> impl Iterator<Item = (usize, usi
     (0..study.points()).map(move |point| (point, study.row(point, group)))
 }
 
-/// `has_reached`: whether what a row of this status had reached is taken as its least value.
+/// `has_reached`: whether what a row of this status had reached is taken as its least value; of an ok row that nothing judged, whether its
+/// value may be any.
 fn values_as(
     study: &Study<'_>,
     column: &str,
@@ -193,23 +244,23 @@ fn values_as(
     has_reached: impl Fn(Status) -> bool,
 ) -> Result<Values, InputError> {
     let (cells, nature) = study.numbers(column)?;
+    let is_unjudged = study.column(column)?.unjudged;
     let mut found = Values::default();
     for (point, row) in rows {
         let span = if study.status[row] == Status::Ok {
             found.bad.see(Status::Ok, false);
-            let Some(value) = cells[row].filter(|value| !value.is_nan()) else {
-                found.empty += 1;
-                continue;
-            };
-            Span::point(value)
+            match cells[row].filter(|value| !value.is_nan()) {
+                Some(value) => Span::point(value),
+                None if is_unjudged && has_reached(Status::Ok) => Span::WHOLE,
+                None => {
+                    found.empty += 1;
+                    continue;
+                }
+            }
         } else {
             found.bad.see(study.status[row], false);
-            let is_known = matches!(nature, Nature::Given | Nature::Limit) || has_reached(study.status[row]);
+            let is_known = matches!(nature, Nature::Given | Nature::Limit(_)) || has_reached(study.status[row]);
             let span = span(study, row, cells[row], if is_known { nature } else { Nature::Free });
-            if span == Span::NONE {
-                found.empty += 1;
-                continue;
-            }
             span
         };
         found.point.push(point as u32);

@@ -22,6 +22,8 @@ pub mod mean;
 pub mod order;
 pub mod proportion;
 pub mod quantile;
+pub mod reach;
 pub mod scheme;
 pub mod span;
 pub mod truth;
+pub mod undecided;

@@ -8,8 +8,7 @@ use crate::estimate::input::{DesignKind, Group, InputError, Study};
 use crate::estimate::known::truths;
 use crate::estimate::limits::{lower_limit, upper_limit};
 use crate::estimate::proportion::{Tally, tallies};
-use crate::estimate::truth::Truth;
-use bladeoff_model::outcome::Status;
+use crate::estimate::undecided::Undecided;
 
 /// What a gate says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -51,8 +50,8 @@ pub struct Decision {
     pub bad: u64,
     /// Runs beyond the model among them.
     pub beyond: u64,
-    /// Ok runs where the condition has no value: they are open like bad ones.
-    pub undefined: u64,
+    /// Ok runs that leave the condition open.
+    pub undecided: Undecided,
     /// One-sided limits at `level`, bad runs harmless, harmful.
     pub limits: (f64, f64),
     /// Probability that each limit is wrong, at most.
@@ -88,15 +87,13 @@ impl Gate {
         let one = |(at, group): (usize, &Group)| {
             let mut truths = truths(study, &self.condition, at)?;
             let (n, level) = look.unwrap_or((0, alpha));
-            truths.of.truncate(n as usize);
-            truths.status.truncate(n as usize);
+            truths.truncate(n as usize);
             let tally = Tally::of_all(&tallies(&truths, 1, |_| 0));
             let bad = truths.bad();
-            let is_undefined = |(of, status): &(&Truth, &Status)| **status == Status::Ok && **of == Truth::Open;
-            let undefined = truths.of.iter().zip(&truths.status).filter(is_undefined).count();
+            let undecided = truths.undecided();
             let present = (points, study.design.complete, alpha);
             let by = decided_by(study, &self.condition);
-            Ok(self.decision(group.clone(), tally, (bad, undefined as u64, by), level, present))
+            Ok(self.decision(group.clone(), tally, (bad, undecided, by), level, present))
         };
         study.groups.iter().enumerate().map(one).collect()
     }
@@ -105,7 +102,7 @@ impl Gate {
         &self,
         group: Group,
         tally: Tally,
-        (bad, undefined, by): (Bad, u64, &str),
+        (bad, undecided, by): (Bad, Undecided, &str),
         level: f64,
         present: (u64, bool, f64),
     ) -> Decision {
@@ -126,7 +123,7 @@ impl Gate {
             events: (low, high),
             bad: bad.all,
             beyond: bad.beyond,
-            undefined,
+            undecided,
             limits,
             level,
             more: None,
@@ -169,11 +166,8 @@ impl Gate {
             _ => "bad runs and runs beyond the model",
         };
         if high > low {
-            let open = match (of_open, decision.undefined) {
-                ("", _) => "runs where the condition has no value".to_owned(),
-                (of_open, 0) => of_open.to_owned(),
-                (of_open, _) => format!("{of_open} and those where the condition has no value"),
-            };
+            let kinds = [of_open.to_owned(), decision.undecided.words()];
+            let open = kinds.into_iter().filter(|kind| !kind.is_empty()).collect::<Vec<_>>().join(" and ");
             text += &format!(", {high} if {open} are harmful");
         } else if decision.bad > 0 {
             text += &format!(", {} {by}", bad.words());
@@ -190,7 +184,8 @@ impl Gate {
                     format!("; at this rate more points than a study may have ({MOST_POINTS}) would be needed")
                 }
                 Deciding::Never if high > low && share(low) < self.bound && share(high) >= self.bound => {
-                    let which = if of_open.is_empty() { "bad runs" } else { of_open };
+                    let undecided = decision.undecided.words();
+                    let which = if of_open.is_empty() { &undecided } else { of_open };
                     format!(
                         "; the {which} prevent a decision, not the number of points: with them the rate is on both sides of {bound}"
                     )

@@ -10,6 +10,7 @@
 //!           both of width h/2, or the least: what h bends would lie outside of limits that know scatter alone (a smooth edge of a share: 84 to 93 % of the
 //!           cells held instead of 95; of h/2 93 to 96 %)
 //! ```
+//! limits of values take the noise as normal where few samples count; skewed noise has a note, see `skewness`
 //! where h holds too few samples (at edges, where they are sparse) the window of that place is widened, see `Smoother::reaching`; such a value has no limits.
 //! Both are linear in the samples, so leaving one out needs no second fit: e = (z - estimate)/(1 - l). Sources: W. S. Cleveland (1979);
 //! J. Fan, I. Gijbels (1996). More than [`MOST_NODES`] samples are put together in 64 x 64 parts of the map at their mean places.
@@ -131,6 +132,28 @@ impl Smoother {
             other.residual = (0..other.nodes.len()).map(|node| other.left_out(node)).collect();
         }
         other
+    }
+
+    /// Skewness of the residuals of samples that are left out, and the samples of one residual.
+    pub fn skewness(&self) -> (f64, f64) {
+        let (mut squares, mut cubes, mut n, mut samples) = (0.0, 0.0, 0.0, 0.0);
+        for (at, node) in self.nodes.iter().enumerate() {
+            let Some(off) = self.off(at) else { continue };
+            (squares, cubes) = (squares + off * off, cubes + off * off * off);
+            (n, samples) = (n + 1.0, samples + node.count);
+        }
+        let variance: f64 = squares / n;
+        let skewness = cubes / n / (variance * variance.sqrt());
+        (if skewness.is_finite() { skewness } else { 0.0 }, samples / n)
+    }
+
+    /// Residual of the mean of a node's samples when they are left out; `None`: no other sample predicts it.
+    fn off(&self, at: usize) -> Option<f64> {
+        let node = &self.nodes[at];
+        let fit = self.fit((node.u, node.v))?;
+        let (_, own) = fit.parts.iter().find(|(place, _)| *place == at)?;
+        let rest = 1.0 - own * node.count;
+        (rest > 1e-6).then(|| (node.sum / node.count - fit.value) / rest)
     }
 
     /// As part of the range of an axis.

@@ -48,17 +48,18 @@ const GUARDED: [Option<&str>; QUANTITIES.len()] = [
     Some("guarded_max_bearing_load_N"),
     Some("guarded_max_filtered_contact_force_N"),
     Some("guarded_max_eccentricity_m"),
-    None,
+    Some("guarded_friction_energy_J"),
     None,
     None,
 ];
 
 /// Columns of a table that a summary looks at.
-const SUMMARY_COLUMNS: [&str; 12 + QUANTITIES.len()] = [
+const SUMMARY_COLUMNS: [&str; 13 + QUANTITIES.len()] = [
     "sample",
     "guarded_max_bearing_load_N",
     "guarded_max_filtered_contact_force_N",
     "guarded_max_eccentricity_m",
+    "guarded_friction_energy_J",
     DETECTION,
     "status",
     "cause",

@@ -19,6 +19,12 @@ impl Index {
     pub fn alone(estimate: Option<f64>) -> Self {
         Self { estimate, low: None, high: None }
     }
+
+    /// Estimate that ranks a parameter; `None`: the index has no interval.
+    #[must_use]
+    pub fn ranking(&self) -> Option<f64> {
+        self.estimate.filter(|_| self.low.is_some() && self.high.is_some())
+    }
 }
 
 /// How surely an output depends on a parameter in any way.

@@ -34,5 +34,5 @@ pub use ranks::{midranks, spearman};
 pub use regimes::{Regime, by_regime, regimes, warning};
 pub use regression::{Regression, rank_regression};
 pub use resample::FEWEST_BLOCKS;
-pub use sobol::{CENTRED_FROM, sobol};
+pub use sobol::sobol;
 pub use successor::{FEWEST_FOR_SUCCESSORS, first_order_by_ranks};

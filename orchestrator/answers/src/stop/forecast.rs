@@ -1,47 +1,43 @@
-//! What more points would narrow an interval to, at the rates that there are.
+//! The half width of an interval at more points, at the rates so far.
 //!
 //! ```text
-//! width(n') = open + statistical(n) sqrt(n/n') z(alpha')/z(alpha)        open: what bad runs leave, which stays as it is
+//! width(n') = open + statistical(n) sqrt(n/n')        open: the part that bad runs leave open, which stays as it is
 //! a probability with exact limits: those of as many events more
 //! ```
-//! z is the normal quantile at 1 - alpha/2. A forecast, no interval: it takes the scatter so far for that to come.
+//! This is a forecast, not an interval: it assumes that the scatter stays as it is.
 
-use super::look::Look;
 use super::rule::StopRule;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::limits::{lower_limit, upper_limit};
-use bladeoff_model::probability::normal_quantile;
 
-fn z(alpha: f64) -> f64 {
-    normal_quantile(1.0 - 0.5 * alpha, 0.5 * alpha)
-}
-
-/// Half the interval of a figure at other points and another level; `None` where there is no interval.
+/// Half the interval of a figure at another number of points; `None` where there is no interval.
 ///
-/// * `figures` - at `now`.
+/// * `alpha` - 1 - confidence of the interval; `now`, `then` - points of `figures`, and of the forecast.
 #[must_use]
-pub fn half_width(figures: &Figures, now: &Look, then: &Look) -> Option<f64> {
+pub fn half_width(figures: &Figures, alpha: f64, (now, then): (u64, u64)) -> Option<f64> {
     let statistical = figures.statistical?;
     let open = (figures.high? - figures.low? - statistical).max(0.0);
-    let times = then.points as f64 / now.points as f64;
+    let times = then as f64 / now as f64;
     let width = match (figures.method, figures.events) {
         (Method::ClopperPearson, Some(events)) => {
             let n = libm::rint(figures.n as f64 * times) as u64;
             let events = (libm::rint(events as f64 * times) as u64).min(n);
-            upper_limit(events, n, 0.5 * then.alpha) - lower_limit(events, n, 0.5 * then.alpha)
+            upper_limit(events, n, 0.5 * alpha) - lower_limit(events, n, 0.5 * alpha)
         }
-        _ => statistical / libm::sqrt(times) * z(then.alpha) / z(now.alpha),
+        _ => statistical / libm::sqrt(times),
     };
     Some(0.5 * (open + width))
 }
 
-/// The first look at which every figure is expected to be precise enough; `None`: none of them.
+/// Points of the first interim analysis at which every figure is expected to be precise enough; `None`: at none of them.
+///
+/// * `figures` - each at `now` points, with 1 - confidence of its interval; `analyses` - points of the interim analyses.
 #[must_use]
-pub fn expected(rule: &StopRule, figures: &[Figures], now: &Look, looks: &[Look]) -> Option<Look> {
-    let narrow = |one: &Figures, then: &Look| {
+pub fn expected(rule: &StopRule, figures: &[(Figures, f64)], now: u64, analyses: &[u64]) -> Option<u64> {
+    let narrow = |(one, alpha): &(Figures, f64), then: u64| {
         let wanted = one.estimate.and_then(|estimate| rule.wanted(estimate));
-        wanted.zip(half_width(one, now, then)).is_some_and(|(wanted, half)| half <= wanted)
+        wanted.zip(half_width(one, *alpha, (now, then))).is_some_and(|(wanted, half)| half <= wanted)
     };
-    let mut next = looks.iter().filter(|look| look.points > now.points);
-    next.find(|look| figures.iter().all(|one| narrow(one, look))).copied()
+    let mut next = analyses.iter().copied().filter(|points| *points > now);
+    next.find(|points| figures.iter().all(|one| narrow(one, *points)))
 }

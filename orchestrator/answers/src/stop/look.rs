@@ -1,20 +1,20 @@
-//! Where a study is looked at, and what each look spends.
+//! Interim analyses of a study, and the error that a gate spends at each.
 
 use crate::gate::FIRST_LOOK;
 use crate::gate::last_look;
 
-/// A look at the first points of a study.
+/// An interim analysis of the first points of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// So many.
+    /// Number of points.
     pub points: u64,
-    /// 1 - confidence of its intervals.
+    /// Error that a gate spends here. Intervals do not use it.
     pub alpha: f64,
-    /// Whether it is at the end, where a study ends in any case.
+    /// Whether the study ends here in any case.
     pub is_last: bool,
 }
 
-/// All looks at a design of so many points, in order; `alpha`: of all of them together.
+/// All interim analyses of a design of so many points, in order; `alpha`: error of a gate over all of them together.
 #[must_use]
 pub fn looks(points: u64, alpha: f64) -> Vec<Look> {
     let early = (0..).map(|k| FIRST_LOOK << k).take_while(|look| *look < points);

@@ -1,13 +1,18 @@
-//! When a study is precise enough, as a pure function of its rows: whoever looks, and how often, finds the same end.
+//! When a study is precise enough, as a pure function of its rows: the end does not depend on when or how often it is analysed.
 //!
 //! ```text
-//! [stop]   half_width, relative   what the interval of every question in every group is to come down to
-//!          samples                points that are not exceeded
-//! look k = 0, 1, ...   at the first 256 2^k points, at level alpha/2^(k+1); the last at the end of the design or at `samples`, at what
-//!                      is left of alpha: all levels together are alpha, so all intervals of all looks hold with 1 - alpha
+//! [stop]   half_width, relative   largest half width of the interval of every question in every group
+//!          samples                largest number of points
+//! interim analysis k = 0, 1, ...  of the first 256 2^k points; the last one at the end of the design or at `samples`
+//!   intervals  1 - alpha at every analysis, as of a study that was planned with so many points
+//!   gates      alpha/2^(k+1), the last with the rest of alpha: all levels together are alpha
 //! ```
-//! The first look whose intervals are narrow enough decides; the table ends there, whatever was computed beyond. Between looks nothing
-//! is decided, so the end depends neither on which run finished first nor on when somebody looked.
+//! The study ends at the first interim analysis whose intervals are narrow enough, whatever was computed beyond. There is no decision
+//! between two analyses, so the end does not depend on which run finished first.
+//!
+//! An interval that ends its study covers the true value about as often as it states, because the number of points depends on the width
+//! alone: Y. S. Chow, H. Robbins, Ann. Math. Stat. 36 (1965). `tests/stop_coverage.rs` measures it. The result of a gate is a
+//! decision about the estimate itself, so a gate spends its error over the analyses.
 
 mod forecast;
 mod look;

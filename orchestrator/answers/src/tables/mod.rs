@@ -23,7 +23,9 @@ pub use export::{CsvStyle, export_csv};
 pub use heads::{ColumnHead, HeadKind, column_heads};
 pub use parquet::{Provenance, ResultsWriter, Row};
 pub use read::{Cells, Table, count_sound_rows};
-pub use schema::{DETECTION, END_CAUSE, ENGINE, Field, FieldKind, NOTES, SCHEMA_VERSION, TableSchema, verdict_fields};
+pub use schema::{
+    DETECTION, END_CAUSE, END_TIME, ENGINE, Field, FieldKind, NOTES, SCHEMA_VERSION, TableSchema, verdict_fields,
+};
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
 pub use stream::Checksum;
 pub use threads::start_threads;

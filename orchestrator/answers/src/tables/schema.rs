@@ -64,6 +64,8 @@ pub const DETECTION: &str = "detection";
 pub const ENGINE: &str = "engine";
 /// Column of why a run ended.
 pub const END_CAUSE: &str = "end_cause";
+/// Column of the simulated time at which a run ended.
+pub const END_TIME: &str = "end_time_s";
 /// Name of the column of limits that are noted.
 pub const NOTES: &str = "notes";
 /// Verdict columns that a study of formulas does not have.
@@ -166,7 +168,7 @@ fn field(name: &str, kind: FieldKind, meaning: &str) -> Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::outcome::{Group, Growth, Part};
+    use bladeoff_model::outcome::{Empty, Group, Growth, Part};
 
     #[test]
     fn parts_of_the_schema_are_found_again() {
@@ -178,6 +180,9 @@ mod tests {
             group: Group::Numerics,
             part: Part::Whole,
             growth: Growth::Grows,
+            is_guarded: false,
+            empty: Empty::Absent,
+            lacks: None,
         }];
         let gap = Field { name: "gap_m".into(), unit: "m".into(), meaning: "gap".into(), kind: FieldKind::Real };
         let schema = TableSchema::new(vec![gap.clone()], &outcome);

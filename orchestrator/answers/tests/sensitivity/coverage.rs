@@ -67,7 +67,7 @@ fn coverage_of_sobol_indices() {
     }
     let sequence = |seed: u64| {
         let shift: Vec<u64> = points(seed, 1, 6)[0].iter().map(|u| (u * 4294967296.0) as u64).collect();
-        let base = sobol_points(256, [shift[0], shift[1], shift[2], shift[3], shift[4], shift[5]]);
+        let base = sobol_points(256, &shift);
         sobol(&names(3), &saltelli(ishigami, &base, false), false, 0.05).expect("indices")
     };
     at_least(0.98, &count("256 base points of a sequence", sequence, &exact));
@@ -76,6 +76,43 @@ fn coverage_of_sobol_indices() {
         sobol(&names(4), &saltelli(g_function, &points(seed, 256, 8), false), false, 0.05).expect("indices")
     };
     at_least(0.93, &count("g-function, 256 independent base points", of_g, &exact));
+}
+
+/// Lognormal outputs exp(sum s_i z_i): heavy tails, of which a note is printed. `COVERAGE_STUDIES=400` gives the numbers of the documents.
+#[test]
+fn coverage_of_heavy_tails() {
+    let lognormal = |s: [f64; 3]| {
+        move |u: &[f64]| u.iter().zip(s).map(|(u, s)| s * normal_quantile(*u, 1.0 - u)).sum::<f64>().exp()
+    };
+    let exact = |s: [f64; 3]| -> Vec<Exact<'static>> {
+        let each = s.map(|s| (s * s).exp());
+        let all: f64 = each.iter().product();
+        (0..3)
+            .flat_map(|i| both(i, (each[i] - 1.0) / (all - 1.0), (each[i] - 1.0) * all / each[i] / (all - 1.0)))
+            .collect()
+    };
+    let noted = |indices: &Indices| indices.notes.iter().any(|note| note.contains("of the variance: 95 % intervals"));
+    for (s, least) in
+        [([0.3, 0.3, 0.3], 0.88), ([0.8, 0.8, 0.8], 0.82), ([1.2, 1.2, 1.2], 0.72), ([1.5, 0.8, 0.3], 0.72)]
+    {
+        for base in [64, 256, 1024] {
+            let heavy = std::cell::Cell::new(0u64);
+            let make = |seed: u64| {
+                let rows = saltelli(lognormal(s), &points(seed, base, 6), false);
+                let found = sobol(&names(3), &rows, false, 0.05).expect("indices");
+                heavy.set(heavy.get() + u64::from(noted(&found)));
+                found
+            };
+            at_least(least, &count(&format!("exp of {s:?}, {base} base points"), make, &exact(s)));
+            let (heavy, repeats) = (heavy.get(), studies().unwrap_or(60));
+            println!("exp of {s:?}, {base} base points: a note in {heavy} of {repeats}");
+            match s[0] {
+                0.3 if base >= 256 => assert!(20 * heavy <= repeats, "{heavy} of {repeats}"),
+                1.2 => assert!(2 * heavy > repeats, "{heavy} of {repeats}"),
+                _ => {}
+            }
+        }
+    }
 }
 
 #[test]
@@ -129,7 +166,7 @@ fn coverage_of_what_needs_no_design() {
 #[test]
 fn coverage_of_first_orders_from_replicates_of_a_sequence() {
     let table = |seed: u64, each: usize| {
-        let plain = sobol_points(each, [0; 6]);
+        let plain = sobol_points(each, &[0; 6]);
         let scrambled = |replicate: u64| {
             let key = |i: u64| finaliser(finaliser(977 * seed + replicate) ^ i);
             let point = move |point: &Vec<f64>| (0..3).map(|i| nested(point[i], key(i as u64))).collect::<Vec<f64>>();

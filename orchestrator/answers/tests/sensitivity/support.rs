@@ -47,13 +47,20 @@ pub fn points(seed: u64, count: usize, dimensions: usize) -> Vec<Vec<f64>> {
 }
 
 /// Direction numbers of the first dimensions of Sobol's sequence: degree, polynomial, initial numbers (S. Joe, F. Y. Kuo, 2008).
-const JOE_KUO: [(usize, u64, [u64; 4]); 5] =
-    [(1, 0, [1, 0, 0, 0]), (2, 1, [1, 3, 0, 0]), (3, 1, [1, 3, 1, 0]), (3, 2, [1, 1, 1, 0]), (4, 1, [1, 1, 3, 3])];
+const JOE_KUO: [(usize, u64, [u64; 5]); 7] = [
+    (1, 0, [1, 0, 0, 0, 0]),
+    (2, 1, [1, 3, 0, 0, 0]),
+    (3, 1, [1, 3, 1, 0, 0]),
+    (3, 2, [1, 1, 1, 0, 0]),
+    (4, 1, [1, 1, 3, 3, 0]),
+    (4, 4, [1, 3, 5, 13, 0]),
+    (5, 2, [1, 1, 5, 5, 17]),
+];
 const BITS: usize = 32;
 
-/// Points of Sobol's sequence in six dimensions, from index 0 on, all moved by the same bits of each dimension.
-pub fn sobol_points(count: usize, shift: [u64; 6]) -> Vec<Vec<f64>> {
-    let directions: Vec<[u64; BITS]> = (0..6)
+/// Points of Sobol's sequence in up to eight dimensions, from index 0 on; each dimension is shifted by its bits.
+pub fn sobol_points(count: usize, shift: &[u64]) -> Vec<Vec<f64>> {
+    let directions: Vec<[u64; BITS]> = (0..shift.len())
         .map(|dimension| {
             let mut m = [1u64; BITS];
             if dimension > 0 {
@@ -77,7 +84,7 @@ pub fn sobol_points(count: usize, shift: [u64; 6]) -> Vec<Vec<f64>> {
             (0..BITS).filter(|k| gray >> k & 1 == 1).fold(shift[dimension], |bits, k| bits ^ directions[dimension][k]);
         bits as f64 / (1u64 << BITS) as f64
     };
-    (0..count).map(|index| (0..6).map(|dimension| coordinate(index, dimension)).collect()).collect()
+    (0..count).map(|index| (0..shift.len()).map(|dimension| coordinate(index, dimension)).collect()).collect()
 }
 
 /// A coordinate with nested uniform scrambling: each bit is flipped by a random bit for the bits above it.

@@ -1,8 +1,9 @@
 //! Maps: contours where they belong, regimes, cells without samples, bad runs, smoothed values and their limits.
 
+use crate::support::made::column;
 use bladeoff_answers::ask::{Given, Known, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::formula::Formula;
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Design, DesignKind, Ended, Group, Label, Layout, Nature, Study};
 use bladeoff_answers::figures;
 use bladeoff_answers::map::contour::{boundary, contour};
 use bladeoff_answers::map::{Map, Of, REGIME, Shows, Wanted, maps};
@@ -35,12 +36,11 @@ impl Rows {
 
     pub(crate) fn maps(&self, wanted: &Wanted) -> Vec<Map> {
         let causes = vec![CauseSet::default(); self.status.len()];
-        let at_limit = vec![true; self.status.len()];
+        let ends = vec![Ended::Limit; self.status.len()];
         let points = self.points.unwrap_or(self.status.len());
         let replicate = vec![0; points];
         let ways = ["a".to_owned(), "b".to_owned()];
         let regimes = ["free", "light", "heavy"].map(str::to_owned);
-        let column = |name: &str, unit: &str, cells| Column { name: name.to_owned(), unit: unit.to_owned(), cells };
         let study = Study {
             columns: vec![
                 column("x", "m", Cells::Numbers(&self.x, Nature::Given)),
@@ -52,7 +52,7 @@ impl Rows {
             ],
             status: &self.status,
             causes: &causes,
-            at_limit: &at_limit,
+            ends: &ends,
             groups: (0..self.status.len() / points)
                 .map(|at| Group(vec![("g".into(), Label::Number(at as f64))]))
                 .collect(),
@@ -443,17 +443,14 @@ fn the_words_of_a_map_are_understood_or_told() {
 fn a_map_answers_in_a_sentence_and_as_json() {
     let rows = plane();
     let causes = vec![CauseSet::default(); rows.status.len()];
-    let at_limit = vec![false; rows.status.len()];
+    let ends = vec![Ended::Other; rows.status.len()];
     let replicate = vec![0; rows.status.len()];
-    let column = |name: &str, cells: &'static str, values| {
-        let unit = cells.to_owned();
-        Column { name: name.to_owned(), unit, cells: Cells::Numbers(values, Nature::Given) }
-    };
+    let column = |name, unit, values| column(name, unit, Cells::Numbers(values, Nature::Given));
     let study = Study {
         columns: vec![column("x", "m", &rows.x), column("y", "", &rows.y), column("z", "N", &rows.z)],
         status: &rows.status,
         causes: &causes,
-        at_limit: &at_limit,
+        ends: &ends,
         groups: vec![Group::default()],
         design: Design {
             kind: DesignKind::Chosen,

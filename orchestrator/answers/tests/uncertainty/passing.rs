@@ -3,7 +3,7 @@
 use crate::support::made::Made;
 use crate::support::{asked, exceedance, made, mean, probability, quantile, replicated};
 use bladeoff_answers::ask::{Question, Streamed, Whole, answer_each};
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Nature, Study};
+use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Study};
 use std::ops::Range;
 
 /// Rows of a study, with the points that they belong to.
@@ -11,19 +11,18 @@ fn piece<'a>(study: &Study<'a>, rows: Range<usize>) -> Study<'a> {
     let groups = study.groups.len();
     let column = |column: &Column<'a>| {
         let cells = match column.cells {
-            Cells::Numbers(values, Nature::Grows(Some(held))) => {
-                Cells::Numbers(&values[rows.clone()], Nature::Grows(Some(&held[rows.clone()])))
+            Cells::Numbers(values, nature) => {
+                Cells::Numbers(&values[rows.clone()], nature.with(|held| &held[rows.clone()]))
             }
-            Cells::Numbers(values, nature) => Cells::Numbers(&values[rows.clone()], nature),
             Cells::Words(words, list) => Cells::Words(&words[rows.clone()], list),
         };
-        Column { name: column.name.clone(), unit: column.unit.clone(), cells }
+        Column { name: column.name.clone(), unit: column.unit.clone(), cells, unjudged: column.unjudged }
     };
     Study {
         columns: study.columns.iter().map(column).collect(),
         status: &study.status[rows.clone()],
         causes: &study.causes[rows.clone()],
-        at_limit: &study.at_limit[rows.clone()],
+        ends: &study.ends[rows.clone()],
         groups: study.groups.clone(),
         design: Design {
             replicate: &study.design.replicate[rows.start / groups..rows.end.div_ceil(groups)],

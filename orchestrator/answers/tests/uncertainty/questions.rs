@@ -1,6 +1,6 @@
 //! What a question file may say, and what it is told.
 
-use crate::support::names;
+use crate::support::{names, one, ramp};
 use bladeoff_answers::ask::{Ask, Figure, Known, Names, Problem, Question, QuestionDef};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;
@@ -163,4 +163,20 @@ fn a_gate_is_read_or_refused_with_words() {
         assert!(told.contains(part), "{text}: {told}");
     }
     assert!(Gate::new("P(y > 1) < 0.1", Some(1.0), &names()).is_err());
+}
+
+/// First orders by ranks have an interval from 256 rows on: fewer rank nothing.
+#[test]
+fn indices_without_an_interval_are_not_ranked() {
+    let asked =
+        || QuestionDef { sensitivity: Some("y".into()), method: Some("given-data".into()), ..QuestionDef::default() };
+    let few = one(&ramp(100), asked());
+    let says =
+        "part of the variance that a parameter makes alone: no ranking, since no index has an interval, 100 rows";
+    assert!(few.sentence.contains(says), "{}", few.sentence);
+    assert_eq!(few.most_decisive(), None);
+    assert!(few.lines.iter().any(|line| line.starts_with("u  ")), "{:?}", few.lines);
+    let many = one(&ramp(300), asked());
+    assert!(many.sentence.contains("makes alone: u 9") && many.sentence.contains("(about 95 %: "), "{}", many.sentence);
+    assert_eq!(many.most_decisive(), Some(0));
 }

@@ -5,6 +5,7 @@ use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::map::{Of, Wanted};
 use bladeoff_model::outcome::Status;
+use bladeoff_model::probability::normal_quantile;
 
 /// Nothing but bad runs could be harmful, and those are in one corner: their share rises there and is not smeared over the map.
 #[test]
@@ -214,4 +215,60 @@ fn a_difference_of_known_events_is_not_open() {
     };
     // what went in is known of a bad run, what came out is not
     assert_eq!((difference("x > 0.5"), difference("z > 0.5")), ((1, 0), (1, 1)));
+}
+
+/// Cells whose limits hold the mean of the noise about a plane, and those with limits; whether the noise was reported as skewed.
+fn held_of_noise(seed: u64, samples: usize, noise: &dyn Fn(f64) -> f64) -> (usize, usize, bool) {
+    let mut random = bladeoff_system::random::SplitMix(seed);
+    let mut rows = Rows { points: Some(samples), ..Rows::default() };
+    for _ in 0..samples {
+        let (x, y, u) = (random.unit(), random.unit(), random.unit());
+        rows.add((x, y), 0.0, "a", x + 0.5 * y + noise(u));
+    }
+    let map = &rows.maps(&of_z(false))[0];
+    let ends = map.cells.iter().filter_map(|cell| Some((cell.x + 0.5 * cell.y, cell.low?, cell.high?)));
+    let (held, of) =
+        ends.fold((0, 0), |(held, of), (mean, low, high)| (held + usize::from(low <= mean && mean <= high), of + 1));
+    (held, of, map.notes.iter().any(|note| note.contains("the noise is skewed")))
+}
+
+/// Limits of normal noise hold and have no note; those of lognormal noise hold less often, and a note reports it.
+/// All noise has the mean 0 and the standard deviation 1. `COVERAGE_STUDIES=40` gives the numbers of the documents.
+#[test]
+#[expect(clippy::print_stdout, reason = "the table of coverage is printed by its test")]
+fn skewed_noise_of_a_smoothed_map_is_reported() {
+    let studies = std::env::var("COVERAGE_STUDIES").map_or(3, |word| word.parse().expect("a number"));
+    let lognormal = |s: f64| {
+        let (mean, deviation) = ((0.5 * s * s).exp(), ((s * s).exp() * ((s * s).exp() - 1.0)).sqrt());
+        move |u: f64| ((s * normal_quantile(u, 1.0 - u)).exp() - mean) / deviation
+    };
+    let exponential = |u: f64| -(1.0 - u).ln() - 1.0;
+    let normal = |u: f64| normal_quantile(u, 1.0 - u);
+    type Noise<'a> = (&'a str, Box<dyn Fn(f64) -> f64>);
+    let noises: [Noise<'_>; 5] = [
+        ("normal", Box::new(normal)),
+        ("exponential", Box::new(exponential)),
+        ("lognormal 0.5", Box::new(lognormal(0.5))),
+        ("lognormal 1", Box::new(lognormal(1.0))),
+        ("lognormal 1.5", Box::new(lognormal(1.5))),
+    ];
+    for samples in [100, 300, 1000] {
+        for (name, noise) in &noises {
+            let (mut held, mut of, mut noted) = (0, 0, 0);
+            for seed in 0..studies {
+                let one = held_of_noise(1000 * samples as u64 + seed, samples, noise);
+                (held, of, noted) = (held + one.0, of + one.1, noted + u64::from(one.2));
+            }
+            let share = held as f64 / of as f64;
+            println!(
+                "{samples} samples, {name} noise: {:.1} of 100 cells held, a note in {noted} of {studies}",
+                100.0 * share
+            );
+            match *name {
+                "normal" => assert!(share > 0.85 && noted == 0, "{samples}: {share} {noted}"),
+                "lognormal 1.5" => assert!(10 * noted >= 9 * studies, "{samples}: {share} {noted}"),
+                _ => {}
+            }
+        }
+    }
 }

@@ -8,11 +8,8 @@
 #[derive(Debug, Clone)]
 pub struct Shuffle {
     key: [u8; 32],
-    count: u64,
-    half_bits: u32,
+    network: Network,
 }
-
-const ROUNDS: u8 = 4;
 
 impl Shuffle {
     /// The permutation of `0..count` (count <= 2^62) that belongs to `seed`.
@@ -21,30 +18,13 @@ impl Shuffle {
         let mut hasher = blake3::Hasher::new_derive_key("bladeoff study shuffle v1");
         hasher.update(&seed.to_le_bytes());
         hasher.update(&count.to_le_bytes());
-        let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
-        Self { key: *hasher.finalize().as_bytes(), count, half_bits: bits.div_ceil(2).max(1) }
+        Self { key: *hasher.finalize().as_bytes(), network: Network::new(count) }
     }
 
     /// Image of `position` < count.
     #[must_use]
     pub fn apply(&self, position: u64) -> u64 {
-        debug_assert!(position < self.count);
-        // The domain is less than four times the count, so a walk takes fewer than four steps on average; it ends
-        // because the cycle comes back to `position`, which is inside.
-        let mut image = self.network(position);
-        while image >= self.count {
-            image = self.network(image);
-        }
-        image
-    }
-
-    fn network(&self, value: u64) -> u64 {
-        let mask = (1u64 << self.half_bits) - 1;
-        let (mut left, mut right) = (value >> self.half_bits, value & mask);
-        for round in 0..ROUNDS {
-            (left, right) = (right, left ^ (self.round(round, right) & mask));
-        }
-        left << self.half_bits | right
+        self.network.apply(position, |round, half| self.round(round, half))
     }
 
     fn round(&self, round: u8, half: u64) -> u64 {
@@ -53,6 +33,42 @@ impl Shuffle {
         hasher.update(&half.to_le_bytes());
         let hash = hasher.finalize();
         u64::from_le_bytes(hash.as_bytes()[..8].try_into().expect("eight of 32 bytes"))
+    }
+}
+
+/// The network of a permutation of `0..count`, for any round function.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Network {
+    count: u64,
+    half_bits: u32,
+}
+
+const ROUNDS: u8 = 4;
+
+impl Network {
+    pub(super) fn new(count: u64) -> Self {
+        let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
+        Self { count, half_bits: bits.div_ceil(2).max(1) }
+    }
+
+    /// Image of `position` < count under the permutation of a round function of (number of the round, half).
+    pub(super) fn apply(&self, position: u64, round: impl Fn(u8, u64) -> u64) -> u64 {
+        debug_assert!(position < self.count);
+        let mask = (1u64 << self.half_bits) - 1;
+        let once = |value: u64| {
+            let (mut left, mut right) = (value >> self.half_bits, value & mask);
+            for number in 0..ROUNDS {
+                (left, right) = (right, left ^ (round(number, right) & mask));
+            }
+            left << self.half_bits | right
+        };
+        // The domain is less than four times the count, so a walk takes fewer than four steps on average; it ends
+        // because the cycle comes back to `position`, which is inside.
+        let mut image = once(position);
+        while image >= self.count {
+            image = once(image);
+        }
+        image
     }
 }
 

@@ -122,7 +122,7 @@ impl Tables {
         if plan.is_none() && !laws.is_empty() {
             return None;
         }
-        let notes = plan.as_ref().map(|plan| plan.notes(laws.len(), &copula)).unwrap_or_default();
+        let notes = plan.as_ref().map(|plan| plan.notes(&copula)).unwrap_or_default();
         Some(Drawn {
             parameters,
             drawing: Drawing::new(laws, copula, plan, formulas?),

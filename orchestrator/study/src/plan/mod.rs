@@ -15,6 +15,7 @@
 mod def;
 mod mistakes;
 mod morris;
+mod related;
 mod saltelli;
 mod steps;
 
@@ -27,16 +28,15 @@ pub use saltelli::{Role, Saltelli};
 pub use steps::Steps;
 
 use crate::correlation::Copula;
-use crate::design::halton;
+use crate::design::halton::{self, Scramble};
 use crate::design::hypercube::Hypercube;
 use crate::design::random::Source;
 use crate::design::sobol::{Sobol, keys};
 use crate::uncertain::Uncertain;
+use related::{LEAST, related};
 
 /// Parameters that a warning names, the worst first.
 const MOST_NAMED: usize = 5;
-/// From here on the pairs of dimensions of a sequence are no longer spread well.
-const MANY_PARAMETERS: usize = 50;
 
 /// The points of a design.
 #[derive(Debug, Clone)]
@@ -53,8 +53,8 @@ enum Points {
     Hypercubes(Vec<Hypercube>),
     /// Keys of the scrambling of each replicate; none: as the sequence stands.
     Sobol(Sobol, Vec<Vec<u64>>),
-    /// The primes of the parameters, and keys likewise.
-    Halton(Vec<u64>, Vec<Vec<u64>>),
+    /// The primes of the parameters, and the scrambling of each replicate; none: as the sequence stands.
+    Halton(Vec<u64>, Vec<Vec<Scramble>>),
     Steps(Steps),
     Trajectories(Trajectories),
     Saltelli(Saltelli),
@@ -105,15 +105,22 @@ impl Plan {
         let samples = if kind == Kind::Morris { def.trajectories } else { def.samples }.unwrap_or(1);
         let replicates = def.replicates.unwrap_or(1);
         let sources = (0..replicates).map(|replicate| Source::new(seed, kind.word(), replicate));
-        let scrambling =
-            |wanted: bool| sources.clone().filter(|_| wanted).map(|source| keys(&source, dimensions)).collect();
+        let scrambling = |wanted: bool| -> Vec<Vec<u64>> {
+            sources.clone().filter(|_| wanted).map(|source| keys(&source, dimensions)).collect()
+        };
         let points = match kind {
             Kind::MonteCarlo => Points::MonteCarlo(Source::new(seed, kind.word(), 0)),
             Kind::LatinHypercube => {
                 Points::Hypercubes(sources.map(|source| Hypercube::new(&source, dimensions, samples)).collect())
             }
             Kind::Sobol => Points::Sobol(Sobol::new(dimensions), scrambling(!plain)),
-            Kind::Halton => Points::Halton(halton::primes(dimensions), scrambling(!plain)),
+            Kind::Halton => {
+                let primes = halton::primes(dimensions);
+                let of =
+                    |keys: Vec<u64>| primes.iter().zip(keys).map(|(&prime, key)| Scramble::new(prime, key)).collect();
+                let scrambles = scrambling(!plain).into_iter().map(of).collect();
+                Points::Halton(primes, scrambles)
+            }
             Kind::OneAtATime => Points::Steps(Steps::new(def, names, laws)?),
             Kind::Morris => {
                 let source = Source::new(seed, kind.word(), 0);
@@ -137,7 +144,8 @@ impl Plan {
     #[must_use]
     pub fn is_scrambled(&self) -> bool {
         match &self.points {
-            Points::Sobol(_, keys) | Points::Halton(_, keys) => !keys.is_empty(),
+            Points::Sobol(_, keys) => !keys.is_empty(),
+            Points::Halton(_, scrambles) => !scrambles.is_empty(),
             Points::Saltelli(saltelli) => saltelli.is_scrambled(),
             _ => true,
         }
@@ -221,14 +229,12 @@ impl Plan {
     /// What an interval may be made of from the first `count` points.
     #[must_use]
     pub fn standing(&self, count: u64) -> Standing {
-        match (self.kind, &self.points) {
-            (Kind::MonteCarlo, _) => Standing::Independent,
-            (Kind::OneAtATime, _) => Standing::NoInterval("points of a one-at-a-time design are not random"),
-            (Kind::Morris, _) => Standing::NoInterval("points of a morris design are no sample of the laws"),
-            (Kind::Saltelli, _) => Standing::NoInterval("points of a saltelli design depend on one another"),
-            (_, Points::Sobol(_, keys) | Points::Halton(_, keys)) if keys.is_empty() => {
-                Standing::NoInterval("points that are not scrambled are not random")
-            }
+        match self.kind {
+            Kind::MonteCarlo => Standing::Independent,
+            Kind::OneAtATime => Standing::NoInterval("points of a one-at-a-time design are not random"),
+            Kind::Morris => Standing::NoInterval("points of a morris design are no sample of the laws"),
+            Kind::Saltelli => Standing::NoInterval("points of a saltelli design depend on one another"),
+            _ if !self.is_scrambled() => Standing::NoInterval("points that are not scrambled are not random"),
             _ if self.replicates < FEWEST_REPLICATES => Standing::NoInterval("fewer than 16 replicates"),
             _ if count == 0 || !count.is_multiple_of(self.replicates) => {
                 Standing::NoInterval("replicates of different sizes")
@@ -257,14 +263,9 @@ impl Plan {
 
     /// What `check` says beside the numbers.
     #[must_use]
-    pub fn notes(&self, dimensions: usize, copula: &Copula) -> Vec<String> {
+    pub fn notes(&self, copula: &Copula) -> Vec<String> {
         let mut notes: Vec<String> = self.without_interval(self.count()).into_iter().collect();
         let sequence = matches!(self.kind, Kind::Sobol | Kind::Halton | Kind::Saltelli);
-        if sequence && dimensions > MANY_PARAMETERS {
-            notes.push(format!(
-                "{dimensions} parameters: beyond about {MANY_PARAMETERS} pairs of them are not spread evenly; the important ones should stand first"
-            ));
-        }
         if (sequence || self.kind == Kind::LatinHypercube) && !copula.is_independent() {
             notes.push(
                 "of correlated parameters only the first of each group keeps the even spread of the design".to_owned(),
@@ -300,10 +301,14 @@ impl Plan {
         }
     }
 
-    /// A warning about the parameters of a Saltelli design whose values in A and in B are correlated over the first `count` points: the five
-    /// largest correlations, and the number of the others.
+    /// A warning where the first `count` points of a sequence are too few for so many parameters: of a Saltelli design the five
+    /// parameters whose values in A and in B have the largest correlations, and the number of the others; of a replicate the pair of
+    /// parameters with the largest correlation.
     #[must_use]
     pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
+        if matches!(self.kind, Kind::Sobol | Kind::Halton) {
+            return self.related_in_replicate(count / self.replicates, names);
+        }
         let base = count / self.rows();
         let found = self.saltelli()?.related(base);
         let each = found.iter().filter_map(|&(parameter, r)| Some(format!("{} {r:.2}", names.get(parameter)?)));
@@ -323,6 +328,21 @@ impl Plan {
         })
     }
 
+    /// Warning of the first points of the first replicate.
+    fn related_in_replicate(&self, points: u64, names: &[&str]) -> Option<String> {
+        let d = names.len();
+        let fill = |j: u64, point: &mut [f64]| self.fill(j * self.replicates, point);
+        let pairs = (0..d).flat_map(|a| (a + 1..d).map(move |b| [a, b]));
+        let found = related(points, d, fill, pairs);
+        let &([a, b], r) = found.first()?;
+        let (count, pairs) = (found.len(), d * (d - 1) / 2);
+        Some(format!(
+            "{points} points of a replicate are few for {d} parameters: the values of {} and {} have correlation {r:.2}, and {count} of {pairs} \
+             pairs have one above {LEAST} or below -{LEAST}, so intervals are wider than such points allow; more `samples` help, more `replicates` do not",
+            names[a], names[b]
+        ))
+    }
+
     /// The coordinates of a point `index` < count of any kind but one-at-a-time (which leaves them as they are).
     pub fn fill(&self, index: u64, point: &mut [f64]) {
         let (j, r) = (index / self.replicates, (index % self.replicates) as usize);
@@ -333,14 +353,14 @@ impl Plan {
                 Some(keys) => sobol.scrambled(j, keys, point),
                 None => sobol.plain(j, point),
             },
-            Points::Halton(primes, keys) => {
-                for (dimension, (coordinate, &prime)) in point.iter_mut().zip(primes).enumerate() {
-                    *coordinate = match keys.get(r) {
-                        Some(keys) => halton::scrambled(j, prime, keys[dimension]),
-                        None => halton::plain(j, prime),
-                    };
+            Points::Halton(primes, scrambles) => match scrambles.get(r) {
+                Some(scrambles) => {
+                    point.iter_mut().zip(scrambles).for_each(|(coordinate, one)| *coordinate = one.coordinate(j));
                 }
-            }
+                None => {
+                    point.iter_mut().zip(primes).for_each(|(coordinate, &prime)| *coordinate = halton::plain(j, prime))
+                }
+            },
             Points::Trajectories(trajectories) => trajectories.fill(index, point),
             Points::Saltelli(saltelli) => saltelli.fill(index, point),
             Points::Steps(_) => {}

@@ -11,12 +11,8 @@
 //! Sources: A. Saltelli, "Making best use of model evaluations to compute sensitivity indices" (2002); A. Saltelli et al., "Variance
 //! based sensitivity analysis of model output" (2010).
 
+use super::related::related;
 use crate::design::sobol::Sobol;
-
-/// Correlation from which on it is told.
-const RELATED: f64 = 0.1;
-/// Base points that are looked at for it, at most: of more none is as large.
-const LOOKED_AT: u64 = 8192;
 
 /// The base points of a design, and what is made of them.
 #[derive(Debug, Clone)]
@@ -83,25 +79,10 @@ impl Saltelli {
     /// index is biased by a factor of about 1 - r, since E (a - b)^2/2 = V (1 - r): too low for r > 0, too high for r < 0.
     #[must_use]
     pub fn related(&self, count: u64) -> Vec<(usize, f64)> {
-        let mut both = vec![0.0; 2 * self.parameters];
-        // sums of a, b, their squares and products, about the middle
-        let mut sums = vec![[0.0; 5]; self.parameters];
-        let count = count.min(LOOKED_AT);
-        for base in 0..count {
-            self.base(base, &mut both);
-            let (a, b) = both.split_at(self.parameters);
-            for ((a, b), sums) in a.iter().zip(b).zip(&mut sums) {
-                let (a, b) = (a - 0.5, b - 0.5);
-                sums.iter_mut().zip([a, b, a * a, b * b, a * b]).for_each(|(sum, term)| *sum += term);
-            }
-        }
-        let n = count as f64;
-        let correlation =
-            |[a, b, aa, bb, ab]: &[f64; 5]| (ab - a * b / n) / libm::sqrt((aa - a * a / n) * (bb - b * b / n));
-        let mut found: Vec<(usize, f64)> =
-            sums.iter().map(correlation).enumerate().filter(|(_, r)| r.abs() >= RELATED).collect();
-        found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-        found
+        let d = self.parameters;
+        let fill = |base: u64, both: &mut [f64]| self.base(base, both);
+        let found = related(count, 2 * d, fill, (0..d).map(|parameter| [parameter, d + parameter]));
+        found.into_iter().map(|([parameter, _], r)| (parameter, r)).collect()
     }
 
     /// The coordinates of a base point.

@@ -1,42 +1,34 @@
-//! Places that may press in a step, and those that pressed in the last.
+//! Contact points: positions on the ring where impulses act in a contact step.
 
-use super::broad_phase::GapMinimum;
+use super::gap_minimum::GapMinimum;
 use crate::contact::ContactForce;
 use crate::contact::complementarity::Block;
 
-/// A place that may press.
+/// Contact point of a step, with its conditions and its impulse.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPoint {
-    /// At n+1, where the gap is to stay open, and at n, where the impulse acts.
-    pub place: GapMinimum,
+    /// Position at n+1, whose gap is constrained.
+    pub position: GapMinimum,
+    /// Position at n, where the impulse acts: that of the last step for a point that pressed then, otherwise `position`.
     pub acting: GapMinimum,
-    /// Slot of the rows at n among those of the last step; `None` where they are its own.
-    pub acts: Option<usize>,
-    /// Slot of its own rows.
+    /// Slot of the rows of `acting` among those of the last step; `None` where they are the point's own.
+    pub acting_slot: Option<usize>,
+    /// Slot of the rows of `position`.
     pub slot: usize,
-    /// What its own impulses do to gap and slip.
-    pub own: Block,
-    /// Gap and slip without impulses.
-    pub start: [f64; 2],
+    /// Gap and slip at the point per normal and tangential impulse at it.
+    pub self_coupling: Block,
+    /// Gap at n+1 and slip over the step without impulses \[m\].
+    pub free: [f64; 2],
+    /// Normal and tangential impulse \[N s\].
     pub force: ContactForce,
 }
 
-/// A place that pressed in the last step.
+/// Contact point of the last step whose impulse was not zero.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PressedPoint {
-    /// At n now.
-    pub place: GapMinimum,
+    /// Position, now at n.
+    pub position: GapMinimum,
     pub force: ContactForce,
     /// Slot of its rows.
     pub slot: usize,
-}
-
-/// Ring and rotor at an instant with the statics of the impulses that led there.
-pub(crate) struct SettledRing {
-    /// Of the ring's modes.
-    pub amplitudes: Vec<f64>,
-    /// Where it is pressed: angles \[rad\], and normal forces in polar axes \[N\].
-    pub pressed: Vec<(f64, [f64; 2])>,
-    /// The rotor's centre, in the stator's axes \[m\].
-    pub rotor: [f64; 2],
 }

@@ -1,117 +1,132 @@
-//! Ring and rotor at n+1 as though the impulses of n-1 went on.
+//! Predictor of ring and rotor at n+1: the impulses of the last step are assumed to act again.
 //!
 //! ```text
-//! lacking   of a train J = F h at n: what it lacks of the static displacement, on each mode of the ring and of the rotor, and the modes left out of both      (1)
-//! at n+1    impulses J_n and their statics, which are those of the force at n+1:  (what they move by n+1) J_n + lacking (2 J_n - J_(n-1))                     (2)
-//! places    from (2) with J_n = J_(n-1), at their places now:  s_n of the ring's modes,  s_x of the rotor                                                   (3)
-//! undone    what (3) has of J_n:  (what they move by n+1 + 2 lacking) J_(n-1).  The linear conditions on J_n go on from there
+//! c          static correction per unit impulse: static displacement less that of an impulse train, for each mode of ring and rotor
+//! d          displacement by n+1 of a unit impulse at n, without c
+//! statics    c (2 J_n - J_(n-1))                        those of the force extrapolated to n+1                                   (1)
+//! predicted  free motion + (d + c) J_(n-1)              (1) with J_n = J_(n-1), at the positions of the last step                (2)
+//! assumed    (d + 2 c) J_(n-1)                          the part of (2) that depends on J_n                                      (3)
 //! ```
-//! (3): in the free step ring and rotor are where no impulse of this step is, and a light rub's penetrate there by 0.2 mm. Places and normals taken from it had an error of first order (impulse of a long rub 2e-3 off at 40 us, 5e-4 with (3));
-//! in a whip they jumped from step to step. (2): with the statics of J_n instead the force ran ahead of the gap by a step, on that share of the compliance, which damps in proportion to the step: loads and impulses
-//! of beginnings of rubs were too small on every machine. Limit: statics of the ring's modes left out are not in the places.
-//! Verified by `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
+//! Gap minima and normals are taken at (2). The conditions on J_n are linear, so they start from (2) less (3).
+//!
+//! In the free motion no impulse of the step acts, and even a light rub penetrates by 0.2 mm there. Positions and normals of the
+//! free motion had an error of first order (impulse of a long rub 2e-3 off at 40 us, 5e-4 with (2)), and jumped from step to step
+//! in a whip. With static corrections of J_n alone the force was ahead of the gap by a step. On that share of the compliance this
+//! acts as damping in proportion to the step: loads and impulses at the beginning of rubs were too small on every machine.
+//!
+//! Limits: the truncated modes of the ring are not in (2). Verified by `whip_is_that_of_the_reduced_engine`
+//! (`tests/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
 
-use super::broad_phase::GapMinimum;
-use super::impulsed_ring::AHEAD;
-use super::ring_kernels::add_two;
+use super::gap_minimum::GapMinimum;
+use super::impulsed_ring::STATIC_WEIGHT;
+use super::ring_kernels::add_scaled_rows;
 use crate::contact::ContactForce;
 use crate::engine::exponential::plane::{across, times};
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{Lane, flat};
 
-/// What is known of n+1 before its impulses.
+/// Prediction of ring and rotor at n+1 before the impulses of the step are known.
 pub(crate) struct ContactPredictor {
-    /// What impulses make of the ring's modes by n+1, with (1), and (1) alone \[1/kg\].
+    /// d + c and c of each mode of the ring \[s\].
     compliance: Vec<Lane>,
     static_correction: Vec<Lane>,
-    /// Sums of the last impulses along the rows of their places, and in the plane: of all parts, and of the normal ones.
-    pressed: Vec<Lane>,
-    along: [f64; 2],
-    normal: [f64; 2],
-    /// The ring's modes with s_n, what of them is undone, and their way over the step less the change of (1) of a train that goes on.
+    /// Impulses of the last step: on each mode of the ring, on the rotor \[N s\], and the normal ones of the latter.
+    modal_impulses: Vec<Lane>,
+    impulse: [f64; 2],
+    normal_impulse: [f64; 2],
+    /// Predicted amplitudes of the ring's modes, (2); the assumed part (3); and the displacement over the step from the position
+    /// at n with its static correction.
     pub ring: Vec<Lane>,
     pub ring_correction: Vec<Lane>,
-    pub way: Vec<Lane>,
-    /// s_x, what is undone of it, and that change of the rotor \[m\].
-    pub held_force: [f64; 2],
+    pub ring_travel: Vec<Lane>,
+    /// Predicted displacement of the rotor by impulses in (2), the assumed part (3), and the static correction in the
+    /// displacement over the step, all in the stator's axes \[m\].
+    pub rotor_displacement: [f64; 2],
     pub rotor_correction: [f64; 2],
-    pub lagging_deflection: [f64; 2],
+    pub rotor_travel_correction: [f64; 2],
 }
 
 impl ContactPredictor {
-    /// Of a ring whose modes' trains lack this.
-    pub fn new([yields, lacking]: [Vec<Lane>; 2]) -> Self {
-        let zeros = vec![Lane::default(); lacking.len()];
+    /// Creates a predictor for a ring whose modes have these compliances d + c and static corrections c.
+    pub fn new([compliance, static_correction]: [Vec<Lane>; 2]) -> Self {
+        let zeros = vec![Lane::default(); static_correction.len()];
         Self {
-            compliance: yields,
-            static_correction: lacking,
-            pressed: zeros.clone(),
-            along: [0.0; 2],
-            normal: [0.0; 2],
+            compliance,
+            static_correction,
+            modal_impulses: zeros.clone(),
+            impulse: [0.0; 2],
+            normal_impulse: [0.0; 2],
             ring: zeros.clone(),
             ring_correction: zeros.clone(),
-            way: zeros,
-            held_force: [0.0; 2],
+            ring_travel: zeros,
+            rotor_displacement: [0.0; 2],
             rotor_correction: [0.0; 2],
-            lagging_deflection: [0.0; 2],
+            rotor_travel_correction: [0.0; 2],
         }
     }
 
-    /// Nothing presses any more.
+    /// Forgets the impulses of the last step.
     #[inline(always)]
     pub fn reset(&mut self) {
-        self.pressed.fill(Lane::default());
-        (self.along, self.normal) = ([0.0; 2], [0.0; 2]);
+        self.modal_impulses.fill(Lane::default());
+        (self.impulse, self.normal_impulse) = ([0.0; 2], [0.0; 2]);
     }
 
-    /// Something presses at a place, of which these are the rows.
+    /// Adds an impulse of the last step at a position with these rows along its normal and tangent.
     #[inline(always)]
-    pub fn press<V: Eight>(&mut self, place: &GapMinimum, force: &ContactForce, rows: [&[Lane]; 2]) {
-        add_two::<V>([force.normal, force.tangential], rows, &mut self.pressed);
-        let (n, t) = (place.normal, across(place.normal));
+    pub fn add_impulse<V: Eight>(&mut self, position: &GapMinimum, force: &ContactForce, rows: [&[Lane]; 2]) {
+        add_scaled_rows::<V>([force.normal, force.tangential], rows, &mut self.modal_impulses);
+        let (n, t) = (position.normal, across(position.normal));
         for i in 0..2 {
-            self.normal[i] += n[i] * force.normal;
-            self.along[i] += n[i] * force.normal + t[i] * force.tangential;
+            self.normal_impulse[i] += n[i] * force.normal;
+            self.impulse[i] += n[i] * force.normal + t[i] * force.tangential;
         }
     }
 
-    /// From what pressed: the ring at n+1 without impulses and its way there are given; what an impulse on the rotor moves it by n+1, what its trains lack, and its
-    /// modes left out, in the stator's axes.
+    /// Predicts ring and rotor at n+1 from the free motion of the ring and its displacement over the step. The matrices are the
+    /// displacement of the rotor per impulse, its static correction, and its truncated flexibility, in the stator's axes
+    /// \[m/(N s)\].
     #[inline(always)]
-    pub fn predict<V: Eight>(&mut self, ring: &[Lane], way: &[Lane], [moves, lacking, left_out]: [&[[f64; 2]; 2]; 3]) {
+    pub fn predict<V: Eight>(
+        &mut self,
+        ring: &[Lane],
+        free_travel: &[Lane],
+        [displacement_response, static_correction, truncated]: [&[[f64; 2]; 2]; 3],
+    ) {
         let count = ring.len();
-        let (yields, lacks, pressed) =
-            (&self.compliance[..count], &self.static_correction[..count], &self.pressed[..count]);
-        let (undone, foreseen) = (&mut self.ring_correction[..count], &mut self.ring[..count]);
-        let (gone, way) = (&mut self.way[..count], &way[..count]);
+        let (compliance, corrections, impulses) =
+            (&self.compliance[..count], &self.static_correction[..count], &self.modal_impulses[..count]);
+        let (ring_correction, predicted) = (&mut self.ring_correction[..count], &mut self.ring[..count]);
+        let (ring_travel, free_travel) = (&mut self.ring_travel[..count], &free_travel[..count]);
         for i in 0..count {
-            let pressed = V::load(&pressed[i]);
-            let (held, lacks) = (V::load(&yields[i]) * pressed, V::load(&lacks[i]) * pressed);
-            (V::load(&ring[i]) + held).store(&mut foreseen[i]);
-            (held + lacks).store(&mut undone[i]);
-            (V::load(&way[i]) - V::all(AHEAD) * lacks).store(&mut gone[i]);
+            let impulse = V::load(&impulses[i]);
+            let (response, correction) = (V::load(&compliance[i]) * impulse, V::load(&corrections[i]) * impulse);
+            (V::load(&ring[i]) + response).store(&mut predicted[i]);
+            (response + correction).store(&mut ring_correction[i]);
+            (V::load(&free_travel[i]) - V::all(STATIC_WEIGHT) * correction).store(&mut ring_travel[i]);
         }
-        let (moved, lagging) = (times(moves, self.along), times(lacking, self.along));
-        let left_out = times(left_out, self.normal);
+        let (displacement, deflection) =
+            (times(displacement_response, self.impulse), times(static_correction, self.impulse));
+        let truncated = times(truncated, self.normal_impulse);
         for i in 0..2 {
-            self.held_force[i] = -(moved[i] + lagging[i] + left_out[i]);
-            self.rotor_correction[i] = -(moved[i] + AHEAD * (lagging[i] + left_out[i]));
-            self.lagging_deflection[i] = -AHEAD * lagging[i];
+            self.rotor_displacement[i] = -(displacement[i] + deflection[i] + truncated[i]);
+            self.rotor_correction[i] = -(displacement[i] + STATIC_WEIGHT * (deflection[i] + truncated[i]));
+            self.rotor_travel_correction[i] = -STATIC_WEIGHT * deflection[i];
         }
     }
 
-    /// Statics of what pressed, (1), of the rotor.
-    pub fn static_deflection(&self, [lacking, left_out]: [&[[f64; 2]; 2]; 2]) -> [f64; 2] {
-        let ([u, v], left_out) = (times(lacking, self.along), times(left_out, self.normal));
-        [-u - left_out[0], -v - left_out[1]]
+    /// Static correction of the rotor's displacement for the impulses of the last step \[m\].
+    pub fn static_deflection(&self, [static_correction, truncated]: [&[[f64; 2]; 2]; 2]) -> [f64; 2] {
+        let ([u, v], truncated) = (times(static_correction, self.impulse), times(truncated, self.normal_impulse));
+        [-u - truncated[0], -v - truncated[1]]
     }
 
-    /// Adds the same of the ring's modes to their amplitudes.
+    /// Adds the static correction for the impulses of the last step to amplitudes of the ring's modes.
     pub fn add_static_deflection(&self, amplitudes: &mut [f64]) {
-        for ((amplitude, lacks), pressed) in
-            amplitudes.iter_mut().zip(flat(&self.static_correction)).zip(flat(&self.pressed))
+        for ((amplitude, correction), impulse) in
+            amplitudes.iter_mut().zip(flat(&self.static_correction)).zip(flat(&self.modal_impulses))
         {
-            *amplitude += lacks * pressed;
+            *amplitude += correction * impulse;
         }
     }
 }

@@ -1,28 +1,39 @@
-//! Contact by impulses: one ring and the rotor inside it, over a step.
+//! Contact step: contact of one ring with the rotor inside it, by impulses at the beginning of the step.
 //!
 //! ```text
-//! impulses (J_n, J_t) at n,  g >= 0 at n+1 along the ring,  J_n >= 0,  J_n g = 0,  |J_t| <= mu J_n                        (1)
-//! g_k = g_k(free) + n_k.(D_kl (J_n n_l + J_t t_l))                     D: rotor and ring by an impulse at n, statics of trains included
-//! works at n   J_n g', J_t s',  g' and s' the means of the rates before and after the impulses ([`super::impact`])                         (2)
+//! impulses    (J_n, J_t) at n,   g >= 0 at n+1,   J_n >= 0,   J_n g = 0,   |J_t| <= mu J_n                                       (1)
+//! gap         g_k = g_k(free) + n_k.sum_l D_kl (J_n n_l + J_t t_l)      at each contact point k                                  (2)
+//! works       J_n g',  J_t s'                                           g', s': means of the rates before and after the impulses (3)
 //! ```
-//! The scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in the place of central differences.
-//! An impulse acts along normal and tangent of its place at n, where that pressed in the step before; otherwise along those at n+1. That makes the place of second order in the step.
-//! (1) is solved at the nearest places ([`super::survey`]) that the whole last impulses would lead to ([`super::foreseen`]), and where it pressed before;
-//! candidates that then still penetrate join them: nothing is iterated over the state, which is linear. (2) is what the impulses do on the modes, exactly.
+//! g: gap \[m\]; J_n, J_t: normal and tangential impulse on the ring \[N s\]; n, t: normal and tangent of a point; D: Delassus
+//! operator, the displacement of rotor and ring at n+1 per impulse at n ([`DelassusOperator`]), static corrections included; mu:
+//! friction coefficient; s': slip rate ([`super::impact`]).
+//!
+//! This is the scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in
+//! place of central differences. A step has four parts:
+//!
+//! 1. The predictor gives ring and rotor at n+1 as the impulses of the last step would have them ([`ContactPredictor`]). 2. The
+//! broad phase finds the minima of the gap there ([`BroadPhase`]). Minima with a negative gap become contact points, and so do
+//! the points that pressed in the last step. 3. (1) with (2) is solved for the impulses. Points that still penetrate join
+//! ([`PenetrationSearch`]), and (1) is solved again. Nothing is iterated over the state, because the motion is linear in the
+//! impulses. 4. The impulses are applied to the ring here, and to the rotor by the caller.
+//!
+//! An impulse acts along normal and tangent of its point at n where that point pressed in the last step, otherwise along those at
+//! n+1. This makes the direction of second order in the step. Verified by `tests/exponential_rub.rs`.
 
-use super::broad_phase::{BroadPhase, GapMinimum};
-use super::contact_point::{ContactPoint, PressedPoint, SettledRing};
+use super::broad_phase::BroadPhase;
+use super::contact_conditions::add_point;
+use super::contact_point::{ContactPoint, PressedPoint};
 use super::contact_predictor::ContactPredictor;
 use super::delassus_operator::DelassusOperator;
 use super::impact::{FreeStep, Impact, SurfaceTurn};
-use super::impulsed_ring::{AHEAD, ImpulsedRing, RingPropagator};
-use super::penetration::{AfterImpulses, PenetrationSearch};
-use super::ring_kernels::{PointRows, StepState, add_two, along_both, each_along, write_rows};
-use super::ring_points::{RingPoints, beside, modes, parabola, ring_of};
+use super::impulsed_ring::{ImpulsedRing, RingPropagator, STATIC_WEIGHT};
+use super::penetration::PenetrationSearch;
+use super::ring_kernels::{PointRows, add_scaled_rows, products_with};
+use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use crate::engine::exponential::error::ExponentialError;
-use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
+use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::plane::{across, product, turned};
 use crate::linalg::eight::{Eight, by_width};
 use crate::linalg::lanes::Lane;
@@ -30,65 +41,76 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
 use std::sync::Arc;
 
-/// A candidate penetrates when it is deeper than this share of the deepest before any impulse.
-const SHARE: f64 = 1e-4;
+/// A point penetrates where its negative gap is more than this ratio of the largest penetration without impulses.
+const PENETRATION_RATIO: f64 = 1e-4;
 
-/// One ring under way.
+/// Ring of a diaphragm, and the solver of its contact steps.
 pub(crate) struct ContactStep {
-    /// Sine and cosine of the stator's angle, and its centre.
-    angle: (f64, f64),
+    /// Sine and cosine of the stator's angle.
+    pub(super) angle: (f64, f64),
+    /// Centre of the stator in the machine's axes \[m\].
     offset: [f64; 2],
+    /// Radial gap of the ring at rest, and radius of the rotor \[m\].
     gap: f64,
-    radius: f64,
+    pub(super) radius: f64,
     law: FrictionLaw,
     /// Contact step \[s\].
-    h: f64,
-    ring_points: Arc<RingPoints>,
+    pub(super) h: f64,
+    pub(super) ring_points: Arc<RingPoints>,
     pub ring: ImpulsedRing,
-    /// Displacement of each mode per impulse by n+1, with [`AHEAD`] times what a train lacks.
-    compliance: Vec<Lane>,
-    /// Displacement of the rotor per impulse in the modes left out, in the stator's axes.
-    rotor_truncated_flexibility: [[f64; 2]; 2],
+    /// Displacement at n+1 per impulse at n of each mode, with [`STATIC_WEIGHT`] times its static correction.
+    pub(super) compliance: Vec<Lane>,
+    /// Displacement of the rotor's truncated modes per impulse, in the stator's axes \[m/(N s)\].
+    pub(super) rotor_truncated_flexibility: [[f64; 2]; 2],
+    /// Propagators of the ring over steps of 2^k contact steps, by k.
     propagators: Vec<RingPropagator>,
-    broad_phase: BroadPhase,
-    penetration: PenetrationSearch,
-    impulses: Vec<Lane>,
-    predictor: ContactPredictor,
-    coupled: Box<Coupled>,
-    points: Vec<ContactPoint>,
+    pub(super) broad_phase: BroadPhase,
+    pub(super) penetration: PenetrationSearch,
+    /// Modal impulses on the ring, and before they are known the response of the modes that the search for penetration uses.
+    pub(super) impulses: Vec<Lane>,
+    pub(super) predictor: ContactPredictor,
+    /// Complementarity conditions (1) of the points.
+    pub(super) conditions: Box<Coupled>,
+    /// Contact points of this step, and their impulses.
+    pub(super) points: Vec<ContactPoint>,
     forces: Vec<ContactForce>,
-    /// Rows of the points of this step and of the last one, and which are this one's.
-    rows: [PointRows; 2],
-    now: usize,
-    /// What pressed in the last step, and where, and the slots of its rows.
-    pressed: Vec<PressedPoint>,
-    surface: SurfaceTurn,
+    /// Rows of the contact points of two steps: this step's are at `current`, the last step's at the other index.
+    pub(super) point_rows: [PointRows; 2],
+    pub(super) current: usize,
+    /// Points that pressed in the last step.
+    pub(super) pressed: Vec<PressedPoint>,
+    /// Turn of the rotor's surface over the last contact step.
+    surface_turn: SurfaceTurn,
 }
 
 impl ContactStep {
-    /// A flexible ring of a machine at rest, in contact steps of `h` \[s\].
+    /// Creates the contact of a machine at rest with a flexible ring, in contact steps of `h` \[s\].
+    ///
+    /// # Errors
+    /// [`ExponentialError::NotCovered`] for a stator without a flexible ring.
     pub fn new(
         diaphragm: &Diaphragm,
         structure: &Structure,
         index: usize,
-        candidates: &Arc<RingPoints>,
+        ring_points: &Arc<RingPoints>,
         h: f64,
     ) -> Result<Self, ExponentialError> {
         let part = ring_of(structure, index)?;
         let contact = &diaphragm.contact;
-        let modes = modes(part);
+        let modes = modal_parameters(part);
         let ring = ImpulsedRing::new(&modes, h);
-        let places = structure.rotor.plane_places(contact.node);
+        let dofs = structure.rotor.plane_places(contact.node);
         let angle = libm::sincos(diaphragm.angle);
-        let [whole, lacking] = ring.compliance();
-        let ahead = |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (AHEAD - 1.0) * k.1.0[i]));
-        let yields: Vec<Lane> = whole.iter().zip(&lacking).map(ahead).collect();
-        let zeros = vec![Lane::default(); yields.len()];
-        let rows = PointRows::new(POINTS, yields.len());
-        let rotor_left_out = structure
+        let [corrected_compliance, static_correction] = ring.compliance();
+        let extrapolated =
+            |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (STATIC_WEIGHT - 1.0) * k.1.0[i]));
+        let compliance: Vec<Lane> = corrected_compliance.iter().zip(&static_correction).map(extrapolated).collect();
+        let zeros = vec![Lane::default(); compliance.len()];
+        let rows = PointRows::new(POINTS, compliance.len());
+        let rotor_truncated_flexibility = structure
             .lateral_residual
             .as_ref()
-            .map_or([[0.0; 2]; 2], |all| turned(angle, &places.map(|row| places.map(|column| all[(row, column)] / h))));
+            .map_or([[0.0; 2]; 2], |all| turned(angle, &dofs.map(|row| dofs.map(|column| all[(row, column)] / h))));
         Ok(Self {
             angle,
             offset: contact.offset,
@@ -96,18 +118,18 @@ impl ContactStep {
             radius: contact.rotor_radius,
             law: contact.friction_law,
             h,
-            rotor_truncated_flexibility: rotor_left_out,
-            broad_phase: BroadPhase::new(candidates, contact.rotor_radius + contact.gap, contact.rotor_radius),
-            penetration: PenetrationSearch::new(candidates.count()),
-            ring_points: Arc::clone(candidates),
-            predictor: ContactPredictor::new([whole, lacking]),
-            compliance: yields,
+            rotor_truncated_flexibility,
+            broad_phase: BroadPhase::new(ring_points, contact.rotor_radius + contact.gap, contact.rotor_radius),
+            penetration: PenetrationSearch::new(ring_points.count()),
+            ring_points: Arc::clone(ring_points),
+            predictor: ContactPredictor::new([corrected_compliance, static_correction]),
+            compliance,
             ring,
             propagators: Vec::new(),
             impulses: zeros,
-            rows: [rows.clone(), rows],
-            now: 0,
-            coupled: Box::new(Coupled {
+            point_rows: [rows.clone(), rows],
+            current: 0,
+            conditions: Box::new(Coupled {
                 w: Default::default(),
                 start: [[0.0; 2]; POINTS],
                 friction: contact.friction,
@@ -117,299 +139,232 @@ impl ContactStep {
             points: Vec::with_capacity(POINTS),
             forces: Vec::with_capacity(POINTS),
             pressed: Vec::with_capacity(POINTS),
-            surface: SurfaceTurn::default(),
+            surface_turn: SurfaceTurn::default(),
         })
     }
 
     /// Whether impulses acted in the last step.
-    pub fn presses(&self) -> bool {
+    pub fn in_contact(&self) -> bool {
         !self.pressed.is_empty()
     }
 
-    /// A place in the machine's axes, from the ring's centre.
-    pub fn displacement_from_centre(&self, place: [f64; 2]) -> [f64; 2] {
-        [place[0] - self.offset[0], place[1] - self.offset[1]]
+    /// Displacement of the rotor from the ring's centre \[m\], for one in the machine's axes from their origin.
+    pub fn displacement_from_centre(&self, displacement: [f64; 2]) -> [f64; 2] {
+        [displacement[0] - self.offset[0], displacement[1] - self.offset[1]]
     }
 
-    /// How far the rotor's centre may be from the ring's before it can touch, wherever the ring's modes carry it \[m\].
+    /// Distance of the rotor's centre from the ring's below which no contact is possible, whatever the phases of the ring's modes
+    /// \[m\].
     pub fn clearance(&self) -> f64 {
         self.gap - self.ring.reach(&self.ring_points.reach)
     }
 
-    /// The rotor's centre from the ring's, in the stator's axes.
-    pub fn place(&self, place: [f64; 2]) -> [f64; 2] {
-        self.inwards(self.displacement_from_centre(place))
+    /// Displacement of the rotor from the ring's centre in the stator's axes \[m\], for one in the machine's axes from their
+    /// origin.
+    pub fn displacement_in_stator_axes(&self, displacement: [f64; 2]) -> [f64; 2] {
+        self.to_stator_axes(self.displacement_from_centre(displacement))
     }
 
-    /// Takes the ring over a step of `h = 2^level` contact steps in which nothing touches.
-    pub fn propagate_ring(&mut self, level: usize, h: f64) {
-        while self.propagators.len() <= level {
-            let shorter = libm::exp2(self.propagators.len() as f64 - level as f64);
-            self.propagators.push(self.ring.propagator(h * shorter));
+    /// Takes the ring over a step of free motion of `h = 2^doublings` contact steps \[s\].
+    pub fn propagate_ring(&mut self, doublings: usize, h: f64) {
+        while self.propagators.len() <= doublings {
+            let ratio = libm::exp2(self.propagators.len() as f64 - doublings as f64);
+            self.propagators.push(self.ring.propagator(h * ratio));
         }
-        self.ring.propagate(&self.propagators[level]);
-        self.surface.forget();
+        self.ring.propagate(&self.propagators[doublings]);
+        self.surface_turn.forget();
         if !self.pressed.is_empty() {
-            self.reset();
+            self.forget_impulses();
         }
     }
 
-    /// Nothing presses any more.
-    fn reset(&mut self) {
+    /// Forgets the impulses of the last step.
+    fn forget_impulses(&mut self) {
         self.pressed.clear();
         self.predictor.reset();
     }
 
-    /// Takes the ring over a step in which it may be touched; `None` where it is not.
+    /// Takes the ring over a contact step. Returns the contact of the step; `None` where nothing touches.
     ///
     /// # Errors
-    /// [`ExponentialError::NoImpulses`].
+    /// [`ExponentialError::NoImpulses`] where no impulses fulfil (1).
     pub fn solve(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
-        touch(self, free)
+        solve_step(self, free)
     }
 
     #[inline(always)]
     fn solve_kernel<V: Eight>(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
         self.ring.propagate_free::<V>();
-        self.now = 1 - self.now;
-        let moved = DelassusOperator::new(
+        self.current = 1 - self.current;
+        let operator = DelassusOperator::new(
             self.angle,
             self.rotor_truncated_flexibility,
-            free.kick,
+            free.response,
             self.radius * self.radius * free.rolling,
         );
         loop {
-            let found = match self.gather::<V>(free, &moved) {
-                Some(found) => self.press::<V>(found, free, &moved),
+            let solution = match self.collect_points::<V>(free, &operator) {
+                Some(start) => self.find_impulses::<V>(start, free, &operator),
                 None if self.pressed.is_empty() => {
-                    self.surface.take(free.turn, self.h);
+                    self.surface_turn.take(free.surface_turn, self.h);
                     return Ok(None);
                 }
                 None => None,
             };
-            match found {
-                Some(left) => return Ok(Some(self.finish::<V>(free, left))),
+            match solution {
+                Some(least_gap) => return Ok(Some(self.apply_impulses::<V>(free, least_gap))),
                 None if self.pressed.is_empty() => return Err(ExponentialError::NoImpulses),
-                // no condition is violated, or nothing fulfils them, at the places that the last forces lead to: those without foresight decide
-                None => self.reset(),
+                // no gap is negative, or no impulses fulfil (1), at the predicted position: repeat without the prediction
+                None => self.forget_impulses(),
             }
         }
     }
 
-    /// Finds the impulses at the points that were gathered, and at what they leave closed; what is left of the least gap then, `None` where nothing fulfils the conditions.
+    /// Solves (1) at the collected points and at those that still penetrate. Returns the smallest gap that is left \[m\]; `None`
+    /// where no impulses fulfil (1).
     #[inline(always)]
-    fn press<V: Eight>(
+    fn find_impulses<V: Eight>(
         &mut self,
-        (to, [depth, slip]): ([f64; 2], [f64; 2]),
+        (rotor, [depth, slip]): ([f64; 2], [f64; 2]),
         free: &FreeStep<'_>,
-        moved: &DelassusOperator,
+        operator: &DelassusOperator,
     ) -> Option<f64> {
-        self.coupled.sign = slip.signum();
-        self.couple::<V>(0, None, moved);
+        self.conditions.sign = slip.signum();
+        self.write_conditions::<V>(0, None, operator);
         let mut replaced = 0;
         loop {
             self.forces.clear();
             for point in &self.points {
                 self.forces.push(point.force);
             }
-            complementarity::solve(&mut self.coupled, &mut self.forces)?;
+            complementarity::solve(&mut self.conditions, &mut self.forces)?;
             for (point, force) in self.points.iter_mut().zip(&self.forces) {
                 point.force = *force;
             }
-            self.respond::<V>();
-            let (left, index) = self.find_penetration::<V>(to, moved);
+            self.evaluate_ring_response::<V>();
+            let (least_gap, index) = self.find_penetration::<V>(rotor, operator);
             let full = self.points.len() == POINTS;
-            let open = self.points.iter().position(|point| point.force.normal == 0.0);
-            match index.filter(|_| left < SHARE * depth) {
-                Some(index) if !full || (open.is_some() && replaced < POINTS) => {
-                    // one that stayed open makes room, and the last one takes its place
-                    let open = open.filter(|_| full);
-                    let slot = open.map_or(self.points.len(), |open| self.points.swap_remove(open).slot);
-                    replaced += usize::from(open.is_some());
+            let open_point = self.points.iter().position(|point| point.force.normal == 0.0);
+            match index.filter(|_| least_gap < PENETRATION_RATIO * depth) {
+                Some(index) if !full || (open_point.is_some() && replaced < POINTS) => {
+                    // a point that stayed open is replaced; the last point moves to its index
+                    let replaced_point = open_point.filter(|_| full);
+                    let slot = replaced_point.map_or(self.points.len(), |at| self.points.swap_remove(at).slot);
+                    replaced += usize::from(replaced_point.is_some());
                     let count = self.points.len();
-                    let place = self.broad_phase.minimum_near(&self.ring_points, index, to, &self.predictor.ring);
-                    join(self, &place, slot, free, moved);
-                    self.couple::<V>(count, open, moved);
+                    let position = self.broad_phase.minimum_near(&self.ring_points, index, rotor, &self.predictor.ring);
+                    add_point(self, &position, slot, free, operator);
+                    self.write_conditions::<V>(count, replaced_point, operator);
                 }
-                _ => return Some(left),
+                _ => return Some(least_gap),
             }
         }
     }
 
-    /// Takes the places that may press among the points: where the rotor is, and gap and slip without impulses of the deepest; `None` where no place is pressed.
+    /// Collects the contact points of the step. Returns the predicted displacement of the rotor, and gap and slip of the deepest
+    /// point without impulses; `None` where no gap is negative.
     #[inline(always)]
-    fn gather<V: Eight>(&mut self, free: &FreeStep<'_>, moved: &DelassusOperator) -> Option<([f64; 2], [f64; 2])> {
-        let lacking = turned(self.angle, &free.kick.static_correction);
+    fn collect_points<V: Eight>(
+        &mut self,
+        free: &FreeStep<'_>,
+        operator: &DelassusOperator,
+    ) -> Option<([f64; 2], [f64; 2])> {
+        let static_correction = turned(self.angle, &free.response.static_correction);
         self.predictor.predict::<V>(
-            &self.ring.place,
-            &self.ring.way,
-            [&moved.rotor_response, &lacking, &self.rotor_truncated_flexibility],
+            &self.ring.displacement,
+            &self.ring.travel,
+            [&operator.rotor_response, &static_correction, &self.rotor_truncated_flexibility],
         );
-        let ([x, y], [dx, dy]) = (self.place(free.to), self.predictor.held_force);
-        let to = [x + dx, y + dy];
-        self.broad_phase.find_minima::<V>(&self.ring_points, to, &self.predictor.ring);
+        let ([x, y], [dx, dy]) = (self.displacement_in_stator_axes(free.end), self.predictor.rotor_displacement);
+        let rotor = [x + dx, y + dy];
+        self.broad_phase.find_minima::<V>(&self.ring_points, rotor, &self.predictor.ring);
         self.points.clear();
-        let nearest = self.broad_phase.minima.len();
-        // nearest places, and then where it pressed
-        for at in 0..nearest + self.pressed.len() {
-            let index = if at < nearest {
+        let minima = self.broad_phase.minima.len();
+        // gap minima first, then the points of the last step
+        for at in 0..minima + self.pressed.len() {
+            let index = if at < minima {
                 self.broad_phase.minima[at]
             } else {
-                let (index, count) = (self.pressed[at - nearest].place.index, self.ring_points.count());
-                if self.points.iter().any(|point| beside(point.place.index, index, count)) {
+                let (index, count) = (self.pressed[at - minima].position.index, self.ring_points.count());
+                if self.points.iter().any(|point| are_adjacent(point.position.index, index, count)) {
                     continue;
                 }
                 index
             };
-            let place = self.broad_phase.minimum_near(&self.ring_points, index, to, &self.predictor.ring);
-            let (joins, room) = if at < nearest { (place.gap < 0.0, POINTS - 2) } else { (true, POINTS - 1) };
-            if joins && self.points.len() < room {
-                join(self, &place, self.points.len(), free, moved);
+            let position = self.broad_phase.minimum_near(&self.ring_points, index, rotor, &self.predictor.ring);
+            let (is_added, max_points) =
+                if at < minima { (position.gap < 0.0, POINTS - 2) } else { (true, POINTS - 1) };
+            if is_added && self.points.len() < max_points {
+                add_point(self, &position, self.points.len(), free, operator);
             }
         }
-        let deepest = self.points.iter().min_by(|one, other| one.start[0].total_cmp(&other.start[0]))?;
-        (deepest.start[0] < 0.0).then_some((to, deepest.start))
+        let deepest = self.points.iter().min_by(|one, other| one.free[0].total_cmp(&other.free[0]))?;
+        (deepest.free[0] < 0.0).then_some((rotor, deepest.free))
     }
 
-    /// Takes a place among the points, its rows in a slot.
+    /// Rows of the acting position of a contact point.
     #[inline(always)]
-    fn add_point<V: Eight>(&mut self, place: &GapMinimum, slot: usize, free: &FreeStep<'_>, moved: &DelassusOperator) {
-        let place = *place;
-        let Self { ring_points: candidates, rows, now, predictor: foreseen, compliance: yields, pressed, .. } = self;
-        let count = candidates.count();
-        let known = pressed.iter().find(|last| beside(last.place.index, place.index, count));
-        let (acting, force, acts) = match known {
-            Some(last) => (last.place, last.force, Some(last.slot)),
-            None => (place, ContactForce::NONE, None),
-        };
-        let [before, behind] = candidates.neighbours(place.index);
-        let three = [candidates.of(before), candidates.of(place.index), candidates.of(behind)];
-        let [one, other] = rows;
-        let (own, last) = if *now == 0 { (one, other) } else { (other, one) };
-        let said = write_rows::<V>(
-            three,
-            parabola(place.share),
-            [place.polar, across(place.polar)],
-            acts.map(|slot| last.along(slot)),
-            StepState { yields, way: &foreseen.way, undone: &foreseen.ring_correction },
-            own.of_mut(slot),
-        );
-        let own = moved.coupling(candidates, &place, &acting, said.own);
-        let before = DelassusOperator::previous_truncated_response(candidates, &place, pressed);
-        let step = self.inwards([free.to[0] - free.from[0], free.to[1] - free.from[1]]);
-        let along = across(place.normal);
-        let slip = product(along, step) + free.turn * self.radius - said.passed;
-        let start = [
-            place.gap - said.opened - before + product(place.normal, self.predictor.rotor_correction),
-            slip - product(along, self.predictor.lagging_deflection),
-        ];
-        self.points.push(ContactPoint { place, acting, acts, slot, own, start, force });
-    }
-
-    /// Writes the conditions of the points from one on, and of another one.
-    #[inline(always)]
-    fn couple<V: Eight>(&mut self, from: usize, other: Option<usize>, moved: &DelassusOperator) {
-        let Self { coupled, points, rows, now, ring_points: candidates, .. } = self;
-        let (rows, other) = (&rows[*now], other.unwrap_or(usize::MAX));
-        for (k, at) in points.iter().enumerate() {
-            coupled.start[k] = at.start;
-            for (j, acting) in points.iter().enumerate() {
-                if k == j {
-                    // a solve adds a little to each point's own
-                    coupled.w[k][k] = at.own;
-                } else if k >= from || j >= from || k == other || j == other {
-                    let of_modes = along_both::<V>(rows.along(at.slot), rows.by(acting.slot));
-                    coupled.w[k][j] = moved.coupling(candidates, &at.place, &acting.acting, of_modes);
-                }
-            }
+    fn acting_rows<'a>(rows: &'a [PointRows; 2], current: usize, point: &ContactPoint) -> [&'a [Lane]; 2] {
+        match point.acting_slot {
+            Some(slot) => rows[1 - current].along(slot),
+            None => rows[current].along(point.slot),
         }
     }
 
-    /// What all impulses make of the ring's modes, beyond what was foreseen.
+    /// Applies the impulses to the ring. Returns the contact of the step, with the impulse on the rotor.
     #[inline(always)]
-    fn respond<V: Eight>(&mut self) {
-        let Self { impulses, points, rows, now, predictor: foreseen, .. } = self;
-        for (impulse, known) in impulses.iter_mut().zip(&foreseen.ring_correction) {
-            (V::all(0.0) - V::load(known)).store(impulse);
-        }
-        for point in points.iter().filter(|point| point.force.normal > 0.0) {
-            add_two::<V>([point.force.normal, point.force.tangential], rows[*now].by(point.slot), impulses);
-        }
-    }
-
-    /// The least gap below zero under the impulses found, beyond the points, and of which candidate; after `respond`.
-    #[inline(always)]
-    fn find_penetration<V: Eight>(&mut self, x: [f64; 2], moved: &DelassusOperator) -> (f64, Option<usize>) {
-        let Self {
-            penetration: remaining,
-            broad_phase: survey,
-            ring_points: candidates,
-            points,
-            predictor: foreseen,
-            impulses,
-            pressed,
-            ..
-        } = self;
-        remaining.closest_violated_point::<V>(
-            survey,
-            &AfterImpulses { candidates, points, foreseen, moved, impulses, x, pressed },
-        )
-    }
-
-    /// Rows of the acting place of a point.
-    #[inline(always)]
-    fn acting<'a>(rows: &'a [PointRows; 2], now: usize, point: &ContactPoint) -> [&'a [Lane]; 2] {
-        match point.acts {
-            Some(slot) => rows[1 - now].along(slot),
-            None => rows[now].along(point.slot),
-        }
-    }
-
-    /// Takes the impulses: on the ring here, on the rotor by what is returned.
-    #[inline(always)]
-    fn finish<V: Eight>(&mut self, free: &FreeStep<'_>, left: f64) -> Impact {
-        let Self { impulses, pressed, predictor: foreseen, points, rows, now, ring, .. } = self;
+    fn apply_impulses<V: Eight>(&mut self, free: &FreeStep<'_>, least_gap: f64) -> Impact {
+        let Self { impulses, pressed, predictor, points, point_rows, current, ring, .. } = self;
         let pressing = || points.iter().filter(|point| point.force.normal > 0.0);
         impulses.fill(Lane::default());
         pressed.clear();
-        foreseen.reset();
-        let (mut on_rotor, mut torque) = ([0.0; 2], 0.0);
+        predictor.reset();
+        let (mut rotor_impulse, mut torque) = ([0.0; 2], 0.0);
         for point in pressing() {
             let (force, n) = (&point.force, point.acting.normal);
-            on_rotor[0] -= force.normal * n[0] - force.tangential * n[1];
-            on_rotor[1] -= force.normal * n[1] + force.tangential * n[0];
+            rotor_impulse[0] -= force.normal * n[0] - force.tangential * n[1];
+            rotor_impulse[1] -= force.normal * n[1] + force.tangential * n[0];
             torque -= force.tangential * self.radius;
-            add_two::<V>([force.normal, force.tangential], Self::acting(rows, *now, point), impulses);
-            foreseen.press::<V>(&point.place, force, rows[*now].along(point.slot));
-            pressed.push(PressedPoint { place: point.place, force: *force, slot: point.slot });
+            add_scaled_rows::<V>(
+                [force.normal, force.tangential],
+                Self::acting_rows(point_rows, *current, point),
+                impulses,
+            );
+            predictor.add_impulse::<V>(&point.position, force, point_rows[*current].along(point.slot));
+            pressed.push(PressedPoint { position: point.position, force: *force, slot: point.slot });
         }
         ring.apply_impulses::<V>(impulses);
-        let on_rotor = self.outwards(on_rotor);
-        // (2)
-        let (jump, more) = (free.kick.velocity_jump, free.spin.impulse_answer(torque, &free.kick.at_unbalances));
-        let velocity = self.inwards([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], on_rotor) + more[i])));
+        let impulse = self.to_machine_axes(rotor_impulse);
+        // works (4): mean rates before and after the impulses
+        let (jump, unbalance_jump) =
+            (free.response.velocity_jump, free.spin.contact_velocity_jump(torque, &free.response.at_unbalances));
+        let velocity = self
+            .to_stator_axes([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], impulse) + unbalance_jump[i])));
         let rate = free.rate + 0.5 * free.jump * torque;
-        let turns = self.surface.take(free.turn + free.rolling * torque, self.h).unwrap_or(rate);
-        let rolling = self.radius * turns;
+        let surface_rate = self.surface_turn.take(free.surface_turn + free.rolling * torque, self.h).unwrap_or(rate);
+        let rolling = self.radius * surface_rate;
         let mut impact = Impact {
-            on_rotor,
+            impulse,
             torque,
             normal: 0.0,
             tangential: 0.0,
             friction_work: 0.0,
             normal_work: 0.0,
-            damped_work: torque * (turns - rate),
-            gap: left,
+            damped_work: torque * (surface_rate - rate),
+            gap: least_gap,
             points: 0,
             sticks: true,
             reversed: false,
             angle: 0.0,
             slip: 0.0,
         };
-        let mut most = 0.0;
+        let mut largest_normal = 0.0;
         for point in self.points.iter().filter(|point| point.force.normal > 0.0) {
             let (force, acting) = (&point.force, &point.acting);
-            let rates = each_along::<V, 2>(Self::acting(&self.rows, self.now, point), &self.ring.mean_rate);
+            let rates = products_with::<V, 2>(
+                Self::acting_rows(&self.point_rows, self.current, point),
+                &self.ring.mean_velocity,
+            );
             let opening = rates[0] - product(acting.normal, velocity);
             let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;
@@ -419,79 +374,41 @@ impl ContactStep {
             impact.points += 1;
             impact.sticks &= force.sticks;
             impact.reversed |= self.law == FrictionLaw::Slip && slip * force.tangential < 0.0;
-            if force.normal > most {
-                most = force.normal;
+            if force.normal > largest_normal {
+                largest_normal = force.normal;
                 impact.slip = slip;
-                impact.angle = (acting.index as f64 + 0.5 + acting.share) * self.ring_points.spacing;
+                impact.angle = (acting.index as f64 + 0.5 + acting.offset) * self.ring_points.spacing;
             }
         }
         impact
     }
 
-    /// Amplitudes of the ring's modes where it is, statics of the last impulses included.
-    pub fn held_amplitudes(&self, amplitudes: &mut Vec<f64>) {
-        amplitudes.clear();
-        amplitudes.extend_from_slice(self.ring.amplitudes());
-        if self.presses() {
-            self.predictor.add_static_deflection(amplitudes);
-        }
-    }
-
-    /// The ring and the rotor's centre at n, statics of the last impulses included, of a rotor at x in the stator's axes.
-    pub fn settled_shape(&self, x: [f64; 2], kick: Option<&ImpulseResponse>) -> SettledRing {
-        let mut amplitudes = Vec::new();
-        self.held_amplitudes(&mut amplitudes);
-        let of = |PressedPoint { place, force, .. }: &PressedPoint| {
-            let alpha = (place.index as f64 + 0.5 + place.share) * self.ring_points.spacing;
-            (alpha, place.polar.map(|part| part * force.normal / self.h))
-        };
-        let lacks = kick.map_or([[0.0; 2]; 2], |kick| turned(self.angle, &kick.static_correction));
-        let held = self.predictor.static_deflection([&lacks, &self.rotor_truncated_flexibility]);
-        SettledRing {
-            amplitudes,
-            pressed: self.pressed.iter().map(of).collect(),
-            rotor: [0, 1].map(|i| x[i] + held[i]),
-        }
-    }
-
-    /// Distance of the centres beyond which the rotor's is outside the ring \[m\].
-    pub fn outermost(&self) -> f64 {
+    /// Distance of the rotor's centre from the ring's centre at which the rotor has left the ring \[m\].
+    pub fn ring_radius(&self) -> f64 {
         self.radius + self.gap
     }
 
-    /// A vector of the machine's axes in the stator's.
+    /// Components in the stator's axes of a vector in the machine's axes.
     #[inline(always)]
-    pub fn inwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn to_stator_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x + sin * y, cos * y - sin * x]
     }
 
+    /// Components in the machine's axes of a vector in the stator's axes.
     #[inline(always)]
-    fn outwards(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn to_machine_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x - sin * y, sin * x + cos * y]
     }
 }
 
-by_width! { fn touch(rub: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> = touched }
+by_width! { fn solve_step(contact: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> = solve_step_kernel }
 
 #[inline(always)]
-fn touched<V: Eight>(rub: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
-    rub.solve_kernel::<V>(free)
-}
-
-by_width! {
-    /// A function of its own: called from several places.
-    fn join(rub: &mut ContactStep, place: &GapMinimum, slot: usize, free: &FreeStep<'_>, moved: &DelassusOperator) = add_point_kernel
-}
-
-#[inline(always)]
-fn add_point_kernel<V: Eight>(
-    rub: &mut ContactStep,
-    place: &GapMinimum,
-    slot: usize,
+fn solve_step_kernel<V: Eight>(
+    contact: &mut ContactStep,
     free: &FreeStep<'_>,
-    moved: &DelassusOperator,
-) {
-    rub.add_point::<V>(place, slot, free, moved);
+) -> Result<Option<Impact>, ExponentialError> {
+    contact.solve_kernel::<V>(free)
 }

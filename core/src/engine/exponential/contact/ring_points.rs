@@ -1,15 +1,20 @@
-//! Candidate places of contact: fixed angles of a ring, so close that the force may pass from one to the next.
+//! Ring points: fixed angles of a ring at which the gap to the rotor is evaluated, so close that the contact force passes
+//! smoothly from one to the next.
 //!
 //! ```text
-//! P_c = (R_i + v_c) e_r + u_c e_theta,   (v_c, u_c) = sum_j (V_cj, U_cj) q_j            g_c = |P_c - x| - R_r                  (1)
+//! P_c = (R_i + v_c) e_r + u_c e_theta,   (v_c, u_c) = sum_j (V_cj, U_cj) q_j                                                     (1)
+//! g_c = |P_c - x| - R_r                                                                                                         (2)
 //! ```
-//! With g >= 0 at all of them nothing has to be searched: no closest point, no place that jumps, no fixed point. Where they are looked for is [`super::survey`].
-//! Source: the conditions of docs/theory/03-contact.md at fixed angles (collocation). Verified by `tests/exponential_rub.rs`.
+//! P_c: position of point c \[m\]; R_i: radius of the ring's surface; v, u: radial and tangential displacement; q_j: amplitude of
+//! mode j; V, U: its shape; x: displacement of the rotor's centre; R_r: radius of the rotor; g: gap \[m\].
+//!
+//! Contact is a condition g >= 0 at all points (collocation of docs/theory/03-contact.md). No closest point has to be iterated
+//! for. The points near the rotor are found by [`super::broad_phase`]. Verified by `tests/exponential_rub.rs`.
 
 use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;
 use crate::engine::exponential::error::ExponentialError;
-use crate::engine::exponential::modal::displacement_bound::length;
+use crate::engine::exponential::plane::length;
 use crate::engine::time_step::CONTACT_FRACTION;
 use crate::linalg::eight::Eight;
 use crate::linalg::lanes::{LANES, Lane, lanes_of};
@@ -18,51 +23,53 @@ use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, Diaphragm, DiaphragmKind};
 
-/// Candidates of a block: their number is a multiple of it.
+/// Number of ring points of a block. The number of points is a multiple of it.
 pub(crate) const BLOCK: usize = LANES;
 
-/// Candidates of a ring, at least. Places that press beside the nearest one are candidates, two spacings from it or more: with 192 of them the turbine's 1 ms force is
-/// 0.3 % off.
+/// Smallest number of ring points. Contact points beside a gap minimum are two spacings from it or more: with 192 points the
+/// turbine's 1 ms force is 0.3 % off.
 const POINT_COUNT: usize = 384;
-/// Parts of the largest by which displacements in two sectors differ that are the same: rounding of a ring's modes.
-const SAME: f64 = 1e-8;
-/// Elements of a ring at most: the table between candidates grows with their square.
-const ELEMENTS: usize = 200;
-/// The candidates of one ring.
+/// Relative difference below which displacements in two sectors are the same, apart from the rounding of the ring's modes.
+const SECTOR_TOLERANCE: f64 = 1e-8;
+/// Largest number of elements of a ring: the table of the truncated modes grows with its square.
+const MAX_ELEMENTS: usize = 200;
+/// Points of one ring, with the mode shapes and the response of the truncated modes there.
 #[derive(Debug, Clone)]
 pub(crate) struct RingPoints {
-    /// From one to the next \[rad\].
+    /// Angle between two points \[rad\].
     pub spacing: f64,
-    /// sin and cos of their angles.
+    /// Sine and cosine of each point's angle.
     pub angles: Vec<(f64, f64)>,
-    /// cos and sin of those of each block.
+    /// Cosines and sines of the angles, by blocks.
     pub directions: Vec<[Lane; 2]>,
-    /// V and U of the candidates of each block, mode by mode.
+    /// V and U of the points of each block, mode by mode.
     radial: Vec<Lane>,
     tangential: Vec<Lane>,
-    /// V and then U of each candidate, zeros behind the last mode.
+    /// V, then U, of each point over the modes, zeros behind the last mode.
     rows: Vec<Lane>,
+    /// Number of modes.
     modes: usize,
-    /// Lanes of a row.
+    /// Number of groups of eight modes.
     lanes: usize,
-    /// Largest displacement of any candidate per amplitude, for each mode, and its radial part.
+    /// Largest displacement of any point per amplitude of each mode, and largest radial displacement.
     pub reach: Vec<Lane>,
     pub radial_reach: Vec<Lane>,
-    /// Displacements per impulse of the modes left out between two candidates, radial and tangential, by rows: of the blocks behind that of an acting one side by
-    /// side, for each acting one of the first sector, from one blade to the next. The others have the same, turned. Empty where no modes are left out.
+    /// Response of the truncated modes between two points: displacements per impulse, radial and tangential, by rows \[m/(N s)\].
+    /// The table has all blocks of the ring for each acting point of the first sector, from one blade to the next. Other sectors
+    /// are the same, rotated. Empty without truncated modes.
     truncated_flexibility: Vec<[Lane; 4]>,
-    /// The least and the largest of the first of those four, and the largest size of the second.
-    along_range: [f64; 2],
-    aside_range: f64,
-    /// The largest displacement per impulse along the radius, and along the ring.
+    /// Smallest and largest radial displacement per radial impulse, and largest size of one per tangential impulse \[m/(N s)\].
+    direct_range: [f64; 2],
+    cross_range: f64,
+    /// Largest displacement per radial and per tangential impulse \[m/(N s)\].
     max_truncated_flexibility: [f64; 2],
-    /// Of each candidate, where those that it acts on begin in the table, and by how many blocks it is turned.
+    /// Table entry of each acting point.
     columns: Vec<TruncatedColumn>,
-    /// How the modes left out follow impulses.
+    /// Response of the truncated modes to a train of impulses.
     pub static_correction: StaticCorrection,
 }
 
-/// Of a candidate where impulses act: its part of the table of the modes left out.
+/// Entry of an acting point in the table of the truncated modes: its first block there, and its rotation in blocks.
 #[derive(Debug, Clone, Copy)]
 struct TruncatedColumn {
     from: usize,
@@ -70,7 +77,8 @@ struct TruncatedColumn {
 }
 
 impl RingPoints {
-    /// So many of each element, a multiple of [`BLOCK`] of all, on a ring of so many equal sectors.
+    /// Creates the points of a ring with `sectors` equal sectors, `per_element` points on each element. Their number is a
+    /// multiple of [`BLOCK`].
     pub fn new(
         part: &RingPart,
         surface: &Surface,
@@ -78,13 +86,13 @@ impl RingPoints {
         sectors: usize,
         statics: StaticCorrection,
     ) -> Self {
-        let places: Vec<(usize, f64)> = (0..surface.nodes * per_element)
+        let locations: Vec<(usize, f64)> = (0..surface.nodes * per_element)
             .map(|c| (c / per_element, ((c % per_element) as f64 + 0.5) / per_element as f64))
             .collect();
         let modes = part.part.coordinates.size();
-        let (count, width) = (places.len(), modes.next_multiple_of(LANES));
+        let (count, width) = (locations.len(), modes.next_multiple_of(LANES));
         let mut shapes = vec![0.0; 2 * count * width];
-        for (&(element, xi), rows) in places.iter().zip(shapes.chunks_exact_mut(2 * width)) {
+        for (&(element, xi), rows) in locations.iter().zip(shapes.chunks_exact_mut(2 * width)) {
             let (v, u) = rows.split_at_mut(width);
             for (dof, radial, tangential) in surface.shapes(element, xi) {
                 part.part.coordinates.add_row(dof, radial, &mut v[..modes]);
@@ -92,13 +100,13 @@ impl RingPoints {
             }
         }
         let at = |c: usize, j: usize| [shapes[2 * c * width + j], shapes[(2 * c + 1) * width + j]];
-        let most = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        let largest = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
             (0..width).map(|j| (0..count).map(|c| of(c, j)).fold(0.0, f64::max)).collect()
         };
         let (reach, radial_reach) =
-            (lanes_of(&most(&|c, j| length(at(c, j)))), lanes_of(&most(&|c, j| at(c, j)[0].abs())));
-        let (sector, left_out) = match &part.residual {
-            Some(flexibility) => truncated_table(flexibility, surface, &places, sectors, statics.gain()),
+            (lanes_of(&largest(&|c, j| length(at(c, j)))), lanes_of(&largest(&|c, j| at(c, j)[0].abs())));
+        let (sector, truncated_flexibility) = match &part.residual {
+            Some(flexibility) => truncated_table(flexibility, surface, &locations, sectors, statics.gain()),
             None => (count, Vec::new()),
         };
         let by_blocks = |part: usize| -> Vec<Lane> {
@@ -108,16 +116,19 @@ impl RingPoints {
         let blocks = count / BLOCK;
         let column = |c: usize| TruncatedColumn { from: c % sector * blocks, turned: c / sector * (sector / BLOCK) };
         let angles: Vec<(f64, f64)> =
-            places.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect();
+            locations.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect();
         Self {
-            along_range: left_out
+            direct_range: truncated_flexibility
                 .iter()
                 .flat_map(|[a, ..]| a.0)
-                .fold([0.0; 2], |[least, most], a| [a.min(least), a.max(most)]),
-            aside_range: left_out.iter().flat_map(|[_, b, ..]| b.0).fold(0.0, |most, b| most.max(b.abs())),
+                .fold([0.0; 2], |[smallest, largest], a| [a.min(smallest), a.max(largest)]),
+            cross_range: truncated_flexibility
+                .iter()
+                .flat_map(|[_, b, ..]| b.0)
+                .fold(0.0, |largest, b| largest.max(b.abs())),
             max_truncated_flexibility: [0, 1].map(|i| {
-                let pairs = left_out.iter().flat_map(|table| table[i].0.into_iter().zip(table[i + 2].0));
-                pairs.fold(0.0_f64, |most, (v, u)| most.max(length([v, u])))
+                let pairs = truncated_flexibility.iter().flat_map(|table| table[i].0.into_iter().zip(table[i + 2].0));
+                pairs.fold(0.0_f64, |largest, (v, u)| largest.max(length([v, u])))
             }),
             columns: (0..count).map(column).collect(),
             spacing: 2.0 * std::f64::consts::PI / count as f64,
@@ -126,7 +137,7 @@ impl RingPoints {
                 .map(|block| [Lane(std::array::from_fn(|k| block[k].1)), Lane(std::array::from_fn(|k| block[k].0))])
                 .collect(),
             angles,
-            truncated_flexibility: left_out,
+            truncated_flexibility,
             static_correction: statics,
             radial: by_blocks(0),
             tangential: by_blocks(1),
@@ -138,122 +149,127 @@ impl RingPoints {
         }
     }
 
-    /// How many.
+    /// Number of points.
     #[inline(always)]
     pub fn count(&self) -> usize {
         self.angles.len()
     }
 
-    /// V of the candidates of a block, column by column.
+    /// V of the points of a block, mode by mode.
     #[inline(always)]
     pub fn radial(&self, block: usize) -> &[Lane] {
         &self.radial[block * self.modes..(block + 1) * self.modes]
     }
 
-    /// The same of U.
+    /// U of the points of a block, mode by mode.
     #[inline(always)]
     pub fn tangential(&self, block: usize) -> &[Lane] {
         &self.tangential[block * self.modes..(block + 1) * self.modes]
     }
 
-    /// V and U of a candidate.
+    /// V and U of a point over the modes.
     #[inline(always)]
-    pub fn of(&self, c: usize) -> [&[Lane]; 2] {
+    pub fn rows(&self, c: usize) -> [&[Lane]; 2] {
         let (v, u) = self.rows[2 * c * self.lanes..2 * (c + 1) * self.lanes].split_at(self.lanes);
         [v, u]
     }
 
-    /// |x| d^2/8, by which a rotor at x may be nearer between two candidates of a round ring than at them \[m\].
+    /// Sagitta |x| d^2/8 of the arc between two points with spacing d \[m\]: a rotor displaced by x may be nearer to a round ring
+    /// between two points than at them by this.
     #[inline(always)]
     pub fn sagitta(&self, x: [f64; 2]) -> f64 {
         0.125 * self.spacing * self.spacing * length(x)
     }
 
-    /// The candidates beside one.
+    /// The two points beside a point.
     #[inline(always)]
     pub fn neighbours(&self, c: usize) -> [usize; 2] {
         let count = self.count();
         [if c == 0 { count - 1 } else { c - 1 }, if c + 1 == count { 0 } else { c + 1 }]
     }
 
-    /// Sectors that are alike.
+    /// Number of equal sectors.
     #[cfg(test)]
     pub fn sectors(&self) -> usize {
         self.columns.iter().filter(|column| column.from == 0).count()
     }
 
-    /// That of a block by one acting: its lanes in the table.
+    /// Table entries of the points of a block for an acting point.
     #[inline(always)]
-    fn left_out_of(&self, block: usize, acting: usize) -> &[Lane; 4] {
+    fn truncated_lanes(&self, block: usize, acting: usize) -> &[Lane; 4] {
         let TruncatedColumn { from, turned } = self.columns[acting];
         let back = if block >= turned { block - turned } else { block + self.directions.len() - turned };
         &self.truncated_flexibility[from + back]
     }
 
-    /// Displacement of a candidate by a unit impulse at another in the modes left out, in polar axes, by rows.
+    /// Response of the truncated modes at a point to a unit impulse at another, in polar axes, by rows \[m/(N s)\].
     #[inline(always)]
-    pub fn left_out(&self, at: usize, acting: usize) -> [f64; 4] {
+    pub fn truncated_response(&self, at: usize, acting: usize) -> [f64; 4] {
         if self.truncated_flexibility.is_empty() {
             return [0.0; 4];
         }
-        let ([a, b, c, d], k) = (self.left_out_of(at / BLOCK, acting), at % BLOCK);
+        let ([a, b, c, d], k) = (self.truncated_lanes(at / BLOCK, acting), at % BLOCK);
         [a.0[k], b.0[k], c.0[k], d.0[k]]
     }
 
-    /// The same of the candidates of a block by impulses in polar axes at others: the radial part (0) or the tangential one (1).
+    /// Response of the truncated modes at the points of a block to impulses in polar axes \[m\]: the radial part (0) or the
+    /// tangential one (1).
     #[inline(always)]
-    pub fn all_left_out<V: Eight>(&self, block: usize, acting: &[(usize, [f64; 2])], part: usize) -> V {
+    pub fn block_truncated_response<V: Eight>(&self, block: usize, acting: &[(usize, [f64; 2])], part: usize) -> V {
         let mut sum = V::all(0.0);
         if self.truncated_flexibility.is_empty() {
             return sum;
         }
         for &(at, impulse) in acting {
-            let table = self.left_out_of(block, at);
-            let [along, aside] = broadcast::<V>(impulse);
-            sum = sum + V::load(&table[2 * part]) * along + V::load(&table[2 * part + 1]) * aside;
+            let table = self.truncated_lanes(block, at);
+            let [radial, tangential] = broadcast::<V>(impulse);
+            sum = sum + V::load(&table[2 * part]) * radial + V::load(&table[2 * part + 1]) * tangential;
         }
         sum
     }
 
-    /// What the modes left out close at most of any clearance, by such impulses; and how far they move any candidate at most.
+    /// Bounds of the response of the truncated modes to impulses in polar axes: of the closure of a gap along the radius, and of
+    /// the displacement of a point \[m\].
     #[inline(always)]
-    pub fn most_left_out(&self, acting: &[(usize, [f64; 2])]) -> [f64; 2] {
-        let (mut closed, mut moved, [least, most]) = (0.0, 0.0, self.along_range);
-        for &(_, [along, aside]) in acting {
-            closed += self.aside_range * aside.abs() - along * if along < 0.0 { most } else { least };
-            moved += self.max_truncated_flexibility[0] * along.abs() + self.max_truncated_flexibility[1] * aside.abs();
+    pub fn truncated_bounds(&self, acting: &[(usize, [f64; 2])]) -> [f64; 2] {
+        let (mut closure, mut displacement, [smallest, largest]) = (0.0, 0.0, self.direct_range);
+        for &(_, [radial, tangential]) in acting {
+            closure += self.cross_range * tangential.abs() - radial * if radial < 0.0 { largest } else { smallest };
+            displacement +=
+                self.max_truncated_flexibility[0] * radial.abs() + self.max_truncated_flexibility[1] * tangential.abs();
         }
-        [closed, moved]
+        [closure, displacement]
     }
 }
 
-/// Displacements per impulse of the modes left out by each acting candidate of a sector, and how many that are: all where a ring of so many sectors is not
-/// the same turned by one (a pair of modes of which one is left out), or where that takes no block to a block.
+/// Table of the response of the truncated modes, and the number of acting points in it: those of one sector, or all points where
+/// the sectors are not equal (one mode of a pair is truncated) or a sector is no whole number of blocks.
 fn truncated_table(
     flexibility: &Matrix,
     surface: &Surface,
-    places: &[(usize, f64)],
+    locations: &[(usize, f64)],
     sectors: usize,
     gain: f64,
 ) -> (usize, Vec<[Lane; 4]>) {
-    let count = places.len();
-    // each candidate loads a few freedoms
-    let shapes: Vec<[(usize, f64, f64); 8]> = places.iter().map(|&(element, xi)| surface.shapes(element, xi)).collect();
-    let mut moved = [0, 1].map(|_| vec![0.0; flexibility.nrows()]);
-    let mut by = |acting: usize, blocks: &mut [[Lane; 4]]| {
-        moved.iter_mut().for_each(|column| column.fill(0.0));
+    let count = locations.len();
+    // each point loads a few degrees of freedom
+    let shapes: Vec<[(usize, f64, f64); 8]> =
+        locations.iter().map(|&(element, xi)| surface.shapes(element, xi)).collect();
+    let mut response = [0, 1].map(|_| vec![0.0; flexibility.nrows()]);
+    let mut add_column = |acting: usize, blocks: &mut [[Lane; 4]]| {
+        response.iter_mut().for_each(|column| column.fill(0.0));
         for &(dof, radial, tangential) in &shapes[acting] {
-            axpy(gain * radial, column_of(flexibility, dof), &mut moved[0]);
-            axpy(gain * tangential, column_of(flexibility, dof), &mut moved[1]);
+            axpy(gain * radial, column_of(flexibility, dof), &mut response[0]);
+            axpy(gain * tangential, column_of(flexibility, dof), &mut response[1]);
         }
         for (at, shape) in shapes.iter().enumerate() {
             let (block, k) = (&mut blocks[at / BLOCK], at % BLOCK);
             for &(dof, radial, tangential) in shape {
-                let by = [moved[0][dof], moved[1][dof]];
-                block[0].0[k] += radial * by[0];
-                block[1].0[k] += radial * by[1];
-                block[2].0[k] += tangential * by[0];
-                block[3].0[k] += tangential * by[1];
+                let displacement = [response[0][dof], response[1][dof]];
+                block[0].0[k] += radial * displacement[0];
+                block[1].0[k] += radial * displacement[1];
+                block[2].0[k] += tangential * displacement[0];
+                block[3].0[k] += tangential * displacement[1];
             }
         }
     };
@@ -261,27 +277,31 @@ fn truncated_table(
     let mut sector = if (count / sectors).is_multiple_of(BLOCK) { count / sectors } else { count };
     if sector < count {
         let mut two = vec![[Lane::default(); 4]; 2 * blocks];
-        let (one, other) = two.split_at_mut(blocks);
-        by(0, one);
-        by(sector, other);
-        let turned = other[sector / BLOCK..].iter().chain(&other[..sector / BLOCK]);
+        let (first, second) = two.split_at_mut(blocks);
+        add_column(0, first);
+        add_column(sector, second);
+        let turned = second[sector / BLOCK..].iter().chain(&second[..sector / BLOCK]);
         let pairs = || {
-            one.iter()
+            first
+                .iter()
                 .zip(turned.clone())
                 .flat_map(|(a, b)| a.iter().zip(b))
                 .flat_map(|(a, b)| a.0.into_iter().zip(b.0))
         };
-        let size = pairs().fold(0.0, |most: f64, (a, _)| most.max(a.abs()));
-        if pairs().any(|(a, b)| (a - b).abs() > SAME * size) {
+        let size = pairs().fold(0.0, |largest: f64, (a, _)| largest.max(a.abs()));
+        if pairs().any(|(a, b)| (a - b).abs() > SECTOR_TOLERANCE * size) {
             sector = count;
         }
     }
     let mut table = vec![[Lane::default(); 4]; sector * blocks];
-    table.chunks_exact_mut(blocks).enumerate().for_each(|(acting, blocks)| by(acting, blocks));
+    table.chunks_exact_mut(blocks).enumerate().for_each(|(acting, blocks)| add_column(acting, blocks));
     (sector, table)
 }
 
-/// The candidates of a diaphragm, for contact steps of `h` \[s\].
+/// Creates the ring points of a diaphragm for contact steps of `h` \[s\].
+///
+/// # Errors
+/// [`ExponentialError::NotCovered`] for a stator without a flexible ring, or with one that this engine does not cover.
 pub(crate) fn ring_points(
     diaphragm: &Diaphragm,
     structure: &Structure,
@@ -292,11 +312,11 @@ pub(crate) fn ring_points(
     let contact = &diaphragm.contact;
     let inner = contact.surface == ContactSurface::InnerFace;
     let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-    let modes = modes(part);
+    let modes = modal_parameters(part);
     if modes.iter().any(|&(square, _)| square <= 0.0) {
         return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
     }
-    if surface.nodes > ELEMENTS {
+    if surface.nodes > MAX_ELEMENTS {
         return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
     }
     let mut per_element = POINT_COUNT.div_ceil(surface.nodes);
@@ -314,31 +334,78 @@ pub(crate) fn ring_points(
     Ok(RingPoints::new(part, &surface, per_element, sectors, StaticCorrection::new(h, lag * refinement(&modes, h))))
 }
 
-/// How much of the lag of the truncated modes a contact step takes: none at the default step, which damps them itself, all from half of it on.
+/// Share of the delay of the truncated modes that a contact step takes: 0 at the default step, which damps these modes itself, 1
+/// from half of it on.
 fn refinement(modes: &[(f64, f64)], h: f64) -> f64 {
-    let fastest = modes.iter().fold(0.0_f64, |most, &(square, _)| most.max(square)).sqrt();
+    let fastest = modes.iter().fold(0.0_f64, |largest, &(square, _)| largest.max(square)).sqrt();
     (2.0 * CONTACT_FRACTION / (fastest * h) - 1.0).clamp(0.0, 1.0)
 }
 
-/// The flexible ring of a diaphragm.
+/// Flexible ring of a diaphragm.
+///
+/// # Errors
+/// [`ExponentialError::NotCovered`] for a stator without degrees of freedom.
 pub(crate) fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
-    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without freedoms" })
+    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without degrees of freedom" })
 }
 
-/// w^2 and c of each mode.
-pub(crate) fn modes(part: &RingPart) -> Vec<(f64, f64)> {
+/// w^2 \[1/s2\] and c \[1/s\] of each mode.
+pub(crate) fn modal_parameters(part: &RingPart) -> Vec<(f64, f64)> {
     (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
 }
 
-/// Whether two of so many candidates are one, or beside each other.
+/// Whether two of `count` points are the same or neighbours.
 #[inline(always)]
-pub(crate) fn beside(one: usize, other: usize, count: usize) -> bool {
+pub(crate) fn are_adjacent(one: usize, other: usize, count: usize) -> bool {
     let apart = one.abs_diff(other);
     apart <= 1 || apart + 1 == count
 }
 
-/// Weights of three values at -1, 0 and 1 for the value of their parabola.
+/// Weights of three values at -1, 0 and 1 in the value of their parabola at `offset`.
 #[inline(always)]
-pub(crate) fn parabola(share: f64) -> [f64; 3] {
-    [0.5 * share * (share - 1.0), 1.0 - share * share, 0.5 * share * (share + 1.0)]
+pub(crate) fn parabola(offset: f64) -> [f64; 3] {
+    [0.5 * offset * (offset - 1.0), 1.0 - offset * offset, 0.5 * offset * (offset + 1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::exponential::plane::by_rows;
+    use crate::linalg::eight::Plain;
+    use bladeoff_model::machine::MachineDef;
+
+    #[test]
+    fn the_table_of_one_sector_gives_the_response_of_all_points() {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has ring_points");
+        // a table of one sector, and one of all points
+        let (part, contact) = (ring_of(&structure, 0).expect("a ring"), &machine.diaphragms[0].contact);
+        let inner = contact.surface == ContactSurface::InnerFace;
+        let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+        let whole = RingPoints::new(part, &surface, ring.count() / surface.nodes, 1, ring.static_correction);
+        assert_eq!([ring.sectors(), whole.sectors()], [8, 1]);
+        let acting = [(7, [3.0, -1.0]), (120, [0.5, 2.0]), (ring.count() - 3, [-1.0, 0.5])];
+        let (mut largest, mut error) = (0.0_f64, 0.0_f64);
+        for block in 0..ring.count() / BLOCK {
+            let mut all = [Lane::default(); 2];
+            all.iter_mut()
+                .enumerate()
+                .for_each(|(part, lane)| ring.block_truncated_response::<Plain>(block, &acting, part).store(lane));
+            for k in 0..BLOCK {
+                let mut wanted = [0.0; 2];
+                for (at, impulse) in acting {
+                    let by = by_rows(&whole.truncated_response(block * BLOCK + k, at), impulse);
+                    wanted = [0, 1].map(|i| wanted[i] + by[i]);
+                }
+                largest = largest.max(wanted[0].abs());
+                error = (0..2).fold(error, |largest, i| largest.max((all[i].0[k] - wanted[i]).abs()));
+            }
+        }
+        assert!(largest > 0.0, "there are truncated modes");
+        // sectors are alike to the rounding of the ring's modes
+        assert!(error < 1e-9 * largest, "{error:e} of {largest:e}");
+    }
 }

@@ -15,6 +15,7 @@
 //! Verified by `the_bound_of_the_way_is_one` (`stepping::transient`).
 
 use super::interval_model::IntervalModel;
+use crate::engine::exponential::plane::length;
 use crate::linalg::lanes::{Lane, kernel, lanes_of, sum};
 
 /// Factor by which the forces of the unbalances may grow within a step.
@@ -81,10 +82,4 @@ kernel! {
         }
         sum(sums.0)
     }
-}
-
-/// Length of a plane vector, by one square root: the same bits on every machine.
-#[inline(always)]
-pub(crate) fn length([x, y]: [f64; 2]) -> f64 {
-    (x * x + y * y).sqrt()
 }

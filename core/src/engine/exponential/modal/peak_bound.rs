@@ -11,8 +11,9 @@
 //! thousandth of the largest value so far, or v with (3) stays below that value. The step may miss this much of a peak. A quantity that rotates with the unbalance has no w' and does not shorten the step.
 //! Limit: w' is that at n. Verified by `peaks_in_flight_are_those_of_contact_steps` (`tests/exponential_rub.rs`).
 
-use super::displacement_bound::{length, weighted};
+use super::displacement_bound::weighted;
 use super::interval_model::IntervalModel;
+use crate::engine::exponential::plane::length;
 use crate::linalg::lanes::{Lane, lanes_of};
 
 /// Share of the largest value so far by which a peak may be missed.

@@ -14,10 +14,10 @@
 //! so the interpolation of two bounds is a bound of the interpolated rows.
 //! Verified by `no_moment_exceeds_its_bound`, `stored_energy_and_bearing_powers_are_those_of_the_motion`, and the energy balances of `tests/exponential_run.rs`.
 
-use super::displacement_bound::length;
 use super::quadratic_form::QuadraticForm;
 use super::row_batch::RowBatch;
 use super::state_space::StateSpace;
+use crate::engine::exponential::plane::length;
 use crate::linalg::lanes::{LANES, kernel};
 use crate::linalg::{Matrix, dot, mul, mul_tn};
 use crate::rotor::BearingSite;
@@ -314,7 +314,7 @@ mod tests {
         let (mut q, mut velocities, mut scratch) = (Vec::new(), Vec::new(), Vec::new());
         for_each_impulse(|machine, structure, free_motion, impulse| {
             let (n, spin) = (structure.lateral.coordinates.size(), free_motion.spin().speed);
-            free_motion.nodal_velocities(&mut velocities);
+            free_motion.lateral_rates(&mut velocities);
             let stored = free_motion.stored_energy(&velocities, &mut q, &mut scratch);
             let shared = Arc::clone(free_motion.shared());
             let system = &shared.grid.model.state_space;

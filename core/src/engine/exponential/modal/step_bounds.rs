@@ -10,9 +10,10 @@
 //! an interval computes them for each number of doublings when they are first needed. The longest step is tried first.
 //! Verified by `state_bounds_are_those_of_each_plane` and by the tests of both bounds.
 
-use super::displacement_bound::{DisplacementBound, length};
+use super::displacement_bound::DisplacementBound;
 use super::interval_model::IntervalModel;
 use super::peak_bound::{PeakBound, WatchedPeak};
+use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::MAX_DOUBLINGS;
 use crate::linalg::lanes::{LANES, Lane, kernel, sum};
 use nalgebra::Complex;

@@ -15,7 +15,7 @@ impl DampingWatch {
     /// that rows do not depend on earlier runs. `speed`: the spin \[rad/s\].
     #[inline]
     pub fn update(&mut self, motion: &FreeMotion, speed: f64, recorders: &mut Recorders) {
-        let interval = motion.cell();
+        let interval = motion.interval_index();
         if self.interval != Some(interval) {
             self.interval = Some(interval);
             let damping = motion.damping();

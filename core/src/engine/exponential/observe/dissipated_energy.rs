@@ -45,7 +45,7 @@ impl DampingPowers {
     /// Powers at the present instant of a free motion; `buffer` holds the motion of the bearings.
     pub fn in_free_motion(motion: &mut FreeMotion, buffer: &mut Vec<f64>) -> Self {
         let (bearings, whole) = motion.damping_powers(true, buffer);
-        Self { bearings, whole, behind: 0.0, damped: motion.spin().damped() }
+        Self { bearings, whole, behind: 0.0, damped: motion.spin().torsional_dissipation() }
     }
 
     fn without_bearings(&self) -> f64 {

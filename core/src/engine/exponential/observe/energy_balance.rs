@@ -11,7 +11,7 @@ use super::dissipated_energy::{DampingPowers, DissipatedEnergy};
 use super::energy_terms::EnergyTerms;
 use super::observation_schedule::Due;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
-use crate::engine::exponential::stepping::free_motion::Instant;
+use crate::engine::exponential::stepping::motion_quantities::Instant;
 use crate::engine::exponential::stepping::transient::{StepResult, Transient};
 use crate::record::{Energies, Recorders};
 use crate::structure::Structure;
@@ -66,13 +66,13 @@ impl EnergyBalance {
         Pending {
             contact_steps: transient.free_motion.contact_steps(),
             due,
-            torsional_damping: transient.free_motion.spin().damped(),
+            torsional_damping: transient.free_motion.spin().torsional_dissipation(),
         }
     }
 
     /// Keeps the motion at n, for a pending observation.
     pub fn keep_motion(&mut self, transient: &Transient) {
-        transient.free_motion.keep(&mut self.instant);
+        transient.free_motion.copy_instant(&mut self.instant);
     }
 
     /// Completes an observation: the dissipation since the last one by the trapezoidal rule, and the balance.
@@ -167,11 +167,11 @@ impl EnergyBalance {
     /// Kinetic and elastic energy at n of the shaft, the spin, torsion and the ring \[J\].
     fn stored_energy(&mut self, transient: &mut Transient) -> f64 {
         let Self { outputs, coordinates, rates, .. } = self;
-        transient.free_motion.nodal_velocities(rates);
+        transient.free_motion.lateral_rates(rates);
         let stored = transient.free_motion.stored_energy(rates, coordinates, outputs);
         let motion = &transient.free_motion;
-        let shift = motion.withheld_momentum(stored.gyroscopic);
-        let [turning, twisted] = motion.spin().energies(shift, motion.velocities());
+        let shift = motion.gyroscopic_speed_shift(stored.gyroscopic);
+        let [turning, twisted] = motion.spin().energies(shift, motion.unbalance_velocities());
         let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.contact_step.ring.energies());
         stored.energy + (motion.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1]
     }
@@ -179,16 +179,16 @@ impl EnergyBalance {
 
 /// Adds the works of a step. `ring_before`: energy of the ring at n \[J\] where the step was free; damping alone has taken what is missing behind it.
 pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Option<f64>, transient: &Transient) {
-    now.braking = transient.free_motion.spin().braked();
+    now.braking = transient.free_motion.spin().braking_work();
     if let Some(impact) = &result.impact {
         now.friction += impact.friction_work;
         now.normal += impact.normal_work;
         now.structure += impact.damped_work;
     }
     if let Some(contact) = &transient.contact {
-        now.stator += match result.level {
+        now.stator += match result.doublings {
             Some(_) => ring_before.map_or(0.0, |before| before - ring_energy(transient)),
-            None => contact.contact_step.ring.damped(),
+            None => contact.contact_step.ring.step_dissipation(),
         };
     }
 }

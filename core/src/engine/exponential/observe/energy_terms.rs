@@ -2,7 +2,8 @@
 
 use super::nodal_motion::NodalMotion;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
-use crate::engine::exponential::stepping::free_motion::{FreeMotion, Instant};
+use crate::engine::exponential::stepping::free_motion::FreeMotion;
+use crate::engine::exponential::stepping::motion_quantities::Instant;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::record::Energies;
 use crate::structure::Structure;
@@ -31,20 +32,20 @@ impl EnergyTerms {
 
     /// Keeps the motion at the present instant.
     pub fn keep(&mut self, free_motion: &FreeMotion) {
-        free_motion.keep(&mut self.instant);
-        self.damped = free_motion.spin().damped();
+        free_motion.copy_instant(&mut self.instant);
+        self.damped = free_motion.spin().torsional_dissipation();
     }
 
     /// Takes the kinetic energy of shaft, spin and ring, the strain energy, and the potential of the weight, at the present instant.
     pub fn take_stores(&mut self, free_motion: &mut FreeMotion, ring: Option<&ImpulsedRing>, structure: &Structure) {
         self.motion.take(free_motion, structure);
         let gyroscopic = free_motion.gyroscopic_momentum();
-        let shift = free_motion.withheld_momentum(gyroscopic);
+        let shift = free_motion.gyroscopic_speed_shift(gyroscopic);
         let model = &free_motion.shared().grid.model;
         let (q, velocity) = (self.motion.coordinates(), self.motion.rates());
         let [kinetic, strain] =
             model.state_space.kinetic_and_elastic_energy(free_motion.spin().speed + shift, q, velocity);
-        let [turning, twisted] = free_motion.spin().energies(shift, free_motion.velocities());
+        let [turning, twisted] = free_motion.spin().energies(shift, free_motion.unbalance_velocities());
         let ring = ring.map_or([0.0; 2], ImpulsedRing::energies);
         self.energies = Energies {
             kinetic: kinetic + turning + ring[0],

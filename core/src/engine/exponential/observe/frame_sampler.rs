@@ -4,8 +4,8 @@
 
 use super::nodal_motion::NodalMotion;
 use super::ring_clearance::RingClearance;
-use crate::engine::exponential::contact::contact_point::SettledRing;
 use crate::engine::exponential::contact::contact_step::ContactStep;
+use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
@@ -53,11 +53,11 @@ impl<'a> FrameSampler<'a> {
         self.motion.take(free_motion, self.structure);
         self.structure.lateral.coordinates.expand(self.motion.rates(), &mut self.velocity);
         if let (Some(clearance), Some((contact_step, modes))) = (&mut self.ring, ring) {
-            let place = contact_step.place(free_motion.place(0));
+            let place = contact_step.displacement_in_stator_axes(free_motion.contact_displacement(0));
             let settled = if is_pressed {
-                contact_step.settled_shape(place, free_motion.impulse_response())
+                contact_step.corrected_shape(place, free_motion.impulse_response())
             } else {
-                SettledRing { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
+                CorrectedShape { amplitudes: modes.amplitudes().to_vec(), pressed: Vec::new(), rotor: place }
             };
             clearance.update(place, &settled);
         }

@@ -26,7 +26,7 @@ impl NodalMotion {
     pub fn new(structure: &Structure, spin: &Spin, h: f64) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
         let correction = spin.static_correction(h);
-        let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.twist_row(structure, node)).collect();
+        let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torsion_row(structure, node)).collect();
         Self {
             size: map.size(),
             motion: Default::default(),
@@ -42,10 +42,10 @@ impl NodalMotion {
 
     /// Takes the motion at the present instant.
     pub fn take(&mut self, free_motion: &mut FreeMotion, structure: &Structure) {
-        free_motion.displacements(&mut self.motion[0]);
-        free_motion.nodal_velocities(&mut self.motion[1]);
+        free_motion.lateral_coordinates(&mut self.motion[0]);
+        free_motion.lateral_rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
-        free_motion.spin().twist_angles(&self.twist_rows, &mut self.twists);
+        free_motion.spin().torsion_angles(&self.twist_rows, &mut self.twists);
         axpy(free_motion.spin().impulse_torque(), &self.static_correction, &mut self.twists);
     }
 

@@ -33,7 +33,7 @@ pub(crate) struct RunState {
     /// The run began with a displacement or a velocity of the shaft.
     pub is_disturbed: bool,
     /// Friction all but stops the spin.
-    pub spin_falls_fast: bool,
+    pub spin_changes_fast: bool,
     /// The rotor has touched the ring.
     pub has_touched: bool,
 }
@@ -69,7 +69,7 @@ impl ObservationSchedule {
     pub fn due(&mut self, state: RunState) -> Due {
         let now = state.contact_steps;
         let is_due = |last: Option<u64>, interval: u64| last.is_none_or(|last| now - last >= interval);
-        if state.spin_falls_fast {
+        if state.spin_changes_fast {
             self.fast_fall = Some(now);
         }
         let interval = if state.is_disturbed {
@@ -139,13 +139,13 @@ mod tests {
 
     #[test]
     fn a_disturbed_start_is_observed_in_every_step_of_the_run() {
-        let made = made(100, |_| RunState { is_disturbed: true, spin_falls_fast: true, ..RunState::default() });
+        let made = made(100, |_| RunState { is_disturbed: true, spin_changes_fast: true, ..RunState::default() });
         assert_eq!(made[1], every(1, 100));
     }
 
     #[test]
     fn while_the_spin_falls_fast_and_up_to_64_contact_steps_later_the_interval_is_two() {
-        let made = made(200, |now| RunState { spin_falls_fast: now < 10, has_touched: true, ..RunState::default() });
+        let made = made(200, |now| RunState { spin_changes_fast: now < 10, has_touched: true, ..RunState::default() });
         let expected: Vec<u64> = (0..73).step_by(2).chain((80..200).step_by(8)).collect();
         assert_eq!(made[1], expected);
     }

@@ -112,7 +112,7 @@ impl<'a> Observer<'a> {
             contact_steps,
             is_starting,
             is_disturbed: transient.disturbed,
-            spin_falls_fast: transient.free_motion.spin_falls_fast(),
+            spin_changes_fast: transient.free_motion.spin_changes_fast(),
             has_touched: self.has_touched,
         });
         let pending = if due.motion { Some(self.observe(due, at, transient)?) } else { None };
@@ -180,17 +180,17 @@ impl<'a> Observer<'a> {
         transient: &mut Transient,
         follower: &mut dyn Follower,
     ) {
-        let impulse = Some(result.impact.map_or([0.0; 2], |impact| impact.on_rotor));
+        let impulse = Some(result.impact.map_or([0.0; 2], |impact| impact.impulse));
         if let Some(pending) = step.pending.take() {
             self.complete(pending, impulse, transient);
         }
-        if step.completes_terms && result.level.is_none() {
+        if step.completes_terms && result.doublings.is_none() {
             self.energy.complete_terms(step.contact_steps, impulse, transient, self.recorders.energies.now);
         }
         self.damping.update(&transient.free_motion, transient.free_motion.speed(), &mut self.recorders);
         self.record(&step, result, transient);
         add_works(&mut self.recorders.energies.now, result, step.ring_before, transient);
-        if result.level.is_none() {
+        if result.doublings.is_none() {
             self.show_contact_step(&step, result.impact.as_ref(), transient, follower);
         }
     }
@@ -213,12 +213,13 @@ impl<'a> Observer<'a> {
         }
         self.energy.keep_motion(transient);
         let contact_steps = transient.free_motion.contact_steps();
-        let place =
-            transient.contact.as_ref().map(|contact| contact.contact_step.place(transient.free_motion.place(0)));
+        let place = transient.contact.as_ref().map(|contact| {
+            contact.contact_step.displacement_in_stator_axes(transient.free_motion.contact_displacement(0))
+        });
         // a limit of steps ends a run between two steps
         let goes_on = matches!(end.failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.solve_next_contact() } else { None };
-        let impulse = Some(impact.map_or([0.0; 2], |impact| impact.on_rotor));
+        let impulse = Some(impact.map_or([0.0; 2], |impact| impact.impulse));
         match pending {
             Some(pending) => {
                 self.recorders.see_end(transient.loads(), place, at);
@@ -283,12 +284,12 @@ impl<'a> Observer<'a> {
         }
         let ring = transient.contact.as_ref().map(|contact| RingInstant {
             angle: step.angle,
-            place: contact.contact_step.place(result.place),
-            velocity: contact.contact_step.inwards(result.velocity),
+            place: contact.contact_step.displacement_in_stator_axes(result.displacement),
+            velocity: contact.contact_step.to_stator_axes(result.velocity),
             touch,
             ring: coordinates.filter(|_| step.due.motion),
         });
-        let contact_steps = result.level.map_or(1, |doublings| 1 << doublings);
+        let contact_steps = result.doublings.map_or(1, |doublings| 1 << doublings);
         recorders.see_steps(contact_steps, step.at, transient.loads(), ring.as_ref());
     }
 
@@ -338,7 +339,7 @@ impl<'a> Observer<'a> {
                     continue;
                 }
                 let mut works = self.recorders.energies.now;
-                works.braking = ahead.free_motion.spin().braked();
+                works.braking = ahead.free_motion.spin().braking_work();
                 if let (Some(ring), true) = (&ahead.ring, self.has_touched) {
                     works.stator += ring_before - ring.energies().iter().sum::<f64>();
                 }

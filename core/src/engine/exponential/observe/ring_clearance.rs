@@ -4,7 +4,7 @@
 //! ([`crate::engine::exponential::contact::contact_predictor`]). The smallest gap of the whole ring is therefore also a measure of how much the forces change from step to step.
 
 use crate::contact::{Detector, Gap, exact_gap};
-use crate::engine::exponential::contact::contact_point::SettledRing;
+use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::linalg::{axpy, column_of};
@@ -85,13 +85,13 @@ impl<'a> RingClearance<'a> {
         let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(interval)) else {
             return impact.gap;
         };
-        let place = contact.contact_step.place(transient.free_motion.place(0));
-        self.update(place, &contact.contact_step.settled_shape(place, transient.free_motion.impulse_response()));
+        let place = contact.contact_step.displacement_in_stator_axes(transient.free_motion.contact_displacement(0));
+        self.update(place, &contact.contact_step.corrected_shape(place, transient.free_motion.impulse_response()));
         self.gap.map_or(impact.gap, |gap| gap.value.min(impact.gap))
     }
 
     /// Evaluates the ring at an instant, with the rotor's centre and the static displacements of the last impulses.
-    pub fn update(&mut self, place: [f64; 2], settled: &SettledRing) {
+    pub fn update(&mut self, place: [f64; 2], settled: &CorrectedShape) {
         self.place = place;
         self.part.part.coordinates.expand_head(&settled.amplitudes, &mut self.field);
         if let Some(flexibility) = &self.part.residual {

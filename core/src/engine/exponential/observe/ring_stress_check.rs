@@ -26,7 +26,7 @@ impl RingStressCheck {
         if self.cannot_increase {
             return None;
         }
-        if !contact_step.presses() {
+        if !contact_step.in_contact() {
             contact_step.ring.free_amplitudes(&mut self.amplitudes);
             self.amplitudes.iter_mut().for_each(|amplitude| *amplitude *= ROUNDING);
             self.cannot_increase = recorders.ring_rests(&self.amplitudes);
@@ -34,7 +34,7 @@ impl RingStressCheck {
                 return None;
             }
         }
-        contact_step.held_amplitudes(&mut self.amplitudes);
+        contact_step.corrected_amplitudes(&mut self.amplitudes);
         Some(&self.amplitudes)
     }
 

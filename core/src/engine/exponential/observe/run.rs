@@ -71,7 +71,7 @@ impl Run<'_> {
     fn end_cause(&mut self, result: &StepResult) -> Result<Option<EndCause>, Cause> {
         let Self { machine, transient, observer, .. } = self;
         let speed = transient.free_motion.speed();
-        if !(speed + result.place[0] + result.place[1]).is_finite() {
+        if !(speed + result.displacement[0] + result.displacement[1]).is_finite() {
             return Err(Cause::NonFinite);
         }
         if observer.recorders.limits.is_newly_beyond() {

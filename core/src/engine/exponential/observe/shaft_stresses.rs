@@ -37,7 +37,7 @@ impl ShaftStresses {
         (step, has_ring): (f64, bool),
     ) -> Self {
         let twists: Vec<Vec<f64>> =
-            (0..structure.rotor.nodes).map(|node| free_motion.spin().twist_row(structure, node)).collect();
+            (0..structure.rotor.nodes).map(|node| free_motion.spin().torsion_row(structure, node)).collect();
         let torsion = RowBatch::new(&recorders.torsional_rows(&twists));
         let mut static_correction = Vec::new();
         if has_ring {
@@ -59,7 +59,7 @@ impl ShaftStresses {
         at: At,
     ) -> Result<(), Cause> {
         let Self { torsion, static_correction, moments, bounds, .. } = self;
-        torsion.multiply(free_motion.spin().twist(), moments);
+        torsion.multiply(free_motion.spin().torsional_amplitudes(), moments);
         axpy(free_motion.spin().impulse_torque(), static_correction, moments);
         // without torsional modes there is no torsional moment
         moments.resize(recorders.elements(), 0.0);

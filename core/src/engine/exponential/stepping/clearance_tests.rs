@@ -1,10 +1,10 @@
-//! The clearance bound of a flight against brute force: no candidate of a ringing ring is reached by a rotor that was struck and twisted, in any of the steps that
-//! the room lets it fly.
+//! Test of the displacement bound and of the reach of a ringing ring against brute force. A rotor is struck and twisted, ring
+//! modes vibrate, and no ring point is reached during a step that the clearance allows.
 
 use super::free_motion::FreeMotion;
-use super::transient::{SHORT_STEP, Transient};
+use super::transient::{SHORT_STEP_DOUBLINGS, Transient};
 use crate::engine::exponential::contact::ring_points::{BLOCK, ring_points};
-use crate::engine::exponential::modal::displacement_bound::length;
+use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::linalg::lanes::{LANES, Lane, flat, rows_times};
@@ -24,10 +24,10 @@ impl Stream {
     }
 }
 
-/// Strikes the rotor with impulses \[N s\], \[N m s\] and goes a contact step.
-fn strike(flight: &mut FreeMotion, impulse: [f64; 2], torque: f64) {
-    flight.propagate(0).expect("goes on");
-    flight.complete_step(0, Some(ContactImpulse { impulse, torque })).expect("goes on");
+/// Takes a contact step with an impulse \[N s\] and an angular impulse \[N m s\] on the rotor.
+fn step_with_impulse(motion: &mut FreeMotion, impulse: [f64; 2], torque: f64) {
+    motion.propagate(0).expect("has a basis");
+    motion.complete_step(0, Some(ContactImpulse { impulse, torque })).expect("has a basis");
 }
 
 #[test]
@@ -40,72 +40,76 @@ fn no_flight_reaches_a_ringing_ring() {
         let structure = Structure::build(&machine, None).expect("buildable");
         let mut transient = Transient::new(&machine, &structure, StepSettings::of_step(h), true).expect("covered");
         let diaphragm = &machine.diaphragms[0];
-        let ring = ring_points(diaphragm, &structure, 0, h).expect("has candidates");
-        let (begun, most) = (transient.free_motion.clone(), transient.max_level);
-        let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|level| begun.step_length(level));
+        let ring = ring_points(diaphragm, &structure, 0, h).expect("has points");
+        let (initial, max_doublings) = (transient.free_motion.clone(), transient.max_doublings);
+        let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| initial.step_length(doublings));
         let mut random = Stream(7);
-        let (mut flown, mut refused, mut least) = ([0_u32; MAX_DOUBLINGS + 1], 0, f64::INFINITY);
+        let (mut steps_taken, mut refused, mut least) = ([0_u32; MAX_DOUBLINGS + 1], 0, f64::INFINITY);
         for round in 0..600 {
             if round % 40 == 0 {
-                transient.free_motion = begun.clone();
+                transient.free_motion = initial.clone();
             }
-            let hit = [impulse * random.sign(), impulse * random.sign()];
-            strike(&mut transient.free_motion, hit, torque * random.sign());
-            // a few modes ring, in any phase, so far that the room left is what a long step needs or less
+            let random_impulse = [impulse * random.sign(), impulse * random.sign()];
+            step_with_impulse(&mut transient.free_motion, random_impulse, torque * random.sign());
+            // one to three ring modes vibrate, so far that the clearance is at most what a long step needs
             let contact = transient.contact.as_mut().expect("a diaphragm");
             let modes = &mut contact.contact_step.ring;
             let count = modes.amplitudes().len();
-            modes.place.fill(Lane::default());
-            modes.rate.fill(Lane::default());
+            modes.displacement.fill(Lane::default());
+            modes.velocity.fill(Lane::default());
             for _ in 0..=round % 3 {
                 let j = (random.next() * count as f64) as usize;
-                modes.place[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
+                modes.displacement[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
-            let x = contact.contact_step.displacement_from_centre(transient.free_motion.place(0));
+            let x = contact.contact_step.displacement_from_centre(transient.free_motion.contact_displacement(0));
             let reach = contact.contact_step.ring.reach(&ring.reach);
-            let clear = contact.contact_step.clearance() + reach - length(x);
+            let static_clearance = contact.contact_step.clearance() + reach - length(x);
             let velocity = transient.free_motion.bound_states();
-            // as long as the longest may be, or as those that are common
-            let top = if round % 2 == 0 { most } else { SHORT_STEP };
-            let longest = lengths[top];
-            let way = longest * length(velocity) + transient.free_motion.max_deviation(top);
-            let wanted = clear - 1.5 * way * random.next();
-            let part = wanted.max(0.0) / reach;
-            contact.contact_step.ring.place.iter_mut().flat_map(|eight| &mut eight.0).for_each(|q| *q *= part);
-            // as `Transient::level` does, whatever peaks ask for
-            let room = contact.contact_step.clearance();
-            let Some(level) = transient
+            // doublings of the longest steps, or of the common ones
+            let limit = if round % 2 == 0 { max_doublings } else { SHORT_STEP_DOUBLINGS };
+            let longest = lengths[limit];
+            let travel = longest * length(velocity) + transient.free_motion.max_deviation(limit);
+            let wanted = static_clearance - 1.5 * travel * random.next();
+            let scale = wanted.max(0.0) / reach;
+            contact.contact_step.ring.displacement.iter_mut().flat_map(|lane| &mut lane.0).for_each(|q| *q *= scale);
+            // the choice of `Transient::next_step_doublings`, without its bound of peaks
+            let clearance_now = contact.contact_step.clearance();
+            let Some(doublings) = transient
                 .free_motion
-                .longest_step_within(&lengths, [x, velocity], room, top)
-                .filter(|_| length(x) < room)
+                .longest_step_within(&lengths, [x, velocity], clearance_now, limit)
+                .filter(|_| length(x) < clearance_now)
             else {
                 refused += 1;
                 continue;
             };
-            flown[level] += 1;
-            let rub = &transient.contact.as_ref().expect("a diaphragm").contact_step;
-            let (mut flight, mut ringing) = (transient.free_motion.clone(), rub.ring.clone());
-            let step = ringing.propagator(h);
-            for _ in 0..1 << level {
-                flight.advance(0).expect("goes on");
-                ringing.propagate(&step);
-                let x = rub.place(flight.place(0));
+            steps_taken[doublings] += 1;
+            let contact_step = &transient.contact.as_ref().expect("a diaphragm").contact_step;
+            let (mut motion, mut vibrating_ring) = (transient.free_motion.clone(), contact_step.ring.clone());
+            let step = vibrating_ring.propagator(h);
+            for _ in 0..1 << doublings {
+                motion.advance(0).expect("has a basis");
+                vibrating_ring.propagate(&step);
+                let x = contact_step.displacement_in_stator_axes(motion.contact_displacement(0));
                 for block in 0..ring.count() / BLOCK {
-                    let moved = rows_times(ring.radial(block), ringing.amplitudes());
-                    for (k, v) in moved.into_iter().enumerate() {
+                    let radial = rows_times(ring.radial(block), vibrating_ring.amplitudes());
+                    for (k, v) in radial.into_iter().enumerate() {
                         let (sin, cos) = ring.angles[BLOCK * block + k];
                         let clearance = diaphragm.contact.gap + v - (x[0] * cos + x[1] * sin);
-                        assert!(clearance > 0.0, "{name}, round {round}, level {level}: {clearance}");
+                        assert!(clearance > 0.0, "{name}, round {round}, doublings {doublings}: {clearance}");
                         least = least.min(clearance / diaphragm.contact.gap);
                     }
                 }
             }
         }
-        println!("{name}: flights by level {flown:?}, refused {refused}, least clearance {least:.1e} of the gap");
-        assert!(
-            flown[SHORT_STEP..].iter().sum::<u32>() > 50 && flown[..SHORT_STEP].iter().sum::<u32>() > 50 && refused > 5,
-            "{name}: {flown:?} {refused}"
+        println!(
+            "{name}: steps by doublings {steps_taken:?}, refused {refused}, least clearance {least:.1e} of the gap"
         );
-        assert!(least < 0.2, "{name}: it comes near: {least}");
+        assert!(
+            steps_taken[SHORT_STEP_DOUBLINGS..].iter().sum::<u32>() > 50
+                && steps_taken[..SHORT_STEP_DOUBLINGS].iter().sum::<u32>() > 50
+                && refused > 5,
+            "{name}: {steps_taken:?} {refused}"
+        );
+        assert!(least < 0.2, "{name}: some steps come near the ring: {least}");
     }
 }

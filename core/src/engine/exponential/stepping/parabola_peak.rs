@@ -1,27 +1,30 @@
-//! The largest value of what is seen at equal steps, between them by a parabola.
+//! Largest value of a quantity that is sampled at equal steps, with a parabola between three samples.
 //!
-//! Of a part that turns with w the parabola misses at most `(w h)^4/32`: 1.2e-4 at `w h = 0.25`, 8e-6 at the turbine's spin and 0.8 ms. For what turns
-//! faster it is no bound.
+//! For a part of the quantity that varies with the frequency w the parabola misses at most `(w h)^4/32`: 1.2e-4 at `w h = 0.25`,
+//! 8e-6 at the turbine's spin and 0.8 ms. It is no bound for faster parts.
 
-/// A largest value.
+/// Largest value so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct ParabolaPeak {
+    /// The last two samples.
     last: [f64; 2],
-    seen: usize,
+    /// Number of samples.
+    count: usize,
+    /// Largest value.
     pub value: f64,
 }
 
 impl ParabolaPeak {
-    /// Takes the next value.
+    /// Adds the next sample.
     pub fn add(&mut self, value: f64) {
-        let [before, middle] = self.last;
+        let [first, middle] = self.last;
         self.value = self.value.max(value);
-        if self.seen >= 2 && middle > before && middle >= value {
-            let (slope, curvature) = (0.5 * (value - before), before - 2.0 * middle + value);
+        if self.count >= 2 && middle > first && middle >= value {
+            let (slope, curvature) = (0.5 * (value - first), first - 2.0 * middle + value);
             self.value = self.value.max(middle - 0.5 * slope * slope / curvature);
         }
         self.last = [middle, value];
-        self.seen += 1;
+        self.count += 1;
     }
 }
 

@@ -1,10 +1,10 @@
-//! What runs of one model share: bases, cells and candidates, which take longer to compute than a run.
+//! Modal bases, speed intervals and ring points that runs of one model share, because they take longer to compute than a run.
 //!
-//! A structure keeps those of the last few models. A run finds in them what it would have computed alone: they depend on what their key
-//! says, not on the runs before, nor on the order in which these asked.
+//! A structure keeps those of the last few models. A run finds in them what it would have computed alone: they depend only on
+//! their key, not on earlier runs or on the order of the runs.
 
+use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::ring_points::{RingPoints, ring_of, ring_points};
-use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::modal::grid_spacing::GridSpacing;
 use crate::engine::exponential::modal::modal_basis::LateralModel;
 use crate::engine::exponential::modal::outputs::{DirectFeedthrough, Outputs};
@@ -17,36 +17,44 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Contact, ContactSurface, Machine};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Lateral coordinates at most: a basis takes their cube.
+/// Largest number of lateral coordinates: the cost of a modal basis grows with its cube.
 const MAX_LATERAL_COORDINATES: usize = 200;
-/// Models that are kept.
+/// Number of models that a structure keeps, and of ring point sets that a ring keeps.
 const MAX_KEPT_MODELS: usize = 8;
 
-/// Bases of one model, and what is read from them.
+/// Modal bases of one model over the spin, and the feedthrough feedthrough of its loads.
 #[derive(Debug)]
 pub(crate) struct SharedModel {
+    /// Grid of speeds with the modal bases.
     pub grid: SpeedGrid,
+    /// Direct feedthrough of each bearing's load, then of each journal's displacement.
     pub feedthrough: Vec<DirectFeedthrough>,
 }
 
-/// What they depend on beside the structure.
+/// Values that a shared model depends on, beside the structure.
 #[derive(Debug, Clone, PartialEq)]
 struct Key {
+    /// Values of the machine.
     of: MachineValues,
+    /// Contact step and grid spacing, as bits.
     step: u64,
     spacing: u64,
+    /// Whether the grid is closer at slow spins.
     closes: bool,
-    cells: u32,
+    /// Number of speed intervals between two grid speeds.
+    intervals: u32,
+    /// Position of the grid relative to the initial speed.
     anchor: i64,
 }
 
-/// Those of its values that differ between machines of one structure.
+/// Values of a shared model that may differ between machines of one structure.
 #[derive(Debug, Clone, PartialEq)]
 struct MachineValues {
     /// Node and mass of each unbalance.
     sites: Vec<(usize, u64)>,
+    /// Gravity, as bits.
     gravity: [u64; 2],
-    /// Of the contacts.
+    /// Node of each contact.
     nodes: Vec<usize>,
 }
 
@@ -60,32 +68,36 @@ impl MachineValues {
     }
 }
 
-/// Whether two machines of one structure share bases, initial speeds and steps apart.
+/// Whether two machines of one structure can share modal bases, initial speeds and steps apart.
 #[must_use]
 pub fn same_bases(one: &Machine, other: &Machine) -> bool {
     MachineValues::new(one) == MachineValues::new(other)
 }
 
-/// Those of the last models that a structure was run with.
+/// Shared models of the last runs of a structure.
 #[derive(Debug, Default)]
 struct ModelCache(Mutex<Vec<(Key, Arc<SharedModel>)>>);
 
-/// Candidates of a ring, by the step and the radius of an inner face.
+/// Points of a ring, by contact step and by the radius of an inner face.
 #[derive(Debug, Default)]
 struct RingCache(Mutex<Vec<((u64, Option<u64>), Arc<RingPoints>)>>);
 
 impl SharedModel {
-    /// Of a machine: those that its structure keeps, or new ones.
+    /// Returns the shared model of a machine: a kept one, or a new one.
+    ///
+    /// # Errors
+    /// [`ExponentialError`] for a machine without a modal basis at its initial speed, or with more lateral modes than are
+    /// covered.
     pub fn of(machine: &Machine, structure: &Structure, settings: StepSettings) -> Result<Arc<Self>, ExponentialError> {
         let speed = machine.rotor.initial_speed;
-        let scale = GridSpacing::of(machine, settings.spacing);
+        let spacing = GridSpacing::of(machine, settings.spacing);
         let key = Key {
             of: MachineValues::new(machine),
             step: settings.step.to_bits(),
-            spacing: scale.spacing.to_bits(),
-            closes: scale.closes,
-            cells: settings.cells,
-            anchor: scale.anchor(speed),
+            spacing: spacing.spacing.to_bits(),
+            closes: spacing.closes,
+            intervals: settings.cells,
+            anchor: spacing.anchor(speed),
         };
         let models: &ModelCache = structure.engine_cache.get();
         let kept = &mut *models.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -98,13 +110,13 @@ impl SharedModel {
         if structure.lateral.coordinates.size() > MAX_LATERAL_COORDINATES {
             return Err(ExponentialError::NotCovered { what: "more than 200 lateral modes (run.rotor_modes)" });
         }
-        let system = StateSpace::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
+        let state_space =
+            StateSpace::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
         let outputs = Outputs::new(machine, structure);
-        let direct = outputs.feedthrough(&system);
-        let measures = SectionLoadModel::new(machine, structure, &system, outputs.weight());
-        let grid =
-            SpeedGrid::new(LateralModel { state_space: system, outputs, measures }, scale, settings.cells, speed)?;
-        let shared = Arc::new(Self { grid, feedthrough: direct });
+        let feedthrough = outputs.feedthrough(&state_space);
+        let measures = SectionLoadModel::new(machine, structure, &state_space, outputs.weight());
+        let grid = SpeedGrid::new(LateralModel { state_space, outputs, measures }, spacing, settings.cells, speed)?;
+        let shared = Arc::new(Self { grid, feedthrough });
         if kept.len() == MAX_KEPT_MODELS {
             kept.remove(0);
         }
@@ -113,27 +125,30 @@ impl SharedModel {
     }
 }
 
-/// The candidates of the first diaphragm for contact steps of `step` \[s\]: those that the ring keeps, or new ones.
+/// Returns the points of the first diaphragm's ring for contact steps of `step` \[s\]: kept ones, or new ones.
+///
+/// # Errors
+/// [`ExponentialError::NotCovered`] for a ring that this engine does not cover.
 pub(crate) fn ring_points_of(
     machine: &Machine,
     structure: &Structure,
     step: f64,
 ) -> Result<Arc<RingPoints>, ExponentialError> {
     let rings: &RingCache = ring_of(structure, 0)?.engine_cache.get();
-    let key = (step.to_bits(), face(&machine.diaphragms[0].contact));
+    let key = (step.to_bits(), inner_face_radius(&machine.diaphragms[0].contact));
     let kept = &mut *rings.0.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, found)) = kept.iter().find(|(other, _)| *other == key) {
-        return Ok(Arc::clone(found));
+    if let Some((_, ring_points)) = kept.iter().find(|(other, _)| *other == key) {
+        return Ok(Arc::clone(ring_points));
     }
-    let made = Arc::new(ring_points(&machine.diaphragms[0], structure, 0, step)?);
+    let new_points = Arc::new(ring_points(&machine.diaphragms[0], structure, 0, step)?);
     if kept.len() == MAX_KEPT_MODELS {
         kept.remove(0);
     }
-    kept.push((key, Arc::clone(&made)));
-    Ok(made)
+    kept.push((key, Arc::clone(&new_points)));
+    Ok(new_points)
 }
 
-/// Radius of an inner face.
-fn face(contact: &Contact) -> Option<u64> {
+/// Radius of an inner face, as bits; `None` for a ring that is touched at its mean line.
+fn inner_face_radius(contact: &Contact) -> Option<u64> {
     (contact.surface == ContactSurface::InnerFace).then(|| (contact.rotor_radius + contact.gap).to_bits())
 }

@@ -1,10 +1,11 @@
-//! A step's motion without contact, in two kernels: to n+1 as it is foreseen, and what happened on the way.
+//! Kernels of a step: the free motion to n+1, and its completion.
 //!
 //! ```text
-//! set out    spin and twist foretold, forces in the middle of the step, y+ under them, what is read from it             [`Spin::predict`], [`Propagator::advance`]
-//! arrive     what an impulse at n has made, momentum and spin at n+1, what was foretold wrongly as an impulse there    [`Spin::complete`], [`Local::strike`]
+//! propagate   predicted spin and torsion, unbalance forces in the middle of the step, y(n+1) under them, outputs of y(n+1)
+//! finish      response to the contact impulse at n, angular momentum and spin at n+1, error of the predicted spin as an impulse at n+1
 //! ```
-//! Each part is a plain function of its own file, put into one of these two so that vectors are chosen twice a step.
+//! Each part is an inline function of its own file ([`Spin::predict`], [`Propagator::advance`], [`Spin::finish_step`],
+//! [`IntervalModel::apply_impulses`]). They are compiled into these kernels so that the vector width is chosen once per kernel.
 
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::modal::interval_model::{IntervalModel, add_both};
@@ -13,70 +14,79 @@ use crate::engine::exponential::torsion::spin::{ContactImpulse, Spin, SpinStep};
 use crate::linalg::lanes::kernel;
 
 kernel! {
-    /// Takes spin, whirl states and outputs to n+1 as if nothing were touched.
+    /// Takes spin, modal state and outputs to n+1 as if nothing were touched.
     pub(crate) fn propagate_kernel(
         spin: &mut Spin,
         step: &SpinStep,
         propagator: &Propagator,
-        local: &IntervalModel,
+        model: &IntervalModel,
         y: &mut [f64],
-        seen: &mut [f64],
+        outputs: &mut [f64],
     ) {
         spin.predict(step);
-        propagator.advance(spin.driving(), y);
-        local.output_matrix.multiply_inline(y, seen);
+        propagator.advance(spin.mid_step_forces(), y);
+        model.output_matrix.multiply_inline(y, outputs);
     }
 }
 
 kernel! {
-    /// Adds at n+1 what a blow at n has made, where whirl states are asked for before the step ends.
+    /// Adds the response at n+1 to a contact impulse at n, where the modal state is needed before the step ends.
     pub(crate) fn impulse_kernel(
         spin: &mut Spin,
         step: &SpinStep,
-        local: &IntervalModel,
-        struck: (&ImpulseResponse, ContactImpulse),
+        model: &IntervalModel,
+        contact: (&ImpulseResponse, ContactImpulse),
         y: &mut [f64],
-        seen: &mut [f64],
+        outputs: &mut [f64],
     ) {
-        let (kick, blow) = struck;
-        spin.apply_impulse(step, blow, &kick.at_unbalances);
-        answer_to_impulse(spin, local, kick, y, seen);
-        add_both(blow.impulse, &kick.outputs, seen);
-        add_both(blow.impulse, &kick.states, y);
+        let (response, impulse) = contact;
+        spin.apply_impulse(step, impulse, &response.at_unbalances);
+        add_unbalance_impulses(spin, model, response, y, outputs);
+        add_both(impulse.impulse, &response.outputs, outputs);
+        add_both(impulse.impulse, &response.states, y);
     }
 }
 
 kernel! {
-    /// Ends the step with the gyroscopic momentum at n+1, and with what a blow at n has made, where that is not yet there.
+    /// Ends the step with the gyroscopic momentum at n+1, and with the response to a contact impulse at n where that is not yet
+    /// added.
     pub(crate) fn finish_kernel(
         spin: &mut Spin,
         step: &SpinStep,
-        local: &IntervalModel,
+        model: &IntervalModel,
         gyroscopic: f64,
-        blow: Option<(&ImpulseResponse, ContactImpulse)>,
+        contact: Option<(&ImpulseResponse, ContactImpulse)>,
         y: &mut [f64],
-        seen: &mut [f64],
+        outputs: &mut [f64],
     ) {
-        if let Some((kick, blow)) = blow {
-            spin.apply_impulse(step, blow, &kick.at_unbalances);
-            answer_to_impulse(spin, local, kick, y, seen);
-            add_both(blow.impulse, &kick.outputs, seen);
+        if let Some((response, impulse)) = contact {
+            spin.apply_impulse(step, impulse, &response.at_unbalances);
+            add_unbalance_impulses(spin, model, response, y, outputs);
+            add_both(impulse.impulse, &response.outputs, outputs);
         }
-        let velocities = &seen.as_chunks::<2>().0[..spin.unbalances()];
+        let velocities = &outputs.as_chunks::<2>().0[..spin.unbalance_count()];
         spin.finish_step(step, velocities, gyroscopic);
-        let blow = blow.map(|(kick, blow)| (blow.impulse, &kick.states));
-        local.apply_impulses(spin.left(), blow, y, seen);
+        let contact = contact.map(|(response, impulse)| (impulse.impulse, &response.states));
+        model.apply_impulses(spin.correction_impulses(), contact, y, outputs);
     }
 }
 
-/// What a blow makes of the unbalances' rates is felt by the rotor.
+/// Adds the response of the lateral motion to the change of the unbalances' rates by a contact impulse.
 #[inline(always)]
-fn answer_to_impulse(spin: &Spin, local: &IntervalModel, kick: &ImpulseResponse, y: &mut [f64], seen: &mut [f64]) {
-    let lists = local.input_vectors.as_chunks::<2>().0.iter().zip(local.outputs_of_impulses.as_chunks::<2>().0);
-    for (([at, late], [states, outputs]), (pushes, struck)) in spin.jumps().zip(&kick.of_unbalances).zip(lists) {
-        add_both(at, states, y);
-        add_both(at, outputs, seen);
-        add_both(late, pushes, y);
-        add_both(late, struck, seen);
+fn add_unbalance_impulses(
+    spin: &Spin,
+    model: &IntervalModel,
+    response: &ImpulseResponse,
+    y: &mut [f64],
+    outputs: &mut [f64],
+) {
+    let lists = model.input_vectors.as_chunks::<2>().0.iter().zip(model.outputs_of_impulses.as_chunks::<2>().0);
+    for (([first, second], [states, state_outputs]), (input_vectors, vector_outputs)) in
+        spin.response_impulses().zip(&response.of_unbalances).zip(lists)
+    {
+        add_both(first, states, y);
+        add_both(first, state_outputs, outputs);
+        add_both(second, input_vectors, y);
+        add_both(second, vector_outputs, outputs);
     }
 }

@@ -1,148 +1,166 @@
-//! A run with contact: flight in large steps where nothing can touch, contact steps where something may.
+//! Transient of a shaft line inside a ring: free motion in long steps while the gap stays open, contact steps where it may close.
+//!
+//! A step has 2^k contact steps; k is its number of doublings. [`Transient::next_step_doublings`] chooses k: no step may miss a
+//! contact or a peak of a load. [`Transient::step`] takes the step.
 //!
 //! ```text
-//! room = gap - sum over ring modes of amplitude reach         > |x| all the time:  a step of h cannot touch
+//! |x(t)| < gap - sum_j a_j reach_j   for the whole step:   no point of the ring is reached
 //! ```
-//! |x| during the step is bounded ([`super::bound`]). Verified by `the_bound_of_the_way_is_one` and
-//! `flight_misses_no_contact` (`tests/exponential_rub.rs`).
+//! - x: displacement of the rotor's centre from the ring's centre; a bound of |x| over a step is in `modal/displacement_bound.rs`
+//! - a_j: amplitude of ring mode j in free vibration; reach_j: largest displacement of the ring per unit of a_j
+//!
+//! Verified by `the_bound_of_the_way_is_one`, `no_flight_reaches_a_ringing_ring` and `flight_misses_no_contact`
+//! (`tests/exponential_rub.rs`).
 
 use super::free_motion::FreeMotion;
 use super::shared_model::ring_points_of;
+use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::contact_step::ContactStep;
 use crate::engine::exponential::contact::impact::{FreeStep, Impact};
-use crate::engine::exponential::error::ExponentialError;
-use crate::engine::exponential::modal::displacement_bound::length;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
+use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::engine::time_step::{StartError, slowest_to_resolve};
-use crate::record::{LastMillisecond, Loads};
+use crate::record::Loads;
 use crate::structure::Structure;
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, InitialState, Machine, OnExceed};
 use bladeoff_model::outcome::Limit;
 
-/// Flights up to this level are as long as they may for contact and peaks: their error goes with the contact step.
-pub(crate) const SHORT_STEP: usize = 4;
-/// Longer ones while neither the rotor nor its lowest lateral mode turns by more \[rad\], and where the spin is predicted so well that steps of every size give the same one.
-const LONGEST_TURN: f64 = 0.075;
+/// Doublings up to which a step is limited by contact and peaks alone. The error of such a step falls with the contact step.
+pub(crate) const SHORT_STEP_DOUBLINGS: usize = 4;
+/// Largest turn of the rotor, and of its lowest lateral mode, over a step of more than 2^[`SHORT_STEP_DOUBLINGS`] contact steps \[rad\].
+const MAX_TURN: f64 = 0.075;
+/// Largest relative error of the predicted spin over such a step.
 const MAX_PREDICTION_ERROR: f64 = 1e-7;
-/// Nor by more than this does a torque of the brakes change in a flight that depends on the spin, beside the momentum: trapezoids are off by a twelfth of the square.
-const EVEN_SPEED_CHANGE: f64 = 2e-3;
-/// Contact steps after a touch in which a flight is no longer than those of the level beside: the shaft rings, and what its damping takes and what the unbalances pull are of powers at both ends.
-/// (At 16 contact steps of 49 us a mode of the turbine of 640 Hz was at each look in one phase: energy errors of rubs with bounces were ten times as large.)
+/// Largest relative change of the braking torque over a step of free motion, as far as the torque depends on the spin. The
+/// trapezoidal rule is off by a twelfth of its square.
+const MAX_BRAKING_CHANGE: f64 = 2e-3;
+/// Number of contact steps after a contact in which steps of free motion have at most [`RINGING_DOUBLINGS`] doublings. The shaft
+/// still rings then, and its energy terms are trapezoids of powers at both ends of a step. (With 16 contact steps of 49 us every
+/// observation saw a 640 Hz mode of the turbine in the same phase. Energy errors of rubs with bounces were ten times as large.)
 const RINGING_STEPS: u64 = 512;
-const RINGING_LEVEL: usize = 3;
-/// Contact steps of a start, each a flight of its own.
+const RINGING_DOUBLINGS: usize = 3;
+/// Number of contact steps at the start of a run that are taken one by one.
 const STARTING_STEPS: u64 = 8;
 
-/// A shaft line and the ring about it.
+/// State of a run: the shaft line, and the ring around it.
 pub(crate) struct Transient {
     pub free_motion: FreeMotion,
-    /// `None` without a diaphragm.
+    /// Ring and contact; `None` for a machine without diaphragm.
     pub contact: Option<RingContact>,
-    /// Loads of the bearings at n, in the machine's order \[N\], then displacements of the journals whose bearings have a clearance \[m\].
+    /// Loads of the bearings at n, in the machine's order \[N\], then displacements of the journals in bearings with a clearance
+    /// \[m\].
     loads: Vec<[f64; 2]>,
+    /// Number of bearings: the first entries of `loads`.
     bearings: usize,
-    /// Those, and the place of the diaphragm's node \[m\], as flight has to resolve them.
+    /// Quantities whose peaks limit the step: the entries of `loads`, then the displacement of the rotor at the contact \[m\].
     watched: Vec<WatchedPeak>,
-    /// Lengths of steps, by level \[s\].
+    /// Length of a step of 2^k contact steps \[s\], by k.
     lengths: [f64; MAX_DOUBLINGS + 1],
+    /// Whether free motion inside a ring takes long steps; otherwise every step there is a contact step.
     takes_long_steps: bool,
-    /// Level of the longest flight, and of the last one.
-    pub max_level: usize,
-    last_level: usize,
-    /// Time of the last touch, in contact steps.
+    /// Largest number of doublings of this run, and doublings of the last step of free motion.
+    pub max_doublings: usize,
+    last_doublings: usize,
+    /// Time of the last contact, in contact steps.
     last_contact: Option<u64>,
-    /// The shaft rings in all its modes from the start on: there are no flights, in which the loss of those would be seen too seldom.
+    /// Whether the run starts with an initial disturbance. All shaft modes ring then, so every step is one contact step: longer
+    /// steps would sample the dissipation of the fast modes too seldom.
     pub disturbed: bool,
-    /// Contact steps of the whole run, and the spin \[rad/s\] that ends it: no flight goes beyond.
+    /// Length of the run in contact steps. No step of free motion goes beyond it.
     end: u64,
+    /// Spin that ends the run \[rad/s\]. No step of free motion goes beyond it.
     end_speed: f64,
 }
 
-/// The ring, and where the rotor is that it may touch.
+/// Ring of the first diaphragm, with the compliance of the spin at the contact.
 pub(crate) struct RingContact {
+    /// Ring, and the solver of its contact steps.
     pub contact_step: ContactStep,
-    /// Turn of the node over a contact step per angular impulse on it, and the jump of its rate \[1/(kg m2)\].
+    /// Turn of the rotor's section at the contact over a contact step, per angular impulse at its beginning \[rad/(N m s)\].
     rolling: f64,
+    /// Jump of that section's rate of turn per angular impulse \[1/(kg m2)\].
     jump: f64,
 }
 
-/// A step that has been done, from n.
+/// Step that was taken, from n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepResult {
-    /// It had `2^level` contact steps; `None` of one in which something might have touched.
-    pub level: Option<usize>,
-    /// Of the rotor's node at n, in the machine's axes.
-    pub place: [f64; 2],
+    /// Doublings of a step of free motion; `None` for a contact step.
+    pub doublings: Option<usize>,
+    /// Displacement \[m\] and velocity \[m/s\] of the rotor at the contact at n, in the machine's axes.
+    pub displacement: [f64; 2],
     pub velocity: [f64; 2],
+    /// Impulses and works of the contact; `None` without contact.
     pub impact: Option<Impact>,
 }
 
 impl Transient {
-    /// A machine at t = 0; `flies`: in larger steps where it may.
+    /// Creates the transient of a machine at t = 0. With `takes_long_steps = false` every step inside a ring is a contact step.
     ///
     /// # Errors
-    /// [`ExponentialError`].
+    /// [`ExponentialError`] for a machine that is not covered, has no modal basis or starts in contact.
     pub fn new(
         machine: &Machine,
         structure: &Structure,
         settings: StepSettings,
-        flies: bool,
+        takes_long_steps: bool,
     ) -> Result<Self, ExponentialError> {
         check_covered(machine)?;
-        let flight = FreeMotion::new(machine, structure, settings)?;
+        let free_motion = FreeMotion::new(machine, structure, settings)?;
         let contact = match machine.diaphragms.first() {
             None => None,
             Some(diaphragm) => {
-                starts_inside(diaphragm, flight.place(0))?;
-                let candidates = ring_points_of(machine, structure, settings.step)?;
-                let spin = flight.spin();
-                let twist_row = spin.torque_row(structure, diaphragm.contact.node);
+                starts_inside(diaphragm, free_motion.contact_displacement(0))?;
+                let points = ring_points_of(machine, structure, settings.step)?;
+                let spin = free_motion.spin();
+                let row = spin.rotation_row(structure, diaphragm.contact.node);
                 Some(RingContact {
-                    rolling: spin.rolling(&spin.step(settings.step)),
-                    jump: spin.jump(&twist_row),
-                    contact_step: ContactStep::new(diaphragm, structure, 0, &candidates, settings.step)?,
+                    rolling: spin.contact_turn_compliance(&spin.step(settings.step)),
+                    jump: spin.rate_jump(&row),
+                    contact_step: ContactStep::new(diaphragm, structure, 0, &points, settings.step)?,
                 })
             }
         };
-        let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|level| flight.step_length(level));
-        let fastest = slowest_to_resolve(machine, structure);
-        let turns_little = |level: &usize| lengths[*level] * fastest <= LONGEST_TURN;
-        let longest = (SHORT_STEP..=MAX_DOUBLINGS).rev().find(turns_little).unwrap_or(SHORT_STEP);
-        let brakes = flight.spin().braking_torque(&machine.braking);
-        let holds = |&level: &usize| {
-            lengths[level] * brakes <= EVEN_SPEED_CHANGE && flight.is_stable(level, machine.run.end_time)
+        let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| free_motion.step_length(doublings));
+        let highest_rate = slowest_to_resolve(machine, structure);
+        let resolves_turn = |doublings: &usize| lengths[*doublings] * highest_rate <= MAX_TURN;
+        let longest = (SHORT_STEP_DOUBLINGS..=MAX_DOUBLINGS).rev().find(resolves_turn).unwrap_or(SHORT_STEP_DOUBLINGS);
+        let braking_rate = free_motion.spin().braking_rate(&machine.braking);
+        let is_accurate = |&doublings: &usize| {
+            lengths[doublings] * braking_rate <= MAX_BRAKING_CHANGE
+                && free_motion.is_stable(doublings, machine.run.end_time)
         };
-        let journals = journals(machine, &flight);
+        let journals = journal_peaks(machine, &free_motion);
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
-            max_level: if disturbed { 0 } else { (1..=longest).take_while(holds).last().unwrap_or(0) },
+            max_doublings: if disturbed { 0 } else { (1..=longest).take_while(is_accurate).last().unwrap_or(0) },
             disturbed,
             bearings: structure.rotor.bearings.len(),
             loads: vec![[0.0; 2]; structure.rotor.bearings.len() + journals.len()],
             watched: (0..structure.rotor.bearings.len())
-                .map(|bearing| WatchedPeak::new(flight.constant_load(bearing)))
+                .map(|bearing| WatchedPeak::new(free_motion.constant_load(bearing)))
                 .chain(journals)
                 .chain(machine.diaphragms.first().map(|d| WatchedPeak::new(d.contact.offset.map(|part| -part))))
                 .collect(),
-            last_level: 0,
+            last_doublings: 0,
             last_contact: None,
             lengths,
-            free_motion: flight,
+            free_motion,
             contact,
-            takes_long_steps: flies,
+            takes_long_steps,
             end_speed: machine.run.end_speed,
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
     }
 
-    /// Whether the rotor's centre is farther from the stator's than its circle may ever be: by its radius.
+    /// Whether the rotor's centre is farther from the ring's centre than the ring's radius: the rotor has left the ring.
     pub fn is_outside(&self) -> bool {
         let Some(contact) = &self.contact else { return false };
-        let [x, y] = contact.contact_step.place(self.free_motion.place(0));
-        x * x + y * y > contact.contact_step.outermost() * contact.contact_step.outermost()
+        let [x, y] = contact.contact_step.displacement_in_stator_axes(self.free_motion.contact_displacement(0));
+        x * x + y * y > contact.contact_step.ring_radius() * contact.contact_step.ring_radius()
     }
 
     /// Length of a contact step \[s\].
@@ -150,162 +168,169 @@ impl Transient {
         self.lengths[0]
     }
 
-    /// Loads and journals at n.
+    /// Bearing loads and journal displacements at n.
     pub fn loads(&self) -> Loads<'_> {
         let (bearings, journals) = self.loads.split_at(self.bearings);
         Loads { bearings, journals }
     }
 
-    /// Whether the run is in its first steps.
+    /// Whether the run is in its first steps, [`STARTING_STEPS`].
     pub fn is_starting(&self) -> bool {
         self.free_motion.contact_steps() < STARTING_STEPS
     }
 
-    /// Takes the loads at n, and says how long a step from there is certain to touch nothing, and to miss no peak: `2^level` contact steps; `None` where a
-    /// contact step may touch.
+    /// Evaluates the loads at n, and returns the doublings k of the longest step from n that touches nothing and misses no peak;
+    /// `None` for a contact step.
     pub fn next_step_doublings(&mut self) -> Option<usize> {
-        let level = self.free_step_doublings();
-        self.last_level = level.unwrap_or(0);
-        level
+        let doublings = self.free_step_doublings();
+        self.last_doublings = doublings.unwrap_or(0);
+        doublings
     }
 
+    /// Doublings of the next step of free motion; `None` for a contact step.
     fn free_step_doublings(&mut self) -> Option<usize> {
-        // what contact has added to them is among the largest
-        if self.contact.as_ref().is_some_and(|contact| contact.contact_step.presses()) {
-            self.watch_loads();
+        // the loads of the last contact step include its impulses
+        if self.contact.as_ref().is_some_and(|contact| contact.contact_step.in_contact()) {
+            self.update_load_peaks();
         }
         self.evaluate_loads();
-        self.watch_loads();
+        self.update_load_peaks();
         let Self {
-            free_motion: flight,
+            free_motion,
             contact,
             watched,
             lengths,
-            takes_long_steps: flies,
-            max_level: most,
-            last_level: last,
-            last_contact: touched,
+            takes_long_steps,
+            max_doublings,
+            last_doublings,
+            last_contact,
             end,
             end_speed,
             ..
         } = self;
-        let mut place = None;
-        if let (Some(RingContact { contact_step: rub, .. }), Some(watched)) = (contact, watched.last_mut()) {
-            let x = rub.displacement_from_centre(flight.place(0));
-            watched.update(x);
-            // what has pressed a step ago may press again: not worth the bounds
-            if !*flies || rub.presses() {
+        let mut displacement = None;
+        if let (Some(RingContact { contact_step, .. }), Some(peak)) = (contact, watched.last_mut()) {
+            let x = contact_step.displacement_from_centre(free_motion.contact_displacement(0));
+            peak.update(x);
+            // a place that pressed in the last step will probably press again: the bounds are not worth their time
+            if !*takes_long_steps || contact_step.in_contact() {
                 return None;
             }
-            let within = rub.clearance();
-            if length(x) >= within {
+            let clearance = contact_step.clearance();
+            if length(x) >= clearance {
                 return None;
             }
-            place = Some((x, within));
+            displacement = Some((x, clearance));
         }
-        let left = end.saturating_sub(flight.contact_steps()).max(1);
-        // twice the last one: what it tells of the spin holds so far
-        let most = match touched {
-            _ if flight.contact_steps() < STARTING_STEPS => 0,
-            Some(touched) if flight.contact_steps() - *touched < RINGING_STEPS => RINGING_LEVEL.min(*most),
-            _ => *most,
+        let steps_left = end.saturating_sub(free_motion.contact_steps()).max(1);
+        // at most twice the last step: the slope of the spin is known over that length
+        let max_doublings = match last_contact {
+            _ if free_motion.contact_steps() < STARTING_STEPS => 0,
+            Some(contact) if free_motion.contact_steps() - *contact < RINGING_STEPS => {
+                RINGING_DOUBLINGS.min(*max_doublings)
+            }
+            _ => *max_doublings,
         };
-        let mut longest = most.min(left.ilog2() as usize).min(SHORT_STEP.max(*last + 1));
-        while longest > SHORT_STEP && flight.spin().prediction_error(lengths[longest]) > MAX_PREDICTION_ERROR {
+        let mut longest =
+            max_doublings.min(steps_left.ilog2() as usize).min(SHORT_STEP_DOUBLINGS.max(*last_doublings + 1));
+        while longest > SHORT_STEP_DOUBLINGS
+            && free_motion.spin().prediction_error(lengths[longest]) > MAX_PREDICTION_ERROR
+        {
             longest -= 1;
         }
-        // a stop is found to a contact step
-        while longest > 0 && flight.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
+        // a stop is found to within a contact step
+        while longest > 0 && free_motion.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
             longest -= 1;
         }
-        let velocity = flight.bound_states();
-        if let Some((x, within)) = place {
-            longest = flight.longest_step_within(lengths, [x, velocity], within, longest)?;
+        let velocity = free_motion.bound_states();
+        if let Some((x, clearance)) = displacement {
+            longest = free_motion.longest_step_within(lengths, [x, velocity], clearance, longest)?;
         }
-        Some(flight.longest_resolved_step(watched, longest))
+        Some(free_motion.longest_resolved_step(watched, longest))
     }
 
-    fn watch_loads(&mut self) {
-        self.watched.iter_mut().zip(&self.loads).for_each(|(watched, load)| watched.update(*load));
+    /// Takes the loads at n into the peaks of this run.
+    fn update_load_peaks(&mut self) {
+        self.watched.iter_mut().zip(&self.loads).for_each(|(peak, load)| peak.update(*load));
     }
 
-    /// Takes the loads at n, without what contact there adds.
+    /// Evaluates the loads at n without the contribution of contact impulses at n.
     pub fn evaluate_loads(&mut self) {
         for (bearing, load) in self.loads.iter_mut().enumerate() {
             *load = self.free_motion.load(bearing);
         }
     }
 
-    /// Loads and contact at n, of a run that does not go on from there: the state is left where the step would lead.
+    /// Loads and contact at n of a run that ends there. The state afterwards is that of the end of the step.
     pub fn solve_next_contact(&mut self) -> Option<Impact> {
         self.evaluate_loads();
-        self.step(None).ok().and_then(|done| done.impact)
+        self.step(None).ok().and_then(|result| result.impact)
     }
 
-    /// Goes from n to n+1, over a step of [`Transient::level`], which has taken the loads at n: contact adds to them.
-    pub fn step(&mut self, level: Option<usize>) -> Result<StepResult, ExponentialError> {
-        let Self { free_motion: flight, contact, loads, lengths, last_contact: touched, .. } = self;
-        let Some(RingContact { contact_step: rub, rolling, jump }) = contact else {
-            flight.advance(level.unwrap_or(0))?;
-            return Ok(StepResult { level, place: [0.0; 2], velocity: [0.0; 2], impact: None });
+    /// Takes a step of 2^k contact steps, or a contact step for `None`, as chosen by [`Transient::next_step_doublings`]. A
+    /// contact adds its impulses to the loads at n.
+    pub fn step(&mut self, doublings: Option<usize>) -> Result<StepResult, ExponentialError> {
+        let Self { free_motion, contact, loads, lengths, last_contact, .. } = self;
+        let Some(RingContact { contact_step, rolling, jump }) = contact else {
+            free_motion.advance(doublings.unwrap_or(0))?;
+            return Ok(StepResult { doublings, displacement: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
-        let [place, velocity] = flight.contact(0);
-        let mut done = StepResult { level, place, velocity, impact: None };
-        if let Some(level) = level {
-            flight.advance(level)?;
-            rub.propagate_ring(level, lengths[level]);
-            return Ok(done);
+        let [displacement, velocity] = free_motion.contact_motion(0);
+        let mut result = StepResult { doublings, displacement, velocity, impact: None };
+        if let Some(doublings) = doublings {
+            free_motion.advance(doublings)?;
+            contact_step.propagate_ring(doublings, lengths[doublings]);
+            return Ok(result);
         }
         let h = lengths[0];
-        let [twist_before, rate] = flight.spin().at_contact();
-        let rate = flight.spin().speed + rate;
-        flight.propagate(0)?;
-        let Some(kick) = flight.impulse_response() else { return Ok(done) };
+        let [torsion_at_start, rate] = free_motion.spin().contact_rotation();
+        let rate = free_motion.spin().speed + rate;
+        free_motion.propagate(0)?;
+        let Some(response) = free_motion.impulse_response() else { return Ok(result) };
         let free = FreeStep {
-            from: place,
-            to: flight.place(0),
+            start: displacement,
+            end: free_motion.contact_displacement(0),
             velocity,
-            kick,
-            turn: flight.spin().turn(twist_before),
+            response,
+            surface_turn: free_motion.spin().contact_turn(torsion_at_start),
             rolling: *rolling,
             rate,
             jump: *jump,
-            spin: flight.spin(),
+            spin: free_motion.spin(),
         };
-        done.impact = rub.solve(&free)?;
-        if let Some(impact) = &done.impact {
-            *touched = Some(flight.contact_steps());
-            for (bearing, (load, half)) in loads.iter_mut().zip(&kick.loads).enumerate() {
-                let at_once = flight.load_with_feedthrough(bearing, impact.on_rotor.map(|part| part / h));
+        result.impact = contact_step.solve(&free)?;
+        if let Some(impact) = &result.impact {
+            *last_contact = Some(free_motion.contact_steps());
+            for (bearing, (load, correction)) in loads.iter_mut().zip(&response.loads).enumerate() {
+                let direct = free_motion.load_with_feedthrough(bearing, impact.impulse.map(|part| part / h));
                 for i in 0..2 {
-                    load[i] += half[i][0] * impact.on_rotor[0] + half[i][1] * impact.on_rotor[1] + at_once[i];
+                    load[i] += correction[i][0] * impact.impulse[0] + correction[i][1] * impact.impulse[1] + direct[i];
                 }
             }
         }
-        let blow = done.impact.map(|impact| ContactImpulse { impulse: impact.on_rotor, torque: impact.torque });
-        flight.complete_step(0, blow)?;
-        Ok(done)
+        let contact_impulse =
+            result.impact.map(|impact| ContactImpulse { impulse: impact.impulse, torque: impact.torque });
+        free_motion.complete_step(0, contact_impulse)?;
+        Ok(result)
     }
 }
 
-/// Displacements of the journals whose bearings have a clearance; where the limit ends the run its first excess is found to a contact step.
-fn journals(machine: &Machine, flight: &FreeMotion) -> Vec<WatchedPeak> {
+/// Peaks of the displacements of journals in bearings with a clearance. Where the clearance limit ends the run, its first excess
+/// is found to within a contact step.
+fn journal_peaks(machine: &Machine, free_motion: &FreeMotion) -> Vec<WatchedPeak> {
     let limit = &machine.run.limits[Limit::JournalClearance as usize];
     let clearances = machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance);
-    let watched = |(at, clearance): (usize, f64)| {
-        let watched = WatchedPeak::new(flight.constant_load(machine.rotor.bearings.len() + at));
+    let peak = |(journal, clearance): (usize, f64)| {
+        let peak = WatchedPeak::new(free_motion.constant_load(machine.rotor.bearings.len() + journal));
         match limit.on_exceed {
-            OnExceed::Beyond => watched.limited(limit.value * clearance, machine.run.end_beyond),
-            OnExceed::Note => watched,
+            OnExceed::Beyond => peak.limited(limit.value * clearance, machine.run.end_beyond),
+            OnExceed::Note => peak,
         }
     };
-    clearances.enumerate().map(watched).collect()
+    clearances.enumerate().map(peak).collect()
 }
 
-/// Refuses a rotor, at a place in the machine's axes, that is not free in its ring.
-///
-/// # Errors
-/// [`StartError::StartsOutside`], [`StartError::StartsInContact`].
+/// Checks that a rotor with this initial displacement in the machine's axes is inside its ring, without contact.
 fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartError> {
     let contact = &diaphragm.contact;
     let eccentricity = length([place[0] - contact.offset[0], place[1] - contact.offset[1]]);
@@ -318,10 +343,10 @@ fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartErro
     if gap < 0.0 { Err(StartError::StartsInContact { diaphragm: name(), gap }) } else { Ok(()) }
 }
 
-/// Refuses by name what is not covered.
+/// Checks that this engine covers the contact of a machine.
 ///
 /// # Errors
-/// [`ExponentialError::NotCovered`].
+/// [`ExponentialError::NotCovered`] with the name of what is not covered.
 fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
     if machine.diaphragms.len() > 1 {
         return Err(ExponentialError::NotCovered { what: "more than one diaphragm" });
@@ -339,78 +364,6 @@ fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
     Ok(())
 }
 
-/// What a run with contact comes to.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct RubbingRun {
-    /// First contact \[s\].
-    pub first_contact: Option<f64>,
-    /// Spin at the end \[rad/s\].
-    pub end_speed: f64,
-    /// Largest load of each bearing, in the machine's order \[N\].
-    pub largest_loads: Vec<f64>,
-    /// Largest mean of the normal force over 1 ms \[N\].
-    pub largest_filtered_force: f64,
-    /// Normal impulse of all contact \[N s\].
-    pub impulse: f64,
-    /// Work of friction \[J\].
-    pub friction_energy: f64,
-    /// Work that normal impulses took out \[J\].
-    pub normal_work: f64,
-    /// Largest distance of the rotor's node from the stator's centre \[m\].
-    pub eccentricity: f64,
-    /// Contact steps, those of them that touched, and flight steps.
-    pub steps: [u64; 3],
-}
-
-/// A whole run up to `run.end_time` with contact at the first diaphragm, in contact steps of `settings.step`; `flies`: in larger ones where it may.
-///
-/// # Errors
-/// [`ExponentialError`].
-pub fn rubbing_run(
-    machine: &Machine,
-    structure: &Structure,
-    settings: StepSettings,
-    flies: bool,
-) -> Result<RubbingRun, ExponentialError> {
-    let mut transient = Transient::new(machine, structure, settings, flies)?;
-    let h = settings.step;
-    let mut filter = LastMillisecond::new(h);
-    let window = filter.length() as f64 * h;
-    let bearings = structure.rotor.bearings.len();
-    let offset = machine.diaphragms.first().map_or([0.0; 2], |diaphragm| diaphragm.contact.offset);
-    let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
-    while transient.free_motion.time() < machine.run.end_time - 0.5 * h {
-        let level = transient.next_step_doublings();
-        let done = transient.step(level)?;
-        run.eccentricity = run.eccentricity.max(length([done.place[0] - offset[0], done.place[1] - offset[1]]));
-        match done.level {
-            Some(level) => {
-                (0..1 << level).for_each(|_| filter.slide(0.0));
-                run.steps[2] += 1;
-            }
-            None => {
-                run.steps[0] += 1;
-                filter.slide(done.impact.map_or(0.0, |impact| impact.normal));
-                if let Some(sum) = filter.sum() {
-                    run.largest_filtered_force = run.largest_filtered_force.max(sum / window);
-                }
-            }
-        }
-        if let Some(impact) = done.impact {
-            run.steps[1] += 1;
-            run.impulse += impact.normal;
-            run.friction_energy += impact.friction_work;
-            run.normal_work += impact.normal_work;
-            run.first_contact = run.first_contact.or(Some(transient.free_motion.time()));
-        }
-        for (largest, load) in run.largest_loads.iter_mut().zip(&transient.loads) {
-            *largest = largest.max(length(*load));
-        }
-    }
-    run.end_speed = transient.free_motion.speed();
-    Ok(run)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -422,30 +375,30 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
-        let mut flight = FreeMotion::new(&machine, &structure, StepSettings::of_step(2e-5)).expect("has a basis");
-        let (mut closest, mut seen) = (0.0_f64, 0);
+        let mut free_motion = FreeMotion::new(&machine, &structure, StepSettings::of_step(2e-5)).expect("has a basis");
+        let (mut closest, mut count) = (0.0_f64, 0);
         for round in 0..40 {
-            for (level, fine) in [(4, 16), (7, 128)] {
-                let from = flight.contact(0)[0];
-                let velocity = flight.bound_states();
-                let bound = flight.max_deviation(level);
-                let mut ahead = flight.clone();
-                for n in 1..=fine {
-                    ahead.advance(0).expect("goes on");
-                    let (to, t) = (ahead.contact(0)[0], f64::from(n) * 2e-5);
-                    let beyond = length([to[0] - from[0] - t * velocity[0], to[1] - from[1] - t * velocity[1]]);
-                    assert!(beyond <= bound, "round {round}: {beyond} beyond {bound}");
-                    closest = closest.max(beyond / bound);
-                    seen += 1;
+            for (doublings, contact_steps) in [(4, 16), (7, 128)] {
+                let from = free_motion.contact_motion(0)[0];
+                let velocity = free_motion.bound_states();
+                let max_deviation = free_motion.max_deviation(doublings);
+                let mut ahead = free_motion.clone();
+                for n in 1..=contact_steps {
+                    ahead.advance(0).expect("has a basis");
+                    let (to, t) = (ahead.contact_motion(0)[0], f64::from(n) * 2e-5);
+                    let deviation = length([to[0] - from[0] - t * velocity[0], to[1] - from[1] - t * velocity[1]]);
+                    assert!(deviation <= max_deviation, "round {round}: {deviation} beyond {max_deviation}");
+                    closest = closest.max(deviation / max_deviation);
+                    count += 1;
                 }
             }
-            // states of every kind: struck in between
-            flight.propagate(0).expect("goes on");
+            // an impulse between the rounds, so that states of every kind occur
+            free_motion.propagate(0).expect("has a basis");
             let turn = f64::from(round);
-            let blow = ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
-            flight.complete_step(0, Some(blow)).expect("goes on");
-            (0..50).for_each(|_| flight.advance(1).expect("goes on"));
+            let impulse = ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
+            free_motion.complete_step(0, Some(impulse)).expect("has a basis");
+            (0..50).for_each(|_| free_motion.advance(1).expect("has a basis"));
         }
-        assert!(seen > 5000 && closest > 0.05, "the bound says something: {closest}");
+        assert!(count > 5000 && closest > 0.05, "the bound is close: {closest}");
     }
 }

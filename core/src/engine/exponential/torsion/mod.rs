@@ -1,8 +1,17 @@
-//! Spin and torsion: the spin from its angular momentum, torsional modes in closed form, the unbalances.
+//! Spin and torsion of the shaft line.
+//!
+//! - [`spin`]: the spin from its angular momentum, without accelerations or iteration
+//! - `unbalance`: force of an unbalance on the lateral motion, and its exchange of angular momentum with the spin
+//! - [`loaded_modes`]: torsional modes of the shaft line that carries its unbalances
+//! - [`torsional_modes`], [`oscillators`]: these modes over a step, in closed form
+//! - [`gyroscopic_torque`]: gyroscopic torques on the torsional modes, for machines where they matter
+//! - [`phasor`]: e^{i psi} for small changes of psi; `spin_quantities`: what other modules read of the spin
 
 pub(crate) mod gyroscopic_torque;
 pub(crate) mod loaded_modes;
 pub(crate) mod oscillators;
 pub(crate) mod phasor;
 pub(crate) mod spin;
+mod spin_quantities;
 pub(crate) mod torsional_modes;
+mod unbalance;

@@ -1,31 +1,31 @@
-//! Modes of twist that do not know of each other, in closed form.
+//! Independent oscillators over a step of constant force, in closed form.
 //!
 //! ```text
 //! n'' + c n' + w^2 n = f,  f constant over the step:      (n, n')+ = exp(B h) (n, n') + g(B) (0, f),   B = [[0, 1], [-w^2, -c]]
 //! ```
-//! Exact for any step, damped, overdamped or free; f is what a force is on average over the step. Functions of B: [`super::block`].
-//! All lists have a multiple of eight entries.
+//! Exact for any step and any damping; f is the mean of a force over the step. Functions of B: `modal/plane_block.rs`. Lists have
+//! a multiple of eight entries.
 
 use crate::engine::exponential::modal::plane_block::SplitBlock;
 use crate::linalg::lanes::{LANES, Lane};
 
-/// What a step size makes of modes, eight after eight.
+/// Tables of a step, in groups of eight modes.
 #[derive(Debug, Clone)]
 pub(crate) struct OscillatorStep {
     pub lanes: Vec<OscillatorLanes>,
 }
 
-/// That of eight modes.
+/// Tables of a step for eight modes.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct OscillatorLanes {
     /// Entries of `exp(B h)`, by rows.
     pub free: [Lane; 4],
-    /// Place and rate after the step of a unit force.
+    /// Displacement and rate after the step per unit force.
     pub force: [Lane; 2],
 }
 
 impl OscillatorStep {
-    /// Of modes over a step of `h` \[s\].
+    /// Creates the tables of modes with these blocks B for a step of `h` \[s\].
     pub fn new(blocks: &[SplitBlock], h: f64) -> Self {
         let eight = |blocks: &[SplitBlock]| {
             let mut eight = OscillatorLanes::default();
@@ -45,11 +45,11 @@ impl OscillatorStep {
 }
 
 impl OscillatorLanes {
-    /// Place and rate of eight modes after the step without force; inside a kernel.
+    /// Displacement and rate of eight modes after the step without force; inside a kernel.
     #[inline(always)]
-    pub fn after(&self, place: &[f64; LANES], rate: &[f64; LANES]) -> [[f64; LANES]; 2] {
+    pub fn after(&self, displacement: &[f64; LANES], rate: &[f64; LANES]) -> [[f64; LANES]; 2] {
         let [aa, ab, ba, bb] = &self.free;
-        let by = |a: &Lane, b: &Lane| std::array::from_fn(|k| a.0[k] * place[k] + b.0[k] * rate[k]);
+        let by = |a: &Lane, b: &Lane| std::array::from_fn(|k| a.0[k] * displacement[k] + b.0[k] * rate[k]);
         [by(aa, ab), by(ba, bb)]
     }
 }

@@ -1,47 +1,48 @@
-//! The direction of an angle that moves on in small turns.
+//! Phasor e^{ia} of an angle that changes in small steps.
 //!
 //! ```text
-//! e^{i(a + d)} = e^{ia} e^{id},   e^{id} by its Taylor series for |d| <= 1/10, exact to rounding        sin d - ... : d^11/11! < 3e-18 d,  d^10/10! < 3e-17
+//! e^{i(a + d)} = e^{ia} e^{id},   e^{id} by its Taylor series for |d| <= 1/10    remainder: d^11/11! < 3e-18 d in the sine, d^10/10! < 3e-17
 //! ```
-//! A turn costs a tenth of a sine and cosine. Each product adds a rounding, so every sixteenth direction is taken anew, as one after a larger turn is. What a direction is depends
-//! on the turns of its own run alone. Verified by `directions_are_those_of_sine_and_cosine`.
+//! A step costs a tenth of a sine and cosine. Each product adds a rounding error, so every sixteenth phasor is evaluated anew, as
+//! is one after a larger change. A phasor depends only on the angles of its own run. Verified by
+//! `phasors_agree_with_sine_and_cosine`.
 
 use nalgebra::Complex;
 
-/// The largest turn that the series is taken for \[rad\].
-const SMALL: f64 = 0.1;
-/// Turns from one fresh direction to the next.
-const FRESH: u32 = 16;
+/// Largest change of the angle for which the series is used \[rad\].
+const MAX_CHANGE: f64 = 0.1;
+/// Number of products after which a phasor is evaluated anew.
+const MAX_PRODUCTS: u32 = 16;
 
-/// `e^{i angle}`.
+/// `e^{i angle}`, and the number of products since its last evaluation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Phasor {
     angle: f64,
     pub unit: Complex<f64>,
-    turns: u32,
+    products: u32,
 }
 
 impl Phasor {
-    /// Of an angle \[rad\].
+    /// Phasor of an angle \[rad\].
     pub fn of(angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
-        Self { angle, unit: Complex::new(cos, sin), turns: 0 }
+        Self { angle, unit: Complex::new(cos, sin), products: 0 }
     }
 
-    /// That of another angle, by way of this one.
+    /// Phasor of another angle \[rad\], by a product with this one where the change is small.
     #[inline(always)]
     pub fn at(&self, angle: f64) -> Self {
-        let turn = angle - self.angle;
-        if self.turns >= FRESH || turn.is_nan() || turn.abs() > SMALL {
+        let change = angle - self.angle;
+        if self.products >= MAX_PRODUCTS || change.is_nan() || change.abs() > MAX_CHANGE {
             return Self::of(angle);
         }
-        Self { angle, unit: self.unit * small(turn), turns: self.turns + 1 }
+        Self { angle, unit: self.unit * taylor_series(change), products: self.products + 1 }
     }
 }
 
-/// `e^{id}` of a small turn.
+/// `e^{id}` of a small angle.
 #[inline(always)]
-fn small(d: f64) -> Complex<f64> {
+fn taylor_series(d: f64) -> Complex<f64> {
     let s = d * d;
     let sin = d + d * s * (-1.0 / 6.0 + s * (1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362_880.0))));
     let cos = 1.0 + s * (-0.5 + s * (1.0 / 24.0 + s * (-1.0 / 720.0 + s * (1.0 / 40_320.0))));
@@ -53,15 +54,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_are_those_of_sine_and_cosine() {
-        for turn in [1e-9, 3e-4, -0.02, 0.0999, 0.2] {
-            let mut direction = Phasor::of(0.3);
+    fn phasors_agree_with_sine_and_cosine() {
+        for change in [1e-9, 3e-4, -0.02, 0.0999, 0.2] {
+            let mut phasor = Phasor::of(0.3);
             for n in 1..2000 {
-                let angle = 0.3 + turn * f64::from(n);
-                direction = direction.at(angle);
+                let angle = 0.3 + change * f64::from(n);
+                phasor = phasor.at(angle);
                 let (sin, cos) = libm::sincos(angle);
                 // an angle of 200 is itself rounded by 3e-14
-                assert!((direction.unit - Complex::new(cos, sin)).norm() < 2e-15 + 2.3e-16 * angle.abs(), "{turn} {n}");
+                assert!((phasor.unit - Complex::new(cos, sin)).norm() < 2e-15 + 2.3e-16 * angle.abs(), "{change} {n}");
             }
         }
     }

@@ -1,36 +1,43 @@
-//! The spin by its momentum, and the twist: no accelerations, no rounds.
+//! Spin from its angular momentum, with the torsional modes and the unbalances: no accelerations, no iteration.
 //!
 //! ```text
-//! psi_s = angle + t_s.e + a_s                   angle of unbalance s: mean angle, elastic twist of its node ([`super::loaded`]), phase
-//! r_s   = m d Im(z_s' e^{-i psi_s}) + sum_t Q_st psi_t'                       its momentum about the axis, less A psi', which the modes have
-//! P     = J W + sum_s r_s + q'^T G q/2,         P' = T(W) + sum_s k_s         J with A                                                (1)
-//! k_s   = -m d psi_s' Re(z_s' e^{-i psi_s}) + m d (g_y cos psi_s - g_x sin psi_s)
-//! k_s - (r_s+ - r_s)/h                          torque of the unbalance on the twist over the step                          (2)
-//! force of the unbalance on the lateral motion  m d (psi'^2 - i psi'') e^{i psi},  in the middle of the step,  h psi'' = psi'(n+1) foreseen - psi'(n)     (3)
-//! what (3) missed of psi', D                    -i m d D e^{i psi} is an impulse on the lateral motion at n+1                          (4)
-//! damping of the twist takes  what impulses, (2) and T b put in, less the energy that is there        exact, as its motion is       (5)
-//! a blow (torque tau) at n is foreseen once it is known:  psi'(n+) = psi'(n) + (1/J + t_s.t) tau,  -i m d of that jump is an impulse at n; what (3) is more by it, times h, one at n+1   (7)
-//! brakes take   -T times the turn over the step of what they turn: h (W behind a blow at n + W+)/2, and that of the twist            (6)
+//! psi_s = Phi + t_s.e + a_s                                angle of unbalance s: mean angle, torsion of its node, phase                 (1)
+//! P     = J W + sum_s r_s + q'^T G q/2                     angular momentum; r_s of unbalance s, gyroscopic momentum                    (2)
+//! P'    = T(W) + sum_s k_s                                 brakes, torques k_s of the unbalances; trapezoidal rule                      (3)
+//! k_s - (r_s+ - r_s)/h                                     torque of unbalance s on the torsional modes over the step                   (4)
+//! f_s   in the middle of the step                          with h psi'' = predicted psi'(n+1) - psi'(n)                                 (5)
+//! D_s   = psi'(n+1) - predicted psi'(n+1)                  acts as an impulse on the lateral motion at n+1                              (6)
+//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau                   contact impulse with the angular impulse tau at n                            (7)
+//! brakes dissipate -T times their turn over the step       h (W(n+) + W(n+1))/2 and that of the torsion                                 (8)
 //! ```
-//! An impulse on the rotor at n makes z' jump, and by as much of every step of a rub k would be wrong that began before it: it begins behind it (energy errors of hard rubs were ten times as large, of first order in the step).
-//! A step: the turn over it follows from the spin and its last slope (Adams and Bashforth's second method), (3) moves the rotor, and its velocity at the end gives
-//! W+ by (1), trapezoidal, and (2): nothing is solved, since (4) changes psi' and z' so that r does not. So momentum has no drift, and W no more noise than z'.
-//! What of r follows the rates that are foreseen, because a step does not resolve all of the rotor's answer, feeds back into the twist ([`Spin::comes_back`]): modes that no
-//! step resolves may grow by it where their phase is near half a turn a step. So the predicted twist of these modes is the free one, without the torques of the step before, and
-//! steps are as long as the twist's damping holds ([`Spin::holds`]). (Impulses at either end instead of (2) let none grow, but have torsional moments up to 20 times too large
-//! where a step is a whole turn of a mode.)
-//! Modes that the step resolves are predicted with the torques of the step before ([`super::twist`], (3)). Without them the jump D of (4) is t.t times (2) times h in every step, and the
-//! balance of energies loses D (r+ - r)/2 per step: an error of first order in the step and of second order in the unbalance.
-//! (The trapezoidal rule for the power of that damping missed what impulses make of it: 2e-4 of a whipping turbine's energies; that for the power of brakes missed what blows make of W, 1e-5 of
-//! the energies of a rotor that its ring stops, and how T changes in a long step.)
+//! W: spin \[rad/s\]; Phi: its angle; e: amplitudes of the torsional modes, t: their rows at a node; J: inertia of the loaded
+//! modes ([`super::loaded_modes`]); r, k, f and the impulse of a jump of psi': [`super::unbalance`].
 //!
-//! Source: the Lagrangian of docs/theory/01-shaft-line.md; (1) and (2) are its equations for phi and for the twist, integrated once. Limits: in the gyroscopic moments on the lateral motion all
-//! sites turn with W, and gyroscopic torques act on the torsional modes only where they matter ([`super::gyration`]); a turning rotor (what c0 holds at rest is not here). Second order in the step. Verified by `tests/exponential.rs`.
+//! A step has three parts:
+//!
+//! 1. Prediction: angles and rates at n+1 follow from the last slope of the spin (second-order Adams-Bashforth rule) and the free
+//! torsional modes. (5) then moves the rotor. 2. A contact impulse changes the prediction by (7). The jump of psi' is an impulse
+//! on the lateral motion at n, and h times the change of (5) is one at n+1. The torque k starts from the velocity after the
+//! impulse. (With that before it, energy errors of hard rubs were ten times as large, and of first order in the step.) 3.
+//! Completion: the velocities at n+1 give W(n+1) by (2) and (3), and the torques (4). The impulse (6) changes psi' and z' such
+//! that r stays, so no equation has to be solved. The momentum has no drift.
+//!
+//! Stability: the step does not resolve all of the lateral response, so a part of r follows the predicted rates and feeds back
+//! into the torsion ([`Spin::feedback`]). Torsional modes above the step's resolution may grow by this where their phase is near
+//! half a turn a step. They are therefore predicted without the torques of the last step, and a step is as long as the damping of
+//! the torsion allows ([`Spin::is_stable`]). Modes that the step resolves are predicted with these torques
+//! ([`super::torsional_modes`]). Without them D is t.t h times (4) in every step, and the energy balance loses D (r+ - r)/2 per
+//! step.
+//!
+//! Source: equations of Phi and of the torsion of docs/theory/01-shaft-line.md, integrated once. Limits: second order in the
+//! step. In the gyroscopic moments on the lateral motion all sites turn with W. Gyroscopic torques act on the torsional modes
+//! only where they matter ([`super::gyroscopic_torque`]). The rotor must turn. Verified by `tests/exponential.rs`.
 
 use super::loaded_modes::LoadedModes;
 use super::phasor::Phasor;
 use super::torsional_modes::{TorsionalModes, TorsionalStep};
-use crate::engine::exponential::error::ExponentialError;
+use super::unbalance::Unbalance;
+use crate::engine::exponential::ExponentialError;
 use crate::engine::shaft_line::sites;
 use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
@@ -38,244 +45,182 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
 use nalgebra::Complex;
 
-/// Growth over a whole run that is none.
-const NEGLIGIBLE_FEEDBACK: f64 = 0.1;
+/// Part of the slope's rate of change that is forgotten over a turn of 1 rad: the rate of a spin that oscillates passes through
+/// zero.
+const SLOPE_RATE_DECAY: f64 = 0.3;
 
-/// Part of a bend of the spin that a turn by 1 rad forgets: one that swings passes through zero.
-const FORGETTING: f64 = 0.3;
-
-/// Spin and twist under way.
+/// State of the spin and of the torsion at n.
 #[derive(Debug, Clone)]
 pub(crate) struct Spin {
     /// Mean angle \[rad\] and spin \[rad/s\] of rotor and unbalances at n.
     pub angle: f64,
     pub speed: f64,
-    /// P \[kg m2/s\].
-    momentum: f64,
-    /// The last step \[s\], and how many of it the slope foretells at most: [`Loaded::foretold`].
-    last: f64,
-    max_extrapolation: f64,
-    /// Of the spin over the last step \[rad/s2\], and the largest change of that of late \[rad/s3\].
-    slope: f64,
-    slope_rate: f64,
-    /// The slope without what a blow has made, which the next step foretells.
-    slope_without_impulse: f64,
-    loaded_modes: LoadedModes,
-    braking: Braking,
-    gravity: [f64; 2],
-    arms: Vec<UnbalanceArm>,
-    torsion: TorsionalModes,
-    /// That of the blow of the last step \[N m s\].
-    impulse_torque: f64,
-    /// (6) so far \[J\].
-    braked: f64,
-    /// Those predicted for n+1.
-    next_angle: f64,
-    next_speed: f64,
+    /// P of (2) \[kg m2/s\].
+    pub(super) momentum: f64,
+    /// Length of the last step \[s\], and the largest number of such steps over which its slope is extrapolated
+    /// ([`LoadedModes::max_extrapolation`]).
+    pub(super) last_step: f64,
+    pub(super) max_extrapolation: f64,
+    /// Slope of the spin over the last step \[rad/s2\], and the largest recent change of it \[rad/s3\].
+    pub(super) slope: f64,
+    pub(super) slope_rate: f64,
+    /// Slope without the jump by the contact impulse of the step, used for the prediction \[rad/s2\].
+    pub(super) slope_without_impulse: f64,
+    pub(super) loaded_modes: LoadedModes,
+    pub(super) braking: Braking,
+    pub(super) gravity: [f64; 2],
+    pub(super) unbalances: Vec<Unbalance>,
+    pub(super) torsion: TorsionalModes,
+    /// Angular impulse of the contact in the last step \[N m s\].
+    pub(super) impulse_torque: f64,
+    /// Energy that brakes have dissipated so far, (8) \[J\].
+    pub(super) braking_work: f64,
+    /// Predicted angle \[rad\] and spin \[rad/s\] at n+1.
+    pub(super) next_angle: f64,
+    pub(super) next_speed: f64,
 }
 
-/// One unbalance.
-#[derive(Debug, Clone)]
-struct UnbalanceArm {
-    /// m d \[kg m\].
-    moment: f64,
-    phase: f64,
-    /// psi, psi', e^{i psi}, r and k at n; psi that was foreseen is that of the direction.
-    angle: f64,
-    rate: f64,
-    phasor: Phasor,
-    momentum: f64,
-    gravity_torque: f64,
-    next_rate: f64,
-    /// e^{i psi} at n, once n+1 is predicted.
-    unit: Complex<f64>,
-    /// (4) of the last step, (3) in its middle and at n.
-    left: Complex<f64>,
-    driving: Complex<f64>,
-    force: Complex<f64>,
-    /// Jump of psi' per angular impulse on the first diaphragm's node \[1/(kg m2)\]; (7) at n and n+1.
-    compliance: f64,
-    jumps: [Complex<f64>; 2],
-}
-
-/// An impulse on the first diaphragm's node at n \[N s\], and that of its torque \[N m s\].
+/// Impulse on the first diaphragm's node at n \[N s\], and its angular impulse \[N m s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ContactImpulse {
     pub impulse: [f64; 2],
     pub torque: f64,
 }
 
-/// What a step size makes of spin and twist.
+/// Tables of a step: its length h \[s\] and those of the torsional modes.
 #[derive(Debug, Clone)]
 pub(crate) struct SpinStep {
     h: f64,
-    /// 1/h.
+    /// 1/h \[1/s\].
     over: f64,
-    twist: TorsionalStep,
-}
-
-impl UnbalanceArm {
-    /// (3) in a direction, at a rate and its derivative \[N\].
-    #[inline(always)]
-    fn force(&self, unit: Complex<f64>, rate: f64, rate_dot: f64) -> Complex<f64> {
-        let (turn, square) = (unit * self.moment, rate * rate);
-        Complex::new(square * turn.re + rate_dot * turn.im, square * turn.im - rate_dot * turn.re)
-    }
-
-    /// (4) of a jump of psi' in a direction \[N s\].
-    #[inline(always)]
-    fn velocity_kick(&self, unit: Complex<f64>, jump: f64) -> Complex<f64> {
-        let turn = unit * self.moment;
-        Complex::new(jump * turn.im, -jump * turn.re)
-    }
-
-    /// r without its part of psi', and k, of a unit vector, a rate and the node's velocity.
-    #[inline(always)]
-    fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {
-        let along = Complex::new(velocity[0], velocity[1]) * unit.conj();
-        let weight = gravity[1] * unit.re - gravity[0] * unit.im;
-        [self.moment * along.im, self.moment * (weight - rate * along.re)]
-    }
+    torsion: TorsionalStep,
 }
 
 impl Spin {
-    /// At t = 0, without twist.
+    /// Creates the spin of a machine at t = 0, without torsion.
     ///
     /// # Errors
-    /// [`ExponentialError`] of [`Loaded::new`].
+    /// [`ExponentialError`] of [`LoadedModes::new`].
     pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, ExponentialError> {
-        let loaded = LoadedModes::new(machine, structure)?;
+        let loaded_modes = LoadedModes::new(machine, structure)?;
         let (angle, speed) = (machine.rotor.initial.angle, machine.rotor.initial_speed);
-        let arms = sites(machine).into_iter().map(|site| UnbalanceArm {
+        let unbalances = sites(machine).into_iter().map(|site| Unbalance {
             moment: site.mass * site.radius,
             phase: site.phase,
             angle: angle + site.phase,
             rate: speed,
             phasor: Phasor::of(angle + site.phase),
             momentum: 0.0,
-            gravity_torque: 0.0,
+            torque: 0.0,
             next_rate: 0.0,
             unit: Complex::new(1.0, 0.0),
-            left: Complex::new(0.0, 0.0),
-            driving: Complex::new(0.0, 0.0),
+            correction_impulse: Complex::new(0.0, 0.0),
+            mid_step_force: Complex::new(0.0, 0.0),
             force: Complex::new(0.0, 0.0),
             compliance: 0.0,
-            jumps: [Complex::new(0.0, 0.0); 2],
+            response_impulses: [Complex::new(0.0, 0.0); 2],
         });
         let nodes = sites(machine).into_iter().map(|site| site.twist_node);
         let contact = machine.diaphragms.first().map(|diaphragm| diaphragm.contact.node);
-        let mut rows: Vec<Vec<f64>> = nodes.map(|node| loaded.row(structure, node)).collect();
-        rows.push(loaded.shift.clone());
+        let mut rows: Vec<Vec<f64>> = nodes.map(|node| loaded_modes.row(structure, node)).collect();
+        rows.push(loaded_modes.shift.clone());
         let acting = rows.len();
-        rows.extend(contact.map(|node| loaded.row(structure, node)));
-        let answers = |mut arm: UnbalanceArm, row: &Vec<f64>| {
-            arm.compliance = rows.get(acting).map_or(0.0, |contact| 1.0 / loaded.inertia + dot(contact, row));
-            arm
+        rows.extend(contact.map(|node| loaded_modes.row(structure, node)));
+        let with_compliance = |mut unbalance: Unbalance, row: &Vec<f64>| {
+            unbalance.compliance =
+                rows.get(acting).map_or(0.0, |contact| 1.0 / loaded_modes.inertia + dot(contact, row));
+            unbalance
         };
         let mut spin = Self {
             angle,
             speed,
             momentum: 0.0,
-            last: f64::INFINITY,
-            max_extrapolation: loaded.max_extrapolation(),
+            last_step: f64::INFINITY,
+            max_extrapolation: loaded_modes.max_extrapolation(),
             slope: 0.0,
             slope_rate: 0.0,
             slope_without_impulse: 0.0,
             braking: machine.braking,
             gravity: machine.rotor.gravity,
-            arms: arms.zip(&rows).map(|(arm, row)| answers(arm, row)).collect(),
-            torsion: TorsionalModes::new(&loaded.modes, &rows, acting),
+            unbalances: unbalances.zip(&rows).map(|(unbalance, row)| with_compliance(unbalance, row)).collect(),
+            torsion: TorsionalModes::new(&loaded_modes.modes, &rows, acting),
             impulse_torque: 0.0,
-            braked: 0.0,
+            braking_work: 0.0,
             next_angle: angle,
             next_speed: speed,
-            loaded_modes: loaded,
+            loaded_modes,
         };
-        spin.force();
+        spin.update_forces();
         Ok(spin)
     }
 
-    /// Takes momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum.
+    /// Sets the momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum \[kg m2/s\].
     pub fn start(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
         let mut momentum = self.loaded_modes.inertia * self.speed + gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
-            let given = self.torsional_yield(s, |arm| arm.rate);
-            let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.phasor.unit, arm.rate, velocity, self.gravity);
-            arm.momentum = carried + given;
-            arm.gravity_torque = pull;
-            momentum += arm.momentum;
+            let compliance_part = self.compliance_momentum(s, |unbalance| unbalance.rate);
+            let unbalance = &mut self.unbalances[s];
+            let [whirl_part, torque] =
+                unbalance.exchange(unbalance.phasor.unit, unbalance.rate, velocity, self.gravity);
+            unbalance.momentum = whirl_part + compliance_part;
+            unbalance.torque = torque;
+            momentum += unbalance.momentum;
         }
         self.momentum = momentum;
     }
 
-    /// Takes the slope of another that has gone a short step from here.
+    /// Takes the slope of a spin that has gone a short step from here.
     pub fn copy_slope(&mut self, ahead: &Spin) {
         (self.slope, self.slope_without_impulse) = (ahead.slope, ahead.slope_without_impulse);
-        self.force();
+        self.update_forces();
     }
 
-    /// (3) at n.
-    fn force(&mut self) {
-        for arm in &mut self.arms {
-            arm.force = arm.force(arm.phasor.unit, arm.rate, self.slope);
+    /// Updates the forces of the unbalances at n.
+    fn update_forces(&mut self) {
+        for unbalance in &mut self.unbalances {
+            unbalance.force = unbalance.force(unbalance.phasor.unit, unbalance.rate, self.slope);
         }
     }
 
-    /// Part of r that goes with the rates.
+    /// Part of r_s that is proportional to the rates: sum_t Q_st psi_t' \[kg m2/s\].
     #[inline(always)]
-    fn torsional_yield(&self, s: usize, rate: impl Fn(&UnbalanceArm) -> f64) -> f64 {
-        column_of(&self.loaded_modes.compliance_inertia, s).iter().zip(&self.arms).map(|(q, arm)| q * rate(arm)).sum()
+    pub(super) fn compliance_momentum(&self, s: usize, rate: impl Fn(&Unbalance) -> f64) -> f64 {
+        column_of(&self.loaded_modes.compliance_inertia, s)
+            .iter()
+            .zip(&self.unbalances)
+            .map(|(q, unbalance)| q * rate(unbalance))
+            .sum()
     }
 
-    /// Tables of a step of `h` \[s\].
+    /// Creates the tables of a step of `h` \[s\].
     pub fn step(&self, h: f64) -> SpinStep {
-        SpinStep { h, over: 1.0 / h, twist: self.torsion.step(h) }
+        SpinStep { h, over: 1.0 / h, torsion: self.torsion.step(h) }
     }
 
-    /// Begins a step: the unbalances' forces in its middle are [`Spin::driving`] then; inside a kernel.
+    /// Predicts angles and rates at n+1, and the forces [`Spin::mid_step_forces`]; inside a kernel.
     #[inline(always)]
     pub fn predict(&mut self, step: &SpinStep) {
         let h = step.h;
-        self.next_speed = self.speed + h.min(self.max_extrapolation * self.last) * self.slope_without_impulse;
+        self.next_speed = self.speed + h.min(self.max_extrapolation * self.last_step) * self.slope_without_impulse;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
-        self.torsion.propagate_free(&step.twist);
+        self.torsion.propagate_free(&step.torsion);
         self.impulse_torque = 0.0;
         let over = step.over;
-        for (s, arm) in self.arms.iter_mut().enumerate() {
-            let [turned, rate] = self.torsion.predicted_at_row(s);
-            let next_angle = self.next_angle + turned + arm.phase;
-            arm.next_rate = self.next_speed + rate;
-            arm.unit = arm.phasor.unit;
-            let middle = arm.phasor.at(0.5 * (arm.angle + next_angle));
-            arm.phasor = middle.at(next_angle);
-            let gained = arm.next_rate - arm.rate;
-            arm.driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
+        for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
+            let [torsion, rate] = self.torsion.predicted_at_row(s);
+            let next_angle = self.next_angle + torsion + unbalance.phase;
+            unbalance.next_rate = self.next_speed + rate;
+            unbalance.unit = unbalance.phasor.unit;
+            let middle = unbalance.phasor.at(0.5 * (unbalance.angle + next_angle));
+            unbalance.phasor = middle.at(next_angle);
+            let rate_change = unbalance.next_rate - unbalance.rate;
+            unbalance.mid_step_force =
+                unbalance.force(middle.unit, (next_angle - unbalance.angle) * over, rate_change * over);
         }
     }
 
-    /// Slope of the spin over the last step \[rad/s2\].
-    pub fn slope(&self) -> f64 {
-        self.slope
-    }
-
-    /// The spin a time ahead, if it goes on as it does \[rad/s\].
-    pub fn speed_after(&self, time: f64) -> f64 {
-        self.mean()[0] + time * self.slope
-    }
-
-    /// How fast brakes take the momentum by what of them depends on the spin, dT/dW over J at n \[1/s\].
-    pub fn braking_torque(&self, braking: &Braking) -> f64 {
-        (braking.linear + 2.0 * braking.quadratic * self.speed.abs()) / self.loaded_modes.inertia
-    }
-
-    /// What a step of `h` \[s\] is expected to end with beside the speed that is predicted, as a part of it.
-    pub fn prediction_error(&self, h: f64) -> f64 {
-        h * h * self.slope_rate / self.speed
-    }
-
-    /// Adds a blow at the beginning of the step, on the first diaphragm's node; `velocities`: jumps of those of the unbalances' nodes per impulse, from behind which k goes on. What it makes of psi' is
-    /// foreseen then: (7). Between predict and complete, inside a kernel.
+    /// Adds a contact impulse at n to the prediction, by (7); inside a kernel. `velocities`: jumps of the velocities of the
+    /// unbalances' nodes per impulse \[m/s/(N s)\].
     #[inline(always)]
     pub fn apply_impulse(
         &mut self,
@@ -286,218 +231,131 @@ impl Spin {
         let SpinStep { h, over, .. } = *step;
         self.momentum += torque;
         self.impulse_torque = torque;
-        self.torsion.apply_impulse(&step.twist, torque);
+        self.torsion.apply_impulse(&step.torsion, torque);
         let jump = torque / self.loaded_modes.inertia;
         self.next_speed += jump;
         self.next_angle += h * jump;
-        for (s, (arm, [x, y])) in self.arms.iter_mut().zip(velocities).enumerate() {
+        for (s, (unbalance, [x, y])) in self.unbalances.iter_mut().zip(velocities).enumerate() {
             let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
-            arm.gravity_torque -= arm.moment * arm.rate * (velocity * arm.unit.conj()).re;
-            let ([turned, rate], jump) = (self.torsion.predicted_at_row(s), arm.compliance * torque);
-            let next_angle = self.next_angle + turned + arm.phase;
-            arm.next_rate = self.next_speed + rate;
-            let middle = arm.phasor.at(0.5 * (arm.angle + next_angle));
-            arm.phasor = middle.at(next_angle);
-            let gained = arm.next_rate - arm.rate - jump;
-            let driving = arm.force(middle.unit, (next_angle - arm.angle) * over, gained * over);
-            arm.jumps = [arm.velocity_kick(arm.unit, jump), (driving - arm.driving) * h];
+            unbalance.torque -= unbalance.moment * unbalance.rate * (velocity * unbalance.unit.conj()).re;
+            let ([torsion, rate], jump) = (self.torsion.predicted_at_row(s), unbalance.compliance * torque);
+            let next_angle = self.next_angle + torsion + unbalance.phase;
+            unbalance.next_rate = self.next_speed + rate;
+            let middle = unbalance.phasor.at(0.5 * (unbalance.angle + next_angle));
+            unbalance.phasor = middle.at(next_angle);
+            let rate_change = unbalance.next_rate - unbalance.rate - jump;
+            let mid_step_force =
+                unbalance.force(middle.unit, (next_angle - unbalance.angle) * over, rate_change * over);
+            unbalance.response_impulses =
+                [unbalance.rate_jump_impulse(unbalance.unit, jump), (mid_step_force - unbalance.mid_step_force) * h];
         }
     }
 
-    /// Jump of the velocity of the first diaphragm's node by (7) at n, of a blow with this torque \[m/s\]; `velocities` as of [`Spin::strike`].
+    /// Jump of the velocity of the first diaphragm's node at n by the unbalances' response to an angular impulse \[m/s\];
+    /// `velocities` as in [`Spin::apply_impulse`].
     #[inline(always)]
-    pub fn impulse_answer(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
+    pub fn contact_velocity_jump(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
         let mut jump = [0.0; 2];
-        for (arm, [x, y]) in self.arms.iter().zip(velocities) {
-            let kick = arm.velocity_kick(arm.unit, arm.compliance * torque);
-            // the answer there to an impulse here is that here to one there
-            jump = [0, 1].map(|i| jump[i] + x[i] * kick.re + y[i] * kick.im);
+        for (unbalance, [x, y]) in self.unbalances.iter().zip(velocities) {
+            let impulse = unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance * torque);
+            // reciprocity: the response at the contact to an impulse here is the response here to one at the contact
+            jump = [0, 1].map(|i| jump[i] + x[i] * impulse.re + y[i] * impulse.im);
         }
         jump
     }
 
-    /// (7) of the blow that was added, of each unbalance, at n and n+1 \[N s\].
+    /// Impulses of each unbalance on the lateral motion at n and n+1, by the contact impulse that was added \[N s\].
     #[inline(always)]
-    pub fn jumps(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
-        self.arms.iter().map(|arm| arm.jumps.map(|kick| [kick.re, kick.im]))
+    pub fn response_impulses(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        self.unbalances.iter().map(|unbalance| unbalance.response_impulses.map(|impulse| [impulse.re, impulse.im]))
     }
 
-    /// Turn of the first diaphragm's node beside the mean angle \[rad\], and its rate: at n, after predict those foreseen for n+1.
-    pub fn at_contact(&self) -> [f64; 2] {
-        self.torsion.at_row(self.arms.len() + 1)
+    /// Rotation of the first diaphragm's node beside the mean angle \[rad\], and its rate \[rad/s\]: at n, after
+    /// [`Spin::predict`] the predicted ones at n+1.
+    pub fn contact_rotation(&self) -> [f64; 2] {
+        self.torsion.at_row(self.unbalances.len() + 1)
     }
 
-    /// Turn of that node over the step that is predicted \[rad\], its turn at n given; after predict.
-    pub fn turn(&self, before: f64) -> f64 {
-        self.next_angle - self.angle + self.at_contact()[0] - before
+    /// Turn of the first diaphragm's node over the predicted step \[rad\], for its rotation at n; after [`Spin::predict`].
+    pub fn contact_turn(&self, before: f64) -> f64 {
+        self.next_angle - self.angle + self.contact_rotation()[0] - before
     }
 
     /// Turn of the first diaphragm's node over the step per angular impulse on it \[rad/(N m s)\].
-    pub fn rolling(&self, step: &SpinStep) -> f64 {
-        step.h / self.loaded_modes.inertia + self.torsion.impulse_compliance(&step.twist)
+    pub fn contact_turn_compliance(&self, step: &SpinStep) -> f64 {
+        step.h / self.loaded_modes.inertia + self.torsion.impulse_compliance(&step.torsion)
     }
 
-    /// What a change of the gyroscopic momentum shifts the spin by, per unit \[1/(kg m2)\].
-    pub fn compliance(&self) -> f64 {
-        1.0 / (self.loaded_modes.inertia + self.loaded_modes.compliance_inertia.iter().sum::<f64>())
-    }
-
-    /// Kinetic and potential energy of spin, unbalances and twist \[J\] at a spin shifted by so much; of the unbalances what their masses on the nodes do not
-    /// have. `velocities`: of their nodes \[m/s\].
-    pub fn energies(&self, shift: f64, velocities: &[[f64; 2]]) -> [f64; 2] {
-        let speed = self.speed + shift;
-        let mut kinetic = 0.5 * self.loaded_modes.inertia * speed * speed;
-        let mut potential = 0.0;
-        for (s, (arm, &velocity)) in self.arms.iter().zip(velocities).enumerate() {
-            let unit = arm.phasor.at(arm.angle).unit;
-            let [carried, _] = arm.exchange(unit, arm.rate, velocity, [0.0; 2]);
-            kinetic += (arm.rate + shift) * (0.5 * self.torsional_yield(s, |other| other.rate + shift) + carried);
-            potential -= arm.moment * (self.gravity[0] * unit.re + self.gravity[1] * unit.im);
-        }
-        let twist = self.torsion.energies();
-        [kinetic + twist[0], potential + twist[1]]
-    }
-
-    /// Amplitudes of the modes of twist.
-    pub fn twist(&self) -> &[f64] {
-        self.torsion.displacement()
-    }
-
-    /// What a train of blows in contact steps of `h` \[s\] lacks of the static twist, in amplitudes per angular impulse.
-    pub fn static_correction(&self, h: f64) -> Vec<f64> {
-        self.torsion.static_correction(h)
-    }
-
-    /// The blow of the last step \[N m s\].
-    pub fn impulse_torque(&self) -> f64 {
-        self.impulse_torque
-    }
-
-    /// Elastic twist of all nodes \[rad\], by their rows of [`Spin::twist_of`].
-    pub fn twist_angles(&self, rows: &[Vec<f64>], twists: &mut [f64]) {
-        for (twist, row) in twists.iter_mut().zip(rows) {
-            *twist = self.torsion.along(row);
-        }
-    }
-
-    /// How much of what is foreseen of the unbalances' rates comes back over a step from what of the rotor's answer is not at once: `answers` is that of each node's
-    /// velocity to an impulse on it, spread over the step \[1/kg\].
-    pub fn feedback(&self, answers: impl Iterator<Item = f64>) -> f64 {
-        let of = |((s, arm), answer): ((usize, &UnbalanceArm), f64)| {
-            (self.loaded_modes.compliance_inertia[(s, s)] - arm.moment * arm.moment * answer).abs()
-                * self.jump(self.torsion.row(s))
-        };
-        self.arms.iter().enumerate().zip(answers).map(of).sum()
-    }
-
-    /// Whether no mode of twist grows in steps of `h` \[s\] over which so much comes back: damping takes more than that of each mode that the step does not resolve, or it comes
-    /// to nothing over a whole run of `time` \[s\].
-    pub fn is_stable(&self, h: f64, back: f64, time: f64) -> bool {
-        let is_held = |&(square, damping): &(f64, f64)| square * h * h < 1.0 || 0.5 * damping * h >= back;
-        back <= 1.0 && (back * time < NEGLIGIBLE_FEEDBACK * h || self.loaded_modes.modes.iter().all(is_held))
-    }
-
-    /// Damps modes of twist that steps of `h` \[s\] do not resolve by what comes back over them, at least.
-    pub fn stabilise(&mut self, h: f64, back: f64) {
+    /// Raises the damping of the torsional modes that steps of `h` \[s\] do not resolve to this feedback per step.
+    pub fn stabilise(&mut self, h: f64, feedback: f64) {
         for mode in self.loaded_modes.modes.iter_mut().filter(|mode| mode.0 * h * h >= 1.0) {
-            mode.1 = mode.1.max(2.0 * back / h);
+            mode.1 = mode.1.max(2.0 * feedback / h);
         }
-        self.torsion.damp(&self.loaded_modes.modes);
+        self.torsion.set_damping(&self.loaded_modes.modes);
     }
 
-    /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\].
-    pub fn jump(&self, row: &[f64]) -> f64 {
+    /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\], for its row on the torsional modes.
+    pub fn rate_jump(&self, row: &[f64]) -> f64 {
         1.0 / self.loaded_modes.inertia + dot(row, row)
     }
 
-    /// Mean spin of the rotor without unbalances \[rad/s\], and its angle \[rad\]: what is reported, and what brakes turn.
-    pub fn mean(&self) -> [f64; 2] {
-        let [angle, speed] = self.torsion.at_row(self.arms.len());
-        [self.speed + speed, self.angle + angle]
-    }
-
-    /// What the damping of the twist has taken so far \[J\].
-    pub fn damped(&self) -> f64 {
-        self.torsion.damped()
-    }
-
-    /// Elastic twist of a node, per amplitude; zeros up to a multiple of eight.
-    pub fn twist_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
-        self.loaded_modes.twist(structure, node)
-    }
-
-    /// The turn of a node beside the mean angle of rotor and unbalances, per amplitude; zeros up to a multiple of eight.
-    pub fn torque_row(&self, structure: &Structure, node: usize) -> Vec<f64> {
-        self.loaded_modes.row(structure, node)
-    }
-
-    /// Ends the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum at its end, which (4) is still to be added to; inside a kernel.
+    /// Completes the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum \[kg m2/s\] at n+1,
+    /// before the impulses [`Spin::correction_impulses`]; inside a kernel.
     #[inline(always)]
     pub fn finish_step(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let SpinStep { h, over, .. } = *step;
-        let behind = self.speed + self.impulse_torque / self.loaded_modes.inertia;
-        // braking does not turn before the rotor has stopped
-        let [begun, after] = [behind, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
-        let brake = 0.5 * (braking_torque(&self.braking, begun) + braking_torque(&self.braking, after));
+        let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia;
+        // the braking torque keeps its sign until the rotor has stopped
+        let [start_speed, end_speed] = [speed_after_impulse, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
+        let brake = 0.5 * (braking_torque(&self.braking, start_speed) + braking_torque(&self.braking, end_speed));
         self.momentum += h * brake;
-        let mut carried_by_all = gyroscopic;
+        let mut momentum_sum = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
-            let given = self.torsional_yield(s, |arm| arm.next_rate);
-            let arm = &mut self.arms[s];
-            let [carried, pull] = arm.exchange(arm.phasor.unit, arm.next_rate, velocity, self.gravity);
-            let pulled = 0.5 * h * (arm.gravity_torque + pull);
-            let after = carried + given;
-            let exchanged = arm.momentum - after;
-            (arm.momentum, arm.gravity_torque) = (after, pull);
-            self.torsion.torques()[s] = (pulled + exchanged) * over;
-            self.momentum += pulled;
-            carried_by_all += after;
+            let compliance_part = self.compliance_momentum(s, |unbalance| unbalance.next_rate);
+            let unbalance = &mut self.unbalances[s];
+            let [whirl_part, torque] =
+                unbalance.exchange(unbalance.phasor.unit, unbalance.next_rate, velocity, self.gravity);
+            let torque_impulse = 0.5 * h * (unbalance.torque + torque);
+            let new_momentum = whirl_part + compliance_part;
+            let momentum_loss = unbalance.momentum - new_momentum;
+            (unbalance.momentum, unbalance.torque) = (new_momentum, torque);
+            self.torsion.torques()[s] = (torque_impulse + momentum_loss) * over;
+            self.momentum += torque_impulse;
+            momentum_sum += new_momentum;
         }
         self.torsion.torques()[velocities.len()] = brake;
-        self.torsion.apply_torques(&step.twist);
-        let speed = (self.momentum - carried_by_all) / self.loaded_modes.inertia;
-        self.braked -= brake * (0.5 * h * (behind + speed) + self.torsion.turn(velocities.len()));
+        self.torsion.apply_torques(&step.torsion);
+        let speed = (self.momentum - momentum_sum) / self.loaded_modes.inertia;
+        self.braking_work -= brake * (0.5 * h * (speed_after_impulse + speed) + self.torsion.turn(velocities.len()));
         self.slope_rate = ((speed - self.next_speed).abs() * (over * over))
-            .max((1.0 - FORGETTING * h * self.speed.abs()).max(0.0) * self.slope_rate);
-        (self.last, self.slope, self.slope_without_impulse) = (h, (speed - self.speed) * over, (speed - behind) * over);
+            .max((1.0 - SLOPE_RATE_DECAY * h * self.speed.abs()).max(0.0) * self.slope_rate);
+        (self.last_step, self.slope, self.slope_without_impulse) =
+            (h, (speed - self.speed) * over, (speed - speed_after_impulse) * over);
         (self.angle, self.speed) = (self.next_angle, speed);
-        for (s, arm) in self.arms.iter_mut().enumerate() {
-            let [turned, rate] = self.torsion.at_row(s);
-            (arm.angle, arm.rate) = (self.angle + turned + arm.phase, speed + rate);
-            arm.left = arm.velocity_kick(arm.phasor.unit, arm.rate - arm.next_rate);
-            arm.force = arm.force(arm.phasor.unit, arm.rate, self.slope);
+        for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
+            let [torsion, rate] = self.torsion.at_row(s);
+            (unbalance.angle, unbalance.rate) = (self.angle + torsion + unbalance.phase, speed + rate);
+            unbalance.correction_impulse =
+                unbalance.rate_jump_impulse(unbalance.phasor.unit, unbalance.rate - unbalance.next_rate);
+            unbalance.force = unbalance.force(unbalance.phasor.unit, unbalance.rate, self.slope);
         }
     }
 
-    /// Forces (3) of the unbalances in the middle of the step that is predicted \[N\].
+    /// Forces (5) of the unbalances in the middle of the predicted step \[N\].
     #[inline(always)]
-    pub fn driving(&self) -> impl Iterator<Item = Complex<f64>> + Clone {
-        self.arms.iter().map(|arm| arm.driving)
+    pub fn mid_step_forces(&self) -> impl Iterator<Item = Complex<f64>> + Clone {
+        self.unbalances.iter().map(|unbalance| unbalance.mid_step_force)
     }
 
-    /// The same at n.
-    pub fn forces_now(&self) -> impl Iterator<Item = Complex<f64>> {
-        self.arms.iter().map(|arm| arm.force)
-    }
-
-    /// (4) of the last step, of each unbalance \[N s\].
+    /// Impulses (6) of the unbalances on the lateral motion at n+1 \[N s\].
     #[inline(always)]
-    pub fn left(&self) -> impl Iterator<Item = Complex<f64>> {
-        self.arms.iter().map(|arm| arm.left)
+    pub fn correction_impulses(&self) -> impl Iterator<Item = Complex<f64>> {
+        self.unbalances.iter().map(|unbalance| unbalance.correction_impulse)
     }
 
-    /// What brakes have taken so far \[J\].
-    pub fn braked(&self) -> f64 {
-        self.braked
-    }
-
-    /// Gyroscopic torques on the torsional modes over a step of 1/`over` \[s\], by what their momenta have changed by \[kg m2/s\]; between predict and complete, and once, with 0, before the first step.
+    /// Adds gyroscopic torques on the torsional modes over a step of 1/`over` \[s\], from the changes of their momenta
+    /// \[kg m2/s\]: between [`Spin::predict`] and [`Spin::finish_step`], and once, with `over = 0`, before the first step.
     pub fn apply_gyroscopic_torque(&mut self, changes: &[f64], over: f64) {
         self.torsion.add_torques(changes, over);
-    }
-
-    /// How many unbalances.
-    pub fn unbalances(&self) -> usize {
-        self.arms.len()
     }
 }

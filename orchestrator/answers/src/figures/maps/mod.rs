@@ -59,7 +59,7 @@ fn scales(pictures: &[Picture<'_>]) -> Vec<(Kind, Colours)> {
         let same = pictures.iter().filter(|other| other.kind == picture.kind);
         let values = same.flat_map(|other| {
             other.map.cells.iter().flat_map(|cell| {
-                let (harmless, harmful) = (other.pick)(cell);
+                let (harmless, harmful) = other.figures(cell);
                 harmless.into_iter().chain(harmful)
             })
         });
@@ -71,6 +71,15 @@ fn scales(pictures: &[Picture<'_>]) -> Vec<(Kind, Colours)> {
 
 /// Both figures of a cell, with bad runs harmless and harmful.
 type Pick = fn(&Cell) -> (Option<f64>, Option<f64>);
+
+impl Picture<'_> {
+    /// Figures of a cell that colours and lines may take for values. The one end that is known of a cell of a grid is a bound, not a value.
+    fn figures(&self, cell: &Cell) -> (Option<f64>, Option<f64>) {
+        let (harmless, harmful) = (self.pick)(cell);
+        let is_bound = !self.map.is_smoothed() && harmless.is_some() != harmful.is_some();
+        if is_bound || self.map.is_unsure(cell) { (None, None) } else { (harmless, harmful) }
+    }
+}
 
 fn middle(cell: &Cell) -> (Option<f64>, Option<f64>) {
     (cell.estimate, cell.estimate_if_bad_harmful)
@@ -160,8 +169,8 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
         let by = if any(|map| map.beyond > 0) { "bad runs or runs beyond the model" } else { "bad runs" };
         let grey = match (any(has_unknown), any(has_open)) {
-            (true, true) => Some(format!("grey: no number, or left open by {by}")),
-            (true, false) => Some("grey: no number".to_owned()),
+            (true, true) => Some(format!("grey: no number, a bound alone, or left open by {by}")),
+            (true, false) => Some("grey: no number, or a lower bound alone".to_owned()),
             (false, true) => Some(format!("grey: left open by {by}")),
             (false, false) => None,
         };

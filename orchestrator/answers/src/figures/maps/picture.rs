@@ -83,7 +83,7 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
     for cell in &map.cells {
         let (from, to) = corners(cell, &x.edges, &y.edges);
         let to = ((to.0 + over.0).min(x1), (to.1 + over.1).min(y1));
-        let (harmless, harmful) = if map.is_unsure(cell) { (None, None) } else { (picture.pick)(cell) };
+        let (harmless, harmful) = picture.figures(cell);
         let colour = |value: Option<f64>| value.map_or(UNKNOWN, |value| colours.of(value));
         chart.draw_series([Rectangle::new([from, to], colour(harmless).filled())])?;
         // a share that is smoothed takes bad runs of other cells in; a mean has no figure for them
@@ -92,7 +92,7 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
             chart.draw_series([Polygon::new(half, colour(harmful).filled())])?;
         }
     }
-    let value = |i: usize, j: usize| table[i][j].and_then(|cell| (picture.pick)(cell).0);
+    let value = |i: usize, j: usize| table[i][j].and_then(|cell| picture.figures(cell).0);
     for level in &colours.levels {
         strokes(&mut chart, &contour(&x.at, &y.at, value, *level), &[(WHITE, 2 * FINE + 2), (BLACK, FINE)])?;
     }

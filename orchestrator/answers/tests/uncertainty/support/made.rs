@@ -1,5 +1,7 @@
 //! Studies made up for tests, with columns that are owned.
-use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Group, Label, Layout, Nature, Study};
+use bladeoff_answers::estimate::input::{
+    Cells, Column, Design, DesignKind, Ended, Group, Label, Layout, Nature, Study,
+};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
 /// A column that is owned: name; given, grows (>), once, limit or free; cells, held.
@@ -8,13 +10,14 @@ pub struct MadeColumn {
     pub nature: char,
     pub cells: Vec<Option<f64>>,
     pub held: Vec<Option<f64>>,
+    pub unjudged: bool,
 }
 
 pub struct Made {
     pub columns: Vec<MadeColumn>,
     pub status: Vec<Status>,
     pub causes: Vec<CauseSet>,
-    pub at_limit: Vec<bool>,
+    pub ends: Vec<Ended>,
     pub groups: Vec<Group>,
     pub kind: DesignKind,
     pub scrambled: bool,
@@ -32,12 +35,13 @@ impl Made {
             nature: 'f',
             cells,
             held: vec![None; rows],
+            unjudged: false,
         };
         Self {
             columns: columns.into_iter().map(made).collect(),
             status: vec![Status::Ok; rows],
             causes: vec![CauseSet::default(); rows],
-            at_limit: vec![false; rows],
+            ends: vec![Ended::Other; rows],
             groups: vec![Group::default()],
             kind: DesignKind::MonteCarlo,
             scrambled: true,
@@ -65,27 +69,28 @@ impl Made {
     pub fn exceed(&mut self, row: usize, cause: &str, ended: bool) {
         self.status[row] = Status::Beyond;
         self.causes[row] = caused(cause);
-        self.at_limit[row] = ended;
+        self.ends[row] = if ended { Ended::Limit } else { Ended::Other };
     }
 
     pub fn study(&self) -> Study<'_> {
-        let column = |made: &'_ MadeColumn| -> Nature<'_> {
+        fn nature(made: &MadeColumn) -> Nature<'_> {
             match made.nature {
                 'g' => Nature::Given,
-                'l' => Nature::Limit,
-                'o' => Nature::Once,
+                'l' => Nature::Limit(Some(&made.held)),
+                'o' => Nature::Once(Some(&made.held)),
+                '>' => Nature::Grows(Some(&made.held)),
                 _ => Nature::Free,
             }
-        };
+        }
         let columns = self.columns.iter().map(|made| {
-            let nature = if made.nature == '>' { Nature::Grows(Some(&made.held)) } else { column(made) };
-            Column { name: made.name.to_owned(), unit: String::new(), cells: Cells::Numbers(&made.cells, nature) }
+            let cells = Cells::Numbers(&made.cells, nature(made));
+            Column { name: made.name.to_owned(), unit: String::new(), cells, unjudged: made.unjudged }
         });
         Study {
             columns: columns.collect(),
             status: &self.status,
             causes: &self.causes,
-            at_limit: &self.at_limit,
+            ends: &self.ends,
             groups: self.groups.clone(),
             design: Design {
                 kind: self.kind,
@@ -99,6 +104,11 @@ impl Made {
             },
         }
     }
+}
+
+/// A column of these cells.
+pub fn column<'a>(name: &str, unit: &str, cells: Cells<'a>) -> Column<'a> {
+    Column { name: name.to_owned(), unit: unit.to_owned(), cells, unjudged: false }
 }
 
 /// A set of causes from its words.

@@ -1,0 +1,115 @@
+//! Quantities that observers evaluate from the free motion: an instant of it, section loads, dissipation and stored energy.
+//!
+//! All are functions of the modal state and of its speed interval. None of them changes the motion.
+
+use super::free_motion::FreeMotion;
+use crate::engine::exponential::modal::dissipation::DissipationBuffer;
+use crate::engine::exponential::modal::section_loads::{SECTIONS_AT_ONCE, StoredEnergy, sizes_of};
+use crate::engine::exponential::modal::speed_interval::SpeedInterval;
+use nalgebra::Complex;
+use std::sync::Arc;
+
+/// Lateral motion at an instant.
+#[derive(Debug)]
+pub(crate) struct Instant {
+    /// Speed interval of the modal state.
+    interval: Arc<SpeedInterval>,
+    /// Modal state y.
+    modal_state: Vec<f64>,
+    /// Force of each unbalance on its node, u + i v \[N\].
+    forces: Vec<Complex<f64>>,
+}
+
+impl FreeMotion {
+    /// Writes the lateral coordinates q at n, zeros up to a multiple of eight.
+    pub(crate) fn lateral_coordinates(&mut self, q: &mut Vec<f64>) {
+        self.tables.displacements(&self.interval, &self.shared.grid.model).multiply(&self.modal_state, q);
+    }
+
+    /// Writes the rates of the lateral coordinates at n, zeros up to a multiple of eight.
+    pub(crate) fn lateral_rates(&mut self, rates: &mut Vec<f64>) {
+        self.tables.velocities(&self.interval, &self.shared.grid.model).multiply(&self.modal_state, rates);
+    }
+
+    /// Gyroscopic momentum of the motion at n \[kg m2/s\].
+    pub(crate) fn gyroscopic_momentum(&mut self) -> f64 {
+        self.tables.momentum(&self.interval).value(&self.modal_state)
+    }
+
+    /// Shift of the spin at n that follows from a gyroscopic momentum, that of n, in place of the last one that was taken
+    /// \[rad/s\].
+    pub(crate) fn gyroscopic_speed_shift(&self, gyroscopic: f64) -> f64 {
+        (self.gyroscopic.1 - gyroscopic) * self.spin.gyroscopic_compliance()
+    }
+
+    /// Writes bounds over all phases of the motion at n: the bending moment of each group of [`SECTIONS_AT_ONCE`] elements
+    /// \[N m\], then all displacements \[m, rad\].
+    pub(crate) fn moment_bounds(&mut self, bounds: &mut Vec<f64>) {
+        let Self { interval, tables, modal_state, scratch, shared, .. } = self;
+        let (a, b) = modal_state.split_at(modal_state.len() / 2);
+        let amplitudes = &mut scratch[..a.len()];
+        sizes_of(a, b, amplitudes);
+        tables.bounds(interval, &shared.grid.model).multiply(amplitudes, bounds);
+    }
+
+    /// Bending moments of a group of [`SECTIONS_AT_ONCE`] elements \[N m\].
+    pub(crate) fn moments(&mut self, group: usize) -> [f64; 4 * SECTIONS_AT_ONCE] {
+        self.tables.moments(&self.interval, &self.shared.grid.model).multiply_block(group, &self.modal_state)
+    }
+
+    /// Lateral motion at n.
+    pub(crate) fn instant(&self) -> Instant {
+        Instant {
+            interval: Arc::clone(&self.interval),
+            modal_state: self.modal_state.clone(),
+            forces: self.spin.forces_now().collect(),
+        }
+    }
+
+    /// Copies the lateral motion at n into an instant.
+    pub(crate) fn copy_instant(&self, instant: &mut Instant) {
+        let Instant { interval, modal_state, forces } = instant;
+        interval.clone_from(&self.interval);
+        modal_state.clone_from(&self.modal_state);
+        forces.clear();
+        forces.extend(self.spin.forces_now());
+    }
+
+    /// Powers at n \[W\]: dissipated by the bearings' damping, fed in by their skew stiffness, and the dissipation of all damping
+    /// less the latter (0 where `with_all_damping` is false). `bearing_motion` is a buffer.
+    pub(crate) fn damping_powers(&mut self, with_all_damping: bool, bearing_motion: &mut Vec<f64>) -> ([f64; 2], f64) {
+        let Self { interval, tables, modal_state, shared, step, .. } = self;
+        let model = &shared.grid.model;
+        tables.bearings(interval, model).multiply(modal_state, bearing_motion);
+        let whole =
+            if with_all_damping { tables.dissipation(interval, model, *step).power_at(modal_state) } else { 0.0 };
+        (model.measures.bearing_powers(bearing_motion, [0.0; 2]), whole)
+    }
+
+    /// Powers of [`FreeMotion::damping_powers`] at an instant with a contact impulse: those of the bearings take the mean of
+    /// their rates before and after the impulse, that of all damping is the mean over the contact step behind it. The instant is
+    /// afterwards that behind the impulse.
+    pub(crate) fn damping_powers_after(
+        &mut self,
+        instant: &mut Instant,
+        impulse: [f64; 2],
+        with_all_damping: bool,
+        (bearing_motion, buffer): (&mut Vec<f64>, &mut DissipationBuffer),
+    ) -> ([f64; 2], f64) {
+        let (Instant { interval, modal_state, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
+        self.tables.bearings(interval, model).multiply(modal_state, bearing_motion);
+        let bearings = model.measures.bearing_powers(bearing_motion, impulse);
+        if !with_all_damping {
+            return (bearings, 0.0);
+        }
+        interval.apply_contact_impulse(impulse, modal_state);
+        let table = self.tables.dissipation(interval, model, h);
+        (bearings, table.power(interval.forced_dissipation(table, h), h, modal_state, forces, buffer))
+    }
+
+    /// Stored energy at n for these rates of the lateral coordinates; `q` and `buffer` have their size.
+    pub(crate) fn stored_energy(&mut self, rates: &[f64], q: &mut Vec<f64>, buffer: &mut Vec<f64>) -> StoredEnergy {
+        self.lateral_coordinates(q);
+        self.shared.grid.model.measures.stored_energy([q, rates], buffer)
+    }
+}
