@@ -277,6 +277,7 @@ fn gates(repeats: u32) -> ([u32; 2], [u32; 2]) {
                         nature: column.nature,
                         cells: column.cells[..points].to_vec(),
                         held: Vec::new(),
+                        unjudged: column.unjudged,
                     })
                     .collect(),
                 status: whole.status[..points].to_vec(),
