@@ -201,7 +201,7 @@ fn runs_that_fail_and_times_after_the_end_leave_a_gate_open() {
     assert!(gate.out.contains("2 if bad runs are harmful"), "{}", gate.out);
     let whole = folder.name("whole");
     let said = run("\"run.end_time\" = \"0.1 s\"", &whole);
-    let horizon = "6 of 6 ok runs ended at their end time, 100 ms; later events are unknown";
+    let horizon = "6 of 6 ok runs ended at their end time, 0.1 s; later events are unknown";
     assert!(said.out.contains(horizon), "{}", said.out);
     assert!(said.out.contains("0 of 8 runs; 2 ended earlier"), "{}", said.out);
     let gate = say(&["gate", &whole, "--require", "P(beyond_s > 0.2) < 0.95"]);
