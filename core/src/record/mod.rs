@@ -47,7 +47,7 @@ use crate::linalg::Matrix;
 use crate::modal::{DampingGrid, LeastDamping};
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Machine, OnExceed};
-use bladeoff_model::outcome::{Column, EndCause, Group, Limit, Outcome, Status};
+use bladeoff_model::outcome::{Column, Group, Limit, Outcome, Status};
 use std::ops::Range;
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
@@ -346,10 +346,6 @@ impl Recorders {
         // a step that could not be gone on from says nothing that may be believed
         if end.is_between_steps() {
             self.judge(machine, structure);
-        }
-        // the step that exceeds the limit is the last one, with all that was seen of it
-        if end.cause == EndCause::Limit && self.guards.hold_now(&self.energies, &self.rings, machine, structure) {
-            self.hold();
         }
     }
 
