@@ -1,4 +1,4 @@
-//! What earlier builds wrote is read and finished: result directories of every version in tests/fixtures (`scripts/add-fixture`
+//! Result directories of this format in tests/fixtures are read and finished, those of an earlier format are rejected (`scripts/add-fixture`
 //! makes one), and words that are at rest by their place. A test that fails here after a change says that users' directories are lost
 //! by it: the change is to be made so that they are not, and no fixture is ever replaced.
 
