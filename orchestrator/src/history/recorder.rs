@@ -83,7 +83,7 @@ impl Recorder {
     /// A recorder for a run that is about to start. A file that cannot be opened is told by [`Recorder::finish`].
     ///
     /// # Errors
-    /// What was asked for is wrong in itself: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
+    /// Errors of the request itself: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
     pub fn new(
         settings: &Settings,
         machine: &Machine,

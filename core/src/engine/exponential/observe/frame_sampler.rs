@@ -1,6 +1,6 @@
 //! Frames of a run for a follower: the motion of rotor and ring at an instant.
 //!
-//! An instant within a free step is that of a copy of the motion, which goes on in contact steps: no frame changes the run.
+//! An instant within a free step is that of a copy of the motion, which takes contact steps: no frame changes the run.
 
 use super::nodal_motion::NodalMotion;
 use super::ring_clearance::RingClearance;
@@ -95,7 +95,7 @@ impl<'a> FrameSampler<'a> {
     }
 }
 
-/// A copy of the motion in a free step, which goes on in contact steps.
+/// Copy of the motion in a free step, which takes contact steps.
 pub(crate) struct MotionAhead {
     pub free_motion: FreeMotion,
     pub ring: Option<ImpulsedRing>,
@@ -113,7 +113,7 @@ impl MotionAhead {
         }
     }
 
-    /// Goes on to a time in contact steps; `false` where the motion cannot be propagated to it. The run itself is not changed.
+    /// Advances to a time in contact steps; `false` where the motion cannot be propagated to it. The run itself is not changed.
     pub fn advance_to(&mut self, time: u64) -> bool {
         let step = self.ring.as_ref().map(|ring| ring.propagator(self.free_motion.step_length(0)));
         while self.free_motion.contact_steps() < time {

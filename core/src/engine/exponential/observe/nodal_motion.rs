@@ -1,4 +1,4 @@
-//! Displacement, velocity and twist of all nodes at an instant.
+//! Displacement, velocity and torsion angle of all nodes at an instant.
 
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::torsion::spin::Spin;
@@ -13,9 +13,9 @@ pub(crate) struct NodalMotion {
     motion: [Vec<f64>; 2],
     /// Lateral displacements and slopes of all nodes, in the machine's axes [m, rad].
     pub nodal: Vec<f64>,
-    /// Angles of twist of all nodes \[rad\].
+    /// Torsion angles of all nodes \[rad\].
     pub twists: Vec<f64>,
-    /// Angle of twist of each node per torsional modal coordinate.
+    /// Torsion angle of each node per torsional modal coordinate.
     twist_rows: Vec<Vec<f64>>,
     /// Static correction of each angle per angular impulse of the last step \[rad/(N m s)\].
     static_correction: Vec<f64>,

@@ -14,11 +14,11 @@
 const MOTION_INTERVAL: u64 = 8;
 /// Contact steps between two observations of the dissipation, from the first contact on.
 const DISSIPATION_INTERVAL: u64 = 8;
-/// The same before the first contact: the shaft rings of the blade's loss alone.
+/// Interval of the dissipation before the first contact: the shaft rings from the blade loss alone.
 const CONTACT_FREE_INTERVAL: u64 = 32;
-/// The same while the spin falls fast, and up to a balance after that: in whip the power changes within eight contact steps.
+/// Interval of the dissipation while the spin falls fast, and up to a balance after that: in whip the power changes within eight contact steps.
 const FAST_FALL_INTERVAL: u64 = 2;
-/// The same after a disturbed start, where all modes of the shaft ring.
+/// Interval of the dissipation after a disturbed start, where all modes of the shaft ring.
 const DISTURBED_INTERVAL: u64 = 1;
 /// Contact steps between two balances of energy.
 const BALANCE_INTERVAL: u64 = 64;

@@ -310,7 +310,7 @@ impl<'a> Observer<'a> {
         }
     }
 
-    /// Shows the instants of a free step to a follower; the first was sampled where it `is_first_shown`. A copy of the motion goes on to the others.
+    /// Shows the instants of a free step to a follower; the first was sampled where it `is_first_shown`. A copy of the motion is advanced to the others.
     fn show_free_step(
         &mut self,
         doublings: usize,

@@ -67,7 +67,7 @@ impl Run<'_> {
         self.end_cause(&result)
     }
 
-    /// Why the run does not go on from n+1.
+    /// End cause of a run that ends at n+1.
     fn end_cause(&mut self, result: &StepResult) -> Result<Option<EndCause>, Cause> {
         let Self { machine, transient, observer, .. } = self;
         let speed = transient.free_motion.speed();

@@ -34,9 +34,9 @@ pub(crate) struct YieldWatch {
 /// Stresses to evaluate in a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct WatchResult {
-    /// Those of the shaft at n.
+    /// Evaluate stresses of the shaft at n.
     pub shaft: bool,
-    /// Those of the ring behind the step.
+    /// Evaluate stresses of the ring behind the step.
     pub ring: bool,
     /// Largest free step, in doublings of the contact step.
     pub max_doublings: usize,

@@ -147,7 +147,7 @@ impl TorsionalModes {
             .collect()
     }
 
-    /// Row with an index; empty where there is none.
+    /// Row with an index; empty without one.
     pub fn row(&self, r: usize) -> &[f64] {
         self.rows.chunks_exact(self.displacement.len().max(1)).nth(r).unwrap_or_default()
     }
