@@ -461,7 +461,7 @@ fn what_bad_runs_leave_open_is_told_of_each_group() {
     assert_eq!(fails.matches("more runs will not help: bad runs").count(), 2, "{fails}");
     // formulas have no guards
     let given = part("\ngiven\n", "\nAnswers: ");
-    assert!(given.contains(" bad runs decided by the inputs") && !given.contains("guards"), "{given}");
+    assert!(given.contains(" bad runs counted by their inputs") && !given.contains("guard"), "{given}");
 }
 
 #[test]

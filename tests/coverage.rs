@@ -282,6 +282,7 @@ fn gates(repeats: u32) -> ([u32; 2], [u32; 2]) {
                     .collect(),
                 status: whole.status[..points].to_vec(),
                 causes: whole.causes[..points].to_vec(),
+                ends: whole.ends[..points].to_vec(),
                 groups: whole.groups.clone(),
                 replicate: whole.replicate[..points].to_vec(),
                 complete: false,

@@ -2,7 +2,7 @@
 
 use super::mapped::map_in_words;
 use super::question::{Ask, Figure, Question};
-use super::sentence::counted;
+use super::sentence::{UNDECIDED, counted};
 use crate::share::percent_given;
 
 /// The word of a figure.
@@ -61,9 +61,6 @@ pub(super) fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
         notes.push(format!("in {runs} a column has no value (for example, no contact): {what}"));
     }
 }
-
-/// Said of runs whose known values decide nothing.
-pub(super) const UNDECIDED: &str = "undecided (the interval covers all possible outcomes)";
 
 pub(super) const CONDITION: &str = "a comparison with it counts as not met, except `!=`";
 pub(super) const LEFT_OUT: &str = "not included in this figure";
