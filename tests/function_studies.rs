@@ -115,7 +115,7 @@ fn a_grid_of_a_function_is_a_table_of_its_values_with_failed_rows_where_it_has_n
     assert_eq!(failed, 7);
     let line = |start: &str| run.out.lines().find(|line| line.starts_with(start)).expect("a line").to_owned();
     assert_eq!(line("g ").split_whitespace().collect::<Vec<_>>(), ["g", "-2", "1", "8"], "{}", run.out);
-    assert!(run.out.contains("Left out: 7 (7 non_finite)."), "{}", run.out);
+    assert!(run.out.contains("Not included: 7 (7 non_finite)."), "{}", run.out);
     // Nothing of a machine.
     let there = |name: &str| folder.path("out").join(name).exists();
     assert!(there("study.toml") && there("plan.json") && !there("machine.toml") && !there("basis.bin"));
@@ -280,7 +280,7 @@ fn a_hundred_thousand_samples_run_through_workers_record_and_table() {
     let run = say(&["run", &study, "--out", &out, "--workers", "2"]);
     let seconds = begun.elapsed().as_secs_f64();
     assert_eq!(run.code, 0, "{}", run.err);
-    assert!(run.out.contains("100000 of 100000 samples") && run.out.contains("No row is left out."), "{}", run.out);
+    assert!(run.out.contains("100000 of 100000 samples") && run.out.contains("All runs are included."), "{}", run.out);
     println!("100000 samples of two formulas in {seconds:.1} s: {:.0} a second", 1e5 / seconds);
 }
 
