@@ -260,8 +260,7 @@ fn values_as(
         } else {
             found.bad.see(study.status[row], false);
             let is_known = matches!(nature, Nature::Given | Nature::Limit(_)) || has_reached(study.status[row]);
-            let span = span(study, row, cells[row], if is_known { nature } else { Nature::Free });
-            span
+            span(study, row, cells[row], if is_known { nature } else { Nature::Free })
         };
         found.point.push(point as u32);
         found.low.push(span.lo);

@@ -9,7 +9,7 @@
 use bladeoff_model::outcome::{Column, ColumnKind};
 
 /// Version of the table's layout; a reader refuses one it does not know.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// How a field is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

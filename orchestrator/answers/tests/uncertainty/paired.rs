@@ -56,7 +56,6 @@ fn width(found: &Figures) -> f64 {
 
 /// Independent points, and 16 replicates of independent points.
 #[test]
-#[expect(clippy::print_stdout, reason = "the table of coverage is printed by its test")]
 fn limits_of_paired_quantiles_hold_and_are_narrow() {
     let repeats = studies();
     for scheme in [Scheme::Independent, Scheme::Replicated(16)] {
@@ -101,7 +100,6 @@ fn counted(only_a: usize, only_b: usize, n: usize) -> (f64, f64, Figures) {
 
 /// Over all outcomes, not by drawing: the coverage of 95 % limits of a difference of probabilities is never below 95 %.
 #[test]
-#[expect(clippy::print_stdout, reason = "the least coverage is printed by its test")]
 fn limits_of_paired_probabilities_hold_over_all_outcomes() {
     for n in [20usize, 50] {
         let factorial: Vec<f64> = (0..=n)

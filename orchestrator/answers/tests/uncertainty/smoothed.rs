@@ -235,7 +235,6 @@ fn held_of_noise(seed: u64, samples: usize, noise: &dyn Fn(f64) -> f64) -> (usiz
 /// Limits of normal noise hold and have no note; those of lognormal noise hold less often, and a note reports it.
 /// All noise has the mean 0 and the standard deviation 1. `COVERAGE_STUDIES=40` gives the numbers of the documents.
 #[test]
-#[expect(clippy::print_stdout, reason = "the table of coverage is printed by its test")]
 fn skewed_noise_of_a_smoothed_map_is_reported() {
     let studies = std::env::var("COVERAGE_STUDIES").map_or(3, |word| word.parse().expect("a number"));
     let lognormal = |s: f64| {

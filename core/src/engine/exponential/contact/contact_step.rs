@@ -12,11 +12,12 @@
 //! This is the scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in
 //! place of central differences. A step has four parts:
 //!
-//! 1. The predictor gives ring and rotor at n+1 as the impulses of the last step would have them ([`ContactPredictor`]). 2. The
-//! broad phase finds the minima of the gap there ([`BroadPhase`]). Minima with a negative gap become contact points, and so do
-//! the points that pressed in the last step. 3. (1) with (2) is solved for the impulses. Points that still penetrate join
-//! ([`PenetrationSearch`]), and (1) is solved again. Nothing is iterated over the state, because the motion is linear in the
-//! impulses. 4. The impulses are applied to the ring here, and to the rotor by the caller.
+//! 1. The predictor gives ring and rotor at n+1 as the impulses of the last step would have them ([`ContactPredictor`]).
+//! 2. The broad phase finds the minima of the gap there ([`BroadPhase`]). Minima with a negative gap become contact points, and
+//!    so do the points that pressed in the last step.
+//! 3. (1) with (2) is solved for the impulses. Points that still penetrate join ([`PenetrationSearch`]), and (1) is solved again.
+//!    Nothing is iterated over the state, because the motion is linear in the impulses.
+//! 4. The impulses are applied to the ring here, and to the rotor by the caller.
 //!
 //! An impulse acts along normal and tangent of its point at n where that point pressed in the last step, otherwise along those at
 //! n+1. This makes the direction of second order in the step. Verified by `tests/exponential_rub.rs`.

@@ -115,7 +115,7 @@ impl LoadedModes {
         };
         let mut modes: Vec<(f64, f64)> = (0..count).map(|j| (squares[j], damping(j))).collect();
         modes.resize(count.next_multiple_of(LANES), (1.0, 0.0));
-        Ok(Self { inertia, modes, compliance_inertia: compliance_inertia, elastic_indices, bare_amplitudes, shift })
+        Ok(Self { inertia, modes, compliance_inertia, elastic_indices, bare_amplitudes, shift })
     }
 
     /// Largest number of last steps over which the slope of the spin may be extrapolated. The predicted psi' acts on the rotor,

@@ -16,11 +16,12 @@
 //! A step has three parts:
 //!
 //! 1. Prediction: angles and rates at n+1 follow from the last slope of the spin (second-order Adams-Bashforth rule) and the free
-//! torsional modes. (5) then moves the rotor. 2. A contact impulse changes the prediction by (7). The jump of psi' is an impulse
-//! on the lateral motion at n, and h times the change of (5) is one at n+1. The torque k starts from the velocity after the
-//! impulse. (With that before it, energy errors of hard rubs were ten times as large, and of first order in the step.) 3.
-//! Completion: the velocities at n+1 give W(n+1) by (2) and (3), and the torques (4). The impulse (6) changes psi' and z' such
-//! that r stays, so no equation has to be solved. The momentum has no drift.
+//!    torsional modes. (5) then moves the rotor.
+//! 2. A contact impulse changes the prediction by (7). The jump of psi' is an impulse on the lateral motion at n, and h times the
+//!    change of (5) is one at n+1. The torque k starts from the velocity after the impulse. (With that before it, energy errors of
+//!    hard rubs were ten times as large, and of first order in the step.)
+//! 3. Completion: the velocities at n+1 give W(n+1) by (2) and (3), and the torques (4). The impulse (6) changes psi' and z' such
+//!    that r stays, so no equation has to be solved. The momentum has no drift.
 //!
 //! Stability: the step does not resolve all of the lateral response, so a part of r follows the predicted rates and feeds back
 //! into the torsion ([`Spin::feedback`]). Torsional modes above the step's resolution may grow by this where their phase is near
