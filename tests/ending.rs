@@ -245,11 +245,12 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     let rows = count_sound_rows(&folder.path("out/results.parquet")).expect("a table");
     assert_eq!(rows as u64, 2 * points);
     let study = folder.write("s.toml", &format!("{endless}\n[stop]\nrelative = 1e-9\nwall = \"1 h\"\n"));
-    // as long as it takes until there are answers: the time of the command begins with the program
+    // as long as it takes until there are answers and a pace to forecast from: the time of the command begins with the program
     let answers = [4, 8, 16, 32, 64, 128].into_iter().find_map(|seconds| {
         let open = run(&folder, &study, "open", &["--wall", &format!("{seconds} s")]);
         assert_eq!(open.code, 5, "{}{}", open.out, open.err);
-        Some(say(&["answer", &folder.name("open")]).out).filter(|answer| answer.contains("(95 %: "))
+        let answer = Some(say(&["answer", &folder.name("open")]).out).filter(|answer| answer.contains("(95 %: "));
+        answer.filter(|_| say(&["status", &folder.name("open")]).out.contains("forecast"))
     });
     let answer = answers.expect("an interim analysis in four minutes");
     assert!(!folder.path("open/results.parquet").exists());

@@ -217,3 +217,27 @@ fn the_order_of_the_columns_stays() {
     let found: Vec<String> = columns(&rig).into_iter().map(|column| column.name).collect();
     assert_eq!(found, expected);
 }
+
+/// The columns of a machine are listed without its matrices: none that a run fills is said to lack a part.
+#[test]
+fn no_column_that_a_run_fills_lacks_a_part() {
+    for name in ["lab_rig", "lp_turbine"] {
+        for engine in ["reduced", "exponential"] {
+            let machine = machine_with(&study_machine(name), &[("run.end_time", "30 ms"), ("run.engine", engine)]);
+            let row = run(machine);
+            let mut filled = 0;
+            for column in columns(&row.machine) {
+                if row.get(&column.name).is_some() {
+                    assert_eq!(column.lacks, None, "{name}, {engine}: {}", column.name);
+                    filled += 1;
+                }
+            }
+            assert!(filled > 60, "{filled} columns have values");
+            for column in ["max_ring_stress_Pa", "max_blade_stress_Pa", "friction_energy_per_width_J_m"] {
+                let has_blades = name == "lp_turbine" || !column.contains("blade");
+                let found = columns(&row.machine).into_iter().find(|found| found.name == column).expect("a column");
+                assert!(found.lacks.is_none() || !has_blades, "{name}: {column} lacks {:?}", found.lacks);
+            }
+        }
+    }
+}

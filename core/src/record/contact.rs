@@ -3,8 +3,7 @@
 use super::filter::{FILTER, Window};
 use super::peak::{At, Peak, Sum};
 use super::phases::Phases;
-use super::ring::FLEXIBLE;
-use super::row::Row;
+use super::row::{FLEXIBLE, Row};
 use bladeoff_model::machine::{Contact, Detection};
 use bladeoff_model::outcome::Empty;
 

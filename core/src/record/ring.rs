@@ -23,9 +23,6 @@ pub(crate) struct RingInstant<'a> {
     pub ring: Option<&'a [f64]>,
 }
 
-/// Part that a machine needs for columns of a ring that gives way.
-pub(super) const FLEXIBLE: &str = "a diaphragm with a flexible ring";
-
 /// Quantity of the largest distance of the rotor from the ring's centre.
 const ECCENTRICITY: &str = "max_eccentricity";
 

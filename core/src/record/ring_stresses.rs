@@ -1,12 +1,14 @@
 //! Largest stresses of one diaphragm: of its ring, and of its blades.
 
 use super::peak::{At, Peak};
-use super::ring::FLEXIBLE;
-use super::row::Row;
+use super::row::{FLEXIBLE, Row};
 use crate::stress::{Known, RingStresses};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
 use bladeoff_model::outcome::Empty;
+
+/// Part that a machine needs for stresses of blades.
+const BLADES: &str = "a diaphragm with blades";
 
 /// Watches the ring of one diaphragm and its blades.
 #[derive(Debug, Clone)]
@@ -23,6 +25,8 @@ pub(crate) struct RingStressRecorder {
     /// Bending stress of the blades alone.
     bending: Peak,
     has_blades: bool,
+    /// Part that the machine lacks for stresses of the ring, and of the blades. The columns of a machine are listed without its matrices.
+    lacks: [Option<&'static str>; 2],
 }
 
 impl RingStressRecorder {
@@ -31,6 +35,10 @@ impl RingStressRecorder {
             DiaphragmKind::Flexible(stator) => Some((stator, part)),
             DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
         });
+        let lacks = match kind {
+            DiaphragmKind::Flexible(stator) => [None, stator.blades.is_none().then_some(BLADES)],
+            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => [Some(FLEXIBLE), Some(BLADES)],
+        };
         let stresses = flexible.map(|(stator, part)| RingStresses::new(stator, part));
         let has_blades = stresses.as_ref().is_some_and(RingStresses::has_blades);
         // what nothing touches has a stress: none
@@ -43,6 +51,7 @@ impl RingStressRecorder {
             blade: 0,
             bending: start(has_blades),
             has_blades,
+            lacks,
             stresses,
         }
     }
@@ -111,10 +120,7 @@ impl RingStressRecorder {
     }
 
     pub(super) fn report(of: Option<&Self>, row: &mut Row<'_>) {
-        let has_blades = of.is_some_and(|ring| ring.has_blades);
-        let has_ring = of.is_some_and(|ring| ring.stresses.is_some());
-        let blades = (!has_blades).then_some("a diaphragm with blades");
-        let ring = (!has_ring).then_some(FLEXIBLE);
+        let [ring, blades] = of.map_or([Some(FLEXIBLE), Some(BLADES)], |ring| ring.lacks);
         row.with(Empty::Absent, blades, |row| Self::report_bending(of, row));
         row.with(Empty::Absent, ring, |row| Self::report_ring(of, row));
         row.with(Empty::Absent, blades, |row| Self::report_blades(of, row));

@@ -4,6 +4,9 @@ use super::peak::{Peak, Sum};
 use bladeoff_model::outcome::{Column, ColumnKind, Empty, Group, Growth, MAX_COLUMNS, Part};
 use std::fmt::Display;
 
+/// Part that a machine needs for columns of a flexible ring.
+pub(super) const FLEXIBLE: &str = "a diaphragm with a flexible ring";
+
 /// Takes what recorders report, in table order, and keeps one half of it: what the columns are, or what they hold.
 pub(super) struct Row<'a> {
     kept: Kept<'a>,

@@ -7,6 +7,7 @@ use bladeoff_answers::estimate::input::{Group, Label};
 use bladeoff_answers::tables::{DETECTION, FieldKind};
 use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_study::{Origin, Parameter, Samples};
+use std::collections::BTreeSet;
 
 /// Names and columns of a study's table.
 pub(super) struct Vocabulary<'a> {
@@ -171,9 +172,18 @@ fn given(parameter: &Parameter) -> Given {
     }
 }
 
-/// Columns that are empty in every run, and what the machine lacks for them.
+/// Columns that answer no question, and in which runs they are empty.
 fn lacking(columns: &[TableColumn]) -> Vec<(String, String)> {
-    columns.iter().filter_map(|column| Some((column.field.name.clone(), column.lacks.clone()?))).collect()
+    let guarded: BTreeSet<&str> = columns.iter().filter_map(|column| column.told.guarded()).collect();
+    let why = |column: &TableColumn| {
+        let name = column.field.name.as_str();
+        let lacks = column.lacks.as_ref().map(|needed| format!("every run: the machine needs {needed}"));
+        lacks.or_else(|| {
+            let of = name.strip_prefix("guarded_").filter(|_| guarded.contains(name))?;
+            Some(format!("ok runs: ask for `{of}`, which counts the guarded value of the other runs"))
+        })
+    };
+    columns.iter().filter_map(|column| Some((column.field.name.clone(), why(column)?))).collect()
 }
 
 /// Units of columns of numbers but of those that have none to speak of.

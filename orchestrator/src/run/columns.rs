@@ -53,6 +53,17 @@ pub enum Told {
     Found,
 }
 
+impl Told {
+    /// The column with what was reached while all guards and limits held.
+    #[must_use]
+    pub fn guarded(&self) -> Option<&str> {
+        match self {
+            Self::Grown(name) | Self::Once(name) | Self::Limit(name) => name.as_deref(),
+            Self::Given | Self::Found => None,
+        }
+    }
+}
+
 /// A column of a study's table.
 #[derive(Debug, Clone)]
 pub struct TableColumn {

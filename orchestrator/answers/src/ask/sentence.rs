@@ -65,8 +65,8 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
             let (estimate, harmful) = scale.show_both(estimate, harmful);
             text += &format!(" = {estimate} to {harmful}");
         }
-        // beyond runs alone: what they reached is a lower bound
-        (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "quantile" => {
+        // what beyond runs reached is a lower bound, and failed runs stand at the least value
+        (Some(estimate), None) if bad.beyond > 0 && answer.kind == "quantile" => {
             text += &format!(": at least {} in these runs", scale.show(estimate));
             limits = lower_limit_only(answer, scale);
         }

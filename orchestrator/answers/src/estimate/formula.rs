@@ -40,11 +40,11 @@ impl Known {
         Measure::of_unit(unit)
     }
 
-    /// Why a column says nothing of any run: the machine lacks what it measures.
+    /// Why a column answers no question: the machine lacks what it measures, or ok runs have no value in it.
     #[must_use]
     pub fn lacks(&self, column: &str) -> Option<String> {
-        let (_, needed) = self.lacking.iter().find(|(name, _)| name == column)?;
-        Some(format!("`{column}` is empty in every run: the machine needs {needed}"))
+        let (_, reason) = self.lacking.iter().find(|(name, _)| name == column)?;
+        Some(format!("`{column}` is empty in {reason}"))
     }
 
     /// The column of numbers that a name means.

@@ -8,7 +8,7 @@
 //!                                 that is the value as it stands
 //! bad row, time of a first event  the value, where it happened while all guards and limits held; else nothing
 //! bad row, any other column       nothing
-//! beyond row (beyond the model)   as a bad row; where its run ended at the limit, as one that a step limit ended
+//! beyond row (beyond the model)   as a bad row, also where its run ended at the limit
 //! beyond row, time of a limit     the value
 //! ```
 //! An ok row that ended at its end time T leaves later events open. Where the truth of a condition changes at times after T (`beyond_s > 6.5`
@@ -83,9 +83,9 @@ pub struct Values {
 /// A bad row's cell.
 fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -> Span {
     let causes = study.causes[row];
-    // nothing is wrong with the run up to its end
+    // nothing is wrong with the run up to its end; the end instant of a run beyond the model is behind the step that counts
     let is_cut_off = || match study.status[row] {
-        Status::Beyond => study.ends[row] == Ended::Limit,
+        Status::Beyond => study.ends[row] == Ended::Limit && nature.held().is_none(),
         _ => causes.iter().eq([Cause::StepLimit]),
     };
     match nature {

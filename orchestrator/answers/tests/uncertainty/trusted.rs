@@ -122,7 +122,7 @@ fn an_event_after_the_end_of_a_run_is_not_known() {
 fn a_column_that_the_machine_lacks_is_refused_with_the_key_that_is_missing() {
     let known = Known {
         columns: vec![("y".into(), true), ("z".into(), true)],
-        lacking: vec![("y".into(), "rotor.material.yield_strength".into())],
+        lacking: vec![("y".into(), "every run: the machine needs rotor.material.yield_strength".into())],
         ..Known::default()
     };
     let names = Names { known, ..Names::default() };

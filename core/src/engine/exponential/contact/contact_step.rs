@@ -22,8 +22,9 @@
 //! An impulse acts along normal and tangent of its point at n where that point pressed in the last step, otherwise along those at
 //! n+1. This makes the direction of second order in the step. Verified by `tests/exponential_rub.rs`.
 
+mod conditions;
+
 use super::broad_phase::BroadPhase;
-use super::contact_conditions::add_point;
 use super::contact_point::{ContactPoint, PressedPoint};
 use super::contact_predictor::ContactPredictor;
 use super::delassus_operator::DelassusOperator;
@@ -40,6 +41,7 @@ use crate::linalg::eight::{Eight, by_width};
 use crate::linalg::lanes::Lane;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
+use conditions::add_point;
 use std::sync::Arc;
 
 /// A point penetrates where its negative gap is more than this ratio of the largest penetration without impulses.

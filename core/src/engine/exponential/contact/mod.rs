@@ -4,13 +4,12 @@
 //! - [`impulsed_ring`]: the ring's modes under impulses at the beginning of each contact step
 //! - [`contact_predictor`]: ring and rotor at the end of the step if the last impulses act again
 //! - [`broad_phase`], [`gap_minimum`]: ring points near the rotor, and the minima of the gap between them
-//! - [`contact_conditions`], [`delassus_operator`]: gap and slip of the contact points as functions of their impulses
+//! - [`delassus_operator`]: gap and slip of the contact points as functions of their impulses
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points
 //! - [`contact_step`]: the step that uses all of these; [`impact`] is its result
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
 pub(crate) mod broad_phase;
-pub(crate) mod contact_conditions;
 pub(crate) mod contact_point;
 pub(crate) mod contact_predictor;
 pub(crate) mod contact_step;

@@ -4,17 +4,17 @@
 //! (g, s)_k = (g, s)_k(free) + sum_l W_kl (J_n, J_t)_l       g: gap at n+1 \[m\];  s: slip over the step \[m\]            (1)
 //! ```
 //! W_kl is a 2 x 2 block of the Delassus operator. Its part of the ring's modes is a product of rows of the points
-//! ([`PointRows`](super::ring_kernels::PointRows)), that of the truncated modes and of the rotor comes from
+//! ([`PointRows`](super::super::ring_kernels::PointRows)), that of the truncated modes and of the rotor comes from
 //! [`DelassusOperator`]. The impulses that the predictor has assumed are taken out of the free values.
 
-use super::contact_point::ContactPoint;
-use super::contact_step::ContactStep;
-use super::delassus_operator::DelassusOperator;
-use super::gap_minimum::GapMinimum;
-use super::impact::FreeStep;
-use super::penetration::AfterImpulses;
-use super::ring_kernels::{StepState, add_scaled_rows, row_products, write_rows};
-use super::ring_points::{are_adjacent, parabola};
+use super::super::contact_point::ContactPoint;
+use super::super::delassus_operator::DelassusOperator;
+use super::super::gap_minimum::GapMinimum;
+use super::super::impact::FreeStep;
+use super::super::penetration::AfterImpulses;
+use super::super::ring_kernels::{StepState, add_scaled_rows, row_products, write_rows};
+use super::super::ring_points::{are_adjacent, parabola};
+use super::ContactStep;
 use crate::contact::ContactForce;
 use crate::engine::exponential::plane::{across, product};
 use crate::linalg::eight::{Eight, by_width};
