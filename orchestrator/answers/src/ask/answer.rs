@@ -143,7 +143,7 @@ impl Answer {
         // difference the figures may stand still
         if let Some(width) = figures.statistical {
             let widened = figures.high.zip(figures.low).map(|(high, low)| high - low - width);
-            if [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
+            if bad.all > 0 && [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
                 let note = if bad.open().failing() == 0 && bad.beyond > 0 { LEFT_WIDE_BEYOND } else { LEFT_WIDE };
                 notes.push(note.to_owned());
             }

@@ -109,6 +109,7 @@ fn an_event_after_the_end_of_a_run_is_not_known() {
         let found = one(&study, probability("y > 6.5"));
         let note = "99 runs ended without the event before the time in the condition: undecided";
         assert!(found.notes.iter().any(|said| said == note), "{:?}", found.notes);
+        assert!(!found.notes.iter().any(|said| said.contains("bad runs")), "no run is bad: {:?}", found.notes);
         let (open, said) = verdict(&study, "P(y > 6.5) < 0.05");
         assert!(open == Verdict::Open && said.contains("runs that ended before the time in the condition"), "{said}");
         assert_eq!(verdict(&study, "P(y > 0) < 0.1").0, Verdict::Passed);
