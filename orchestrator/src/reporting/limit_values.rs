@@ -100,6 +100,8 @@ struct Reference {
     /// How the paths of its keys begin and end.
     path: (&'static str, &'static str),
     values: Vec<f64>,
+    /// Number of the parts that may have a value, and what they are called.
+    parts: (usize, &'static str),
 }
 
 impl Reference {
@@ -111,12 +113,17 @@ impl Reference {
 /// "40 mm (0.05 of mean radius)", "600 MPa" for the yield strength itself.
 fn in_words(value: f64, reference: Option<&Reference>) -> String {
     let plain = format_digits(value, "", 4);
-    let Some(Reference { name, unit, values, .. }) = reference.filter(|of| !of.values.is_empty()) else { return plain };
+    let Some(Reference { name, unit, values, parts: (all, parts), .. }) = reference.filter(|of| !of.values.is_empty())
+    else {
+        return plain;
+    };
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let show = |of: f64| format_digits(value * of, unit, 4);
     let range = if least == most { show(least) } else { format!("{} to {}", show(least), show(most)) };
-    if value == 1.0 { range } else { format!("{range} ({plain} of {name})") }
+    let words = if value == 1.0 { range } else { format!("{range} ({plain} of {name})") };
+    // parts without a value are not judged
+    if values.len() < *all { format!("{words}, for {} of {all} {parts}", values.len()) } else { words }
 }
 
 /// `None`: the value itself is the limit.
@@ -128,32 +135,37 @@ fn reference(machine: &Machine, limit: Limit) -> Option<Reference> {
         })
     };
     const STRENGTH: (&str, &str) = ("diaphragms.", ".yield_strength");
-    let (name, unit, path, values): (_, _, _, Vec<f64>) = match limit {
+    let (name, unit, path, values, parts): (_, _, _, Vec<f64>, _) = match limit {
         Limit::RingDisplacement => {
             let path = ("diaphragms.", ".ring.mean_radius");
-            ("mean radius", "m", path, rings().map(|stator| stator.ring.mean_radius).collect())
+            let values = rings().map(|stator| stator.ring.mean_radius);
+            ("mean radius", "m", path, values.collect(), (rings().count(), "rings"))
         }
         Limit::RingYield => {
-            ("yield strength", "Pa", STRENGTH, rings().filter_map(|stator| stator.yield_strength).collect())
+            let values = rings().filter_map(|stator| stator.yield_strength);
+            ("yield strength", "Pa", STRENGTH, values.collect(), (rings().count(), "rings"))
         }
         Limit::BladeYield => {
-            let bladed = rings().filter(|stator| stator.blades.is_some());
-            ("yield strength", "Pa", STRENGTH, bladed.filter_map(|stator| stator.yield_strength).collect())
+            let bladed = || rings().filter(|stator| stator.blades.is_some());
+            let values = bladed().filter_map(|stator| stator.yield_strength);
+            ("yield strength", "Pa", STRENGTH, values.collect(), (bladed().count(), "bladed rings"))
         }
         Limit::ShaftYield => match &machine.rotor.kind {
             RotorKind::Shaft(shaft) => {
                 let values = shaft.elements.iter().filter_map(|element| element.yield_strength);
-                ("yield strength", "Pa", ("rotor.", ".yield_strength"), values.collect())
+                let parts = (shaft.elements.len(), "shaft elements");
+                ("yield strength", "Pa", ("rotor.", ".yield_strength"), values.collect(), parts)
             }
             RotorKind::PointMass(_) => return None,
         },
         Limit::JournalClearance => {
             let values = machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance);
-            ("clearance", "m", ("rotor.bearings.", ".clearance"), values.collect())
+            let parts = (machine.rotor.bearings.len(), "bearings");
+            ("clearance", "m", ("rotor.bearings.", ".clearance"), values.collect(), parts)
         }
         Limit::UnstableRotor => return None,
     };
-    Some(Reference { name, unit, path, values })
+    Some(Reference { name, unit, path, values, parts })
 }
 
 /// The table of limits of a study before it runs; empty for a study of formulas.
@@ -208,6 +220,8 @@ mod tests {
             values(text, varied).into_iter().find(|of| of.limit.limit == limit).expect("all are there").value
         };
         assert_eq!(of(&strong, &[], Limit::ShaftYield), "600 MPa");
+        let one = TURBINE.replacen("[rotor.bearings.front]", "[rotor.bearings.front]\nclearance = \"0.3 mm\"", 1);
+        assert_eq!(of(&one, &[], Limit::JournalClearance), "0.3 mm, for 1 of 2 bearings");
         assert!(of(TURBINE, &[], Limit::RingDisplacement).ends_with("mm (0.05 of mean radius)"));
         let own = ["rotor.material.yield_strength"];
         assert_eq!(of(&strong, &own, Limit::ShaftYield), "varies (1 of yield strength)");

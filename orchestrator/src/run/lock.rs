@@ -160,20 +160,34 @@ fn answer(source: io::Error) -> io::Error {
     }
 }
 
-/// The files of the locks that this process holds, by number of their locks.
-static HELD: Mutex<BTreeMap<u64, File>> = Mutex::new(BTreeMap::new());
+/// Locks of this process.
+struct Held {
+    /// Their files, by number.
+    files: BTreeMap<u64, File>,
+    /// Why the process ends: a lock that is taken after that is given back at once.
+    ended: Option<Ended>,
+}
+
+static HELD: Mutex<Held> = Mutex::new(Held { files: BTreeMap::new(), ended: None });
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
-fn held() -> MutexGuard<'static, BTreeMap<u64, File>> {
+fn held() -> MutexGuard<'static, Held> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Writes into the files of all locks of this process why it ends in order: for a process that ends before it drops them.
 pub fn give_back(ended: Ended) {
-    for file in held().values() {
+    let mut held = held();
+    held.ended = Some(ended);
+    for file in held.files.values() {
         // Best effort, as at the end of a lock.
-        let _ = write(file, &json!({ "program": PROGRAM, "ended": ended.word() }));
+        let _ = write(file, &returned(ended));
     }
+}
+
+/// Text of a lock that was given back.
+fn returned(ended: Ended) -> Value {
+    json!({ "program": PROGRAM, "ended": ended.word() })
 }
 
 /// Why the last run ended, where it gave its lock back before it wrote its status.
@@ -219,18 +233,23 @@ impl Lock {
             }
         }
         let left_by = holder(&file);
-        let text = json!({
-            "program": PROGRAM,
-            "pid": std::process::id(),
-            "host": host(),
-            "started": timestamp(SystemTime::now()),
-        });
+        // kept while the holder is written, so that a process that ends meanwhile gives this lock back as well
+        let mut held = held();
+        let holds = || {
+            json!({
+                "program": PROGRAM,
+                "pid": std::process::id(),
+                "host": host(),
+                "started": timestamp(SystemTime::now()),
+            })
+        };
+        let text = held.ended.map_or_else(holds, returned);
         // Durable before anything that is written after it.
         let written = write(&file, &text).and_then(|()| file.sync_all());
         written.map_err(FileError::at("write", &path))?;
         directory.sync()?;
         let number = NUMBERS.fetch_add(1, Ordering::Relaxed);
-        held().insert(number, file.try_clone().map_err(FileError::at("open", &path))?);
+        held.files.insert(number, file.try_clone().map_err(FileError::at("open", &path))?);
         Ok(Self { number, file, left_by })
     }
 
@@ -244,7 +263,7 @@ impl Lock {
 impl Drop for Lock {
     fn drop(&mut self) {
         // A copy of the handle would keep the lock.
-        drop(held().remove(&self.number));
+        drop(held().files.remove(&self.number));
         // Best effort: at worst the next run says that this one did not end in order.
         let _ = write(&self.file, &json!({ "program": PROGRAM }));
     }
