@@ -8,7 +8,7 @@
 //!                                 that is the value as it stands
 //! bad row, time of a first event  the value, where it happened while all guards and limits held; else nothing
 //! bad row, any other column       nothing
-//! beyond row (beyond the model)   as a bad row, also where its run ended at the limit
+//! beyond row (beyond the model)   as a bad row; a column without a guarded value, of a run that ended at the limit: as if a step limit ended it
 //! beyond row, time of a limit     the value
 //! ```
 //! An ok row that ended at its end time T leaves later events open. Where the truth of a condition changes at times after T (`beyond_s > 6.5`
@@ -85,7 +85,7 @@ fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -
     let causes = study.causes[row];
     // nothing is wrong with the run up to its end; the end instant of a run beyond the model is behind the step that counts
     let is_cut_off = || match study.status[row] {
-        Status::Beyond => study.ends[row] == Ended::Limit && nature.held().is_none(),
+        Status::Beyond => study.ends[row] == Ended::Limit && nature.held().and_then(|held| held[row]).is_none(),
         _ => causes.iter().eq([Cause::StepLimit]),
     };
     match nature {
