@@ -218,7 +218,7 @@ fn the_order_of_the_columns_stays() {
     assert_eq!(found, expected);
 }
 
-/// The columns of a machine are listed without its matrices: none that a run fills is said to lack a part.
+/// The columns of a machine are listed without its matrices. No column that a run fills lacks a part.
 #[test]
 fn no_column_that_a_run_fills_lacks_a_part() {
     for name in ["lab_rig", "lp_turbine"] {

@@ -53,7 +53,7 @@ pub enum ExponentialError {
 }
 
 impl From<ExponentialError> for Cause {
-    /// Cause of a run that cannot go on.
+    /// Cause of a run that ends with this error.
     fn from(error: ExponentialError) -> Self {
         match error {
             ExponentialError::NoImpulses => Self::LossOfUniqueness,

@@ -121,7 +121,7 @@ impl EnergyBalance {
         terms
     }
 
-    /// Completes the works of an instant that is shown between two observations, as [`EnergyBalance::complete`] does those of an observation. The balance goes on as if nothing had been shown.
+    /// Completes the works of an instant that is shown between two observations, as [`EnergyBalance::complete`] does those of an observation. The balance itself does not change.
     pub fn complete_terms(
         &mut self,
         contact_steps: u64,

@@ -237,8 +237,8 @@ impl FreeMotion {
         self.gyroscopic_torque = Some((Arc::new(torque), momenta));
     }
 
-    /// Whether the spin changes by more than [`FAST_SPIN_CHANGE`] of itself over a contact step. Quantities that are evaluated from time
-    /// to time are then evaluated more often.
+    /// Whether the spin changes by more than [`FAST_SPIN_CHANGE`] of itself over a contact step. Dissipation and energies are then
+    /// observed at shorter intervals.
     pub(crate) fn spin_changes_fast(&self) -> bool {
         self.spin.slope().abs() * self.step > FAST_SPIN_CHANGE * self.spin.speed.abs()
     }
