@@ -14,6 +14,8 @@ fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for source in [
         "system/src",
+        "core/numerics/src",
+        "core/text/src",
         "core/model/src",
         "core/src",
         "worker/src",

@@ -45,11 +45,13 @@ fn drawn_folders() -> Vec<PathBuf> {
 }
 
 /// The packages, the inner one first.
-const PACKAGES: [&str; 8] = [
+const PACKAGES: [&str; 10] = [
     "worker/protocol",
     "orchestrator/study",
     "orchestrator/answers",
     "system",
+    "core/numerics",
+    "core/text",
     "core/model",
     "core",
     "worker",
@@ -112,22 +114,24 @@ fn libraries_are_named_where_they_may_be() {
 }
 
 /// A package, and which of ours it may depend on.
-const LAYERS: [(&str, &[&str]); 8] = [
-    ("core/model", &[]),
-    ("core", &["model"]),
-    ("system", &["model"]),
+const LAYERS: [(&str, &[&str]); 10] = [
+    ("core/numerics", &[]),
+    ("core/text", &[]),
+    ("core/model", &["text"]),
+    ("core", &["numerics", "text", "model"]),
+    ("system", &["text"]),
     ("worker/protocol", &["model", "system"]),
-    ("worker", &["model", "core", "system", "protocol"]),
-    ("orchestrator/study", &["model", "system"]),
-    ("orchestrator/answers", &["model", "system"]),
-    ("orchestrator", &["model", "core", "system", "protocol", "worker", "study", "answers"]),
+    ("worker", &["text", "model", "core", "system", "protocol"]),
+    ("orchestrator/study", &["numerics", "text", "model", "system"]),
+    ("orchestrator/answers", &["numerics", "text", "model", "system"]),
+    ("orchestrator", &["numerics", "text", "model", "core", "system", "protocol", "worker", "study", "answers"]),
 ];
 
 /// What the outside world is reached by, and the packages that may depend on it.
 const LIBRARIES: [(&str, &[&str]); 13] = [
     // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
-    ("toml", &["core/model"]),
-    ("nalgebra", &["core"]),
+    ("toml", &["core/text", "core/model"]),
+    ("nalgebra", &["core/numerics", "core"]),
     ("iceoryx2", &["worker/protocol"]),
     ("iceoryx2-bb-posix", &["worker/protocol"]),
     ("mcap", &["orchestrator"]),

@@ -17,11 +17,11 @@ use bladeoff_answers::ask::{Answer, Answered, QuestionDef, answer};
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::estimate::input::DesignKind;
 use bladeoff_answers::gate::{Gate, Verdict, verdict};
-use bladeoff_model::formula::{Function, call};
 use bladeoff_study::correlation::Copula;
 use bladeoff_study::design::random::Source;
 use bladeoff_study::plan::{Kind, Plan, PlanDef};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Written};
+use bladeoff_text::formula::{Function, call};
 use support::made::{Made, MadeColumn};
 use support::{asked, less, names};
 

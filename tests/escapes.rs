@@ -3,7 +3,7 @@
 
 mod support;
 
-use bladeoff_model::document::is_hidden;
+use bladeoff_text::document::is_hidden;
 use std::fs;
 use std::path::Path;
 use support::{Folder, bladeoff, say};

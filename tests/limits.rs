@@ -6,9 +6,9 @@ mod cap;
 mod support;
 
 use bladeoff::run::own_columns;
-use bladeoff_model::document::{MOST_PROBLEMS, Problems};
 use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_study::{Samples, StudyError, load};
+use bladeoff_text::document::{MOST_PROBLEMS, Problems};
 use cap::case;
 use std::process::Command;
 use support::{Folder, said, say};

@@ -8,11 +8,11 @@
 //!   RP107           5 sqrt 10 - sum of 10 N(0, 1)                                                         2.866515718792e-7
 //! ```
 //! The closed forms of all others stand beside them. Seeds are fixed: the first that was tried. Quantiles of the laws themselves and
-//! exact limits are compared with mpmath elsewhere (`core/model`, `orchestrator/answers/tests/uncertainty`).
+//! exact limits are compared with mpmath elsewhere (`core/numerics`, `orchestrator/answers/tests/uncertainty`).
 
 mod support;
 
-use bladeoff_model::probability::{gamma_tails, normal_tails};
+use bladeoff_numerics::probability::{gamma_tails, normal_tails};
 use serde_json::Value;
 use std::f64::consts::PI;
 use std::fmt::Write;

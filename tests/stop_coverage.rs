@@ -10,7 +10,7 @@ use bladeoff_answers::estimate::proportion::{Tally, proportion};
 use bladeoff_answers::estimate::quantile::quantile;
 use bladeoff_answers::estimate::scheme::Scheme;
 use bladeoff_answers::stop::{StopRule, looks};
-use bladeoff_model::probability::normal_quantile;
+use bladeoff_numerics::probability::normal_quantile;
 use bladeoff_study::correlation::Copula;
 use bladeoff_study::plan::{Kind, Plan, PlanDef};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Written};

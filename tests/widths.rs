@@ -2,7 +2,7 @@
 
 mod support;
 
-use bladeoff_core::linalg::lanes::{WIDTH_VARIABLE, Width};
+use bladeoff_numerics::linalg::lanes::{WIDTH_VARIABLE, Width};
 use support::{Folder, bladeoff, json, said};
 
 #[test]

@@ -5,8 +5,8 @@
 //! -> [`engine::simulate`] -> [`Outcome`](bladeoff_model::outcome::Outcome) (one row of the result table).
 
 pub mod contact;
+mod eight;
 pub mod engine;
-pub mod linalg;
 pub mod modal;
 pub mod record;
 pub mod rotor;

@@ -3,9 +3,9 @@
 
 mod common;
 
-use bladeoff_model::document::Problem;
 use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_model::outcome::Status;
+use bladeoff_text::document::Problem;
 use common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 
 /// The lab rig whose blade has such lines instead of its position.

@@ -4,10 +4,10 @@
 
 mod common;
 
-use bladeoff_core::linalg::{Matrix, Vector};
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Machine, UnbalanceKind};
+use bladeoff_numerics::linalg::{Matrix, Vector};
 use common::{Every, Row, machine, machine_with, run, run_seen, study_machine};
 use proptest::prelude::*;
 
@@ -80,9 +80,9 @@ proptest! {
             prop_assert!(least(a) > -1e-14);
         }
         // positive definite: the Cholesky factor exists
-        prop_assert!(bladeoff_core::linalg::spd_inverse(&rotor.mass).is_some());
-        prop_assert!(bladeoff_core::linalg::spd_inverse(&rotor.stiffness).is_some());
-        prop_assert!(bladeoff_core::linalg::spd_inverse(&rotor.twist_mass).is_some());
+        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.mass).is_some());
+        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.stiffness).is_some());
+        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.twist_mass).is_some());
         let g = rotor.gyroscopic();
         prop_assert!((&g + g.transpose()).amax() <= 1e-15 * g.amax() && g.amax() > 0.0);
         // damping takes energy
@@ -121,9 +121,9 @@ proptest! {
         let DiaphragmKind::Flexible(stator) = &m.diaphragms[0].kind else { unreachable!("flexible") };
         let ring = RingMatrices::assemble(stator);
         prop_assert!(is_symmetric(&ring.mass) && is_symmetric(&ring.stiffness));
-        prop_assert!(bladeoff_core::linalg::spd_inverse(&ring.mass).is_some());
+        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&ring.mass).is_some());
         // the blades hold it
-        prop_assert!(bladeoff_core::linalg::spd_inverse(&ring.stiffness).is_some());
+        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&ring.stiffness).is_some());
         let mut free = stator.clone();
         free.blades = None;
         let free = RingMatrices::assemble(&free);

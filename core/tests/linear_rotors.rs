@@ -4,10 +4,10 @@
 
 mod common;
 
-use bladeoff_core::linalg::{Matrix, Vector, solve};
 use bladeoff_core::modal::{ModesReport, Whirl, quadratic_modes, report, whirl_modes};
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{Matrix, Vector, solve};
 use common::{Every, close, machine, run_seen};
 use serde_json::Value;
 use std::fmt::Write as _;

@@ -2,10 +2,10 @@
 
 mod common;
 
-use bladeoff_core::linalg::{Matrix, Vector, mul_tn, symmetric_generalised};
 use bladeoff_core::modal::report;
 use bladeoff_core::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
+use bladeoff_numerics::linalg::{Matrix, Vector, mul_tn, symmetric_generalised};
 use common::{close, machine};
 use std::f64::consts::PI;
 
@@ -159,7 +159,7 @@ fn pinched_ring_closes_and_opens_as_the_inextensional_theory_says() {
 }
 
 fn nalgebra_solve(a: &Matrix, b: &Vector) -> Vector {
-    bladeoff_core::linalg::solve(a, b).expect("held")
+    bladeoff_numerics::linalg::solve(a, b).expect("held")
 }
 
 #[test]

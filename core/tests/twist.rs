@@ -3,12 +3,12 @@
 mod common;
 
 use bladeoff_core::engine::{TimeStep, simulate};
-use bladeoff_core::linalg::{Matrix, mul, mul_tn, spd_inverse};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Presence, RotorKind, Unbalance, UnbalanceKind, overdrawn};
 use bladeoff_model::outcome::Status;
+use bladeoff_numerics::linalg::{Matrix, mul, mul_tn, spd_inverse};
 use common::{Every, machine, machine_with, run, run_seen, study_machine};
 
 const LOST: (&str, &str) = ("blade_off.kind", "lost");

@@ -4,9 +4,9 @@ use bladeoff_core::engine::{self, StartError, TimeStep};
 use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes, UnstableRange};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Column, Outcome};
+use bladeoff_text::document::units::format_digits;
 
 /// Why the solver refuses a machine before the first step.
 #[derive(Debug, thiserror::Error)]

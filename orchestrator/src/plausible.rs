@@ -3,9 +3,9 @@
 //! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
 
 use bladeoff_core::modal::under_weight;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind, ShaftElement};
 use bladeoff_study::{Chosen, Samples};
+use bladeoff_text::document::units::format_digits;
 use std::f64::consts::PI;
 
 /// One quantity and its plausible range, both ends included, in the SI unit.

@@ -5,10 +5,10 @@ use crate::engine::{self, EngineError};
 use crate::starts::{StartError as NoStart, check_starts};
 use bladeoff_core::engine::StartError;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{Engine, EngineChoice, EngineReason, Machine, MachineDef};
 use bladeoff_study::{Samples, Study};
 use bladeoff_system::folder::Folder;
+use bladeoff_text::document::units::format_digits;
 use bladeoff_worker::plan::planned_engine;
 use std::path::Path;
 

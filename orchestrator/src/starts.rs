@@ -9,11 +9,11 @@ use crate::report::with_word;
 use bladeoff_answers::report::counted;
 use bladeoff_core::engine::StartError as NoStart;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::Problems;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{CONTACT_STEP, Machine, MachineDef, STEP};
 use bladeoff_study::{Chosen, Samples, at_its_axis};
 use bladeoff_system::threads::in_parallel;
+use bladeoff_text::document::Problems;
+use bladeoff_text::document::units::format_digits;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

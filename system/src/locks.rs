@@ -5,7 +5,7 @@
 //! same number.
 
 use crate::place::Identity;
-use bladeoff_model::document::visible;
+use bladeoff_text::document::visible;
 use rustix::fs::{major, minor};
 use std::fmt;
 use std::fs;

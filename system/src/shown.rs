@@ -1,6 +1,6 @@
 //! Paths as messages show them.
 
-use bladeoff_model::document::visible;
+use bladeoff_text::document::visible;
 use std::path::Path;
 
 /// A path in one line, whatever is in its names: what would act on a terminal or end the line is made visible, and what is no

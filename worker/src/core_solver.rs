@@ -4,9 +4,9 @@ use bladeoff_core::engine::{self, StartError};
 use bladeoff_core::modal::{Basis, BasisError};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::Problems;
 use bladeoff_model::machine::{Engine, Machine, MachineDef, ParamValue, PathError, PathInfo, ValueError};
 use bladeoff_model::outcome::{Cause, Outcome};
+use bladeoff_text::document::Problems;
 
 use crate::desk::{Desk, Sample, Stopped, failed};
 use crate::plan::MachinePlan;

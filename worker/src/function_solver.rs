@@ -1,8 +1,8 @@
 //! The solver of studies without a machine: formulas of the sample's parameters.
 
-use bladeoff_model::formula::{FormulaError, Kind, Program, parse};
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{MAX_PARAMS, MAX_VALUES};
+use bladeoff_text::formula::{FormulaError, Kind, Program, parse};
 
 use crate::desk::{Desk, Sample, Stopped, failed};
 use crate::plan::FunctionPlan;

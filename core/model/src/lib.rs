@@ -5,8 +5,5 @@
 //! A [`machine::Machine`] has passed every check there is, also that of what is lost against what is there: nobody who builds one can
 //! forget a check, and all mistakes of a file come at once.
 
-pub mod document;
-pub mod formula;
 pub mod machine;
 pub mod outcome;
-pub mod probability;

@@ -1,8 +1,8 @@
 //! Machines whose values are each allowed and impossible together: more is lost than is there, a rotor stands outside its ring.
 #![expect(clippy::print_stdout, reason = "what is said is part of the result")]
 
-use bladeoff_model::document::{Problem, Problems};
 use bladeoff_model::machine::{Machine, MachineDef};
+use bladeoff_text::document::{Problem, Problems};
 
 fn study_machine(name: &str) -> String {
     let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));

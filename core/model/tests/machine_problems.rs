@@ -1,8 +1,8 @@
 //! Machine files that are wrong: every mistake is reported with its place, key and reason, all at once, and no text
 //! whatever makes the reader panic.
 
-use bladeoff_model::document::Problems;
 use bladeoff_model::machine::MachineDef;
+use bladeoff_text::document::Problems;
 use proptest::prelude::*;
 
 fn shipped(name: &str) -> String {

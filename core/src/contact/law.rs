@@ -9,7 +9,7 @@
 //! Source: paper section 2 and its reference 10 (forward-increment Lagrange multipliers); docs/theory/03-contact.md. Normal and tangential
 //! part are solved together. Verified by the tests below.
 
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// Linear response of gap and slip to the contact force \[m/N\].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,9 +7,9 @@
 //! Verified by `stiff_bearings_carry_what_stands_on_them` in `tests/engines.rs`.
 
 use super::shaft_line::ShaftLine;
-use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::dot;
 
 /// Rows of R and scratch of one run.
 pub(super) struct BearingLoads {

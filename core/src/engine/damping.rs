@@ -10,9 +10,9 @@
 //! alternates in modes that hardly move a bearing. Verified by `tests/stepping.rs`: `damping_beyond_the_step_is_told`.
 
 use super::shaft_line::{masses, sites};
-use crate::linalg::{dot, inverse, mul_vec};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
+use bladeoff_numerics::linalg::{dot, inverse, mul_vec};
 
 /// A bearing whose damping the step of a run does not resolve.
 #[derive(Debug, Clone, PartialEq)]

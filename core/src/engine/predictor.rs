@@ -1,8 +1,8 @@
 //! The increments of a step without contact, converged.
 
 use super::shaft_line::{Increments, ShaftLine};
-use crate::linalg::{distance, norm};
 use bladeoff_model::outcome::Cause;
+use bladeoff_numerics::linalg::{distance, norm};
 
 /// Convergence, relative to the increment.
 pub(super) const TOLERANCE: f64 = 1e-12;

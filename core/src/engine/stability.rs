@@ -11,10 +11,10 @@
 use super::beginning::projected;
 use super::exponential::GridSpacing;
 use super::shaft_line::{masses, sites};
-use crate::linalg::{EigenError, Matrix, Vector, add_outer, project};
 use crate::modal::{Damping, DampingGrid, UnstableRange, least_damping, quadratic_values, unstable_ranges};
 use crate::structure::{Coordinates, Structure};
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{EigenError, Matrix, Vector, add_outer, project};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

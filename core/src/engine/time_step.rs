@@ -1,10 +1,10 @@
 //! From a machine and its structure to a run that may start: the time step and its limit.
 
 use super::shaft_line::sites;
-use crate::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use crate::structure::Structure;
-use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
+use bladeoff_numerics::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
+use bladeoff_text::document::units::{format_digits, format_quantity};
 
 /// Fraction of the stability limit that is taken when the machine names no step.
 ///

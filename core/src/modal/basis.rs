@@ -6,10 +6,10 @@
 //! structure. It is computed once and frozen: a later version may have other last digits.
 
 use super::key::modal_key;
-use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 
 /// Modes of one part: mass-normalised shapes in columns, circular frequencies squared ascending.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! The frozen basis as bytes: versioned, little-endian, complete.
 
 use super::{Basis, BasisError, ModeSet};
-use crate::linalg::Matrix;
+use bladeoff_numerics::linalg::Matrix;
 
 const MAGIC: &[u8; 8] = b"BLADEBAS";
 const VERSION: u32 = 1;

@@ -11,8 +11,8 @@
 //! and, against complete runs of the shipped machines, by `tests/contact_forecast.rs`.
 
 use super::unbalance::LinearRotor;
-use crate::linalg::{Matrix, Vector, mul_vec, solve};
 use bladeoff_model::machine::{Machine, Presence};
+use bladeoff_numerics::linalg::{Matrix, Vector, mul_vec, solve};
 use std::f64::consts::TAU;
 
 /// Evenly spaced speeds of the first search for the largest response, maxima that are refined, and steps of each refinement.

@@ -4,8 +4,8 @@ use std::cell::Cell;
 
 use super::shape::Mode;
 use super::whirl::Lateral;
-use crate::linalg::EigenError;
-use bladeoff_model::document::units::format_digits;
+use bladeoff_numerics::linalg::EigenError;
+use bladeoff_text::document::units::format_digits;
 
 /// Why modes were not found, or not followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

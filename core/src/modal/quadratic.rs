@@ -1,6 +1,6 @@
 //! The quadratic eigenvalue problem of damped, spinning systems.
 
-use crate::linalg::{
+use bladeoff_numerics::linalg::{
     EigenError, Matrix, cholesky, complex_eigen, complex_eigenvalues, inverse, mul, solve_lower, solve_upper,
 };
 

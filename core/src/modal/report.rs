@@ -3,9 +3,9 @@
 use super::follow::{critical_speeds, follow};
 use super::looks::ModesError;
 use super::whirl::{CriticalSpeed, Lateral, SpeedModes};
-use crate::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
+use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 
 /// One ring mode.
 #[derive(Debug, Clone, Copy, PartialEq)]

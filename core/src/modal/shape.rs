@@ -6,8 +6,8 @@
 //! The modal assurance criterion (Allemang 1982) in the state space and the norm of the energy: without damping different modes
 //! are orthogonal in it, gyroscopic effect or not, and with damping two motions of one shape are told apart by their lambda.
 
-use crate::linalg::{Matrix, column_of, mul_vec};
 use crate::rotor::RotorMatrices;
+use bladeoff_numerics::linalg::{Matrix, column_of, mul_vec};
 
 /// A solution `x e^{lambda t}`.
 #[derive(Debug, Clone)]

@@ -7,9 +7,9 @@
 //! unbalance ([`crate::engine`]), which `tests/linear_rotors.rs` holds against the reference. The unbalance masses are not
 //! in M (except of a point mass, which may have no other). Verified by `a_jeffcott_rotor_responds_in_closed_form`.
 
-use crate::linalg::{Matrix, Vector, solve};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_numerics::linalg::{Matrix, Vector, solve};
 
 /// Response at one speed.
 #[derive(Debug, Clone, PartialEq)]

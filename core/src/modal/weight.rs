@@ -9,8 +9,8 @@
 //! `a_point_mass_sags_and_swings_in_closed_form`, and against the modes of the shipped machines by `the_estimate_is_near_the_first_mode`.
 
 use super::unbalance::LinearRotor;
-use crate::linalg::{Vector, solve};
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{Vector, solve};
 
 /// Standard gravity \[m/s2\].
 const GRAVITY: f64 = 9.80665;

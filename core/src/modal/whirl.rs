@@ -4,9 +4,9 @@
 use super::quadratic::{QuadraticModes, quadratic_modes};
 use super::sense::{Whirl, excited_by_unbalance, orbits, sense};
 use super::shape::Mode;
-use crate::linalg::{EigenError, Matrix};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_numerics::linalg::{EigenError, Matrix};
 
 /// One damped lateral mode.
 #[derive(Debug, Clone, Copy, PartialEq)]

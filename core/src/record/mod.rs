@@ -43,11 +43,11 @@ use row::Row;
 use stresses::StressRecorder;
 use verdict::{Guards, Verdict};
 
-use crate::linalg::Matrix;
 use crate::modal::{DampingGrid, LeastDamping};
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Machine, OnExceed};
 use bladeoff_model::outcome::{Column, Group, Limit, Outcome, Status};
+use bladeoff_numerics::linalg::Matrix;
 use std::ops::Range;
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its

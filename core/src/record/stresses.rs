@@ -3,10 +3,10 @@
 use super::peak::{At, Peak};
 use super::row::Row;
 use super::von_mises::VonMises;
-use crate::linalg::Matrix;
 use crate::stress::{ShaftStresses, equivalent_square};
 use bladeoff_model::machine::RotorKind;
 use bladeoff_model::outcome::{Empty, MAX_COLUMNS};
+use bladeoff_numerics::linalg::Matrix;
 use std::ops::Range;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.

@@ -1,8 +1,8 @@
 //! Assembly of the shaft line.
 
 use super::{GyroSite, shaft_blocks};
-use crate::linalg::Matrix;
 use bladeoff_model::machine::{Rotor, RotorKind, Shaft};
+use bladeoff_numerics::linalg::Matrix;
 
 /// A bearing at its node, stiffness split into the part with a potential and the part without.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -226,7 +226,7 @@ impl RotorMatrices {
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
         let field = self.uniform(gravity);
         let mut weight = vec![0.0; field.len()];
-        crate::linalg::mul_vec(&self.mass, &field, &mut weight);
+        bladeoff_numerics::linalg::mul_vec(&self.mass, &field, &mut weight);
         weight
     }
 }

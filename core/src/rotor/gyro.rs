@@ -12,7 +12,7 @@
 //! Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
 //! `tests/linear_rotors.rs`.
 
-use crate::linalg::Matrix;
+use bladeoff_numerics::linalg::Matrix;
 
 /// One place with polar inertia. `xz` and `yz` are the places of its freedoms in the lateral vector (plane by plane).
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use super::elements::{blade_element, hermite, ring_element};
 use super::sectors::Sectors;
 use super::surface::Surface;
-use crate::linalg::{EigenError, Matrix};
 use bladeoff_model::machine::{Blades, FlexibleStator};
+use bladeoff_numerics::linalg::{EigenError, Matrix};
 
 /// Finite-element matrices of a diaphragm.
 #[derive(Debug, Clone, PartialEq)]

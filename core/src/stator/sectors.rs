@@ -13,8 +13,8 @@
 //! Limits: matrices of rings and of whole pairs of their modes, which are the same in the mirror, too.
 //! Verified by `modes_are_those_of_the_whole_ring`, `inverses_are_those_of_the_whole_ring`.
 
-use crate::linalg::lanes::add_scaled;
-use crate::linalg::{EigenError, Matrix, column_of, mul, mul_tn, spd_inverse, symmetric_generalised};
+use bladeoff_numerics::linalg::lanes::add_scaled;
+use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, mul, mul_tn, spd_inverse, symmetric_generalised};
 use std::ops::Range;
 
 /// Entries of a matrix in two sectors differ by this part of their diagonal at most: rounding of the ring's modes.
@@ -305,7 +305,7 @@ mod tests {
             }
             assert!((mul_tn(&shapes, &mul(m, &shapes)) - Matrix::identity(size, size)).amax() < 1e-10, "{name}");
             let stiff = mul_tn(&shapes, &mul(k, &shapes));
-            let off = stiff - Matrix::from_diagonal(&crate::linalg::Vector::from_vec(squares.clone()));
+            let off = stiff - Matrix::from_diagonal(&bladeoff_numerics::linalg::Vector::from_vec(squares.clone()));
             assert!(off.amax() < 1e-13 * highest, "{name}: {}", off.amax() / highest);
             // pairs to the last digit
             let pairs = squares.windows(2).filter(|pair| pair[0].to_bits() == pair[1].to_bits()).count();

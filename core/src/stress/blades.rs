@@ -1,9 +1,9 @@
 //! Bending and axial stress of the diaphragm's blades.
 
 use super::fibres::{Fibres, Pairs};
-use crate::linalg::Matrix;
 use crate::structure::RingPart;
 use bladeoff_model::machine::FlexibleStator;
+use bladeoff_numerics::linalg::Matrix;
 
 /// Stresses of the blades from the coordinates of their ring.
 ///
@@ -135,11 +135,11 @@ mod tests {
             let free: Vec<usize> = (48..matrices.size()).collect();
             if !free.is_empty() {
                 let k = Matrix::from_fn(free.len(), free.len(), |i, j| matrices.stiffness[(free[i], free[j])]);
-                let f = crate::linalg::Vector::from_iterator(
+                let f = bladeoff_numerics::linalg::Vector::from_iterator(
                     free.len(),
                     free.iter().map(|&i| -(0..48).map(|j| matrices.stiffness[(i, j)] * field[j]).sum::<f64>()),
                 );
-                let solution = crate::linalg::solve(&k, &f).expect("clamped");
+                let solution = bladeoff_numerics::linalg::solve(&k, &f).expect("clamped");
                 for (value, &i) in solution.iter().zip(&free) {
                     field[i] = *value;
                 }

@@ -7,10 +7,10 @@
 //! a single load, where all waves add. A coordinate without a partner is its own pair.
 //! Verified by `the_largest_size_is_found_with_its_place`, `no_stress_exceeds_its_bound`.
 
-use crate::linalg::eight::{dots, largest_dot};
-use crate::linalg::lanes::{LANES, Lane, kernel, rows_times};
-use crate::linalg::{Csr, Matrix};
+use crate::eight::{dots, largest_dot};
 use crate::structure::Part;
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times};
+use bladeoff_numerics::linalg::{Csr, Matrix};
 
 /// The bound with room for the rounding of its sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;

@@ -2,9 +2,9 @@
 
 use super::blades::BladeStresses;
 use super::fibres::{Amplitudes, Bounds, Fibres, Pairs};
-use crate::linalg::Matrix;
 use crate::structure::RingPart;
 use bladeoff_model::machine::FlexibleStator;
+use bladeoff_numerics::linalg::Matrix;
 
 /// Stresses of a ring and of its blades from the coordinates of the ring.
 ///
@@ -182,10 +182,10 @@ impl RingStresses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::{Vector, solve};
     use crate::stator::RingMatrices;
     use crate::structure::{Coordinates, Part};
     use bladeoff_model::machine::{Blades, Rayleigh, Ring};
+    use bladeoff_numerics::linalg::{Vector, solve};
 
     const R: f64 = 0.4;
     const H: f64 = 0.01;

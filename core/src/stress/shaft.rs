@@ -256,11 +256,12 @@ mod tests {
     }
 
     /// Displacements with the first node clamped.
-    fn clamped(stiffness: &crate::linalg::Matrix, fixed: &[usize], force: &[f64]) -> Vec<f64> {
+    fn clamped(stiffness: &bladeoff_numerics::linalg::Matrix, fixed: &[usize], force: &[f64]) -> Vec<f64> {
         let free: Vec<usize> = (0..force.len()).filter(|i| !fixed.contains(i)).collect();
-        let k = crate::linalg::Matrix::from_fn(free.len(), free.len(), |i, j| stiffness[(free[i], free[j])]);
-        let f = crate::linalg::Vector::from_iterator(free.len(), free.iter().map(|&i| force[i]));
-        let solution = crate::linalg::solve(&k, &f).expect("clamped");
+        let k =
+            bladeoff_numerics::linalg::Matrix::from_fn(free.len(), free.len(), |i, j| stiffness[(free[i], free[j])]);
+        let f = bladeoff_numerics::linalg::Vector::from_iterator(free.len(), free.iter().map(|&i| force[i]));
+        let solution = bladeoff_numerics::linalg::solve(&k, &f).expect("clamped");
         let mut x = vec![0.0; force.len()];
         for (value, &i) in solution.iter().zip(&free) {
             x[i] = *value;

@@ -1,6 +1,6 @@
 //! Generalised coordinates of a part: its nodal degrees of freedom themselves, or amplitudes of modes.
 
-use crate::linalg::{Matrix, axpy, column_of, dot};
+use bladeoff_numerics::linalg::{Matrix, axpy, column_of, dot};
 
 /// The map between coordinates q and nodal degrees of freedom x: `x = Phi q`, forces `Phi^T f`.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,8 +138,8 @@ mod tests {
             let (mut x, mut p) = (vec![0.0; 6], vec![0.0; coordinates.size()]);
             coordinates.expand(&q, &mut x);
             coordinates.project(&f, &mut p);
-            assert!((crate::linalg::dot(&x, &f) - crate::linalg::dot(&q, &p)).abs() < 1e-12);
-            assert!((crate::linalg::dot(&coordinates.row(4), &q) - x[4]).abs() < 1e-12);
+            assert!((bladeoff_numerics::linalg::dot(&x, &f) - bladeoff_numerics::linalg::dot(&q, &p)).abs() < 1e-12);
+            assert!((bladeoff_numerics::linalg::dot(&coordinates.row(4), &q) - x[4]).abs() < 1e-12);
             let mut head = vec![0.0; 4];
             coordinates.expand_head(&q, &mut head);
             assert_eq!(head, x[..4]);

@@ -13,11 +13,11 @@ pub use coordinates::Coordinates;
 pub use part::Part;
 pub use truncation_error::MAX_TRUNCATION_ERROR;
 
-use crate::linalg::Matrix;
 use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, RotorKind};
+use bladeoff_numerics::linalg::Matrix;
 
 /// A flexible ring.
 #[derive(Debug, Clone, PartialEq)]

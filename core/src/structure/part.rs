@@ -1,8 +1,8 @@
 //! One linear part of a machine.
 
 use super::coordinates::Coordinates;
-use crate::linalg::{Matrix, mul, mul_tn, project};
 use crate::modal::ModeSet;
+use bladeoff_numerics::linalg::{Matrix, mul, mul_tn, project};
 
 /// A linear part `M q'' + C q' + K q = f` in the engine's coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,5 +67,5 @@ impl Part {
 }
 
 fn diagonal(entries: Vec<f64>) -> Matrix {
-    Matrix::from_diagonal(&crate::linalg::Vector::from_vec(entries))
+    Matrix::from_diagonal(&bladeoff_numerics::linalg::Vector::from_vec(entries))
 }

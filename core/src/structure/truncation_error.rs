@@ -31,10 +31,10 @@
 //! Verified by `tests/modal_basis.rs`.
 
 use super::part::Part;
-use crate::linalg::{Matrix, dot, mul, spd_inverse};
 use crate::modal::{ModeSet, largest_share};
 use crate::stator::Sectors;
 use bladeoff_model::machine::DiaphragmKind;
+use bladeoff_numerics::linalg::{Matrix, dot, mul, spd_inverse};
 
 /// Largest share (3) of a valid run with contact; above it the run is invalid (`modal_basis`).
 pub const MAX_TRUNCATION_ERROR: f64 = 0.03;

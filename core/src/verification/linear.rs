@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use super::case::{Case, Check, NO_RUN};
 use super::machine::{machine, stepping, watch};
-use crate::linalg::Matrix;
 use crate::modal::{quadratic_modes, report, whirl_modes};
 use crate::rotor::RotorMatrices;
 use bladeoff_model::machine::{Engine, Machine};
+use bladeoff_numerics::linalg::Matrix;
 
 const RPM: f64 = std::f64::consts::PI / 30.0;
 const TWO_CODES: &str = "two independent finite-element codes (one of them ROSS 2.3.0)";

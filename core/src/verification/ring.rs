@@ -2,10 +2,10 @@
 
 use super::case::{Case, Check, NO_RUN};
 use super::machine::machine;
-use crate::linalg::{Vector, solve};
 use crate::modal::report;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::DiaphragmKind;
+use bladeoff_numerics::linalg::{Vector, solve};
 
 const RADIUS: f64 = 0.369;
 const YOUNG: f64 = 1.85e11;

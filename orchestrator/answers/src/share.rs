@@ -1,6 +1,6 @@
 //! Shares in per cent.
 
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// A share as a person reads it: two digits of what it is away from 0 or from 1, whichever is less, so that 0.9963 is not 100 %.
 #[must_use]

@@ -2,8 +2,8 @@
 
 use super::meant::check_questions;
 use super::refining::Refinement;
-use bladeoff_model::document::Collector;
 use bladeoff_study::ToCheck;
+use bladeoff_text::document::Collector;
 
 /// Checks questions, gates and `[refine]`; a [`bladeoff_study::CheckAsked`].
 pub fn check_asked(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) {

@@ -5,9 +5,9 @@ use super::vocabulary::{Vocabulary, column_of, label};
 use bladeoff_answers::ask::{Problem, Question, QuestionDef, SensitivityMethod};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;
-use bladeoff_model::document::{Collector, Problems};
 use bladeoff_study::plan::{Kind, Plan};
 use bladeoff_study::{Asked, AskedGate, AskedQuestion, Parameter, Placed, Samples, ToCheck};
+use bladeoff_text::document::{Collector, Problems};
 use std::ops::Range;
 
 /// Questions and gates that were understood.

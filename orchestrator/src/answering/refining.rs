@@ -8,9 +8,9 @@ use bladeoff_answers::ask::{Ask, Question};
 use bladeoff_answers::map::refine::{Grid, kinds};
 use bladeoff_answers::map::{Of, REGIME, Wanted, maps};
 use bladeoff_answers::tables::TableError;
-use bladeoff_model::document::Collector;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{Origin, Samples};
+use bladeoff_text::document::Collector;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

@@ -16,9 +16,9 @@ use crate::run::shards::{is_unmerged, row_files, see, unread};
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::Table;
-use bladeoff_model::document::Collector;
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;
+use bladeoff_text::document::Collector;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

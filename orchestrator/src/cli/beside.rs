@@ -5,10 +5,10 @@ use super::machine::set;
 use crate::engine;
 use bladeoff_answers::report::{Align, TextTable};
 use bladeoff_answers::tables::{ENGINE, NOTES, Table, TableSchema};
-use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue};
 use bladeoff_model::outcome::{Outcome, Part};
 use bladeoff_study::show;
+use bladeoff_text::document::units::{format_digits, format_quantity};
 use bladeoff_worker::core_solver::SolverError;
 
 /// Why a changed sample has no machine.

@@ -18,10 +18,10 @@ use crate::settled::machine_alone;
 use crate::starts::placed;
 use bladeoff_answers::report::{Align, TextTable, counted, wrapped};
 use bladeoff_core::engine::speeds_of_run;
-use bladeoff_model::document::MAX_FILE_BYTES;
 use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_study::{Axis, Fixed, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
 use bladeoff_system::shown;
+use bladeoff_text::document::MAX_FILE_BYTES;
 use std::path::{Path, PathBuf};
 
 /// Check a study: what varies, how many samples, how long it will take; or a machine

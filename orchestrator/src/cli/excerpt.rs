@@ -1,6 +1,6 @@
 //! The lines around a problem: all that is shown of a file, however large it is and however long its lines are.
 
-use bladeoff_model::document::{BYTE_ORDER_MARK, Problem, pictured_lines, visible};
+use bladeoff_text::document::{BYTE_ORDER_MARK, Problem, pictured_lines, visible};
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::ops::Range;
 
@@ -122,7 +122,7 @@ impl SourceCode for Excerpt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::document::Collector;
+    use bladeoff_text::document::Collector;
     use miette::NamedSource;
     use proptest::prelude::*;
 

@@ -12,10 +12,10 @@ use bladeoff_answers::tables::CsvStyle;
 use bladeoff_core::engine::TimeStep;
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Outcome;
 use bladeoff_system::{causes, shown};
+use bladeoff_text::document::units::{format_quantity, parse_bare_or_quantity};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

@@ -1,10 +1,10 @@
 //! A machine file and overrides of it, as several subcommands take them.
 
 use super::error::CliError;
-use bladeoff_model::document::{MAX_FILE_BYTES, Problems};
 use bladeoff_model::machine::{Machine, MachineDef, ValueError};
 use bladeoff_study::{FileKind, OfRoss, StudyError, kind_of, read_input, show};
 use bladeoff_system::call::word;
+use bladeoff_text::document::{MAX_FILE_BYTES, Problems};
 use std::path::PathBuf;
 
 /// Arguments that name a machine.

@@ -51,8 +51,8 @@ pub use exit::{EXIT_CODES, Exit};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
-use bladeoff_core::linalg::lanes::Width;
-use bladeoff_model::document::visible;
+use bladeoff_numerics::linalg::lanes::Width;
+use bladeoff_text::document::visible;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::panic;

@@ -3,8 +3,8 @@
 
 use super::error::CliError;
 use bladeoff_answers::report::fitted;
-use bladeoff_model::document::{visible_json, visible_lines};
 use bladeoff_system::call::program;
+use bladeoff_text::document::{visible_json, visible_lines};
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 

@@ -8,9 +8,9 @@ use bladeoff_answers::figures::{
     Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram,
 };
 use bladeoff_answers::history::{History, Series};
-use bladeoff_model::document::units::{format_quantity, parse_bare_or_quantity};
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
+use bladeoff_text::document::units::{format_quantity, parse_bare_or_quantity};
 use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders

@@ -5,8 +5,8 @@ use super::exit::Exit;
 use super::output::print;
 use crate::history::{RecoveredEnd, recover};
 use bladeoff_answers::report::counted;
-use bladeoff_model::document::units::format_quantity;
 use bladeoff_system::shown;
+use bladeoff_text::document::units::format_quantity;
 use std::path::{Path, PathBuf};
 
 /// Make a whole MCAP file from one whose writer died

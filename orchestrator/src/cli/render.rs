@@ -4,10 +4,10 @@ use super::error::CliError;
 use super::excerpt::Excerpt;
 use super::output::{for_terminal, width_of_errors};
 use crate::starts::StartError;
-use bladeoff_model::document::{Problem, Problems, visible, visible_lines};
 use bladeoff_study::StudyError;
 use bladeoff_system::causes;
 use bladeoff_system::threads::thread_limit;
+use bladeoff_text::document::{Problem, Problems, visible, visible_lines};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, SourceCode};
 use std::error::Error;
 use std::fmt;
@@ -117,7 +117,7 @@ impl Diagnostic for Shown<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_model::document::Collector;
+    use bladeoff_text::document::Collector;
 
     #[test]
     fn a_problem_is_shown_with_place_line_and_nearest_name() {

@@ -3,9 +3,9 @@
 use bladeoff_answers::report::counted;
 use bladeoff_core::engine::exponential::same_bases;
 use bladeoff_core::structure::same_structure;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{ENGINE, Engine, Machine, ParamValue, TWIN};
 use bladeoff_study::{Parameter, Samples};
+use bladeoff_text::document::units::format_digits;
 
 /// Samples up to which twins are counted; of more their share is told.
 const COUNTED: u64 = 1_000_000;

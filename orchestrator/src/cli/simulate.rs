@@ -14,11 +14,11 @@ use crate::starts::placed;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::tables::{ENGINE as ENGINE_COLUMN, NOTES, TableSchema, verdict_fields};
 use bladeoff_core::engine::TimeStep;
-use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Detection, ENGINE, Engine, EngineChoice, Machine, MachineDef, STEP, is_detection};
 use bladeoff_model::outcome::{Outcome, Status};
 use bladeoff_study::show;
 use bladeoff_system::call::word;
+use bladeoff_text::document::units::format_quantity;
 use std::time::Instant;
 
 /// Compute one blade-off transient and say what came out

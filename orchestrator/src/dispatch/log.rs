@@ -5,9 +5,9 @@ use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 
-use bladeoff_model::document::visible;
 use bladeoff_protocol::messages::WorkerId;
 use bladeoff_system::place::Place;
+use bladeoff_text::document::visible;
 
 use super::error::DispatchError;
 use crate::schedule::KillReason;

@@ -1,11 +1,11 @@
 //! Mode shapes: of the shaft line at rest and without damping, and of the rings.
 
 use bladeoff_answers::figures::{Figure, FigureError, GREY, Line, Mark, Panel, RingShape, panels, rings};
-use bladeoff_core::linalg::column_of;
 use bladeoff_core::modal::{ModeSet, ModesReport};
 use bladeoff_core::rotor::deflection;
 use bladeoff_core::structure::{RingPart, Structure};
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind, Shaft};
+use bladeoff_numerics::linalg::column_of;
 use std::f64::consts::PI;
 
 /// Lateral shapes drawn, twist shapes, ring shapes.

@@ -2,8 +2,8 @@
 
 use bladeoff_core::engine::{LEAST_STEP, unresolved_damping};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{Engine, Machine};
+use bladeoff_text::document::units::format_digits;
 
 /// Part of a bearing's flexibility in modes left out, or in motions faster than the step, from which on its load under a sudden force is off by as much.
 const WITHOUT: f64 = 0.05;

@@ -1,9 +1,9 @@
 //! Why a run may not be believed, in words: what a cause means, and by how much a guard broke or a limit was exceeded.
 
 use bladeoff_answers::report::percent;
-use bladeoff_model::document::units::{format_digits, format_quantity};
 use bladeoff_model::machine::{DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Cause, Limit};
+use bladeoff_text::document::units::{format_digits, format_quantity};
 
 /// What a cause means for whoever looks at the run.
 #[must_use]

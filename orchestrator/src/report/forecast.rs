@@ -2,8 +2,8 @@
 
 use super::stability::Stability;
 use bladeoff_core::modal::{ContactForecast, contact_forecasts};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{Braking, Machine, Rotor};
+use bladeoff_text::document::units::format_digits;
 
 /// Said below every forecast.
 pub const CAVEAT: &str = "The forecast is that of the linear rotor without contact. The release is followed for its first 40 turns; on the shipped machines complete runs \

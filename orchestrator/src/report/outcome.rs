@@ -2,9 +2,9 @@
 
 use super::causes::{broken_by, cause_in_words, diverged_at, exceeded_at, exceeded_by};
 use bladeoff_answers::report::percent;
-use bladeoff_model::document::units::format_quantity;
 use bladeoff_model::machine::{Machine, TWIN};
 use bladeoff_model::outcome::{Cause, CauseSet, Column, ColumnKind, EndCause, Group, Outcome, Part, Status};
+use bladeoff_text::document::units::format_quantity;
 use std::fmt::Write;
 
 /// An outcome with the columns that name its values.

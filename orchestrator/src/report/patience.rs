@@ -1,8 +1,8 @@
 //! A word about work of which nothing is seen while it lasts: matrices and modes of a large ring take half a minute.
 
 use bladeoff_answers::report::duration;
-use bladeoff_model::document::visible;
 use bladeoff_model::machine::{DiaphragmKind, Machine};
+use bladeoff_text::document::visible;
 use std::io::Write;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;

@@ -4,8 +4,8 @@ use super::bar::{Bar, fitting};
 use super::eta::Eta;
 use super::tally::Tally;
 use bladeoff_answers::report::{counted, duration};
-use bladeoff_model::document::visible_lines;
 use bladeoff_model::outcome::Status;
+use bladeoff_text::document::visible_lines;
 use std::io::Write;
 use std::time::{Duration, Instant};
 

@@ -4,8 +4,8 @@ use crate::engine;
 use bladeoff_core::engine::speeds_of_run;
 use bladeoff_core::modal::UnstableRange;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::Machine;
+use bladeoff_text::document::units::format_digits;
 use std::f64::consts::PI;
 
 /// A warning for each range of speeds \[rad/s\], in ascending order, in which a whirl mode of the linear rotor without contact is unstable; empty

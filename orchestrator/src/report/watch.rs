@@ -3,8 +3,8 @@
 use super::bar::{Bar, fitting};
 use bladeoff_answers::report::duration;
 use bladeoff_core::record::{Follower, Frame};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::Machine;
+use bladeoff_text::document::units::format_digits;
 use std::collections::VecDeque;
 use std::io::Write;
 use std::time::{Duration, Instant};

@@ -2,8 +2,8 @@
 
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{END_CAUSE, END_TIME, Table, TableError};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::outcome::{EndCause, Status};
+use bladeoff_text::document::units::format_digits;
 use std::path::PathBuf;
 
 /// Counts of ok runs, and of those that ended at their end time.

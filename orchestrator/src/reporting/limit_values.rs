@@ -5,10 +5,10 @@
 //! ```
 
 use bladeoff_answers::report::{Align, TextTable, wrapped};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{DiaphragmKind, Machine, MachineDef, ModelLimit, OnExceed, RotorKind};
 use bladeoff_model::outcome::Limit;
 use bladeoff_study::Samples;
+use bladeoff_text::document::units::format_digits;
 
 /// One limit of a machine or of the machines of a study.
 #[derive(Debug, Clone, PartialEq)]

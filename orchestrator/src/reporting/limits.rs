@@ -11,10 +11,10 @@ use crate::report::{Tally, just_above};
 use bladeoff_answers::page::Table as PageTable;
 use bladeoff_answers::report::{Align, TextTable, counted};
 use bladeoff_answers::tables::{Table, TableError};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::OnExceed;
 use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
+use bladeoff_text::document::units::format_digits;
 use std::path::PathBuf;
 
 /// How the column of a limit's ratio begins; the limit's name follows.

@@ -4,7 +4,7 @@ use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Figure, Question};
 use bladeoff_answers::estimate::input::{Group, Label};
 use bladeoff_answers::figures::{Scale, plain_name};
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 use std::collections::BTreeMap;
 
 /// A share.

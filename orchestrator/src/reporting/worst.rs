@@ -5,8 +5,8 @@ use super::rows::{Coordinate, End, Ends, Extreme, Seen};
 use super::words::kind_in_words;
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::report::{counted, worst_least};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_system::call;
+use bladeoff_text::document::units::format_digits;
 use std::path::Path;
 
 /// A command about a directory, with the program's plain name: a page is read elsewhere, too.

@@ -10,12 +10,12 @@
 
 use super::stamp::{host, timestamp};
 use crate::dispatch::Ended;
-use bladeoff_model::document::visible;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::locks::{self, LockHolder};
 use bladeoff_system::place::{Identity, Place, identity};
 use bladeoff_system::shown;
+use bladeoff_text::document::visible;
 use rustix::fs::fstat;
 use rustix::process::geteuid;
 use serde_json::{Value, json};

@@ -11,10 +11,10 @@ use crate::report::{matrices_of, with_word};
 use bladeoff_answers::tables::TableSchema;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
-use bladeoff_model::document::Problems;
 use bladeoff_model::machine::Machine;
 use bladeoff_study::{SampleKeys, Samples};
 use bladeoff_system::folder::Folder;
+use bladeoff_text::document::Problems;
 use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
 
 /// A study ready to be computed.

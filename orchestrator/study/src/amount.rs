@@ -1,7 +1,7 @@
 //! Times and sizes as people write them: "8h", "90 min", "2 GB".
 
-use bladeoff_model::document::cut;
-use bladeoff_model::document::units::parse_bare_or_quantity;
+use bladeoff_text::document::cut;
+use bladeoff_text::document::units::parse_bare_or_quantity;
 use std::time::Duration;
 
 /// Longest time that makes sense, about thirty years \[s\].

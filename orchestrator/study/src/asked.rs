@@ -4,7 +4,7 @@
 use super::error::StudyError;
 use super::input::read_input;
 use super::table::{Keys, scalar_text, wrong_type};
-use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Value, cut, parse_toml};
+use bladeoff_text::document::{Collector, Entry, MAX_FILE_BYTES, Node, Value, cut, parse_toml};
 use std::ops::Range;
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 
 use super::ValueList;
 use super::parameter::{Origin, Parameter};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::machine::{ParamValue, PathInfo};
+use bladeoff_text::document::units::format_digits;
 use std::ops::Range;
 
 /// Most parameters that vary: a message to a worker has room for so many.

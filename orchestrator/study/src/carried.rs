@@ -4,8 +4,8 @@ use super::column::{Column, ColumnKind};
 use super::csv::{Cell, Csv};
 use super::parameter::Parameter;
 use super::table::{Keys, wrong_type};
-use bladeoff_model::document::{Collector, Value, cut};
 use bladeoff_model::machine::ParamValue;
+use bladeoff_text::document::{Collector, Value, cut};
 use std::ops::Range;
 
 /// Most columns of a points file that are no parameters.

@@ -10,8 +10,8 @@
 //! ```
 //! What may be read in two ways is refused with its line, never guessed.
 
-use bladeoff_model::document::units::parse_any_quantity;
-use bladeoff_model::document::{BYTE_ORDER_MARK, Collector};
+use bladeoff_text::document::units::parse_any_quantity;
+use bladeoff_text::document::{BYTE_ORDER_MARK, Collector};
 use std::borrow::Cow;
 use std::ops::Range;
 

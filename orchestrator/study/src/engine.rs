@@ -4,10 +4,10 @@
 use super::axis::Axis;
 use super::drawn::Drawn;
 use super::parameter::{Origin, Parameter};
-use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{
     CONTACT_STEP, ENGINE, Engine, EngineChoice, EngineReason, MachineDef, ParamValue, PathInfo, STEP, decides_engine,
 };
+use bladeoff_text::document::Collector;
 
 /// The engine of all samples, which `machine` has from now on; `None`: each has its own, `run.engine` varies.
 pub(super) fn settle(machine: &mut MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineChoice> {

@@ -2,9 +2,9 @@
 
 use super::design::DesignError;
 use super::input::InputError;
-use bladeoff_model::document::Problems;
 use bladeoff_system::threads::ThreadsError;
 use bladeoff_system::{call, shown};
+use bladeoff_text::document::Problems;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 

@@ -13,9 +13,9 @@ use super::axis::show;
 use super::error::StudyError;
 use super::parameter::Parameter;
 use super::samples::Samples;
-use bladeoff_model::document::{Collector, Problem, Problems};
 use bladeoff_model::machine::{MachineDef, ParamValue, ValueError};
 use bladeoff_system::threads::in_parallel;
+use bladeoff_text::document::{Collector, Problem, Problems};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

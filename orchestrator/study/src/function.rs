@@ -5,8 +5,8 @@
 
 use super::axis::MOST_VARIED;
 use super::derived::{Variable, find, meant};
-use bladeoff_model::formula::{Kind, Program, is_reserved, parse};
 use bladeoff_model::machine::ParamValue;
+use bladeoff_text::formula::{Kind, Program, is_reserved, parse};
 use std::ops::Range;
 use thiserror::Error;
 

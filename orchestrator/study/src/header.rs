@@ -1,8 +1,8 @@
 //! Header cells of a table: a unit in brackets behind a name (`gap [mm]`), and a first line that holds numbers instead of names.
 
 use super::csv::Cell;
-use bladeoff_model::document::Collector;
-use bladeoff_model::document::units::{parse_quantity, unit_of};
+use bladeoff_text::document::Collector;
+use bladeoff_text::document::units::{parse_quantity, unit_of};
 use std::borrow::Cow;
 
 /// Reports a header that consists of numbers, as of a table that numpy or SALib wrote. Whether it does.

@@ -1,8 +1,8 @@
 //! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
 
-use bladeoff_model::document::{cut, nearest};
 use bladeoff_system::place::{Place, Unfit};
 use bladeoff_system::shown;
+use bladeoff_text::document::{cut, nearest};
 use std::io;
 use std::path::{Component, Path, PathBuf};
 

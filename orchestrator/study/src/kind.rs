@@ -1,6 +1,6 @@
 //! Which kind of file a text is: for whoever was given the other kind.
 
-use bladeoff_model::document::{Value, parse_toml};
+use bladeoff_text::document::{Value, parse_toml};
 
 /// A file of this program.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::amount::{parse_duration, parse_memory};
 use super::table::{Keys, scalar_text};
-use bladeoff_model::document::{Collector, Entry, Value};
+use bladeoff_text::document::{Collector, Entry, Value};
 use std::time::Duration;
 
 /// The policy of a study.

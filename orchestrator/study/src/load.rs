@@ -22,8 +22,8 @@ use super::stop::StopDef;
 use super::table::Keys;
 use super::twin::TwinShare;
 use super::vary::{PathTable, read_vary};
-use bladeoff_model::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use bladeoff_model::machine::{Machine, MachineDef, TWIN};
+use bladeoff_text::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use std::path::Path;
 
 /// Names of the columns that the table of this machine has whatever varies: no column that is carried along may have one of them.

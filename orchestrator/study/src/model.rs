@@ -3,7 +3,7 @@
 use super::derived::Variable;
 use super::function::{FunctionError, FunctionModel};
 use super::table::Keys;
-use bladeoff_model::document::{Collector, cut};
+use bladeoff_text::document::{Collector, cut};
 
 /// What a study without a machine has no use for.
 const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];

@@ -2,7 +2,7 @@
 
 use super::frozen::FrozenFiles;
 use super::input::{InputError, beside, read_frozen, read_input};
-use bladeoff_model::document::{Collector, Entry, cut};
+use bladeoff_text::document::{Collector, Entry, cut};
 use std::path::Path;
 
 /// Which file is wanted.

@@ -2,8 +2,8 @@
 
 use super::column::{Column, ColumnKind};
 use super::derived::Variable;
-use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{self, ParamValue, PathInfo, PathKind, is_detection};
+use bladeoff_text::document::Collector;
 use std::ops::Range;
 
 /// Where the values of a parameter come from.

@@ -11,8 +11,8 @@ use super::csv::{Cell, Csv, DecimalSign};
 use super::header::{refuse_numbers, unit_for, with_unit};
 use super::values::Gathered;
 use super::vary::{MOST_POINTS, PathTable, one_kind};
-use bladeoff_model::document::{Collector, Problems, cut};
 use bladeoff_model::machine::PathInfo;
+use bladeoff_text::document::{Collector, Problems, cut};
 use std::ops::Range;
 
 /// What the points file is to the study.

@@ -3,7 +3,7 @@
 
 use super::asked::Asked;
 use super::table::{Keys, wrong_type};
-use bladeoff_model::document::{Collector, Entry, Value};
+use bladeoff_text::document::{Collector, Entry, Value};
 use std::ops::Range;
 
 const KEYS: [&str; 3] = ["max_samples", "of", "first"];

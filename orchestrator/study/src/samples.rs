@@ -16,8 +16,8 @@ use super::plan::Plan;
 use super::uncertain::Uncertain;
 use super::value_table::{TABLE_BYTES, ValueTable};
 use crate::design::{Design, DesignError, Thinned};
-use bladeoff_model::document::Collector;
 use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
+use bladeoff_text::document::Collector;
 
 /// Samples whose values are looked at one by one; of more this many.
 const MOST_ASKED: u64 = 100_000;

@@ -3,8 +3,8 @@
 use super::definition::Fixed;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::vary::{Given, PathTable};
-use bladeoff_model::document::{Collector, Entry, Value, cut};
 use bladeoff_system::call::program;
+use bladeoff_text::document::{Collector, Entry, Value, cut};
 
 /// Bytes of the longest path: a table of a long name would be repeated in each of its keys.
 const LONGEST_PATH: usize = 512;

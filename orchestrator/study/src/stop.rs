@@ -5,7 +5,7 @@ use super::amount::parse_duration;
 use super::asked::{Asked, AskedQuestion};
 use super::plan::{Kind, Plan, Standing};
 use super::table::{Keys, scalar_text, wrong_type};
-use bladeoff_model::document::{Collector, Entry, Value};
+use bladeoff_text::document::{Collector, Entry, Value};
 use std::time::Duration;
 
 const KEYS: [&str; 4] = ["half_width", "relative", "samples", "wall"];

@@ -1,6 +1,6 @@
 //! Keys of one table of a study file: typed access, unknown ones refused with the nearest known.
 
-use bladeoff_model::document::{Collector, Entry, MISSING, Node, Value, cut};
+use bladeoff_text::document::{Collector, Entry, MISSING, Node, Value, cut};
 use std::ops::Range;
 
 /// A table under inspection.

@@ -9,8 +9,8 @@
 //! of the twins, and their number is the share's within one or two. Sample 0 is always chosen.
 
 use super::table::wrong_type;
-use bladeoff_model::document::{Collector, Entry, Value};
 use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
+use bladeoff_text::document::{Collector, Entry, Value};
 
 /// Shift of the initial speed where the machine names none.
 const SHIFT: f64 = 1e-6;

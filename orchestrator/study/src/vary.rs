@@ -6,12 +6,12 @@ use super::header::name_and_unit;
 use super::parameter::variable_info;
 use super::table::{Keys, scalar_text, wrong_type};
 use super::values::{Gathered, Mixed, ValueList};
-use bladeoff_model::document::units::parse_any_quantity;
-use bladeoff_model::document::{Collector, Entry, MISSING, Node, Value, cut};
 use bladeoff_model::machine::{
     MachineDef, ParamValue, PathError, PathInfo, PathKind, ValueError, is_of_the_format, some_of,
 };
 use bladeoff_system::call::program;
+use bladeoff_text::document::units::parse_any_quantity;
+use bladeoff_text::document::{Collector, Entry, MISSING, Node, Value, cut};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;

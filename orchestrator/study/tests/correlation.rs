@@ -1,6 +1,6 @@
 //! Correlated parameters.
 
-use bladeoff_model::probability::{normal_quantile, normal_tails};
+use bladeoff_numerics::probability::{normal_quantile, normal_tails};
 use bladeoff_study::correlation::{ACCURACY, Copula, CorrelationError, Pair, Strength};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Values, Written};
 

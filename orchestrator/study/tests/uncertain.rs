@@ -34,7 +34,7 @@ fn discrete(values: Values, weights: Option<&[f64]>) -> (Result<Uncertain, Vec<U
 
 #[test]
 fn quantiles_are_those_of_the_reference_in_both_tails() {
-    let text = include_str!("../../../core/model/tests/reference/quantiles.csv");
+    let text = include_str!("../../../core/numerics/tests/reference/quantiles.csv");
     let (mut worst, mut count) = (0.0f64, 0);
     for line in text.lines().filter(|line| !line.starts_with('#') && !line.starts_with("dist")) {
         let cells: Vec<&str> = line.split(';').collect();

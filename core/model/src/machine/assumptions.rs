@@ -9,7 +9,7 @@ use super::model::{
     Bearing, ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, RotorKind,
     Unbalance, UnbalanceKind,
 };
-use crate::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// The key that the machine may leave out.
 const TORSIONAL: &str = "rotor.damping.torsional";

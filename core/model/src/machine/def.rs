@@ -10,7 +10,7 @@ use super::model::{Engine, Machine};
 use super::paths::PathInfo;
 use super::schema::ENGINE;
 use super::value::{self, ParamValue, ValueError};
-use crate::document::{Collector, Problems};
+use bladeoff_text::document::{Collector, Problems};
 
 /// A machine file: its text, and a value for every scalar and choice. Clones share all but the values, so that one per
 /// sample of a study is cheap.

@@ -5,8 +5,8 @@ use super::layout::{Origin, Scalar};
 use super::paths::{PathError, PathInfo, PathKind, bracketed};
 use super::schema::{Kind, Need, keys};
 use super::value::ParamValue;
-use crate::document::units::format_digits;
-use crate::document::{cut, nearest};
+use bladeoff_text::document::units::format_digits;
+use bladeoff_text::document::{cut, nearest};
 
 impl MachineDef {
     /// Every parameter that this machine has, those at their defaults included, in the order of the format.

@@ -7,7 +7,7 @@ use std::ops::Range as Span;
 use super::layout::{ByPath, Layout, Named, Origin, Scalar, Slot, State, Text};
 use super::schema::{Branch, Key, Kind, Need, SCHEMA, Segment, root};
 use super::value::from_node;
-use crate::document::{Collector, Entry, MISSING, Node, Problems, Value, cut, parse_toml};
+use bladeoff_text::document::{Collector, Entry, MISSING, Node, Problems, Value, cut, parse_toml};
 
 /// More sections, list entries or named tables than any machine has; they bound what a file can make us allocate.
 const MOST_SECTIONS: usize = 1_000;

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::schema::{Key, Kind, Need, When, keys};
-use crate::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 const HEAD: &str = "\
 # Machine file of bladeoff. Every number is SI, or a string with its unit (\"8 mm\", \"1500 rpm\", \"210 GPa\", \"kg m2\").

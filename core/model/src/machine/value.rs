@@ -4,8 +4,8 @@ use thiserror::Error;
 
 use super::layout::{Scalar, Slot};
 use super::schema::Kind;
-use crate::document::units::{QuantityError, examples, format_digits, parse_bare_or_quantity, parse_quantity};
-use crate::document::{Collector, Node, Value, nearest};
+use bladeoff_text::document::units::{QuantityError, examples, format_digits, parse_bare_or_quantity, parse_quantity};
+use bladeoff_text::document::{Collector, Node, Value, nearest};
 
 /// Value of a parameter.
 #[derive(Debug, Clone, PartialEq)]

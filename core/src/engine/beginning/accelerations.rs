@@ -1,8 +1,8 @@
 //! Accelerations of the shaft line at t = 0.
 
 use crate::engine::shaft_line::{ShaftLine, masses};
-use crate::linalg::{Matrix, distance, inverse, mul_vec, norm};
 use crate::structure::Structure;
+use bladeoff_numerics::linalg::{Matrix, distance, inverse, mul_vec, norm};
 
 /// Rounds of the iteration.
 const ROUNDS: usize = 2000;

@@ -1,8 +1,8 @@
 //! The exact correction of the increments before t = 0 that a start under contact takes where plain rounds do not settle.
 
 use crate::engine::shaft_line::{Increments, ShaftLine, masses};
-use crate::linalg::{Matrix, axpy, dot, inverse, mul, mul_vec};
 use crate::structure::Structure;
+use bladeoff_numerics::linalg::{Matrix, axpy, dot, inverse, mul, mul_vec};
 
 /// The correction (2) of [`super::loaded`], lateral and twist one after the other.
 pub(super) struct Centring {

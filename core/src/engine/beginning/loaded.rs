@@ -17,9 +17,9 @@ use crate::engine::motion::Motion;
 use crate::engine::predictor::TOLERANCE;
 use crate::engine::rub::Rub;
 use crate::engine::shaft_line::Increments;
-use crate::linalg::{axpy, distance, norm};
 use crate::structure::Structure;
 use bladeoff_model::outcome::Cause;
+use bladeoff_numerics::linalg::{axpy, distance, norm};
 
 /// Rounds (1) at most.
 const ROUNDS: usize = 2000;

@@ -17,10 +17,10 @@ use super::motion::Motion;
 use super::rub::Rub;
 use super::shaft_line::ShaftLine;
 use super::time_step::StartError;
-use crate::linalg::norm;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, Machine};
 use bladeoff_model::outcome::Cause;
+use bladeoff_numerics::linalg::norm;
 
 /// A motion that may begin, or the cause why there is no first step from it.
 ///

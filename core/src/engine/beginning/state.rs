@@ -6,10 +6,10 @@
 use super::accelerations::{Accelerations, accelerations};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use crate::engine::time_step::StartError;
-use crate::linalg::{Matrix, Vector, add_outer, axpy, solve};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, Presence};
+use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, solve};
 
 /// Puts the shaft line into its state at t = 0.
 ///
@@ -93,7 +93,7 @@ fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerat
 pub(in crate::engine) fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
     match structure.lateral.coordinates.shapes() {
         None => nodal.clone(),
-        Some(shapes) => crate::linalg::project(nodal, shapes),
+        Some(shapes) => bladeoff_numerics::linalg::project(nodal, shapes),
     }
 }
 

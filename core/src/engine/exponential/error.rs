@@ -1,8 +1,8 @@
 //! Machines and steps that the exponential engine cannot compute.
 
 use crate::engine::time_step::StartError;
-use crate::linalg::EigenError;
 use bladeoff_model::outcome::Cause;
+use bladeoff_numerics::linalg::EigenError;
 
 /// A machine that the exponential engine cannot compute.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -6,8 +6,8 @@ use super::section::Section;
 use super::stator::Stator;
 use crate::contact::{ContactForce, Gap};
 use crate::engine::shaft_line::{Increments, ShaftLine};
-use crate::linalg::{axpy, distance, dot, norm};
 use bladeoff_model::machine::FrictionLaw;
+use bladeoff_numerics::linalg::{axpy, distance, dot, norm};
 
 /// Roundings of a radius in a gap: of both components of `P - x`, its length, and the difference to R_r.
 const GAP_ROUNDINGS: f64 = 16.0;

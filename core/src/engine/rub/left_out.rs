@@ -6,9 +6,9 @@
 
 use super::axes::{Axes, bilinear, directions};
 use crate::contact::Gap;
-use crate::linalg::{Matrix, axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
+use bladeoff_numerics::linalg::{Matrix, axpy, column_of};
 
 /// What the modes left out do at one diaphragm.
 pub(super) struct LeftOut<'a> {

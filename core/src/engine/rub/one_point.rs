@@ -8,8 +8,8 @@ use super::rounds::{Rounds, TOLERANCE, Work};
 use super::step_contact::{ContactFailure, StepContact};
 use crate::contact::{Compliance, ContactForce, Gap, NotUnique, PlaceSearch, slide, stick_or_slide};
 use crate::engine::shaft_line::{Increments, ShaftLine};
-use crate::linalg::dot;
 use bladeoff_model::machine::{Detection, FrictionLaw};
+use bladeoff_numerics::linalg::dot;
 
 /// What a contact step starts from.
 pub(super) struct Attempt {

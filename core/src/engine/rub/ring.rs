@@ -2,9 +2,9 @@
 
 use crate::contact::{Detector, Gap, Place};
 use crate::engine::shaft_line::Stepper;
-use crate::linalg::{axpy, distance, dot, norm};
 use crate::stator::Surface;
 use crate::structure::{Coordinates, RingPart};
+use bladeoff_numerics::linalg::{axpy, distance, dot, norm};
 
 /// The flexible ring of a diaphragm.
 pub(super) struct Ring<'a> {
@@ -184,8 +184,8 @@ fn radial_bound(coordinates: &Coordinates, nodes: usize, arc: f64) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::contact::{exact_gap, polar_gap};
-    use crate::linalg::Matrix;
     use crate::stator::steel_ring;
+    use bladeoff_numerics::linalg::Matrix;
     use proptest::prelude::*;
 
     const NODES: usize = 6;
@@ -211,12 +211,12 @@ mod tests {
         let mut shape = Matrix::zeros(4 * NODES, 1);
         (shape[(3, 0)], shape[(6, 0)]) = (1.0, 0.25 * arc);
         let bound = radial_bound(&Coordinates::modal(&shape), NODES, arc)[0];
-        let most = largest(&surface, crate::linalg::column_of(&shape, 0));
+        let most = largest(&surface, bladeoff_numerics::linalg::column_of(&shape, 0));
         assert!(most <= bound, "{most} {bound}");
         assert!(most > 0.25 * arc * 1.037, "{most} {arc}");
         // and L/3 is reached: no smaller one is a bound
         shape[(6, 0)] = arc / 3.0;
-        let most = largest(&surface, crate::linalg::column_of(&shape, 0));
+        let most = largest(&surface, bladeoff_numerics::linalg::column_of(&shape, 0));
         assert!((most / bound - 1.0).abs() < 1e-12, "{most} {bound}");
     }
 

@@ -2,7 +2,7 @@
 
 use super::axes::{Axes, bilinear};
 use crate::engine::shaft_line::{Increments, ShaftLine};
-use crate::linalg::{axpy, dot, norm};
+use bladeoff_numerics::linalg::{axpy, dot, norm};
 
 /// Rows and responses `A^-1` of the node that touches, in the stator's frame.
 pub(super) struct Section {

@@ -21,8 +21,8 @@ use super::step_contact::StepContact;
 use crate::contact::complementarity::{self, Block, Coupled, POINTS};
 use crate::contact::{ContactForce, Gap, Place};
 use crate::engine::shaft_line::{Increments, ShaftLine};
-use crate::linalg::{axpy, dot};
 use bladeoff_model::machine::FrictionLaw;
+use bladeoff_numerics::linalg::{axpy, dot};
 
 /// Points of a ring at most.
 const MOST: usize = 16;

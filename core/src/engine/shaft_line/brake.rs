@@ -17,9 +17,9 @@
 //! energy of the fictitious step before, up to four times its own. Verified by `tests/outside.rs`: `a_braked_rotor_stops_*`,
 //! `a_rotor_at_rest_*`, `brakes_that_stop_a_rotor_within_a_step_*`.
 
-use crate::linalg::{axpy, dot};
 use crate::rotor::{braking_torque, constant_torque};
 use bladeoff_model::machine::Braking;
+use bladeoff_numerics::linalg::{axpy, dot};
 
 /// A spin increment within this part of what the brake took in a step is none.
 const ROUNDING: f64 = 1e-9;

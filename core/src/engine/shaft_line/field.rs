@@ -1,8 +1,8 @@
 //! A displacement field under way: coordinates by central differences, and the motion of the nodes that follows from them.
 
 use super::stepper::Stepper;
-use crate::linalg::Matrix;
 use crate::structure::{Coordinates, Part};
+use bladeoff_numerics::linalg::Matrix;
 
 /// The lateral displacements, or the twist, of the shaft line.
 #[derive(Debug, Clone)]

@@ -7,10 +7,10 @@
 use proptest::prelude::*;
 
 use super::{ShaftLine, masses};
-use crate::linalg::{Matrix, Vector};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef, RotorKind, Shaft};
+use bladeoff_numerics::linalg::{Matrix, Vector};
 
 /// `a + b e1 + c e2 + d e1 e2`, e1^2 = e2^2 = 0.
 #[derive(Clone, Copy)]

@@ -1,9 +1,9 @@
 //! Mass matrices of a run: the structure's and the constant-coefficient terms of its unbalances.
 
-use crate::linalg::{Matrix, add_outer};
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{Matrix, add_outer};
 
 /// The unbalances of a machine at their nodes.
 pub(crate) fn sites(machine: &Machine) -> Vec<UnbalanceSite> {

@@ -24,10 +24,10 @@ use field::Field;
 use spin::Spin;
 use unbalances::Unbalances;
 
-use crate::linalg::{axpy, norm};
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{axpy, norm};
 
 /// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
 const RESTING: f64 = 1e-4;

@@ -1,7 +1,7 @@
 //! A prescribed speed: its law over time and the drive that keeps the spin on it.
 
-use crate::linalg::{axpy, dot};
 use bladeoff_model::machine::SpeedLaw;
+use bladeoff_numerics::linalg::{axpy, dot};
 
 /// The drive that keeps the spin on a law.
 #[derive(Debug, Clone)]

@@ -5,9 +5,9 @@
 use super::brake::Brake;
 use super::prescribed::Prescribed;
 use super::stepper::Stepper;
-use crate::linalg::{axpy, dot};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{axpy, dot};
 
 /// The mean spin under way.
 #[derive(Debug, Clone)]

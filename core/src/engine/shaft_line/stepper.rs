@@ -8,8 +8,8 @@
 //! taken. Damping is centred. Stable for `dt < 2/omega_max`. Verified by `an_oscillator_converges_with_order_two`,
 //! `the_discrete_energy_balance_is_exact`.
 
-use crate::linalg::{Csr, Matrix, inverse, mul_vec};
 use crate::structure::Part;
+use bladeoff_numerics::linalg::{Csr, Matrix, inverse, mul_vec};
 
 /// One part under way.
 #[derive(Debug, Clone)]
@@ -125,7 +125,7 @@ impl Stepper {
     /// Kinetic energy of an increment, `d^T M d / (2 dt^2)` \[J\].
     pub fn kinetic_energy(&self, increment: &[f64]) -> f64 {
         let sum = match &self.operator {
-            Operator::Diagonal { .. } => crate::linalg::dot(increment, increment),
+            Operator::Diagonal { .. } => bladeoff_numerics::linalg::dot(increment, increment),
             Operator::General { mass, .. } => mass.bilinear(increment, increment),
         };
         0.5 * sum / (self.dt * self.dt)
@@ -169,7 +169,7 @@ fn mul_vec_sparse(a: &Matrix, x: &[f64], y: &mut [f64]) {
     y.fill(0.0);
     for (j, &value) in x.iter().enumerate() {
         if value != 0.0 {
-            crate::linalg::axpy(value, crate::linalg::column_of(a, j), y);
+            bladeoff_numerics::linalg::axpy(value, bladeoff_numerics::linalg::column_of(a, j), y);
         }
     }
 }

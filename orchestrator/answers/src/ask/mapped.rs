@@ -7,7 +7,7 @@ use crate::estimate::bad::Bad;
 use crate::estimate::figures::{Figures, Method};
 use crate::map::{Cell, Map, Of, Shows, Wanted};
 use crate::share::percent;
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// "max_bearing_load_N over gap_m and friction, a panel for each detection".
 pub(super) fn map_in_words(wanted: &Wanted) -> String {

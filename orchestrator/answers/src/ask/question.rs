@@ -4,8 +4,8 @@ use super::method::{Sensitivity, SensitivityMethod};
 use crate::estimate::formula::{Formula, Known};
 use crate::estimate::input::Label;
 use crate::map::{Of, REGIME, Wanted};
-use bladeoff_model::document::nearest;
-use bladeoff_model::formula::FormulaError;
+use bladeoff_text::document::nearest;
+use bladeoff_text::formula::FormulaError;
 use std::ops::Range;
 
 /// Confidence where none is given.

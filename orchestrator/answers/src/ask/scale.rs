@@ -1,7 +1,7 @@
 //! How a number reads: as a share, or in a unit.
 
 use crate::share::{percent, percent_with};
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// Digits of a value in a unit; and so many more at most where two would read the same.
 const DIGITS: usize = 4;

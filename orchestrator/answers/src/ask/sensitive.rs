@@ -16,8 +16,8 @@ use crate::sensitivity::{
     Given, Index, Indices, Input, OfParameter, Parts, Regime, by_regime, given_data, morris, regimes, sobol, warning,
 };
 use crate::share::{percent, percent_given};
-use bladeoff_model::document::units::format_digits;
 use bladeoff_model::outcome::Status;
+use bladeoff_text::document::units::format_digits;
 
 /// Parameters that a sentence names.
 const NAMED: usize = 4;

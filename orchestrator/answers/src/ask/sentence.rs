@@ -6,7 +6,7 @@ use crate::estimate::bad::Bad;
 use crate::estimate::curve::CurvePoint;
 use crate::estimate::input::{Group, Label};
 use crate::share::percent_given;
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// State of runs whose known values decide nothing.
 pub(super) const UNDECIDED: &str = "undecided (the interval covers all possible outcomes)";

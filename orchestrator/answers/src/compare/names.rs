@@ -4,8 +4,8 @@ use super::asked::Asked;
 use super::error::CompareError;
 use super::tolerance::{self, Tolerance};
 use crate::tables::{ColumnHead, DETECTION, HeadKind};
-use bladeoff_model::document::{cut, nearest, visible};
 use bladeoff_model::machine::is_detection;
+use bladeoff_text::document::{cut, nearest, visible};
 use std::path::Path;
 
 const SAMPLE: &str = "sample";

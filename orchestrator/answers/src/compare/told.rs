@@ -4,8 +4,8 @@ use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Mover
 use super::paired::is_reached;
 use crate::ask::{counted, percent_given};
 use crate::report::{Align, TextTable};
-use bladeoff_model::document::units::format_digits;
-use bladeoff_model::document::{cut, visible};
+use bladeoff_text::document::units::format_digits;
+use bladeoff_text::document::{cut, visible};
 use std::borrow::Cow;
 
 /// Digits of values.

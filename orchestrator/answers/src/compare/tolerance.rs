@@ -7,8 +7,8 @@
 //! left to that. A tolerance of 0 leaves nothing: bits have to be the same.
 
 use crate::tables::{ColumnHead, HeadKind};
-use bladeoff_model::document::units::parse_bare_or_quantity;
-use bladeoff_model::document::{cut, nearest};
+use bladeoff_text::document::units::parse_bare_or_quantity;
+use bladeoff_text::document::{cut, nearest};
 
 /// Part of the allowed difference that is left to rounding.
 const ROUNDING: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! A condition over columns of numbers: `max_bearing_load_N > 1.2 MN and end_speed_rad_s < 50`.
 
-use bladeoff_model::document::nearest;
-use bladeoff_model::formula::{FormulaError, Kind, Measure, Program, parse_measured};
+use bladeoff_text::document::nearest;
+use bladeoff_text::formula::{FormulaError, Kind, Measure, Program, parse_measured};
 use std::cell::RefCell;
 
 /// Columns of a table, and what else they are called.

@@ -9,7 +9,7 @@
 //! Sources: C. J. Clopper, E. S. Pearson (1934); S. S. Wilks (1941); W. J. Conover, "Practical nonparametric statistics".
 //! Verified by the tests of `tests/uncertainty/limits.rs`.
 
-use bladeoff_model::probability::{beta_quantile, beta_tails};
+use bladeoff_numerics::probability::{beta_quantile, beta_tails};
 
 /// Lower limit of a probability that holds with 1 - alpha, from k events of n.
 #[must_use]

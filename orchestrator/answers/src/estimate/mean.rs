@@ -11,7 +11,7 @@ use super::bad::Bad;
 use super::figures::{Figures, Method, Sum, finite, ratio};
 use super::known::Values;
 use super::scheme::Scheme;
-use bladeoff_model::probability::student;
+use bladeoff_numerics::probability::student;
 
 /// A mean of values that pass by twice, in the same order.
 #[derive(Debug, Clone)]

@@ -16,7 +16,7 @@ use super::limits::{lower_order, upper_order, wilks};
 use super::order::Order;
 use super::scheme::{FEW, Scheme};
 use crate::share::percent;
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// A rank of n u that rounding does not move beyond a whole number.
 fn rank(n: u64, u: f64) -> u64 {

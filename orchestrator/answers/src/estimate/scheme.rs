@@ -5,7 +5,7 @@
 //! a number there would be made up.
 
 use super::input::{Design, DesignKind};
-use bladeoff_model::probability::student;
+use bladeoff_numerics::probability::student;
 
 /// Fewest replicates for an interval.
 pub const FEWEST_REPLICATES: usize = 16;

@@ -6,7 +6,7 @@
 //! digit only, and their ends are moved out by a few. An end at infinity says that there is no bound.
 //! Source: R. E. Moore, "Interval analysis" (1966). Verified by `tests/uncertainty/spans.rs`: values drawn inside stay inside.
 
-use bladeoff_model::formula::{Function, call};
+use bladeoff_text::formula::{Function, call};
 
 /// By how much the ends of a function's span are moved out, relative.
 const OUT: f64 = 1e-15;

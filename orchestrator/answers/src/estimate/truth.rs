@@ -2,10 +2,10 @@
 //!
 //! A condition that is true for every value of its variables is true. One that is open may still be decided by how its variables
 //! depend on one another (`x > 1 or x <= 1`): that is not seen, and it stays open, which is the safe side.
-//! Comparisons with no number do not hold but `!=`, as in [`bladeoff_model::formula::Program::value`].
+//! Comparisons with no number do not hold but `!=`, as in [`bladeoff_text::formula::Program::value`].
 
 use super::span::Span;
-use bladeoff_model::formula::{Instruction, Program, call};
+use bladeoff_text::formula::{Instruction, Program, call};
 
 /// What is known of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

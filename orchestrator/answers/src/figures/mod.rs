@@ -28,8 +28,8 @@ pub use style::{COLOURS, GREY, Scale, plain_name};
 
 use style::FINE;
 
-use bladeoff_model::document::pictured_lines;
 use bladeoff_system::files::write_whole;
+use bladeoff_text::document::pictured_lines;
 use plotters::coord::Shift;
 use plotters::prelude::{DrawingArea, FontStyle, IntoDrawingArea, SVGBackend, WHITE};
 use plotters::style::register_font;

@@ -2,7 +2,7 @@
 
 use crate::ask::{CONFIDENCE, Names, Problem};
 use crate::estimate::formula::{Formula, closing};
-use bladeoff_model::formula::{Kind, parse};
+use bladeoff_text::formula::{Kind, parse};
 
 /// `P(CONDITION) < BOUND`.
 #[derive(Debug, Clone, PartialEq)]

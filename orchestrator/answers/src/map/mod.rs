@@ -23,7 +23,7 @@ mod smooth;
 use crate::estimate::formula::Formula;
 use crate::estimate::input::{DesignKind, Group, InputError, Label, Study, plain_name};
 use crate::estimate::scheme::Scheme;
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 use place::{Item, Items, Places, items};
 use serde::Serialize;
 

@@ -4,7 +4,7 @@ use super::place::{Item, Items, Seen, most_frequent};
 use super::smooth::{FEWEST, LEAST_WIDTH, Smooth, Smoother, wilson};
 use super::{Cell, Frame, Map, Shows};
 use crate::estimate::truth::Truth;
-use bladeoff_model::probability::normal_quantile;
+use bladeoff_numerics::probability::normal_quantile;
 
 /// Values of an axis that are drawn each by itself are as far apart as no width reaches.
 const APART: f64 = 10.0;

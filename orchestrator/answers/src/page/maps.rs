@@ -4,7 +4,7 @@ use super::escape::plain;
 use super::figure::{Figure, Plot, short};
 use crate::figures::{self, FigureError, Scale, of_in_words, plain_name};
 use crate::map::{Axis, Cell, Map, Shows};
-use bladeoff_model::document::cut;
+use bladeoff_text::document::cut;
 use serde_json::{Value, json};
 
 /// Characters of a name from outside, at most.

@@ -4,7 +4,7 @@ use super::counts::Counts;
 use super::figures::{Values, all_pass};
 use super::text::{Align, TextTable};
 use crate::tables::{Table, TableError};
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 use std::path::PathBuf;
 
 /// A summary: rows pass by, those of a large table more than once, so that it need not be in memory.

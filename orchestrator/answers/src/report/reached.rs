@@ -4,7 +4,7 @@
 //! lower bound of what the run would have reached, so that a summary without it could hide the worst run of a study.
 
 use super::text::counted;
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 use std::fmt::Write;
 
 /// A row and what it reached.

@@ -1,6 +1,6 @@
 //! Blocks of rows that count as a whole: a run without a number takes its block out.
 
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// The blocks whose every row has a number.
 #[derive(Debug, Clone, PartialEq, Eq)]

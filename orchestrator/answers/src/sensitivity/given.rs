@@ -18,7 +18,7 @@ use super::indices::{Hsic, Index, Indices, OfParameter, SensitivityError};
 use super::ranks::Ordered;
 use super::regression::{Regression, of_ranks};
 use super::successor::{FEWEST_FOR_SUCCESSORS, of_order};
-use bladeoff_model::probability::student;
+use bladeoff_numerics::probability::student;
 
 /// Parts of independent points.
 const PARTS: usize = 16;

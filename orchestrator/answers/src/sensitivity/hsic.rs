@@ -18,7 +18,7 @@
 //! Verified by `tests/sensitivity`: all permutations of a small sample, how often p falls below a level without dependence.
 
 use super::ranks::{from_mean, product};
-use bladeoff_model::probability::gamma_tails;
+use bladeoff_numerics::probability::gamma_tails;
 
 /// Most rows: time and memory grow with their square.
 pub const MOST_ROWS: usize = 2000;

@@ -6,7 +6,7 @@ use crate::support::{
 use bladeoff_answers::sensitivity::{
     Given, Index, Indices, Input, OfParameter, Parts, Similar, dependence, given_data, morris, sobol,
 };
-use bladeoff_model::probability::normal_quantile;
+use bladeoff_numerics::probability::normal_quantile;
 use bladeoff_system::random::finaliser;
 use std::f64::consts::PI;
 

@@ -5,7 +5,7 @@ use crate::support::{ask, asked, exceedance, made, mean, near, one, probability,
 use bladeoff_answers::ask::{QuestionDef, answer, answer_all};
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::estimate::input::{DesignKind, InputError};
-use bladeoff_model::probability::normal_quantile;
+use bladeoff_numerics::probability::normal_quantile;
 use bladeoff_system::random::SplitMix;
 
 #[test]

@@ -9,7 +9,7 @@ use bladeoff_answers::estimate::quantile::quantile;
 use bladeoff_answers::estimate::reach::{Arms, reach};
 use bladeoff_answers::estimate::scheme::Scheme;
 use bladeoff_answers::estimate::truth::Truth;
-use bladeoff_model::probability::normal_quantile;
+use bladeoff_numerics::probability::normal_quantile;
 use bladeoff_system::random::{SplitMix, finaliser};
 
 fn studies() -> u64 {

@@ -5,7 +5,7 @@ use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::map::{Of, Wanted};
 use bladeoff_model::outcome::Status;
-use bladeoff_model::probability::normal_quantile;
+use bladeoff_numerics::probability::normal_quantile;
 
 /// Nothing but bad runs could be harmful, and those are in one corner: their share rises there and is not smeared over the map.
 #[test]

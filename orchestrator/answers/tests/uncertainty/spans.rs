@@ -2,7 +2,7 @@
 
 use bladeoff_answers::estimate::span::Span;
 use bladeoff_answers::estimate::truth::{Truth, span, truth, truth_of_known};
-use bladeoff_model::formula::{Kind, Program, parse};
+use bladeoff_text::formula::{Kind, Program, parse};
 
 struct Draw(u64);
 

@@ -18,7 +18,7 @@
 
 use crate::uncertain::Uncertain;
 use crate::uncertain::panels::{AT_ENDS, Rule, root_density};
-use bladeoff_model::probability::{normal_quantile, normal_tails};
+use bladeoff_numerics::probability::{normal_quantile, normal_tails};
 
 /// Coefficients at most.
 const MOST: usize = 4000;

@@ -10,19 +10,18 @@
 //! for bit, so that the strata of a design stay in it; in the others they are mixed.
 //! Source: R. B. Nelsen, "An introduction to copulas" (2006), section 5.1 for the rank.
 
-mod eigen;
 mod error;
 mod hermite;
 mod nataf;
 mod nearest;
 
-pub use eigen::Matrix;
+pub use bladeoff_numerics::CorrelationMatrix;
 pub use error::{CorrelationError, Possible};
 pub use nataf::ACCURACY;
 pub use nearest::nearest;
 
 use crate::uncertain::Uncertain;
-use bladeoff_model::probability::{normal_quantile, normal_tails};
+use bladeoff_numerics::probability::{normal_quantile, normal_tails};
 use core::f64::consts::PI;
 use nataf::{Nataf, Refused};
 
@@ -93,7 +92,7 @@ impl Copula {
         named.sort_unstable();
         named.dedup();
         let place = |number: usize| named.binary_search(&number).expect("it is named");
-        let mut matrix = Matrix::identity(named.len());
+        let mut matrix = CorrelationMatrix::identity(named.len());
         for ([a, b], r) in normals {
             matrix.set_both(place(a), place(b), r);
         }
@@ -182,7 +181,7 @@ fn impossible(
     names: &[String],
     pairs: &[Pair],
     named: &[usize],
-    matrix: &Matrix,
+    matrix: &CorrelationMatrix,
     nataf: &mut Nataf<'_>,
 ) -> CorrelationError {
     // no entry that is rounded to five digits makes an eigenvalue negative
@@ -204,7 +203,7 @@ fn impossible(
     // a linear correlation may be worth more digits than it has
     for ten in [1e5, 1e7, 1e9, 1e12] {
         listed.clear();
-        let mut rounded = Matrix::identity(named.len());
+        let mut rounded = CorrelationMatrix::identity(named.len());
         for &(pair, [j, i], strength) in &exact {
             let (key, value) = strength.parts();
             let nearest = libm::round(value * ten) / ten;

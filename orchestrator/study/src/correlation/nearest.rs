@@ -6,7 +6,7 @@
 //! Source: N. J. Higham, "Computing the nearest correlation matrix" (2002): alternating projections with Dykstra's correction.
 //! Deviation: delta above 0, so that what comes out, rounded for a message, is a matrix that can be.
 
-use super::eigen::Matrix;
+use bladeoff_numerics::CorrelationMatrix;
 
 const ROUNDS: usize = 500;
 /// From this size on fewer rounds, so that a message takes seconds.
@@ -16,12 +16,12 @@ const SETTLED: f64 = 1e-7;
 
 /// The nearest correlation matrix with eigenvalues of at least about `least`.
 #[must_use]
-pub fn nearest(given: &Matrix, least: f64) -> Matrix {
+pub fn nearest(given: &CorrelationMatrix, least: f64) -> CorrelationMatrix {
     let n = given.size();
     let mut y = given.clone();
-    let mut correction = Matrix::identity(n);
+    let mut correction = CorrelationMatrix::identity(n);
     (0..n).for_each(|i| correction.set(i, i, 0.0));
-    let mut vectors = Matrix::identity(n);
+    let mut vectors = CorrelationMatrix::identity(n);
     let times = n.div_ceil(LARGE);
     for _ in 0..ROUNDS / (times * times * times) {
         let mut wanted = y.clone();
@@ -54,7 +54,11 @@ pub fn nearest(given: &Matrix, least: f64) -> Matrix {
 }
 
 /// The nearest matrix with eigenvalues of at least `least`, and the eigenvectors, which are near to those of the round before.
-fn definite(matrix: &Matrix, least: f64, before: Matrix) -> (Matrix, Matrix) {
+fn definite(
+    matrix: &CorrelationMatrix,
+    least: f64,
+    before: CorrelationMatrix,
+) -> (CorrelationMatrix, CorrelationMatrix) {
     let n = matrix.size();
     let (values, vectors) = matrix.eigen(before);
     let mut nearest = matrix.clone();
@@ -67,7 +71,7 @@ fn definite(matrix: &Matrix, least: f64, before: Matrix) -> (Matrix, Matrix) {
     (nearest, vectors)
 }
 
-fn shrunk(matrix: &Matrix, by: f64) -> Matrix {
+fn shrunk(matrix: &CorrelationMatrix, by: f64) -> CorrelationMatrix {
     let mut shrunk = matrix.clone();
     for i in 0..matrix.size() {
         for j in 0..matrix.size() {
@@ -86,7 +90,7 @@ mod tests {
     #[test]
     fn a_published_case_comes_out() {
         // Higham 2002, section 4: tridiagonal ones; nearest 0.7607 beside the diagonal, 0.1573 in the corner
-        let mut given = Matrix::identity(3);
+        let mut given = CorrelationMatrix::identity(3);
         given.set_both(0, 1, 1.0);
         given.set_both(1, 2, 1.0);
         let found = nearest(&given, 0.0);
@@ -96,7 +100,7 @@ mod tests {
 
     #[test]
     fn what_is_possible_stays() {
-        let mut given = Matrix::identity(4);
+        let mut given = CorrelationMatrix::identity(4);
         given.set_both(0, 1, 0.5);
         given.set_both(2, 3, -0.7);
         let found = nearest(&given, 1e-6);

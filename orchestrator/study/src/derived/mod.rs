@@ -7,8 +7,8 @@ mod names;
 
 pub use names::{NameError, Variable, find, meant, name_mistakes};
 
-use bladeoff_model::document::units::format_digits;
-use bladeoff_model::formula::{Kind, Program, parse_measured};
+use bladeoff_text::document::units::format_digits;
+use bladeoff_text::formula::{Kind, Program, parse_measured};
 use std::ops::Range;
 use thiserror::Error;
 

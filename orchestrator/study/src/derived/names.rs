@@ -1,7 +1,7 @@
 //! The variables of a study with a design, and how a formula names them.
 
-use bladeoff_model::document::nearest;
-use bladeoff_model::formula::{Measure, is_reserved};
+use bladeoff_text::document::nearest;
+use bladeoff_text::formula::{Measure, is_reserved};
 use thiserror::Error;
 
 /// One variable: an uncertain parameter, one of `[[vary]]`, or a derived one.

@@ -5,7 +5,7 @@ use super::super::derived::{Variable, find, meant};
 use super::super::table::{Keys, wrong_type};
 use super::super::uncertain::Uncertain;
 use super::tables;
-use bladeoff_model::document::{Collector, Entry, Value, cut};
+use bladeoff_text::document::{Collector, Entry, Value, cut};
 use std::ops::Range;
 
 const KEYS: [&str; 4] = ["between", "rank", "linear", "normal"];

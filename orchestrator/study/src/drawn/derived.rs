@@ -5,8 +5,8 @@ use super::super::parameter::{Origin, Parameter, variable_info};
 use super::super::table::Keys;
 use super::super::vary::PathTable;
 use super::tables;
-use bladeoff_model::document::{Collector, MISSING, Node};
 use bladeoff_model::machine::PathKind;
+use bladeoff_text::document::{Collector, MISSING, Node};
 use std::ops::Range;
 
 const KEYS: [&str; 4] = ["path", "name", "as", "formula"];

@@ -5,8 +5,8 @@ use super::super::parameter::Parameter;
 use super::super::plan::{Base, Kind, MOST_LEVELS, MOST_POINTS, MOST_REPLICATES, Plan, PlanDef, PlanError};
 use super::super::table::{Keys, wrong_type};
 use super::super::uncertain::{Uncertain, Values};
-use bladeoff_model::document::{Collector, Entry, Node, Value, cut};
 use bladeoff_model::machine::ParamValue;
+use bladeoff_text::document::{Collector, Entry, Node, Value, cut};
 
 const KEYS: [&str; 9] =
     ["kind", "samples", "replicates", "scramble", "base", "quantiles", "trajectories", "levels", "second_order"];

@@ -5,7 +5,7 @@ use super::super::header::{name_and_unit, refuse_numbers, with_unit};
 use super::super::named::{NamedFiles, Which};
 use super::super::table::Keys;
 use super::quantity::Quantities;
-use bladeoff_model::document::{Collector, Entry, Problems, cut};
+use bladeoff_text::document::{Collector, Entry, Problems, cut};
 
 /// Most values of a law: its kinks and moments are found from all of them.
 const MOST_VALUES: usize = 1_000_000;

@@ -22,7 +22,7 @@ use super::parameter::{Origin, Parameter};
 use super::table::Keys;
 use super::uncertain::Uncertain;
 use super::vary::PathTable;
-use bladeoff_model::document::{Collector, Node, Value};
+use bladeoff_text::document::{Collector, Node, Value};
 
 /// What was understood of a table of `[[uncertain]]`.
 #[derive(Debug, Clone, PartialEq)]

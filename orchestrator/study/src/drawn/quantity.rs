@@ -1,8 +1,8 @@
 //! Numbers of one law with their units: those of a parameter in its unit; those of a variable in any, but all of one dimension.
 
-use bladeoff_model::document::cut;
-use bladeoff_model::document::units::{parse_any_quantity, parse_bare_or_quantity, parse_quantity, unit_of};
-use bladeoff_model::formula::Measure;
+use bladeoff_text::document::cut;
+use bladeoff_text::document::units::{parse_any_quantity, parse_bare_or_quantity, parse_quantity, unit_of};
+use bladeoff_text::formula::Measure;
 
 /// Reads the numbers of a law.
 pub(super) struct Quantities {

@@ -8,8 +8,8 @@ use super::super::vary::PathTable;
 use super::empirical::{Files, Source};
 use super::quantity::Quantities;
 use super::{Draft, tables};
-use bladeoff_model::document::{Collector, Entry, MISSING, Node, Value, cut};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
+use bladeoff_text::document::{Collector, Entry, MISSING, Node, Value, cut};
 
 const COMMON: [&str; 4] = ["path", "name", "as", "distribution"];
 

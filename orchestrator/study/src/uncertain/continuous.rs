@@ -7,7 +7,7 @@
 
 use super::law::Law;
 use super::panels;
-use bladeoff_model::probability::normal_tails;
+use bladeoff_numerics::probability::normal_tails;
 
 /// A continuous law.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! Continuous laws: quantiles from both tails and back, so that neither loses digits.
 
-use bladeoff_model::probability::{Beta, beta_tails, gamma_quantile, gamma_tails, normal_quantile, normal_tails};
+use bladeoff_numerics::probability::{Beta, beta_tails, gamma_quantile, gamma_tails, normal_quantile, normal_tails};
 
 /// A continuous distribution, its parameters as the formulas have them.
 #[derive(Debug, Clone, Copy, PartialEq)]

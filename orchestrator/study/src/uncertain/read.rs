@@ -15,8 +15,8 @@ use super::error::UncertainError;
 use super::keys::{Distribution, Holds, KEYS, Values, Written};
 use super::law::Law;
 use super::words::law_in_words;
-use bladeoff_model::document::units::format_quantity;
-use bladeoff_model::probability::Beta;
+use bladeoff_numerics::probability::Beta;
+use bladeoff_text::document::units::format_quantity;
 
 /// Most values of a discrete parameter.
 const MOST_VALUES: usize = 10_000;

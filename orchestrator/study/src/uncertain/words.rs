@@ -2,7 +2,7 @@
 
 use super::Uncertain;
 use super::keys::{Distribution, Holds, Values, Written};
-use bladeoff_model::document::units::{format_digits, format_quantity};
+use bladeoff_text::document::units::{format_digits, format_quantity};
 
 /// Most values that are written out.
 const SHOWN: usize = 8;

@@ -3,10 +3,10 @@
 
 use super::path::joined;
 use super::reader::Reader;
-use crate::document::units::format_quantity;
 use crate::machine::engine::{EngineChoice, EngineReason, NotCovered};
 use crate::machine::model::{Detection, Engine};
 use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP};
+use bladeoff_text::document::units::format_quantity;
 
 /// Elements of a ring at most: its tables grow with their square.
 const MOST_RING_ELEMENTS: f64 = 200.0;

@@ -4,11 +4,11 @@ use super::path::{below, joined};
 use super::places::{self, Nodes};
 use super::reader::Reader;
 use super::rotor::rayleigh;
-use crate::document::units::format_digits;
 use crate::machine::model::{
     Blades, Contact, ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, FlexibleStator, FrictionLaw,
     Ring,
 };
+use bladeoff_text::document::units::format_digits;
 
 pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {
     let members = reader.layout.group("diaphragms");

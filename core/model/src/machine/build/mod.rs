@@ -21,7 +21,7 @@ pub(super) use reader::Reader;
 
 use super::layout::{Layout, State};
 use super::model::Machine;
-use crate::document::{Collector, Problems};
+use bladeoff_text::document::{Collector, Problems};
 
 /// Builds the machine; `problems` holds what reading the file has already found.
 pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Collector<'a>) -> Result<Machine, Problems> {

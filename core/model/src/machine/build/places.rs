@@ -2,8 +2,8 @@
 
 use super::path::{Path, below, joined};
 use super::reader::Reader;
-use crate::document::units::format_digits;
 use crate::machine::model::ShaftElement;
+use bladeoff_text::document::units::format_digits;
 
 /// Bound on all sections together: matrices are dense, eigenvalue problems cost the cube.
 pub(super) const MOST_ELEMENTS: usize = 500;

@@ -1,10 +1,10 @@
 //! Reads slots by path and reports problems where they stand.
 
 use super::path::joined;
-use crate::document::units::format_digits;
-use crate::document::{Collector, MISSING, Problem};
 use crate::machine::layout::{Layout, Origin, Scalar, State};
 use crate::machine::schema::{Key, Kind, Need, keys};
+use bladeoff_text::document::units::format_digits;
+use bladeoff_text::document::{Collector, MISSING, Problem};
 
 pub(in crate::machine) struct Reader<'a> {
     pub layout: &'a Layout,

@@ -7,13 +7,13 @@ use super::reader::Reader;
 use super::run::speed_law;
 use super::shaft;
 use super::support::{check_axial, check_lateral};
-use crate::document::units::format_digits;
 use crate::machine::model::{
     Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
     UnbalanceKind,
 };
 use crate::machine::schema::END_TIME;
 use crate::machine::some_of;
+use bladeoff_text::document::units::format_digits;
 
 pub(super) struct BuiltRotor {
     /// `None`: something was reported.

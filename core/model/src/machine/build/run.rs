@@ -3,9 +3,9 @@
 use super::covered;
 use super::limits;
 use super::reader::Reader;
-use crate::document::units::format_quantity;
 use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
 use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
+use bladeoff_text::document::units::format_quantity;
 
 /// Largest energy error of a run that may be believed, where the machine names none: central differences keep the balance, impulses on exact propagation keep it to
 /// second order in the step, at their default step to 2e-6 (docs/theory/08-exponential-engine.md).

@@ -3,8 +3,8 @@
 use super::path::{below, joined};
 use super::places::{self, Line, MOST_ELEMENTS};
 use super::reader::Reader;
-use crate::document::units::format_digits;
 use crate::machine::model::ShaftElement;
+use bladeoff_text::document::units::format_digits;
 
 /// All sections; `None`: not even the nodes are known.
 pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {

@@ -74,8 +74,8 @@ pub fn root() -> &'static Branch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::units::{examples, parse_quantity};
     use crate::machine::schema::{Kind, Need};
+    use bladeoff_text::document::units::{examples, parse_quantity};
 
     #[test]
     fn every_key_has_a_known_unit_and_a_default_that_is_allowed() {

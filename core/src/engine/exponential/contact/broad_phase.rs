@@ -22,9 +22,9 @@ mod minimum;
 use super::gap_minimum::MAX_OFFSET;
 use super::ring_kernels::{broadcast, load_lanes};
 use super::ring_points::{BLOCK, RingPoints};
+use crate::eight::{Eight, by_width, columns_times};
 use crate::engine::exponential::plane::length;
-use crate::linalg::eight::{Eight, by_width, columns_times};
-use crate::linalg::lanes::{Lane, lanes_of};
+use bladeoff_numerics::linalg::lanes::{Lane, lanes_of};
 
 /// Bound of the rounding errors of the two sides of (2), for lengths of metres \[m\].
 const ROUNDING: f64 = 1e-14;
@@ -354,10 +354,10 @@ fn modal_travel<V: Eight>(previous: &mut [Lane], q: &[Lane], reach: &[Lane]) -> 
 mod tests {
     use super::super::ring_points::ring_points;
     use super::*;
-    use crate::linalg::eight::Plain;
-    use crate::linalg::lanes::flat;
+    use crate::eight::Plain;
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
+    use bladeoff_numerics::linalg::lanes::flat;
 
     #[test]
     fn no_candidate_in_reach_is_missed() {

@@ -21,9 +21,9 @@ use super::gap_minimum::GapMinimum;
 use super::impulsed_ring::STATIC_WEIGHT;
 use super::ring_kernels::add_scaled_rows;
 use crate::contact::ContactForce;
+use crate::eight::Eight;
 use crate::engine::exponential::plane::{across, times};
-use crate::linalg::eight::Eight;
-use crate::linalg::lanes::{Lane, flat};
+use bladeoff_numerics::linalg::lanes::{Lane, flat};
 
 /// Prediction of ring and rotor at n+1 before the impulses of the step are known.
 pub(crate) struct ContactPredictor {

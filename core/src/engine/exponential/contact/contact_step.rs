@@ -35,12 +35,12 @@ use super::ring_kernels::{PointRows, add_scaled_rows, products_with};
 use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
 use crate::contact::ContactForce;
 use crate::contact::complementarity::{self, Coupled, POINTS};
+use crate::eight::{Eight, by_width};
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::plane::{across, product, turned};
-use crate::linalg::eight::{Eight, by_width};
-use crate::linalg::lanes::Lane;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, FrictionLaw};
+use bladeoff_numerics::linalg::lanes::Lane;
 use conditions::add_point;
 use std::sync::Arc;
 

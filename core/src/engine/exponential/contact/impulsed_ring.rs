@@ -17,9 +17,9 @@
 //! Source: docs/theory/08-exponential-engine.md, "Contact". Verified by
 //! `a_steady_train_of_impulses_makes_the_static_displacement`.
 
+use crate::eight::{Eight, by_width};
 use crate::engine::exponential::modal::plane_block::SplitBlock;
-use crate::linalg::eight::{Eight, by_width};
-use crate::linalg::lanes::{LANES, Lane, flat, lanes_of};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, flat, lanes_of};
 
 /// Weight of the impulse at n in the static correction at n+1; the impulse at n-1 has the weight -1. Together they extrapolate
 /// the force linearly to n+1 ([`super::contact_predictor`]).
@@ -291,7 +291,7 @@ fn reach_kernel<V: Eight>(of_modes: &[Lane], displacement: &[Lane], velocity: &[
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::eight::Plain;
+    use crate::eight::Plain;
 
     #[test]
     fn a_steady_train_of_impulses_makes_the_static_displacement() {

@@ -19,10 +19,10 @@ use super::delassus_operator::DelassusOperator;
 use super::ring_kernels::{broadcast, load_lanes, products_with, weighted_sum};
 use super::ring_points::{BLOCK, RingPoints};
 use crate::contact::complementarity::POINTS;
+use crate::eight::{Eight, columns_times};
 use crate::engine::exponential::plane::length;
 use crate::engine::exponential::plane::product;
-use crate::linalg::eight::{Eight, columns_times};
-use crate::linalg::lanes::Lane;
+use bladeoff_numerics::linalg::lanes::Lane;
 
 /// Bound of the rounding difference of (1) and (2) at the same position, for lengths of metres \[m\].
 const ROUNDING: f64 = 1e-12;
@@ -273,12 +273,12 @@ mod tests {
     use super::super::ring_points::{are_adjacent, modal_parameters, ring_of, ring_points};
     use super::*;
     use crate::contact::ContactForce;
+    use crate::eight::Plain;
     use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
     use crate::engine::exponential::plane::across;
-    use crate::linalg::eight::Plain;
-    use crate::linalg::lanes::{LANES, flat, lanes_of};
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
+    use bladeoff_numerics::linalg::lanes::{LANES, flat, lanes_of};
 
     /// Smallest (2) of all points that are neither a contact point nor next to one.
     fn smallest_of_all(broad_phase: &mut BroadPhase, state: &AfterImpulses<'_>) -> (f64, Option<usize>) {

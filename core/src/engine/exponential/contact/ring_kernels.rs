@@ -1,9 +1,9 @@
 //! Products and sums over the ring's modes in a contact step, in groups of eight with zeros behind the last mode.
 //!
-//! Each function is inlined into the function of one vector width that calls it ([`crate::linalg::eight`]).
+//! Each function is inlined into the function of one vector width that calls it ([`crate::eight`]).
 
-use crate::linalg::eight::Eight;
-use crate::linalg::lanes::Lane;
+use crate::eight::Eight;
+use bladeoff_numerics::linalg::lanes::Lane;
 
 /// Rows of a contact point: mode shapes along its normal and tangent, and the response of the modes to unit impulses along normal
 /// and tangent of its acting position.

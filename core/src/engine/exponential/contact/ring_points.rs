@@ -13,15 +13,15 @@
 
 use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;
+use crate::eight::Eight;
 use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::plane::length;
 use crate::engine::time_step::CONTACT_FRACTION;
-use crate::linalg::eight::Eight;
-use crate::linalg::lanes::{LANES, Lane, lanes_of};
-use crate::linalg::{Matrix, axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, Diaphragm, DiaphragmKind};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, lanes_of};
+use bladeoff_numerics::linalg::{Matrix, axpy, column_of};
 
 /// Number of ring points of a block. The number of points is a multiple of it.
 pub(crate) const BLOCK: usize = LANES;
@@ -370,8 +370,8 @@ pub(crate) fn parabola(offset: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::eight::Plain;
     use crate::engine::exponential::plane::by_rows;
-    use crate::linalg::eight::Plain;
     use bladeoff_model::machine::MachineDef;
 
     #[test]

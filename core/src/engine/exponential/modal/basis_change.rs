@@ -8,8 +8,8 @@
 //! Where N is not small (a plane is not found again, or modes cross within a grid spacing), X is applied at once in the middle between the bases.
 //! Verified by the test below and by `modal_states_are_transformed_from_basis_to_basis_gradually_and_at_once` (`speed_grid.rs`).
 
-use crate::linalg::lanes::add_scaled;
-use crate::linalg::{Matrix, mul};
+use bladeoff_numerics::linalg::lanes::add_scaled;
+use bladeoff_numerics::linalg::{Matrix, mul};
 
 /// Largest Frobenius norm of N for a gradual change by (1).
 const MAX_GRADUAL_NORM: f64 = 0.3;
@@ -62,7 +62,7 @@ mod tests {
             let diagonal = if i == j { 1.0 } else { 0.0 };
             diagonal + 0.01 * (((i * 7 + j * 5) % 11) as f64 - 5.0) / 5.0
         });
-        let down = crate::linalg::inverse(&up).expect("regular");
+        let down = bladeoff_numerics::linalg::inverse(&up).expect("regular");
         let BasisChange::Gradual { half, whole } = BasisChange::new(up.clone(), down, 10) else {
             panic!("a change by a per cent is gradual");
         };

@@ -19,8 +19,8 @@
 //! Verified by the tests below and `loads_of_soft_bearings_do_not_hang_on_last_digits` (`tests/exponential_edges.rs`).
 
 use super::plane_block::PlaneBlock;
-use crate::linalg::lanes::kernel;
-use crate::linalg::{Matrix, mul};
+use bladeoff_numerics::linalg::lanes::kernel;
+use bladeoff_numerics::linalg::{Matrix, mul};
 
 /// Largest number of iterations; a change of A by a per cent takes eight.
 const MAX_ITERATIONS: usize = 40;

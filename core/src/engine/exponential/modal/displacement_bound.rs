@@ -16,7 +16,7 @@
 
 use super::interval_model::IntervalModel;
 use crate::engine::exponential::plane::length;
-use crate::linalg::lanes::{Lane, kernel, lanes_of, sum};
+use bladeoff_numerics::linalg::lanes::{Lane, kernel, lanes_of, sum};
 
 /// Factor by which the forces of the unbalances may grow within a step.
 const FORCE_GROWTH: f64 = 1.05;

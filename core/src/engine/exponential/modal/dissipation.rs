@@ -29,8 +29,8 @@ use super::interval_model::IntervalModel;
 use super::plane_block::{PlaneBlock, SplitBlock, block_norm};
 use super::quadratic_form::QuadraticForm;
 use super::row_batch::Interpolate;
-use crate::linalg::Matrix;
-use crate::linalg::lanes::kernel;
+use bladeoff_numerics::linalg::Matrix;
+use bladeoff_numerics::linalg::lanes::kernel;
 use nalgebra::Complex;
 
 /// Positive abscissas and weights of the six-point Gauss-Legendre quadrature on -1 to 1.
@@ -283,9 +283,9 @@ mod tests {
     use super::super::section_loads::SectionLoadModel;
     use super::super::state_space::StateSpace;
     use super::*;
-    use crate::linalg::{Vector, dot};
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
+    use bladeoff_numerics::linalg::{Vector, dot};
 
     /// Speed of the modal basis \[rad/s\].
     const SPEED: f64 = 240.0;

@@ -14,7 +14,7 @@
 use super::interval_model::IntervalModel;
 use super::plane_block::PlaneBlock;
 use super::propagator::Propagator;
-use crate::linalg::dot;
+use bladeoff_numerics::linalg::dot;
 
 /// Response to unit impulses along the axes u and v on the node of one diaphragm; matrices are indexed \[output axis\]\[impulse axis\].
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@
 
 use super::plane_block::PlaneBlock;
 use super::quadratic_form::OutputMatrix;
-use crate::linalg::Matrix;
+use bladeoff_numerics::linalg::Matrix;
 use nalgebra::Complex;
 
 /// Lateral motion at one speed, in modal states.
@@ -197,7 +197,10 @@ mod tests {
             assert_eq!(at_once, y);
             y = after;
             for (row, output) in outputs[..rows.nrows()].iter().enumerate() {
-                assert!((crate::linalg::dot(&model.output_rows[row], &y) - output).abs() < 1e-10, "{planes}");
+                assert!(
+                    (bladeoff_numerics::linalg::dot(&model.output_rows[row], &y) - output).abs() < 1e-10,
+                    "{planes}"
+                );
             }
         }
     }

@@ -81,7 +81,7 @@ impl IntervalTables {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::Matrix;
+    use bladeoff_numerics::linalg::Matrix;
 
     #[test]
     fn an_interpolated_table_is_that_of_its_interval() {

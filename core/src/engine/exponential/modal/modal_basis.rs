@@ -30,8 +30,8 @@ use super::quadratic_form::QuadraticForm;
 use super::section_loads::{SectionLoadModel, SectionLoads};
 use super::state_space::StateSpace;
 use crate::engine::exponential::error::ExponentialError;
-use crate::linalg::{Matrix, column_of, inverse, mul, mul_tn};
 use crate::modal::{Damping, least_damping};
+use bladeoff_numerics::linalg::{Matrix, column_of, inverse, mul, mul_tn};
 use std::sync::OnceLock;
 
 /// Largest condition number of a modal basis.

@@ -15,7 +15,7 @@
 //! no phase of an eigenvector has to be tracked. Verified by `a_continued_basis_equals_that_of_its_eigenvalue_problem` (`continuation.rs`).
 
 use super::state_space::EigenMotion;
-use crate::linalg::{Matrix, Vector, column_of, dot, mul_vec};
+use bladeoff_numerics::linalg::{Matrix, Vector, column_of, dot, mul_vec};
 
 /// Ratio of minor to major axis of an oscillating motion below which its plane gets orthonormal vectors; reached at a damping ratio of 0.98.
 const MIN_AXIS_RATIO: f64 = 0.1;

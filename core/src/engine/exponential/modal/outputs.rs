@@ -21,10 +21,10 @@
 
 use super::state_space::StateSpace;
 use crate::engine::shaft_line::sites;
-use crate::linalg::{Matrix, mul};
 use crate::rotor::BearingSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{Matrix, mul};
 
 /// Input vectors and output rows of the lateral motion of a machine.
 ///
@@ -189,7 +189,7 @@ impl Outputs {
             let inertia = self.inertia(system, bearing);
             let of_force = &bearing.unbalance_loads + mul(&inertia, &self.unbalance_columns);
             let of_contact = &bearing.contact_loads + mul(&inertia, &self.contact_columns);
-            let weight = &inertia * crate::linalg::Vector::from_column_slice(&self.weight);
+            let weight = &inertia * bladeoff_numerics::linalg::Vector::from_column_slice(&self.weight);
             DirectFeedthrough {
                 of_force: squares(&of_force),
                 of_contact: squares(&of_contact),

@@ -14,7 +14,7 @@
 use super::displacement_bound::weighted;
 use super::interval_model::IntervalModel;
 use crate::engine::exponential::plane::length;
-use crate::linalg::lanes::{Lane, lanes_of};
+use bladeoff_numerics::linalg::lanes::{Lane, lanes_of};
 
 /// Share of the largest value so far by which a peak may be missed.
 const MISSED_SHARE: f64 = 1e-3;

@@ -11,7 +11,7 @@
 
 use super::interval_model::IntervalModel;
 use super::plane_block::{Harmonic, PlaneBlock, SplitBlock};
-use crate::linalg::lanes::{LANES, Lane};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 use nalgebra::Complex;
 
 /// Entries of a table row for the free motion of a plane: `exp(B h)`.
@@ -147,7 +147,7 @@ fn advance_planes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::Matrix;
+    use bladeoff_numerics::linalg::Matrix;
 
     /// Numbers of planes below, at and above multiples of eight, with and without weight and unbalances.
     #[test]

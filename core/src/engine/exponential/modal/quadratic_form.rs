@@ -3,9 +3,9 @@
 //! Verified by `forms_and_products_are_those_of_their_matrix`.
 
 use super::row_batch::Interpolate;
-use crate::linalg::Matrix;
-use crate::linalg::eight::mix;
-use crate::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
+use crate::eight::mix;
+use bladeoff_numerics::linalg::Matrix;
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times_inline};
 
 /// Quadratic form `y^T A y` of a symmetric matrix A.
 #[derive(Debug, Clone, Default)]
@@ -35,7 +35,7 @@ impl QuadraticForm {
     pub fn value(&self, y: &[f64]) -> f64 {
         let mut lanes = [0.0; LANES];
         value_of(&self.entries, &y[..self.size], &mut lanes);
-        crate::linalg::lanes::sum(lanes)
+        bladeoff_numerics::linalg::lanes::sum(lanes)
     }
 }
 
@@ -200,7 +200,7 @@ kernel! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::{Vector, mul_vec};
+    use bladeoff_numerics::linalg::{Vector, mul_vec};
 
     #[test]
     fn forms_and_products_are_those_of_their_matrix() {

@@ -2,9 +2,9 @@
 //!
 //! Verified by `products_are_those_of_their_matrix`.
 
-use crate::linalg::Matrix;
-use crate::linalg::eight::mix;
-use crate::linalg::lanes::{LANES, Lane, rows_times};
+use crate::eight::mix;
+use bladeoff_numerics::linalg::Matrix;
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, rows_times};
 
 /// Quantity that is interpolated linearly between two modal bases.
 pub(crate) trait Interpolate: Default {
@@ -57,7 +57,7 @@ impl Interpolate for RowBatch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::mul_vec;
+    use bladeoff_numerics::linalg::mul_vec;
 
     #[test]
     fn products_are_those_of_their_matrix() {

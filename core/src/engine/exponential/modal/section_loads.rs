@@ -18,12 +18,12 @@ use super::quadratic_form::QuadraticForm;
 use super::row_batch::RowBatch;
 use super::state_space::StateSpace;
 use crate::engine::exponential::plane::length;
-use crate::linalg::lanes::{LANES, kernel};
-use crate::linalg::{Matrix, dot, mul, mul_tn};
 use crate::rotor::BearingSite;
 use crate::stress::ShaftStresses;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_numerics::linalg::lanes::{LANES, kernel};
+use bladeoff_numerics::linalg::{Matrix, dot, mul, mul_tn};
 
 /// Bending moments of one shaft element: in both planes at both ends.
 const MOMENTS_PER_ELEMENT: usize = 4;

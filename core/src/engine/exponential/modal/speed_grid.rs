@@ -20,8 +20,8 @@ use super::modal_basis::{LateralModel, ModalBasis};
 use super::plane_block::block_norm;
 use super::speed_interval::SpeedInterval;
 use crate::engine::exponential::error::ExponentialError;
-use crate::linalg::{Matrix, lanes, mul};
 use crate::modal::{Damping, DampingGrid};
+use bladeoff_numerics::linalg::{Matrix, lanes, mul};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -307,9 +307,9 @@ mod tests {
     use super::super::section_loads::SectionLoadModel;
     use super::super::state_space::StateSpace;
     use super::*;
-    use crate::linalg::mul_vec;
     use crate::structure::Structure;
     use bladeoff_model::machine::MachineDef;
+    use bladeoff_numerics::linalg::mul_vec;
     use nalgebra::Complex;
 
     /// Modal state in an interval of a state vector x, from the left vectors of the basis below it.
@@ -347,7 +347,8 @@ mod tests {
         let (below, above) = (grid.interval(10).expect("has bases"), grid.interval(20).expect("has bases"));
         let (mut y, wanted) = (state_in_interval(&grid, &below, &x), state_in_interval(&grid, &above, &x));
         let (initial, mut scratch) = (y.clone(), vec![0.0; size]);
-        let relative_error = |y: &[f64], z: &[f64]| crate::linalg::distance(y, z) / crate::linalg::norm(z);
+        let relative_error =
+            |y: &[f64], z: &[f64]| bladeoff_numerics::linalg::distance(y, z) / bladeoff_numerics::linalg::norm(z);
         let intervals: Vec<_> = (10..=20).map(|index| grid.interval(index).expect("has bases")).collect();
         intervals.windows(2).for_each(|pair| grid.change_basis(&pair[0], &pair[1], &mut y, &mut scratch));
         assert!(relative_error(&y, &wanted) < 1e-11, "{spacing}: {:e}", relative_error(&y, &wanted));

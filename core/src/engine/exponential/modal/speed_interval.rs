@@ -13,7 +13,7 @@ use super::propagator::Propagator;
 use super::section_loads::SectionLoads;
 use super::step_bounds::StepBounds;
 use crate::engine::exponential::settings::MAX_DOUBLINGS;
-use crate::linalg::{Vector, axpy, solve};
+use bladeoff_numerics::linalg::{Vector, axpy, solve};
 use std::sync::{Arc, OnceLock};
 
 /// Speed interval: the model of the lateral motion for spins about one speed, constant within it.

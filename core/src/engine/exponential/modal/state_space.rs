@@ -22,10 +22,10 @@
 
 use crate::engine::beginning::projected;
 use crate::engine::shaft_line::{masses, sites};
-use crate::linalg::{EigenError, Matrix, column_of, dot, inverse, mul};
 use crate::modal::quadratic_modes;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, dot, inverse, mul};
 
 /// Lower limit of s_q in (2), as a share of the largest: for coordinates without stiffness.
 const MIN_DISPLACEMENT_SCALE: f64 = 1e-6;

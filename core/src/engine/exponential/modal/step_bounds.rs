@@ -15,7 +15,7 @@ use super::interval_model::IntervalModel;
 use super::peak_bound::{PeakBound, WatchedPeak};
 use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::MAX_DOUBLINGS;
-use crate::linalg::lanes::{LANES, Lane, kernel, sum};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, sum};
 use nalgebra::Complex;
 use std::sync::OnceLock;
 
@@ -235,7 +235,7 @@ mod tests {
     use super::super::interval_model::OutputRows;
     use super::super::quadratic_form::OutputMatrix;
     use super::*;
-    use crate::linalg::Matrix;
+    use bladeoff_numerics::linalg::Matrix;
 
     /// Numbers of planes that are not a multiple of eight, and none, one or more unbalances.
     #[test]

@@ -50,7 +50,7 @@ impl EnergyTerms {
         self.energies = Energies {
             kinetic: kinetic + turning + ring[0],
             strain: strain + twisted + ring[1],
-            gravity: -crate::linalg::dot(model.outputs.weight(), q),
+            gravity: -bladeoff_numerics::linalg::dot(model.outputs.weight(), q),
             ..self.energies
         };
     }

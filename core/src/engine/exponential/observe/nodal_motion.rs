@@ -2,8 +2,8 @@
 
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::torsion::spin::Spin;
-use crate::linalg::{axpy, dot};
 use crate::structure::Structure;
+use bladeoff_numerics::linalg::{axpy, dot};
 
 /// Motion of all nodes of the shaft line.
 pub(crate) struct NodalMotion {

@@ -7,10 +7,10 @@ use crate::contact::{Detector, Gap, exact_gap};
 use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::stepping::transient::Transient;
-use crate::linalg::{axpy, column_of};
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{ContactSurface, DiaphragmKind, Machine};
+use bladeoff_numerics::linalg::{axpy, column_of};
 
 /// Impacts per evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
 const SAMPLE_INTERVAL: u64 = 384;

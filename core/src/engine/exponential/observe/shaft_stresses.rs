@@ -5,11 +5,11 @@ use crate::engine::exponential::modal::row_batch::RowBatch;
 use crate::engine::exponential::modal::section_loads::SECTIONS_AT_ONCE;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::motion::{DIVERGED, size};
-use crate::linalg::axpy;
 use crate::record::{At, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Cause;
+use bladeoff_numerics::linalg::axpy;
 
 /// Section loads of the shaft of a run.
 pub(crate) struct ShaftStresses {

@@ -7,9 +7,9 @@ use crate::engine::exponential::contact::ring_points::{BLOCK, ring_points};
 use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
-use crate::linalg::lanes::{LANES, Lane, flat, rows_times};
 use crate::structure::Structure;
 use bladeoff_model::machine::MachineDef;
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, flat, rows_times};
 
 struct Stream(u64);
 

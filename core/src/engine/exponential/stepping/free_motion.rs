@@ -19,9 +19,9 @@ use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::StepSettings;
 use crate::engine::exponential::torsion::gyroscopic_torque::{GyroscopicMomenta, GyroscopicTorque};
 use crate::engine::exponential::torsion::spin::{ContactImpulse, Spin, SpinStep};
-use crate::linalg::dot;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
+use bladeoff_numerics::linalg::dot;
 use std::sync::Arc;
 
 /// Turn of the rotor at its initial speed between two evaluations of the gyroscopic momentum \[rad\]. This momentum is a

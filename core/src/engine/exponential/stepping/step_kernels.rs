@@ -11,7 +11,7 @@ use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::modal::interval_model::{IntervalModel, add_both};
 use crate::engine::exponential::modal::propagator::Propagator;
 use crate::engine::exponential::torsion::spin::{ContactImpulse, Spin, SpinStep};
-use crate::linalg::lanes::kernel;
+use bladeoff_numerics::linalg::lanes::kernel;
 
 kernel! {
     /// Takes spin, modal state and outputs to n+1 as if nothing were touched.

@@ -20,9 +20,9 @@ use super::spin::Spin;
 use crate::engine::beginning::{projected, steady_state};
 use crate::engine::exponential::modal::row_batch::RowBatch;
 use crate::engine::shaft_line::sites;
-use crate::linalg::{Matrix, norm};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::{Matrix, norm};
 
 /// Value of [`share`] above which the torques are taken. Without them the largest torsional moment is 0.2 % off at 0.044 (the
 /// steam turbine of `studies/machines`), 0.7 % at 0.13, where one section is 5 % off, and half of the right one at 1.5.

@@ -21,10 +21,10 @@
 
 use crate::engine::exponential::error::ExponentialError;
 use crate::engine::shaft_line::{masses, sites};
-use crate::linalg::lanes::LANES;
-use crate::linalg::{Matrix, column_of, dot, inverse, norm, symmetric_generalised};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+use bladeoff_numerics::linalg::lanes::LANES;
+use bladeoff_numerics::linalg::{Matrix, column_of, dot, inverse, norm, symmetric_generalised};
 
 /// Largest part of a uniform rotation in an elastic torsional mode.
 const ELASTIC: f64 = 1e-6;

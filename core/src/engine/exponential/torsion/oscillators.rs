@@ -7,7 +7,7 @@
 //! a multiple of eight entries.
 
 use crate::engine::exponential::modal::plane_block::SplitBlock;
-use crate::linalg::lanes::{LANES, Lane};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 
 /// Tables of a step, in groups of eight modes.
 #[derive(Debug, Clone)]

@@ -40,10 +40,10 @@ use super::torsional_modes::{TorsionalModes, TorsionalStep};
 use super::unbalance::Unbalance;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::shaft_line::sites;
-use crate::linalg::{column_of, dot};
 use crate::rotor::braking_torque;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
+use bladeoff_numerics::linalg::{column_of, dot};
 use nalgebra::Complex;
 
 /// Part of the slope's rate of change that is forgotten over a turn of 1 rad: the rate of a spin that oscillates passes through

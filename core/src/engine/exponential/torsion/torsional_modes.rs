@@ -18,8 +18,8 @@
 
 use super::oscillators::{OscillatorLanes, OscillatorStep};
 use crate::engine::exponential::modal::plane_block::SplitBlock;
-use crate::linalg::dot;
-use crate::linalg::lanes::{LANES, Lane};
+use bladeoff_numerics::linalg::dot;
+use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 
 /// Number of rows that are evaluated together.
 const GROUP: usize = LANES / 2;

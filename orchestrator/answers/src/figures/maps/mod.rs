@@ -13,7 +13,7 @@ mod picture;
 use super::style::{FINE, SMALL, TITLE, plain_name};
 use super::{Area, Figure, FigureError};
 use crate::map::{Cell, Map, Shows};
-use bladeoff_model::document::cut;
+use bladeoff_text::document::cut;
 use colour::{Colours, Kind};
 use picture::{Picture, draw};
 use plotters::prelude::{BLACK, IntoFont, Text};

@@ -47,7 +47,7 @@ fn shown(axis: &Axis) -> Shown {
     let largest = edges.iter().fold(0.0_f64, |most, edge| most.max(edge.abs()));
     let scale = Scale::of(&axis.unit, largest);
     let scaled = |values: &[f64]| values.iter().map(|value| value * scale.factor).collect::<Vec<f64>>();
-    let label = scale.label(&bladeoff_model::document::cut(&plain_name(&axis.column, &axis.unit), 50));
+    let label = scale.label(&bladeoff_text::document::cut(&plain_name(&axis.column, &axis.unit), 50));
     Shown { edges: scaled(&edges), at: scaled(&axis.at), label, scale }
 }
 

@@ -1,6 +1,6 @@
 //! Axes: what range they show and where their ticks are.
 
-use bladeoff_model::document::units::format_digits;
+use bladeoff_text::document::units::format_digits;
 
 /// Of a letter of a label, as part of the width of a chart.
 const LETTER: f64 = 0.0105;

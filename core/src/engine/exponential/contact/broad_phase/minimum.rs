@@ -4,9 +4,9 @@ use super::super::gap_minimum::{GapMinimum, parabola_offset};
 use super::super::ring_kernels::products_with;
 use super::super::ring_points::{RingPoints, parabola};
 use super::BroadPhase;
+use crate::eight::{Eight, by_width};
 use crate::engine::exponential::plane::length;
-use crate::linalg::eight::{Eight, by_width};
-use crate::linalg::lanes::Lane;
+use bladeoff_numerics::linalg::lanes::Lane;
 
 impl BroadPhase {
     /// Gap minimum beside a point; otherwise the point itself.

@@ -16,8 +16,8 @@ use super::super::ring_kernels::{StepState, add_scaled_rows, row_products, write
 use super::super::ring_points::{are_adjacent, parabola};
 use super::ContactStep;
 use crate::contact::ContactForce;
+use crate::eight::{Eight, by_width};
 use crate::engine::exponential::plane::{across, product};
-use crate::linalg::eight::{Eight, by_width};
 
 impl ContactStep {
     /// Adds a contact point whose rows are written to `slot`.

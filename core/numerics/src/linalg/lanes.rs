@@ -7,14 +7,14 @@
 use std::sync::OnceLock;
 
 /// Numbers that go together.
-pub(crate) const LANES: usize = 8;
+pub const LANES: usize = 8;
 /// The variable that forces a width.
 pub const WIDTH_VARIABLE: &str = "BLADEOFF_SIMD";
 
 /// Numbers that go together, where a vector of the processor may load them at once.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(align(64))]
-pub(crate) struct Lane(pub [f64; LANES]);
+pub struct Lane(pub [f64; LANES]);
 
 /// Instructions of one width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -93,12 +93,13 @@ impl Width {
 
 /// The width of this process; one that cannot be taken is refused where the program begins, and is the widest here.
 #[inline]
-pub(crate) fn width() -> Width {
+pub fn width() -> Width {
     static WIDTH: OnceLock<Width> = OnceLock::new();
     *WIDTH.get_or_init(|| Width::chosen().unwrap_or_else(|_| Width::widest()))
 }
 
 /// Declares a kernel: its body is compiled once for each width, and the one of [`width`] is called.
+#[macro_export]
 macro_rules! kernel {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block) => {
         $(#[$meta])*
@@ -126,24 +127,24 @@ macro_rules! kernel {
         }
     };
 }
-pub(crate) use kernel;
+pub use crate::kernel;
 
 /// Sum of eight numbers, by halves.
 #[inline(always)]
-pub(crate) fn sum([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+pub fn sum([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
 /// The least of eight numbers, by halves.
 #[inline(always)]
-pub(crate) fn least_of([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+pub fn least_of([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     let least = |x: f64, y: f64| if x < y { x } else { y };
     least(least(least(a, e), least(c, g)), least(least(b, f), least(d, h)))
 }
 
 /// Sums of eight rows' products with y, the rows' entries column by column; inside a kernel.
 #[inline(always)]
-pub(crate) fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
+pub fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
     // two chains: a sum has to wait for the one before it
     let mut sums = [[0.0; LANES]; 2];
     let (fours, last) = columns.as_chunks::<TOGETHER>();
@@ -165,20 +166,20 @@ pub(crate) fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
 
 kernel! {
     /// [`rows_times_inline`].
-    pub(crate) fn rows_times(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
+    pub fn rows_times(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
         rows_times_inline(columns, y)
     }
 }
 
 /// Numbers by eights, zeros behind the last one.
-pub(crate) fn lanes_of(numbers: &[f64]) -> Vec<Lane> {
+pub fn lanes_of(numbers: &[f64]) -> Vec<Lane> {
     let of = |eight: &[f64]| Lane(std::array::from_fn(|k| eight.get(k).copied().unwrap_or(0.0)));
     numbers.chunks(LANES).map(of).collect()
 }
 
 /// Numbers by eights as one list.
 #[inline]
-pub(crate) fn flat(lanes: &[Lane]) -> &[f64] {
+pub fn flat(lanes: &[Lane]) -> &[f64] {
     let all: *const [Lane] = lanes;
     // SAFETY: a lane is eight numbers of eight bytes in 64 bytes, so `lanes` is eight times as many without a gap between them
     #[expect(unsafe_code, reason = "vectors are loaded from aligned lanes, and read as plain numbers elsewhere")]
@@ -189,7 +190,7 @@ pub(crate) fn flat(lanes: &[Lane]) -> &[f64] {
 
 kernel! {
     /// y += a x.
-    pub(crate) fn add_scaled(a: f64, x: &[f64], y: &mut [f64]) {
+    pub fn add_scaled(a: f64, x: &[f64], y: &mut [f64]) {
         for (yi, xi) in y.iter_mut().zip(x) {
             *yi += a * xi;
         }
@@ -201,7 +202,7 @@ const TOGETHER: usize = 4;
 
 kernel! {
     /// `C = A B` of as many rows, inner places and columns, column by column; each entry summed over the inner index in ascending order.
-    pub(crate) fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
+    pub fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
         let [rows, inner, columns] = sizes;
         c.fill(0.0);
         let whole = columns - columns % TOGETHER;

@@ -4,7 +4,7 @@
 //! for each operation of a vector. Nothing fuses a product with a sum.
 //! Verified by `operations_are_the_same_at_every_width`, `tests/widths.rs`.
 
-use super::lanes::{LANES, Lane};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Eight numbers, and what is done to all of them.
@@ -76,11 +76,11 @@ impl Eight for Plain {
     }
     #[inline(always)]
     fn sum(self) -> f64 {
-        super::lanes::sum(self.0)
+        bladeoff_numerics::linalg::lanes::sum(self.0)
     }
     #[inline(always)]
     fn least(self) -> f64 {
-        super::lanes::least_of(self.0)
+        bladeoff_numerics::linalg::lanes::least_of(self.0)
     }
     #[inline(always)]
     fn less(self, than: Self) -> u8 {
@@ -281,8 +281,8 @@ macro_rules! by_width {
             use $generic as generic;
             #[cfg(target_arch = "x86_64")]
             {
-                use $crate::linalg::eight::{Avx2, Avx512};
-                use $crate::linalg::lanes::{Width, width};
+                use $crate::eight::{Avx2, Avx512};
+                use bladeoff_numerics::linalg::lanes::{Width, width};
                 #[target_feature(enable = "avx2")]
                 #[inline(never)]
                 fn avx2($($arg: $type),*) $(-> $out)? { generic::<Avx2>($($arg),*) }
@@ -299,7 +299,7 @@ macro_rules! by_width {
                     Width::Avx512 => return unsafe { avx512($($arg),*) },
                 }
             }
-            generic::<$crate::linalg::eight::Plain>($($arg),*)
+            generic::<$crate::eight::Plain>($($arg),*)
         }
     };
 }
@@ -346,7 +346,7 @@ fn mix_in<V: Eight>([one, other]: [&[Lane]; 2], [a, b]: [f64; 2], sums: &mut Vec
 }
 
 by_width! {
-    /// Products of eight rows with a list, their entries column by column, each summed as [`super::dot`] does.
+    /// Products of eight rows with a list, their entries column by column, each summed as [`bladeoff_numerics::linalg::dot`] does.
     pub(crate) fn dots(columns: &[Lane], list: &[f64], products: &mut Lane) = dots_in
 }
 
@@ -417,7 +417,11 @@ mod tests {
             dots(&columns, &list, &mut products);
             for k in 0..LANES {
                 let row: Vec<f64> = columns.iter().map(|column| column.0[k]).collect();
-                assert_eq!(products.0[k].to_bits(), crate::linalg::dot(&row, &list).to_bits(), "{size} {k}");
+                assert_eq!(
+                    products.0[k].to_bits(),
+                    bladeoff_numerics::linalg::dot(&row, &list).to_bits(),
+                    "{size} {k}"
+                );
             }
         }
     }

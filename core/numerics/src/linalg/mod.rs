@@ -5,7 +5,6 @@
 
 mod definite;
 mod eigen;
-pub(crate) mod eight;
 mod general;
 #[cfg(test)]
 mod general_tests;

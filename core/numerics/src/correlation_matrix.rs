@@ -2,7 +2,7 @@
 
 /// A square matrix in rows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Matrix {
+pub struct CorrelationMatrix {
     size: usize,
     entries: Vec<f64>,
 }
@@ -12,7 +12,7 @@ const LEAST_PIVOT: f64 = 1e-12;
 /// Sweeps over all pairs at most; they settle in about ten.
 const SWEEPS: usize = 60;
 
-impl Matrix {
+impl CorrelationMatrix {
     /// With ones on its diagonal.
     #[must_use]
     pub fn identity(size: usize) -> Self {
@@ -47,7 +47,7 @@ impl Matrix {
     /// The lower triangular L with L L^T = this matrix of unit diagonal; `None` where it is not positive definite, or so nearly
     /// not that a row is fixed by those before to 1e-6.
     #[must_use]
-    pub fn cholesky(&self) -> Option<Matrix> {
+    pub fn cholesky(&self) -> Option<CorrelationMatrix> {
         let mut factor = Self { size: self.size, entries: vec![0.0; self.size * self.size] };
         for i in 0..self.size {
             for j in 0..=i {
@@ -70,9 +70,9 @@ impl Matrix {
     /// Eigenvalues and, in the columns, eigenvectors, by Jacobi's rotations; `first`: an orthogonal matrix that they are near to, or
     /// any.
     ///
-    /// Source: G. H. Golub, C. F. Van Loan, "Matrix computations", section 8.5.
+    /// Source: G. H. Golub, C. F. Van Loan, "CorrelationMatrix computations", section 8.5.
     #[must_use]
-    pub fn eigen(&self, first: Matrix) -> (Vec<f64>, Matrix) {
+    pub fn eigen(&self, first: CorrelationMatrix) -> (Vec<f64>, CorrelationMatrix) {
         let n = self.size;
         let mut vectors = first;
         // V^T A V: nearly diagonal where the vectors are near
@@ -92,7 +92,7 @@ impl Matrix {
     }
 
     /// The transpose of this one times the other.
-    fn transposed_times(&self, other: &Matrix) -> Matrix {
+    fn transposed_times(&self, other: &CorrelationMatrix) -> CorrelationMatrix {
         let n = self.size;
         let mut product = Self { size: n, entries: vec![0.0; n * n] };
         for k in 0..n {
@@ -107,7 +107,7 @@ impl Matrix {
     }
 
     /// Makes the entry p, q zero.
-    fn rotate(&mut self, p: usize, q: usize, vectors: &mut Matrix) {
+    fn rotate(&mut self, p: usize, q: usize, vectors: &mut CorrelationMatrix) {
         let entry = self.at(p, q);
         // all of them together are below rounding
         if entry.abs() < 1e-17 {
@@ -143,13 +143,13 @@ mod tests {
     #[test]
     fn eigenvalues_and_vectors_give_the_matrix_back() {
         let n = 12;
-        let mut matrix = Matrix::identity(n);
+        let mut matrix = CorrelationMatrix::identity(n);
         for i in 0..n {
             for j in 0..i {
                 matrix.set_both(i, j, 1.0 / (1 + i + j) as f64);
             }
         }
-        let (values, vectors) = matrix.eigen(Matrix::identity(n));
+        let (values, vectors) = matrix.eigen(CorrelationMatrix::identity(n));
         let again = matrix.eigen(vectors.clone()).0;
         assert!(values.iter().zip(again).all(|(value, again)| (value - again).abs() < 1e-14));
         for i in 0..n {
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn cholesky_gives_the_matrix_back_and_refuses_what_is_not_definite() {
-        let mut matrix = Matrix::identity(3);
+        let mut matrix = CorrelationMatrix::identity(3);
         matrix.set_both(0, 1, 0.9);
         matrix.set_both(1, 2, 0.9);
         matrix.set_both(0, 2, 0.7);
