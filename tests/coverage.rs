@@ -18,8 +18,8 @@ use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::estimate::input::DesignKind;
 use bladeoff_answers::gate::{Gate, Verdict, verdict};
 use bladeoff_study::correlation::Copula;
-use bladeoff_study::design::random::Source;
-use bladeoff_study::plan::{Kind, Plan, PlanDef};
+use bladeoff_study::sampling::layout::{LayoutDef, LayoutKind, SamplingLayout};
+use bladeoff_study::sampling::sequence::random::Source;
 use bladeoff_study::uncertain::{Distribution, Uncertain, Written};
 use bladeoff_text::formula::{Function, call};
 use support::made::{Made, MadeColumn};
@@ -58,16 +58,16 @@ fn level(above: fn(f64) -> f64, p: f64) -> f64 {
 
 /// Points of a design of two variables.
 fn points_of(kind: DesignKind, seed: u64, replicates: usize, samples: usize) -> Vec<[f64; 2]> {
-    let def = PlanDef {
+    let def = LayoutDef {
         samples: Some(samples as u64),
         replicates: (replicates > 1).then_some(replicates as u64),
-        ..PlanDef::new(Kind::from_word(kind.word()).expect("a kind of design"))
+        ..LayoutDef::new(LayoutKind::from_word(kind.word()).expect("a kind of design"))
     };
     let numbers = [("lower", 0.0), ("upper", 1.0)].map(|(key, number)| (key.to_owned(), number));
     let written = Written { numbers: numbers.into_iter().collect(), ..Written::default() };
     let law = Uncertain::new(Distribution::from_word("uniform").expect("a law"), &written, "").expect("a law");
     let names = ["u1", "u2"].map(str::to_owned);
-    let plan = Plan::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design");
+    let plan = SamplingLayout::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design");
     let point = |index| {
         let mut point = [0.0; 2];
         plan.fill(index, &mut point);

@@ -12,7 +12,7 @@ use bladeoff_answers::estimate::scheme::Scheme;
 use bladeoff_answers::stop::{StopRule, looks};
 use bladeoff_numerics::probability::normal_quantile;
 use bladeoff_study::correlation::Copula;
-use bladeoff_study::plan::{Kind, Plan, PlanDef};
+use bladeoff_study::sampling::layout::{LayoutDef, LayoutKind, SamplingLayout};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Written};
 
 /// Points of a study at most.
@@ -44,21 +44,22 @@ fn output(name: &str, u: &[f64; 2]) -> f64 {
     }
 }
 
-fn plan(kind: Kind, seed: u64) -> Plan {
-    let is_single = kind == Kind::MonteCarlo;
+fn plan(kind: LayoutKind, seed: u64) -> SamplingLayout {
+    let is_single = kind == LayoutKind::MonteCarlo;
     let samples = if is_single { MOST } else { MOST / REPLICATES };
-    let def = PlanDef { samples: Some(samples), replicates: (!is_single).then_some(REPLICATES), ..PlanDef::new(kind) };
+    let def =
+        LayoutDef { samples: Some(samples), replicates: (!is_single).then_some(REPLICATES), ..LayoutDef::new(kind) };
     let numbers = [("lower", 0.0), ("upper", 1.0)].map(|(key, number)| (key.to_owned(), number));
     let written = Written { numbers: numbers.into_iter().collect(), ..Written::default() };
     let law = Uncertain::new(Distribution::from_word("uniform").expect("a law"), &written, "").expect("a law");
     let names = ["u1", "u2"].map(str::to_owned);
-    Plan::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design")
+    SamplingLayout::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design")
 }
 
 /// A kind of study: design, output, figure, its true value and the largest relative half width.
 #[derive(Clone, Copy)]
 struct Case {
-    kind: Kind,
+    kind: LayoutKind,
     output: &'static str,
     of: Of,
     truth: f64,
@@ -79,7 +80,7 @@ impl Case {
     }
 
     fn scheme(&self) -> Scheme {
-        if self.kind == Kind::MonteCarlo { Scheme::Independent } else { Scheme::Replicated(REPLICATES as usize) }
+        if self.kind == LayoutKind::MonteCarlo { Scheme::Independent } else { Scheme::Replicated(REPLICATES as usize) }
     }
 
     fn figures(&self, values: &[f64], alpha: f64) -> Figures {
@@ -107,7 +108,7 @@ impl Case {
     }
 
     /// Whether the interval at the end of a study covers the true value, and the points of the study; `spends`: by error spending.
-    fn end(&self, values: &mut Vec<f64>, plan: &Plan, spends: bool) -> (bool, u64) {
+    fn end(&self, values: &mut Vec<f64>, plan: &SamplingLayout, spends: bool) -> (bool, u64) {
         let rule = StopRule { relative: Some(self.relative), ..StopRule::default() };
         for look in looks(MOST, ALPHA) {
             for index in values.len() as u64..look.points {
@@ -161,7 +162,7 @@ fn cases() -> Vec<Case> {
         0.5 * (low + high)
     };
     let mut all = Vec::new();
-    for kind in [Kind::MonteCarlo, Kind::Sobol, Kind::LatinHypercube, Kind::Halton] {
+    for kind in [LayoutKind::MonteCarlo, LayoutKind::Sobol, LayoutKind::LatinHypercube, LayoutKind::Halton] {
         let mut add = |output, of, truth, widths: [f64; 2]| {
             all.extend(widths.map(|relative| Case { kind, output, of, truth, relative }));
         };
@@ -202,7 +203,7 @@ fn the_interval_that_ends_a_study_covers_the_true_value_about_as_often_as_it_sta
         assert!(plain >= least - 3.0 * deviation, "{}: {plain}", case.name());
         assert!(fewer <= more, "{}: {fewer} of {more}", case.name());
         // of independent points error spending needs two to four times as many, where one analysis is not enough
-        if case.kind == Kind::MonteCarlo && more > 256.5 {
+        if case.kind == LayoutKind::MonteCarlo && more > 256.5 {
             assert!((0.2..=0.6).contains(&(fewer / more)), "{}: {fewer} of {more}", case.name());
         }
         if !is_skewed {

@@ -9,7 +9,7 @@ use bladeoff_study::Samples;
 /// What intervals over the rows of the first points of these samples may rest on.
 #[must_use]
 pub fn drawn(samples: &Samples, points: u64) -> Draw {
-    let Some(plan) = samples.plan() else {
+    let Some(plan) = samples.layout() else {
         return Draw::without("no interval: a study without [design] chooses its samples, and draws none");
     };
     let replicate: Vec<u32> = (0..points).map(|point| plan.replicate(point) as u32).collect();

@@ -47,7 +47,7 @@ pub fn answer_at_looks(
     let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
     columns.extend(questions.iter().filter_map(|question| vocabulary.axis_of(question)));
     columns.extend(gates.iter().flat_map(|gate| gate.condition.columns.clone()));
-    let is_design = samples.plan().is_some();
+    let is_design = samples.layout().is_some();
     if !is_design && (!gates.is_empty() || questions.iter().any(|question| !matches!(question.ask, Ask::Map(_)))) {
         return Err(AnsweringError::NoDesign);
     }
@@ -98,7 +98,7 @@ const FIRST_BLOCKS: u64 = 16;
 
 /// Points of the first look; each has twice as many as the one before.
 fn first_look(samples: &Samples) -> u64 {
-    let blocks = samples.plan().filter(|plan| is_blocked(plan)).map(|plan| FIRST_BLOCKS * plan.rows());
+    let blocks = samples.layout().filter(|plan| is_blocked(plan)).map(|plan| FIRST_BLOCKS * plan.rows());
     blocks.unwrap_or(FIRST_LOOK)
 }
 

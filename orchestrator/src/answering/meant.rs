@@ -5,7 +5,7 @@ use super::vocabulary::{Vocabulary, column_of, label};
 use bladeoff_answers::ask::{Problem, Question, QuestionDef, SensitivityMethod};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;
-use bladeoff_study::plan::{Kind, Plan};
+use bladeoff_study::sampling::layout::{LayoutKind, SamplingLayout};
 use bladeoff_study::{Asked, AskedGate, AskedQuestion, Parameter, Placed, Samples, ToCheck};
 use bladeoff_text::document::{Collector, Problems};
 use std::ops::Range;
@@ -40,7 +40,7 @@ const SAME: f64 = 1e-9;
 pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
     let mut problems = Collector::new(source.file, source.text);
     let mut found = Meant::default();
-    match (samples.plan(), Vocabulary::of(samples)) {
+    match (samples.layout(), Vocabulary::of(samples)) {
         (None, vocabulary) => {
             needs_design(source.asked, &mut problems);
             if let Some(vocabulary) = vocabulary {
@@ -71,7 +71,7 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
     let samples = study.and_then(|study| Samples::new(study.clone(), None, None).ok());
     let whole = samples.as_ref().and_then(Vocabulary::of);
     if let (Some(samples), Some(_)) = (&samples, &whole)
-        && let Some(plan) = samples.plan()
+        && let Some(plan) = samples.layout()
     {
         refuse_inexact(plan, asked, problems);
         refuse_methods(plan, asked, problems);
@@ -101,19 +101,19 @@ fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
 }
 
 /// Refuses gates where the points have no exact limits.
-fn refuse_inexact(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
-    if plan.kind() == Kind::MonteCarlo {
+fn refuse_inexact(plan: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
+    if plan.kind() == LayoutKind::MonteCarlo {
         return;
     }
     for (position, gate) in asked.gates.iter().enumerate() {
         let message = format!("a gate needs exact limits, and points of kind {:?} have none", plan.kind().word());
         problems.add(gate.require.span.clone(), format!("gate[{position}].require"), message).allowed =
-            Some(format!("kind = {:?} in [design]", Kind::MonteCarlo.word()));
+            Some(format!("kind = {:?} in [design]", LayoutKind::MonteCarlo.word()));
     }
 }
 
 /// Refuses sensitivities by a method that makes nothing of these points.
-fn refuse_methods(plan: &Plan, asked: &Asked, problems: &mut Collector<'_>) {
+fn refuse_methods(plan: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
     for (position, question) in asked.questions.iter().enumerate() {
         let Some(Placed { value, span }) = question.method.as_ref().filter(|_| question.sensitivity.is_some()) else {
             continue;

@@ -75,7 +75,7 @@ pub struct Answering {
 /// The table is not as it was written, cannot be read, or has not what is asked for.
 pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Result<Answering, AnsweringError> {
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
-    let is_design = samples.plan().is_some();
+    let is_design = samples.layout().is_some();
     if !is_design && questions.iter().any(|question| !matches!(question.ask, Ask::Map(_))) {
         return Err(AnsweringError::NoDesign);
     }
@@ -159,17 +159,17 @@ pub fn related(samples: &Samples) -> Option<String> {
 fn related_in(samples: &Samples, points: u64) -> Option<String> {
     let uncertain = samples.parameters().iter().filter(|parameter| matches!(parameter.origin, Origin::Uncertain(_)));
     let names: Vec<&str> = uncertain.map(|one| one.short.as_deref().unwrap_or(one.info.path.as_str())).collect();
-    samples.plan()?.related(points, &names)
+    samples.layout()?.related(points, &names)
 }
 
 /// Adds correlated parameters to answers from so many points of a Saltelli design, whose total indices the correlation biases: a note, and the correlations by parameter.
 fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
-    if samples.plan().is_none_or(|plan| plan.saltelli().is_none()) {
+    if samples.layout().is_none_or(|plan| plan.saltelli().is_none()) {
         return;
     }
     let Some(note) = related_in(samples, points) else { return };
     let found =
-        samples.plan().and_then(|plan| Some(plan.saltelli()?.related(points / plan.rows()))).unwrap_or_default();
+        samples.layout().and_then(|plan| Some(plan.saltelli()?.related(points / plan.rows()))).unwrap_or_default();
     for answer in &mut answers.answers {
         let Some(sensitivity) = &mut answer.sensitivity else { continue };
         let of = |&(place, correlation): &(usize, f64)| {
@@ -195,7 +195,7 @@ pub fn question_of(samples: &Samples, def: &QuestionDef) -> Result<Result<Questi
 /// # Errors
 /// As [`answer`]; the points are not independent.
 pub fn judge(directory: &Path, samples: &Samples, gates: &[Gate]) -> Result<(Vec<Decision>, u64, u64), AnsweringError> {
-    if samples.plan().is_none() {
+    if samples.layout().is_none() {
         return Err(AnsweringError::NoDesign);
     }
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;

@@ -85,7 +85,7 @@ impl Refinement {
         let study = samples.study();
         let Some(def) = &study.refine else { return Ok(None) };
         let is_part = samples.scale().is_some() || samples.limit().is_some();
-        if samples.plan().is_none() && samples.limit().is_some() {
+        if samples.layout().is_none() && samples.limit().is_some() {
             return Ok(None);
         }
         let name = study.asked.questions.get(def.question).and_then(|asked| asked.name.as_ref());
@@ -137,7 +137,7 @@ impl Refinement {
     /// Why every sample of a part (`--scale`, `--limit`) is computed, of a study with `[refine]`.
     #[must_use]
     pub fn whole_part(samples: &Samples) -> Option<&'static str> {
-        let why = if samples.plan().is_none() && samples.limit().is_some() {
+        let why = if samples.layout().is_none() && samples.limit().is_some() {
             "--limit takes the first samples, wherever they are on the map: [refine] leaves none of them out"
         } else {
             "so small a part has less than two values along an axis of the map: [refine] leaves nothing of it out"
@@ -186,7 +186,7 @@ impl Refinement {
         columns: &[String],
     ) -> Result<Result<Rows, AnsweringError>, TableError> {
         let mut there = None;
-        if self.samples.plan().is_some() {
+        if self.samples.layout().is_some() {
             let (mut chosen, mut goes_on) = (self.first(), true);
             loop {
                 let rows = match self.rows(parts, &chosen)? {
@@ -218,7 +218,7 @@ impl Refinement {
         columns.sort();
         columns.dedup();
         let count = self.count(chosen);
-        let points = if self.samples.plan().is_some() { self.samples.points() } else { count };
+        let points = if self.samples.layout().is_some() { self.samples.points() } else { count };
         let end = TableEnd { points, samples: count, share: 1.0, why: EndWhy::Refined };
         Rows::read(files, &self.samples, &vocabulary, (&columns, Some(end), Some(chosen)))
     }
@@ -267,7 +267,7 @@ impl Along {
             return Err(Unrefined::new(format!("{column} has no given values to choose from"), allowed));
         };
         let list = &samples.study().axes[axis].varied[member].values;
-        let rows = if samples.plan().is_some() { samples.count() / samples.points().max(1) } else { samples.count() };
+        let rows = if samples.layout().is_some() { samples.count() / samples.points().max(1) } else { samples.count() };
         let kept: BTreeSet<u64> = (0..rows).map(|sample| samples.positions(sample)[axis]).collect();
         let mut found: Vec<(f64, u64)> = Vec::new();
         for position in kept {

@@ -13,7 +13,7 @@ use bladeoff_answers::sensitivity::Moved;
 use bladeoff_answers::tables::{END_CAUSE, END_TIME, FieldKind, Table, TableError};
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Status};
 use bladeoff_study::Samples;
-use bladeoff_study::plan::{Kind, Move, Plan};
+use bladeoff_study::sampling::layout::{LayoutKind, Move, SamplingLayout};
 use std::path::PathBuf;
 
 /// Columns of the verdict that rows are read with.
@@ -160,7 +160,7 @@ enum Blocks {
 
 impl Blocks {
     /// Of the first points of a plan.
-    fn of(plan: &Plan, points: u64) -> Self {
+    fn of(plan: &SamplingLayout, points: u64) -> Self {
         if let Some(trajectories) = plan.trajectories() {
             let moved = |point| trajectories.moved(point).map(|Move { parameter, up }| Moved { parameter, up });
             return Self::Trajectories((0..points).map(moved).collect(), trajectories.delta());
@@ -179,7 +179,7 @@ impl Rows {
         vocabulary: &Vocabulary<'_>,
         (columns, end, chosen): (&[String], Option<TableEnd>, Option<&Chosen>),
     ) -> Result<Result<Self, AnsweringError>, TableError> {
-        let plan = samples.plan();
+        let plan = samples.layout();
         // without a design each sample is a point
         let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
         let all = vocabulary.groups.len();
@@ -276,7 +276,7 @@ impl Rows {
     /// The columns of a finished table that has these names, and the design of the study, without any row.
     pub fn head(
         samples: &Samples,
-        plan: &Plan,
+        plan: &SamplingLayout,
         vocabulary: &Vocabulary<'_>,
         columns: &[String],
         there: &[String],
@@ -310,7 +310,7 @@ impl Rows {
 
     /// Takes the rows of a piece of a table in the order of the samples, from this one on, in place of those that it has. `false`: it is not in that order; the
     /// error: what of it is none of the study's.
-    pub fn pass(&mut self, plan: &Plan, piece: &Table, first: u64) -> Result<bool, f64> {
+    pub fn pass(&mut self, plan: &SamplingLayout, piece: &Table, first: u64) -> Result<bool, f64> {
         let (rows, groups) = (piece.rows(), self.groups.len() as u64);
         let numbers = piece.numbers("sample").unwrap_or_default();
         let is_next = |(row, number): (usize, &Option<f64>)| *number == Some((first + row as u64) as f64);
@@ -474,14 +474,14 @@ fn caused(words: Option<&str>) -> Option<CauseSet> {
 }
 
 /// The kind of a plan.
-pub(super) fn design_kind(plan: &Plan) -> DesignKind {
+pub(super) fn design_kind(plan: &SamplingLayout) -> DesignKind {
     match plan.kind() {
-        Kind::MonteCarlo => DesignKind::MonteCarlo,
-        Kind::LatinHypercube => DesignKind::LatinHypercube,
-        Kind::Sobol => DesignKind::Sobol,
-        Kind::Halton => DesignKind::Halton,
-        Kind::OneAtATime => DesignKind::OneAtATime,
-        Kind::Morris => DesignKind::Morris,
-        Kind::Saltelli => DesignKind::Saltelli,
+        LayoutKind::MonteCarlo => DesignKind::MonteCarlo,
+        LayoutKind::LatinHypercube => DesignKind::LatinHypercube,
+        LayoutKind::Sobol => DesignKind::Sobol,
+        LayoutKind::Halton => DesignKind::Halton,
+        LayoutKind::OneAtATime => DesignKind::OneAtATime,
+        LayoutKind::Morris => DesignKind::Morris,
+        LayoutKind::Saltelli => DesignKind::Saltelli,
     }
 }

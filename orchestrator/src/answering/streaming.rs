@@ -17,7 +17,7 @@ pub(super) fn stream(
     end: Option<TableEnd>,
     questions: &[&Question],
 ) -> Result<Result<Option<Vec<Answered>>, AnsweringError>, TableError> {
-    let Some(plan) = samples.plan() else { return Ok(Ok(None)) };
+    let Some(plan) = samples.layout() else { return Ok(Ok(None)) };
     let files = [PathBuf::from(table)];
     let mut columns: Vec<String> = questions.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
     columns.sort();

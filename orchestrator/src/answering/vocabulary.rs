@@ -34,7 +34,7 @@ impl<'a> Vocabulary<'a> {
         let group = |values: Vec<(String, ParamValue)>| {
             Group(values.into_iter().map(|(name, value)| (column(&name), label(value))).collect())
         };
-        let is_design = samples.plan().is_some();
+        let is_design = samples.layout().is_some();
         // without a design each sample is a point of its own, and its parameters are columns of it
         let groups: Vec<Group> =
             if is_design { samples.groups().into_iter().map(group).collect() } else { vec![Group::default()] };
@@ -77,7 +77,7 @@ impl<'a> Vocabulary<'a> {
             given: parameters.iter().map(given).collect(),
         };
         let machine = samples.study().machine().map(|machine| &machine.def);
-        let laws = samples.study().drawn.drawing.laws();
+        let laws = samples.study().sampled.values.laws();
         let words = parameters.iter().filter_map(|parameter| {
             let Origin::Uncertain(law) = parameter.origin else { return None };
             Some((column_of(parameter), laws.get(law)?.words()?.to_vec()))
@@ -153,7 +153,7 @@ fn is_number(kind: FieldKind) -> bool {
 
 /// Zipped parameters whose values recur, and what is said of them.
 fn recurring(samples: &Samples, groups: &[Group]) -> Vec<(String, String)> {
-    let zipped = samples.study().axes.iter().filter(|axis| axis.varied.len() > 1 && samples.plan().is_some());
+    let zipped = samples.study().axes.iter().filter(|axis| axis.varied.len() > 1 && samples.layout().is_some());
     let of_axis = |path: &String| samples.parameters().iter().find(|parameter| parameter.info.path == *path);
     let columns = zipped.flat_map(|axis| axis.varied.iter().map(|varied| &varied.info.path)).filter_map(of_axis);
     let why = |column: String| families(groups, &column).err().map(|why| (column, why.to_string()));

@@ -11,7 +11,7 @@ use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::gate;
 use bladeoff_answers::report::duration;
 use bladeoff_answers::stop::{Look, StopRule, looks};
-use bladeoff_study::plan::{Kind, MOST_POINTS};
+use bladeoff_study::sampling::layout::{LayoutKind, MOST_POINTS};
 use bladeoff_study::{FIRST_LOOK, Samples, StopDef, block, is_blocked};
 use std::path::Path;
 use std::time::Duration;
@@ -37,9 +37,9 @@ impl Waiting {
     /// Of a study with `[stop]`.
     #[must_use]
     pub fn of(samples: &Samples, meant: &Meant) -> Option<Self> {
-        let (def, plan) = (samples.study().stop?, samples.plan()?);
+        let (def, plan) = (samples.study().stop?, samples.layout()?);
         // base points are counted, since their sequence is even at powers of two; of trajectories the points
-        let base = if plan.kind() == Kind::Saltelli { plan.rows() } else { 1 };
+        let base = if plan.kind() == LayoutKind::Saltelli { plan.rows() } else { 1 };
         let each = if is_blocked(plan) { plan.rows() } else { 1 };
         let end = rule(&def).end(samples.points() / each) * each;
         let stage = |look: &Look| {
@@ -127,7 +127,7 @@ impl Waiting {
             lines.push(format!("interim analyses after {} points", points.join(", ")));
         }
         if let Some(samples) = samples {
-            let what = self.samples.plan().and_then(block).map_or("points", |(_, name)| name);
+            let what = self.samples.layout().and_then(block).map_or("points", |(_, name)| name);
             lines.push(format!("{samples} {what} at most"));
         }
         lines.extend(wall.map(|wall| format!("{} at most", duration(wall))));

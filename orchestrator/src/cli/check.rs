@@ -170,9 +170,11 @@ fn drawn(samples: &Samples) -> String {
     let study = samples.study();
     let width = width().unwrap_or(usize::MAX);
     let mut text = String::new();
-    if let Some(plan) = samples.plan() {
-        let (points, uncertain) =
-            (counted(samples.points(), "point"), counted(study.drawn.understood.len() as u64, "uncertain parameter"));
+    if let Some(plan) = samples.layout() {
+        let (points, uncertain) = (
+            counted(samples.points(), "point"),
+            counted(study.sampled.distributions.len() as u64, "uncertain parameter"),
+        );
         text.push_str(&format!("Design: {}, {points} of {uncertain}", plan.kind().word()));
         if plan.replicates() > 1 {
             text.push_str(&format!(", in {}", counted(plan.replicates(), "replicate")));
@@ -183,8 +185,8 @@ fn drawn(samples: &Samples) -> String {
         }
         text.push_str(".\n");
         // of the points that are taken, not of those in the file
-        let whole = study.drawn.drawing.plan().and_then(|plan| plan.without_interval(plan.count()));
-        let others = study.drawn.notes.iter().filter(|note| whole.as_ref() != Some(note));
+        let whole = study.sampled.values.layout().and_then(|plan| plan.without_interval(plan.count()));
+        let others = study.sampled.notes.iter().filter(|note| whole.as_ref() != Some(note));
         for note in plan.without_interval(samples.points()).iter().chain(&related(samples)).chain(others) {
             text.push_str(&wrapped(&format!("Note: {note}."), width, "", ""));
         }
@@ -193,8 +195,8 @@ fn drawn(samples: &Samples) -> String {
     let mut lines = String::new();
     for (number, parameter) in study.parameters().iter().enumerate() {
         let said = match parameter.origin {
-            Origin::Uncertain(_) => study.drawn.understood[number].sentence.clone(),
-            Origin::Derived(formula) => format!("= {}", study.drawn.formulas[formula]),
+            Origin::Uncertain(_) => study.sampled.distributions[number].clone(),
+            Origin::Derived(formula) => format!("= {}", study.sampled.formulas[formula]),
             Origin::Varied(..) => continue,
         };
         let name = match &parameter.short {
@@ -203,7 +205,7 @@ fn drawn(samples: &Samples) -> String {
         };
         lines.push_str(&format!("{name}\n{}", wrapped(&said, width, "  ", "  ")));
     }
-    for said in &study.drawn.correlated {
+    for said in &study.sampled.correlated {
         lines.push_str(&wrapped(said, width, "", "  "));
     }
     if !lines.is_empty() {

@@ -76,7 +76,7 @@ struct ExportArgs {
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let What::Export(args) = &args.what;
     let samples = if args.path.is_dir() { frozen(&args.path)? } else { args.part.load(&args.path)? };
-    if samples.plan().is_none() {
+    if samples.layout().is_none() {
         return Err(DesignExportError::None { path: args.path.clone() }.into());
     }
     let responses = responses(args, &samples)?;
@@ -87,7 +87,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     fs::create_dir_all(&args.out).map_err(FileError::at("create", &args.out))?;
     let problem = Problem::of(&samples);
     problem.left_out.iter().for_each(|why| remark(&format!("left out of the SALib problem: {why}")));
-    if !samples.study().drawn.drawing.is_independent() {
+    if !samples.study().sampled.values.is_independent() {
         remark("the parameters are correlated: SALib's problem has no correlations, the points have them");
     }
     write(&files[0], |out| out.write_all(problem.json().as_bytes()))?;
@@ -120,7 +120,7 @@ impl Problem {
     fn of(samples: &Samples) -> Self {
         let (places, names, bounds) = (Vec::new(), Vec::new(), Vec::new());
         let mut problem = Self { places, names, bounds, dists: Vec::new(), left_out: Vec::new() };
-        let laws = samples.study().drawn.drawing.laws();
+        let laws = samples.study().sampled.values.laws();
         for (place, parameter) in samples.parameters().iter().enumerate() {
             let Origin::Uncertain(law) = parameter.origin else { continue };
             let name = exported(parameter);

@@ -16,7 +16,7 @@ use crate::submit::SubmitError;
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
-use bladeoff_study::design::DesignError;
+use bladeoff_study::sampling::combinations::CombinationError;
 use bladeoff_study::{InputError, StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
@@ -236,8 +236,10 @@ impl CliError {
             | CliError::Start(_) => Exit::Input,
             CliError::Unmeant { .. }
             | CliError::NoKind
-            | CliError::Study(StudyError::Design(DesignError::Scale { .. } | DesignError::Nothing)) => Exit::Usage,
-            CliError::Study(StudyError::Design(_)) => Exit::Input,
+            | CliError::Study(StudyError::Combinations(CombinationError::Scale { .. } | CombinationError::Nothing)) => {
+                Exit::Usage
+            }
+            CliError::Study(StudyError::Combinations(_)) => Exit::Input,
             CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,

@@ -135,7 +135,7 @@ fn choose(samples: &Samples) -> Vec<u64> {
         return (0..count).collect();
     }
     let axes = samples.study().axes.iter().map(|axis| axis.length);
-    let points = samples.plan().map(|_| samples.points());
+    let points = samples.layout().map(|_| samples.points());
     let lengths: Vec<u64> = points.into_iter().chain(axes).collect();
     let place = |position: u64, length: u64| if length > 1 { position as f64 / (length - 1) as f64 } else { 0.0 };
     let wanted = |k: u64, axis: usize| ((k * (1 + axis as u64 % (TIMED - 1))) % TIMED) as f64 / (TIMED - 1) as f64;

@@ -71,7 +71,7 @@ fn between(samples: &Samples, stability: &mut Stability) -> Vec<String> {
     let all = chosen.count();
     // the corners stand at the end
     let corners = 1_u64 << samples.study().axes.len().min(CORNERED);
-    let from = if samples.plan().is_some() { 0 } else { all.saturating_sub(corners) };
+    let from = if samples.layout().is_some() { 0 } else { all.saturating_sub(corners) };
     let most = (all - from).min(MOST);
     let mut forecasts = Forecasts::default();
     let (mut looked, mut expected) = (Vec::new(), 0);

@@ -21,7 +21,7 @@ use bladeoff_answers::report::are;
 use bladeoff_answers::report::{Summary, counted, duration, wrapped};
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::domain::DomainError;
-use bladeoff_study::plan::Kind;
+use bladeoff_study::sampling::layout::LayoutKind;
 use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duration};
 use bladeoff_system::shown;
 use std::num::NonZeroUsize;
@@ -222,12 +222,12 @@ impl PartArgs {
 
 /// Where a limit takes another number of points than it says: what it takes, and why.
 fn limited(samples: &Samples, limit: u64) -> Option<String> {
-    let (plan, points) = (samples.plan()?, samples.points());
+    let (plan, points) = (samples.layout()?, samples.points());
     if points == limit.min(plan.count()) {
         return None;
     }
     let why = match plan.kind() {
-        Kind::LatinHypercube | Kind::Sobol => {
+        LayoutKind::LatinHypercube | LayoutKind::Sobol => {
             format!(": {} in each replicate, a power of two", points / plan.replicates())
         }
         _ if plan.rows() > 1 => format!(", in whole blocks of {}", plan.rows()),

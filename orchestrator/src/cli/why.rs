@@ -89,7 +89,7 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     for (varied, value) in samples.parameters().iter().zip(samples.values(sample)) {
         told.line(&varied.info.path, show(&varied.info, &value));
     }
-    for (name, value) in samples.carried(sample) {
+    for (name, value) in samples.extra_columns(sample) {
         match value {
             Some(ParamValue::Number(number)) => told.line(name, format!("{number:?}")),
             Some(ParamValue::Choice(word)) => told.line(name, word),

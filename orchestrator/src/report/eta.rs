@@ -206,7 +206,7 @@ fn student(freedoms: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bladeoff_study::design::Shuffle;
+    use bladeoff_study::sampling::Shuffle;
     use bladeoff_system::random::SplitMix;
 
     /// A run of these costs in this order, without a process: who computes what from when to when \[s\].

@@ -90,7 +90,7 @@ pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
 /// What the model leaves out.
 pub(super) fn limits(samples: &Samples) -> Vec<Block> {
     let [.., intervals] = LIMITS;
-    let (function, plan) = (samples.study().function().is_some(), samples.plan().is_some());
+    let (function, plan) = (samples.study().function().is_some(), samples.layout().is_some());
     let mut lines: Vec<String> = Vec::new();
     if function {
         lines.push("Formulas were evaluated, no machine was simulated.".to_owned());

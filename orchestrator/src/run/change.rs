@@ -39,7 +39,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
     compare("scale", "--scale");
     compare("limit", "--limit");
     // of all combinations the seed chooses none
-    if prepared.samples.limit().is_some() || header.contains_key("limit") || prepared.samples.plan().is_some() {
+    if prepared.samples.limit().is_some() || header.contains_key("limit") || prepared.samples.layout().is_some() {
         compare("seed", "seed");
     }
     match load_frozen(FrozenFiles::of(directory), own_columns) {
@@ -132,7 +132,8 @@ pub fn study_changes(old: &Study, new: &Study) -> Vec<Change> {
 
 /// Points that the design had and has no more; more of them are no difference.
 fn fewer_points(old: &Study, new: &Study) -> Option<Change> {
-    let points = |study: &Study| study.drawn.drawing.plan().map(|plan| (plan.kind(), plan.replicates(), plan.count()));
+    let points =
+        |study: &Study| study.sampled.values.layout().map(|plan| (plan.kind(), plan.replicates(), plan.count()));
     let ((kind, replicates, from), (new_kind, now, to)) = points(old).zip(points(new))?;
     let change = Change { key: "points of the design".to_owned(), from: from.to_string(), to: to.to_string() };
     // of another kind or other replicates none stays
@@ -141,7 +142,7 @@ fn fewer_points(old: &Study, new: &Study) -> Option<Change> {
 
 /// What decides where the points of a design lie, their number aside.
 fn design_in_words(study: &Study) -> Vec<(&'static str, String)> {
-    let Some(plan) = study.drawn.drawing.plan() else { return Vec::new() };
+    let Some(plan) = study.sampled.values.layout() else { return Vec::new() };
     let of_law = |parameter: &Parameter| matches!(parameter.origin, Origin::Uncertain(_));
     let order: Vec<&str> = study.parameters().iter().filter(|p| of_law(p)).map(|p| p.info.path.as_str()).collect();
     let mut all = vec![
@@ -149,7 +150,7 @@ fn design_in_words(study: &Study) -> Vec<(&'static str, String)> {
         ("design.replicates", plan.replicates().to_string()),
         ("design.scramble", plan.is_scrambled().to_string()),
         ("order of [[uncertain]]", order.join(", ")),
-        ("[[correlation]]", study.drawn.correlated.join("; ")),
+        ("[[correlation]]", study.sampled.correlated.join("; ")),
     ];
     if let Some(trajectories) = plan.trajectories() {
         all.push(("step of the trajectories (design.levels)", trajectories.delta().to_string()));
@@ -173,11 +174,11 @@ fn described(study: &Study) -> BTreeMap<String, String> {
     for (number, parameter) in study.parameters().iter().enumerate() {
         match parameter.origin {
             Origin::Uncertain(_) => {
-                let said = &study.drawn.understood[number].sentence;
+                let said = &study.sampled.distributions[number];
                 all.insert(parameter.info.path.clone(), said.clone());
             }
             Origin::Derived(formula) => {
-                all.insert(parameter.info.path.clone(), study.drawn.formulas[formula].clone());
+                all.insert(parameter.info.path.clone(), study.sampled.formulas[formula].clone());
             }
             Origin::Varied(..) => {}
         }

@@ -18,7 +18,7 @@ use crate::ledger::{LedgerError, Reader};
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
 use bladeoff_study::empirical;
-use bladeoff_study::plan::MOST_PARAMETERS;
+use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;

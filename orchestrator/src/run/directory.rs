@@ -6,7 +6,7 @@ use super::lock::{Holder, Lock, Mark, mark, theirs};
 use super::trust::check;
 use crate::ledger::is_store;
 use bladeoff_answers::tables::TableError;
-use bladeoff_study::plan::MOST_PARAMETERS;
+use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 pub use bladeoff_study::{MACHINE, POINTS, STUDY};
 use bladeoff_study::{Study, empirical, is_empirical};
 use bladeoff_system::files::{FileError, is_temporary, sync_parent, write_whole};

@@ -96,7 +96,7 @@ impl TableEnd {
     /// In words: "precise enough at 512 of 4096 points (`[stop]`)".
     #[must_use]
     pub fn words(&self, samples: &Samples) -> String {
-        self.words_of(samples.points(), samples.plan().and_then(block))
+        self.words_of(samples.points(), samples.layout().and_then(block))
     }
 
     /// The same of so many points; `block`: points of a block, and what blocks are called, where these are counted.

@@ -6,7 +6,7 @@
 
 use crate::schedule::Todo;
 use bladeoff_study::Samples;
-use bladeoff_study::design::Shuffle;
+use bladeoff_study::sampling::Shuffle;
 
 /// Blocks at most, each of successive missing samples. Up to so many samples are shuffled one by one; of more, neighbours stay
 /// together, which saves pages of the record.
@@ -18,7 +18,7 @@ const SEED: u64 = 0;
 /// points (which are random already: what finishes first is not), otherwise shuffled.
 #[must_use]
 pub fn ordered(todo: Todo, samples: &Samples) -> Todo {
-    if samples.plan().is_some() { todo } else { shuffled(todo) }
+    if samples.layout().is_some() { todo } else { shuffled(todo) }
 }
 
 /// The same samples in shuffled blocks of equal length; suspects stay at the end. The order depends on nothing but which samples they

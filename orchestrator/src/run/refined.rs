@@ -113,6 +113,6 @@ impl Refined<'_> {
 /// The end of a table of what is chosen.
 fn end(chosen: &Chosen, samples: &Samples, why: EndWhy) -> TableEnd {
     let count = chosen.samples(samples).count() as u64;
-    let points = if samples.plan().is_some() { samples.points() } else { count };
+    let points = if samples.layout().is_some() { samples.points() } else { count };
     TableEnd { points, samples: count, share: 1.0, why }
 }

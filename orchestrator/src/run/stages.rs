@@ -151,7 +151,7 @@ pub(super) fn ended(stage: &Stage, why: EndWhy) -> TableEnd {
 /// Points in whole blocks that the first samples are.
 fn whole_points(samples: &Samples, first: u64) -> u64 {
     let points = first / samples.groups().len() as u64;
-    let plan = samples.plan().filter(|plan| points >= plan.rows());
+    let plan = samples.layout().filter(|plan| points >= plan.rows());
     plan.map_or(0, |plan| plan.limited(points))
 }
 

@@ -2,8 +2,8 @@
 
 use super::asked::Asked;
 use super::axis::Axis;
-use super::carried::Carried;
-use super::drawn::Drawn;
+use super::extra_columns::ExtraColumn;
+use super::file::SampledTables;
 use super::frozen::{MACHINE, POINTS, STUDY, empirical};
 use super::function::FunctionModel;
 use super::limits::Limits;
@@ -30,7 +30,7 @@ pub struct Study {
     /// What varies, the slowest axis first.
     pub axes: Vec<Axis>,
     /// What differs from sample to sample, and how its values are drawn and derived.
-    pub drawn: Drawn,
+    pub sampled: SampledTables,
     /// Bytes of `[design]`.
     pub design_place: Range<usize>,
     /// Text of the points file, to be kept beside the results.
@@ -38,7 +38,7 @@ pub struct Study {
     /// Texts of the files of empirical laws, in the order of their tables, to be kept likewise.
     pub empirical_texts: Vec<String>,
     /// Columns of the points file, which is the first axis, that stand in the table as they are.
-    pub carried: Vec<Carried>,
+    pub extra_columns: Vec<ExtraColumn>,
     /// How many failed, invalid and beyond samples are acceptable.
     pub limits: Limits,
     /// Questions and gates, which are no part of what is computed.
@@ -138,7 +138,7 @@ impl Study {
     /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
-        &self.drawn.parameters
+        &self.sampled.parameters
     }
 
     /// Whether the solver is told of a parameter: a machine knows no variables, a function knows nothing else.

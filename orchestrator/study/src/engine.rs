@@ -2,7 +2,7 @@
 //! the exponential engine does not cover follows from one value, so that every value along every axis is asked of, not every combination.
 
 use super::axis::Axis;
-use super::drawn::Drawn;
+use super::file::SampledTables;
 use super::parameter::{Origin, Parameter};
 use bladeoff_model::machine::{
     CONTACT_STEP, ENGINE, Engine, EngineChoice, EngineReason, MachineDef, ParamValue, PathInfo, STEP, decides_engine,
@@ -10,23 +10,23 @@ use bladeoff_model::machine::{
 use bladeoff_text::document::Collector;
 
 /// The engine of all samples, which `machine` has from now on; `None`: each has its own, `run.engine` varies.
-pub(super) fn settle(machine: &mut MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineChoice> {
-    if drawn.parameters.iter().any(|parameter| parameter.info.path == ENGINE) {
+pub(super) fn settle(machine: &mut MachineDef, axes: &[Axis], sampled: &SampledTables) -> Option<EngineChoice> {
+    if sampled.parameters.iter().any(|parameter| parameter.info.path == ENGINE) {
         return None;
     }
-    let choice = choose(machine, axes, drawn)?;
+    let choice = choose(machine, axes, sampled)?;
     if choice.is_auto() {
         machine.settle(choice.engine);
     }
     Some(choice)
 }
 
-fn choose(machine: &MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineChoice> {
+fn choose(machine: &MachineDef, axes: &[Axis], sampled: &SampledTables) -> Option<EngineChoice> {
     let first = machine.engine()?;
     if !first.is_auto() {
         return Some(first);
     }
-    let varies = |path: &str| drawn.parameters.iter().any(|parameter| parameter.info.path == path);
+    let varies = |path: &str| sampled.parameters.iter().any(|parameter| parameter.info.path == path);
     if varies(CONTACT_STEP) {
         return Some(EngineChoice { engine: Engine::Exponential, reason: EngineReason::ContactStep });
     }
@@ -34,7 +34,7 @@ fn choose(machine: &MachineDef, axes: &[Axis], drawn: &Drawn) -> Option<EngineCh
         return Some(EngineChoice { engine: Engine::Reduced, reason: EngineReason::Step });
     }
     let lists: Vec<Vec<Along<'_>>> =
-        axes.iter().map(along).chain(drawn.parameters.iter().map(|one| of_law(one, drawn))).collect();
+        axes.iter().map(along).chain(sampled.parameters.iter().map(|one| of_law(one, sampled))).collect();
     // what stands in the file is no value of a sample where it varies
     let mut begun = machine.clone();
     lists.iter().filter_map(|list| list.first()).for_each(|values| set(&mut begun, values));
@@ -68,9 +68,9 @@ fn along(axis: &Axis) -> Vec<Along<'_>> {
 }
 
 /// The words of a law, or its ends: what is not covered begins or ends at a number.
-fn of_law<'a>(parameter: &'a Parameter, drawn: &Drawn) -> Vec<Along<'a>> {
+fn of_law<'a>(parameter: &'a Parameter, sampled: &SampledTables) -> Vec<Along<'a>> {
     let Origin::Uncertain(law) = parameter.origin else { return Vec::new() };
-    let Some(law) = drawn.drawing.laws().get(law).filter(|_| decides_engine(&parameter.info.path)) else {
+    let Some(law) = sampled.values.laws().get(law).filter(|_| decides_engine(&parameter.info.path)) else {
         return Vec::new();
     };
     let values: Vec<ParamValue> = match law.words() {
@@ -88,16 +88,16 @@ fn set(machine: &mut MachineDef, values: &Along<'_>) {
 }
 
 /// Refuses `auto` among values of `run.engine`: it is one engine for all samples.
-pub(super) fn refuse_auto(axes: &[Axis], drawn: &Drawn, problems: &mut Collector<'_>) {
+pub(super) fn refuse_auto(axes: &[Axis], sampled: &SampledTables, problems: &mut Collector<'_>) {
     let is_auto = |value: &ParamValue| *value == ParamValue::Choice(Engine::AUTO.to_owned());
-    for parameter in drawn.parameters.iter().filter(|parameter| parameter.info.path == ENGINE) {
+    for parameter in sampled.parameters.iter().filter(|parameter| parameter.info.path == ENGINE) {
         let has = match parameter.origin {
             Origin::Varied(axis, member) => {
                 let (length, values) = (axes[axis].length, &axes[axis].varied[member].values);
                 (0..length).any(|position| is_auto(&values.at(position)))
             }
             Origin::Uncertain(law) => {
-                drawn.drawing.laws()[law].words().is_some_and(|words| words.iter().any(|word| word == Engine::AUTO))
+                sampled.values.laws()[law].words().is_some_and(|words| words.iter().any(|word| word == Engine::AUTO))
             }
             Origin::Derived(_) => false,
         };

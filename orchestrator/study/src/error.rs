@@ -1,7 +1,7 @@
 //! Why a study cannot be run as it is.
 
-use super::design::DesignError;
 use super::input::InputError;
+use super::sampling::combinations::CombinationError;
 use bladeoff_system::threads::ThreadsError;
 use bladeoff_system::{call, shown};
 use bladeoff_text::document::Problems;
@@ -46,7 +46,7 @@ pub enum StudyError {
     Input(#[from] InputError),
     /// Too many samples, or a scale out of range.
     #[error(transparent)]
-    Design(#[from] DesignError),
+    Combinations(#[from] CombinationError),
     /// Its machines could not be built in parallel.
     #[error(transparent)]
     Threads(#[from] ThreadsError),

@@ -6,7 +6,7 @@
 //! first value, and every corner (all combinations of first and last values); of a design so many points, evenly spread, and all
 //! of them where values are derived by formulas. What that misses fails in its sample.
 //!
-//! Drawn and derived values are looked at in every sample, whatever their number: a law was refused only where the machine refuses more
+//! Uncertain and derived values are looked at in every sample, whatever their number: a law was refused only where the machine refuses more
 //! than 1e-12 of it, and nobody knows what a formula gives.
 
 use super::axis::show;
@@ -41,9 +41,9 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
         return Ok(());
     }
     check_values(samples)?;
-    let derives = samples.study().drawn.drawing.derives();
+    let derives = samples.study().sampled.values.derives();
     let chosen = Chosen::new(samples, CHECKED_COMBINATIONS);
-    let all = samples.count() <= CHECKED_COMBINATIONS || derives && samples.plan().is_some();
+    let all = samples.count() <= CHECKED_COMBINATIONS || derives && samples.layout().is_some();
     let checked = if all { samples.count() } else { chosen.count() };
     let found = in_parallel(|| gather(checked, |at| if all { samples.machine(at) } else { chosen.machine(at) }))?;
     if found.is_empty() {
@@ -212,7 +212,7 @@ impl<'a> Chosen<'a> {
     pub fn new(samples: &'a Samples, most: u64) -> Self {
         let axes = &samples.study().axes;
         let edges = axes.iter().map(|axis| axis.length).sum();
-        let spread = samples.plan().map(|_| most.min(samples.count()));
+        let spread = samples.layout().map(|_| most.min(samples.count()));
         Self { samples, edges, cornered: axes.len().min(MOST_CORNER_AXES), spread }
     }
 

@@ -8,7 +8,7 @@ use bladeoff_model::machine::Machine;
 /// What is said of every angle whose levels repeat.
 #[must_use]
 pub fn idle_levels(samples: &Samples) -> Vec<String> {
-    let Some(trajectories) = samples.plan().and_then(|plan| plan.trajectories()) else { return Vec::new() };
+    let Some(trajectories) = samples.layout().and_then(|layout| layout.trajectories()) else { return Vec::new() };
     if samples.count() == 0 || samples.study().machine().is_none() {
         return Vec::new();
     }

@@ -3,19 +3,19 @@
 //!
 //! ```text
 //! study.toml --load--> Study (every key, path, value checked) --Samples::new--> Samples (after --scale, --limit)
-//! sample number --Design--> position on each axis --Axis--> values --MachineDef::set--> machine of that sample
+//! sample number --Combinations--> position on each axis --Axis--> values --MachineDef::set--> machine of that sample
 //! ```
 //! The format is described in `docs/studies.md`.
 //!
 //! What the samples of a `[design]` are, pure functions of (study, seed, index):
 //!
 //! ```text
-//! the tables          drawn         from the file to all that follows
-//! [design]            plan          index -> a coordinate in (0, 1) for each uncertain parameter, with its complement
+//! the tables          file          from the file to all that follows
+//! [design]            sampling      index -> a coordinate in (0, 1) for each uncertain parameter, with its complement
 //! [[correlation]]     correlation   coordinates made dependent (Gaussian copula)
 //! [[uncertain]]       uncertain     coordinate -> value, by the quantile function
 //! [[derived]]         derived       values by formulas of other values
-//!                     drawing       all of it: index -> the values of all variables
+//!                     sample_values all of it: index -> the values of all variables
 //! ```
 //! Both tails are carried all the way, so that neither loses digits. The same bytes everywhere: plain operations in their order and
 //! functions of `libm`.
@@ -24,18 +24,16 @@ mod amount;
 mod angle;
 mod asked;
 mod axis;
-mod carried;
 mod column;
 pub mod correlation;
 mod csv;
 mod definition;
 pub mod derived;
-pub mod design;
-pub mod drawing;
-mod drawn;
 mod engine;
 mod error;
+mod extra_columns;
 mod feasible;
+mod file;
 mod frozen;
 mod function;
 mod header;
@@ -47,11 +45,12 @@ mod load;
 mod model;
 mod named;
 mod parameter;
-pub mod plan;
 mod points;
 mod refine;
 mod sample_keys;
+pub mod sample_values;
 mod samples;
+pub mod sampling;
 mod set;
 mod stop;
 mod table;
@@ -66,12 +65,12 @@ pub use amount::{parse_duration, parse_memory, parse_task_time};
 pub use angle::{FixedAngle, fixed_angle};
 pub use asked::{Asked, AskedGate, AskedQuestion, Placed, read_asked};
 pub use axis::{Axis, MOST_VARIED, Varied, show};
-pub use carried::Carried;
 pub use column::{Column, ColumnKind};
 pub use definition::{Fixed, MachineSubject, Study, Subject};
-pub use drawn::{Drawn, Understood};
 pub use error::{OfRoss, StudyError};
+pub use extra_columns::ExtraColumn;
 pub use feasible::{CHECKED_COMBINATIONS, Chosen, at_its_axis, check_machines};
+pub use file::SampledTables;
 pub use frozen::{FrozenFiles, MACHINE, POINTS, STUDY, empirical, is_empirical};
 pub use function::{FunctionError, FunctionModel, MOST_OUTPUTS, OWN_COLUMNS, Output};
 pub use idle::idle_levels;

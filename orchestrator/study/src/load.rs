@@ -2,11 +2,11 @@
 
 use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
-use super::carried::{Carried, Others, refuse_taken};
 use super::definition::{Fixed, MachineSubject, Study, Subject};
-use super::drawn::{self, Files};
 use super::engine::{refuse_auto, settle};
 use super::error::{OfRoss, StudyError};
+use super::extra_columns::{ExtraColumn, Others, refuse_taken};
+use super::file::{self, Files};
 use super::frozen::FrozenFiles;
 use super::function::OWN_COLUMNS;
 use super::input::{read_frozen, read_input};
@@ -216,32 +216,32 @@ impl Loader<'_> {
         let set = keys.get("set").filter(|_| !is_function);
         let fixed = set.map(|entry| read_set(entry, &paths, &mut self.problems)).unwrap_or_default();
         let mut axes = Vec::new();
-        let (mut points_text, mut carried, mut others) = (None, Vec::new(), Others::default());
+        let (mut points_text, mut extra_columns, mut others) = (None, Vec::new(), Others::default());
         if let Some(entry) = keys.get("points").filter(|_| !is_function) {
             let points = self.points(entry, &paths, &mut others);
             if let Some((axis, columns, text)) = points {
                 axes.push(axis);
-                carried = columns;
+                extra_columns = columns;
                 points_text = Some(text);
             }
         }
         if let Some(entry) = keys.get("vary") {
             axes.extend(read_vary(entry, &paths, &mut self.problems));
         }
-        drawn::needs(&keys, &mut self.problems);
+        file::needs(&keys, &mut self.problems);
         let mut files = Files::new(&self.files, &mut self.others);
-        let (drawn, variables) = drawn::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
+        let (sampled, variables) = file::read(&keys, &axes, seed.unwrap_or(0), &paths, &mut files, &mut self.problems);
         let empirical_texts = files.texts;
         let stop = keys.get("stop").and_then(|entry| {
-            let plan = drawn.as_ref().and_then(|drawn| drawn.drawing.plan());
-            StopDef::read(entry, &asked, (has_design, plan), &mut self.problems)
+            let layout = sampled.as_ref().and_then(|sampled| sampled.values.layout());
+            StopDef::read(entry, &asked, (has_design, layout), &mut self.problems)
         });
         let refine = keys
             .get("refine")
             .and_then(|entry| RefineDef::read(entry, &asked, keys.get("stop").is_some(), &mut self.problems));
         paths.refuse_repeated(&mut self.problems);
         let function = if is_function { read_function(&keys, variables.as_deref(), &mut self.problems) } else { None };
-        let parameters = drawn.as_ref().map(|drawn| drawn.parameters.as_slice()).unwrap_or_default();
+        let parameters = sampled.as_ref().map(|sampled| sampled.parameters.as_slice()).unwrap_or_default();
         let mut of_samples = parameters.iter().filter(|parameter| is_function || !parameter.is_variable);
         let told = of_samples.clone().count();
         // a share of twins is a parameter that varies
@@ -271,9 +271,9 @@ impl Loader<'_> {
                     machine.def.set(info, value).expect("type and range were checked when the value was read");
                 }
                 let mut engine = None;
-                if let Some(drawn) = &drawn {
-                    refuse_auto(&axes, drawn, &mut self.problems);
-                    engine = settle(&mut machine.def, &axes, drawn);
+                if let Some(sampled) = &sampled {
+                    refuse_auto(&axes, sampled, &mut self.problems);
+                    engine = settle(&mut machine.def, &axes, sampled);
                 }
                 twin = keys.get("twin_share").and_then(|entry| self.twin(entry, parameters, &mut machine.def));
                 if let Ok(built) = machine.def.build() {
@@ -294,11 +294,11 @@ impl Loader<'_> {
             seed: seed?,
             subject,
             axes,
-            drawn: drawn?,
+            sampled: sampled?,
             design_place: keys.get("design").map_or(0..0, |entry| entry.name_span.clone()),
             points_text,
             empirical_texts,
-            carried,
+            extra_columns,
             limits,
             asked,
             stop,
@@ -383,7 +383,7 @@ impl Loader<'_> {
         entry: &Entry,
         paths: &PathTable,
         others: &mut Others,
-    ) -> Option<(Axis, Vec<Carried>, String)> {
+    ) -> Option<(Axis, Vec<ExtraColumn>, String)> {
         let keys = Keys::of(entry, "points", &mut self.problems)?;
         keys.refuse_unknown(&["file", "carry", "ignore"], &mut self.problems);
         *others = Others::read(&keys, &mut self.problems);
@@ -394,9 +394,9 @@ impl Loader<'_> {
         let place = file.node.span.clone();
         others.refuse_absent(&text, &mut self.problems);
         match read_points(&PointsFile { file: &path, named, place: place.clone(), text: &text, others }, paths) {
-            Ok((axis, carried)) => {
+            Ok((axis, extra_columns)) => {
                 axis.varied.iter().for_each(|varied| paths.used(&varied.info, place.clone(), "points.file"));
-                Some((axis, carried, text))
+                Some((axis, extra_columns, text))
             }
             Err(problems) => {
                 self.others.push(problems);

@@ -2,12 +2,12 @@
 //!
 //! How it is written: `csv.rs`. A header cell is a path, the end of one, or the name or the end of the name of a column of a
 //! result table (`diaphragms.seal.contact.gap_m`, `contact.gap_m`), or a path with a unit in brackets (`contact.gap [mm]`); other columns are carried along or left out where the study
-//! says so (`carried.rs`). Rows and columns are counted before a value is read; of a cell only its value is kept.
+//! says so (`extra_columns.rs`). Rows and columns are counted before a value is read; of a cell only its value is kept.
 
 use super::axis::MOST_VARIED;
 use super::axis::{Axis, Varied};
-use super::carried::{Carried, Gathering, Others};
 use super::csv::{Cell, Csv, DecimalSign};
+use super::extra_columns::{ExtraColumn, Gathering, Others};
 use super::header::{refuse_numbers, unit_for, with_unit};
 use super::values::Gathered;
 use super::vary::{MOST_POINTS, PathTable, one_kind};
@@ -28,7 +28,7 @@ pub(super) struct PointsFile<'a> {
 }
 
 /// Reads the points.
-pub(super) fn read_points(file: &PointsFile<'_>, paths: &PathTable) -> Result<(Axis, Vec<Carried>), Problems> {
+pub(super) fn read_points(file: &PointsFile<'_>, paths: &PathTable) -> Result<(Axis, Vec<ExtraColumn>), Problems> {
     let mut problems = Collector::new(file.file, file.text);
     let found = read(file, paths, &mut problems);
     problems.finish()?;
@@ -36,7 +36,7 @@ pub(super) fn read_points(file: &PointsFile<'_>, paths: &PathTable) -> Result<(A
 }
 
 /// `None`: the reason is among the problems.
-fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) -> Option<(Axis, Vec<Carried>)> {
+fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) -> Option<(Axis, Vec<ExtraColumn>)> {
     let text = file.text;
     let csv = Csv::new(text, problems)?;
     let Some(header) = csv.lines().next() else {
@@ -64,7 +64,7 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
         return None;
     }
     let mut meanings = meanings(&header, (file.others, of_dakota), rows, paths, problems);
-    if meanings.iter().all(|meaning| matches!(meaning, Meaning::Carried(_) | Meaning::Ignored)) {
+    if meanings.iter().all(|meaning| matches!(meaning, Meaning::ExtraColumn(_) | Meaning::Ignored)) {
         let span = header.first().map_or(0..0, |cell| cell.span.clone());
         problems.add(span, "", "no column names a parameter");
     }
@@ -82,7 +82,7 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
             if matches!(meaning, Meaning::Unknown | Meaning::Ignored) {
                 continue;
             }
-            let free = matches!(meaning, Meaning::Carried(_));
+            let free = matches!(meaning, Meaning::ExtraColumn(_));
             let Some(shown) = sign.read(csv, &cell, free, problems) else { continue };
             match meaning {
                 Meaning::Parameter(info, unit, values) => {
@@ -91,13 +91,13 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
                         values.push(&value);
                     }
                 }
-                Meaning::Carried(values) => values.push(&cell, &shown, problems),
+                Meaning::ExtraColumn(values) => values.push(&cell, &shown, problems),
                 Meaning::Unknown | Meaning::Ignored => {}
             }
         }
     }
     sign.refuse_both(csv, problems);
-    let (mut varied, mut carried) = (Vec::new(), Vec::new());
+    let (mut varied, mut extra) = (Vec::new(), Vec::new());
     for (cell, meaning) in header.iter().zip(meanings) {
         match meaning {
             Meaning::Parameter(info, _, values) => {
@@ -106,11 +106,11 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
                     varied.push(Varied { info, short: None, is_variable: false, values, place });
                 }
             }
-            Meaning::Carried(values) => carried.push(values.finish()),
+            Meaning::ExtraColumn(values) => extra.push(values.finish()),
             Meaning::Unknown | Meaning::Ignored => {}
         }
     }
-    Some((Axis { name: format!("points of {}", file.named), varied, length: rows as u64 }, carried))
+    Some((Axis { name: format!("points of {}", file.named), varied, length: rows as u64 }, extra))
 }
 
 /// What may help a line that has another number of cells than the header.
@@ -138,7 +138,7 @@ const DAKOTA_COLUMNS: [&str; 2] = ["eval_id", "interface"];
 enum Meaning {
     /// A parameter, and the unit that the header has for its numbers, "" for none.
     Parameter(PathInfo, String, Gathered),
-    Carried(Gathering),
+    ExtraColumn(Gathering),
     Ignored,
     /// It was reported.
     Unknown,
@@ -170,7 +170,7 @@ fn meanings(
                 problems.add(cell.span.clone(), key, "names the same column as an earlier one");
             }
             seen.push(name);
-            meanings.push(Meaning::Carried(Gathering::new(name)));
+            meanings.push(Meaning::ExtraColumn(Gathering::new(name)));
             continue;
         }
         let (info, unit) = match (columns.find(name), paths.with_unit(name)) {

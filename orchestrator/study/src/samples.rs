@@ -6,16 +6,16 @@
 //! ```
 
 use super::axis::{Axis, show};
-use super::carried::Carried;
 use super::column::{Column, ColumnKind};
 use super::definition::Study;
-use super::drawing::{Drawing, Scratch};
 use super::error::StudyError;
+use super::extra_columns::ExtraColumn;
 use super::parameter::{Origin, Parameter};
-use super::plan::Plan;
+use super::sample_values::{SampleValues, Scratch};
+use super::sampling::layout::SamplingLayout;
 use super::uncertain::Uncertain;
 use super::value_table::{TABLE_BYTES, ValueTable};
-use crate::design::{Design, DesignError, Thinned};
+use crate::sampling::combinations::{CombinationError, Combinations, Thinned};
 use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
 use bladeoff_text::document::Collector;
 
@@ -34,9 +34,9 @@ fn common_factor(mut a: u64, mut b: u64) -> u64 {
 #[derive(Debug, Clone)]
 pub struct Samples {
     study: Study,
-    design: Design,
+    combinations: Combinations,
     /// As the study's, with fewer points after `--scale`.
-    drawing: Drawing,
+    values: SampleValues,
     table: ValueTable,
     scale: Option<f64>,
     limit: Option<u64>,
@@ -51,22 +51,22 @@ impl Samples {
         let lengths: Vec<u64> = study.axes.iter().map(|axis| axis.length).collect();
         // a scale out of range is refused below
         let factor = scale.filter(|factor| *factor > 0.0 && *factor < 1.0);
-        let drawing =
-            factor.map_or_else(|| study.drawn.drawing.clone(), |factor| study.drawn.drawing.clone().scaled(factor));
-        let design = match drawing.plan() {
-            None => Design::new(&lengths, study.seed, scale, limit),
-            Some(_) if limit == Some(0) => Err(DesignError::Nothing),
-            Some(plan) => {
-                let points = limit.map_or(plan.count(), |limit| plan.limited(limit));
-                Design::of_points(points, &lengths, scale)
+        let values =
+            factor.map_or_else(|| study.sampled.values.clone(), |factor| study.sampled.values.clone().scaled(factor));
+        let combinations = match values.layout() {
+            None => Combinations::new(&lengths, study.seed, scale, limit),
+            Some(_) if limit == Some(0) => Err(CombinationError::Nothing),
+            Some(layout) => {
+                let points = limit.map_or(layout.count(), |limit| layout.limited(limit));
+                Combinations::of_points(points, &lengths, scale)
             }
         };
-        let design = design.map_err(|error| match error {
-            DesignError::TooMany { count, limit } => too_many(&study, scale, count, limit),
-            error @ (DesignError::Scale { .. } | DesignError::Nothing) => error.into(),
+        let combinations = combinations.map_err(|error| match error {
+            CombinationError::TooMany { count, limit } => too_many(&study, scale, count, limit),
+            error @ (CombinationError::Scale { .. } | CombinationError::Nothing) => error.into(),
         })?;
         let own = study.parameters().iter().filter(|parameter| parameter.is_own()).count();
-        Ok(Self { study, design, drawing, table: ValueTable::empty(own), scale, limit })
+        Ok(Self { study, combinations, values, table: ValueTable::empty(own), scale, limit })
     }
 
     /// Draws the values of the first samples by all cores, as many as [`TABLE_BYTES`] hold, and keeps them; those of the others are drawn
@@ -81,14 +81,14 @@ impl Samples {
     /// How often a sample was drawn.
     #[cfg(test)]
     pub(crate) fn drawn(&self) -> u64 {
-        self.drawing.drawn.load(std::sync::atomic::Ordering::Relaxed)
+        self.values.drawn.load(std::sync::atomic::Ordering::Relaxed)
     }
 
     pub(super) fn draw_into(&mut self, bytes: usize) -> Result<(), StudyError> {
         let width = self.parameters().iter().filter(|parameter| parameter.is_own()).count();
         let scratch = || (Scratch::default(), Vec::new());
         let fill = |sample: u64, (scratch, own): &mut (Scratch, Vec<f64>), row: &mut [f64]| {
-            let positions = self.design.positions(sample);
+            let positions = self.combinations.positions(sample);
             self.own_at(self.point_at(&positions), &positions[self.before()..], scratch, own);
             row.copy_from_slice(own);
         };
@@ -110,13 +110,13 @@ impl Samples {
     /// Number of samples.
     #[must_use]
     pub fn count(&self) -> u64 {
-        self.design.count()
+        self.combinations.count()
     }
 
     /// Points left of each axis.
     #[must_use]
     pub fn kept(&self) -> Vec<u64> {
-        self.design.kept()[self.before()..].to_vec()
+        self.combinations.kept()[self.before()..].to_vec()
     }
 
     /// `--scale` as given.
@@ -133,20 +133,20 @@ impl Samples {
 
     /// Where the points lie; `None` without a `[design]`.
     #[must_use]
-    pub fn plan(&self) -> Option<&Plan> {
-        self.drawing.plan()
+    pub fn layout(&self) -> Option<&SamplingLayout> {
+        self.values.layout()
     }
 
     /// How many points of the design are taken; 0 without a `[design]`.
     #[must_use]
     pub fn points(&self) -> u64 {
-        if self.plan().is_some() { self.design.kept()[0] } else { 0 }
+        if self.layout().is_some() { self.combinations.kept()[0] } else { 0 }
     }
 
     /// The point of a sample of a `[design]`.
     #[must_use]
     pub fn point(&self, sample: u64) -> Option<u64> {
-        self.plan().map(|_| self.design.positions(sample)[0])
+        self.layout().map(|_| self.combinations.positions(sample)[0])
     }
 
     /// The combinations of values of `[[vary]]`, in the order of the samples of a point: path or name, and value. One, which is empty,
@@ -174,13 +174,13 @@ impl Samples {
 
     /// The axis of points stands before the others.
     fn before(&self) -> usize {
-        usize::from(self.plan().is_some())
+        usize::from(self.layout().is_some())
     }
 
     /// Position of a sample on each axis, in the numbering of the study file.
     #[must_use]
     pub fn positions(&self, sample: u64) -> Vec<u64> {
-        let mut positions = self.design.positions(sample);
+        let mut positions = self.combinations.positions(sample);
         positions.drain(..self.before());
         positions
     }
@@ -188,7 +188,7 @@ impl Samples {
     /// One value per parameter; a derived one that is not finite is NaN ([`super::check_machines`] refuses it where a machine takes it).
     #[must_use]
     pub fn values(&self, sample: u64) -> Vec<ParamValue> {
-        let positions = self.design.positions(sample);
+        let positions = self.combinations.positions(sample);
         let along = &positions[self.before()..];
         match self.table.row(sample) {
             Some(own) => self.put_together(along, own),
@@ -205,21 +205,21 @@ impl Samples {
 
     /// The point of positions that begin with it; 0 without a `[design]`.
     fn point_at(&self, positions: &[u64]) -> u64 {
-        self.plan().map_or(0, |_| positions[0])
+        self.layout().map_or(0, |_| positions[0])
     }
 
     /// Puts the uncertain and the derived values into `own`; what is not finite is NaN.
     fn own_at(&self, point: u64, positions: &[u64], scratch: &mut Scratch, own: &mut Vec<f64>) {
         own.clear();
-        if self.plan().is_none() && !self.drawing.derives() {
+        if self.layout().is_none() && !self.values.derives() {
             return;
         }
         let along = self.parameters().iter().filter(|parameter| !parameter.is_own());
         let numbers = along.zip(self.varied_at(positions));
         let numbers: Vec<f64> =
             numbers.map(|(parameter, value)| parameter.number(&value).unwrap_or(f64::NAN)).collect();
-        let _ = self.drawing.values(point, &numbers, scratch, own);
-        let uncertain = self.drawing.laws().len();
+        let _ = self.values.values(point, &numbers, scratch, own);
+        let uncertain = self.values.laws().len();
         own.drain(uncertain..uncertain + numbers.len());
     }
 
@@ -234,7 +234,7 @@ impl Samples {
         let (mut varied, mut own) = (self.varied_at(positions), own.iter());
         let value = |(place, parameter): (usize, &Parameter)| {
             if parameter.is_own() {
-                self.drawing.param(place, *own.next().expect("a number for each"))
+                self.values.param(place, *own.next().expect("a number for each"))
             } else {
                 varied.next().expect("a value for each")
             }
@@ -365,10 +365,10 @@ impl Samples {
                 (0..axis.length).map(|at| axis.varied[member].values.at(at)).collect()
             }
             Origin::Uncertain(law) => {
-                let law = &self.drawing.laws()[law];
+                let law = &self.values.laws()[law];
                 // multiples of the golden section: a quarter of a turn apart they were whole periods apart for 4, 8, 12 ... blades
                 [0.090_17, 0.381_97, 0.618_03, 0.854_1]
-                    .map(|p| self.drawing.param(place, law.quantile(p, 1.0 - p)))
+                    .map(|p| self.values.param(place, law.quantile(p, 1.0 - p)))
                     .to_vec()
             }
             Origin::Derived(_) => self.some_values(place),
@@ -377,7 +377,7 @@ impl Samples {
 
     /// The law of an uncertain parameter, by its number.
     pub(super) fn law(&self, number: usize) -> Option<&Uncertain> {
-        self.drawing.laws().get(number)
+        self.values.laws().get(number)
     }
 
     /// The columns of replicate and block of a design, of everything that differs, then those that are carried along; the detection is
@@ -392,22 +392,22 @@ impl Samples {
         });
         let of_design =
             [("replicate", "which of the independent designs"), ("block", "points that count as a whole only")];
-        let of_design = of_design.iter().filter(|_| self.plan().is_some()).map(|(name, meaning)| Column {
+        let of_design = of_design.iter().filter(|_| self.layout().is_some()).map(|(name, meaning)| Column {
             name: (*name).to_owned(),
             unit: String::new(),
             meaning: (*meaning).to_owned(),
             kind: ColumnKind::Integer,
         });
         let varied = self.parameters().iter().filter(|parameter| !parameter.is_detection()).map(Parameter::column);
-        of_design.chain(varied).chain(twin).chain(self.study.carried.iter().map(Carried::column)).collect()
+        of_design.chain(varied).chain(twin).chain(self.study.extra_columns.iter().map(ExtraColumn::column)).collect()
     }
 
     /// The cells of these columns for a sample; `None` is empty.
     #[must_use]
     pub fn cells(&self, sample: u64) -> Vec<Option<ParamValue>> {
         let number = |number: u64| Some(ParamValue::Number(number as f64));
-        let design = self.plan().zip(self.point(sample));
-        let design = design.map(|(plan, point)| [number(plan.replicate(point)), number(plan.block(point))]);
+        let design = self.layout().zip(self.point(sample));
+        let design = design.map(|(layout, point)| [number(layout.replicate(point)), number(layout.block(point))]);
         let is_there = |value: &ParamValue| !matches!(value, ParamValue::Number(number) if !number.is_finite());
         let pairs = self.parameters().iter().zip(self.values(sample));
         let varied =
@@ -418,15 +418,15 @@ impl Samples {
             .flatten()
             .chain(varied)
             .chain(twin)
-            .chain(self.carried(sample).map(|(_, value)| value))
+            .chain(self.extra_columns(sample).map(|(_, value)| value))
             .collect()
     }
 
     /// What is carried along with a sample: names of columns, and cells.
-    pub fn carried(&self, sample: u64) -> impl Iterator<Item = (&str, Option<ParamValue>)> {
+    pub fn extra_columns(&self, sample: u64) -> impl Iterator<Item = (&str, Option<ParamValue>)> {
         // The points are the first axis.
-        let position = if self.study.carried.is_empty() { 0 } else { self.design.positions(sample)[0] };
-        self.study.carried.iter().map(move |carried| (carried.name.as_str(), carried.at(position)))
+        let position = if self.study.extra_columns.is_empty() { 0 } else { self.combinations.positions(sample)[0] };
+        self.study.extra_columns.iter().map(move |carried| (carried.name.as_str(), carried.at(position)))
     }
 
     /// The detection of a sample where it varies.
@@ -455,14 +455,14 @@ fn too_many(study: &Study, scale: Option<f64>, count: u128, most: u64) -> StudyE
     let line_of = |place: usize| 1 + study.text[..place].matches('\n').count();
     let line = |axis: &Axis| line_of(axis.varied[0].place.start);
     let kept = |axis: &Axis| Thinned::new(axis.length, scale.unwrap_or(1.0)).kept();
-    let design = study.drawn.drawing.plan().map(|plan| {
-        let plan = plan.clone().scaled(scale.unwrap_or(1.0));
-        format!("{} points (line {})", plan.count(), line_of(study.design_place.start))
+    let design = study.sampled.values.layout().map(|layout| {
+        let layout = layout.clone().scaled(scale.unwrap_or(1.0));
+        format!("{} points (line {})", layout.count(), line_of(study.design_place.start))
     });
     let axes = study.axes.iter().map(|axis| format!("{} of {} (line {})", kept(axis), axis.name, line(axis)));
     let factors = design.into_iter().chain(axes).collect::<Vec<_>>().join(" x ");
     let longest = study.axes.iter().rev().max_by_key(|axis| axis.length);
-    let (place, key) = match (study.drawn.drawing.plan(), longest) {
+    let (place, key) = match (study.sampled.values.layout(), longest) {
         (None, Some(longest)) => (longest.varied[0].place.clone(), longest.name.clone()),
         _ => (study.design_place.clone(), "design.samples".to_owned()),
     };

@@ -3,7 +3,7 @@
 
 use super::amount::parse_duration;
 use super::asked::{Asked, AskedQuestion};
-use super::plan::{Kind, Plan, Standing};
+use super::sampling::layout::{LayoutKind, SamplingLayout, Standing};
 use super::table::{Keys, scalar_text, wrong_type};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::time::Duration;
@@ -37,7 +37,7 @@ impl StopDef {
     pub(super) fn read(
         entry: &Entry,
         asked: &Asked,
-        (has_design, plan): (bool, Option<&Plan>),
+        (has_design, layout): (bool, Option<&SamplingLayout>),
         problems: &mut Collector<'_>,
     ) -> Option<Self> {
         let keys = Keys::of(entry, "stop", problems)?;
@@ -72,17 +72,18 @@ impl StopDef {
             let allowed = "a [[question]] with `probability`, `quantile`, `mean` or `sensitivity`";
             refuse(width, &key(width), message, allowed);
         }
-        let plan = plan?;
-        let word = plan.kind().word();
-        if plan.kind() == Kind::OneAtATime {
+        let layout = layout?;
+        let word = layout.kind().word();
+        if layout.kind() == LayoutKind::OneAtATime {
             let message =
                 format!("points of kind {word:?} are no sample, of which the first ones would tell of the others");
             refuse(entry, "stop", message, "another kind in [design]");
-        } else if !is_blocked(plan) && !FIRST_LOOK.is_multiple_of(plan.replicates()) {
-            let message = format!("a look at the first {FIRST_LOOK} points would cut {} replicates", plan.replicates());
+        } else if !is_blocked(layout) && !FIRST_LOOK.is_multiple_of(layout.replicates()) {
+            let message =
+                format!("a look at the first {FIRST_LOOK} points would cut {} replicates", layout.replicates());
             refuse(entry, "stop", message, "16, 32, 64, 128 or 256 replicates");
         } else if let (Some(width), false, Standing::NoInterval(why)) =
-            (width, is_blocked(plan), plan.standing(plan.count()))
+            (width, is_blocked(layout), layout.standing(layout.count()))
         {
             let message = format!("there is no interval that could become narrow: {why}");
             refuse(
@@ -91,15 +92,16 @@ impl StopDef {
                 message,
                 "kind = \"monte-carlo\", or replicates = 16 of a power of two of samples",
             );
-        } else if let Some(width) = width.filter(|_| is_blocked(plan) && !asked.questions.iter().any(is_sensitivity)) {
+        } else if let Some(width) = width.filter(|_| is_blocked(layout) && !asked.questions.iter().any(is_sensitivity))
+        {
             let message = format!("only a question with `sensitivity` has intervals with points of kind {word:?}");
             refuse(width, &key(width), message, "a [[question]] with `sensitivity`");
         }
-        if let (Some(samples), Some(entry), false) = (stop.samples, keys.get("samples"), is_blocked(plan))
-            && samples < plan.count()
-            && plan.whole(samples) != samples
+        if let (Some(samples), Some(entry), false) = (stop.samples, keys.get("samples"), is_blocked(layout))
+            && samples < layout.count()
+            && layout.whole(samples) != samples
         {
-            let whole = plan.whole(samples);
+            let whole = layout.whole(samples);
             let allowed = if whole > 0 { format!("such as {whole}") } else { "more points".to_owned() };
             refuse(
                 entry,
@@ -114,16 +116,16 @@ impl StopDef {
 
 /// Whether points are of use in blocks only, so that blocks are counted.
 #[must_use]
-pub fn is_blocked(plan: &Plan) -> bool {
-    matches!(plan.kind(), Kind::Morris | Kind::Saltelli)
+pub fn is_blocked(layout: &SamplingLayout) -> bool {
+    matches!(layout.kind(), LayoutKind::Morris | LayoutKind::Saltelli)
 }
 
 /// Points of a block, and what blocks are called, where they are counted.
 #[must_use]
-pub fn block(plan: &Plan) -> Option<(u64, &'static str)> {
-    match plan.kind() {
-        Kind::Morris => Some((plan.rows(), "trajectories")),
-        Kind::Saltelli => Some((plan.rows(), "base points")),
+pub fn block(layout: &SamplingLayout) -> Option<(u64, &'static str)> {
+    match layout.kind() {
+        LayoutKind::Morris => Some((layout.rows(), "trajectories")),
+        LayoutKind::Saltelli => Some((layout.rows(), "base points")),
         _ => None,
     }
 }

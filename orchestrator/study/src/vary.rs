@@ -1,7 +1,7 @@
 //! `[[vary]]`: one table per varied parameter; tables of the same `zip` group advance together.
 
 use super::axis::{Axis, MOST_VARIED, Varied};
-use super::carried::can_be_carried;
+use super::extra_columns::can_be_extra_column;
 use super::header::name_and_unit;
 use super::parameter::variable_info;
 use super::table::{Keys, scalar_text, wrong_type};
@@ -97,7 +97,9 @@ impl<'a> PathTable<'a> {
         let (message, carry) = match name {
             "" => ("a column without a name (an index, as some programs write it?)", String::new()),
             // what is offered is taken
-            _ if !can_be_carried(name) || self.own.iter().any(|own| own == name) => (self.unknown(), String::new()),
+            _ if !can_be_extra_column(name) || self.own.iter().any(|own| own == name) => {
+                (self.unknown(), String::new())
+            }
             _ => (self.unknown(), format!("carry = [{key:?}] takes the column along into the table, ")),
         };
         let nearest = nearest.filter(|near| !named.iter().any(|info| info.path == *near));

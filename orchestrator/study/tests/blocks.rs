@@ -2,8 +2,8 @@
 
 use bladeoff_study::correlation::{Copula, Pair, Strength};
 use bladeoff_study::derived::{Derived, Variable};
-use bladeoff_study::drawing::{Drawing, Scratch};
-use bladeoff_study::plan::{Kind, Move, Plan, PlanDef, PlanError, Role, Standing};
+use bladeoff_study::sample_values::{SampleValues, Scratch};
+use bladeoff_study::sampling::layout::{LayoutDef, LayoutError, LayoutKind, Move, Role, SamplingLayout, Standing};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Values, Written};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -22,42 +22,46 @@ fn names(count: usize) -> Vec<String> {
     (0..count).map(|i| format!("x{i}")).collect()
 }
 
-fn made(def: &PlanDef, seed: u64, laws: &[Uncertain]) -> Result<Plan, Vec<PlanError>> {
-    Plan::new(def, seed, &names(laws.len()), laws, &Copula::independent(laws.len()))
+fn made(def: &LayoutDef, seed: u64, laws: &[Uncertain]) -> Result<SamplingLayout, Vec<LayoutError>> {
+    SamplingLayout::new(def, seed, &names(laws.len()), laws, &Copula::independent(laws.len()))
 }
 
-fn morris(trajectories: u64, levels: u64) -> PlanDef {
-    PlanDef { trajectories: Some(trajectories), levels: Some(levels), ..PlanDef::new(Kind::Morris) }
+fn morris(trajectories: u64, levels: u64) -> LayoutDef {
+    LayoutDef { trajectories: Some(trajectories), levels: Some(levels), ..LayoutDef::new(LayoutKind::Morris) }
 }
 
-fn saltelli(samples: u64, second_order: bool) -> PlanDef {
-    PlanDef { samples: Some(samples), second_order: Some(second_order), ..PlanDef::new(Kind::Saltelli) }
+fn saltelli(samples: u64, second_order: bool) -> LayoutDef {
+    LayoutDef { samples: Some(samples), second_order: Some(second_order), ..LayoutDef::new(LayoutKind::Saltelli) }
 }
 
-fn point(plan: &Plan, index: u64, dimensions: usize) -> Vec<f64> {
+fn point(layout: &SamplingLayout, index: u64, dimensions: usize) -> Vec<f64> {
     let mut point = vec![0.0; dimensions];
-    plan.fill(index, &mut point);
+    layout.fill(index, &mut point);
     point
 }
 
 /// Values of every point, through the laws.
-fn values(plan: &Plan, laws: &[Uncertain]) -> Vec<Vec<f64>> {
+fn values(layout: &SamplingLayout, laws: &[Uncertain]) -> Vec<Vec<f64>> {
     let variables = names(laws.len()).iter().map(|name| Variable::number(name, None, "")).collect();
-    let drawing =
-        Drawing::new(laws.to_vec(), Copula::independent(laws.len()), Some(plan.clone()), Derived::none(variables));
+    let drawing = SampleValues::new(
+        laws.to_vec(),
+        Copula::independent(laws.len()),
+        Some(layout.clone()),
+        Derived::none(variables),
+    );
     let (mut scratch, mut values) = (Scratch::default(), Vec::new());
     let mut one = |index| {
         drawing.values(index, &[], &mut scratch, &mut values).expect("finite");
         values.clone()
     };
-    (0..plan.count()).map(&mut one).collect()
+    (0..layout.count()).map(&mut one).collect()
 }
 
 fn ishigami(x: &[f64]) -> f64 {
     libm::sin(x[0]) + 7.0 * libm::sin(x[1]).powi(2) + 0.1 * x[2].powi(4) * libm::sin(x[0])
 }
 
-fn any_def() -> impl Strategy<Value = PlanDef> {
+fn any_def() -> impl Strategy<Value = LayoutDef> {
     prop_oneof![
         (1u64..20, 1u64..5).prop_map(|(trajectories, half)| morris(trajectories, 2 * half)),
         (0u32..5, any::<bool>()).prop_map(|(power, second_order)| saltelli(1 << power, second_order)),
@@ -71,7 +75,7 @@ proptest! {
     fn growth_moves_no_point_and_a_limit_takes_whole_blocks(def in any_def(), seed: u64, dimensions in 1usize..7, limit in 0u64..400) {
         let laws = uniforms(dimensions, -1.0, 1.0);
         let few = made(&def, seed, &laws).unwrap();
-        let more = PlanDef { trajectories: def.trajectories.map(|n| n + 7), samples: def.samples.map(|n| 4 * n), ..def.clone() };
+        let more = LayoutDef { trajectories: def.trajectories.map(|n| n + 7), samples: def.samples.map(|n| 4 * n), ..def.clone() };
         let many = made(&more, seed, &laws).unwrap();
         let blocks = def.trajectories.or(def.samples).unwrap();
         prop_assert_eq!(few.count(), blocks * few.rows());
@@ -89,22 +93,22 @@ proptest! {
 
     #[test]
     fn every_parameter_of_a_trajectory_moves_once_by_delta(seed: u64, half in 1u64..6, dimensions in 1usize..9) {
-        let plan = made(&morris(12, 2 * half), seed, &uniforms(dimensions, 0.0, 1.0)).unwrap();
-        let trajectories = plan.trajectories().expect("trajectories");
-        for index in 0..plan.count() {
-            let here = point(&plan, index, dimensions);
+        let layout = made(&morris(12, 2 * half), seed, &uniforms(dimensions, 0.0, 1.0)).unwrap();
+        let trajectories = layout.trajectories().expect("trajectories");
+        for index in 0..layout.count() {
+            let here = point(&layout, index, dimensions);
             let levels = here.iter().map(|u| u * (2 * half - 1) as f64);
             prop_assert!(levels.into_iter().all(|level| (level - level.round()).abs() < 1e-12));
             let Some(Move { parameter, up }) = trajectories.moved(index) else {
-                prop_assert!(index.is_multiple_of(plan.rows()));
+                prop_assert!(index.is_multiple_of(layout.rows()));
                 continue;
             };
-            let before = point(&plan, index - 1, dimensions);
+            let before = point(&layout, index - 1, dimensions);
             for other in 0..dimensions {
                 let moved = if other != parameter { 0.0 } else if up { trajectories.delta() } else { -trajectories.delta() };
                 prop_assert!((here[other] - before[other] - moved).abs() < 1e-12);
             }
-            let block = index - index % plan.rows();
+            let block = index - index % layout.rows();
             let earlier = (block..index).filter_map(|index| trajectories.moved(index)).any(|moved| moved.parameter == parameter);
             prop_assert!(!earlier);
         }
@@ -112,26 +116,26 @@ proptest! {
 
     #[test]
     fn blocks_of_saltelli_exchange_one_parameter(seed: u64, second_order: bool, dimensions in 1usize..8) {
-        let plan = made(&saltelli(8, second_order), seed, &uniforms(dimensions, 0.0, 1.0)).unwrap();
-        let layout = plan.saltelli().expect("a layout");
-        let rows = plan.rows();
+        let layout = made(&saltelli(8, second_order), seed, &uniforms(dimensions, 0.0, 1.0)).unwrap();
+        let saltelli = layout.saltelli().expect("a layout of Saltelli");
+        let rows = saltelli.rows();
         prop_assert_eq!(rows, if second_order { 2 } else { 1 } * dimensions as u64 + 2);
         for block in 0..8 {
-            let (a, b) = (point(&plan, block * rows, dimensions), point(&plan, (block + 1) * rows - 1, dimensions));
+            let (a, b) = (point(&layout, block * rows, dimensions), point(&layout, (block + 1) * rows - 1, dimensions));
             prop_assert!(a.iter().zip(&b).all(|(a, b)| a != b));
             let mut roles = Vec::new();
             for index in block * rows..(block + 1) * rows {
                 let mut expected = Vec::new();
                 for parameter in 0..dimensions {
-                    expected.push(match layout.role(index) {
+                    expected.push(match saltelli.role(index) {
                         Role::A => a[parameter],
                         Role::B => b[parameter],
                         Role::Ab(i) => if i == parameter { b[parameter] } else { a[parameter] },
                         Role::Ba(i) => if i == parameter { a[parameter] } else { b[parameter] },
                     });
                 }
-                prop_assert_eq!(point(&plan, index, dimensions), expected);
-                roles.push(layout.role(index));
+                prop_assert_eq!(point(&layout, index, dimensions), expected);
+                roles.push(saltelli.role(index));
             }
             let mut expected = vec![Role::A];
             expected.extend((0..dimensions).map(Role::Ab));
@@ -146,8 +150,8 @@ proptest! {
 #[test]
 fn unscrambled_saltelli_points_give_the_published_estimates() {
     let laws = uniforms(3, -PI, PI);
-    let plan = made(&PlanDef { scramble: Some(false), ..saltelli(1024, false) }, 7, &laws).unwrap();
-    let f: Vec<f64> = values(&plan, &laws).iter().map(|x| ishigami(x)).collect();
+    let layout = made(&LayoutDef { scramble: Some(false), ..saltelli(1024, false) }, 7, &laws).unwrap();
+    let f: Vec<f64> = values(&layout, &laws).iter().map(|x| ishigami(x)).collect();
     let blocks: Vec<&[f64]> = f.chunks_exact(5).collect();
     let both: Vec<f64> = blocks.iter().flat_map(|block| [block[0], block[4]]).collect();
     let mean = both.iter().sum::<f64>() / 2048.0;
@@ -165,11 +169,11 @@ fn unscrambled_saltelli_points_give_the_published_estimates() {
 #[test]
 fn trajectories_draw_every_elementary_effect_as_often() {
     let laws = uniforms(3, -PI, PI);
-    let plan = made(&morris(20_000, 4), 20261122, &laws).unwrap();
-    let trajectories = plan.trajectories().unwrap();
-    let all = values(&plan, &laws);
+    let layout = made(&morris(20_000, 4), 20261122, &laws).unwrap();
+    let trajectories = layout.trajectories().unwrap();
+    let all = values(&layout, &laws);
     let mut effects = vec![Vec::new(); 3];
-    for index in 0..plan.count() {
+    for index in 0..layout.count() {
         let Some(Move { parameter, up }) = trajectories.moved(index) else { continue };
         let (before, here) = (ishigami(&all[index as usize - 1]), ishigami(&all[index as usize]));
         effects[parameter].push((here - before) / trajectories.delta() * if up { 1.0 } else { -1.0 });
@@ -191,7 +195,7 @@ fn trajectories_draw_every_elementary_effect_as_often() {
     let mut starts = [0; 4];
     let mut orders = std::collections::BTreeMap::new();
     for t in 0..20_000 {
-        starts[(point(&plan, 4 * t, 3)[0] * 3.0).round() as usize] += 1;
+        starts[(point(&layout, 4 * t, 3)[0] * 3.0).round() as usize] += 1;
         let order: Vec<usize> =
             (1..4).filter_map(|step| trajectories.moved(4 * t + step)).map(|m| m.parameter).collect();
         *orders.entry(order).or_insert(0) += 1;
@@ -211,8 +215,8 @@ fn levels_are_finite_for_every_law() {
         law("periodic", &[("lower", 0.0), ("upper", 8.0)]),
         Uncertain::new(Distribution::Discrete, &written, "").unwrap(),
     ];
-    let plan = made(&morris(200, 4), 3, &laws).unwrap();
-    let all = values(&plan, &laws);
+    let layout = made(&morris(200, 4), 3, &laws).unwrap();
+    let all = values(&layout, &laws);
     let seen = |parameter: usize| {
         let mut found: Vec<f64> = all.iter().map(|x| x[parameter]).collect();
         found.sort_by(f64::total_cmp);
@@ -230,7 +234,7 @@ fn levels_are_finite_for_every_law() {
     assert_eq!((seen(2)[0], seen(2)[3]), (-2.0, 2.0));
     assert_eq!(seen(3), [0.0, 2.0, 4.0, 6.0]);
     assert_eq!(seen(4), [0.0, 1.0, 2.0]);
-    let trajectories = plan.trajectories().unwrap();
+    let trajectories = layout.trajectories().unwrap();
     for (index, pair) in all.windows(2).enumerate() {
         let Some(Move { parameter, up }) = trajectories.moved(index as u64 + 1) else { continue };
         assert_eq!(pair[1][parameter] > pair[0][parameter], up, "{parameter}");
@@ -244,10 +248,10 @@ fn levels_are_finite_for_every_law() {
 #[test]
 fn what_does_not_go_together_is_refused() {
     let laws = uniforms(3, 0.0, 1.0);
-    let keys = |def: &PlanDef, laws: &[Uncertain]| -> Vec<(&'static str, String)> {
+    let keys = |def: &LayoutDef, laws: &[Uncertain]| -> Vec<(&'static str, String)> {
         made(def, 7, laws).expect_err("mistakes").iter().map(|error| (error.key(), error.to_string())).collect()
     };
-    let every = PlanDef {
+    let every = LayoutDef {
         samples: Some(100),
         replicates: Some(4),
         scramble: Some(false),
@@ -255,7 +259,7 @@ fn what_does_not_go_together_is_refused() {
         trajectories: Some(0),
         levels: Some(5),
         second_order: Some(true),
-        ..PlanDef::new(Kind::Morris)
+        ..LayoutDef::new(LayoutKind::Morris)
     };
     let found = keys(&every, &laws);
     let at = |found: &[(&'static str, String)]| found.iter().map(|(key, _)| *key).collect::<Vec<_>>();
@@ -266,26 +270,26 @@ fn what_does_not_go_together_is_refused() {
     assert_eq!(found[5].1, "`levels` = 5; allowed: an even number from 2 to 64: a move goes half of them");
     assert_eq!(found[6].1, "`trajectories` = 0; allowed: 1 to 25000000 (100000000 points, 4 for each)");
     assert_eq!(found[4].1, "`second_order` with kind = \"morris\": it belongs to \"saltelli\"");
-    let found = keys(&PlanDef { kind: Kind::Saltelli, scramble: None, ..every.clone() }, &laws);
+    let found = keys(&LayoutDef { kind: LayoutKind::Saltelli, scramble: None, ..every.clone() }, &laws);
     assert_eq!(at(&found), ["replicates", "quantiles", "trajectories", "levels", "samples"]);
     assert_eq!(found[4].1, "`samples` = 100; allowed: a power of two: 64 or 128");
     assert_eq!(
         keys(&saltelli(1 << 24, true), &laws)[0].1,
         "`samples` = 16777216; allowed: 1 to 12500000 (100000000 points, 8 for each)"
     );
-    assert!(keys(&PlanDef::new(Kind::Morris), &laws)[0].1.contains("`trajectories` is missing"));
-    assert!(keys(&PlanDef::new(Kind::Saltelli), &laws)[0].1.contains("`samples` is missing"));
-    assert_eq!(at(&keys(&PlanDef { kind: Kind::Sobol, ..every }, &laws))[..2], ["quantiles", "trajectories"]);
+    assert!(keys(&LayoutDef::new(LayoutKind::Morris), &laws)[0].1.contains("`trajectories` is missing"));
+    assert!(keys(&LayoutDef::new(LayoutKind::Saltelli), &laws)[0].1.contains("`samples` is missing"));
+    assert_eq!(at(&keys(&LayoutDef { kind: LayoutKind::Sobol, ..every }, &laws))[..2], ["quantiles", "trajectories"]);
     // correlation, and a first point at infinity
     let pair = Pair { between: [0, 2], strength: Strength::Rank(0.5) };
     let copula = Copula::new(&names(3), &laws, &[pair]).unwrap();
-    for def in [morris(10, 4), saltelli(8, false), PlanDef { scramble: Some(false), ..saltelli(8, false) }] {
-        let errors = Plan::new(&def, 7, &names(3), &laws, &copula).unwrap_err();
-        assert_eq!(errors, [PlanError::Correlated { kind: def.kind }]);
+    for def in [morris(10, 4), saltelli(8, false), LayoutDef { scramble: Some(false), ..saltelli(8, false) }] {
+        let errors = SamplingLayout::new(&def, 7, &names(3), &laws, &copula).unwrap_err();
+        assert_eq!(errors, [LayoutError::Correlated { kind: def.kind }]);
         assert!(errors[0].to_string().contains("changes one parameter while the others stay"));
     }
     let endless = [law("normal", &[("mean", 0.0), ("sd", 1.0)])];
-    let plain = PlanDef { scramble: Some(false), ..saltelli(8, false) };
+    let plain = LayoutDef { scramble: Some(false), ..saltelli(8, false) };
     assert_eq!(at(&keys(&plain, &endless)), ["scramble"]);
     assert!(made(&saltelli(8, false), 7, &endless).is_ok());
 }
@@ -299,7 +303,7 @@ fn scale_takes_the_first_blocks() {
     assert_eq!(pairs.clone().scaled(0.3).count(), 16 * 8);
     assert_eq!((paths.whole(11), pairs.whole(17), pairs.whole(7)), (8, 16, 0));
     assert_eq!(paths.notes(&Copula::independent(3)).len(), 1);
-    assert!(!made(&PlanDef { scramble: Some(false), ..saltelli(8, false) }, 1, &laws).unwrap().is_scrambled());
+    assert!(!made(&LayoutDef { scramble: Some(false), ..saltelli(8, false) }, 1, &laws).unwrap().is_scrambled());
     assert!(pairs.is_scrambled());
 }
 

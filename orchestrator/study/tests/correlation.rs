@@ -145,7 +145,7 @@ fn what_the_laws_cannot_have_is_refused_with_what_they_can() {
 #[test]
 fn empirical_laws_reach_their_linear_correlation() {
     let sample = |seed: u64, count: u64| {
-        let source = bladeoff_study::design::random::Source::new(seed, "test", 0);
+        let source = bladeoff_study::sampling::sequence::random::Source::new(seed, "test", 0);
         let value = |i| {
             let mut u = [0.0];
             source.fill(i, &mut u);
@@ -307,7 +307,7 @@ fn an_impossible_matrix_is_refused_with_one_that_is_possible() {
 fn the_nearest_of_many_is_possible_too() {
     let count = 24;
     let laws: Vec<Uncertain> = (0..count).map(|_| law("normal", &[("mean", 0.0), ("sd", 1.0)])).collect();
-    let source = bladeoff_study::design::random::Source::new(5, "test", 0);
+    let source = bladeoff_study::sampling::sequence::random::Source::new(5, "test", 0);
     let mut pairs = Vec::new();
     for i in 0..count {
         for j in 0..i {

@@ -10,7 +10,7 @@ use super::error::ShardError;
 use super::frozen::Frozen;
 use super::layout::SHARDS;
 use super::shared::Shared;
-use bladeoff_study::plan::MOST_PARAMETERS;
+use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 use bladeoff_study::{MACHINE, POINTS, STUDY, Samples, empirical};
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::shown;

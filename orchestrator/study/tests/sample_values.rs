@@ -3,8 +3,8 @@
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::correlation::{Copula, Pair, Strength};
 use bladeoff_study::derived::{Derived, Variable};
-use bladeoff_study::drawing::{Drawing, Scratch};
-use bladeoff_study::plan::{Kind, Plan, PlanDef};
+use bladeoff_study::sample_values::{SampleValues, Scratch};
+use bladeoff_study::sampling::layout::{LayoutDef, LayoutKind, SamplingLayout};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Values, Written};
 use proptest::prelude::*;
 
@@ -39,43 +39,45 @@ const PAIRS: [Pair; 4] = [
     Pair { between: [5, 0], strength: Strength::Normal(0.7) },
 ];
 
-fn drawing(kind: Kind, samples: u64, replicates: u64, seed: u64) -> Drawing {
+fn drawing(kind: LayoutKind, samples: u64, replicates: u64, seed: u64) -> SampleValues {
     let laws = laws();
     let names: Vec<String> = (0..laws.len()).map(|i| format!("x{i}")).collect();
     static DEPENDENT: std::sync::OnceLock<Copula> = std::sync::OnceLock::new();
     let copula = match kind {
-        Kind::OneAtATime => Copula::independent(laws.len()),
+        LayoutKind::OneAtATime => Copula::independent(laws.len()),
         _ => DEPENDENT.get_or_init(|| Copula::new(&names, &laws, &PAIRS).expect("sound")).clone(),
     };
     let def = match kind {
-        Kind::OneAtATime => PlanDef::new(kind),
-        _ => {
-            PlanDef { samples: Some(samples), replicates: (replicates > 1).then_some(replicates), ..PlanDef::new(kind) }
-        }
+        LayoutKind::OneAtATime => LayoutDef::new(kind),
+        _ => LayoutDef {
+            samples: Some(samples),
+            replicates: (replicates > 1).then_some(replicates),
+            ..LayoutDef::new(kind)
+        },
     };
-    let plan = Plan::new(&def, seed, &names, &laws, &copula).expect("sound");
+    let layout = SamplingLayout::new(&def, seed, &names, &laws, &copula).expect("sound");
     let mut variables: Vec<Variable> = names.iter().map(|name| Variable::number(name, None, "")).collect();
     variables[5].has_words = true;
     variables.push(Variable::number("speed", None, "rad/s"));
     variables.extend(["total", "part"].map(|name| Variable::number(name, None, "")));
     let formulas = ["part*2 + x1".to_owned(), "x0*speed".to_owned()];
     let derived = Derived::new(variables, &formulas).expect("sound");
-    Drawing::new(laws, copula, Some(plan), derived)
+    SampleValues::new(laws, copula, Some(layout), derived)
 }
 
-fn values(drawing: &Drawing, index: u64, speed: f64) -> Vec<f64> {
+fn values(drawing: &SampleValues, index: u64, speed: f64) -> Vec<f64> {
     let mut values = Vec::new();
     drawing.values(index, &[speed], &mut Scratch::default(), &mut values).expect("sound");
     values
 }
 
-fn kinds() -> impl Strategy<Value = (Kind, u64)> {
+fn kinds() -> impl Strategy<Value = (LayoutKind, u64)> {
     prop_oneof![
-        Just((Kind::MonteCarlo, 1)),
-        Just((Kind::OneAtATime, 1)),
-        (1u64..6).prop_map(|replicates| (Kind::LatinHypercube, replicates)),
-        (1u64..6).prop_map(|replicates| (Kind::Sobol, replicates)),
-        (1u64..6).prop_map(|replicates| (Kind::Halton, replicates)),
+        Just((LayoutKind::MonteCarlo, 1)),
+        Just((LayoutKind::OneAtATime, 1)),
+        (1u64..6).prop_map(|replicates| (LayoutKind::LatinHypercube, replicates)),
+        (1u64..6).prop_map(|replicates| (LayoutKind::Sobol, replicates)),
+        (1u64..6).prop_map(|replicates| (LayoutKind::Halton, replicates)),
     ]
 }
 
@@ -85,7 +87,7 @@ proptest! {
     fn a_sample_alone_is_the_sample_in_order_whatever_was_drawn_before((kind, replicates) in kinds(), seed: u64) {
         let (drawing, larger) = (drawing(kind, 16, replicates, seed), drawing(kind, 64, replicates, seed));
         let (mut scratch, mut out) = (Scratch::default(), Vec::new());
-        let count = drawing.plan().expect("a plan").count();
+        let count = drawing.layout().expect("a plan").count();
         let mut in_order = Vec::new();
         for index in 0..count {
             drawing.values(index, &[100.0], &mut scratch, &mut out).unwrap();
@@ -105,7 +107,7 @@ proptest! {
             prop_assert!(alone[5] == 0.0 || alone[5] == 1.0);
         }
         // another seed is another design
-        if kind != Kind::OneAtATime {
+        if kind != LayoutKind::OneAtATime {
             let other = self::drawing(kind, 16, replicates, seed ^ 1);
             prop_assert_ne!(values(&other, 0, 100.0), values(&drawing, 0, 100.0));
         }
@@ -114,7 +116,7 @@ proptest! {
 
 #[test]
 fn threads_share_a_drawing() {
-    let drawing = drawing(Kind::Sobol, 256, 4, 3);
+    let drawing = drawing(LayoutKind::Sobol, 256, 4, 3);
     let all: Vec<Vec<f64>> = (0..1024).map(|index| values(&drawing, index, 1.0)).collect();
     let (drawing, all) = (&drawing, &all);
     std::thread::scope(|scope| {
@@ -131,11 +133,12 @@ fn threads_share_a_drawing() {
 #[test]
 fn values_are_pinned_to_the_bit() {
     // recorded once from this implementation: FNV-1a over the bits of 96 samples, through every law, the copula and the formulas
-    let found = [Kind::MonteCarlo, Kind::LatinHypercube, Kind::Sobol, Kind::Halton].map(|kind| {
-        let drawing = drawing(kind, 128, if kind == Kind::MonteCarlo { 1 } else { 3 }, 11);
-        let all = (0..96).flat_map(|index| values(&drawing, index, 314.0));
-        all.fold(0xcbf2_9ce4_8422_2325u64, |hash, value| (hash ^ value.to_bits()).wrapping_mul(0x100_0000_01b3))
-    });
+    let found =
+        [LayoutKind::MonteCarlo, LayoutKind::LatinHypercube, LayoutKind::Sobol, LayoutKind::Halton].map(|kind| {
+            let drawing = drawing(kind, 128, if kind == LayoutKind::MonteCarlo { 1 } else { 3 }, 11);
+            let all = (0..96).flat_map(|index| values(&drawing, index, 314.0));
+            all.fold(0xcbf2_9ce4_8422_2325u64, |hash, value| (hash ^ value.to_bits()).wrapping_mul(0x100_0000_01b3))
+        });
     println!("{found:x?}");
     assert_eq!(found, PINNED);
 }
@@ -144,7 +147,7 @@ const PINNED: [u64; 4] = [0xb119_9a3f_81bc_f2bd, 0x1f4f_a3b7_ed79_c1e3, 0xe34a_0
 
 #[test]
 fn words_come_as_words() {
-    let drawing = drawing(Kind::MonteCarlo, 100, 1, 1);
+    let drawing = drawing(LayoutKind::MonteCarlo, 100, 1, 1);
     assert_eq!(drawing.param(5, 1.0), ParamValue::Choice("brake".to_owned()));
     assert_eq!(drawing.param(0, 1.0), ParamValue::Number(1.0));
     assert_eq!(drawing.param(8, 1.0), ParamValue::Number(1.0));
@@ -156,7 +159,7 @@ type Batch = Vec<Vec<f64>>;
 const BATCHES: u64 = 64;
 const SIZE: u64 = 4096;
 
-fn draw_batches(drawing: &Drawing) -> Vec<Batch> {
+fn draw_batches(drawing: &SampleValues) -> Vec<Batch> {
     let (mut scratch, mut out) = (Scratch::default(), Vec::new());
     let mut batch = |batch: u64| {
         let mut columns: Batch = vec![Vec::new(); drawing.variables().len()];
@@ -196,7 +199,7 @@ fn ranks(x: &[f64]) -> Vec<f64> {
 
 #[test]
 fn draws_have_the_correlations_that_were_asked_for() {
-    let drawing = drawing(Kind::MonteCarlo, 1 << 18, 1, 20_261_122);
+    let drawing = drawing(LayoutKind::MonteCarlo, 1 << 18, 1, 20_261_122);
     let drawn = draw_batches(&drawing);
     let check = |name: &str, (mean, error): (f64, f64), wanted: f64| {
         println!(

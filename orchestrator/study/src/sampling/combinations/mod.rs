@@ -8,26 +8,18 @@
 //!   selection   sample 0..n of the present study -> index; ascending, so that the table reads like the grid
 //! ```
 //! Nothing here holds the samples themselves: a sample is computed from its number whenever it is asked for.
-//!
-//! Points in the unit cube, of which `plan` makes designs of uncertain parameters, are such functions too: `random` (independent),
-//! `hypercube`, `sobol` and `halton` (even; scrambled by `owen` and their own permutations).
 
 mod grid;
-pub mod halton;
-pub mod hypercube;
-mod owen;
-pub mod random;
-mod shuffle;
-pub mod sobol;
 mod thin;
 
 pub use grid::Grid;
-pub use shuffle::Shuffle;
 pub use thin::Thinned;
+
+use super::shuffle::Shuffle;
 
 /// The combinations of a study after `--scale` and `--limit`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Design {
+pub struct Combinations {
     axes: Vec<Thinned>,
     grid: Grid,
     selected: Option<Vec<u64>>,
@@ -35,7 +27,7 @@ pub struct Design {
 
 /// Why a design cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum DesignError {
+pub enum CombinationError {
     /// The product of the axis lengths is too large.
     #[error("the study has {count} samples; at most {limit} are allowed")]
     TooMany {
@@ -55,25 +47,26 @@ pub enum DesignError {
     Nothing,
 }
 
-impl Design {
+impl Combinations {
     /// Most samples of one study: those of a million core-hours, half a minute each.
     pub const LIMIT: u64 = 100_000_000;
 
     /// The design of axes of these lengths (each >= 1), thinned by `scale`, of which `limit` samples are taken.
     ///
     /// # Errors
-    /// More than [`Design::LIMIT`] samples after thinning, a scale outside (0, 1], or a limit of 0.
-    pub fn new(lengths: &[u64], seed: u64, scale: Option<f64>, limit: Option<u64>) -> Result<Self, DesignError> {
+    /// More than [`Combinations::LIMIT`] samples after thinning, a scale outside (0, 1], or a limit of 0.
+    pub fn new(lengths: &[u64], seed: u64, scale: Option<f64>, limit: Option<u64>) -> Result<Self, CombinationError> {
         let factor = scale.unwrap_or(1.0);
         if !(factor > 0.0 && factor <= 1.0) {
-            return Err(DesignError::Scale { value: factor });
+            return Err(CombinationError::Scale { value: factor });
         }
         if limit == Some(0) {
-            return Err(DesignError::Nothing);
+            return Err(CombinationError::Nothing);
         }
         let axes: Vec<Thinned> = lengths.iter().map(|&length| Thinned::new(length, factor)).collect();
         let kept: Vec<u64> = axes.iter().map(|axis| axis.kept()).collect();
-        let grid = Grid::new(&kept, Self::LIMIT).map_err(|count| DesignError::TooMany { count, limit: Self::LIMIT })?;
+        let grid =
+            Grid::new(&kept, Self::LIMIT).map_err(|count| CombinationError::TooMany { count, limit: Self::LIMIT })?;
         let selected = limit.filter(|&limit| limit < grid.count()).map(|limit| {
             let shuffle = Shuffle::new(seed, grid.count());
             let mut first: Vec<u64> = (0..limit).map(|position| shuffle.apply(position)).collect();
@@ -86,13 +79,13 @@ impl Design {
     /// `points` of a design of uncertain parameters as the slowest axis, which is taken as it is, before axes of these lengths, thinned.
     ///
     /// # Errors
-    /// As [`Design::new`].
-    pub fn of_points(points: u64, lengths: &[u64], scale: Option<f64>) -> Result<Self, DesignError> {
+    /// As [`Combinations::new`].
+    pub fn of_points(points: u64, lengths: &[u64], scale: Option<f64>) -> Result<Self, CombinationError> {
         let mut design = Self::new(lengths, 0, scale, None)?;
         design.axes.insert(0, Thinned::new(points, 1.0));
         let kept = design.kept();
         let limit = Self::LIMIT;
-        design.grid = Grid::new(&kept, limit).map_err(|count| DesignError::TooMany { count, limit })?;
+        design.grid = Grid::new(&kept, limit).map_err(|count| CombinationError::TooMany { count, limit })?;
         Ok(design)
     }
 
@@ -129,14 +122,14 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::BTreeSet;
 
-    fn all(design: &Design) -> Vec<Vec<u64>> {
+    fn all(design: &Combinations) -> Vec<Vec<u64>> {
         (0..design.count()).map(|sample| design.positions(sample)).collect()
     }
 
     proptest! {
         #[test]
         fn every_combination_comes_exactly_once(lengths in prop::collection::vec(1u64..6, 0..5), seed: u64) {
-            let design = Design::new(&lengths, seed, None, None).expect("a small grid");
+            let design = Combinations::new(&lengths, seed, None, None).expect("a small grid");
             let samples = all(&design);
             prop_assert_eq!(samples.len() as u64, lengths.iter().product::<u64>());
             prop_assert!(samples.windows(2).all(|pair| pair[0] < pair[1]), "ascending, first axis slowest");
@@ -146,8 +139,8 @@ mod tests {
         #[test]
         fn a_larger_limit_holds_the_smaller_one(lengths in prop::collection::vec(1u64..7, 1..4), seed: u64, a in 1u64..40, b in 1u64..40) {
             let (a, b) = (a.min(b), a.max(b));
-            let few: BTreeSet<_> = all(&Design::new(&lengths, seed, None, Some(a)).expect("small")).into_iter().collect();
-            let many: BTreeSet<_> = all(&Design::new(&lengths, seed, None, Some(b)).expect("small")).into_iter().collect();
+            let few: BTreeSet<_> = all(&Combinations::new(&lengths, seed, None, Some(a)).expect("small")).into_iter().collect();
+            let many: BTreeSet<_> = all(&Combinations::new(&lengths, seed, None, Some(b)).expect("small")).into_iter().collect();
             let whole = lengths.iter().product::<u64>();
             prop_assert_eq!(few.len() as u64, a.min(whole));
             prop_assert_eq!(many.len() as u64, b.min(whole));
@@ -157,23 +150,23 @@ mod tests {
 
     #[test]
     fn thinning_keeps_the_end_points_of_every_axis() {
-        let design = Design::new(&[9, 1, 3], 1, Some(0.01), None).expect("small");
+        let design = Combinations::new(&[9, 1, 3], 1, Some(0.01), None).expect("small");
         assert_eq!(design.kept(), [2, 1, 2]);
         assert_eq!(all(&design), [[0, 0, 0], [0, 0, 2], [8, 0, 0], [8, 0, 2]]);
     }
 
     #[test]
     fn a_grid_of_a_million_millions_is_refused_with_its_count() {
-        let error = Design::new(&[1_000_000, 1_000_000], 0, None, None).expect_err("too many");
+        let error = Combinations::new(&[1_000_000, 1_000_000], 0, None, None).expect_err("too many");
         assert_eq!(error.to_string(), "the study has 1000000000000 samples; at most 100000000 are allowed");
-        let error = Design::new(&[u64::MAX; 12], 0, None, None).expect_err("too many for u128, too");
-        assert!(matches!(error, DesignError::TooMany { .. }));
+        let error = Combinations::new(&[u64::MAX; 12], 0, None, None).expect_err("too many for u128, too");
+        assert!(matches!(error, CombinationError::TooMany { .. }));
     }
 
     #[test]
     fn a_scale_outside_its_range_is_refused() {
         for scale in [0.0, -1.0, 1.5, f64::NAN] {
-            assert!(matches!(Design::new(&[3], 0, Some(scale), None), Err(DesignError::Scale { .. })));
+            assert!(matches!(Combinations::new(&[3], 0, Some(scale), None), Err(CombinationError::Scale { .. })));
         }
     }
 }

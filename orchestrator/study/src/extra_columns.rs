@@ -17,7 +17,7 @@ const LONGEST_NAME: usize = 64;
 
 /// A column of the points file that stands in the table as it is.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
+pub struct ExtraColumn {
     /// Its name, in the file and in the table.
     pub name: String,
     values: Values,
@@ -31,7 +31,7 @@ enum Values {
     Texts { all: String, ends: Vec<usize> },
 }
 
-impl Carried {
+impl ExtraColumn {
     /// What the table says of it.
     #[must_use]
     pub fn column(&self) -> Column {
@@ -58,7 +58,7 @@ impl Carried {
     }
 }
 
-/// A carried column on its way: texts until all are seen, because one of them decides for all.
+/// A extra column on its way: texts until all are seen, because one of them decides for all.
 pub(super) struct Gathering {
     name: String,
     all: String,
@@ -91,14 +91,14 @@ impl Gathering {
         self.ends.push(self.all.len());
     }
 
-    pub fn finish(self) -> Carried {
+    pub fn finish(self) -> ExtraColumn {
         // A column without a number holds no numbers.
         let numbers = self.numbers.filter(|numbers| numbers.iter().any(|number| !number.is_nan()));
         let values = match numbers {
             Some(numbers) => Values::Numbers(numbers),
             None => Values::Texts { all: self.all, ends: self.ends },
         };
-        Carried { name: self.name, values }
+        ExtraColumn { name: self.name, values }
     }
 }
 
@@ -124,7 +124,7 @@ impl Others {
     pub fn read(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Self {
         let mut others = Self { carry: names(keys, "carry", problems), ignore: names(keys, "ignore", problems) };
         others.carry.retain(|(name, span)| {
-            let usable = can_be_carried(name);
+            let usable = can_be_extra_column(name);
             if !usable {
                 let problem = problems.add(span.clone(), "points.carry", "cannot be the name of a column of the table");
                 problem.value = Some(format!("{:?}", cut(name, 80)));
@@ -134,7 +134,7 @@ impl Others {
             usable
         });
         if let Some((name, span)) =
-            others.ignore.iter().find(|(name, _)| others.carry.iter().any(|(carried, _)| carried == name))
+            others.ignore.iter().find(|(name, _)| others.carry.iter().any(|(extra, _)| extra == name))
         {
             problems.add(span.clone(), "points.ignore", format!("`{}` is carried along already", cut(name, 80)));
         }
@@ -146,7 +146,7 @@ impl Others {
     }
 
     pub fn carries(&self, name: &str) -> bool {
-        self.carry.iter().any(|(carried, _)| carried == name)
+        self.carry.iter().any(|(extra, _)| extra == name)
     }
 
     pub fn ignores(&self, name: &str) -> bool {
@@ -205,21 +205,16 @@ fn names(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> Vec<(Stri
 }
 
 /// Whether a column of this name can stand in the table.
-pub(super) fn can_be_carried(name: &str) -> bool {
+pub(super) fn can_be_extra_column(name: &str) -> bool {
     let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     name.len() <= LONGEST_NAME && name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letter)
 }
 
-/// Refuses carried columns with the name of another column of the table.
-pub(super) fn refuse_taken(
-    carried: &Others,
-    parameters: &[Parameter],
-    outcome: &[String],
-    problems: &mut Collector<'_>,
-) {
+/// Refuses extra columns with the name of another column of the table.
+pub(super) fn refuse_taken(extra: &Others, parameters: &[Parameter], outcome: &[String], problems: &mut Collector<'_>) {
     let parameters = parameters.iter().map(|parameter| parameter.column().name);
     let taken: Vec<String> = parameters.chain(outcome.iter().cloned()).collect();
-    for (name, span) in &carried.carry {
+    for (name, span) in &extra.carry {
         if taken.contains(name) {
             let problem =
                 problems.add(span.clone(), "points.carry", format!("the table has a column `{name}` of its own"));

@@ -8,7 +8,7 @@
 //! A quantile added at the end of the list adds points at the end and moves none. A block is what is of use only as a whole: all
 //! parameters at one quantile. By default 10 % and 90 %, as in a tornado diagram.
 
-use super::def::{Base, PlanDef, PlanError};
+use super::def::{Base, LayoutDef, LayoutError};
 use crate::uncertain::{Uncertain, Values};
 
 /// Quantiles where none are given.
@@ -24,7 +24,7 @@ pub struct Steps {
 
 impl Steps {
     /// Of keys that are sound.
-    pub(super) fn new(def: &PlanDef, names: &[String], laws: &[Uncertain]) -> Result<Self, Vec<PlanError>> {
+    pub(super) fn new(def: &LayoutDef, names: &[String], laws: &[Uncertain]) -> Result<Self, Vec<LayoutError>> {
         let mut errors = Vec::new();
         let median = |law: &Uncertain| match law {
             Uncertain::Discrete(discrete) if discrete.values().0.is_words() => discrete.number(discrete.likeliest()),
@@ -34,7 +34,7 @@ impl Steps {
             None | Some(Base::Median) => laws.iter().map(median).collect(),
             Some(Base::Nominal(values)) => {
                 let missing = names.iter().zip(values).filter(|(_, value)| value.is_none());
-                errors.extend(missing.map(|(name, _)| PlanError::NoNominal { name: name.clone() }));
+                errors.extend(missing.map(|(name, _)| LayoutError::NoNominal { name: name.clone() }));
                 values.iter().map(|value| value.unwrap_or(f64::NAN)).collect()
             }
         };
@@ -59,7 +59,7 @@ impl Steps {
                     changes.push((parameter, value, block));
                 } else {
                     let allowed = format!("above 0 and below 1: {} has no such end", names[parameter]);
-                    errors.push(PlanError::Element { key: "quantiles", position, given: p, allowed });
+                    errors.push(LayoutError::Element { key: "quantiles", position, given: p, allowed });
                 }
             }
         }

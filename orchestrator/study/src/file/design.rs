@@ -2,7 +2,9 @@
 
 use super::super::correlation::Copula;
 use super::super::parameter::Parameter;
-use super::super::plan::{Base, Kind, MOST_LEVELS, MOST_POINTS, MOST_REPLICATES, Plan, PlanDef, PlanError};
+use super::super::sampling::layout::{
+    Base, LayoutDef, LayoutError, LayoutKind, MOST_LEVELS, MOST_POINTS, MOST_REPLICATES, SamplingLayout,
+};
 use super::super::table::{Keys, wrong_type};
 use super::super::uncertain::{Uncertain, Values};
 use bladeoff_model::machine::ParamValue;
@@ -36,7 +38,7 @@ pub(super) fn read(
     drawn: Option<(&[Uncertain], &Copula)>,
     seed: u64,
     problems: &mut Collector<'_>,
-) -> Option<Option<Plan>> {
+) -> Option<Option<SamplingLayout>> {
     let Some(entry) = keys.get("design") else { return Some(None) };
     let keys = Keys::of(entry, "design", problems)?;
     keys.refuse_unknown(&KEYS, problems);
@@ -47,15 +49,15 @@ pub(super) fn read(
         return None;
     }
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.shown().to_owned()).collect();
-    match Plan::new(&def, seed, &names, laws, copula) {
-        Ok(plan) => Some(Some(plan)),
+    match SamplingLayout::new(&def, seed, &names, laws, copula) {
+        Ok(layout) => Some(Some(layout)),
         Err(errors) => {
             for error in errors {
                 let key = error.key();
                 let span = match (keys.get(key), &error) {
                     (
                         Some(Entry { node: Node { value: Value::Array(items), .. }, .. }),
-                        PlanError::Element { position, .. },
+                        LayoutError::Element { position, .. },
                     ) => items[*position].span.clone(),
                     (Some(entry), _) => entry.node.span.clone(),
                     (None, _) => keys.span(),
@@ -72,7 +74,7 @@ fn def(
     parameters: &[Parameter],
     laws: Option<&[Uncertain]>,
     problems: &mut Collector<'_>,
-) -> Option<PlanDef> {
+) -> Option<LayoutDef> {
     let kind = kind(keys, problems);
     let mut sound = true;
     let mut whole = |name: &str, most: u64, problems: &mut Collector<'_>| {
@@ -115,16 +117,16 @@ fn def(
         base
     });
     let def =
-        PlanDef { kind: kind?, samples, replicates, scramble, base, quantiles, trajectories, levels, second_order };
+        LayoutDef { kind: kind?, samples, replicates, scramble, base, quantiles, trajectories, levels, second_order };
     sound.then_some(def)
 }
 
-fn kind(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Kind> {
+fn kind(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<LayoutKind> {
     let entry = keys.require("kind", "kind = \"monte-carlo\"", problems)?;
     let word = keys.text(entry, problems)?;
-    let found = Kind::from_word(word);
+    let found = LayoutKind::from_word(word);
     if found.is_none() {
-        let words = || Kind::ALL.iter().map(|(word, _)| *word);
+        let words = || LayoutKind::ALL.iter().map(|(word, _)| *word);
         let nearest = problems.nearest(word, words());
         let problem = problems.add(entry.node.span.clone(), keys.key("kind"), "not one of its words");
         problem.value = Some(format!("{:?}", cut(word, 80)));

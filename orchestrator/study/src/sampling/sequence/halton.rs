@@ -11,7 +11,7 @@
 //! Halton algorithm in R" (2017), with the linear permutations of J. Matousek (1998).
 
 use super::random::mixed;
-use super::shuffle::Network;
+use crate::sampling::shuffle::Network;
 
 /// Cells of a coordinate at most: the middle of one and its complement are exact.
 const MOST_CELLS: u64 = 1 << 52;

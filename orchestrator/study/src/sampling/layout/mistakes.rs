@@ -1,53 +1,55 @@
 //! What is wrong with the keys of `[design]`, whatever the laws are.
 
-use super::def::{Base, Kind, LEVELS, MOST_LEVELS, MOST_POINTS, MOST_QUANTILES, MOST_REPLICATES, PlanDef, PlanError};
+use super::def::{
+    Base, LEVELS, LayoutDef, LayoutError, LayoutKind, MOST_LEVELS, MOST_POINTS, MOST_QUANTILES, MOST_REPLICATES,
+};
 use super::saltelli;
 
 /// Every mistake in the keys themselves, for so many parameters.
-pub(super) fn mistakes(def: &PlanDef, parameters: usize) -> Vec<PlanError> {
+pub(super) fn mistakes(def: &LayoutDef, parameters: usize) -> Vec<LayoutError> {
     let mut errors = Vec::new();
     let kind = def.kind;
     let mut surplus = |key: &'static str, given: bool, reason: &dyn Fn() -> String| {
         if given {
-            errors.push(PlanError::Surplus { key, kind, reason: reason() });
+            errors.push(LayoutError::Surplus { key, kind, reason: reason() });
         }
     };
-    let stepped = kind == Kind::OneAtATime;
+    let stepped = kind == LayoutKind::OneAtATime;
     surplus("samples", stepped && def.samples.is_some(), &|| {
         "the number of points follows from the parameters and `quantiles`".to_owned()
     });
-    surplus("samples", kind == Kind::Morris && def.samples.is_some(), &|| {
+    surplus("samples", kind == LayoutKind::Morris && def.samples.is_some(), &|| {
         "the number of points follows from the parameters and `trajectories`".to_owned()
     });
     surplus("replicates", stepped && def.replicates.is_some(), &|| "nothing in it is random".to_owned());
     surplus("scramble", stepped && def.scramble.is_some(), &|| "nothing in it is random".to_owned());
-    surplus("replicates", kind == Kind::MonteCarlo && def.replicates.is_some(), &|| {
+    surplus("replicates", kind == LayoutKind::MonteCarlo && def.replicates.is_some(), &|| {
         let points = def.samples.unwrap_or(0).saturating_mul(def.replicates.unwrap_or(1));
         format!("its points are independent already; allowed: `samples` = {points} alone")
     });
-    surplus("replicates", kind == Kind::Morris && def.replicates.is_some(), &|| {
+    surplus("replicates", kind == LayoutKind::Morris && def.replicates.is_some(), &|| {
         "its trajectories are independent already; allowed: more `trajectories`".to_owned()
     });
-    surplus("replicates", kind == Kind::Saltelli && def.replicates.is_some(), &|| {
+    surplus("replicates", kind == LayoutKind::Saltelli && def.replicates.is_some(), &|| {
         "its intervals are made of its base points; allowed: more `samples`".to_owned()
     });
-    let drawn = matches!(kind, Kind::MonteCarlo | Kind::LatinHypercube | Kind::Morris);
+    let drawn = matches!(kind, LayoutKind::MonteCarlo | LayoutKind::LatinHypercube | LayoutKind::Morris);
     surplus("scramble", drawn && def.scramble.is_some(), &|| {
         "its points are random in any case; `scramble` belongs to \"sobol\", \"halton\" and \"saltelli\"".to_owned()
     });
-    let of = |kind: Kind| move || format!("it belongs to {:?}", kind.word());
-    surplus("base", !stepped && def.base.is_some(), &of(Kind::OneAtATime));
-    surplus("quantiles", !stepped && def.quantiles.is_some(), &of(Kind::OneAtATime));
-    surplus("trajectories", kind != Kind::Morris && def.trajectories.is_some(), &of(Kind::Morris));
-    surplus("levels", kind != Kind::Morris && def.levels.is_some(), &of(Kind::Morris));
-    surplus("second_order", kind != Kind::Saltelli && def.second_order.is_some(), &of(Kind::Saltelli));
+    let of = |kind: LayoutKind| move || format!("it belongs to {:?}", kind.word());
+    surplus("base", !stepped && def.base.is_some(), &of(LayoutKind::OneAtATime));
+    surplus("quantiles", !stepped && def.quantiles.is_some(), &of(LayoutKind::OneAtATime));
+    surplus("trajectories", kind != LayoutKind::Morris && def.trajectories.is_some(), &of(LayoutKind::Morris));
+    surplus("levels", kind != LayoutKind::Morris && def.levels.is_some(), &of(LayoutKind::Morris));
+    surplus("second_order", kind != LayoutKind::Saltelli && def.second_order.is_some(), &of(LayoutKind::Saltelli));
     match kind {
-        Kind::OneAtATime => errors.extend(quantile_mistakes(def)),
-        Kind::Morris => {
+        LayoutKind::OneAtATime => errors.extend(quantile_mistakes(def)),
+        LayoutKind::Morris => {
             errors.extend(level_mistake(def));
             errors.extend(size_mistakes(def, parameters as u64 + 1));
         }
-        Kind::Saltelli => {
+        LayoutKind::Saltelli => {
             errors.extend(size_mistakes(def, saltelli::rows(parameters, def.second_order.unwrap_or(false))));
         }
         _ => errors.extend(size_mistakes(def, 1)),
@@ -55,33 +57,33 @@ pub(super) fn mistakes(def: &PlanDef, parameters: usize) -> Vec<PlanError> {
     errors
 }
 
-fn level_mistake(def: &PlanDef) -> Option<PlanError> {
+fn level_mistake(def: &LayoutDef) -> Option<LayoutError> {
     let levels = def.levels.unwrap_or(LEVELS);
     let is_sound = (2..=MOST_LEVELS).contains(&levels) && levels.is_multiple_of(2);
     let allowed = || format!("an even number from 2 to {MOST_LEVELS}: a move goes half of them");
-    (!is_sound).then(|| PlanError::Value { key: "levels", given: levels.to_string(), allowed: allowed() })
+    (!is_sound).then(|| LayoutError::Value { key: "levels", given: levels.to_string(), allowed: allowed() })
 }
 
 /// `rows`: points of a block.
-fn size_mistakes(def: &PlanDef, rows: u64) -> Vec<PlanError> {
+fn size_mistakes(def: &LayoutDef, rows: u64) -> Vec<LayoutError> {
     let mut errors = Vec::new();
-    let is_single = matches!(def.kind, Kind::MonteCarlo | Kind::Morris | Kind::Saltelli);
+    let is_single = matches!(def.kind, LayoutKind::MonteCarlo | LayoutKind::Morris | LayoutKind::Saltelli);
     let replicates = if is_single { 1 } else { def.replicates.unwrap_or(1) };
     if !(1..=MOST_REPLICATES).contains(&replicates) {
         let allowed = format!("1 to {MOST_REPLICATES}");
-        errors.push(PlanError::Value { key: "replicates", given: replicates.to_string(), allowed });
+        errors.push(LayoutError::Value { key: "replicates", given: replicates.to_string(), allowed });
     }
-    if def.scramble == Some(false) && def.kind != Kind::LatinHypercube && replicates > 1 {
+    if def.scramble == Some(false) && def.kind != LayoutKind::LatinHypercube && replicates > 1 {
         let allowed = "1: without scrambling all replicates would be the same".to_owned();
-        errors.push(PlanError::Value { key: "replicates", given: replicates.to_string(), allowed });
+        errors.push(LayoutError::Value { key: "replicates", given: replicates.to_string(), allowed });
     }
     let (key, given, allowed) = match def.kind {
-        Kind::Morris => ("trajectories", def.trajectories, "the number of trajectories, such as 32"),
-        Kind::Saltelli => ("samples", def.samples, "the number of base points, a power of two such as 1024"),
+        LayoutKind::Morris => ("trajectories", def.trajectories, "the number of trajectories, such as 32"),
+        LayoutKind::Saltelli => ("samples", def.samples, "the number of base points, a power of two such as 1024"),
         _ => ("samples", def.samples, "the number of points of a replicate"),
     };
     let Some(samples) = given else {
-        errors.push(PlanError::Missing { key, allowed });
+        errors.push(LayoutError::Missing { key, allowed });
         return errors;
     };
     let most = MOST_POINTS / (replicates.clamp(1, MOST_REPLICATES) * rows);
@@ -92,21 +94,21 @@ fn size_mistakes(def: &PlanDef, rows: u64) -> Vec<PlanError> {
             (1, _) => format!("1 to {most} ({MOST_POINTS} points, {rows} for each)"),
             _ => format!("1 to {most} ({MOST_POINTS} points in {replicates} replicates)"),
         };
-        errors.push(PlanError::Value { key, given, allowed });
+        errors.push(LayoutError::Value { key, given, allowed });
     } else if def.kind.needs_powers_of_two() && !samples.is_power_of_two() {
         let above = samples.next_power_of_two();
         let above = if above <= most { format!(" or {above}") } else { String::new() };
         let allowed = format!("a power of two: {}{above}", 1u64 << samples.ilog2());
-        errors.push(PlanError::Value { key, given, allowed });
+        errors.push(LayoutError::Value { key, given, allowed });
     }
     errors
 }
 
-fn quantile_mistakes(def: &PlanDef) -> Vec<PlanError> {
+fn quantile_mistakes(def: &LayoutDef) -> Vec<LayoutError> {
     let Some(quantiles) = &def.quantiles else { return Vec::new() };
     if quantiles.is_empty() || quantiles.len() > MOST_QUANTILES {
         let (given, allowed) = (format!("{} values", quantiles.len()), format!("1 to {MOST_QUANTILES} values"));
-        return vec![PlanError::Value { key: "quantiles", given, allowed }];
+        return vec![LayoutError::Value { key: "quantiles", given, allowed }];
     }
     let is_median = def.base.as_ref().is_none_or(|base| *base == Base::Median);
     let wrong = |(position, &given): (usize, &f64)| {
@@ -119,7 +121,7 @@ fn quantile_mistakes(def: &PlanDef) -> Vec<PlanError> {
         } else {
             return None;
         };
-        Some(PlanError::Element { key: "quantiles", position, given, allowed: allowed.to_owned() })
+        Some(LayoutError::Element { key: "quantiles", position, given, allowed: allowed.to_owned() })
     };
     quantiles.iter().enumerate().filter_map(wrong).collect()
 }

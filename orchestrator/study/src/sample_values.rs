@@ -8,17 +8,17 @@
 
 use crate::correlation::Copula;
 use crate::derived::{Derived, NotFinite, Variable};
-use crate::plan::Plan;
+use crate::sampling::layout::SamplingLayout;
 use crate::uncertain::Uncertain;
 use bladeoff_model::machine::ParamValue;
 
 /// How samples are drawn.
 #[derive(Debug, Clone)]
-pub struct Drawing {
+pub struct SampleValues {
     laws: Vec<Uncertain>,
     copula: Copula,
     /// None where nothing is uncertain.
-    plan: Option<Plan>,
+    layout: Option<SamplingLayout>,
     derived: Derived,
     /// Samples drawn so far, by all clones.
     #[cfg(test)]
@@ -34,11 +34,11 @@ pub struct Scratch {
     stack: Vec<f64>,
 }
 
-impl Drawing {
+impl SampleValues {
     /// Of sound parts. The variables of `derived` are the uncertain ones, those of `[[vary]]`, the derived ones.
     #[must_use]
-    pub fn new(laws: Vec<Uncertain>, copula: Copula, plan: Option<Plan>, derived: Derived) -> Self {
-        assert_eq!(plan.is_none(), laws.is_empty(), "what is uncertain is planned");
+    pub fn new(laws: Vec<Uncertain>, copula: Copula, layout: Option<SamplingLayout>, derived: Derived) -> Self {
+        assert_eq!(layout.is_none(), laws.is_empty(), "what is uncertain is planned");
         assert!(
             laws.len() + derived.count() <= derived.variables().len(),
             "the variables begin with the uncertain ones"
@@ -46,7 +46,7 @@ impl Drawing {
         Self {
             laws,
             copula,
-            plan,
+            layout,
             derived,
             #[cfg(test)]
             drawn: std::sync::Arc::default(),
@@ -67,14 +67,14 @@ impl Drawing {
 
     /// Where the points lie; `None` where nothing is uncertain.
     #[must_use]
-    pub fn plan(&self) -> Option<&Plan> {
-        self.plan.as_ref()
+    pub fn layout(&self) -> Option<&SamplingLayout> {
+        self.layout.as_ref()
     }
 
     /// With the first points of each replicate, a part `factor` of them.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
-        self.plan = self.plan.map(|plan| plan.scaled(factor));
+        self.layout = self.layout.map(|layout| layout.scaled(factor));
         self
     }
 
@@ -105,12 +105,12 @@ impl Drawing {
         #[cfg(test)]
         self.drawn.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         values.clear();
-        match self.plan.as_ref().map(|plan| (plan, plan.steps())) {
+        match self.layout.as_ref().map(|layout| (layout, layout.steps())) {
             None => {}
             Some((_, Some(steps))) => steps.values(index, values),
-            Some((plan, None)) => {
+            Some((layout, None)) => {
                 scratch.point.resize(self.laws.len(), 0.0);
-                plan.fill(index, &mut scratch.point);
+                layout.fill(index, &mut scratch.point);
                 scratch.coordinates.clear();
                 // exact but for Halton's sequence, whose cells are no powers of two
                 scratch.coordinates.extend(scratch.point.iter().map(|&p| (p, 1.0 - p)));

@@ -12,7 +12,7 @@
 //! based sensitivity analysis of model output" (2010).
 
 use super::related::related;
-use crate::design::sobol::Sobol;
+use crate::sampling::sequence::sobol::Sobol;
 
 /// The base points of a design, and what is made of them.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! `[[uncertain]]`: one table for each uncertain parameter or variable.
 
 use super::super::parameter::{Origin, Parameter, variable_info};
-use super::super::plan::MOST_PARAMETERS;
+use super::super::sampling::layout::MOST_PARAMETERS;
 use super::super::table::{Keys, scalar_text, wrong_type};
 use super::super::uncertain::{Distribution, Holds, Uncertain, Values, Written};
 use super::super::vary::PathTable;

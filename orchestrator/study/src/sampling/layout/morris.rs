@@ -14,7 +14,7 @@
 //!
 //! Source: M. D. Morris, "Factorial sampling plans for preliminary computational experiments" (1991).
 
-use crate::design::random::Source;
+use crate::sampling::sequence::random::Source;
 use crate::uncertain::Uncertain;
 
 /// Probability beyond the outer levels of a law that has no end on one side or both.

@@ -1,7 +1,7 @@
 //! The tables of a study whose samples are drawn: `[[uncertain]]`, `[[correlation]]`, `[design]`, `[[derived]]`.
 //!
 //! ```text
-//! file --uncertain--> laws   --correlation--> copula   --design--> plan   --derived--> formulas      Drawing: all of it
+//! file --uncertain--> laws   --correlation--> copula   --design--> layout  --derived--> formulas      SampleValues: all of it
 //! ```
 //! Every mistake of all tables is reported at once, each at the key that is wrong.
 
@@ -17,29 +17,22 @@ pub(super) use empirical::Files;
 
 use super::axis::Axis;
 use super::derived::{NameError, Variable, name_mistakes};
-use super::drawing::Drawing;
 use super::parameter::{Origin, Parameter};
+use super::sample_values::SampleValues;
 use super::table::Keys;
 use super::uncertain::Uncertain;
 use super::vary::PathTable;
 use bladeoff_text::document::{Collector, Node, Value};
 
-/// What was understood of a table of `[[uncertain]]`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Understood {
-    /// What `check` says of it, mean and standard deviation after truncation included.
-    pub sentence: String,
-}
-
 /// What the tables of a study come to.
 #[derive(Debug, Clone)]
-pub struct Drawn {
+pub struct SampledTables {
     /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
     pub parameters: Vec<Parameter>,
-    /// How its values are found.
-    pub drawing: Drawing,
-    /// Of each uncertain parameter.
-    pub understood: Vec<Understood>,
+    /// The values of a sample by its index.
+    pub values: SampleValues,
+    /// What `check` says of each uncertain parameter, mean and standard deviation after truncation included.
+    pub distributions: Vec<String>,
     /// What a reader of the answers should know of the design.
     pub notes: Vec<String>,
     /// What `check` says of each `[[correlation]]`.
@@ -76,10 +69,10 @@ pub(super) fn read(
     paths: &PathTable<'_>,
     files: &mut Files<'_, '_>,
     problems: &mut Collector<'_>,
-) -> (Option<Drawn>, Option<Vec<Variable>>) {
+) -> (Option<SampledTables>, Option<Vec<Variable>>) {
     let tables = Tables::read(keys, axes, paths, files, problems);
     let variables = tables.is_whole.then(|| tables.variables.clone());
-    (tables.drawn(keys, seed, problems), variables)
+    (tables.sampled(keys, seed, problems), variables)
 }
 
 impl Tables {
@@ -108,25 +101,25 @@ impl Tables {
     }
 
     /// `None`: the reason is among the problems.
-    fn drawn(self, keys: &Keys<'_>, seed: u64, problems: &mut Collector<'_>) -> Option<Drawn> {
+    fn sampled(self, keys: &Keys<'_>, seed: u64, problems: &mut Collector<'_>) -> Option<SampledTables> {
         let Self { drafts, derived, parameters, variables, uncertain, is_whole: all_read } = self;
         let laws: Option<Vec<Uncertain>> = drafts.iter().map(|draft| draft.law.clone()).collect();
         let copula = correlation::read(keys, &variables[..uncertain], laws.as_deref().filter(|_| all_read), problems);
         let (copula, correlated) = copula.unzip();
         let drawn = laws.as_deref().zip(copula.as_ref()).filter(|_| all_read);
-        let plan = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
+        let layout = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
         // without all variables a formula would be blamed for names that are there
         let formulas = if all_read { derived::formulas(variables, &derived, problems) } else { None };
-        let (laws, copula, plan) = (laws?, copula?, plan?);
+        let (laws, copula, layout) = (laws?, copula?, layout?);
         // what is uncertain needs a design, which was said
-        if plan.is_none() && !laws.is_empty() {
+        if layout.is_none() && !laws.is_empty() {
             return None;
         }
-        let notes = plan.as_ref().map(|plan| plan.notes(&copula)).unwrap_or_default();
-        Some(Drawn {
+        let notes = layout.as_ref().map(|layout| layout.notes(&copula)).unwrap_or_default();
+        Some(SampledTables {
             parameters,
-            drawing: Drawing::new(laws, copula, plan, formulas?),
-            understood: drafts.into_iter().map(|Draft { sentence, .. }| Understood { sentence }).collect(),
+            values: SampleValues::new(laws, copula, layout, formulas?),
+            distributions: drafts.into_iter().map(|Draft { sentence, .. }| sentence).collect(),
             notes,
             correlated: correlated.unwrap_or_default(),
             formulas: derived.into_iter().map(|formula| formula.text).collect(),

@@ -1,7 +1,7 @@
 //! Where the points of a design lie.
 
 use bladeoff_study::correlation::{Copula, Pair, Strength};
-use bladeoff_study::plan::{Base, Kind, Plan, PlanDef, PlanError, Standing};
+use bladeoff_study::sampling::layout::{Base, LayoutDef, LayoutError, LayoutKind, SamplingLayout, Standing};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Values, Written};
 use proptest::prelude::*;
 
@@ -19,31 +19,31 @@ fn names(count: usize) -> Vec<String> {
     (0..count).map(|i| format!("x{i}")).collect()
 }
 
-fn made(def: &PlanDef, laws: &[Uncertain]) -> Result<Plan, Vec<PlanError>> {
-    Plan::new(def, 7, &names(laws.len()), laws, &Copula::independent(laws.len()))
+fn made(def: &LayoutDef, laws: &[Uncertain]) -> Result<SamplingLayout, Vec<LayoutError>> {
+    SamplingLayout::new(def, 7, &names(laws.len()), laws, &Copula::independent(laws.len()))
 }
 
-fn def(kind: Kind, samples: u64, replicates: u64) -> PlanDef {
+fn def(kind: LayoutKind, samples: u64, replicates: u64) -> LayoutDef {
     let replicates = (replicates > 1).then_some(replicates);
-    PlanDef { samples: Some(samples), replicates, ..PlanDef::new(kind) }
+    LayoutDef { samples: Some(samples), replicates, ..LayoutDef::new(kind) }
 }
 
-fn point(plan: &Plan, index: u64, dimensions: usize) -> Vec<f64> {
+fn point(layout: &SamplingLayout, index: u64, dimensions: usize) -> Vec<f64> {
     let mut point = vec![0.0; dimensions];
-    plan.fill(index, &mut point);
+    layout.fill(index, &mut point);
     point
 }
 
-fn keys(def: &PlanDef, laws: &[Uncertain]) -> Vec<(&'static str, String)> {
+fn keys(def: &LayoutDef, laws: &[Uncertain]) -> Vec<(&'static str, String)> {
     made(def, laws).expect_err("mistakes").iter().map(|error| (error.key(), error.to_string())).collect()
 }
 
-fn any_kind() -> impl Strategy<Value = (Kind, u64)> {
+fn any_kind() -> impl Strategy<Value = (LayoutKind, u64)> {
     prop_oneof![
-        Just((Kind::MonteCarlo, 1)),
-        (1u64..20).prop_map(|replicates| (Kind::LatinHypercube, replicates)),
-        (1u64..20).prop_map(|replicates| (Kind::Sobol, replicates)),
-        (1u64..20).prop_map(|replicates| (Kind::Halton, replicates)),
+        Just((LayoutKind::MonteCarlo, 1)),
+        (1u64..20).prop_map(|replicates| (LayoutKind::LatinHypercube, replicates)),
+        (1u64..20).prop_map(|replicates| (LayoutKind::Sobol, replicates)),
+        (1u64..20).prop_map(|replicates| (LayoutKind::Halton, replicates)),
     ]
 }
 
@@ -55,12 +55,12 @@ proptest! {
         let laws = uniforms(dimensions + 2);
         let names = names(dimensions + 2);
         let copula = Copula::independent(dimensions + 2);
-        let plan = |samples: u64, replicates: u64, dimensions: usize| {
-            Plan::new(&def(kind, samples, replicates), seed, &names[..dimensions], &laws[..dimensions], &copula).unwrap()
+        let layout = |samples: u64, replicates: u64, dimensions: usize| {
+            SamplingLayout::new(&def(kind, samples, replicates), seed, &names[..dimensions], &laws[..dimensions], &copula).unwrap()
         };
-        let few = plan(1 << small, replicates, dimensions);
-        let many = plan(1 << (small + more), replicates, dimensions + 2);
-        let alone = plan(1 << (small + more), 1, dimensions);
+        let few = layout(1 << small, replicates, dimensions);
+        let many = layout(1 << (small + more), replicates, dimensions + 2);
+        let alone = layout(1 << (small + more), 1, dimensions);
         prop_assert_eq!(few.count(), replicates << small);
         for index in 0..few.count() {
             let here = point(&few, index, dimensions);
@@ -68,7 +68,7 @@ proptest! {
             // more samples and more parameters
             prop_assert_eq!(&here, &point(&many, index, dimensions + 2)[..dimensions]);
             // the first replicate is what it is without the others
-            if few.replicate(index) == 0 && kind != Kind::MonteCarlo {
+            if few.replicate(index) == 0 && kind != LayoutKind::MonteCarlo {
                 prop_assert_eq!(&here, &point(&alone, few.block(index), dimensions));
             }
         }
@@ -79,15 +79,15 @@ proptest! {
     }
 
     #[test]
-    fn every_replicate_of_a_hypercube_and_of_sobol_has_one_point_in_each_slice(kind in prop_oneof![Just(Kind::LatinHypercube), Just(Kind::Sobol)], seed: u64, power in 0u32..7, replicates in 1u64..5) {
+    fn every_replicate_of_a_hypercube_and_of_sobol_has_one_point_in_each_slice(kind in prop_oneof![Just(LayoutKind::LatinHypercube), Just(LayoutKind::Sobol)], seed: u64, power in 0u32..7, replicates in 1u64..5) {
         let laws = uniforms(4);
-        let plan = Plan::new(&def(kind, 128, replicates), seed, &names(4), &laws, &Copula::independent(4)).unwrap();
+        let layout = SamplingLayout::new(&def(kind, 128, replicates), seed, &names(4), &laws, &Copula::independent(4)).unwrap();
         let slices = 1u64 << power;
         for replicate in 0..replicates {
             for dimension in 0..4 {
                 let mut found: Vec<u64> = (0..slices)
                     .map(|j| replicates * j + replicate)
-                    .map(|index| (point(&plan, index, 4)[dimension] * slices as f64) as u64)
+                    .map(|index| (point(&layout, index, 4)[dimension] * slices as f64) as u64)
                     .collect();
                 found.sort_unstable();
                 prop_assert!(found.into_iter().eq(0..slices));
@@ -97,50 +97,50 @@ proptest! {
 
     #[test]
     fn a_limit_takes_whole_blocks_and_is_the_beginning_of_a_larger_one((kind, replicates) in any_kind(), limit in 0u64..400) {
-        let plan = made(&def(kind, 16, replicates), &uniforms(2)).unwrap();
-        let count = plan.limited(limit);
-        prop_assert!(count >= replicates && count <= plan.count() && count.is_multiple_of(replicates));
+        let layout = made(&def(kind, 16, replicates), &uniforms(2)).unwrap();
+        let count = layout.limited(limit);
+        prop_assert!(count >= replicates && count <= layout.count() && count.is_multiple_of(replicates));
         prop_assert!(count <= limit.max(replicates));
         match kind {
             // replicates of a power of two, for which there is an interval
-            Kind::LatinHypercube | Kind::Sobol => {
-                prop_assert!((count / replicates).is_power_of_two() && 2 * count > limit.min(plan.count()));
-                prop_assert_eq!(plan.whole(count), count);
+            LayoutKind::LatinHypercube | LayoutKind::Sobol => {
+                prop_assert!((count / replicates).is_power_of_two() && 2 * count > limit.min(layout.count()));
+                prop_assert_eq!(layout.whole(count), count);
             }
-            _ => prop_assert!(count + replicates > limit.min(plan.count())),
+            _ => prop_assert!(count + replicates > limit.min(layout.count())),
         }
-        prop_assert!(plan.whole(count) <= count && plan.whole(plan.whole(count)) == plan.whole(count));
+        prop_assert!(layout.whole(count) <= count && layout.whole(layout.whole(count)) == layout.whole(count));
     }
 }
 
 #[test]
 fn points_are_pinned() {
     // recorded once from this implementation: a change here changes what every study with a design computes
-    let expected: [(Kind, [u64; 2]); 4] = PINNED;
+    let expected: [(LayoutKind, [u64; 2]); 4] = PINNED;
     let mut wrong = Vec::new();
     for (kind, bits) in expected {
-        let plan = made(&def(kind, 64, if kind == Kind::MonteCarlo { 1 } else { 3 }), &uniforms(3)).unwrap();
-        let found = point(&plan, 37, 3);
+        let layout = made(&def(kind, 64, if kind == LayoutKind::MonteCarlo { 1 } else { 3 }), &uniforms(3)).unwrap();
+        let found = point(&layout, 37, 3);
         println!("{kind:?}: [{:#x}, {:#x}],", found[0].to_bits(), found[2].to_bits());
         wrong.extend(([found[0].to_bits(), found[2].to_bits()] != bits).then_some(kind));
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-const PINNED: [(Kind, [u64; 2]); 4] = [
-    (Kind::MonteCarlo, [0x3fc8_b2e7_cc03_95fc, 0x3fe3_f076_bcf2_6865]),
-    (Kind::LatinHypercube, [0x3fd3_1663_d7c6_e496, 0x3fe5_317b_12ee_3103]),
-    (Kind::Sobol, [0x3fe7_a042_6a0a_26cb, 0x3fbb_e92b_de27_68c8]),
-    (Kind::Halton, [0x3fee_5871_e7cc_844d, 0x3f5e_5a60_c62a_76df]),
+const PINNED: [(LayoutKind, [u64; 2]); 4] = [
+    (LayoutKind::MonteCarlo, [0x3fc8_b2e7_cc03_95fc, 0x3fe3_f076_bcf2_6865]),
+    (LayoutKind::LatinHypercube, [0x3fd3_1663_d7c6_e496, 0x3fe5_317b_12ee_3103]),
+    (LayoutKind::Sobol, [0x3fe7_a042_6a0a_26cb, 0x3fbb_e92b_de27_68c8]),
+    (LayoutKind::Halton, [0x3fee_5871_e7cc_844d, 0x3f5e_5a60_c62a_76df]),
 ];
 
 #[test]
 fn unscrambled_sequences_begin_as_published() {
-    let plain = |kind| PlanDef { scramble: Some(false), ..def(kind, 8, 1) };
-    let sobol = made(&plain(Kind::Sobol), &uniforms(4)).unwrap();
+    let plain = |kind| LayoutDef { scramble: Some(false), ..def(kind, 8, 1) };
+    let sobol = made(&plain(LayoutKind::Sobol), &uniforms(4)).unwrap();
     assert_eq!(point(&sobol, 0, 4), [0.0; 4]);
     assert_eq!(point(&sobol, 4, 4), [0.375, 0.375, 0.625, 0.875]);
-    let halton = made(&plain(Kind::Halton), &uniforms(3)).unwrap();
+    let halton = made(&plain(LayoutKind::Halton), &uniforms(3)).unwrap();
     assert_eq!(point(&halton, 3, 3), [0.75, 1.0 / 9.0, 0.6]);
     assert_eq!(sobol.standing(8), Standing::NoInterval("points that are not scrambled are not random"));
 }
@@ -152,7 +152,7 @@ fn unscrambled_point_0_is_refused_where_it_would_be_infinite() {
         law("exponential", &[("mean", 1.0)]),
         law("gumbel", &[("location", 0.0), ("scale", 1.0)]),
     ];
-    let plain = PlanDef { scramble: Some(false), ..def(Kind::Sobol, 8, 1) };
+    let plain = LayoutDef { scramble: Some(false), ..def(LayoutKind::Sobol, 8, 1) };
     let found = keys(&plain, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["scramble", "scramble"]);
     assert!(found[0].1.contains("x0") && found[1].1.contains("x2"), "{found:?}");
@@ -160,25 +160,28 @@ fn unscrambled_point_0_is_refused_where_it_would_be_infinite() {
     assert!(made(&plain, &cut).is_ok());
     let pair = Pair { between: [0, 1], strength: Strength::Rank(0.5) };
     let copula = Copula::new(&names(2), &cut, &[pair]).unwrap();
-    assert_eq!(Plan::new(&plain, 7, &names(2), &cut, &copula).unwrap_err(), [PlanError::UnboundedByCorrelation]);
-    assert!(Plan::new(&def(Kind::Sobol, 8, 1), 7, &names(2), &cut, &copula).is_ok());
-    let steps = PlanDef::new(Kind::OneAtATime);
     assert_eq!(
-        Plan::new(&steps, 7, &names(2), &cut, &copula).unwrap_err(),
-        [PlanError::Correlated { kind: Kind::OneAtATime }]
+        SamplingLayout::new(&plain, 7, &names(2), &cut, &copula).unwrap_err(),
+        [LayoutError::UnboundedByCorrelation]
+    );
+    assert!(SamplingLayout::new(&def(LayoutKind::Sobol, 8, 1), 7, &names(2), &cut, &copula).is_ok());
+    let steps = LayoutDef::new(LayoutKind::OneAtATime);
+    assert_eq!(
+        SamplingLayout::new(&steps, 7, &names(2), &cut, &copula).unwrap_err(),
+        [LayoutError::Correlated { kind: LayoutKind::OneAtATime }]
     );
 }
 
 #[test]
 fn keys_that_do_not_go_together_are_refused_all_at_once() {
     let laws = uniforms(2);
-    let all = PlanDef {
+    let all = LayoutDef {
         samples: Some(100),
         replicates: Some(16),
         scramble: Some(true),
         base: Some(Base::Median),
         quantiles: Some(vec![0.1]),
-        ..PlanDef::new(Kind::MonteCarlo)
+        ..LayoutDef::new(LayoutKind::MonteCarlo)
     };
     let found = keys(&all, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["replicates", "scramble", "base", "quantiles"]);
@@ -186,28 +189,28 @@ fn keys_that_do_not_go_together_are_refused_all_at_once() {
         found[0].1,
         "`replicates` with kind = \"monte-carlo\": its points are independent already; allowed: `samples` = 1600 alone"
     );
-    let found = keys(&PlanDef { kind: Kind::OneAtATime, ..all.clone() }, &laws);
+    let found = keys(&LayoutDef { kind: LayoutKind::OneAtATime, ..all.clone() }, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["samples", "replicates", "scramble"]);
-    let found = keys(&PlanDef { scramble: Some(false), ..def(Kind::LatinHypercube, 1000, 16) }, &laws);
+    let found = keys(&LayoutDef { scramble: Some(false), ..def(LayoutKind::LatinHypercube, 1000, 16) }, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["scramble", "samples"]);
     assert_eq!(found[1].1, "`samples` = 1000; allowed: a power of two: 512 or 1024");
-    assert_eq!(keys(&PlanDef { scramble: Some(false), ..def(Kind::Halton, 10, 2) }, &laws)[0].0, "replicates");
-    assert_eq!(keys(&PlanDef::new(Kind::Sobol), &laws)[0].0, "samples");
-    assert_eq!(keys(&def(Kind::MonteCarlo, 0, 1), &laws)[0].1, "`samples` = 0; allowed: 1 to 100000000");
+    assert_eq!(keys(&LayoutDef { scramble: Some(false), ..def(LayoutKind::Halton, 10, 2) }, &laws)[0].0, "replicates");
+    assert_eq!(keys(&LayoutDef::new(LayoutKind::Sobol), &laws)[0].0, "samples");
+    assert_eq!(keys(&def(LayoutKind::MonteCarlo, 0, 1), &laws)[0].1, "`samples` = 0; allowed: 1 to 100000000");
     assert_eq!(
-        keys(&def(Kind::Halton, 10_000_000, 16), &laws)[0].1,
+        keys(&def(LayoutKind::Halton, 10_000_000, 16), &laws)[0].1,
         "`samples` = 10000000; allowed: 1 to 6250000 (100000000 points in 16 replicates)"
     );
-    assert_eq!(keys(&PlanDef { replicates: Some(0), ..def(Kind::Halton, 10, 1) }, &laws)[0].0, "replicates");
+    assert_eq!(keys(&LayoutDef { replicates: Some(0), ..def(LayoutKind::Halton, 10, 1) }, &laws)[0].0, "replicates");
     assert_eq!(
-        keys(&def(Kind::MonteCarlo, 10, 1), &uniforms(129))[0].1,
+        keys(&def(LayoutKind::MonteCarlo, 10, 1), &uniforms(129))[0].1,
         "the design has 129 uncertain parameters; allowed: 1 to 128"
     );
-    assert_eq!(keys(&def(Kind::MonteCarlo, 10, 1), &[])[0].0, "kind");
-    let quantiles = |list: &[f64], base: Option<Base>| PlanDef {
+    assert_eq!(keys(&def(LayoutKind::MonteCarlo, 10, 1), &[])[0].0, "kind");
+    let quantiles = |list: &[f64], base: Option<Base>| LayoutDef {
         quantiles: Some(list.to_vec()),
         base,
-        ..PlanDef::new(Kind::OneAtATime)
+        ..LayoutDef::new(LayoutKind::OneAtATime)
     };
     let found = keys(&quantiles(&[0.1, 0.1, 0.5, 1.5, f64::NAN], None), &laws);
     assert_eq!(found.len(), 4, "{found:?}");
@@ -218,25 +221,25 @@ fn keys_that_do_not_go_together_are_refused_all_at_once() {
         keys(&quantiles(&[0.9, 1.0], None), &normal)[0].1,
         "`quantiles`, value 2 = 1; allowed: above 0 and below 1: x0 has no such end"
     );
-    let nominal = PlanDef { base: Some(Base::Nominal(vec![None])), ..PlanDef::new(Kind::OneAtATime) };
+    let nominal = LayoutDef { base: Some(Base::Nominal(vec![None])), ..LayoutDef::new(LayoutKind::OneAtATime) };
     assert_eq!(keys(&nominal, &normal)[0].0, "base");
 }
 
 #[test]
 fn intervals_are_made_of_what_is_whole() {
     let laws = uniforms(2);
-    let standing = |plan: &Plan, count| plan.standing(count);
-    let monte_carlo = made(&def(Kind::MonteCarlo, 100, 1), &laws).unwrap();
+    let standing = |layout: &SamplingLayout, count| layout.standing(count);
+    let monte_carlo = made(&def(LayoutKind::MonteCarlo, 100, 1), &laws).unwrap();
     assert_eq!((standing(&monte_carlo, 37), monte_carlo.whole(37)), (Standing::Independent, 37));
-    let cubes = made(&def(Kind::LatinHypercube, 64, 16), &laws).unwrap();
+    let cubes = made(&def(LayoutKind::LatinHypercube, 64, 16), &laws).unwrap();
     assert_eq!(standing(&cubes, 1024), Standing::Replicates(16));
     assert_eq!(standing(&cubes, 16), Standing::Replicates(16));
     assert_eq!(standing(&cubes, 16 * 63), Standing::NoInterval("replicates of a size that is no power of two"));
     assert_eq!(standing(&cubes, 1000), Standing::NoInterval("replicates of different sizes"));
     assert_eq!((cubes.whole(1000), cubes.whole(15), cubes.whole(1024)), (512, 0, 1024));
-    let halton = made(&def(Kind::Halton, 63, 16), &laws).unwrap();
+    let halton = made(&def(LayoutKind::Halton, 63, 16), &laws).unwrap();
     assert_eq!((standing(&halton, 160), halton.whole(170)), (Standing::Replicates(16), 160));
-    let few = made(&def(Kind::Sobol, 64, 15), &laws).unwrap();
+    let few = made(&def(LayoutKind::Sobol, 64, 15), &laws).unwrap();
     assert_eq!(standing(&few, few.count()), Standing::NoInterval("fewer than 16 replicates"));
     assert_eq!(few.notes(&Copula::independent(2)), ["answers have no interval: 15 replicates, 16 are needed"]);
     assert!(cubes.notes(&Copula::independent(2)).is_empty());
@@ -248,16 +251,16 @@ fn scale_shrinks_to_powers_of_two_where_the_kind_needs_them() {
     let count = |kind, samples, replicates, factor| {
         made(&def(kind, samples, replicates), &laws).unwrap().scaled(factor).count()
     };
-    assert_eq!(count(Kind::MonteCarlo, 1000, 1, 0.25), 250);
-    assert_eq!(count(Kind::MonteCarlo, 1000, 1, 1e-9), 1);
-    assert_eq!(count(Kind::Sobol, 1024, 16, 0.3), 16 * 256);
-    assert_eq!(count(Kind::LatinHypercube, 1024, 16, 1e-9), 16);
-    assert_eq!(count(Kind::LatinHypercube, 1024, 16, 1.0), 16 * 1024);
-    assert_eq!(count(Kind::Halton, 1000, 16, 0.3), 16 * 300);
-    let whole = made(&def(Kind::Sobol, 1024, 16), &laws).unwrap();
+    assert_eq!(count(LayoutKind::MonteCarlo, 1000, 1, 0.25), 250);
+    assert_eq!(count(LayoutKind::MonteCarlo, 1000, 1, 1e-9), 1);
+    assert_eq!(count(LayoutKind::Sobol, 1024, 16, 0.3), 16 * 256);
+    assert_eq!(count(LayoutKind::LatinHypercube, 1024, 16, 1e-9), 16);
+    assert_eq!(count(LayoutKind::LatinHypercube, 1024, 16, 1.0), 16 * 1024);
+    assert_eq!(count(LayoutKind::Halton, 1000, 16, 0.3), 16 * 300);
+    let whole = made(&def(LayoutKind::Sobol, 1024, 16), &laws).unwrap();
     let part = whole.clone().scaled(0.3);
     assert!((0..part.count()).step_by(97).all(|index| point(&whole, index, 2) == point(&part, index, 2)));
-    assert_eq!(made(&PlanDef::new(Kind::OneAtATime), &laws).unwrap().scaled(0.1).count(), 5);
+    assert_eq!(made(&LayoutDef::new(LayoutKind::OneAtATime), &laws).unwrap().scaled(0.1).count(), 5);
 }
 
 #[test]
@@ -266,39 +269,43 @@ fn one_at_a_time_changes_one_parameter_from_the_base_point() {
     let written = Written { values: Some(words), weights: Some(vec![1.0, 3.0, 1.0]), ..Written::default() };
     let list = Uncertain::new(Distribution::Discrete, &written, "").unwrap();
     let laws = [law("uniform", &[("lower", 0.0), ("upper", 10.0)]), list, law("normal", &[("mean", 5.0), ("sd", 1.0)])];
-    let values = |plan: &Plan| -> Vec<Vec<f64>> {
-        let draw = bladeoff_study::drawing::Drawing::new(
+    let values = |layout: &SamplingLayout| -> Vec<Vec<f64>> {
+        let draw = bladeoff_study::sample_values::SampleValues::new(
             laws.to_vec(),
             Copula::independent(3),
-            Some(plan.clone()),
+            Some(layout.clone()),
             bladeoff_study::derived::Derived::none(
                 (0..3).map(|i| bladeoff_study::derived::Variable::number(&format!("x{i}"), None, "")).collect(),
             ),
         );
         let mut out = Vec::new();
-        (0..plan.count())
+        (0..layout.count())
             .map(|index| {
-                draw.values(index, &[], &mut bladeoff_study::drawing::Scratch::default(), &mut out).unwrap();
+                draw.values(index, &[], &mut bladeoff_study::sample_values::Scratch::default(), &mut out).unwrap();
                 out.clone()
             })
             .collect()
     };
-    let plan = made(&PlanDef { quantiles: Some(vec![0.25]), ..PlanDef::new(Kind::OneAtATime) }, &laws).unwrap();
-    let all = values(&plan);
+    let layout =
+        made(&LayoutDef { quantiles: Some(vec![0.25]), ..LayoutDef::new(LayoutKind::OneAtATime) }, &laws).unwrap();
+    let all = values(&layout);
     let low = laws[2].quantile(0.25, 0.75);
     assert_eq!(all, [[5.0, 1.0, 5.0], [5.0, 0.0, 5.0], [5.0, 2.0, 5.0], [2.5, 1.0, 5.0], [5.0, 1.0, low]]);
-    assert_eq!((0..5).map(|index| plan.block(index)).collect::<Vec<_>>(), [0, 1, 1, 2, 2]);
+    assert_eq!((0..5).map(|index| layout.block(index)).collect::<Vec<_>>(), [0, 1, 1, 2, 2]);
     assert_eq!(
-        (0..5).map(|index| plan.steps().unwrap().changed(index)).collect::<Vec<_>>(),
+        (0..5).map(|index| layout.steps().unwrap().changed(index)).collect::<Vec<_>>(),
         [None, Some(1), Some(1), Some(0), Some(2)]
     );
-    assert_eq!([1, 2, 3, 4, 5, 9].map(|limit| plan.limited(limit)), [1, 1, 3, 3, 5, 5]);
+    assert_eq!([1, 2, 3, 4, 5, 9].map(|limit| layout.limited(limit)), [1, 1, 3, 3, 5, 5]);
     // a further quantile moves nothing
-    let more = made(&PlanDef { quantiles: Some(vec![0.25, 0.75]), ..PlanDef::new(Kind::OneAtATime) }, &laws).unwrap();
+    let more = made(&LayoutDef { quantiles: Some(vec![0.25, 0.75]), ..LayoutDef::new(LayoutKind::OneAtATime) }, &laws)
+        .unwrap();
     assert_eq!(values(&more)[..5], all[..]);
     assert_eq!(more.count(), 7);
-    let nominal =
-        PlanDef { base: Some(Base::Nominal(vec![Some(1.0), Some(2.0), Some(3.0)])), ..PlanDef::new(Kind::OneAtATime) };
+    let nominal = LayoutDef {
+        base: Some(Base::Nominal(vec![Some(1.0), Some(2.0), Some(3.0)])),
+        ..LayoutDef::new(LayoutKind::OneAtATime)
+    };
     let nominal = made(&nominal, &laws).unwrap();
     assert_eq!(values(&nominal)[..3], [[1.0, 2.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0]]);
     assert_eq!(nominal.count(), 1 + 2 + 4);
@@ -307,12 +314,12 @@ fn one_at_a_time_changes_one_parameter_from_the_base_point() {
 /// Linear scrambling gave two of 30 parameters a correlation of 0.99 in a replicate of 64 points.
 #[test]
 fn a_replicate_of_too_few_points_is_reported_with_its_worst_pair() {
-    let said = |kind: Kind, samples: u64, parameters: usize| {
-        let plan = made(&def(kind, samples, 16), &uniforms(parameters)).unwrap();
+    let said = |kind: LayoutKind, samples: u64, parameters: usize| {
+        let layout = made(&def(kind, samples, 16), &uniforms(parameters)).unwrap();
         let names = names(parameters);
-        plan.related(plan.count(), &names.iter().map(String::as_str).collect::<Vec<_>>())
+        layout.related(layout.count(), &names.iter().map(String::as_str).collect::<Vec<_>>())
     };
-    for kind in [Kind::Sobol, Kind::Halton] {
+    for kind in [LayoutKind::Sobol, LayoutKind::Halton] {
         assert_eq!(said(kind, 64, 4), None);
         assert_eq!(said(kind, 4096, 30), None);
         let few = said(kind, 64, 30).expect("a warning");
@@ -320,10 +327,10 @@ fn a_replicate_of_too_few_points_is_reported_with_its_worst_pair() {
         assert_eq!(begin, "64 points of a replicate are few for 30 parameters");
         let (_, r) = pair.split_once(" have correlation ").expect("a number");
         let r: f64 = r.split(',').next().expect("a number").parse().expect("a number");
-        let most = if kind == Kind::Halton { 0.5 } else { 0.9 };
+        let most = if kind == LayoutKind::Halton { 0.5 } else { 0.9 };
         assert!((0.3..most).contains(&r.abs()), "{few}");
         assert!(few.contains(" of 435 pairs "), "{few}");
     }
     // points that are paired at random are not those of a sequence
-    assert_eq!(said(Kind::LatinHypercube, 64, 30), None);
+    assert_eq!(said(LayoutKind::LatinHypercube, 64, 30), None);
 }

@@ -1,10 +1,10 @@
 //! `[design]` as it is written, and what is wrong with it.
 
-use crate::design::Design;
+use crate::sampling::combinations::Combinations;
 use thiserror::Error;
 
-/// Most points of a plan: a study has no more samples.
-pub const MOST_POINTS: u64 = Design::LIMIT;
+/// Most points of a layout: a study has no more samples.
+pub const MOST_POINTS: u64 = Combinations::LIMIT;
 /// Most uncertain parameters.
 pub const MOST_PARAMETERS: usize = 128;
 /// Most replicates.
@@ -20,7 +20,7 @@ pub const LEVELS: u64 = 4;
 
 /// How points are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum LayoutKind {
     /// Independent points.
     MonteCarlo,
     /// One point in each slice of every parameter.
@@ -37,16 +37,16 @@ pub enum Kind {
     Saltelli,
 }
 
-impl Kind {
+impl LayoutKind {
     /// All of them with their words in a file.
-    pub const ALL: [(&'static str, Kind); 7] = [
-        ("monte-carlo", Kind::MonteCarlo),
-        ("latin-hypercube", Kind::LatinHypercube),
-        ("sobol", Kind::Sobol),
-        ("halton", Kind::Halton),
-        ("one-at-a-time", Kind::OneAtATime),
-        ("morris", Kind::Morris),
-        ("saltelli", Kind::Saltelli),
+    pub const ALL: [(&'static str, LayoutKind); 7] = [
+        ("monte-carlo", LayoutKind::MonteCarlo),
+        ("latin-hypercube", LayoutKind::LatinHypercube),
+        ("sobol", LayoutKind::Sobol),
+        ("halton", LayoutKind::Halton),
+        ("one-at-a-time", LayoutKind::OneAtATime),
+        ("morris", LayoutKind::Morris),
+        ("saltelli", LayoutKind::Saltelli),
     ];
 
     /// By its word.
@@ -64,13 +64,13 @@ impl Kind {
     /// Whether a replicate is what it should be at powers of two only.
     #[must_use]
     pub fn needs_powers_of_two(self) -> bool {
-        matches!(self, Kind::LatinHypercube | Kind::Sobol | Kind::Saltelli)
+        matches!(self, LayoutKind::LatinHypercube | LayoutKind::Sobol | LayoutKind::Saltelli)
     }
 
     /// Whether points differ from others in one parameter alone, which no dependent parameter can.
     #[must_use]
     pub fn moves_one_parameter(self) -> bool {
-        matches!(self, Kind::OneAtATime | Kind::Morris | Kind::Saltelli)
+        matches!(self, LayoutKind::OneAtATime | LayoutKind::Morris | LayoutKind::Saltelli)
     }
 }
 
@@ -86,9 +86,9 @@ pub enum Base {
 
 /// `[design]` as it is written.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlanDef {
+pub struct LayoutDef {
     /// `kind`.
-    pub kind: Kind,
+    pub kind: LayoutKind,
     /// `samples`: points of a replicate, base points of a Saltelli design.
     pub samples: Option<u64>,
     /// `replicates`, by default 1.
@@ -107,10 +107,10 @@ pub struct PlanDef {
     pub second_order: Option<bool>,
 }
 
-impl PlanDef {
+impl LayoutDef {
     /// Of a kind, with nothing else given.
     #[must_use]
-    pub fn new(kind: Kind) -> Self {
+    pub fn new(kind: LayoutKind) -> Self {
         Self {
             kind,
             samples: None,
@@ -125,9 +125,9 @@ impl PlanDef {
     }
 }
 
-/// A mistake in `[design]`; [`PlanError::key`] is where it stands.
+/// A mistake in `[design]`; [`LayoutError::key`] is where it stands.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum PlanError {
+pub enum LayoutError {
     /// A key is not there.
     #[error("`{key}` is missing; allowed: {allowed}")]
     Missing {
@@ -142,7 +142,7 @@ pub enum PlanError {
         /// The key.
         key: &'static str,
         /// Not of this.
-        kind: Kind,
+        kind: LayoutKind,
         /// Why.
         reason: String,
     },
@@ -194,7 +194,7 @@ pub enum PlanError {
     )]
     Correlated {
         /// Not with this.
-        kind: Kind,
+        kind: LayoutKind,
     },
     /// The machine gives no value to start from.
     #[error("`base` = \"nominal\": the machine gives {name} no value; allowed: `base` = \"median\"")]
@@ -204,18 +204,18 @@ pub enum PlanError {
     },
 }
 
-impl PlanError {
+impl LayoutError {
     /// The key at fault.
     #[must_use]
     pub fn key(&self) -> &'static str {
         match self {
-            PlanError::Missing { key, .. }
-            | PlanError::Surplus { key, .. }
-            | PlanError::Value { key, .. }
-            | PlanError::Element { key, .. } => key,
-            PlanError::Unbounded { .. } | PlanError::UnboundedByCorrelation => "scramble",
-            PlanError::Correlated { .. } | PlanError::Parameters { .. } => "kind",
-            PlanError::NoNominal { .. } => "base",
+            LayoutError::Missing { key, .. }
+            | LayoutError::Surplus { key, .. }
+            | LayoutError::Value { key, .. }
+            | LayoutError::Element { key, .. } => key,
+            LayoutError::Unbounded { .. } | LayoutError::UnboundedByCorrelation => "scramble",
+            LayoutError::Correlated { .. } | LayoutError::Parameters { .. } => "kind",
+            LayoutError::NoNominal { .. } => "base",
         }
     }
 }

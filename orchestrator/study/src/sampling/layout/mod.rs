@@ -9,8 +9,8 @@
 //! all are done first; another number of replicates is another design, though each replicate stays what it is.
 //!
 //! A block is the smallest set of points that is of use only as a whole: a point of each replicate. A replicate of a hypercube or of
-//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`Plan::standing`]), and no limit
-//! cuts there ([`Plan::limited`]).
+//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`SamplingLayout::standing`]), and no limit
+//! cuts there ([`SamplingLayout::limited`]).
 
 mod def;
 mod mistakes;
@@ -20,18 +20,18 @@ mod saltelli;
 mod steps;
 
 pub use def::{
-    Base, FEWEST_REPLICATES, Kind, LEVELS, MOST_LEVELS, MOST_PARAMETERS, MOST_POINTS, MOST_QUANTILES, MOST_REPLICATES,
-    PlanDef, PlanError,
+    Base, FEWEST_REPLICATES, LEVELS, LayoutDef, LayoutError, LayoutKind, MOST_LEVELS, MOST_PARAMETERS, MOST_POINTS,
+    MOST_QUANTILES, MOST_REPLICATES,
 };
 pub use morris::{Move, Trajectories};
 pub use saltelli::{Role, Saltelli};
 pub use steps::Steps;
 
 use crate::correlation::Copula;
-use crate::design::halton::{self, Scramble};
-use crate::design::hypercube::Hypercube;
-use crate::design::random::Source;
-use crate::design::sobol::{Sobol, keys};
+use crate::sampling::sequence::halton::{self, Scramble};
+use crate::sampling::sequence::hypercube::Hypercube;
+use crate::sampling::sequence::random::Source;
+use crate::sampling::sequence::sobol::{Sobol, keys};
 use crate::uncertain::Uncertain;
 use related::{LEAST, related};
 
@@ -40,8 +40,8 @@ const MOST_NAMED: usize = 5;
 
 /// The points of a design.
 #[derive(Debug, Clone)]
-pub struct Plan {
-    kind: Kind,
+pub struct SamplingLayout {
+    kind: LayoutKind,
     samples: u64,
     replicates: u64,
     points: Points,
@@ -71,62 +71,63 @@ pub enum Standing {
     NoInterval(&'static str),
 }
 
-impl Plan {
+impl SamplingLayout {
     /// The points of a design of these parameters.
     ///
     /// # Errors
     /// Every mistake.
     pub fn new(
-        def: &PlanDef,
+        def: &LayoutDef,
         seed: u64,
         names: &[String],
         laws: &[Uncertain],
         copula: &Copula,
-    ) -> Result<Self, Vec<PlanError>> {
+    ) -> Result<Self, Vec<LayoutError>> {
         let mut errors = mistakes::mistakes(def, laws.len());
         if !(1..=MOST_PARAMETERS).contains(&laws.len()) {
-            errors.push(PlanError::Parameters { given: laws.len() });
+            errors.push(LayoutError::Parameters { given: laws.len() });
         }
-        let plain = def.scramble == Some(false) && matches!(def.kind, Kind::Sobol | Kind::Halton | Kind::Saltelli);
+        let plain = def.scramble == Some(false)
+            && matches!(def.kind, LayoutKind::Sobol | LayoutKind::Halton | LayoutKind::Saltelli);
         if plain {
             let endless = names.iter().zip(laws).filter(|(_, law)| !law.ends()[0].is_finite());
-            errors.extend(endless.map(|(name, _)| PlanError::Unbounded { name: name.clone() }));
+            errors.extend(endless.map(|(name, _)| LayoutError::Unbounded { name: name.clone() }));
             if !copula.is_independent() && !def.kind.moves_one_parameter() {
-                errors.push(PlanError::UnboundedByCorrelation);
+                errors.push(LayoutError::UnboundedByCorrelation);
             }
         }
         if def.kind.moves_one_parameter() && !copula.is_independent() {
-            errors.push(PlanError::Correlated { kind: def.kind });
+            errors.push(LayoutError::Correlated { kind: def.kind });
         }
         if !errors.is_empty() {
             return Err(errors);
         }
         let (kind, dimensions) = (def.kind, laws.len());
-        let samples = if kind == Kind::Morris { def.trajectories } else { def.samples }.unwrap_or(1);
+        let samples = if kind == LayoutKind::Morris { def.trajectories } else { def.samples }.unwrap_or(1);
         let replicates = def.replicates.unwrap_or(1);
         let sources = (0..replicates).map(|replicate| Source::new(seed, kind.word(), replicate));
         let scrambling = |wanted: bool| -> Vec<Vec<u64>> {
             sources.clone().filter(|_| wanted).map(|source| keys(&source, dimensions)).collect()
         };
         let points = match kind {
-            Kind::MonteCarlo => Points::MonteCarlo(Source::new(seed, kind.word(), 0)),
-            Kind::LatinHypercube => {
+            LayoutKind::MonteCarlo => Points::MonteCarlo(Source::new(seed, kind.word(), 0)),
+            LayoutKind::LatinHypercube => {
                 Points::Hypercubes(sources.map(|source| Hypercube::new(&source, dimensions, samples)).collect())
             }
-            Kind::Sobol => Points::Sobol(Sobol::new(dimensions), scrambling(!plain)),
-            Kind::Halton => {
+            LayoutKind::Sobol => Points::Sobol(Sobol::new(dimensions), scrambling(!plain)),
+            LayoutKind::Halton => {
                 let primes = halton::primes(dimensions);
                 let of =
                     |keys: Vec<u64>| primes.iter().zip(keys).map(|(&prime, key)| Scramble::new(prime, key)).collect();
                 let scrambles = scrambling(!plain).into_iter().map(of).collect();
                 Points::Halton(primes, scrambles)
             }
-            Kind::OneAtATime => Points::Steps(Steps::new(def, names, laws)?),
-            Kind::Morris => {
+            LayoutKind::OneAtATime => Points::Steps(Steps::new(def, names, laws)?),
+            LayoutKind::Morris => {
                 let source = Source::new(seed, kind.word(), 0);
                 Points::Trajectories(Trajectories::new(source, def.levels.unwrap_or(LEVELS), laws))
             }
-            Kind::Saltelli => {
+            LayoutKind::Saltelli => {
                 let scrambling = (!plain).then(|| keys(&Source::new(seed, kind.word(), 0), 2 * dimensions));
                 Points::Saltelli(Saltelli::new(dimensions, scrambling, def.second_order.unwrap_or(false)))
             }
@@ -136,7 +137,7 @@ impl Plan {
 
     /// How points are placed.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> LayoutKind {
         self.kind
     }
 
@@ -220,9 +221,11 @@ impl Plan {
     pub fn whole(&self, count: u64) -> u64 {
         let each = count / self.rows();
         match self.kind {
-            Kind::OneAtATime | Kind::MonteCarlo => count,
-            Kind::LatinHypercube | Kind::Sobol => each.checked_ilog2().map_or(0, |power| self.replicates << power),
-            Kind::Halton | Kind::Morris | Kind::Saltelli => each * self.rows(),
+            LayoutKind::OneAtATime | LayoutKind::MonteCarlo => count,
+            LayoutKind::LatinHypercube | LayoutKind::Sobol => {
+                each.checked_ilog2().map_or(0, |power| self.replicates << power)
+            }
+            LayoutKind::Halton | LayoutKind::Morris | LayoutKind::Saltelli => each * self.rows(),
         }
     }
 
@@ -230,10 +233,10 @@ impl Plan {
     #[must_use]
     pub fn standing(&self, count: u64) -> Standing {
         match self.kind {
-            Kind::MonteCarlo => Standing::Independent,
-            Kind::OneAtATime => Standing::NoInterval("points of a one-at-a-time design are not random"),
-            Kind::Morris => Standing::NoInterval("points of a morris design are no sample of the laws"),
-            Kind::Saltelli => Standing::NoInterval("points of a saltelli design depend on one another"),
+            LayoutKind::MonteCarlo => Standing::Independent,
+            LayoutKind::OneAtATime => Standing::NoInterval("points of a one-at-a-time design are not random"),
+            LayoutKind::Morris => Standing::NoInterval("points of a morris design are no sample of the laws"),
+            LayoutKind::Saltelli => Standing::NoInterval("points of a saltelli design depend on one another"),
             _ if !self.is_scrambled() => Standing::NoInterval("points that are not scrambled are not random"),
             _ if self.replicates < FEWEST_REPLICATES => Standing::NoInterval("fewer than 16 replicates"),
             _ if count == 0 || !count.is_multiple_of(self.replicates) => {
@@ -254,7 +257,7 @@ impl Plan {
                 format!("answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed", self.replicates)
             }
             // those of a bootstrap of its blocks
-            reason if matches!(self.kind, Kind::Saltelli | Kind::Morris) => {
+            reason if matches!(self.kind, LayoutKind::Saltelli | LayoutKind::Morris) => {
                 format!("answers other than sensitivities have no interval: {reason}")
             }
             reason => format!("answers have no interval: {reason}"),
@@ -265,8 +268,8 @@ impl Plan {
     #[must_use]
     pub fn notes(&self, copula: &Copula) -> Vec<String> {
         let mut notes: Vec<String> = self.without_interval(self.count()).into_iter().collect();
-        let sequence = matches!(self.kind, Kind::Sobol | Kind::Halton | Kind::Saltelli);
-        if (sequence || self.kind == Kind::LatinHypercube) && !copula.is_independent() {
+        let sequence = matches!(self.kind, LayoutKind::Sobol | LayoutKind::Halton | LayoutKind::Saltelli);
+        if (sequence || self.kind == LayoutKind::LatinHypercube) && !copula.is_independent() {
             notes.push(
                 "of correlated parameters only the first of each group keeps the even spread of the design".to_owned(),
             );
@@ -306,7 +309,7 @@ impl Plan {
     /// parameters with the largest correlation.
     #[must_use]
     pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
-        if matches!(self.kind, Kind::Sobol | Kind::Halton) {
+        if matches!(self.kind, LayoutKind::Sobol | LayoutKind::Halton) {
             return self.related_in_replicate(count / self.replicates, names);
         }
         let base = count / self.rows();

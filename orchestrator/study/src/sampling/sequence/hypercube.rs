@@ -11,7 +11,7 @@
 
 use super::owen::scrambled;
 use super::random::{BITS, Source, unit};
-use super::shuffle::Shuffle;
+use crate::sampling::shuffle::Shuffle;
 
 /// One replicate.
 #[derive(Debug, Clone)]
