@@ -1,8 +1,9 @@
 //! The clocks of the system, where the standard library has none: time since the machine was started, the local time of the day.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
 use crate::schedule::{Moment, TimeOfDay, Until};
+use jiff::tz::TimeZone;
+use jiff::{Timestamp, ToSpan, civil};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// What the clocks say.
 pub(super) fn now() -> Moment {
@@ -25,32 +26,24 @@ pub fn left(until: &Until) -> Duration {
     Duration::from_millis(u64::try_from(until.left(now())).unwrap_or(0))
 }
 
-#[expect(unsafe_code, reason = "the standard library has no clock that counts the machine's sleep")]
+/// Milliseconds since the machine was started, its sleep included.
 fn boot() -> i64 {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `time` is a valid timespec that outlives the call, which writes to nothing else.
-    let _ = unsafe { libc::clock_gettime(libc::CLOCK_BOOTTIME, &raw mut time) };
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
     time.tv_sec * 1000 + time.tv_nsec / 1_000_000
 }
 
 /// The moment of a time of the day by the system's time zone, summer time included.
-#[expect(unsafe_code, reason = "the standard library knows no time zones")]
 fn local(wall: i64, days: i32, time: TimeOfDay) -> i64 {
-    let seconds: libc::time_t = wall.div_euclid(1000);
-    // SAFETY: all bytes zero is a valid `tm`: integers and a null pointer that nobody follows.
-    let mut date: libc::tm = unsafe { std::mem::zeroed() };
-    // SAFETY: both pointers are valid for the calls, which write to `date` alone; the environment is never changed by us.
-    unsafe {
-        if libc::localtime_r(&raw const seconds, &raw mut date).is_null() {
-            return wall;
-        }
-        date.tm_mday += days;
-        (date.tm_hour, date.tm_min, date.tm_sec) =
-            (i32::from(time.hour), i32::from(time.minute), i32::from(time.second));
-        // Whether summer time holds then is for the system to say.
-        date.tm_isdst = -1;
-        libc::mktime(&raw mut date) * 1000
-    }
+    moment_in(&TimeZone::system(), wall, days, time).unwrap_or(wall)
+}
+
+/// The moment of a time of the day in a zone, so many days after the date of another moment. A time that summer time skips is as long after midnight as on other days, so the clock shows
+/// it an hour later.
+fn moment_in(zone: &TimeZone, wall: i64, days: i32, time: TimeOfDay) -> Result<i64, jiff::Error> {
+    let date = Timestamp::from_millisecond(wall)?.to_zoned_datetime(zone.clone()).date();
+    let of_day = civil::time(time.hour as i8, time.minute as i8, time.second as i8, 0);
+    let at = date.checked_add(days.days())?.to_datetime(of_day);
+    Ok(at.to_zoned_datetime(zone.clone())?.timestamp().as_millisecond())
 }
 
 #[cfg(test)]
@@ -66,6 +59,26 @@ mod tests {
             assert!((1..=25 * 3_600_000).contains(&left), "{hour}: {left}");
         }
         assert!(now().boot > 0);
+    }
+
+    #[test]
+    fn summer_time_changes_the_length_of_a_day() {
+        let zone = TimeZone::posix("CET-1CEST,M3.5.0,M10.5.0/3").expect("a zone");
+        let at = |wall: &str, days, hour| {
+            let wall = wall.parse::<Timestamp>().expect("a moment").as_millisecond();
+            let moment = moment_in(&zone, wall, days, TimeOfDay { hour, minute: 30, second: 0 }).expect("a moment");
+            Timestamp::from_millisecond(moment).expect("in range").to_string()
+        };
+        assert_eq!(at("2026-03-28T12:00:00Z", 0, 6), "2026-03-28T05:30:00Z");
+        // 23 hours later
+        assert_eq!(at("2026-03-28T12:00:00Z", 1, 6), "2026-03-29T04:30:00Z");
+        // 02:30 does not exist on that day; the clock shows 03:30
+        assert_eq!(at("2026-03-28T12:00:00Z", 1, 2), "2026-03-29T01:30:00Z");
+        // 25 hours later; of the two 02:30s the first
+        assert_eq!(at("2026-10-24T12:00:00Z", 1, 6), "2026-10-25T05:30:00Z");
+        assert_eq!(at("2026-10-24T12:00:00Z", 1, 2), "2026-10-25T00:30:00Z");
+        // the local date counts: 23:30 UTC is tomorrow there
+        assert_eq!(at("2026-03-28T23:30:00Z", 0, 6), "2026-03-29T04:30:00Z");
     }
 
     #[test]
