@@ -92,7 +92,7 @@ fn a_changed_table_is_refused_by_all_that_read_it_and_made_again_by_run() {
     let out = complete.out.as_str();
     let whole = say(&["status", out, "--verify"]);
     assert_eq!(whole.code, 0, "{}", whole.out);
-    for name in ["results.parquet", "timings.parquet", "study.toml", "machine.toml", "basis.bin"] {
+    for name in ["results.parquet", "timings.parquet", "study.toml", "machine.toml", "basis.bin", "plan.json"] {
         let line = whole.out.lines().find(|line| line.starts_with(&format!("{name} "))).expect(name);
         assert!(line.ends_with("as it was written"), "{line}");
     }
@@ -154,7 +154,7 @@ fn verify_looks_at_record_inputs_and_parts_as_well() {
         assert_eq!(said.code, 6, "{}", said.out);
         assert!(line.contains("damaged") || line.contains("cannot"), "{line}");
     };
-    for name in ["study.toml", "machine.toml", "basis.bin"] {
+    for name in ["study.toml", "machine.toml", "basis.bin", "plan.json", "manifest.json"] {
         complete.with_bit_changed(name, complete.bytes(name).len() / 2, || damaged(name));
     }
     // Entries of the record, found by their magic, and changed behind it.

@@ -231,6 +231,10 @@ fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])])
             v[dof] += 0.5 * h * a[dof];
         }
         largest.iter_mut().zip(places).for_each(|(most, place)| *most = most.max(reach(&x, place)));
+        // a prescribed speed does not end a run
+        if machine.rotor.speed_law.is_none() && now <= machine.run.end_speed {
+            break;
+        }
     }
     Some(largest)
 }

@@ -23,6 +23,7 @@ use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use bladeoff_system::threads::ThreadsError;
 use bladeoff_text::document::Problems;
+use bladeoff_worker::plan::PlanFileError;
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -244,6 +245,7 @@ impl CliError {
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
             CliError::Replay(ReplayError::Which { .. }) => Exit::Usage,
+            CliError::Replay(ReplayError::Plan(PlanFileError::File(_) | PlanFileError::Changed { .. })) => Exit::Io,
             CliError::Run(error) if error.is_refusal() => Exit::Input,
             CliError::Shard(ShardError::Missing { .. }) => Exit::Incomplete,
             CliError::Shard(error) if error.is_refusal() => Exit::Input,

@@ -43,6 +43,7 @@ pub fn step_key(engine: Engine) -> &'static str {
 }
 
 const HALF: Change = Change::Step(0.5);
+const FIFTH: Change = Change::Step(0.2);
 
 /// Advice about a cause in a run.
 #[must_use]
@@ -115,7 +116,7 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
             plain("check the bearings' cross-coupled stiffness and damping (`bladeoff modes` lists unstable speeds)")
         }
         Cause::UnderResolved => {
-            with(format!("a smaller `{step}`, in the ratio of the steps per impact found to those required"), HALF)
+            with(format!("a fifth of `{step}`: a finer step also finds shorter impacts, so the ratio of the numbers above is not enough"), FIFTH)
         }
     }
 }
@@ -156,8 +157,8 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             Change::Set(ENGINE, Engine::Full.word()),
         ),
         (Cause::Penetration, Engine::Exponential, false) => (
-            "a smaller `run.contact_step`, or more modes of the ring (`run.ring_modes`), or compare with `run.engine = \"reduced\"`",
-            HALF,
+            "compare with `run.engine = \"reduced\"`; a smaller `run.contact_step`, or more modes of the ring (`run.ring_modes`), help only where the overlap falls with them",
+            Change::Set(ENGINE, Engine::Reduced.word()),
         ),
         (Cause::Penetration, _, true) if has_one_point => (
             "`contact.detection = \"hyp2\"` with `contact.points = \"several\"`: in heavy backward whirl one point leaves millimetres at any `run.step`, several leave \
@@ -189,7 +190,8 @@ mod tests {
             assert!(exponential.text.contains("`run.contact_step`"), "{}", cause.word());
             assert!(!exponential.text.contains("`run.step`"), "{}", cause.word());
             assert!(of(cause, Engine::Reduced, false).text.contains("`run.step`"), "{}", cause.word());
-            assert_eq!(exponential.change, Some(HALF), "{}", cause.word());
+            let tried = if cause == Cause::Penetration { Change::Set("run.engine", "reduced") } else { HALF };
+            assert_eq!(exponential.change, Some(tried), "{}", cause.word());
         }
     }
 

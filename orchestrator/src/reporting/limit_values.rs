@@ -19,6 +19,8 @@ pub(super) struct LimitValue {
     pub value: String,
     /// Origin of the value.
     pub origin: &'static str,
+    /// Whether samples differ in what a run above it becomes.
+    pub varies: bool,
     /// Key that the machine needs; the limit is not judged without it.
     pub lacks: Option<&'static str>,
 }
@@ -32,6 +34,7 @@ impl LimitValue {
     /// Status of a run above it.
     pub fn exceeded(&self) -> &'static str {
         match self.limit.on_exceed {
+            _ if self.varies => "varies",
             OnExceed::Beyond => "beyond",
             OnExceed::Note => "note",
         }
@@ -88,7 +91,8 @@ fn of_machine(definition: &MachineDef, machine: &Machine, varied: &[&str]) -> Ve
             let is_default = definition.resolve(&path).is_ok_and(|info| info.default);
             (in_words(limit.value, reference.as_ref()), if is_default { "default" } else { "machine or study file" })
         };
-        LimitValue { limit, value, origin, lacks: machine.lacks(limit.limit) }
+        let varies = varied.contains(&format!("run.limit.{}.on_exceed", limit.limit.word()).as_str());
+        LimitValue { limit, value, origin, varies, lacks: machine.lacks(limit.limit) }
     };
     machine.run.limits.into_iter().map(of).collect()
 }

@@ -22,7 +22,7 @@ use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
-use bladeoff_worker::plan::BASIS_FILE;
+use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
 use blake3::{Hash, Hasher};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -122,14 +122,23 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     let told = Checksums::told(&manifest);
     let inputs = told_inputs(&manifest);
     let mut all = Vec::new();
+    if inputs.is_none() && manifest.exists() {
+        let words = "damaged: it is no JSON object".to_owned();
+        all.push(Verified { name: MANIFEST.to_owned(), is_whole: Some(false), words });
+    }
     for (name, wanted) in [(RESULTS, told.results), (TIMINGS, told.timings)] {
         match compare(&folder.place(name), wanted) {
             Ok(Compared::Missing) if wanted.is_none() => {}
             compared => all.push(in_words(name, compared)),
         }
     }
-    let own =
-        [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3"), (BASIS_FILE, "basis_blake3")];
+    let own = [
+        (STUDY, "study_blake3"),
+        (MACHINE, "machine_blake3"),
+        (POINTS, "points_blake3"),
+        (BASIS_FILE, "basis_blake3"),
+        (PLAN_FILE, "plan_blake3"),
+    ];
     let own = own.map(|(name, key)| (name.to_owned(), key.to_owned())).into_iter();
     let of_laws = (0..MOST_PARAMETERS).map(|file| (empirical(file), empirical_key(file)));
     for (name, key) in own.chain(of_laws) {

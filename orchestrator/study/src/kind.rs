@@ -19,7 +19,8 @@ pub fn kind_of(text: &str) -> Option<FileKind> {
     if is_of_ross(text) {
         return Some(FileKind::Ross);
     }
-    let (root, _) = parse_toml("", text).ok().filter(|(_, problems)| problems.is_empty())?;
+    // also around syntax errors: the reader of the right kind reports them beside all others
+    let (root, _) = parse_toml("", text).ok()?;
     let entries = root.value.as_table()?;
     let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
     match (
@@ -66,7 +67,10 @@ mod tests {
         ] {
             assert_eq!(kind_of(ross), Some(FileKind::Ross), "{ross}");
         }
-        for neither in ["", "schema = 1\nname = \"x\"", "machine = \"m.toml\"\n[rotor]\n", "[rotor", "a,b\n1,2\n"] {
+        for broken in ["[rotor", "name = \"lab\n[rotor]\nkind = \"beam\"\n"] {
+            assert_eq!(kind_of(broken), Some(FileKind::Machine), "{broken}");
+        }
+        for neither in ["", "schema = 1\nname = \"x\"", "machine = \"m.toml\"\n[rotor]\n", "a,b\n1,2\n"] {
             assert_eq!(kind_of(neither), None, "{neither}");
         }
     }

@@ -58,7 +58,7 @@ pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
 pub(super) fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
     if empty > 0 {
         let runs = counted(empty, "run");
-        notes.push(format!("in {runs} a column has no value (for example, no contact): {what}"));
+        notes.push(format!("in {runs} a column has no value (for example, no contact, or no limit exceeded): {what}"));
     }
 }
 

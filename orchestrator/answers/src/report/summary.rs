@@ -34,6 +34,9 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
 /// Which end of a quantity is the bad one, where that is its least: "earliest", "lowest"; `None`: the largest, as far as is known.
 #[must_use]
 pub fn worst_least(column: &str) -> Option<&'static str> {
+    if column == "beyond_s" {
+        return Some("earliest");
+    }
     let (.., label, _) =
         QUANTITIES.iter().find(|(name, .., worst)| *name == column && matches!(worst, Worst::Smallest))?;
     let (_, end) = label.split_once("(worst: ")?;
@@ -377,6 +380,7 @@ mod tests {
     fn the_worst_end_is_that_of_the_label() {
         assert_eq!(worst_least("first_contact_s"), Some("earliest"));
         assert_eq!(worst_least("end_speed_rad_s"), Some("lowest"));
+        assert_eq!(worst_least("beyond_s"), Some("earliest"));
         assert_eq!((worst_least("max_bearing_load_N"), worst_least("anything")), (None, None));
     }
 

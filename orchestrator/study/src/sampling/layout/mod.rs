@@ -35,9 +35,6 @@ use crate::sampling::sequence::sobol::{Sobol, keys};
 use crate::uncertain::Uncertain;
 use related::{LEAST, related};
 
-/// Parameters that a warning names, the worst first.
-const MOST_NAMED: usize = 5;
-
 /// The points of a design.
 #[derive(Debug, Clone)]
 pub struct SamplingLayout {
@@ -304,8 +301,8 @@ impl SamplingLayout {
         }
     }
 
-    /// A warning where the first `count` points of a sequence are too few for so many parameters: of a Saltelli design the five
-    /// parameters whose values in A and in B have the largest correlations, and the number of the others; of a replicate the pair of
+    /// A warning where the first `count` points of a sequence are too few for so many parameters: of a Saltelli design every
+    /// parameter whose values in A and in B are correlated, the largest correlation first; of a replicate the pair of
     /// parameters with the largest correlation.
     #[must_use]
     pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
@@ -315,12 +312,7 @@ impl SamplingLayout {
         let base = count / self.rows();
         let found = self.saltelli()?.related(base);
         let each = found.iter().filter_map(|&(parameter, r)| Some(format!("{} {r:.2}", names.get(parameter)?)));
-        let mut each = each.take(MOST_NAMED).collect::<Vec<_>>().join(", ");
-        match found.len().saturating_sub(MOST_NAMED) {
-            0 => {}
-            1 => each.push_str(" and 1 other"),
-            others => each.push_str(&format!(" and {others} others")),
-        }
+        let each = each.collect::<Vec<_>>().join(", ");
         (!each.is_empty()).then(|| {
             format!(
                 "{base} base points are few for {} parameters: values of the same parameter in A and in B are correlated, {each}; \
