@@ -118,7 +118,9 @@ fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -
     let fits = |text: &str| parse_unit(text).is_ok_and(|found| dimension_of(expected).accepts(found.dimension));
     match error {
         QuantityError::UnknownUnit { unit, .. } => {
-            let nearest = similar(&unit).into_iter().find(|candidate| fits(&unit_text.replacen(&unit, candidate, 1)));
+            // revolutions per second: by its letters it would be taken for rpm, a factor of 60
+            let meant = (unit == "rps").then(|| "rev/s".to_owned());
+            let nearest = meant.into_iter().chain(similar(&unit)).find(|candidate| fits(&unit_text.replacen(&unit, candidate, 1)));
             QuantityError::UnknownUnit { unit, nearest }
         }
         QuantityError::Hertz { unit, .. } => {

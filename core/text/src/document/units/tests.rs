@@ -200,6 +200,7 @@ fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
         ("1500 RPM", "rad/s", "rpm"),
         ("1500 U/min", "rad/s", "rev"),
         ("1500 r/min", "rad/s", "rev"),
+        ("50 rps", "rad/s", "rev/s"),
         ("30 degrees", "rad", "deg"),
         ("210 gigapascal", "Pa", "GPa"),
     ];
