@@ -2,7 +2,7 @@
 //!
 //! Loops over arrays leave to the compiler how they become vectors, and of several in one function it makes gathers. What is written over [`Eight`] has one instruction
 //! for each operation of a vector. Nothing fuses a product with a sum.
-//! Verified by `operations_are_the_same_at_every_width`, `tests/widths.rs`.
+//! Verified by `operations_are_the_same_at_every_width`, `tests/program/widths.rs`.
 
 use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 use std::ops::{Add, Div, Mul, Sub};

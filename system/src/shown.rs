@@ -7,7 +7,7 @@ use std::path::Path;
 /// text is replaced. For everything that a person reads; a path that is used again, or goes into a command
 /// ([`crate::call::word`]) or a file, stays as it is.
 ///
-/// Verified by `a_name_with_a_line_feed_adds_no_line` in `tests/escapes.rs`.
+/// Verified by `a_name_with_a_line_feed_adds_no_line` in `tests/program/escapes.rs`.
 #[must_use]
 pub fn shown(path: impl AsRef<Path>) -> String {
     visible(&path.as_ref().to_string_lossy()).into_owned()

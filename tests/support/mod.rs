@@ -3,17 +3,22 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 pub mod docs;
-pub mod faults;
+pub mod processes;
 pub mod screen;
 pub mod skipped;
-pub mod workers;
 
 pub use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
 use std::fs;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// One test at a time holds it: tests that count processes and files, and studies that would only wait for each other's cores.
+pub fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The repository.
 pub fn root() -> PathBuf {
@@ -38,7 +43,7 @@ pub fn runtime() -> &'static Path {
         let ours = std::process::id();
         for entry in fs::read_dir(&all).expect("readable").flatten() {
             let pid: Option<u32> = entry.file_name().to_str().and_then(|name| name.parse().ok());
-            if pid.is_some_and(|pid| pid == ours || !bladeoff::chaos::lives(pid)) {
+            if pid.is_some_and(|pid| pid == ours || !processes::lives(pid)) {
                 // Another test program may be as quick.
                 let _ = fs::remove_dir_all(entry.path());
             }
@@ -47,6 +52,20 @@ pub fn runtime() -> &'static Path {
         make(&own);
         own
     })
+}
+
+/// Copies the binary of this build. `cp` writes it: of a file that this program has open for writing, a process that another thread starts at
+/// that moment inherits the handle, and a file that is open for writing cannot be executed.
+pub fn copy_binary(to: &Path) {
+    let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_bladeoff")).arg(to).status().expect("cp runs");
+    assert!(copied.success(), "{}", to.display());
+}
+
+/// Writes a script that can be executed; a shell writes it, as `cp` does above.
+pub fn write_script(to: &Path, text: &str) {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "printf %s \"$2\" > \"$1\" && chmod 755 \"$1\"", "sh"]).arg(to).arg(text);
+    assert!(shell.status().expect("sh runs").success(), "{}", to.display());
 }
 
 /// What a command said and how it ended.
@@ -87,7 +106,7 @@ impl Folder {
         let folder = Self(tempfile::tempdir().expect("a temporary folder"));
         let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
         assert!(rig.contains("end_time = \"0.6 s\""), "the lab rig as this test knows it");
-        // of one engine, whatever a test has vary; tests/auto.rs is about those that name none
+        // of one engine, whatever a test has vary; tests/program/auto.rs is about those that name none
         let rig = rig.replace("[run]\n", "[run]\nengine = \"reduced\"\n");
         folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", "end_time = \"0.17 s\""));
         folder

@@ -1,5 +1,5 @@
 //! Known probabilities through a study of formulas, from its text to its answers, for `bladeoff verify`: what is drawn, how it depends on
-//! one another, formulas and estimates. The same through workers, record and table is in `tests/probabilities.rs`.
+//! one another, formulas and estimates. The same through workers, record and table is in `tests/program/probabilities.rs`.
 //!
 //! An estimate of n independent points is off by its standard error sqrt(p (1 - p)/n), by four of them once in 16 000 times; the
 //! points are always the same.

@@ -2,7 +2,7 @@
 //!
 //! A kernel is written once, as plain loops over arrays of eight numbers without sums across them, and compiled for each [`Width`]. Nothing fuses a product
 //! with a sum. `BLADEOFF_SIMD` forces a width, for tests and for comparisons; a run's row does not depend on it.
-//! Verified by `tests/widths.rs`.
+//! Verified by `tests/program/widths.rs`.
 
 use std::sync::OnceLock;
 

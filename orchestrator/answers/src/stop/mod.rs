@@ -11,7 +11,7 @@
 //! between two analyses, so the end does not depend on which run finished first.
 //!
 //! An interval that ends its study covers the true value about as often as it states, because the number of points depends on the width
-//! alone: Y. S. Chow, H. Robbins, Ann. Math. Stat. 36 (1965). `tests/stop_coverage.rs` measures it. The result of a gate is a
+//! alone: Y. S. Chow, H. Robbins, Ann. Math. Stat. 36 (1965). `tests/program/stop_coverage.rs` measures it. The result of a gate is a
 //! decision about the estimate itself, so a gate spends its error over the analyses.
 
 mod forecast;

@@ -120,7 +120,10 @@ fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -
         QuantityError::UnknownUnit { unit, .. } => {
             // revolutions per second: by its letters it would be taken for rpm, a factor of 60
             let meant = (unit == "rps").then(|| "rev/s".to_owned());
-            let nearest = meant.into_iter().chain(similar(&unit)).find(|candidate| fits(&unit_text.replacen(&unit, candidate, 1)));
+            let nearest = meant
+                .into_iter()
+                .chain(similar(&unit))
+                .find(|candidate| fits(&unit_text.replacen(&unit, candidate, 1)));
             QuantityError::UnknownUnit { unit, nearest }
         }
         QuantityError::Hertz { unit, .. } => {

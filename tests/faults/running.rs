@@ -1,0 +1,69 @@
+//! Runs that are killed and stopped at known states, through the real command line.
+
+pub use crate::support::processes::{STUDY, WATCHDOG, lives, signal, state, wait_until};
+use crate::support::{Folder, bladeoff};
+use bladeoff::chaos;
+pub use bladeoff::chaos::SAMPLES;
+use bladeoff::dispatch::Todo;
+use bladeoff::run::order;
+use std::ops::{Deref, DerefMut};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus};
+
+/// One `bladeoff run` under way.
+pub struct Running(chaos::Running);
+
+impl Deref for Running {
+    type Target = chaos::Running;
+    fn deref(&self) -> &chaos::Running {
+        &self.0
+    }
+}
+
+impl DerefMut for Running {
+    fn deref_mut(&mut self) -> &mut chaos::Running {
+        &mut self.0
+    }
+}
+
+impl Running {
+    /// Starts a run with these faults, separated by `;`, without `dir`.
+    pub fn start(folder: &Folder, study: &str, out: &str, faults: &str) -> Self {
+        Self::start_with(folder, study, out, faults, &[])
+    }
+
+    /// The same with more options.
+    pub fn start_with(folder: &Folder, study: &str, out: &str, faults: &str, more: &[&str]) -> Self {
+        let scratch = tempfile::tempdir_in(folder.path("")).expect("a folder").keep();
+        let run = ["run", study, "--out", out, "--workers", "2", "--json-events"];
+        let direct = bladeoff(&[&run, more].concat());
+        // Whoever runs the tests may ignore SIGHUP (nohup, CI), and children inherit that; `env` becomes the program.
+        let mut command = Command::new("env");
+        command.arg("--default-signal=HUP").arg(direct.get_program()).args(direct.get_args());
+        command.envs(direct.get_envs().filter_map(|(key, value)| Some((key, value?))));
+        if let Some(folder) = direct.get_current_dir() {
+            command.current_dir(folder);
+        }
+        Self(chaos::Running::start(command, &scratch, faults).expect("it starts"))
+    }
+
+    /// How many faults have fired.
+    pub fn fired(&self) -> usize {
+        self.0.fired().len()
+    }
+
+    /// Waits for its end.
+    pub fn end(&mut self) -> ExitStatus {
+        self.0.end(|_| {}).expect("it ends")
+    }
+}
+
+/// The sample that a study of `count` hands out as this one, from 0.
+pub fn handed_out(count: u64, place: usize) -> u64 {
+    order::shuffled(Todo::from(count)).take(place + 1)[place]
+}
+
+/// What the runs of a result directory have left in shared memory and in /tmp, by its log.
+pub fn left_behind(out: &str) -> Vec<PathBuf> {
+    chaos::left_behind(Path::new(out))
+}

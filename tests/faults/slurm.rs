@@ -1,0 +1,366 @@
+//! A study on a real Slurm of four nodes on this host (`scripts/slurm-on-one-host`), while nodes die, are cut off, the controller is killed, tasks
+//! are cancelled. Each asserts that it happened, and that the table is, byte for byte, that of one machine.
+
+#![expect(clippy::print_stdout, reason = "says what happened to nodes and tasks")]
+
+use crate::running::{signal, state};
+use crate::support::docs::{blocks, with};
+use crate::support::skipped::skipped;
+use crate::support::{Folder, bladeoff, root, say};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+/// Nothing here takes as long.
+const WATCHDOG: Duration = Duration::from_secs(420);
+
+/// 60 samples of a tenth of a second.
+const STUDY: &str = r#"schema = 1
+name = "night"
+machine = "machines/rig.toml"
+
+[set]
+"run.end_time" = "0.1 s"
+
+[[vary]]
+path = "contact.gap"
+from = "0.5 mm"
+to = "0.9 mm"
+count = 6
+
+[[vary]]
+path = "blade_off.mass"
+from = "3 g"
+to = "10 g"
+count = 10
+"#;
+/// Samples of a chunk.
+const CHUNK: u64 = 3;
+
+fn script(folder: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(root().join("scripts/slurm-on-one-host"));
+    command.args(words).env("SLURM_DIR", folder).env("CPUS", "2").env("NODES", "4").output().expect("bash runs it")
+}
+
+/// A Slurm, ended and removed in the end.
+struct Slurm {
+    world: Folder,
+    study: String,
+}
+
+impl Drop for Slurm {
+    fn drop(&mut self) {
+        script(&self.dir(), &["down"]);
+    }
+}
+
+impl Slurm {
+    fn start() -> Option<Self> {
+        let world = Folder::new();
+        let lacks = script(&world.path("slurm"), &["check"]);
+        if !lacks.status.success() {
+            skipped("a study on a real Slurm", String::from_utf8_lossy(&lacks.stdout).trim());
+            return None;
+        }
+        let study = world.write("night.toml", STUDY);
+        let slurm = Self { world, study };
+        let up = script(&slurm.dir(), &["up"]);
+        assert!(up.status.success(), "{}", String::from_utf8_lossy(&up.stderr));
+        let one = say(&["run", &slurm.study, "--out", &slurm.world.name("one")]);
+        assert_eq!(one.code, 0, "{}", one.err);
+        Some(slurm)
+    }
+
+    fn dir(&self) -> PathBuf {
+        self.world.path("slurm")
+    }
+
+    fn does(&self, words: &[&str]) {
+        let output = script(&self.dir(), words);
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+
+    fn asks(&self, program: &str, words: &[&str]) -> Output {
+        let mut command = Command::new("timeout");
+        command.arg("20").arg(program).args(words).env("SLURM_CONF", self.dir().join("slurm.conf"));
+        command.output().expect("timeout is there")
+    }
+
+    /// Submits the study; `faults` as of `BLADEOFF_FAULT`, without their folder, which is given back. The number of the array.
+    fn submit(&self, out: &str, shards: &str, faults: &[String]) -> (String, PathBuf) {
+        self.submit_with(out, &["--shards", shards, "--cpus", "1", "--time", "20min"], faults)
+    }
+
+    fn submit_with(&self, out: &str, more: &[&str], faults: &[String]) -> (String, PathBuf) {
+        let fired = tempfile::tempdir_in(self.world.path("")).expect("a folder").keep();
+        let (out, scratch) = (self.world.name(out), self.world.name("slurm/local"));
+        let chunk = CHUNK.to_string();
+        let own =
+            ["submit", &self.study, "--scheduler", "slurm", "--out", &out, "--chunk", &chunk, "--scratch", &scratch];
+        let mut command = bladeoff(&[&own, more].concat());
+        command.env("SLURM_CONF", self.dir().join("slurm.conf")).env_remove("BLADEOFF_RUNTIME_DIR");
+        let faults: Vec<String> = faults.iter().map(|fault| format!("{fault},dir={}", fired.display())).collect();
+        // Slurm splits what it is told to export at commas, but not what it finds.
+        if !faults.is_empty() {
+            command.env("BLADEOFF_FAULT", faults.join(";"));
+        }
+        let output = command.output().expect("it starts");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+        let number =
+            said.trim().rsplit("handed in as ").next().and_then(|jobs| jobs.split(',').next()).expect("a number");
+        (number.to_owned(), fired)
+    }
+
+    fn wait(&self, out: &str, what: &str, mut is_so: impl FnMut() -> bool) {
+        let begun = Instant::now();
+        while !is_so() {
+            if begun.elapsed() > WATCHDOG {
+                let status = say(&["status", &self.world.name(out)]).out;
+                let queue = self.asks("squeue", &["--array", "--states=all"]);
+                let logs = Command::new("tail").arg("-n5").args(self.logs(out)).output().expect("tail");
+                panic!(
+                    "{what}: not within {WATCHDOG:?}\n{status}\n{}\n{}",
+                    String::from_utf8_lossy(&queue.stdout),
+                    String::from_utf8_lossy(&logs.stdout)
+                );
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// What `status` says of chunks, and of what the scheduler says.
+    fn status(&self, out: &str) -> String {
+        let mut command = bladeoff(&["status", &self.world.name(out)]);
+        let output = command.env("SLURM_CONF", self.dir().join("slurm.conf")).output().expect("it starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    }
+
+    fn logs(&self, out: &str) -> Vec<PathBuf> {
+        let entries = fs::read_dir(self.world.path(out).join("scheduler")).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "log")).collect()
+    }
+
+    fn chunks(&self, out: &str) -> usize {
+        fs::read_dir(self.world.path(out).join("chunks/000")).map_or(0, |names| {
+            names.flatten().filter(|name| name.path().extension().is_some_and(|end| end == "bin")).count()
+        })
+    }
+
+    fn attempts(&self, out: &str) -> Vec<Value> {
+        let folders = fs::read_dir(self.world.path(out).join("attempts")).into_iter().flatten().flatten();
+        let entries = folders.flat_map(|folder| fs::read_dir(folder.path()).into_iter().flatten().flatten());
+        entries.filter_map(|entry| serde_json::from_slice(&fs::read(entry.path()).ok()?).ok()).collect()
+    }
+
+    /// The shard whose orchestrator is stopped: the chunk's own, or one that has come first and helps.
+    fn held(&self, out: &str) -> String {
+        let folder = self.world.name(out);
+        self.wait(out, "one orchestrator is stopped", || stopped(&folder).len() == 1);
+        let line = fs::read(format!("/proc/{}/cmdline", stopped(&folder)[0])).expect("it is there");
+        let line = String::from_utf8_lossy(&line).into_owned();
+        let (_, shard) = line.split_once("--shard\0").expect("a shard");
+        shard.split('\0').next().expect("its number").to_owned()
+    }
+
+    /// The node of the attempt at a shard.
+    fn node_of(&self, out: &str, shard: &str) -> String {
+        let attempts = self.attempts(out);
+        let found = attempts.iter().find(|attempt| attempt["shard"] == shard).expect("it has begun");
+        found["host"].as_str().expect("a name").trim_start_matches("node").to_owned()
+    }
+
+    fn is_merged_and_that_of_one_machine(&self, out: &str) {
+        self.wait(out, "the merge", || self.world.path(&format!("{out}/manifest.json")).is_file());
+        let read = |name: &str| fs::read(self.world.path(name)).expect("there");
+        assert!(read("one/results.parquet") == read(&format!("{out}/results.parquet")), "{out}: other bytes");
+    }
+}
+
+/// The orchestrator that has this sample's result stops, once: its attempt is held in the middle of that chunk.
+fn holding(sample: u64) -> String {
+    format!("who=orchestrator,at=sent,sample={sample},do=stop")
+}
+
+/// The worker that begins this sample hangs, once.
+fn hanging(sample: u64) -> String {
+    format!("who=worker,at=running,sample={sample},do=hang")
+}
+
+fn fired(folder: &Path) -> usize {
+    fs::read_dir(folder).map_or(0, Iterator::count)
+}
+
+/// Orchestrators of a directory that are stopped, by their numbers on this host.
+fn stopped(out: &str) -> Vec<u32> {
+    let pids =
+        fs::read_dir("/proc").expect("Linux").flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    let is_one = |pid: &u32| {
+        let line = fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        let line = String::from_utf8_lossy(&line).replace('\0', " ");
+        line.contains("--shard") && line.contains(out) && state(*pid) == Some('T')
+    };
+    pids.filter(is_one).collect()
+}
+
+#[test]
+fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_controller_and_tasks() {
+    let Some(slurm) = Slurm::start() else { return };
+    as_the_page_says(&slurm);
+    // It takes a minute, of which the next one makes use.
+    let over = time_is_over(&slurm);
+    half_is_cancelled(&slurm);
+    is_requeued(&slurm, &over);
+    node_dies(&slurm);
+    node_is_cut_off(&slurm);
+    controller_is_killed(&slurm);
+}
+
+/// The command of docs/cluster.md as it is written there, with other paths. The Slurm has its partition.
+fn as_the_page_says(slurm: &Slurm) {
+    let written = blocks("docs/cluster.md", "--scheduler slurm");
+    let [written] = &written[..] else { panic!("{written:?}") };
+    let (program, out) = (format!("{} ", env!("CARGO_BIN_EXE_bladeoff")), slurm.world.name("page"));
+    let paths = [
+        ("bladeoff ", program.as_str()),
+        ("studies/gap-friction-map.toml", slurm.study.as_str()),
+        ("runs/night", &out),
+    ];
+    let mut command = Command::new("bash");
+    command.args(["-ec", &with(written, &paths)]).env("SLURM_CONF", slurm.dir().join("slurm.conf"));
+    let output = command.env_remove("BLADEOFF_RUNTIME_DIR").current_dir(root()).output().expect("bash");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    slurm.is_merged_and_that_of_one_machine("page");
+    let partitions = slurm.asks("scontrol", &["show", "job"]);
+    assert!(String::from_utf8_lossy(&partitions.stdout).contains("Partition=long"), "it went where it was told to");
+    let attempts = slurm.attempts("page").len();
+    assert!(attempts >= 16, "each of 16 shards began: {attempts}");
+    println!("the command of docs/cluster.md: {attempts} attempts at 16 shards");
+}
+
+/// A task whose time is over in the middle of a chunk. Where its fault fires.
+fn time_is_over(slurm: &Slurm) -> PathBuf {
+    // One worker, which hangs: nothing but the time ends it.
+    let more = ["--shards", "2", "--cpus", "1", "--time", "1min"];
+    let (_, fires) = slurm.submit_with("over", &more, &[hanging(CHUNK + 1)]);
+    slurm.wait("over", "shard 1 is in the middle of a chunk", || fired(&fires) == 1);
+    fires
+}
+
+/// It has ended a little before that, and was requeued.
+fn is_requeued(slurm: &Slurm, fires: &Path) {
+    slurm.is_merged_and_that_of_one_machine("over");
+    assert_eq!(fired(fires), 1, "once");
+    let log = fs::read_to_string(slurm.world.path("over/scheduler/shard-1.log")).expect("written");
+    let (first, second) = (log.find("\nwall: "), log.rfind("\ncomplete: "));
+    assert!(first.is_some() && first < second, "{log}");
+    let attempts = slurm.attempts("over").len();
+    assert!(attempts > 2, "more attempts than shards: {attempts}");
+    println!("time over in mid-chunk: requeued, {attempts} attempts at 2 shards");
+}
+
+/// Power failure of a node in mid-shard: Slurm gives its tasks to others.
+fn node_dies(slurm: &Slurm) {
+    let (_, fires) = slurm.submit("dies", "8", &[holding(2 * CHUNK + 1)]);
+    slurm.wait("dies", "a shard is in the middle of a chunk", || fired(&fires) == 1);
+    let shard = slurm.held("dies");
+    let node = slurm.node_of("dies", &shard);
+    slurm.does(&["kill", &node]);
+    slurm.wait("dies", "nothing is left of the node", || stopped(&slurm.world.name("dies")).is_empty());
+    slurm.is_merged_and_that_of_one_machine("dies");
+    let attempts = slurm.attempts("dies");
+    assert!(attempts.iter().filter(|attempt| attempt["shard"] == *shard).count() > 1, "{attempts:?}");
+    assert!(attempts.len() > 8, "more attempts than shards: {}", attempts.len());
+    println!("node {node} killed in mid-shard: {} attempts at 8 shards", attempts.len());
+    slurm.does(&["revive", &node]);
+}
+
+/// A node that is cut off computes on while others do its work again: who comes second drops his.
+fn node_is_cut_off(slurm: &Slurm) {
+    let (_, fires) = slurm.submit("cut", "8", &[holding(3 * CHUNK + 1)]);
+    slurm.wait("cut", "a shard is in the middle of a chunk", || fired(&fires) == 1);
+    let node = slurm.node_of("cut", &slurm.held("cut"));
+    slurm.does(&["cut", &node]);
+    let chunk = slurm.world.path("cut/chunks/000/chunk-000003.bin");
+    slurm.wait("cut", "another attempt has published the chunk", || chunk.exists());
+    let held = stopped(&slurm.world.name("cut"));
+    assert_eq!(held.len(), 1, "it is there still");
+    assert!(signal(held[0], "CONT"), "it computes on");
+    let lost = || slurm.attempts("cut").iter().filter_map(|attempt| attempt["lost"].as_u64()).sum::<u64>();
+    slurm.wait("cut", "a lost race", || lost() > 0);
+    slurm.is_merged_and_that_of_one_machine("cut");
+    let attempts = slurm.attempts("cut").len();
+    assert!(attempts > 8, "more attempts than shards: {attempts}");
+    println!("node {node} cut off: {attempts} attempts at 8 shards, {} lost races", lost());
+    slurm.does(&["heal", &node]);
+}
+
+/// Half of the array is cancelled; the merge names what is missing; another number of shards does it.
+fn half_is_cancelled(slurm: &Slurm) {
+    // Before it knows what a sample costs it takes no second chunk, which another one might wait for.
+    let (job, fires) = slurm.submit("half", "2", &[hanging(CHUNK)]);
+    slurm.wait("half", "shard 1 is in the middle of a chunk", || fired(&fires) == 1);
+    // As long as the other one computes it would help.
+    let ended = || slurm.attempts("half").iter().any(|attempt| attempt["state"] == "ended");
+    slurm.wait("half", "the other one has done its work", ended);
+    let cancelled = slurm.asks("scancel", &[&format!("{job}_1")]);
+    assert!(cancelled.status.success(), "{}", String::from_utf8_lossy(&cancelled.stderr));
+    let log = slurm.world.path("half/scheduler/merge.log");
+    slurm.wait("half", "the merge says what is missing", || {
+        fs::read_to_string(&log).is_ok_and(|log| log.contains("missing: 1\n"))
+    });
+    assert!(!slurm.world.path("half/results.parquet").exists());
+    let kept = slurm.chunks("half");
+    let status = slurm.status("half");
+    assert!(status.contains(&format!("{kept} of 20 of 3 samples")) && status.contains("cancelled"), "{status}");
+    assert_eq!(kept, 19, "the other one has published all that it could");
+    // Whole nodes, as where nobody says how many cores.
+    slurm.submit_with("half", &["--shards", "3"], &[]);
+    slurm.is_merged_and_that_of_one_machine("half");
+    let attempts = slurm.attempts("half");
+    let other =
+        attempts.iter().filter(|attempt| attempt["shard"].as_str().is_some_and(|shard| shard.ends_with("/3"))).count();
+    assert!(other >= 1, "{attempts:?}");
+    println!("half of the array cancelled: {kept} chunks kept, the rest by {other} of 3 shards");
+}
+
+/// The controller is killed and forgets some of what it knew; what is on disk counts.
+fn controller_is_killed(slurm: &Slurm) {
+    let (_, fires) = slurm.submit("controller", "8", &[holding(5 * CHUNK + 1)]);
+    slurm.wait("controller", "shard 5 is in the middle of a chunk", || fired(&fires) == 1);
+    slurm.does(&["crash"]);
+    assert!(!slurm.asks("squeue", &[]).status.success(), "the controller is dead");
+    let status = slurm.status("controller");
+    assert!(status.contains(" of 20 of 3 samples") && status.contains("unknown"), "{status}");
+    stopped(&slurm.world.name("controller")).iter().for_each(|pid| assert!(signal(*pid, "CONT")));
+    let all = (60 / CHUNK) as usize;
+    slurm.does(&["start"]);
+    // What it has forgotten nobody starts again: then it is submitted again, as its user would.
+    let begun = Instant::now();
+    while slurm.chunks("controller") < all && begun.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    for node in 1..=4 {
+        // Drained for tasks that it did not know any more.
+        slurm.asks("scontrol", &["update", &format!("nodename=node{node}"), "state=resume"]);
+    }
+    let before = slurm.chunks("controller");
+    let merged = || slurm.world.path("controller/manifest.json").is_file();
+    if !merged() {
+        slurm.submit("controller", "8", &[]);
+        // It gives numbers again that it has forgotten. A node that remembers one refuses the task, and Slurm holds it for its user.
+        slurm.wait("controller", "the merge after it was submitted again", || {
+            let pending = slurm.asks("squeue", &["--noheader", "--states=PENDING", "--format=%A"]);
+            for job in String::from_utf8_lossy(&pending.stdout).split_whitespace() {
+                slurm.asks("scontrol", &["release", job]);
+            }
+            merged()
+        });
+    }
+    slurm.is_merged_and_that_of_one_machine("controller");
+    println!("controller killed: {before} of {all} chunks before it was submitted again");
+}

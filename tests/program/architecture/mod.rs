@@ -1,0 +1,447 @@
+//! ARCHITECTURE.md and README.md against the tree: folders, packages, who may name which library, commands. Documents of the design: `documents`.
+
+mod documents;
+
+use crate::support::{root, say};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn read(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// Every file below a folder, `target` and hidden ones apart.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("readable") {
+        let path = entry.expect("readable").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if name.starts_with('.') || name == "target" || name == "runs" {
+            continue;
+        }
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found
+}
+
+/// The folders drawn in the first code block of ARCHITECTURE.md, as paths.
+fn drawn_folders() -> Vec<PathBuf> {
+    let text = read("ARCHITECTURE.md");
+    let block = text.split("```").nth(1).expect("a code block");
+    let mut parents: Vec<String> = Vec::new();
+    let mut drawn = Vec::new();
+    for line in block.lines().skip(1) {
+        let depth = (line.len() - line.trim_start().len()) / 2;
+        let Some(name) = line.split_whitespace().next().filter(|name| name.ends_with('/')) else { continue };
+        parents.truncate(depth);
+        parents.push(name.to_owned());
+        drawn.push(PathBuf::from(parents.concat()));
+    }
+    assert!(drawn.len() > 15, "the drawing was understood: {drawn:?}");
+    drawn
+}
+
+/// The packages, the inner one first.
+const PACKAGES: [&str; 10] = [
+    "worker/protocol",
+    "orchestrator/study",
+    "orchestrator/answers",
+    "system",
+    "core/numerics",
+    "core/text",
+    "core/model",
+    "core",
+    "worker",
+    "orchestrator",
+];
+
+/// Where a drawn folder lies: packages keep their modules in `src`.
+fn real(drawn: &Path) -> PathBuf {
+    let inside = |package: &&str| Some(root().join(package).join("src").join(drawn.strip_prefix(package).ok()?));
+    let module = PACKAGES.iter().find_map(inside).filter(|path| path.is_dir());
+    module.unwrap_or_else(|| root().join(drawn))
+}
+
+#[test]
+fn every_folder_drawn_exists() {
+    for folder in drawn_folders() {
+        assert!(real(&folder).is_dir(), "ARCHITECTURE.md draws {}", folder.display());
+    }
+}
+
+#[test]
+fn every_module_folder_is_drawn() {
+    let drawn: Vec<PathBuf> = drawn_folders().iter().map(|folder| real(folder)).collect();
+    for package in PACKAGES {
+        for entry in fs::read_dir(root().join(package).join("src")).expect("a package") {
+            let path = entry.expect("readable").path();
+            assert!(!path.is_dir() || drawn.contains(&path), "ARCHITECTURE.md does not draw {}", path.display());
+        }
+    }
+}
+
+#[test]
+fn libraries_are_named_where_they_may_be() {
+    // Library, and the files that may name it.
+    let rules: [(&str, &dyn Fn(&str) -> bool); 5] = [
+        ("polars", &|file| file.starts_with("orchestrator/answers/src/tables/")),
+        ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
+        ("mcap", &|file| file.starts_with("orchestrator/src/history/")),
+        ("tokio", &|file| file.starts_with("orchestrator/src/dispatch/")),
+        ("redb", &|file| file.starts_with("orchestrator/src/ledger/")),
+    ];
+    let mut seen = 0;
+    for path in files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
+        let file = path.strip_prefix(root()).expect("below the root").to_string_lossy().into_owned();
+        if file.contains("/tests/") || file.starts_with("tests/") || file.contains("/examples/") {
+            continue;
+        }
+        for (library, may) in rules {
+            let names = |line: &str| {
+                let code = line.split("//").next().unwrap_or("");
+                code.contains(&format!("{library}::")) || code.contains(&format!("{library}_"))
+            };
+            if fs::read_to_string(&path).expect("UTF-8").lines().any(names) {
+                seen += 1;
+                assert!(may(&file), "{file} names {library}");
+            }
+        }
+    }
+    assert!(seen > 4, "the libraries were found at all");
+}
+
+/// A package, and which of ours it may depend on.
+const LAYERS: [(&str, &[&str]); 10] = [
+    ("core/numerics", &[]),
+    ("core/text", &[]),
+    ("core/model", &["text"]),
+    ("core", &["numerics", "text", "model"]),
+    ("system", &["text"]),
+    ("worker/protocol", &["model", "system"]),
+    ("worker", &["text", "model", "core", "system", "protocol"]),
+    ("orchestrator/study", &["numerics", "text", "model", "system"]),
+    ("orchestrator/answers", &["numerics", "text", "model", "system"]),
+    ("orchestrator", &["numerics", "text", "model", "core", "system", "protocol", "worker", "study", "answers"]),
+];
+
+/// What the outside world is reached by, and the packages that may depend on it.
+const LIBRARIES: [(&str, &[&str]); 13] = [
+    // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
+    ("toml", &["core/text", "core/model"]),
+    ("nalgebra", &["core/numerics", "core"]),
+    ("iceoryx2", &["worker/protocol"]),
+    ("iceoryx2-bb-posix", &["worker/protocol"]),
+    ("mcap", &["orchestrator"]),
+    ("plotters", &["orchestrator/answers"]),
+    ("polars", &["orchestrator/answers"]),
+    ("polars-parquet", &["orchestrator/answers"]),
+    ("rayon", &["system", "orchestrator/study", "orchestrator"]),
+    ("redb", &["orchestrator"]),
+    ("resvg", &["orchestrator/answers"]),
+    ("tokio", &["orchestrator"]),
+    ("clap", &["orchestrator"]),
+];
+
+/// What a package depends on, for its tests, too.
+fn dependencies(package: &str) -> Vec<String> {
+    let manifest = read(&format!("{package}/Cargo.toml"));
+    let mut within = false;
+    let mut found = Vec::new();
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            within = line.ends_with("dependencies]");
+            assert!(within || !line.contains("dependencies"), "{package}: {line} is not read by this test");
+        } else if let Some(name) = line.split(['.', ' ', '=']).next().filter(|name| within && !name.is_empty()) {
+            found.push(name.to_owned());
+        }
+    }
+    assert!(!found.is_empty(), "{package} depends on something");
+    found
+}
+
+#[test]
+fn packages_depend_in_one_direction() {
+    let members = read("Cargo.toml");
+    let members = members.lines().find(|line| line.starts_with("members = ")).expect("the members");
+    let members: BTreeSet<&str> = members.split('"').skip(1).step_by(2).collect();
+    assert_eq!(members, LAYERS.map(|(package, _)| package).into(), "every package has its layer");
+    assert_eq!(members, PACKAGES.into());
+    for (package, may) in LAYERS {
+        let found = dependencies(package);
+        for name in found.iter().filter_map(|name| name.strip_prefix("bladeoff-")) {
+            assert!(may.contains(&name), "{package} depends on bladeoff-{name}");
+        }
+        for (library, packages) in LIBRARIES {
+            assert!(
+                !found.iter().any(|name| name == library) || packages.contains(&package),
+                "{package} names {library}"
+            );
+        }
+    }
+    for (library, packages) in LIBRARIES {
+        for package in packages {
+            assert!(dependencies(package).iter().any(|name| name == library), "{package} has no use for {library}");
+        }
+    }
+}
+
+/// The module of a file below a package's `src`: `run/open.rs` is `run::open`.
+fn module_of(file: &Path) -> Vec<String> {
+    let mut names: Vec<String> = file.iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    let last = names.pop().expect("a file");
+    match last.trim_end_matches(".rs") {
+        "mod" | "lib" | "main" => {}
+        name => names.push(name.to_owned()),
+    }
+    names
+}
+
+/// The paths that a `use` tree or an expression names: `a::{b, c::d}` is `a::b` and `a::c::d`.
+fn leaves(tree: &str, before: &str, found: &mut Vec<String>) {
+    let Some((head, group)) = tree.split_once('{') else { return found.push(format!("{before}{}", tree.trim())) };
+    let (group, mut depth, mut from) = (group.strip_suffix('}').unwrap_or(group), 0, 0);
+    let before = format!("{before}{}", head.trim());
+    for (at, sign) in group.char_indices().chain([(group.len(), ',')]) {
+        match sign {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                leaves(&group[from..at], &before, found);
+                from = at + 1;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What a file names by `super::` and `crate::`, its unit tests apart, as absolute paths.
+fn named_by(text: &str, module: &[String]) -> Vec<Vec<String>> {
+    let own = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    let code: Vec<&str> = own.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+    let code = code.join(" ");
+    let mut found = Vec::new();
+    for start in ["super::", "crate::"] {
+        for (at, _) in code.match_indices(start).filter(|(at, _)| !code[..*at].ends_with("::")) {
+            let rest = &code[at..];
+            let (mut depth, mut end) = (0, rest.len());
+            for (at, sign) in rest.char_indices() {
+                match sign {
+                    '{' if rest[..at].trim_end().ends_with("::") || depth > 0 => depth += 1,
+                    '}' if depth > 0 => depth -= 1,
+                    ':' | '_' => {}
+                    _ if depth > 0 || sign.is_alphanumeric() => {}
+                    _ => {
+                        end = at;
+                        break;
+                    }
+                }
+            }
+            leaves(&rest[..end], "", &mut found);
+        }
+    }
+    let absolute = |path: String| {
+        let mut names: Vec<String> = path.split("::").map(|name| name.trim().to_owned()).collect();
+        let mut base = if names[0] == "crate" { Vec::new() } else { module.to_vec() };
+        if names[0] == "crate" {
+            names.remove(0);
+        }
+        while names.first().is_some_and(|name| name == "super") {
+            names.remove(0);
+            base.pop();
+        }
+        base.extend(names);
+        base
+    };
+    found.into_iter().map(absolute).collect()
+}
+
+/// Of two files or folders beside each other, at most one names the other, also through others between them.
+#[test]
+fn no_modules_name_each_other_in_a_circle() {
+    let mut seen = 0;
+    for package in PACKAGES {
+        let source = root().join(package).join("src");
+        let all: Vec<PathBuf> =
+            files(&source).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect();
+        let modules: BTreeSet<Vec<String>> =
+            all.iter().map(|path| module_of(path.strip_prefix(&source).expect("below"))).collect();
+        // By folder: which of its children names which other.
+        let mut edges: BTreeMap<Vec<String>, BTreeSet<(String, String)>> = BTreeMap::new();
+        for path in &all {
+            let module = module_of(path.strip_prefix(&source).expect("below"));
+            for named in named_by(&fs::read_to_string(path).expect("UTF-8"), &module) {
+                let Some(target) =
+                    (0..=named.len()).rev().map(|length| &named[..length]).find(|path| modules.contains(*path))
+                else {
+                    continue;
+                };
+                let common = module.iter().zip(target).take_while(|(a, b)| a == b).count();
+                if let (Some(from), Some(to)) = (module.get(common), target.get(common)) {
+                    edges.entry(module[..common].to_vec()).or_default().insert((from.clone(), to.clone()));
+                    seen += 1;
+                }
+            }
+        }
+        for (folder, edges) in edges {
+            let mut left = edges.clone();
+            // Who names nobody that is left is in no circle.
+            loop {
+                let naming: BTreeSet<String> = left.iter().map(|(from, _)| from.clone()).collect();
+                let before = left.len();
+                left.retain(|(_, to)| naming.contains(to));
+                if left.len() == before {
+                    break;
+                }
+            }
+            assert!(left.is_empty(), "{package}, {}: in a circle: {left:?}", folder.join("::"));
+        }
+    }
+    assert!(seen > 300, "names were found at all: {seen}");
+}
+
+/// Rooms of the exponential engine: each names itself and those before it only.
+const ROOMS: [&str; 5] = ["modal", "torsion", "contact", "stepping", "observe"];
+
+#[test]
+fn rooms_of_the_exponential_engine_use_each_other_in_one_direction() {
+    let engine = root().join("core/src/engine/exponential");
+    let folders =
+        fs::read_dir(&engine).expect("the engine").filter(|entry| entry.as_ref().expect("readable").path().is_dir());
+    assert_eq!(folders.count(), ROOMS.len(), "every folder of the engine is a room");
+    let mut seen = 0;
+    for (at, room) in ROOMS.iter().enumerate() {
+        for path in files(&engine.join(room)) {
+            let module: Vec<String> = ["engine", "exponential", room].iter().map(|&name| name.to_owned()).collect();
+            let file = path.file_stem().expect("a name").to_string_lossy().into_owned();
+            let module = if file == "mod" { module } else { [module, vec![file]].concat() };
+            for named in named_by(&fs::read_to_string(&path).expect("UTF-8"), &module) {
+                if let ["engine", "exponential", other, ..] = named.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+                    assert!(!ROOMS[at + 1..].contains(&other), "{}: {room} names {other}", path.display());
+                    seen += usize::from(other != *room);
+                }
+            }
+        }
+    }
+    assert!(seen > 40, "rooms name each other: {seen}");
+}
+
+#[test]
+fn no_source_file_is_too_long() {
+    for path in files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
+        let lines = fs::read_to_string(&path).expect("UTF-8").lines().count();
+        assert!(lines <= 500, "{} has {lines} lines", path.display());
+    }
+}
+
+/// The end-to-end tests lie beside the packages, where cargo finds no target: each folder with a `main.rs` is declared by a manifest, and each
+/// source in it by its parent module.
+#[test]
+fn every_file_of_tests_belongs_to_a_target() {
+    let manifests: String = PACKAGES.iter().map(|package| read(&format!("{package}/Cargo.toml"))).collect();
+    let folders = ["program", "faults", "processes"];
+    for entry in fs::read_dir(root().join("tests")).expect("readable") {
+        let path = entry.expect("readable").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        assert!(path.is_dir() && path.join("main.rs").is_file() == folders.contains(&&*name), "tests/{name}");
+    }
+    let mut seen = 0;
+    for folder in folders {
+        let main = format!("tests/{folder}/main.rs");
+        assert!(manifests.contains(&format!("{main}\"")), "no package runs {main}");
+        let root = root().join("tests").join(folder);
+        for path in files(&root).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
+            let module = module_of(path.strip_prefix(&root).expect("below"));
+            let Some((name, parents)) = module.split_last() else { continue };
+            let parent =
+                if parents.is_empty() { main.clone() } else { format!("tests/{folder}/{}/mod.rs", parents.join("/")) };
+            assert!(
+                read(&parent).lines().any(|line| line == format!("mod {name};")),
+                "{parent} does not declare {name}"
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen > 50, "sources were found: {seen}");
+}
+
+#[test]
+fn studies_that_are_shipped_are_valid() {
+    for entry in fs::read_dir(root().join("studies")).expect("the studies") {
+        let path = entry.expect("readable").path();
+        if path.extension().is_some_and(|end| end == "toml") {
+            let file = path.to_str().expect("UTF-8");
+            let said = say(&["check", file, "--list"]);
+            assert_eq!(said.code, 0, "{file}: {}", said.err);
+            let first = fs::read_to_string(&path).expect("UTF-8").lines().next().unwrap_or_default().to_owned();
+            assert!(first.starts_with("# Question: "), "{file} begins with its question");
+        }
+    }
+}
+
+/// The table of docs/machines.md, made from the format itself.
+fn table_of_keys() -> String {
+    use bladeoff_model::machine::{Kind, Need, keys};
+    let mut table = String::from("| key | holds | default | meaning |\n|---|---|---|---|\n");
+    for key in keys() {
+        let words = |words: &[&str]| words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", ");
+        let number = |unit: &str| {
+            if key.range == bladeoff_model::machine::Range::ANY && unit.is_empty() {
+                "number".to_owned()
+            } else {
+                key.range.words(unit)
+            }
+        };
+        let holds = match key.kind {
+            Kind::Schema => "1".to_owned(),
+            Kind::Text => "text".to_owned(),
+            Kind::Number(unit) => number(unit),
+            Kind::NumberOr(unit, choices) => format!("{} or {}", number(unit), words(choices)),
+            Kind::Count => format!("whole number {}", key.range.words("")),
+            Kind::Choice(choices) => words(choices),
+            Kind::Vector(unit) => format!("[x, y], {}", number(unit)),
+            Kind::Matrix(unit) => format!("{}, or 2 x 2", number(unit)),
+            Kind::List(unit) => format!("list, {}", number(unit)),
+        };
+        let default = match key.need {
+            Need::Required => "required".to_owned(),
+            Need::Number(value) => value.to_string(),
+            Need::Word(word) => format!("`\"{word}\"`"),
+            Need::Optional(instead) => instead.to_owned(),
+        };
+        let when = key.when.words();
+        let when = if when.is_empty() { String::new() } else { format!("; with `{when}`") };
+        let cell = |text: String| text.replace('|', "\\|");
+        table += &format!(
+            "| `{}` | {} | {} | {}{when} |\n",
+            key.path,
+            cell(holds),
+            cell(default),
+            cell(key.meaning.to_owned())
+        );
+    }
+    table
+}
+
+/// Regenerate with `BLADEOFF_WRITE_DOCS=1 cargo test --release --test program architecture::`.
+#[test]
+fn the_documented_keys_of_machine_files_are_the_format_itself() {
+    let mark = "<!-- keys, made by tests/program/architecture/mod.rs -->\n";
+    let text = read("docs/machines.md");
+    let (head, found) = text.split_once(mark).expect("the mark before the table");
+    if std::env::var_os("BLADEOFF_WRITE_DOCS").is_some() {
+        fs::write(root().join("docs/machines.md"), format!("{head}{mark}{}", table_of_keys())).expect("written");
+        return;
+    }
+    assert_eq!(found, table_of_keys());
+}
+
+#[test]
+fn the_readme_names_the_two_commands_and_ci_runs_its_test_command() {
+    let readme = read("README.md");
+    assert!(readme.contains("cargo run --release -- run studies/first-look.toml"));
+    let test = "cargo test --release --workspace";
+    assert!(readme.lines().any(|line| line.trim() == test));
+    let ci = read(".ci/run");
+    assert!(ci.lines().any(|line| line.trim_start().starts_with(test)), ".ci/run runs the README's test command");
+}

@@ -1,0 +1,163 @@
+//! Studies with questions that are shipped: each answers in one command at a scaled-down size. Studies that the pages show in full.
+
+use crate::support::{Folder, root, say, table};
+use std::collections::BTreeSet;
+use std::fs;
+
+/// Runs the first points of a study, and says what its questions and its gate come to.
+fn answers_in_one_command(name: &str, points: usize, samples: usize, names: &[&str]) {
+    let folder = Folder::new();
+    let (study, out) = (format!("studies/{name}.toml"), folder.name("out"));
+    let ran = say(&["run", &study, "--limit", &points.to_string(), "--workers", "1", "--out", &out]);
+    assert_eq!(ran.code, 0, "{name}: {}", ran.err);
+    assert!(ran.out.contains(&format!("Answers, of {points} point")), "{}", ran.out);
+    let (header, rows) = table(&out);
+    let contact = header.iter().position(|column| column == "first_contact_s").expect("the column");
+    assert_eq!(rows.len(), samples, "{name}");
+    assert!(rows.iter().any(|row| !row[contact].is_empty()), "{name}: contact happened");
+    let text = fs::read(format!("{out}/answers.json")).expect("answers.json");
+    let answers: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+    assert_eq!(answers["complete"], true);
+    let answers = answers["answers"].as_array().expect("a list");
+    let answered: BTreeSet<&str> = answers.iter().map(|answer| answer["name"].as_str().expect("a name")).collect();
+    assert_eq!(answered, names.iter().copied().collect(), "{name}");
+    for answer in answers {
+        assert_eq!(answer["n"], points, "{name}: {answer}");
+        assert_eq!(answer["bad"], 0, "{name}: {answer}");
+        assert_eq!(answer["estimate"].is_null(), answer["kind"] == "fragility", "{name}: {answer}");
+    }
+    let judged = say(&["gate", &out]);
+    if fs::read_to_string(root().join(&study)).expect("the study").contains("[[gate]]") {
+        assert_eq!(judged.code, 5, "so few points decide nothing: {}", judged.out);
+        assert!(judged.out.contains(": open, ") && judged.out.contains("more would decide"), "{}", judged.out);
+    }
+}
+
+#[test]
+fn the_turbine_at_risk_answers() {
+    let names = ["bearing-overload", "diaphragm-hit", "bearing-load-95", "overload-by-lost-mass"];
+    answers_in_one_command("blade-off-risk", 1, 1, &names);
+}
+
+#[test]
+fn one_blade_a_hundred_thousand_times_answers_from_its_first_points() {
+    let names = [
+        "bearing-overload",
+        "diaphragm-hit",
+        "rolls-in-the-ring",
+        "bearing-load-95",
+        "bearing-load-9999",
+        "overload-by-friction",
+    ];
+    answers_in_one_command("one-blade-100k", 8, 8, &names);
+}
+
+#[test]
+fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
+    answers_in_one_command("detection-error", 2, 8, &["mean-load", "load-95", "overload"]);
+    answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);
+}
+
+/// Every second gap and friction of the map, one angle a cell: where a guard calls a run bad, that is a row like any other. The study's own guard calls none so; a hundredth of it does.
+#[test]
+fn the_map_of_one_detection_is_drawn_in_one_command() {
+    let folder = Folder::new();
+    let shipped = |name: &str| fs::read_to_string(root().join("studies").join(name)).expect("shipped");
+    folder.write("machines/lp_turbine.toml", &shipped("machines/lp_turbine.toml"));
+    let text = shipped("gap-friction-hyp2.toml").replace("[set]\n", "[set]\n\"run.guard.normal_work\" = 1e-4\n");
+    assert!(text.contains("normal_work"), "set");
+    let (study, out) = (folder.write("map.toml", &text), folder.name("map"));
+    let ran = say(&["run", &study, "--scale", "0.5", "--limit", "1", "--workers", "1", "--out", &out]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let (header, rows) = table(&out);
+    let column = |name: &str| header.iter().position(|column| column == name).expect("the column");
+    let status = column("status");
+    // the last column, as several causes have commas
+    let engine = |row: &Vec<String>| row.last().cloned();
+    assert!(rows.len() == 20 && rows.iter().all(|row| engine(row).as_deref() == Some("exponential")), "{header:?}");
+    for word in ["ok", "invalid"] {
+        assert!(rows.iter().any(|row| row[status] == word), "{word}: {}", ran.out);
+    }
+    assert!(ran.out.contains("max_bearing_load_N over diaphragms.mid.contact.gap_m"), "{}", ran.out);
+    let picture = folder.name("loads.svg");
+    let drawn = say(&["map", &out, "--question", "loads", "--out", &picture]);
+    assert_eq!(drawn.code, 0, "{}", drawn.err);
+    assert!(fs::read_to_string(picture).expect("a picture").contains("cross: bad runs"));
+}
+
+/// Two whole trajectories, and two whole base points, of the rig.
+#[test]
+fn what_decides_answers_by_trajectories_and_then_by_base_points() {
+    let folder = Folder::new();
+    for (name, limit, samples, blocks, index) in
+        [("sensitivity", "18", 18, 2, "mu_star"), ("sensitivity-sobol", "14", 14, 2, "total")]
+    {
+        let (study, out) = (format!("studies/{name}.toml"), folder.name(name));
+        let ran = say(&["run", &study, "--limit", limit, "--out", &out]);
+        assert_eq!(ran.code, 0, "{name}: {}", ran.err);
+        let (header, rows) = table(&out);
+        let contact = header.iter().position(|column| column == "first_contact_s").expect("the column");
+        assert_eq!(rows.len(), samples, "{name}");
+        assert!(rows.iter().any(|row| !row[contact].is_empty()), "{name}: contact happened");
+        let text = fs::read(format!("{out}/answers.json")).expect("answers.json");
+        let answers: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        let answer = &answers["answers"][0];
+        assert_eq!((&answer["name"], &answer["kind"]), (&"what-decides-the-load".into(), &"sensitivity".into()));
+        assert_eq!(answer["n"].as_u64().expect("a number") + answer["left_out"].as_u64().expect("a number"), blocks);
+        let indices = answer["indices"].as_object().expect("indices");
+        assert!(indices.contains_key("gap_m"), "{answer}");
+        let found = indices.values().filter(|of| of[index]["estimate"].as_f64().is_some_and(|value| value > 0.0));
+        assert!(found.count() >= 3, "{name}: {answer}");
+        // so few say nothing of their scatter
+        assert!(ran.out.contains("no interval: 2 "), "{name}: {}", ran.out);
+    }
+}
+
+#[test]
+fn check_says_what_it_understood_of_the_risk_template() {
+    let folder = Folder::new();
+    let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
+    folder.write("machines/lab_rig.toml", &rig);
+    let study = folder.name("risk.toml");
+    assert_eq!(say(&["new", "study", "--kind", "risk", "--out", &study]).code, 0);
+    let text = fs::read_to_string(&study).expect("written");
+    assert!(text.contains("\"0.1 s\""));
+    folder.write("risk.toml", &text.replace("\"0.1 s\"", "\"1 ms\""));
+    let told = say(&["check", &study]);
+    assert_eq!(told.code, 0, "{}", told.err);
+    for part in [
+        "lognormal, median 10 g, cv 0.2, cut at 4 g and 20 g: mean 10.2 g, sd 2.033 g",
+        "periodic, lower 0 deg, upper 360 deg: uniform, both ends are the same",
+        "  = cold_gap - growth\ncold_gap and growth: rank correlation 0.3\n\nEngine: reduced (run.engine names it)\n\nFixed by [set]:",
+        "\n\nQuestions:\n  overload",
+        "\n\nGates:\n  P(max_bearing_load_N > 200 N) < 0.05 (confidence 95 %)\n",
+    ] {
+        assert!(told.out.contains(part), "{part}\nis not in\n{}", told.out);
+    }
+    // the release angle is uncertain over the whole turn, which is eight times the angle between two blades
+    assert!(!(told.out + &told.err).contains("the same angle"));
+}
+
+#[test]
+fn studies_that_the_pages_show_in_full_are_valid() {
+    let folder = Folder::new();
+    let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
+    folder.write("machines/lab_rig.toml", &rig);
+    let mut seen = 0;
+    for page in ["docs/studies.md", "docs/uncertainty.md"] {
+        let text = fs::read_to_string(root().join(page)).expect("the page");
+        let block = |block: &str| block.split("```").next().map(str::to_owned);
+        for rows in text.split("```csv\n").skip(1).filter_map(block) {
+            if let Some(name) = rows.lines().next().and_then(|line| line.strip_prefix("# ")) {
+                folder.write(name, &rows);
+            }
+        }
+        for study in text.split("```toml\n").skip(1).filter_map(block).filter(|study| study.contains("schema = 1")) {
+            let told = say(&["check", &folder.write("s.toml", &study), "--list"]);
+            assert_eq!(told.code, 0, "{page}:\n{study}\n{}", told.err);
+            assert!(told.out.lines().count() > 1, "{page}: {study}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 4, "{seen}");
+}

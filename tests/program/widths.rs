@@ -1,0 +1,58 @@
+//! `BLADEOFF_SIMD`: the row of a run is the same at every width of vectors that the processor has, and a width that cannot be taken is refused.
+
+use crate::support::{Folder, bladeoff, json, said};
+use bladeoff_numerics::linalg::lanes::{WIDTH_VARIABLE, Width};
+
+#[test]
+fn a_row_is_the_same_at_every_width() {
+    let folder = Folder::new();
+    for engine in ["exponential", "reduced"] {
+        let mut rows = Vec::new();
+        for width in Width::ALL.into_iter().filter(|&width| width <= Width::widest()) {
+            let mut command = bladeoff(&["simulate", &folder.name("machines/rig.toml"), "--json"]);
+            let settings = ["blade_off.mass=13 g", "contact.gap=0.4 mm"];
+            for setting in settings.into_iter().chain([format!("run.engine={engine}").as_str()]) {
+                command.args(["--set", setting]);
+            }
+            let row = said(command.env(WIDTH_VARIABLE, width.to_string()).output().expect("the binary starts"));
+            let impacts = json(&row.out)["impacts"].as_f64();
+            assert!(impacts.is_some_and(|impacts| impacts > 0.0), "touches: {} {}", row.out, row.err);
+            rows.push(row.out);
+        }
+        assert!(!rows.is_empty());
+        assert!(rows.iter().all(|row| *row == rows[0]), "{engine}: {rows:?}");
+    }
+}
+
+/// Eigenvalues and vectors of all kinds: of undamped and of damped motions at several speeds.
+#[test]
+fn modes_are_the_same_at_every_width() {
+    let folder = Folder::new();
+    let mut told = Vec::new();
+    for width in Width::ALL.into_iter().filter(|&width| width <= Width::widest()) {
+        let mut command =
+            bladeoff(&["modes", &folder.name("machines/rig.toml"), "--speed", "100", "--speed", "300", "--json"]);
+        let modes = said(command.env(WIDTH_VARIABLE, width.to_string()).output().expect("the binary starts"));
+        assert!(modes.code == 0 && modes.out.contains("damping_ratio"), "{} {}", modes.out, modes.err);
+        told.push(modes.out);
+    }
+    assert!(!told.is_empty() && told.iter().all(|modes| *modes == told[0]), "{told:?}");
+}
+
+#[test]
+fn a_width_that_cannot_be_taken_is_refused() {
+    for command in [vec!["check", "no-such-file"], vec!["bench", "engines"]] {
+        let row = said(bladeoff(&command).env(WIDTH_VARIABLE, "mmx").output().expect("the binary starts"));
+        assert_eq!(row.code, 2, "{}", row.err);
+        assert!(row.err.contains("\"mmx\"") && row.err.contains("\"sse2\", \"avx2\" and \"avx512\""), "{}", row.err);
+    }
+    // set to nothing, as scripts do, is not set
+    let folder = Folder::new();
+    let check = said(
+        bladeoff(&["check", &folder.name("machines/rig.toml")])
+            .env(WIDTH_VARIABLE, "")
+            .output()
+            .expect("the binary starts"),
+    );
+    assert_eq!(check.code, 0, "{}", check.err);
+}
