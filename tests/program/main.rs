@@ -23,6 +23,7 @@ mod limits;
 mod little_said;
 mod maps;
 mod outputs;
+mod printed;
 mod probabilities;
 mod readme;
 mod replay;
