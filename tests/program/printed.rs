@@ -63,7 +63,7 @@ fn without_number(text: &str, before: &str, after: &str) -> String {
     shown
 }
 
-/// What does not depend on folder, processors and time.
+/// The text without what depends on folder, processors and time.
 fn reproducible(text: &str) -> String {
     let text = text.replace(env!("CARGO_BIN_EXE_bladeoff"), "bladeoff");
     [

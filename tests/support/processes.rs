@@ -1,4 +1,4 @@
-//! Processes seen from outside: whether they live, signals, and waiting for a state.
+//! Other processes: whether they live, signals, and waiting for a state.
 
 pub use bladeoff::chaos::{STUDY, WATCHDOG, lives, state};
 use std::fs;
