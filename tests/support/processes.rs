@@ -1,9 +1,26 @@
 //! Other processes: whether they live, signals, and waiting for a state.
 
-pub use bladeoff::chaos::{STUDY, WATCHDOG, lives, state};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+/// Longest wait for a state.
+pub const WATCHDOG: Duration = Duration::from_secs(240);
+
+/// 20 samples of `machines/rig.toml`, each a tenth of a second.
+pub const STUDY: &str = include_str!("../../orchestrator/dev/src/chaos/study.toml");
+
+/// State letter of a process; `None` if there is no such process.
+pub fn state(pid: u32) -> Option<char> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    stat.rsplit(')').next()?.trim().chars().next()
+}
+
+/// Whether a process holds files and locks: it is no zombie, or one of its threads has not ended.
+pub fn lives(pid: u32) -> bool {
+    let threads = || fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten().count();
+    state(pid).is_some_and(|state| state != 'Z' || threads() > 1)
+}
 
 /// Waits for a state of the world.
 pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
