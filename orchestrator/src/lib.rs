@@ -2,11 +2,9 @@
 //!
 //! From a study file to a result table: [`bladeoff_study`] reads and checks it and numbers its combinations, [`run`]
 //! has them computed by worker processes through [`dispatch`] and [`schedule`], [`ledger`] records what is done,
-//! [`bladeoff_answers`] writes the table and says what came out, [`report`] shows how far it is, [`chaos`] tries whether all that
-//! survives the night. [`cli`] is the way in.
+//! [`bladeoff_answers`] writes the table and its summary, [`report`] shows the progress. [`cli`] is the way in.
 
 pub mod answering;
-pub mod chaos;
 pub mod cli;
 pub mod dispatch;
 pub mod engine;

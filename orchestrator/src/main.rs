@@ -1,7 +1,8 @@
 //! The one binary: the tool, and its own worker processes as `bladeoff worker`.
 
+use bladeoff_worker::fault::NoFaults;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    bladeoff::cli::main()
+    bladeoff::cli::main(&NoFaults)
 }

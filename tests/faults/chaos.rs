@@ -1,15 +1,15 @@
-//! The storm of `bladeoff bench chaos`, once around; and short runs, which leave nothing behind.
+//! The storm of `bladeoff-dev chaos`, once around; and short runs, which leave nothing behind.
 
 use crate::running::{Running, left_behind};
 use crate::support::{Folder, say, write_script};
-use bladeoff::chaos::{ChaosError, Storm};
+use bladeoff_dev::chaos::{ChaosError, Storm};
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
 #[test]
 fn a_study_in_a_storm_equals_the_undisturbed_one() {
-    let said = say(&["bench", "chaos", "--seed", "5", "--minutes", "0"]);
+    let said = say(&["chaos", "--seed", "5", "--minutes", "0"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert!(said.out.contains("1 studies of 20 samples, every table equal"), "{}", said.out);
 }

@@ -98,7 +98,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     let text = status_text(&moved);
     assert!(text.contains("state      ended: failed") && text.contains("was moved during the run, to "), "{text}");
     assert!(text.contains(&format!("done       {done} of 20 samples")), "{done}: {text}");
-    let go_on = format!("go on      {} run {study} --out {moved}\n", env!("CARGO_BIN_EXE_bladeoff"));
+    let go_on = format!("go on      {} run {study} --out {moved}\n", crate::support::BINARY);
     assert!(text.contains(&go_on), "{text}");
     let again = run(&study, &moved, &[]);
     assert_eq!(again.code, 0, "{}", again.err);

@@ -4,6 +4,7 @@ mod chaos;
 mod deciding;
 mod ending;
 mod function_studies;
+mod hooks;
 mod kill_matrix;
 mod looking;
 mod night;

@@ -210,7 +210,7 @@ fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run
     let events = |limit: &str| -> (i32, Vec<serde_json::Value>) {
         let script = format!("ulimit -f {limit}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2 --json-events");
         let mut command = Command::new("bash");
-        command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).env(RUNTIME_VARIABLE, runtime());
+        command.args(["-c", &script, crate::support::BINARY, &study, &out]).env(RUNTIME_VARIABLE, runtime());
         let ran = command.output().expect("bash");
         let ran = said(ran);
         (ran.code, ran.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect())

@@ -262,10 +262,7 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["total"].as_u64()), (Some("killed"), Some(24)));
     let shown = say(&["status", &out]).out;
-    assert!(
-        shown.contains(&format!("go on      {} run {study} --out {out}", env!("CARGO_BIN_EXE_bladeoff"))),
-        "{shown}"
-    );
+    assert!(shown.contains(&format!("go on      {} run {study} --out {out}", crate::support::BINARY)), "{shown}");
     // A lock file that only looks like one, of a process that does not exist: stale, not ours to respect.
     let third = run_well(&study, &out, &[]);
     assert!(third.err.contains(&format!("process {}", holder.id())), "{}", third.err);
@@ -336,7 +333,7 @@ fn why_tells_all_of_a_sample() {
         "log                              w",
         "sample 5",
         "SIGKILL",
-        &format!("{} replay {out} --sample 5", env!("CARGO_BIN_EXE_bladeoff")),
+        &format!("{} replay {out} --sample 5", crate::support::BINARY),
     ] {
         assert!(why.out.contains(part), "{part}: {}", why.out);
     }
@@ -403,7 +400,7 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let bounded = |blocks: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2");
         let mut command = Command::new("bash");
-        command.args(["-c", &script, env!("CARGO_BIN_EXE_bladeoff"), &study, &out]).env(RUNTIME_VARIABLE, runtime());
+        command.args(["-c", &script, crate::support::BINARY, &study, &out]).env(RUNTIME_VARIABLE, runtime());
         said(command.output().expect("bash"))
     };
     for (blocks, why) in [("1", "files may have 1024 bytes (ulimit -f)"), ("12288", FULL), ("12288", FULL)] {

@@ -2,10 +2,10 @@
 
 pub use crate::support::processes::{STUDY, WATCHDOG, lives, signal, state, wait_until};
 use crate::support::{Folder, bladeoff};
-use bladeoff::chaos;
-pub use bladeoff::chaos::SAMPLES;
 use bladeoff::dispatch::Todo;
 use bladeoff::run::order;
+use bladeoff_dev::chaos;
+pub use bladeoff_dev::chaos::SAMPLES;
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};

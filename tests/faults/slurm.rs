@@ -223,7 +223,7 @@ fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_cont
 fn as_the_page_says(slurm: &Slurm) {
     let written = blocks("docs/cluster.md", "--scheduler slurm");
     let [written] = &written[..] else { panic!("{written:?}") };
-    let (program, out) = (format!("{} ", env!("CARGO_BIN_EXE_bladeoff")), slurm.world.name("page"));
+    let (program, out) = (format!("{} ", crate::support::BINARY), slurm.world.name("page"));
     let paths = [
         ("bladeoff ", program.as_str()),
         ("studies/gap-friction-map.toml", slurm.study.as_str()),

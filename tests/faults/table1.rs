@@ -61,7 +61,7 @@ fn the_commands_of_the_walk_through_run() {
                 }
             }
             ("sh", command) => {
-                let mut words = split(command);
+                let mut words = split(&command.replace("cargo run --release -p bladeoff-dev --", "bladeoff"));
                 assert_eq!(words[0], "bladeoff", "{command}");
                 // as long as the rub needs to begin, at 3.05 s
                 let scaled: &[&str] = match (words[1].as_str(), words.get(2).map(String::as_str)) {

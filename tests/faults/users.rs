@@ -243,7 +243,7 @@ fn a_directory_that_is_closed_during_a_run_is_said_to_keep_what_is_finished() {
     fs::create_dir(&scratch).expect("created");
     set(&folder.path(""), 0o755);
     let fault = format!("who=orchestrator,at=recorded,sample={},do=stop", handed_out(20, 10));
-    let mut run = bladeoff::chaos::Running::start(command(), &scratch, &fault).expect("it starts");
+    let mut run = bladeoff_dev::chaos::Running::start(command(), &scratch, &fault).expect("it starts");
     set(&run.fired, 0o777);
     wait_until("the fault", || run.fired().len() == 1);
     set(&out, 0);

@@ -11,9 +11,9 @@ use bladeoff::dispatch::{
     self, DispatchOptions, DispatchReport, Observer, Parameters, Sink, SinkError, Snapshot, Todo,
 };
 use bladeoff::ledger::Entry;
+use bladeoff_dev::faults::FAULT_VARIABLE;
 use bladeoff_model::outcome::Outcome;
 use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
-use bladeoff_worker::fault::FAULT_VARIABLE;
 use bladeoff_worker::noop::noop_outcome;
 
 pub use crate::support::alone;
@@ -126,7 +126,7 @@ pub fn options(dir: &Path, workers: usize, micros: u64, fault: Option<&str>) -> 
     if let Some(fault) = fault {
         command.extend(["env".into(), format!("{FAULT_VARIABLE}={fault},dir={}", dir.display()).into()]);
     }
-    command.extend([env!("CARGO_BIN_EXE_bladeoff").into(), "worker".into()]);
+    command.extend([crate::support::BINARY.into(), "worker".into()]);
     let mut options = DispatchOptions::new(workers, command, dir.to_owned(), "no plan".into());
     options.noop = Some(micros);
     options.runtime = Some(runtime().to_owned());
@@ -166,6 +166,8 @@ fn orchestrator_process() {
     let mut options = options(&dir, 2, 250_000, None);
     // As the test that started this says.
     options.runtime = None;
+    options.faults = bladeoff_dev::faults::EnvironmentFaults::of_process(bladeoff_dev::faults::Who::Orchestrator)
+        .expect("valid faults");
     let mut sink = File { path: dir.join("recorded"), waiting: Vec::new() };
     let ended = match dispatch::run(&options, &Numbers, SAMPLES, &mut sink, &mut Watcher::default()) {
         Ok(report) => format!("{:?}", report.ended),

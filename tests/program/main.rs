@@ -26,6 +26,7 @@ mod outputs;
 mod printed;
 mod probabilities;
 mod readme;
+mod released;
 mod replay;
 mod report;
 mod reuse;

@@ -36,7 +36,7 @@ fn a_name_with_a_line_feed_adds_no_line() {
     let named = |end: &str| folder.name(&format!("{TWO}{end}"));
     let machine = folder.write("m.toml", &short);
     // What is not there, is no file, is wrong, is of the other kind.
-    for command in ["simulate", "modes", "paths", "run", "check", "table1"] {
+    for command in ["simulate", "modes", "paths", "run", "check"] {
         shown(3, &[command, &named("gone")]);
     }
     fs::create_dir(folder.path(TWO)).expect("created");
@@ -140,7 +140,7 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
 fn paths_are_shown_and_not_displayed() {
     // What is no text for a person: a variable of the environment, a file that is read back, an instruction for cargo.
     const OTHERWISE: [&str; 3] =
-        ["orchestrator/src/chaos/disturbed.rs", "worker/protocol/src/owner.rs", "orchestrator/build.rs"];
+        ["orchestrator/dev/src/chaos/disturbed.rs", "worker/protocol/src/owner.rs", "orchestrator/build.rs"];
     let mut all = Vec::new();
     ["system", "core", "worker", "orchestrator"].iter().for_each(|package| sources(&root().join(package), &mut all));
     assert!(all.len() > 200, "{} files", all.len());
@@ -170,7 +170,7 @@ fn a_file_of_the_other_kind_is_told_with_the_command_for_it() {
         assert!(!said.err.contains("unknown key"), "{}", said.err);
     }
     // `check` checks a machine, too, unless samples are asked for
-    for command in [&["run"][..], &["check", "--list"], &["table1"]] {
+    for command in [&["run"][..], &["check", "--list"]] {
         let said = say(&[command, &[machine.as_str()]].concat());
         assert_eq!(said.code, 3, "{}", said.err);
         assert!(said.err.contains("is a machine file, not a study"), "{}", said.err);

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 pub mod docs;
+pub mod hooks;
 pub mod processes;
 pub mod screen;
 pub mod skipped;
@@ -20,14 +21,21 @@ pub fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// The binary that these tests run: that of their own package, `bladeoff` or `bladeoff-dev`.
+pub const BINARY: &str = match (option_env!("CARGO_BIN_EXE_bladeoff-dev"), option_env!("CARGO_BIN_EXE_bladeoff")) {
+    (Some(path), _) | (None, Some(path)) => path,
+    (None, None) => panic!("the package of this test has no binary that is tested here"),
+};
+
 /// The repository.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the package lies in the repository").to_path_buf()
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().find(|folder| folder.join("Cargo.lock").is_file()).expect("the repository").to_path_buf()
 }
 
 /// The binary of this very build, run in the repository.
 pub fn bladeoff(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_bladeoff"));
+    let mut command = Command::new(BINARY);
     command.args(args).current_dir(root()).env_remove("BLADEOFF_FAULT").env(RUNTIME_VARIABLE, runtime());
     command
 }
@@ -57,7 +65,7 @@ pub fn runtime() -> &'static Path {
 /// Copies the binary of this build. `cp` writes it: of a file that this program has open for writing, a process that another thread starts at
 /// that moment inherits the handle, and a file that is open for writing cannot be executed.
 pub fn copy_binary(to: &Path) {
-    let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_bladeoff")).arg(to).status().expect("cp runs");
+    let copied = Command::new("cp").arg(BINARY).arg(to).status().expect("cp runs");
     assert!(copied.success(), "{}", to.display());
 }
 

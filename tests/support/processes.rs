@@ -1,20 +1,22 @@
 //! Other processes: whether they live, signals, and waiting for a state.
 
-// 20 samples, each of which takes a tenth of a second.
-pub use bladeoff::chaos::STUDY;
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Nothing that is waited for takes as long.
+/// Longest wait for a state.
 pub const WATCHDOG: Duration = Duration::from_secs(240);
 
-/// State of a process as in `/proc`: `R`, `S`, `T`, `Z`; `None` without the process.
+/// 20 samples of `machines/rig.toml`, each a tenth of a second.
+pub const STUDY: &str = include_str!("../../orchestrator/dev/src/chaos/study.toml");
+
+/// State letter of a process; `None` if there is no such process.
 pub fn state(pid: u32) -> Option<char> {
-    fs::read_to_string(format!("/proc/{pid}/stat")).ok()?.rsplit(')').next()?.trim().chars().next()
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    stat.rsplit(')').next()?.trim().chars().next()
 }
 
-/// Whether a process still holds anything: it is no zombie, or a zombie with a thread that is about to end.
+/// Whether a process holds files and locks: it is no zombie, or one of its threads has not ended.
 pub fn lives(pid: u32) -> bool {
     let threads = || fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten().count();
     state(pid).is_some_and(|state| state != 'Z' || threads() > 1)

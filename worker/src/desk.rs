@@ -54,7 +54,7 @@ pub struct Desk<'a> {
     between: f64,
     last: Duration,
     pulse: &'a Pulse,
-    faults: &'a Faults,
+    faults: &'a dyn Faults,
     hand_in: HandIn<'a>,
     is_handing_in: bool,
     has_stopped: bool,
@@ -65,7 +65,7 @@ impl<'a> Desk<'a> {
         batch: BatchId,
         samples: &'a [Sample<'a>],
         pulse: &'a Pulse,
-        faults: &'a Faults,
+        faults: &'a dyn Faults,
         hand_in: HandIn<'a>,
     ) -> Self {
         let n = samples.len();

@@ -12,7 +12,7 @@ use bladeoff_system::with_causes;
 
 use crate::args::{ArgsError, WorkerArgs};
 use crate::core_solver::{CoreSolver, SolverError};
-use crate::fault::{FaultError, Faults, Who};
+use crate::fault::Faults;
 use crate::function_solver::{FunctionSolver, FunctionSolverError};
 use crate::noop::NoopSolver;
 use crate::plan::{PlanFileError, WorkPlan};
@@ -26,9 +26,6 @@ pub enum WorkerError {
     /// Its command line.
     #[error(transparent)]
     Args(#[from] ArgsError),
-    /// The variable that asks for faults.
-    #[error(transparent)]
-    Fault(#[from] FaultError),
     /// Its set-up as a process.
     #[error(transparent)]
     Process(#[from] ProcessError),
@@ -49,22 +46,21 @@ pub enum WorkerError {
     Serve(#[from] ServeError),
 }
 
-/// Runs a worker with the arguments after `bladeoff worker`. What goes wrong is written to standard error, which the
+/// Runs a worker with the arguments after `bladeoff worker`. An error is written to standard error, which the
 /// orchestrator collects.
-pub fn worker_main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let Err(error) = run(args) else { return ExitCode::SUCCESS };
+pub fn worker_main(args: impl IntoIterator<Item = OsString>, faults: &dyn Faults) -> ExitCode {
+    let Err(error) = run(args, faults) else { return ExitCode::SUCCESS };
     eprintln!("{}", with_causes(&error));
     ExitCode::from(match error {
-        WorkerError::Args(_) | WorkerError::Fault(_) => EXIT_USAGE,
+        WorkerError::Args(_) => EXIT_USAGE,
         WorkerError::Plan(_) | WorkerError::Solver(_) | WorkerError::Function(_) => EXIT_PLAN,
         WorkerError::Process(_) | WorkerError::Connection(_) | WorkerError::Serve(_) => EXIT_CONNECTION,
     })
 }
 
-fn run(args: impl IntoIterator<Item = OsString>) -> Result<(), WorkerError> {
+fn run(args: impl IntoIterator<Item = OsString>, faults: &dyn Faults) -> Result<(), WorkerError> {
     let args = WorkerArgs::parse(args)?;
     process::take_name();
-    let faults = Faults::from_environment(Who::Worker)?;
     let watch = || args.parent.map(process::end_with_parent).transpose();
     let (for_link, for_pulse) = (watch()?, watch()?);
     let hello = Hello { pid: std::process::id(), build: process::build_id() };
@@ -79,18 +75,18 @@ fn run(args: impl IntoIterator<Item = OsString>) -> Result<(), WorkerError> {
     };
     if let Some(micros) = args.noop {
         let mut solver = NoopSolver { busy: Duration::from_micros(micros) };
-        serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+        serve(connect()?, hello, &mut solver, &pulse, faults)?;
     } else {
         let plan = WorkPlan::read(&args.run_dir, &args.plan_hash)?;
         match plan {
             WorkPlan::Machine(plan) => {
                 let mut solver = CoreSolver::new(&plan)?;
                 drop(plan);
-                serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+                serve(connect()?, hello, &mut solver, &pulse, faults)?;
             }
             WorkPlan::Function(plan) => {
                 let mut solver = FunctionSolver::new(&plan)?;
-                serve(connect()?, hello, &mut solver, &pulse, &faults)?;
+                serve(connect()?, hello, &mut solver, &pulse, faults)?;
             }
         }
     }

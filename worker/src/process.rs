@@ -72,16 +72,6 @@ pub fn limit_memory(bytes: u64) -> Result<(), ProcessError> {
         .map_err(system("limiting memory"))
 }
 
-/// A file that grows beyond `ulimit -f` makes its write fail (as on a full disk) instead of ending this process: what can go
-/// on without the file, such as a run without its history, does.
-#[expect(unsafe_code, reason = "neither the standard library nor rustix can ignore a signal")]
-pub fn survive_file_size_limit() {
-    // SAFETY: SIG_IGN is a valid disposition; no handler of ours is involved.
-    unsafe {
-        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
-    }
-}
-
 /// Shows this process as a worker of ours in `ps` and `top`; started as the running file, it would be called `exe`.
 pub fn take_name() {
     // Only a matter of display.

@@ -47,7 +47,7 @@ pub fn serve<P: WorkerPort, S: Solver>(
     hello: Hello,
     solver: &mut S,
     pulse: &Pulse,
-    faults: &Faults,
+    faults: &dyn Faults,
 ) -> Result<(), ServeError> {
     link.send(Body::Hello(hello))?;
     match link.receive()? {
@@ -93,7 +93,7 @@ enum Next {
 struct BatchRun<'a, P> {
     link: &'a mut WorkerLink<P>,
     pulse: &'a Pulse,
-    faults: &'a Faults,
+    faults: &'a dyn Faults,
     report: Report,
     answer_is_open: bool,
     sent: Instant,
@@ -177,7 +177,7 @@ impl<P: WorkerPort> BatchRun<'_, P> {
 }
 
 /// Sends a report and empties it.
-fn send<P: WorkerPort>(link: &mut WorkerLink<P>, report: &mut Report, faults: &Faults) -> Result<(), ServeError> {
+fn send<P: WorkerPort>(link: &mut WorkerLink<P>, report: &mut Report, faults: &dyn Faults) -> Result<(), ServeError> {
     let next = Report { batch: report.batch, samples: Vec::new(), asks: report.asks };
     let body = Body::Report(std::mem::replace(report, next));
     let Body::Report(sent) = link.send(body)? else { return Ok(()) };

@@ -9,11 +9,12 @@ use std::time::Duration;
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::link::HubLink;
 use bladeoff_protocol::messages::{BatchId, FromWorkerBlock, MAX_BATCH, Report, SampleReport, ToWorker, ToWorkerBlock};
-use bladeoff_protocol::transport::{MemoryNet, MemoryWorker, PortError, WorkerPort};
+use bladeoff_protocol::transport::{PortError, WorkerPort};
 use bladeoff_worker::desk::{Desk, Sample, Stopped};
 use bladeoff_worker::process::thread_cpu_time;
 use bladeoff_worker::pulse::Pulse;
 use bladeoff_worker::solver::Solver;
+use support::transports::{MemoryNet, MemoryWorker};
 use support::{RUN, WORKER, batch, fine, play, receive, report, results, start};
 
 /// What a solver was asked for: the samples of every call, and a 0 for every recovery.

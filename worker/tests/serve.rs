@@ -8,10 +8,10 @@ use std::time::Duration;
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::link::HubLink;
 use bladeoff_protocol::messages::{MAX_VALUES, Report, ToWorker};
-use bladeoff_protocol::transport::MemoryNet;
 use bladeoff_worker::desk::{Desk, Sample, Stopped};
 use bladeoff_worker::pulse::Pulse;
 use bladeoff_worker::solver::Solver;
+use support::transports::MemoryNet;
 use support::{RUN, WORKER, batch, fine, receive, report, results, start};
 
 /// Panics on 13, is slow on 7, returns NaN on 8, too much on 9.

@@ -8,7 +8,6 @@
 //! columns --sensitivity--> which parameter decides; figures at looks --stop--> whether they are precise enough
 //! text, tables, figures --page--> one HTML page
 //! two tables --compare--> what moved between them
-//! runs of the paper's comparison --table1--> the paper's table beside ours
 //! ```
 //! What a study is, its table says: nothing here knows study files, workers or records.
 
@@ -24,5 +23,4 @@ pub mod report;
 pub mod sensitivity;
 mod share;
 pub mod stop;
-pub mod table1;
 pub mod tables;

@@ -3,7 +3,6 @@
 use super::exit::Exit;
 use super::refusals::{DesignExportError, NoDirectory, NotAsked, NotCompared, ReplayError, WhyError};
 use crate::answering::AnsweringError;
-use crate::chaos::ChaosError;
 use crate::dispatch::Signal;
 use crate::engine::EngineError;
 use crate::history::HistoryError;
@@ -172,9 +171,6 @@ pub enum CliError {
     /// A sample of which nothing can be said.
     #[error(transparent)]
     Why(#[from] WhyError),
-    /// What a storm found.
-    #[error(transparent)]
-    Chaos(#[from] ChaosError),
     /// What is computed in parallel.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
@@ -275,9 +271,6 @@ impl CliError {
             CliError::NotCompared(NotCompared::Compare(error)) => compare_exit(error),
             CliError::NotCompared(NotCompared::Changing) => Exit::Io,
             CliError::NotCompared(_) => Exit::Input,
-            CliError::Chaos(ChaosError::File(_)) => Exit::Io,
-            // An error of the program.
-            CliError::Chaos(_) => Exit::Bug,
             CliError::Stopped { signal, .. } => (*signal).into(),
             CliError::ReaderLeft => Exit::Ok,
         }

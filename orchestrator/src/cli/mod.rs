@@ -42,20 +42,25 @@ mod simulate;
 mod status;
 mod stop;
 mod submit;
-mod table1;
 mod verify;
 mod why;
 
+pub use bench::host::{Folder as TemporaryFolder, load};
 pub use error::CliError;
 pub use exit::{EXIT_CODES, Exit};
+pub use history::watched;
+pub use machine::set as set_parameter;
+pub use output::{print, remark};
+pub use plot::{refuse_other_formats, replacing};
 pub use status::text as status_text;
 pub use why::text as why_text;
 
 use bladeoff_numerics::linalg::lanes::Width;
 use bladeoff_text::document::visible;
+use bladeoff_worker::fault::Faults;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use std::panic;
+use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::thread;
 
@@ -92,27 +97,32 @@ enum Command {
     Verify(verify::Args),
     Replay(replay::Args),
     Plot(plot::Args),
-    Table1(table1::Args),
     Recover(recover::Args),
     Bench(bench::Args),
 }
 
-/// Parses the command line, does what it says, gives the exit code.
+/// Parses the command line, runs the subcommand, returns the exit code. `faults`: [`NoFaults`](bladeoff_worker::fault::NoFaults), except
+/// in the binary of the developers' tools.
 #[must_use]
-pub fn main() -> ExitCode {
-    bladeoff_worker::process::fail_writes_beyond_the_limit();
+pub fn main(faults: &'static dyn Faults) -> ExitCode {
     // Its own worker process: started by `run`, not by people, hence not in the help.
     if std::env::args_os().nth(1).is_some_and(|first| first == "worker") {
-        return on_a_stack_of_its_own(|| bladeoff_worker::worker_main(std::env::args_os().skip(2)));
+        return on_a_stack_of_its_own(move || bladeoff_worker::worker_main(std::env::args_os().skip(2), faults));
     }
-    bladeoff_worker::process::survive_file_size_limit();
-    on_a_stack_of_its_own(|| command().into())
+    on_a_stack_of_its_own(move || command(faults).into())
+}
+
+/// Runs a subcommand of another binary with the stack, the report of panics and the exit codes of this command line.
+#[must_use]
+pub fn run_subcommand(work: fn() -> Result<Exit, CliError>) -> ExitCode {
+    on_a_stack_of_its_own(move || guarded(work).into())
 }
 
 /// Stack of what a command does, whatever `ulimit -s` leaves the first thread: reading the command line alone takes more than 64 kB.
 const STACK: usize = 8 << 20;
 
-fn on_a_stack_of_its_own(work: fn() -> ExitCode) -> ExitCode {
+fn on_a_stack_of_its_own(work: impl Fn() -> ExitCode + Copy + Send + 'static) -> ExitCode {
+    bladeoff_worker::process::fail_writes_beyond_the_limit();
     match thread::Builder::new().name("main".to_owned()).stack_size(STACK).spawn(work) {
         Ok(working) => working.join().unwrap_or(Exit::Bug.into()),
         // No thread is to be had (ulimit -u): the first one does as well, nearly always.
@@ -120,10 +130,14 @@ fn on_a_stack_of_its_own(work: fn() -> ExitCode) -> ExitCode {
     }
 }
 
-fn command() -> Exit {
+fn command(faults: &'static dyn Faults) -> Exit {
     // clap ends the program itself: 0 after --help and --version, 2 after a wrong command line.
     let matches = command_line().try_get_matches().unwrap_or_else(|error| refuse(&error));
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| refuse(&error));
+    guarded(|| dispatch(cli.command, faults))
+}
+
+fn guarded(work: impl FnOnce() -> Result<Exit, CliError>) -> Exit {
     panic::set_hook(Box::new(|info| {
         if bladeoff_system::guarded::is_guarded() {
             return;
@@ -136,7 +150,7 @@ fn command() -> Exit {
         output::remark(&format!("error: {error}"));
         return Exit::Usage;
     }
-    panic::catch_unwind(|| dispatch(cli.command)).unwrap_or(Exit::Bug)
+    panic::catch_unwind(AssertUnwindSafe(|| concluded(work()))).unwrap_or(Exit::Bug)
 }
 
 /// What is understood, with examples that say how the program is called here, if not as they have it.
@@ -211,9 +225,9 @@ fn refuse(error: &clap::Error) -> ! {
     }
 }
 
-fn dispatch(command: Command) -> Exit {
-    let result = match command {
-        Command::Run(args) => run::main(&args),
+fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliError> {
+    match command {
+        Command::Run(args) => run::main(&args, faults),
         Command::Submit(args) => submit::main(&args),
         Command::Merge(args) => merge::main(&args),
         Command::Status(args) => status::main(&args),
@@ -233,10 +247,13 @@ fn dispatch(command: Command) -> Exit {
         Command::Verify(args) => verify::main(&args),
         Command::Replay(args) => replay::main(&args),
         Command::Plot(args) => plot::main(&args),
-        Command::Table1(args) => table1::main(&args),
         Command::Recover(args) => recover::main(&args),
         Command::Bench(args) => bench::main(&args),
-    };
+    }
+}
+
+/// Removes temporary files, prints the error, returns the exit code.
+fn concluded(result: Result<Exit, CliError>) -> Exit {
     // Of shards that are not merged, rows were converted.
     crate::run::shards::forget();
     result.unwrap_or_else(|error| {

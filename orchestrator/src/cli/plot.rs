@@ -357,7 +357,7 @@ fn is_figure(out: &Path) -> bool {
 ///
 /// # Errors
 /// [`CliError::Argument`], with what is allowed.
-pub(super) fn refuse_other_formats(out: &Path, option: &str, may_be_one: bool) -> Result<(), CliError> {
+pub fn refuse_other_formats(out: &Path, option: &str, may_be_one: bool) -> Result<(), CliError> {
     let is_folder = out.is_dir() || out.as_os_str().as_encoded_bytes().ends_with(b"/");
     let extension = out.extension().map(|extension| extension.to_string_lossy().into_owned()).unwrap_or_default();
     // "v1.2" is a folder.
@@ -410,7 +410,7 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
 ///
 /// # Errors
 /// That of writing: then nothing was replaced.
-pub(super) fn replacing<E>(path: &Path, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
+pub fn replacing<E>(path: &Path, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
     let was_there = path.symlink_metadata().is_ok();
     write()?;
     if was_there {

@@ -24,6 +24,7 @@ use bladeoff_protocol::domain::DomainError;
 use bladeoff_study::sampling::layout::LayoutKind;
 use bladeoff_study::{Samples, Study, check_machines, load_checked, parse_duration};
 use bladeoff_system::shown;
+use bladeoff_worker::fault::Faults;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -243,7 +244,7 @@ pub fn default_workers() -> usize {
 }
 
 /// Runs the subcommand.
-pub fn main(args: &Args) -> Result<Exit, CliError> {
+pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> {
     let (begun, limits) = (Instant::now(), args.budget.of_run());
     // a design of millions is prepared for a while
     watch_before(|signal| end_unprepared(Ended::Signalled(signal)));
@@ -294,6 +295,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         limits,
         begun,
         json_events: args.json_events,
+        faults,
     };
     if let Some(shard) = args.shard.shard {
         return args.shard.run(shard, request, &samples);

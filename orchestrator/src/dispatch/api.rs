@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use bladeoff_protocol::domain::Domain;
 use bladeoff_system::place::Place;
+use bladeoff_worker::fault::{Faults, NoFaults};
 
 use crate::ledger::Entry;
 use crate::schedule::{Ended, KillReason, Settings, Snapshot, Todo};
@@ -33,6 +34,8 @@ pub struct DispatchOptions {
     pub keyboard: bool,
     /// Directory below which the run has its sockets, and cleans up after dead ones; `None`: as the environment says.
     pub runtime: Option<PathBuf>,
+    /// Faults of the orchestrator, as the binary passes them in.
+    pub faults: &'static dyn Faults,
 }
 
 impl DispatchOptions {
@@ -51,6 +54,7 @@ impl DispatchOptions {
             noop: None,
             keyboard: false,
             runtime: None,
+            faults: &NoFaults,
         }
     }
 }

@@ -7,7 +7,7 @@ use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::link::{Incoming, LinkError};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, SampleReport, ToWorker, WorkerId};
 use bladeoff_worker::WorkerArgs;
-use bladeoff_worker::fault::{At, Faults};
+use bladeoff_worker::fault::At;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender};
 
 use super::api::{DispatchOptions, DispatchReport, More, Notice, Observer, Parameters, Sink};
@@ -37,7 +37,6 @@ pub(super) struct Parts<'a> {
     pub domain: &'a Domain,
     pub hub: &'a Hub,
     pub log: Log,
-    pub faults: Faults,
     pub n_params: usize,
     pub send: UnboundedSender<Event>,
 }
@@ -148,7 +147,7 @@ impl<'a> Driver<'a> {
             Event::Child(worker, ChildEvent::Beat(beat)) => {
                 self.scheduler.on_beat(now, worker, beat);
                 if let Some(sample) = beat.sample {
-                    self.parts.faults.reached(At::Running, sample, self.processes.pid(worker));
+                    self.parts.options.faults.reached(At::Running, sample, self.processes.pid(worker));
                 }
             }
             Event::Child(worker, ChildEvent::Line(text)) => self.parts.log.line(Some(worker), &text)?,
@@ -196,9 +195,12 @@ impl<'a> Driver<'a> {
                 if report.asks {
                     self.first_ask.get_or_insert(now);
                 }
-                if !self.parts.faults.is_empty() {
+                if !self.parts.options.faults.is_empty() {
                     let pid = self.processes.pid(worker);
-                    report.samples.iter().for_each(|done| self.parts.faults.reached(At::Sent, done.sample, pid));
+                    report
+                        .samples
+                        .iter()
+                        .for_each(|done| self.parts.options.faults.reached(At::Sent, done.sample, pid));
                 }
                 let is_answered = self.scheduler.on_report(now, worker, &report, effects);
                 results = report.samples;
@@ -302,10 +304,10 @@ impl<'a> Driver<'a> {
                 return Err(DispatchError::Parameters { sample, found, expected });
             }
         }
-        let claimed = if self.parts.faults.is_empty() { Vec::new() } else { samples.clone() };
+        let claimed = if self.parts.options.faults.is_empty() { Vec::new() } else { samples.clone() };
         self.answer(worker, ToWorker::Batch(Batch { batch, attempt, n_params: expected, samples, params }));
         let pid = self.processes.pid(worker);
-        claimed.into_iter().for_each(|sample| self.parts.faults.reached(At::Claimed, sample, pid));
+        claimed.into_iter().for_each(|sample| self.parts.options.faults.reached(At::Claimed, sample, pid));
         Ok(())
     }
 
@@ -321,14 +323,14 @@ impl<'a> Driver<'a> {
             return Ok(());
         }
         let pid = |worker| self.processes.pid(WorkerId(worker));
-        let samples = entries.iter().filter(|_| !self.parts.faults.is_empty());
+        let samples = entries.iter().filter(|_| !self.parts.options.faults.is_empty());
         self.flushing.recorded(entries.len(), samples.map(|(sample, entry)| (*sample, pid(entry.worker))));
         Ok(self.parts.sink.record_all(entries)?)
     }
 
     fn flush(&mut self) -> Result<(), DispatchError> {
         self.parts.sink.flush()?;
-        self.flushing.flushed(&self.parts.faults);
+        self.flushing.flushed(self.parts.options.faults);
         Ok(())
     }
 

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use bladeoff_protocol::domain::DomainError;
 use bladeoff_protocol::link::LinkError;
 use bladeoff_system::shown;
-use bladeoff_worker::fault::FaultError;
 
 use super::api::SinkError;
 
@@ -91,9 +90,6 @@ pub enum DispatchError {
         #[source]
         source: io::Error,
     },
-    /// The environment asks for faults in a way that cannot be read.
-    #[error(transparent)]
-    Fault(#[from] FaultError),
     /// The system refused what every program needs: threads, timers, signals.
     #[error("{doing} failed")]
     System {

@@ -29,7 +29,7 @@ impl Flushing {
     }
 
     /// All of it is durable.
-    pub fn flushed(&mut self, faults: &Faults) {
+    pub fn flushed(&mut self, faults: &dyn Faults) {
         (self.last, self.count) = (Instant::now(), 0);
         for (sample, pid) in std::mem::take(&mut self.samples) {
             faults.reached(At::Recorded, sample, pid);

@@ -178,10 +178,15 @@ fn take(link: &mut HubLink<impl HubPort>, tell: &dyn Fn(HubEvent)) -> Result<(),
 }
 
 #[cfg(test)]
+#[path = "../../../worker/protocol/tests/transports/mod.rs"]
+mod transports;
+
+#[cfg(test)]
 mod tests {
+    use super::transports::MemoryNet;
     use super::*;
     use bladeoff_protocol::messages::{Body, FromWorker, FromWorkerBlock, Hello};
-    use bladeoff_protocol::transport::{MemoryNet, WorkerPort};
+    use bladeoff_protocol::transport::WorkerPort;
     use std::cell::RefCell;
 
     /// Damaged ones before, between and after good ones.

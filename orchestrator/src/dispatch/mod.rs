@@ -35,7 +35,6 @@ use bladeoff_system::shown;
 use std::ffi::OsString;
 
 use bladeoff_protocol::domain::Domain;
-use bladeoff_worker::fault::{Faults, Who};
 use tokio::sync::mpsc::unbounded_channel;
 
 use crate::schedule::Scheduler;
@@ -92,7 +91,6 @@ pub fn run(
     if begins && options.schedule.run.are_too_many(options.schedule.failed_before) {
         return Ok(DispatchReport::nothing(Ended::TooManyFailures));
     }
-    let faults = Faults::from_environment(Who::Orchestrator)?;
     let first = if options.schedule.is_fed { Some(0) } else { todo.first() };
     let n_params = count_params(parameters, first)?;
     let settings = start::settings(options, n_params);
@@ -111,7 +109,7 @@ pub fn run(
         }
         let scheduler = Scheduler::new(settings, todo);
         let (domain, hub) = (&domain, &hub);
-        let parts = Parts { options, parameters, sink, observer, domain, hub, log, faults, n_params, send };
+        let parts = Parts { options, parameters, sink, observer, domain, hub, log, n_params, send };
         runtime.block_on(Driver::new(parts, scheduler).run(events))
     };
     drop(runtime);

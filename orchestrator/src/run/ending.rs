@@ -13,7 +13,7 @@ use super::{kept, loss, tables};
 use crate::dispatch::{self, DispatchError, DispatchReport};
 use crate::ledger::LedgerError;
 use bladeoff_system::files::write_whole;
-use bladeoff_worker::fault::{At, Faults};
+use bladeoff_worker::fault::At;
 use std::time::{Instant, SystemTime};
 
 /// What came of the computing.
@@ -39,7 +39,6 @@ pub(super) fn conclude(
     computed: Computed,
     begun: &Course,
     telling: &mut Telling,
-    faults: &Faults,
 ) -> Result<Finished, RunError> {
     let Session { request, prepared, opened, directory } = session;
     let (samples, ledger) = (prepared.samples, &opened.ledger);
@@ -61,7 +60,7 @@ pub(super) fn conclude(
             let which = (end.as_ref(), chosen.as_ref().filter(|_| end.is_some()));
             let (tables, of_table) = tables::write_tables(directory, prepared, ledger.reader(), which)?;
             tally = of_table;
-            faults.reached(At::Retiring, 0, None);
+            request.faults.reached(At::Retiring, 0, None);
             directory.remove_parts()?;
             (Some(directory.file(RESULTS).to_path_buf()), tables)
         } else {

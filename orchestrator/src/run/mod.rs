@@ -68,11 +68,10 @@ pub use status::{RunState, Seen, TRUST, go_on, see};
 pub use trust::Untrusted;
 pub(crate) use trust::check as check_trust;
 
-use crate::dispatch::{self, DispatchError, DispatchOptions, Ended};
+use crate::dispatch::{self, DispatchOptions, Ended};
 use crate::ledger;
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
-use bladeoff_worker::fault::{Faults, Who};
 use bladeoff_worker::process::build_id;
 use directory::{MANIFEST, WORKER_LOG};
 use ending::{Computed, conclude};
@@ -93,35 +92,30 @@ use telling::{Known, Telling};
 /// # Errors
 /// See [`RunError`]; what was finished before is in the directory's ledger.
 pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
-    let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
     let known = Known::begin(request)?;
     let finished = open(request, samples, note).and_then(|opening| match opening {
         Opening::Complete(finished) => Ok(finished),
-        Opening::Session(session) => complete(*session, &known, &faults),
+        Opening::Session(session) => complete(*session, &known),
     });
     // The directory is left: another run may work in it.
     known.borrow_mut().end(finished, samples.count())
 }
 
 /// From a directory that is the run's to its tables. Whatever comes of it is told in the directory before that is left.
-fn complete(mut session: Session<'_>, known: &Rc<RefCell<Known>>, faults: &Faults) -> Result<Finished, RunError> {
+fn complete(mut session: Session<'_>, known: &Rc<RefCell<Known>>) -> Result<Finished, RunError> {
     let mut telling = Telling::begin(&session, known);
     let course = Course::begun(session.opened.tally.done());
-    let computed = compute(&mut session, &course, &mut telling, faults);
-    let finished = computed.and_then(|computed| conclude(&session, computed, &course, &mut telling, faults));
+    let computed = compute(&mut session, &course, &mut telling);
+    let finished = computed.and_then(|computed| conclude(&session, computed, &course, &mut telling));
     telling.end(&finished);
     finished
 }
 
 /// Has the missing samples computed, while parts of the table are written beside.
-fn compute(
-    session: &mut Session<'_>,
-    course: &Course,
-    telling: &mut Telling,
-    faults: &Faults,
-) -> Result<Computed, RunError> {
+fn compute(session: &mut Session<'_>, course: &Course, telling: &mut Telling) -> Result<Computed, RunError> {
     let (options, there) = begin(session, course, telling)?;
     let Session { request, prepared, opened, directory } = session;
+    let faults = request.faults;
     let (samples, known) = (prepared.samples, Rc::clone(&telling.known));
     let todo = order::ordered(std::mem::take(&mut opened.todo), samples);
     let record = opened.ledger.reader().clone();
@@ -169,6 +163,7 @@ fn options(session: &Session<'_>) -> Result<DispatchOptions, RunError> {
     options.schedule.failed_before = opened.tally.failed();
     options.keyboard = true;
     options.worker_log = directory.file(WORKER_LOG);
+    options.faults = request.faults;
     Ok(options)
 }
 

@@ -83,7 +83,7 @@ pub(super) fn open<'a>(
     if compared.complete(&prepared, which).is_some() && refuse_changed(directory.path()).is_err() {
         note(&format!("{RESULTS} is damaged: it is made again from the record"));
     }
-    let opened = compared.go_on(&directory, &prepared)?;
+    let opened = compared.go_on(&directory, &prepared, request.faults)?;
     opened.notes.iter().for_each(|text| note(text));
     let reused = opened.tally.done();
     if reused > 0 {

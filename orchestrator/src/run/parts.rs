@@ -81,7 +81,7 @@ pub(super) fn written_beside<T>(
     every: Duration,
     (directory, prepared, record): (&RunDirectory, &Prepared<'_>, &Reader),
     there: Option<View>,
-    faults: &Faults,
+    faults: &dyn Faults,
     work: impl FnOnce(&Teller<'_>) -> T,
 ) -> Result<(T, Result<(), RunError>), RunError> {
     let is_over = AtomicBool::new(false);
@@ -109,7 +109,7 @@ struct Writer<'a> {
     directory: &'a RunDirectory,
     prepared: &'a Prepared<'a>,
     record: &'a Reader,
-    faults: &'a Faults,
+    faults: &'a dyn Faults,
     is_over: &'a AtomicBool,
     /// Rows of earlier runs that are not in fresh parts yet.
     there: Option<View>,

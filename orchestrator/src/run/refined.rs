@@ -31,7 +31,7 @@ pub(super) struct Refined<'a> {
     pub directory: &'a RunDirectory,
     pub prepared: &'a Prepared<'a>,
     pub record: &'a Reader,
-    pub faults: &'a Faults,
+    pub faults: &'a dyn Faults,
 }
 
 impl Refined<'_> {

@@ -8,7 +8,7 @@ use super::{manifest, parts, resume, tables};
 use crate::ledger::{Entry, Ledger};
 use bladeoff_study::Samples;
 use bladeoff_system::files::{Pending, write_whole};
-use bladeoff_worker::fault::Faults;
+use bladeoff_worker::fault::NoFaults;
 use bladeoff_worker::function_solver::FunctionSolver;
 use bladeoff_worker::noop::noop_outcome;
 use bladeoff_worker::plan::WorkPlan;
@@ -66,7 +66,7 @@ pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> 
         let there = Some(record.view()?);
         let begun = Instant::now();
         let place = (directory, prepared, &record);
-        parts::written_beside(Duration::ZERO, place, there, &Faults::default(), |parts| parts.write_rest())?.1?;
+        parts::written_beside(Duration::ZERO, place, there, &NoFaults, |parts| parts.write_rest())?.1?;
         Ok(begun.elapsed())
     })
 }

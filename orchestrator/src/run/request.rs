@@ -8,6 +8,7 @@ use crate::dispatch::Ended;
 use crate::report::Tally;
 use crate::schedule::RunLimits;
 use bladeoff_study::SampleLimits;
+use bladeoff_worker::fault::Faults;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -37,6 +38,8 @@ pub struct Request {
     pub refining: Option<Rc<dyn Refining>>,
     /// Time between two parts of finished rows; zero: only when there are many.
     pub refresh: Duration,
+    /// Faults of this process, as the binary passes them in.
+    pub faults: &'static dyn Faults,
 }
 
 /// How a study ended.

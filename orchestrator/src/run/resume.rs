@@ -18,7 +18,6 @@ use super::end::TableEnd;
 use super::error::RunError;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use super::reuse::{Worth, worth};
-use crate::dispatch::DispatchError;
 use crate::ledger::{Head, Ledger, LedgerError, Reader, Remains};
 use crate::report::Tally;
 use crate::schedule::Todo;
@@ -27,7 +26,7 @@ use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place;
-use bladeoff_worker::fault::{At, Faults, Who};
+use bladeoff_worker::fault::{At, Faults, NoFaults};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -97,7 +96,7 @@ enum Record {
 
 /// Opens or makes the record of a directory, with inputs, plan and basis beside it.
 pub(super) fn open(directory: &RunDirectory, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Opened, RunError> {
-    compare(directory.open(), prepared, again)?.go_on(directory, prepared)
+    compare(directory.open(), prepared, again)?.go_on(directory, prepared, &NoFaults)
 }
 
 /// Compares what is in a directory with the present study. Reads only.
@@ -322,7 +321,12 @@ impl Comparison {
     }
 
     /// Makes the record that of the present study, with inputs, plan and basis beside it.
-    pub fn go_on(self, directory: &RunDirectory, prepared: &Prepared<'_>) -> Result<Opened, RunError> {
+    pub fn go_on(
+        self,
+        directory: &RunDirectory,
+        prepared: &Prepared<'_>,
+        faults: &dyn Faults,
+    ) -> Result<Opened, RunError> {
         let Self { record, found, .. } = self;
         directory.tidy()?;
         let mut notes = Vec::new();
@@ -342,7 +346,7 @@ impl Comparison {
                 }
                 ledger
             }
-            Record::Old { old, taken } => take_over(&old, &taken, directory, prepared, &mut notes)?,
+            Record::Old { old, taken } => take_over((&old, &taken), directory, prepared, faults, &mut notes)?,
         };
         let (todo, tally) = found.rest(prepared.samples.count());
         Ok(Opened { ledger, todo, tally, notes })
@@ -351,13 +355,12 @@ impl Comparison {
 
 /// Makes a new record of entries of the old one and puts it in its place.
 fn take_over(
-    old: &Old,
-    taken: &[(u64, u64)],
+    (old, taken): (&Old, &[(u64, u64)]),
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
+    faults: &dyn Faults,
     notes: &mut Vec<String>,
 ) -> Result<Ledger, RunError> {
-    let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from)?;
     prepared.write(directory)?;
     let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
     for &(sample, place) in taken {

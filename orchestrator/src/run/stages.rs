@@ -28,7 +28,7 @@ pub(super) struct Staged<'a> {
     pub directory: &'a RunDirectory,
     pub prepared: &'a Prepared<'a>,
     pub record: &'a Reader,
-    pub faults: &'a Faults,
+    pub faults: &'a dyn Faults,
 }
 
 /// How the stages fared, and where the table ends, if that is known.

@@ -1,6 +1,8 @@
 //! The same rules for every transport: in memory, between processes over iceoryx2 (here between threads, which it does
 //! not distinguish), and a sound one inside the faulty one.
 
+mod transports;
+
 use std::path::Path;
 use std::sync::mpsc;
 use std::thread;
@@ -10,9 +12,8 @@ use bladeoff_protocol::domain::Domain;
 use bladeoff_protocol::ipc::{IpcHub, IpcWorker};
 use bladeoff_protocol::link::{HubLink, Incoming, LinkError, WorkerLink};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, Hello, Report, RunId, ToWorker, WorkerId};
-use bladeoff_protocol::transport::{
-    FaultRates, FaultyHub, HubPort, MemoryHub, MemoryNet, MemoryWorker, PortError, Ticket, WorkerPort,
-};
+use bladeoff_protocol::transport::{HubPort, PortError, Ticket, WorkerPort};
+use transports::{FaultRates, FaultyHub, MemoryHub, MemoryNet, MemoryWorker};
 
 const RUN: RunId = RunId(0xc0ffee);
 /// No step of a test takes longer, however slow the machine; a hang becomes a failure.

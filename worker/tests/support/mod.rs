@@ -3,6 +3,9 @@
 // Each test file uses what it needs.
 #![allow(dead_code)]
 
+#[path = "../../protocol/tests/transports/mod.rs"]
+pub mod transports;
+
 use std::collections::BTreeMap;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -10,11 +13,12 @@ use std::time::{Duration, Instant};
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::link::{HubLink, Incoming, WorkerLink};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, Hello, Report, RunId, SampleReport, ToWorker, WorkerId};
-use bladeoff_protocol::transport::{MemoryHub, MemoryNet, WorkerPort};
-use bladeoff_worker::fault::Faults;
+use bladeoff_protocol::transport::WorkerPort;
+use bladeoff_worker::fault::NoFaults;
 use bladeoff_worker::pulse::Pulse;
 use bladeoff_worker::serve::{ServeError, serve};
 use bladeoff_worker::solver::Solver;
+use transports::{MemoryHub, MemoryNet};
 
 pub const RUN: RunId = RunId(5);
 pub const WORKER: WorkerId = WorkerId(1);
@@ -29,7 +33,7 @@ pub fn start<P: WorkerPort + Send + 'static, S: Solver>(
 ) -> JoinHandle<Result<(), ServeError>> {
     let pulse = pulse.clone();
     let link = WorkerLink::new(port, RUN, WORKER);
-    thread::spawn(move || serve(link, Hello { pid: 1, build: 1 }, &mut make(), &pulse, &Faults::default()))
+    thread::spawn(move || serve(link, Hello { pid: 1, build: 1 }, &mut make(), &pulse, &NoFaults))
 }
 
 pub fn receive(hub: &mut HubLink<MemoryHub>) -> Incoming {

@@ -62,7 +62,7 @@ const MORE: u32 = 5;
 const AT_ONCE: f64 = 1e-4;
 
 const TURBINE: &str = include_str!("../../../../studies/machines/lp_turbine.toml");
-const RIG: &str = include_str!("../../../../studies/machines/lab_rig.toml");
+pub(super) const RIG: &str = include_str!("../../../../studies/machines/lab_rig.toml");
 
 /// A transient: its name, its machine, whether something touches.
 struct Case {

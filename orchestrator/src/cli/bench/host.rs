@@ -7,9 +7,13 @@ use std::fs;
 use std::path::PathBuf;
 
 /// A folder on a real disk, removed at the end.
-pub(super) struct Folder(pub PathBuf);
+pub struct Folder(pub PathBuf);
 
 impl Folder {
+    /// Creates an empty folder below the temporary directory.
+    ///
+    /// # Errors
+    /// The folder cannot be created.
     pub fn new() -> Result<Self, CliError> {
         let path = std::env::temp_dir().join(format!("bladeoff-bench-{}", std::process::id()));
         fs::create_dir(&path).map_err(FileError::at("create", &path))?;
@@ -33,7 +37,8 @@ pub(super) fn hardware() -> String {
 }
 
 /// The load of the machine over the last minute, as the system says it.
-pub(super) fn load() -> String {
+#[must_use]
+pub fn load() -> String {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split_whitespace().next().unwrap_or("?").to_owned()
 }

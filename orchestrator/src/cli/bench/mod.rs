@@ -1,12 +1,11 @@
-//! `bladeoff bench`: what the program costs, and what it withstands, on this machine.
+//! `bladeoff bench`: what the program costs on this machine.
 
 mod answers;
-mod chaos;
 mod cost;
 mod dispatch;
 mod engines;
 mod figures;
-mod host;
+pub(super) mod host;
 mod lengths;
 mod stages;
 mod stand_in;
@@ -14,14 +13,13 @@ mod stand_in;
 use super::error::CliError;
 use super::exit::Exit;
 
-/// Measure what the program costs beside the simulations, and what it withstands
+/// Measure what the program costs beside the simulations
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff bench dispatch
   bladeoff bench dispatch --samples 1000000 --json
   bladeoff bench answers
-  bladeoff bench engines --against ./bladeoff-of-yesterday
-  bladeoff bench chaos --seed 1 --minutes 5")]
+  bladeoff bench engines --against ./bladeoff-of-yesterday")]
 pub struct Args {
     #[command(subcommand)]
     what: What,
@@ -32,7 +30,6 @@ enum What {
     Dispatch(dispatch::Args),
     Answers(answers::Args),
     Engines(engines::Args),
-    Chaos(chaos::Args),
     #[command(hide = true)]
     Stage(stages::Args),
 }
@@ -43,7 +40,6 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         What::Dispatch(args) => dispatch::main(args),
         What::Answers(args) => answers::main(args),
         What::Engines(args) => engines::main(args),
-        What::Chaos(args) => chaos::main(args),
         What::Stage(args) => stages::main(args),
     }
 }

@@ -6,7 +6,7 @@ use super::super::exit::Exit;
 use super::super::output::print;
 use super::answers;
 use super::cost::{Cost, measure, peak_mb};
-use crate::chaos::LAB_RIG;
+use super::engines::RIG;
 use crate::run::directory::row_files;
 use crate::run::{own_columns, rehearsal};
 use bladeoff_answers::report::Summary;
@@ -50,7 +50,7 @@ impl Stages {
     pub fn new(folder: &Path, samples: u64) -> Result<Self, CliError> {
         let columns = samples.clamp(2, 1000);
         let stages = Self { folder: folder.to_path_buf(), counts: (samples.div_ceil(columns).max(2), columns) };
-        stages.write("rig.toml", LAB_RIG)?;
+        stages.write("rig.toml", RIG)?;
         let (rows, columns) = stages.counts;
         stages.write("study.toml", &study(rows, columns))?;
         // Its range has every point of the other.

@@ -27,6 +27,7 @@ use crate::schedule::RunLimits;
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
 use bladeoff_system::files::{FileError, Pending, unguessable, write_whole};
+use bladeoff_worker::fault::NoFaults;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -257,6 +258,7 @@ impl Merging<'_> {
             looking: None,
             refining: None,
             refresh: Duration::ZERO,
+            faults: &NoFaults,
         };
         let text = manifest(&request, self.prepared.samples, &self.prepared.provenance, course);
         let mut value: Map<String, Value> = serde_json::from_str(&text).expect("an object, written just now");

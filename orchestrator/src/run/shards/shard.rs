@@ -24,14 +24,13 @@ use super::measure::chunk_size;
 use super::publisher::{Parts, Post, published_beside};
 use super::shared::Shared;
 use super::takeover::{refuse_no_old, take_over};
-use crate::dispatch::{self, DispatchError, DispatchReport, Ended};
+use crate::dispatch::{self, DispatchReport, Ended};
 use crate::schedule::Todo;
 use bladeoff_answers::report::counted;
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
 use bladeoff_system::files::{unguessable, write_whole};
 use bladeoff_system::shown;
-use bladeoff_worker::fault::{Faults, Who};
 use std::fs;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -81,7 +80,6 @@ pub fn run_shard(
     samples: &Samples,
     note: &(dyn Fn(&str) + Sync),
 ) -> Result<ShardFinished, ShardError> {
-    let faults = Faults::from_environment(Who::Orchestrator).map_err(DispatchError::from).map_err(RunError::from)?;
     start_threads().map_err(RunError::from)?;
     dispatch::preflight(request.run.workers).map_err(RunError::from)?;
     refuse_refined(samples)?;
@@ -119,7 +117,7 @@ pub fn run_shard(
         let found = counted(found, "sample");
         note(&format!("{found} of an earlier attempt on this node, in {}", shown(session.directory.path())));
     }
-    let (report, counts) = compute(&mut session, (request, chunks), (&shared, &frozen, &attempt), &faults, note)?;
+    let (report, counts) = compute(&mut session, (request, chunks), (&shared, &frozen, &attempt), note)?;
     let mut ended = report.ended;
     if ended == Ended::Wall && is_by_stop {
         ended = Ended::Stop;
@@ -166,7 +164,7 @@ fn scratch(
         let opened = || {
             let directory = RunDirectory::claim(&path, false, Some(prepared.samples.study()))?;
             let again = Again { rerun: None, suspects: false };
-            let opened = compare(directory.open(), prepared, again)?.go_on(&directory, prepared)?;
+            let opened = compare(directory.open(), prepared, again)?.go_on(&directory, prepared, request.run.faults)?;
             Ok::<_, RunError>((directory, opened))
         };
         match opened() {
@@ -191,7 +189,6 @@ fn compute(
     session: &mut Session<'_>,
     (request, needed): (&ShardRequest, Chunks),
     (shared, frozen, attempt): (&Shared, &Frozen, &Attempt),
-    faults: &Faults,
     note: &(dyn Fn(&str) + Sync),
 ) -> Result<(DispatchReport, Counts), ShardError> {
     let known = Known::begin(session.request)?;
@@ -214,7 +211,7 @@ fn compute(
         telling.progress.clear();
         if let Ok(report) = &report {
             let memory = report.memory.as_ref().map(|domain| domain.address().clone());
-            interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), faults, memory);
+            interrupt::end_at_once_when_told(matches!(report.ended, Ended::Signalled(_)), request.run.faults, memory);
         }
         (report, committed)
     };

@@ -1,14 +1,11 @@
-//! `bladeoff table1`: the paper's Table 1 beside ours, and figures like its figures 7 to 13.
+//! `bladeoff-dev table1`: the paper's Table 1 beside ours, and figures like its figures 7 to 13.
 
 mod pictures;
 mod runs;
 
-use super::error::CliError;
-use super::exit::Exit;
-use super::output::{print, remark};
-use super::plot::{refuse_other_formats, replacing};
-use crate::run::own_columns;
-use bladeoff_answers::table1::{Done, csv, report};
+use crate::table1::{Done, csv, report};
+use bladeoff::cli::{CliError, Exit, print, refuse_other_formats, remark, replacing};
+use bladeoff::run::own_columns;
 use bladeoff_model::outcome::Status;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::{FileError, write_whole};
@@ -27,8 +24,8 @@ use std::path::PathBuf;
 /// CPU time is that of the computing thread; a busy machine makes it longer and its order less sure.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff table1
-  bladeoff table1 --engine reduced --out runs/table1-reduced")]
+  bladeoff-dev table1
+  bladeoff-dev table1 --engine reduced --out runs/reduced")]
 pub struct Args {
     /// The study with detections, engines and starts
     #[arg(default_value = "studies/table1.toml")]

@@ -1,12 +1,9 @@
 //! Figures like figures 7 to 13 of the paper, the three detections together.
 
 use super::runs::Case;
-use crate::cli::error::CliError;
-use crate::cli::history::watched;
-use crate::cli::output::remark;
-use crate::cli::plot::replacing;
-use crate::engine;
-use crate::history::{Decimation, Settings, read};
+use bladeoff::cli::{CliError, remark, replacing, watched};
+use bladeoff::engine;
+use bladeoff::history::{Decimation, Settings, read};
 use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
 use bladeoff_answers::history::History;
 use bladeoff_answers::tables::CsvStyle;

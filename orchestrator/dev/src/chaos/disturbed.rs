@@ -1,8 +1,8 @@
 //! One `bladeoff run` under way, disturbed by faults at known states and by signals, and what it leaves behind.
 
 use super::error::ChaosError;
+use crate::faults::FAULT_VARIABLE;
 use bladeoff_system::files::FileError;
-use bladeoff_worker::fault::FAULT_VARIABLE;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs::{self, File};

@@ -1,10 +1,8 @@
-//! `bladeoff bench chaos`: whether studies survive what may befall them, tried on this machine.
+//! `bladeoff-dev chaos`: studies whose runs are killed and stopped, compared with undisturbed ones.
 
-use super::super::error::CliError;
-use super::super::exit::Exit;
-use super::super::output::{print, remark};
-use super::host::{Folder, load};
-use crate::chaos::{Storm, WATCHDOG};
+use crate::chaos::{ChaosError, Storm, WATCHDOG};
+use bladeoff::cli::{CliError, Exit, TemporaryFolder, load, print, remark};
+use bladeoff_system::with_causes;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -19,7 +17,7 @@ use std::time::{Duration, Instant};
 /// The exit code is 1 when a table differs (its directory is kept), something is left behind, or a process hangs.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  bladeoff bench chaos --seed 1 --minutes 5\n\n  One study:\n  bladeoff bench chaos --minutes 0"
+    after_help = "Examples:\n  bladeoff-dev chaos --seed 1 --minutes 5\n\n  One study:\n  bladeoff-dev chaos --minutes 0"
 )]
 pub struct Args {
     /// Decides what is planned
@@ -36,17 +34,20 @@ const REMARK_EVERY: u64 = 10;
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let folder = Folder::new()?;
+    let folder = TemporaryFolder::new()?;
     let load_before = load();
     remark(&format!("seed {}; what hangs is given up after {} s", args.seed, WATCHDOG.as_secs()));
     // By the running file, so that every run is this build.
     let program = PathBuf::from(format!("/proc/{}/exe", std::process::id()));
-    let mut storm = Storm::new(&program, &folder.0, args.seed)?;
+    let mut storm = match Storm::new(&program, &folder.0, args.seed) {
+        Ok(storm) => storm,
+        Err(error) => return Ok(found(&error)),
+    };
     let (start, time) = (Instant::now(), Duration::from_secs(args.minutes.saturating_mul(60)));
     while storm.figures().studies == 0 || start.elapsed() < time {
         if let Err(error) = storm.study() {
             print(&format!("so far: {}", storm.figures().text()))?;
-            return Err(error.into());
+            return Ok(found(&error));
         }
         let studies = storm.figures().studies;
         if studies.is_multiple_of(REMARK_EVERY) {
@@ -57,4 +58,14 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let text = storm.figures().text();
     print(&format!("seed {}, {seconds:.0} s, load before and after: {load_before}, {}\n{text}", args.seed, load()))?;
     Ok(Exit::Ok)
+}
+
+/// Prints what a storm found; the exit code.
+fn found(error: &ChaosError) -> Exit {
+    remark(&format!("error: {}", with_causes(error)));
+    match error {
+        ChaosError::File(_) => Exit::Io,
+        // An error of the program.
+        _ => Exit::Bug,
+    }
 }

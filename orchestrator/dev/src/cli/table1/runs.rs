@@ -1,10 +1,8 @@
 //! The runs behind the table: each detection, engine and start once, CPU time of its thread measured.
 
-use crate::cli::error::CliError;
-use crate::cli::machine::set;
-use crate::cli::output::remark;
-use crate::engine;
-use bladeoff_answers::table1::Done;
+use crate::table1::Done;
+use bladeoff::cli::{CliError, remark, set_parameter};
+use bladeoff::engine;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Detection, END_TIME, Engine, Machine, MachineDef};
@@ -36,7 +34,7 @@ pub(super) fn cases(
     for sample in 0..samples.count() {
         let mut def: MachineDef = samples.machine(sample);
         if let Some(time) = end_time {
-            set(&mut def, END_TIME, time, &format!("--end-time {time}"))?;
+            set_parameter(&mut def, END_TIME, time, &format!("--end-time {time}"))?;
         }
         let machine = def.build()?;
         let Some(detection) = engine::detection(&machine) else { continue };

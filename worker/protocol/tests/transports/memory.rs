@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::{HubPort, PeerId, PortError, Request, Ticket, Waker, WorkerPort};
-use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use bladeoff_protocol::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
+use bladeoff_protocol::transport::{HubPort, PeerId, PortError, Request, Ticket, Waker, WorkerPort};
 
 #[derive(Default)]
 struct State {

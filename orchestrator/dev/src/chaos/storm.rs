@@ -48,7 +48,7 @@ pub struct Figures {
 }
 
 impl Storm {
-    /// Prepares a storm in an empty folder: the study, and its undisturbed table. `program`: the `bladeoff` that is tried.
+    /// Prepares a storm in an empty folder: the study, and its undisturbed table. `program`: the `bladeoff-dev` that is tried.
     ///
     /// # Errors
     /// The undisturbed run fails.

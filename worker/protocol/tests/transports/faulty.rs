@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use super::{HubPort, PortError, Request, Ticket, Waker};
-use crate::messages::{Block, FromWorkerBlock, ToWorkerBlock, WorkerId};
+use bladeoff_protocol::messages::{Block, FromWorkerBlock, ToWorkerBlock, WorkerId};
+use bladeoff_protocol::transport::{HubPort, PortError, Request, Ticket, Waker};
 use bladeoff_system::random::SplitMix;
 
 /// How often a block suffers each fault, from 0 to 1.

@@ -5,18 +5,12 @@
 //! receives requests of one worker in their order and answers when it likes, each by its ticket; waiting blocks and costs
 //! no CPU; a peer that is gone makes an error or nothing, never a hang of the other side.
 
-mod faulty;
-mod memory;
-
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use bladeoff_system::shown;
-
-pub use faulty::{FaultCounts, FaultRates, FaultyHub};
-pub use memory::{MemoryHub, MemoryNet, MemoryWorker};
 
 /// A connection, as the transport knows it; never taken from a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,0 +1,7 @@
+//! The binary of the developers' tools.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bladeoff_dev::cli::main()
+}
