@@ -21,9 +21,9 @@ path = "contact.friction"
 values = [0.1, 0.2]
 "#;
 
-/// What makes a study one of `reduced`.
+/// Values of `contact.points`, one of which `exponential` does not cover.
 const POINTS: &str = "\n[[vary]]\npath = \"contact.points\"\nvalues = [\"several\", \"one\"]\n";
-/// What leaves it one of `exponential`.
+/// Detections, all of which `exponential` covers.
 const DETECTIONS: &str = "\n[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\", \"hyp2-frozen\"]\n";
 
 fn folder() -> Folder {

@@ -22,8 +22,8 @@ const SPRING_PARTS: f64 = 4.0 * PARTS;
 /// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: on machines drawn at random, means over nine starts, rubs are then off by
 /// a quarter of what the reduced engine is off by at its default step (`core/tests/exponential_random.rs`), and no whip of 1260 runs of a turbine breaks a guard.
 pub(super) const CONTACT_FRACTION: f64 = 0.9;
-/// The same for `hyp2-frozen`, whose nearest point is found before the impulses are known: what penetrates beside it falls with the step. At this one it is that of the reduced engine at its
-/// default step.
+/// Fraction of `2/omega_max` that is the contact step of `hyp2-frozen` when the machine names none. The nearest point is found before the impulses are known, and what penetrates beside it
+/// falls with the step. At this fraction the penetration is that of the reduced engine at its default step.
 const FROZEN_CONTACT_FRACTION: f64 = 0.5;
 /// The default contact step of a machine with a ring divides the same period into at least so many parts: a flight of sixteen is then an eighth of a radian. Without one it is the same as for other
 /// engines: twist peaks between two flights.

@@ -16,7 +16,7 @@ use bladeoff_numerics::linalg::{axpy, column_of};
 const SAMPLE_INTERVAL: u64 = 384;
 /// Phase of the ring's highest mode in a contact step \[rad\] below which the step is fine (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
 const FINE_STEP_ANGLE: f64 = 1.5;
-/// The same for `hyp2-frozen`, whose default step is 5/9 as long.
+/// Phase of the ring's highest mode below which a step of `hyp2-frozen` is fine \[rad\] (1.0 by default).
 const FINE_FROZEN_STEP_ANGLE: f64 = 0.83;
 /// Impacts per evaluation at a fine step.
 const FINE_SAMPLE_INTERVAL: u64 = 8;
