@@ -170,3 +170,59 @@ fn interpolated(offset: f64, three: [[f64; 2]; 3]) -> [f64; 2] {
     let [a, b, c] = parabola(offset);
     [0, 1].map(|i| a * three[0][i] + b * three[1][i] + c * three[2][i])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::ring_points::{ring_of, ring_points};
+    use super::*;
+    use crate::contact::{Detector, exact_gap, polar_gap};
+    use crate::eight::Plain;
+    use crate::structure::Structure;
+    use bladeoff_model::machine::{ContactSurface, MachineDef};
+    use bladeoff_numerics::linalg::lanes::lanes_of;
+
+    #[test]
+    fn places_are_those_of_the_reference_engines() {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let contact = &machine.diaphragms[0].contact;
+        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has points");
+        let part = ring_of(&structure, 0).expect("a ring");
+        let [outer, inner] = [contact.rotor_radius + contact.gap, contact.rotor_radius];
+        let surface = part.matrices.surface(outer, contact.surface == ContactSurface::InnerFace);
+        let mut detector = Detector::new(surface);
+        let mut field = vec![0.0; 4 * part.matrices.nodes];
+        let modes = part.part.coordinates.size();
+        // the parabola of three points leaves a few 1e-4 of the bend
+        let (mut moved, mut leaning, mut bend) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let tolerance = 5e-10;
+        for round in 0..60 {
+            let turn = 0.37 * f64::from(round);
+            let x = [4e-4 * turn.cos(), 4e-4 * turn.sin()];
+            // low modes only, bent by some micrometres
+            let mut q = vec![0.0; modes];
+            for (j, amplitude) in q.iter_mut().take(6).enumerate() {
+                *amplitude = 3e-7 * (turn * (j as f64 + 1.3)).sin();
+            }
+            part.part.coordinates.expand_head(&q, &mut field);
+            let lanes = lanes_of(&[q, vec![0.0; modes.next_multiple_of(8) - modes]].concat());
+            let polar = polar_gap(&surface, Some(&field), inner, x);
+            let (place, slope) = place_at_rotor_angle::<Plain>(&ring, outer - inner, x, &lanes);
+            assert!((place.gap - polar.value).abs() < tolerance, "{} {}", place.gap, polar.value);
+            assert!((slope - polar.model_slope).abs() < 1e-3, "{slope} {}", polar.model_slope);
+            leaning = leaning.max(slope.abs());
+            bend = bend.max((polar.value - (outer - inner - length(x))).abs());
+            let nearest = detector.closest(&field, x);
+            let exact = exact_gap(&surface, Some(&field), inner, x, nearest);
+            // from a quarter of the ring away
+            let (from, _) = ring.locate(turn + 1.0);
+            let place = nearest_from(&ring, [outer, inner], from, x, &lanes);
+            assert!((place.gap - exact.value).abs() < tolerance, "{} {}", place.gap, exact.value);
+            moved = moved.max((place.gap - polar.value).abs());
+        }
+        println!("slope {leaning:e}, distance of the two gaps {moved:e}, bend {bend:e}");
+        assert!(bend > 1e3 * tolerance && moved > 10.0 * tolerance && leaning > 1e-3, "the ring is bent");
+    }
+}
