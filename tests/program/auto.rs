@@ -329,7 +329,7 @@ fn check_says_whose_bases_are_their_own() {
     assert!(told.contains("Structure: all samples share one;"), "{told}");
     assert!(told.contains("Bases of the exponential engine: rotor.unbalances.blade_off.mass changes them;"), "{told}");
     // `reduced` has none
-    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{DETECTIONS}"))]).out;
+    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{POINTS}"))]).out;
     assert!(told.contains("Structure:") && !told.contains("Bases of"), "{told}");
 }
 
