@@ -1,6 +1,6 @@
 //! Measures what the exponential engine leaves and prints tables of `docs/theory/08-exponential-engine.md`:
 //! `cargo run --release --workspace --example exponential_accuracy -- TABLE`, TABLE one of `starts` (81 starts of the turbine to 6 s and of the lab rig to 0.5 s, against smaller contact steps),
-//! `random` (machines drawn at random, nine starts each, against `reduced` at an eighth of its default step), `window` (one long rub of the turbine against `reduced` at 3.4 us), `modes` and `grid`.
+//! `places` (nine starts of both machines with `hyp1` and `hyp2-frozen`, against `reduced`, for `docs/theory/09-one-place.md`), `random` (machines drawn at random, nine starts each, against `reduced` at an eighth of its default step), `window` (one long rub of the turbine against `reduced` at 3.4 us), `modes` and `grid`.
 //! One to five minutes each on one core. The candidates on the ring are a constant of the engine: their table is `modes` built with other ones.
 #![allow(clippy::print_stdout, reason = "the tables are its output")]
 
@@ -299,13 +299,56 @@ fn random_machines() -> Result<(), Failed> {
     Ok(())
 }
 
+/// Initial speeds about that of a file in the tables of `places`.
+const PLACE_STARTS: i32 = 9;
+
+/// Means of nine starts with one contact place per step, against `reduced` at an eighth of the largest step of the ring.
+fn places() -> Result<(), Failed> {
+    for (file, end) in [(RIG, "0.5 s"), (TURBINE, "6 s")] {
+        let (speed, largest) = (machine(file, &[("run.end_time", end)])?.rotor.initial_speed, largest_step(file)?);
+        for detection in ["hyp1", "hyp2-frozen"] {
+            let mean = |engine: &str, part: f64| -> Result<Values, Failed> {
+                let key = if engine == "reduced" { "run.step" } else { "run.contact_step" };
+                let step = format!("{:e} s", part * largest);
+                let mut sum = [0.0; COLUMNS.len()];
+                for start in 0..PLACE_STARTS {
+                    let speed = format!("{:?} rad/s", speed * (1.0 + 1e-3 * f64::from(start - PLACE_STARTS / 2)));
+                    let sets = [
+                        ("run.engine", engine),
+                        ("contact.detection", detection),
+                        ("run.end_time", end),
+                        ("rotor.initial_speed", &speed),
+                        (key, &step),
+                    ];
+                    let values = row(&machine(file, &sets)?)?;
+                    sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value / f64::from(PLACE_STARTS));
+                }
+                Ok(sum)
+            };
+            let reference = mean("reduced", 0.125)?;
+            head(&format!(
+                "{detection}, means of {PLACE_STARTS} starts to {end}, against reduced at {:.3e} s",
+                0.125 * largest
+            ));
+            for part in PARTS {
+                line(&format!("{part:.3}"), &mean("exponential", part)?, &reference);
+            }
+            for part in [0.5, 0.25] {
+                line(&format!("reduced, {part:.3}"), &mean("reduced", part)?, &reference);
+            }
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Failed> {
     match std::env::args().nth(1).as_deref() {
         Some("starts") => starts(TURBINE, "6 s").and_then(|()| starts(RIG, "0.5 s")),
         Some("window") => window(),
         Some("modes") => modes(),
         Some("grid") => grid(),
+        Some("places") => places(),
         Some("random") => random_machines(),
-        _ => Err("TABLE: starts, window, modes or grid".into()),
+        _ => Err("TABLE: starts, places, window, modes, grid or random".into()),
     }
 }

@@ -87,7 +87,7 @@ fn peaks_in_flight_are_those_of_contact_steps() {
 
 #[test]
 fn contact_that_is_not_covered_is_refused_by_name() {
-    for change in [("contact.detection", "hyp1"), ("contact.points", "one"), ("run.force_location", "current")] {
+    for change in [("contact.points", "one"), ("run.force_location", "current")] {
         let machine = machine_with(&study_machine("lab_rig"), &[change]);
         let structure = Structure::build(&machine, None).expect("buildable");
         let refused = rubbing_run(&machine, &structure, StepSettings::of_step(1e-5), true).expect_err("refused");

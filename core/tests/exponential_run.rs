@@ -304,8 +304,6 @@ fn what_is_not_covered_is_refused_at_its_key() {
     };
     let engine = ("run.engine", "exponential");
     for (path, value) in [
-        ("contact.detection", "hyp1"),
-        ("contact.detection", "hyp2-frozen"),
         ("contact.points", "one"),
         ("run.force_location", "current"),
         ("run.step", "1 us"),

@@ -21,8 +21,10 @@ path = "contact.friction"
 values = [0.1, 0.2]
 "#;
 
-/// What makes a study one of `reduced`.
-const DETECTIONS: &str = "\n[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\"]\n";
+/// Values of `contact.points`, one of which `exponential` does not cover.
+const POINTS: &str = "\n[[vary]]\npath = \"contact.points\"\nvalues = [\"several\", \"one\"]\n";
+/// Detections, all of which `exponential` covers.
+const DETECTIONS: &str = "\n[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\", \"hyp2-frozen\"]\n";
 
 fn folder() -> Folder {
     let folder = Folder::new();
@@ -87,13 +89,24 @@ fn a_study_that_is_covered_is_exponential_with_the_same_bytes_whoever_computes_i
 }
 
 #[test]
-fn a_study_of_several_detections_is_reduced_whatever_part_of_it_is_computed() {
+fn a_study_of_several_detections_is_exponential() {
     let folder = folder();
     let study = folder.write("s.toml", &format!("{STUDY}{DETECTIONS}"));
-    let why = "Engine: reduced (run.engine = \"auto\": \"exponential\" does not cover the detection hyp1 \
-               (diaphragms.seal.contact.detection))";
+    assert!(engine_of(&study).starts_with("Engine: exponential"));
+    let out = folder.name("out");
+    run(&study, &out, &[]);
+    assert_eq!(cells(&out, "engine"), ["exponential"; 12]);
+    assert!(cells(&out, "first_contact_s").iter().all(|time| !time.is_empty()), "contact happened");
+}
+
+#[test]
+fn a_study_with_a_single_point_is_reduced_whatever_part_of_it_is_computed() {
+    let folder = folder();
+    let study = folder.write("s.toml", &format!("{STUDY}{POINTS}"));
+    let why = "Engine: reduced (run.engine = \"auto\": \"exponential\" does not cover a single contact point \
+               (diaphragms.seal.contact.points))";
     assert_eq!(engine_of(&study), why);
-    // the first sample alone has hyp2
+    // the first sample alone has several points
     let said = say(&["check", &study, "--limit", "1"]);
     assert!(said.out.contains(why), "{}", said.out);
     let (whole, part) = (folder.name("whole"), folder.name("part"));
@@ -124,7 +137,7 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     run(&grown, &fresh, &[]);
     assert!(fs::read(folder.path("fresh/results.parquet")).expect("the table") == whole);
     // grown by what the engine does not cover
-    let mixed = folder.write("s.toml", &format!("{STUDY}{DETECTIONS}"));
+    let mixed = folder.write("s.toml", &format!("{STUDY}{POINTS}"));
     let said = say(&["run", &mixed, "--out", &out]);
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("run.engine: exponential -> reduced"), "{}", said.err);
@@ -137,7 +150,6 @@ fn check_names_the_first_thing_that_is_not_covered() {
     let folder = folder();
     let with = |set: &str| folder.write("s.toml", &STUDY.replace("[set]", &format!("[set]\n{set}")));
     for (set, what) in [
-        ("\"contact.detection\" = \"hyp1\"", "does not cover the detection hyp1 (diaphragms.seal.contact.detection)"),
         ("\"contact.points\" = \"one\"", "does not cover a single contact point (diaphragms.seal.contact.points)"),
         ("\"seal.kind\" = \"rigid\"", "does not cover a rigid ring (diaphragms.seal.kind)"),
         ("\"run.force_location\" = \"current\"", "does not cover forces at the place of step n (run.force_location)"),
@@ -161,12 +173,12 @@ fn check_names_the_first_thing_that_is_not_covered() {
         assert_eq!(said.code, 3, "{set}: {}", said.out);
         assert!(said.err.contains(path) && said.err.contains("the engine \"exponential\""), "{}", said.err);
     }
-    // where the detections vary, too
-    let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + DETECTIONS;
+    // where the points vary, too
+    let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + POINTS;
     let mixed = folder.write("s.toml", &mixed);
     let said = say(&["check", &mixed]);
     assert_eq!(said.code, 3, "{}", said.out);
-    assert!(said.err.contains("does not cover the detection hyp1"), "{}", said.err);
+    assert!(said.err.contains("does not cover a single contact point"), "{}", said.err);
     // one engine for all is not one of several
     let several = format!("{STUDY}\n[[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"auto\"]\n");
     let said = say(&["check", &folder.write("s.toml", &several)]);
@@ -192,7 +204,9 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
         (&[][..], "exponential"),
         (&["--engine", "auto"], "exponential"),
         (&["--engine", "full"], "full"),
-        (&["--detection", "hyp1"], "reduced"),
+        (&["--detection", "hyp1"], "exponential"),
+        (&["--detection", "hyp2-frozen"], "exponential"),
+        (&["--set", "contact.points=one"], "reduced"),
         (&["--step", "3 us"], "reduced"),
         (&["--set", "run.contact_step=1.5 us"], "exponential"),
     ] {
@@ -201,25 +215,25 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
         assert!(row["first_contact_s"].is_number(), "{more:?}: contact happened");
     }
     assert_eq!(of(&[]), of(&["--engine", "exponential"]));
-    let wanted = ["simulate", &machine, "--set", "run.contact_step=1.5 us", "--detection", "hyp1"];
+    let wanted = ["simulate", &machine, "--set", "run.contact_step=1.5 us", "--set", "contact.points=one"];
     let said = say(&wanted);
     assert_eq!(said.code, 3, "{}", said.out);
-    let why = "the engine \"exponential\", which run.contact_step asks for, does not cover the detection hyp1";
+    let why = "the engine \"exponential\", which run.contact_step asks for, does not cover a single contact point";
     assert!(said.err.contains(why), "{}", said.err);
     // a study says the same, and each advice is one that is taken
-    let hyp1 = "[set]\n\"contact.detection\" = \"hyp1\"\n";
-    let study = |set: &str| folder.write("s.toml", &STUDY.replace("[set]\n", &format!("{hyp1}{set}")));
+    let one = "[set]\n\"contact.points\" = \"one\"\n";
+    let study = |set: &str| folder.write("s.toml", &STUDY.replace("[set]\n", &format!("{one}{set}")));
     let said = say(&["check", &study("\"run.contact_step\" = \"1.5 us\"\n")]);
     assert!(said.code == 3 && said.err.contains(why), "{}", said.err);
-    assert!(said.err.contains("allowed: hyp2, or no run.contact_step"), "{}", said.err);
+    assert!(said.err.contains("allowed: several, or no run.contact_step"), "{}", said.err);
     assert!(engine_of(&study("")).starts_with("Engine: reduced"));
     let exponential = "\"run.engine\" = \"exponential\"\n\"run.contact_step\" = \"1.5 us\"\n";
     let said = say(&["check", &study(exponential)]);
-    let advice = "allowed: hyp2, or run.engine = \"reduced\" and no run.contact_step";
+    let advice = "allowed: several, or run.engine = \"reduced\" and no run.contact_step";
     assert!(said.code == 3 && said.err.contains(advice), "{}", said.err);
     let said = say(&["check", &study(&exponential.replace("exponential", "reduced"))]);
     assert!(said.code == 3 && said.err.contains("allowed: run.step"), "{}", said.err);
-    assert!(!said.err.contains("or run.engine"), "hyp1 is refused there, too: {}", said.err);
+    assert!(!said.err.contains("or run.engine"), "one point is refused there, too: {}", said.err);
     // --set and an option of the same thing
     for (set, option) in [
         ("engine=reduced", ["--engine", "exponential"]),
@@ -315,7 +329,7 @@ fn check_says_whose_bases_are_their_own() {
     assert!(told.contains("Structure: all samples share one;"), "{told}");
     assert!(told.contains("Bases of the exponential engine: rotor.unbalances.blade_off.mass changes them;"), "{told}");
     // `reduced` has none
-    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{DETECTIONS}"))]).out;
+    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{POINTS}"))]).out;
     assert!(told.contains("Structure:") && !told.contains("Bases of"), "{told}");
 }
 

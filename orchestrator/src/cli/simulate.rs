@@ -47,7 +47,7 @@ pub struct Args {
     machine: MachineArgs,
 
     /// Engine, instead of the machine's: `reduced` has modes of rotor and ring, `full` all finite-element degrees of
-    /// freedom, `exponential` the modes, propagated exactly, with contact by impulses (fast; hyp2 at several points
+    /// freedom, `exponential` the modes, propagated exactly, with contact by impulses (fast; flexible rings
     /// only); `auto` takes `exponential` where it covers the machine, otherwise `reduced`
     #[arg(long, value_parser = Engine::CHOICES)]
     engine: Option<String>,

@@ -4,7 +4,7 @@
 use super::path::joined;
 use super::reader::Reader;
 use crate::machine::engine::{EngineChoice, EngineReason, NotCovered};
-use crate::machine::model::{Detection, Engine};
+use crate::machine::model::Engine;
 use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP};
 use bladeoff_text::document::units::format_quantity;
 
@@ -106,10 +106,7 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
                 }
             }
         }
-        let (detection, points) = (path(".contact.detection"), path(".contact.points"));
-        if let Some(word) = reader.word(&detection).filter(|word| *word != Detection::Hyp2.word()) {
-            gap(&detection, &format!("the detection {word}"), Detection::Hyp2.word());
-        }
+        let points = path(".contact.points");
         if reader.word(&points) == Some("one") {
             gap(&points, "a single contact point", "several");
         }

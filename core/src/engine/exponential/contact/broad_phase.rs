@@ -17,7 +17,7 @@
 //! be found only after a penetration of v'' d^2/8 (below a micrometre on the turbine). Verified by
 //! `no_candidate_in_reach_is_missed`, `tests/exponential_rub.rs`.
 
-mod minimum;
+pub(super) mod minimum;
 
 use super::gap_minimum::MAX_OFFSET;
 use super::ring_kernels::{broadcast, load_lanes};

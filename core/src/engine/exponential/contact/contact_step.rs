@@ -39,7 +39,7 @@ use crate::eight::{Eight, by_width};
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::plane::{across, product, turned};
 use crate::structure::Structure;
-use bladeoff_model::machine::{Diaphragm, FrictionLaw};
+use bladeoff_model::machine::{Detection, Diaphragm, FrictionLaw};
 use bladeoff_numerics::linalg::lanes::Lane;
 use conditions::add_point;
 use std::sync::Arc;
@@ -57,6 +57,10 @@ pub(crate) struct ContactStep {
     gap: f64,
     pub(super) radius: f64,
     law: FrictionLaw,
+    /// Hypothesis of the contact: several points for `hyp2`, otherwise one place per step ([`super::single_place`]).
+    pub(super) detection: Detection,
+    /// v_alpha/|x| at the place of `hyp1`.
+    pub(super) model_slope: f64,
     /// Contact step \[s\].
     pub(super) h: f64,
     pub(super) ring_points: Arc<RingPoints>,
@@ -120,6 +124,8 @@ impl ContactStep {
             gap: contact.gap,
             radius: contact.rotor_radius,
             law: contact.friction_law,
+            detection: contact.detection,
+            model_slope: 0.0,
             h,
             rotor_truncated_flexibility,
             broad_phase: BroadPhase::new(ring_points, contact.rotor_radius + contact.gap, contact.rotor_radius),
@@ -245,6 +251,9 @@ impl ContactStep {
                 point.force = *force;
             }
             self.evaluate_ring_response::<V>();
+            if self.detection != Detection::Hyp2 {
+                return Some(self.remaining_gap::<V>(rotor, operator));
+            }
             let (least_gap, index) = self.find_penetration::<V>(rotor, operator);
             let full = self.points.len() == POINTS;
             let open_point = self.points.iter().position(|point| point.force.normal == 0.0);
@@ -280,8 +289,22 @@ impl ContactStep {
         );
         let ([x, y], [dx, dy]) = (self.displacement_in_stator_axes(free.end), self.predictor.rotor_displacement);
         let rotor = [x + dx, y + dy];
-        self.broad_phase.find_minima::<V>(&self.ring_points, rotor, &self.predictor.ring);
         self.points.clear();
+        if self.detection == Detection::Hyp2 {
+            self.collect_minima::<V>(rotor, free, operator);
+        } else if let Some(place) = self.single_place::<V>(rotor)
+            && (place.gap < 0.0 || self.in_contact())
+        {
+            add_point(self, &place, 0, free, operator);
+        }
+        let deepest = self.points.iter().min_by(|one, other| one.free[0].total_cmp(&other.free[0]))?;
+        (deepest.free[0] < 0.0).then_some((rotor, deepest.free))
+    }
+
+    /// Collects the minima of the gap that are closed, and the points of the last step.
+    #[inline(always)]
+    fn collect_minima<V: Eight>(&mut self, rotor: [f64; 2], free: &FreeStep<'_>, operator: &DelassusOperator) {
+        self.broad_phase.find_minima::<V>(&self.ring_points, rotor, &self.predictor.ring);
         let minima = self.broad_phase.minima.len();
         // gap minima first, then the points of the last step
         for at in 0..minima + self.pressed.len() {
@@ -301,8 +324,6 @@ impl ContactStep {
                 add_point(self, &position, self.points.len(), free, operator);
             }
         }
-        let deepest = self.points.iter().min_by(|one, other| one.free[0].total_cmp(&other.free[0]))?;
-        (deepest.free[0] < 0.0).then_some((rotor, deepest.free))
     }
 
     /// Rows of the acting position of a contact point.
@@ -353,6 +374,7 @@ impl ContactStep {
             tangential: 0.0,
             friction_work: 0.0,
             normal_work: 0.0,
+            model_work: 0.0,
             damped_work: torque * (surface_rate - rate),
             gap: least_gap,
             points: 0,
@@ -371,7 +393,9 @@ impl ContactStep {
             let opening = rates[0] - product(acting.normal, velocity);
             let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;
-            impact.normal_work -= force.normal * opening;
+            let model_work = self.model_work(force.normal, acting.normal, velocity);
+            impact.model_work += model_work;
+            impact.normal_work -= force.normal * opening + model_work;
             impact.normal += force.normal;
             impact.tangential += force.tangential;
             impact.points += 1;

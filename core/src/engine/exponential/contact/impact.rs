@@ -39,6 +39,8 @@ pub(crate) struct Impact {
     /// Works of friction and of normal impulses, positive where they leave the motion \[J\].
     pub friction_work: f64,
     pub normal_work: f64,
+    /// Work of the normal impulse of `hyp1` on its moving place \[J\] ([`super::single_place`]).
+    pub model_work: f64,
     /// W_d of (3) \[J\].
     pub damped_work: f64,
     /// Smallest gap that is left \[m\].

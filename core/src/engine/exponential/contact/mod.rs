@@ -6,6 +6,7 @@
 //! - [`broad_phase`], [`gap_minimum`]: ring points near the rotor, and the minima of the gap between them
 //! - [`delassus_operator`]: gap and slip of the contact points as functions of their impulses
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points
+//! - [`single_place`]: the place of a step where contact acts at one place (`hyp1`, `hyp2-frozen`)
 //! - [`contact_step`]: the step that uses all of these; [`impact`] is its result
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
@@ -21,3 +22,4 @@ pub(crate) mod impulsed_ring;
 pub(crate) mod penetration;
 pub(crate) mod ring_kernels;
 pub(crate) mod ring_points;
+pub(crate) mod single_place;

@@ -188,6 +188,14 @@ impl RingPoints {
         [if c == 0 { count - 1 } else { c - 1 }, if c + 1 == count { 0 } else { c + 1 }]
     }
 
+    /// Nearest point to an angle \[rad\], and the offset of the angle from it in spacings.
+    #[inline(always)]
+    pub fn locate(&self, angle: f64) -> (usize, f64) {
+        let position = angle / self.spacing - 0.5;
+        let nearest = libm::round(position);
+        ((nearest as i64).rem_euclid(self.count() as i64) as usize, position - nearest)
+    }
+
     /// Number of equal sectors.
     #[cfg(test)]
     pub fn sectors(&self) -> usize {

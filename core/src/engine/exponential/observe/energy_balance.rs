@@ -183,6 +183,7 @@ pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Op
     if let Some(impact) = &result.impact {
         now.friction += impact.friction_work;
         now.normal += impact.normal_work;
+        now.model += impact.model_work;
         now.structure += impact.damped_work;
     }
     if let Some(contact) = &transient.contact {

@@ -1,21 +1,23 @@
-//! Smallest gap between the rotor and the whole ring at an instant.
+//! Smallest gap between the rotor and the whole ring at an instant; for `hyp1` its own gap, at the angle of the rotor.
 //!
 //! The ring has the static displacement of the last impulses, as a follower is shown it. A contact step fulfils its conditions at ring points, with the force predicted at n+1
 //! ([`crate::engine::exponential::contact::contact_predictor`]). The smallest gap of the whole ring is therefore also a measure of how much the forces change from step to step.
 
-use crate::contact::{Detector, Gap, exact_gap};
+use crate::contact::{Detector, Gap, exact_gap, polar_gap};
 use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, DiaphragmKind, Machine};
+use bladeoff_model::machine::{ContactSurface, Detection, DiaphragmKind, Machine};
 use bladeoff_numerics::linalg::{axpy, column_of};
 
 /// Impacts per evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
 const SAMPLE_INTERVAL: u64 = 384;
 /// Phase of the ring's highest mode in a contact step \[rad\] below which the step is fine (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
 const FINE_STEP_ANGLE: f64 = 1.5;
+/// Phase of the ring's highest mode below which a step of `hyp2-frozen` is fine \[rad\] (1.0 by default).
+const FINE_FROZEN_STEP_ANGLE: f64 = 0.83;
 /// Impacts per evaluation at a fine step.
 const FINE_SAMPLE_INTERVAL: u64 = 8;
 
@@ -24,6 +26,7 @@ pub(crate) struct RingClearance<'a> {
     part: &'a RingPart,
     surface: Surface,
     detector: Detector,
+    detection: Detection,
     /// Radius of the rotor's contact face \[m\].
     rotor_radius: f64,
     /// Impacts so far.
@@ -53,6 +56,7 @@ impl<'a> RingClearance<'a> {
         Some(Self {
             part,
             detector: Detector::new(surface),
+            detection: contact.detection,
             surface,
             rotor_radius: contact.rotor_radius,
             impacts: 0,
@@ -77,9 +81,13 @@ impl<'a> RingClearance<'a> {
     pub fn least_gap(&mut self, impact: &Impact, transient: &Transient) -> f64 {
         self.impacts += 1;
         let h = transient.contact_step();
+        let fine_angle = match self.detection {
+            Detection::Hyp2Frozen => FINE_FROZEN_STEP_ANGLE,
+            Detection::Hyp1 | Detection::Hyp2 => FINE_STEP_ANGLE,
+        };
         let interval = match h * self.highest_frequency {
             _ if h < self.damping_time => 1,
-            angle if angle < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
+            angle if angle < fine_angle => FINE_SAMPLE_INTERVAL,
             _ => SAMPLE_INTERVAL,
         };
         let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(interval)) else {
@@ -103,8 +111,13 @@ impl<'a> RingClearance<'a> {
                 }
             }
         }
-        let nearest = self.detector.closest(&self.field, settled.rotor);
-        let gap = exact_gap(&self.surface, Some(&self.field), self.rotor_radius, settled.rotor, nearest);
+        let gap = match self.detection {
+            Detection::Hyp1 => polar_gap(&self.surface, Some(&self.field), self.rotor_radius, settled.rotor),
+            Detection::Hyp2 | Detection::Hyp2Frozen => {
+                let nearest = self.detector.closest(&self.field, settled.rotor);
+                exact_gap(&self.surface, Some(&self.field), self.rotor_radius, settled.rotor, nearest)
+            }
+        };
         let point = self.surface.point(&self.field, gap.place.element, gap.place.xi);
         self.displacement = [point.radial - self.surface.radius, point.tangential];
         self.gap = Some(gap);

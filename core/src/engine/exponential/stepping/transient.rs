@@ -24,7 +24,7 @@ use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::engine::time_step::{StartError, slowest_to_resolve};
 use crate::record::Loads;
 use crate::structure::Structure;
-use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, ForceLocation, InitialState, Machine, OnExceed};
+use bladeoff_model::machine::{ContactPoints, Diaphragm, ForceLocation, InitialState, Machine, OnExceed};
 use bladeoff_model::outcome::Limit;
 
 /// Doublings up to which a step is limited by contact and peaks alone. The error of such a step falls with the contact step.
@@ -352,8 +352,8 @@ fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
         return Err(ExponentialError::NotCovered { what: "more than one diaphragm" });
     }
     for contact in machine.diaphragms.iter().map(|diaphragm| &diaphragm.contact) {
-        if contact.detection != Detection::Hyp2 || contact.points != ContactPoints::Several {
-            return Err(ExponentialError::NotCovered { what: "contact other than hyp2 at several points" });
+        if contact.points != ContactPoints::Several {
+            return Err(ExponentialError::NotCovered { what: "a single contact point (contact.points = \"one\")" });
         }
         if machine.run.force_location != ForceLocation::Next {
             return Err(ExponentialError::NotCovered {

@@ -37,18 +37,31 @@ impl BroadPhase {
             v += weights[i] * (clearances[i] - gap + (cos * x[0] + sin * x[1]));
             u += weights[i] * tangential[i];
         }
-        // the direction of the minimum: a small rotation from that of the point
-        let turn = offset * ring.spacing;
-        let (tilt, square) = (turn * (1.0 - turn * turn / 6.0), turn * turn);
-        let straight = 1.0 - 0.5 * square * (1.0 - square / 12.0);
-        let (sin, cos) = ring.angles[c];
-        let (sin, cos) = (sin * straight + cos * tilt, cos * straight - sin * tilt);
-        let distance = [self.radius + v - (cos * x[0] + sin * x[1]), u - (cos * x[1] - sin * x[0])];
-        let whole = length(distance);
-        let polar = [distance[0] / whole, distance[1] / whole];
-        let normal = [cos * polar[0] - sin * polar[1], sin * polar[0] + cos * polar[1]];
-        GapMinimum { index: c, offset, gap: whole - self.rotor_radius, polar, normal }
+        minimum_at(ring, [self.radius, self.rotor_radius], (c, offset), [v, u], x)
     }
+}
+
+/// Gap minimum at an offset from a point, where the ring is displaced by `[v, u]` and the rotor by x \[m\]; radii of the ring's
+/// surface and of the rotor.
+#[inline(always)]
+pub(in crate::engine::exponential::contact) fn minimum_at(
+    ring: &RingPoints,
+    [surface_radius, rotor_radius]: [f64; 2],
+    (c, offset): (usize, f64),
+    [v, u]: [f64; 2],
+    x: [f64; 2],
+) -> GapMinimum {
+    // the direction of the minimum: a small rotation from that of the point
+    let turn = offset * ring.spacing;
+    let (tilt, square) = (turn * (1.0 - turn * turn / 6.0), turn * turn);
+    let straight = 1.0 - 0.5 * square * (1.0 - square / 12.0);
+    let (sin, cos) = ring.angles[c];
+    let (sin, cos) = (sin * straight + cos * tilt, cos * straight - sin * tilt);
+    let distance = [surface_radius + v - (cos * x[0] + sin * x[1]), u - (cos * x[1] - sin * x[0])];
+    let whole = length(distance);
+    let polar = [distance[0] / whole, distance[1] / whole];
+    let normal = [cos * polar[0] - sin * polar[1], sin * polar[0] + cos * polar[1]];
+    GapMinimum { index: c, offset, gap: whole - rotor_radius, polar, normal }
 }
 
 // A function of its own: code that is called from many places is then only once in the instruction cache.
