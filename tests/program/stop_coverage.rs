@@ -1,6 +1,6 @@
 //! How often the interval that ends a study by `[stop]` covers the true value, and how many points the study needs, beside error spending
 //! over the interim analyses. Points of the designs of studies, and the estimators of answers. The table of docs/intervals.md:
-//! `STOP_STUDIES=1000 cargo test --release -p bladeoff --test stop_coverage -- --nocapture` (about 5 minutes; `STOP_CASES=halton`: only the
+//! `STOP_STUDIES=1000 cargo test --release -p bladeoff --test program stop_coverage:: -- --nocapture` (about 5 minutes; `STOP_CASES=halton`: only the
 //! kinds with this word).
 
 use bladeoff_answers::estimate::figures::Figures;
