@@ -15,5 +15,5 @@ pub mod stress;
 pub mod structure;
 pub mod verification;
 
-/// Version of the numbers: raised with every change that alters a bit of any outcome ("Numbers change" in CHANGELOG.md).
+/// Version of the numbers: raised with every change that alters a bit of any outcome ("Numbers" in CHANGELOG.md).
 pub const NUMERICS_VERSION: u32 = 7;

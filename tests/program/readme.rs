@@ -1,4 +1,4 @@
-//! README.md: its first study, run as written and whole; every number that the page tells of it.
+//! docs/first-study.md: the first study, run as written and whole; every number that the page tells of it.
 
 use crate::support::{Folder, root, say, says_the_same, table};
 use std::fs;
@@ -53,19 +53,22 @@ fn median(sorted: &[f64]) -> f64 {
 
 /// The number that stands in the page after these words.
 fn told_after(page: &str, words: &str) -> f64 {
-    let at = page.find(words).unwrap_or_else(|| panic!("README.md does not say {words:?}")) + words.len();
+    let at = page.find(words).unwrap_or_else(|| panic!("docs/first-study.md does not have {words:?}")) + words.len();
     let number: String = page[at..].chars().take_while(|letter| letter.is_ascii_digit() || *letter == '.').collect();
     number.trim_end_matches('.').parse().unwrap_or_else(|_| panic!("no number after {words:?}"))
 }
 
 /// Told numbers hold to 2 %: another machine's last digit of the modes moves single rubs by some tenths of a per cent.
 fn holds(told: f64, computed: f64, what: &str) {
-    assert!((told - computed).abs() <= 0.02 * computed.abs(), "{what}: README.md {told}, computed {computed}");
+    assert!(
+        (told - computed).abs() <= 0.02 * computed.abs(),
+        "{what}: docs/first-study.md {told}, computed {computed}"
+    );
 }
 
 #[test]
 fn what_the_readme_shows_of_the_first_study_comes_out() {
-    let page = fs::read_to_string(root().join("README.md")).expect("the page");
+    let page = fs::read_to_string(root().join("docs/first-study.md")).expect("the page");
     let flowing = page.split_whitespace().collect::<Vec<_>>().join(" ");
     let folder = Folder::new();
     let out = folder.name("first-look");
@@ -112,7 +115,7 @@ fn what_the_readme_shows_of_the_first_study_comes_out() {
     holds(100.0 + told_after(&flowing, "of `hyp2`, and in one run "), 100.0 * most, "hyp1 over hyp2 in one run");
     let apart = pairs(&frozen).into_iter().fold(0.0_f64, |most, ratio| most.max((ratio - 1.0).abs()));
     let within = told_after(&flowing, "The two exact ones agree within ") / 100.0;
-    assert!(apart <= within && within <= 1.5 * apart, "README.md {within}, computed {apart}");
+    assert!(apart <= within && within <= 1.5 * apart, "docs/first-study.md {within}, computed {apart}");
 
     let earliest = GAPS.map(|gap| {
         let touching = study.of(&[(GAP, gap), (MASS, "0.013"), ("detection", "hyp2")]);

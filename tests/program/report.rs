@@ -293,13 +293,13 @@ fn bearings_whose_peak_loads_are_not_the_machines_are_said_wherever_loads_are() 
 }
 
 #[test]
-fn limits_of_the_model_are_those_of_the_readme() {
-    let readme = fs::read_to_string(crate::support::root().join("README.md")).expect("the README");
+fn limits_of_the_model_are_those_of_their_page() {
+    let page = fs::read_to_string(crate::support::root().join("docs/limits.md")).expect("the page");
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let readme = words(&readme);
+    let page = words(&page);
     let [first @ .., _] = bladeoff::reporting::LIMITS;
     for limit in first {
-        assert!(readme.contains(&words(limit)), "{limit}");
+        assert!(page.contains(&words(limit)), "{limit}");
     }
 }
 

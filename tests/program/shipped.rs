@@ -144,7 +144,7 @@ fn studies_that_the_pages_show_in_full_are_valid() {
     let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
     folder.write("machines/lab_rig.toml", &rig);
     let mut seen = 0;
-    for page in ["docs/studies.md", "docs/uncertainty.md"] {
+    for page in ["docs/studies.md", "docs/study-distributions.md", "docs/study-formulas.md", "docs/runs-not-ok.md"] {
         let text = fs::read_to_string(root().join(page)).expect("the page");
         let block = |block: &str| block.split("```").next().map(str::to_owned);
         for rows in text.split("```csv\n").skip(1).filter_map(block) {

@@ -1,5 +1,5 @@
 //! How often the interval that ends a study by `[stop]` covers the true value, and how many points the study needs, beside error spending
-//! over the interim analyses. Points of the designs of studies, and the estimators of answers. The table of docs/uncertainty.md:
+//! over the interim analyses. Points of the designs of studies, and the estimators of answers. The table of docs/intervals.md:
 //! `STOP_STUDIES=1000 cargo test --release -p bladeoff --test program stop_coverage:: -- --nocapture` (about 5 minutes; `STOP_CASES=halton`: only the
 //! kinds with this word).
 

@@ -83,7 +83,7 @@ pub struct Underway {
     pub now: Instant,
 }
 
-/// Time left, from and to. How often the truth lies between is measured: docs/studies.md, "Looking on".
+/// Time left, from and to. How often the truth lies between is measured: docs/study-running.md, "Remaining time".
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eta {
     /// Shortest.

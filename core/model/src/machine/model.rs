@@ -314,7 +314,7 @@ pub struct Diaphragm {
     pub name: String,
     /// What stands around the rotor.
     pub kind: DiaphragmKind,
-    /// Rotation of the stator about Z \[rad\]: blade k stands at `angle + 2 pi k / count`.
+    /// Rotation of the stator about Z \[rad\]: blade k is at `angle + 2 pi k / count`.
     pub angle: f64,
     /// The contact.
     pub contact: Contact,

@@ -1,5 +1,5 @@
 //! Shards on nodes that are slow, die and come back, on a file system that takes its time: played with the very state machine that chooses
-//! chunks, without I/O. Regenerate the table of docs/cluster.md with
+//! chunks, without I/O. Regenerate the table of docs/cluster-methods.md with
 //! `cargo test --release --workspace --lib shards_on_failing -- --nocapture`.
 
 use super::attempt::{beat, fresh};
