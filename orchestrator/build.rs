@@ -21,6 +21,7 @@ fn main() {
         "worker/src",
         "worker/protocol/src",
         "orchestrator/study/src",
+        "orchestrator/record/src",
         "orchestrator/answers/src",
         "orchestrator/src",
         "Cargo.lock",

@@ -3,7 +3,7 @@
 
 use crate::running::{Running, STUDY, signal, wait_until};
 use crate::support::{Folder, Said, alone, said, say};
-use bladeoff::ledger::Reader;
+use bladeoff_record::Reader;
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};

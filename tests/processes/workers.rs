@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 use bladeoff::dispatch::{
     self, DispatchOptions, DispatchReport, Observer, Parameters, Sink, SinkError, Snapshot, Todo,
 };
-use bladeoff::ledger::Entry;
 use bladeoff_dev::faults::FAULT_VARIABLE;
 use bladeoff_model::outcome::Outcome;
 use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
+use bladeoff_record::Entry;
 use bladeoff_worker::noop::noop_outcome;
 
 pub use crate::support::alone;

@@ -16,7 +16,7 @@ use bladeoff_study::{Samples, load, parse_duration, parse_memory};
 use bladeoff_system::files::Pending;
 use bladeoff_worker::core_solver::CoreSolver;
 use bladeoff_worker::function_solver::FunctionSolver;
-use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE, WorkPlan};
+use bladeoff_worker::job_spec::{BASIS_FILE, JobSpec, PLAN_FILE};
 use proptest::prelude::*;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -269,11 +269,11 @@ impl Directory {
             PLAN_FILE => {
                 // With its own hash, so that it is parsed and not refused for being another.
                 let hash = blake3::hash(bytes).to_hex().to_string();
-                match WorkPlan::read(&self.out, &hash) {
-                    Ok(WorkPlan::Machine(plan)) => {
+                match JobSpec::read(&self.out, &hash) {
+                    Ok(JobSpec::Machine(plan)) => {
                         let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
                     }
-                    Ok(WorkPlan::Function(plan)) => drop(FunctionSolver::new(&plan)),
+                    Ok(JobSpec::Function(plan)) => drop(FunctionSolver::new(&plan)),
                     Err(_) => {}
                 }
             }

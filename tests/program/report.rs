@@ -297,7 +297,7 @@ fn limits_of_the_model_are_those_of_their_page() {
     let page = fs::read_to_string(crate::support::root().join("docs/limits.md")).expect("the page");
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let page = words(&page);
-    let [first @ .., _] = bladeoff::reporting::LIMITS;
+    let [first @ .., _] = bladeoff::html_report::LIMITS;
     for limit in first {
         assert!(page.contains(&words(limit)), "{limit}");
     }

@@ -1,7 +1,7 @@
 //! `run.step_limit` is a budget: a longer one goes on in the same directory, and the table is that of a fresh run.
 
 use crate::support::{Folder, Said, say, table};
-use bladeoff::ledger::{Entry, Ledger, LedgerError, Reader};
+use bladeoff_record::{Entry, Reader, Record, RecordError};
 use bladeoff_study::SampleKey;
 use bladeoff_worker::noop::noop_outcome;
 use std::fs;
@@ -153,12 +153,12 @@ fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
     header.insert("samples_blake3".to_owned(), "another".to_owned());
     let header: Vec<(String, String)> = header.into_iter().collect();
     let mut entries = Vec::new();
-    let taken = record.for_each::<LedgerError>(|sample, entry| {
+    let taken = record.for_each::<RecordError>(|sample, entry| {
         entries.push((sample, entry));
         Ok(())
     });
     taken.expect("readable");
-    let mut earlier = Ledger::create(&path, &header).expect("created");
+    let mut earlier = Record::create(&path, &header).expect("created");
     for (sample, entry) in entries {
         earlier.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).expect("taken");
     }
@@ -258,7 +258,7 @@ fn a_look_at_a_damaged_record_ends_without_a_panic() {
     let folder = Folder::new();
     let path = folder.path("ledger.redb");
     let header: Vec<(String, String)> = (0..12).map(|n| (format!("key {n}"), "v".repeat(64))).collect();
-    let mut ledger = Ledger::create(path.clone(), &header).expect("made");
+    let mut ledger = Record::create(path.clone(), &header).expect("made");
     for sample in 0..24 {
         let entry = Entry { outcome: noop_outcome(sample, &[]), cpu_s: 0.0, worker: 1, attempt: 1 };
         ledger.put(sample, SampleKey(sample.into()), &entry, Instant::now()).expect("taken");

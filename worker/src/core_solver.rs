@@ -8,8 +8,8 @@ use bladeoff_model::machine::{Engine, Machine, MachineDef, ParamValue, PathError
 use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_text::document::Problems;
 
-use crate::desk::{Desk, Sample, Stopped, failed};
-use crate::plan::MachinePlan;
+use crate::batch_recorder::{BatchRecorder, Sample, Stopped, failed};
+use crate::job_spec::MachineJob;
 use crate::solver::Solver;
 
 /// Computes samples of a plan.
@@ -70,7 +70,7 @@ impl CoreSolver {
     ///
     /// # Errors
     /// What is wrong with the plan.
-    pub fn new(plan: &MachinePlan) -> Result<Self, SolverError> {
+    pub fn new(plan: &MachineJob) -> Result<Self, SolverError> {
         let mut def = MachineDef::parse(&plan.machine_file, &plan.machine_toml).map_err(SolverError::Machine)?;
         for (path, value) in &plan.fixed {
             let path = def.resolve(path).map_err(SolverError::Path)?;
@@ -173,11 +173,11 @@ impl Parameter {
 
 impl Solver for CoreSolver {
     /// One after the other, in their order: the reference has nothing to gain from several.
-    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+    fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
         for index in 0..samples.len() {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             let outcome = self.outcome(begun.sample);
-            desk.finish(begun, outcome)?;
+            recorder.finish(begun, outcome)?;
         }
         Ok(())
     }

@@ -14,10 +14,10 @@ use crate::args::{ArgsError, WorkerArgs};
 use crate::core_solver::{CoreSolver, SolverError};
 use crate::fault::Faults;
 use crate::function_solver::{FunctionSolver, FunctionSolverError};
+use crate::heartbeat::Heartbeat;
+use crate::job_spec::{JobSpec, JobSpecError};
 use crate::noop::NoopSolver;
-use crate::plan::{PlanFileError, WorkPlan};
 use crate::process::{self, EXIT_CONNECTION, EXIT_PLAN, EXIT_USAGE, ProcessError};
-use crate::pulse::Pulse;
 use crate::serve::{ServeError, serve};
 
 /// Why a worker ended without being told to.
@@ -31,7 +31,7 @@ pub enum WorkerError {
     Process(#[from] ProcessError),
     /// The plan.
     #[error(transparent)]
-    Plan(#[from] PlanFileError),
+    Plan(#[from] JobSpecError),
     /// The solver for the plan.
     #[error(transparent)]
     Solver(#[from] SolverError),
@@ -64,9 +64,11 @@ fn run(args: impl IntoIterator<Item = OsString>, faults: &dyn Faults) -> Result<
     let watch = || args.parent.map(process::end_with_parent).transpose();
     let (for_link, for_pulse) = (watch()?, watch()?);
     let hello = Hello { pid: std::process::id(), build: process::build_id() };
-    let pulse = Pulse::default();
+    let heartbeat = Heartbeat::default();
     let connect = || -> Result<WorkerLink<IpcWorker>, WorkerError> {
-        pulse.start(for_pulse).map_err(|source| ProcessError::System { doing: "starting the heartbeat", source })?;
+        heartbeat
+            .start(for_pulse)
+            .map_err(|source| ProcessError::System { doing: "starting the heartbeat", source })?;
         let port = IpcWorker::connect(&args.address, args.worker, for_link)?;
         if let Some(bytes) = args.memory_limit {
             process::limit_memory(bytes)?;
@@ -75,18 +77,18 @@ fn run(args: impl IntoIterator<Item = OsString>, faults: &dyn Faults) -> Result<
     };
     if let Some(micros) = args.noop {
         let mut solver = NoopSolver { busy: Duration::from_micros(micros) };
-        serve(connect()?, hello, &mut solver, &pulse, faults)?;
+        serve(connect()?, hello, &mut solver, &heartbeat, faults)?;
     } else {
-        let plan = WorkPlan::read(&args.run_dir, &args.plan_hash)?;
+        let plan = JobSpec::read(&args.run_dir, &args.plan_hash)?;
         match plan {
-            WorkPlan::Machine(plan) => {
+            JobSpec::Machine(plan) => {
                 let mut solver = CoreSolver::new(&plan)?;
                 drop(plan);
-                serve(connect()?, hello, &mut solver, &pulse, faults)?;
+                serve(connect()?, hello, &mut solver, &heartbeat, faults)?;
             }
-            WorkPlan::Function(plan) => {
+            JobSpec::Function(plan) => {
                 let mut solver = FunctionSolver::new(&plan)?;
-                serve(connect()?, hello, &mut solver, &pulse, faults)?;
+                serve(connect()?, hello, &mut solver, &heartbeat, faults)?;
             }
         }
     }

@@ -4,8 +4,8 @@ use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{MAX_PARAMS, MAX_VALUES};
 use bladeoff_text::formula::{FormulaError, Kind, Program, parse};
 
-use crate::desk::{Desk, Sample, Stopped, failed};
-use crate::plan::FunctionPlan;
+use crate::batch_recorder::{BatchRecorder, Sample, Stopped, failed};
+use crate::job_spec::FunctionJob;
 use crate::solver::Solver;
 
 /// Evaluates the formulas of a plan.
@@ -47,7 +47,7 @@ impl FunctionSolver {
     ///
     /// # Errors
     /// What is wrong with the plan.
-    pub fn new(plan: &FunctionPlan) -> Result<Self, FunctionSolverError> {
+    pub fn new(plan: &FunctionJob) -> Result<Self, FunctionSolverError> {
         let variables = &plan.variables;
         let counts = [("variables", variables.len(), MAX_PARAMS), ("formulas", plan.formulas.len(), MAX_VALUES)];
         if let Some((what, found, most)) = counts.into_iter().find(|(_, found, most)| found > most) {
@@ -55,7 +55,7 @@ impl FunctionSolver {
         }
         let is_called = |name: &str| variables.iter().position(|v| v.name == name || v.short.as_deref() == Some(name));
         let program =
-            |one: &crate::plan::Formula| {
+            |one: &crate::job_spec::Formula| {
                 parse(&one.formula, Kind::Number, &is_called, &|_| None).map_err(|source| {
                     FunctionSolverError::Formula { name: one.name.clone(), formula: one.formula.clone(), source }
                 })
@@ -84,11 +84,11 @@ impl FunctionSolver {
 }
 
 impl Solver for FunctionSolver {
-    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+    fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
         for index in 0..samples.len() {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             let outcome = self.outcome(begun.sample.params);
-            desk.finish(begun, outcome)?;
+            recorder.finish(begun, outcome)?;
         }
         Ok(())
     }

@@ -8,15 +8,15 @@
 //! state.
 
 pub mod args;
+pub mod batch_recorder;
 pub mod core_solver;
-pub mod desk;
 mod entry;
 pub mod fault;
 pub mod function_solver;
+pub mod heartbeat;
+pub mod job_spec;
 pub mod noop;
-pub mod plan;
 pub mod process;
-pub mod pulse;
 pub mod serve;
 pub mod solver;
 

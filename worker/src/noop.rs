@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 
-use crate::desk::{Desk, Sample, Stopped};
+use crate::batch_recorder::{BatchRecorder, Sample, Stopped};
 use crate::solver::Solver;
 
 /// Values in an outcome, about as many as a machine with two bearings has.
@@ -27,9 +27,9 @@ pub fn noop_outcome(sample: u64, params: &[f64]) -> Outcome {
 }
 
 impl Solver for NoopSolver {
-    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+    fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
         for index in 0..samples.len() {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             if !self.busy.is_zero() {
                 let start = Instant::now();
                 while start.elapsed() < self.busy {
@@ -37,7 +37,7 @@ impl Solver for NoopSolver {
                 }
             }
             let outcome = noop_outcome(begun.sample.number, begun.sample.params);
-            desk.finish(begun, outcome)?;
+            recorder.finish(begun, outcome)?;
         }
         Ok(())
     }

@@ -12,9 +12,9 @@ use bladeoff_protocol::link::{LinkError, WorkerLink};
 use bladeoff_protocol::messages::{Batch, Body, Hello, Report, SampleReport, ToWorker};
 use bladeoff_protocol::transport::WorkerPort;
 
-use crate::desk::{Desk, Sample};
+use crate::batch_recorder::{BatchRecorder, Sample};
 use crate::fault::{At, Faults};
-use crate::pulse::Pulse;
+use crate::heartbeat::Heartbeat;
 use crate::solver::{Solver, solve_all};
 
 /// A finished result is held back at most this long, plus the sample after it.
@@ -46,7 +46,7 @@ pub fn serve<P: WorkerPort, S: Solver>(
     mut link: WorkerLink<P>,
     hello: Hello,
     solver: &mut S,
-    pulse: &Pulse,
+    heartbeat: &Heartbeat,
     faults: &dyn Faults,
 ) -> Result<(), ServeError> {
     link.send(Body::Hello(hello))?;
@@ -59,7 +59,7 @@ pub fn serve<P: WorkerPort, S: Solver>(
     let mut report = Report { batch: None, samples: Vec::new(), asks: true };
     loop {
         send(&mut link, &mut report, faults)?;
-        pulse.waiting();
+        heartbeat.waiting();
         let batch = match link.receive()? {
             ToWorker::Batch(batch) => batch,
             ToWorker::Stop => return Ok(()),
@@ -68,7 +68,7 @@ pub fn serve<P: WorkerPort, S: Solver>(
         };
         let mut run = BatchRun {
             link: &mut link,
-            pulse,
+            heartbeat,
             faults,
             report: Report { batch: Some((batch.batch, batch.attempt)), samples: Vec::new(), asks: false },
             answer_is_open: false,
@@ -92,7 +92,7 @@ enum Next {
 
 struct BatchRun<'a, P> {
     link: &'a mut WorkerLink<P>,
-    pulse: &'a Pulse,
+    heartbeat: &'a Heartbeat,
     faults: &'a dyn Faults,
     report: Report,
     answer_is_open: bool,
@@ -106,7 +106,7 @@ impl<P: WorkerPort> BatchRun<'_, P> {
             batch.samples.iter().for_each(|&sample| self.faults.reached(At::Claimed, sample, None));
         }
         let samples: Vec<Sample<'_>> = batch.iter().map(|(number, params)| Sample { number, params }).collect();
-        let (pulse, faults) = (self.pulse, self.faults);
+        let (heartbeat, faults) = (self.heartbeat, self.faults);
         let mut end = None;
         let mut hand_in = |done: SampleReport| match self.hand_in(done) {
             Ok(Next::GoOn) => ControlFlow::Continue(()),
@@ -115,7 +115,7 @@ impl<P: WorkerPort> BatchRun<'_, P> {
                 ControlFlow::Break(())
             }
         };
-        solve_all(solver, &mut Desk::new(batch.batch, &samples, pulse, faults, &mut hand_in));
+        solve_all(solver, &mut BatchRecorder::new(batch.batch, &samples, heartbeat, faults, &mut hand_in));
         end.unwrap_or_else(|| self.settle(true))
     }
 
@@ -157,7 +157,7 @@ impl<P: WorkerPort> BatchRun<'_, P> {
         let mut answer = self.link.try_receive()?;
         if answer.is_none() && wait {
             // Should the answer be lost, the heartbeat has to say so.
-            self.pulse.waiting();
+            self.heartbeat.waiting();
             answer = Some(self.link.receive()?);
         }
         self.answer_is_open = answer.is_none();

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-use crate::desk::{Desk, Sample, Stopped};
+use crate::batch_recorder::{BatchRecorder, Sample, Stopped};
 
 /// Computes samples, a batch at a time.
 pub trait Solver {
@@ -20,30 +20,30 @@ pub trait Solver {
     /// The others are given anew, without those that are finished. All of this stands in the log.
     ///
     /// # Errors
-    /// What [`Desk::finish`] said.
-    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped>;
+    /// What [`BatchRecorder::finish`] said.
+    fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped>;
 
     /// Called after a panic in [`Solver::solve_batch`], or a sample that it left out: forget whatever may be half done.
     fn recover(&mut self) {}
 }
 
 /// Gives the samples of a desk to the solver until each has its outcome, or no more is taken.
-pub(crate) fn solve_all<S: Solver>(solver: &mut S, desk: &mut Desk<'_>) {
-    let mut calls = VecDeque::from([(0..desk.len()).collect::<Vec<_>>()]);
+pub(crate) fn solve_all<S: Solver>(solver: &mut S, recorder: &mut BatchRecorder<'_>) {
+    let mut calls = VecDeque::from([(0..recorder.len()).collect::<Vec<_>>()]);
     // Ends: of every call that leaves something over, a sample is given up, or the next calls have a single one.
-    while !desk.has_stopped()
+    while !recorder.has_stopped()
         && let Some(call) = calls.pop_front()
     {
-        let samples = desk.open(&call);
-        let solved = catch_unwind(AssertUnwindSafe(|| solver.solve_batch(&samples, desk)));
+        let samples = recorder.open(&call);
+        let solved = catch_unwind(AssertUnwindSafe(|| solver.solve_batch(&samples, recorder)));
         let panic = match solved {
-            Err(panic) if desk.is_handing_in() => resume_unwind(panic),
+            Err(panic) if recorder.is_handing_in() => resume_unwind(panic),
             solved => solved.is_err(),
         };
-        if desk.has_stopped() {
+        if recorder.has_stopped() {
             break;
         }
-        let (under_way, left) = desk.unfinished();
+        let (under_way, left) = recorder.unfinished();
         if !panic && left.is_empty() {
             continue;
         }
@@ -55,12 +55,12 @@ pub(crate) fn solve_all<S: Solver>(solver: &mut S, desk: &mut Desk<'_>) {
             [] => eprintln!("the solver panicked when all its samples were finished"),
             [guilty] if is_known => {
                 let did = if panic { "panicked" } else { "left it out" };
-                eprintln!("sample {}: the solver {did}", desk.number(guilty));
-                desk.give_up(guilty);
+                eprintln!("sample {}: the solver {did}", recorder.number(guilty));
+                recorder.give_up(guilty);
             }
             [first, ..] => {
                 let did = if panic { "panicked in one of" } else { "left out" };
-                let (n, first) = (suspects.len(), desk.number(first));
+                let (n, first) = (suspects.len(), recorder.number(first));
                 eprintln!("the solver {did} {n} samples, the first is {first}: each is tried alone");
             }
         }

@@ -10,9 +10,9 @@ use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::link::HubLink;
 use bladeoff_protocol::messages::{BatchId, FromWorkerBlock, MAX_BATCH, Report, SampleReport, ToWorker, ToWorkerBlock};
 use bladeoff_protocol::transport::{PortError, WorkerPort};
-use bladeoff_worker::desk::{Desk, Sample, Stopped};
+use bladeoff_worker::batch_recorder::{BatchRecorder, Sample, Stopped};
+use bladeoff_worker::heartbeat::Heartbeat;
 use bladeoff_worker::process::thread_cpu_time;
-use bladeoff_worker::pulse::Pulse;
 use bladeoff_worker::solver::Solver;
 use support::transports::{MemoryNet, MemoryWorker};
 use support::{RUN, WORKER, batch, fine, play, receive, report, results, start};
@@ -26,10 +26,10 @@ struct Like<F> {
     calls: Calls,
 }
 
-impl<F: FnMut(&[Sample<'_>], &mut Desk<'_>) -> Result<(), Stopped>> Solver for Like<F> {
-    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+impl<F: FnMut(&[Sample<'_>], &mut BatchRecorder<'_>) -> Result<(), Stopped>> Solver for Like<F> {
+    fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
         self.calls.lock().expect("whole").push(samples.iter().map(|sample| sample.number).collect());
-        (self.solve)(samples, desk)
+        (self.solve)(samples, recorder)
     }
     fn recover(&mut self) {
         self.calls.lock().expect("whole").push(vec![0]);
@@ -39,7 +39,7 @@ impl<F: FnMut(&[Sample<'_>], &mut Desk<'_>) -> Result<(), Stopped>> Solver for L
 /// Plays one batch with a solver; what was reported, and what the solver was asked for.
 fn play_like<F>(samples: &[u64], solve: F) -> (Vec<Report>, Vec<Vec<u64>>)
 where
-    F: FnMut(&[Sample<'_>], &mut Desk<'_>) -> Result<(), Stopped> + Send + 'static,
+    F: FnMut(&[Sample<'_>], &mut BatchRecorder<'_>) -> Result<(), Stopped> + Send + 'static,
 {
     let calls = Calls::default();
     let solver = Like { solve, calls: calls.clone() };
@@ -48,11 +48,11 @@ where
     (reports, calls)
 }
 
-fn one_by_one(samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+fn one_by_one(samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
     (0..samples.len()).try_for_each(|index| {
-        let begun = desk.begin(index);
+        let begun = recorder.begin(index);
         let outcome = fine(vec![Some(begun.sample.params[0])]);
-        desk.finish(begun, outcome)
+        recorder.finish(begun, outcome)
     })
 }
 
@@ -81,12 +81,12 @@ fn a_batch_of_any_size_is_handed_to_the_solver_as_a_whole() {
 #[test]
 fn samples_may_be_under_way_together_and_finish_in_any_order() {
     let samples = [1, 2, 3, 4, 5, 6, 7];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         for four in (0..samples.len()).collect::<Vec<_>>().chunks(4) {
-            let under_way: Vec<_> = four.iter().map(|&index| desk.begin(index)).collect();
+            let under_way: Vec<_> = four.iter().map(|&index| recorder.begin(index)).collect();
             for begun in under_way.into_iter().rev() {
                 let outcome = fine(vec![Some(begun.sample.params[0])]);
-                desk.finish(begun, outcome)?;
+                recorder.finish(begun, outcome)?;
             }
         }
         Ok(())
@@ -98,13 +98,13 @@ fn samples_may_be_under_way_together_and_finish_in_any_order() {
 #[test]
 fn when_several_are_under_way_in_a_panic_each_is_tried_alone_and_one_is_guilty() {
     let samples = [11, 12, 13, 14, 15, 16];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         for three in (0..samples.len()).collect::<Vec<_>>().chunks(3) {
-            let under_way: Vec<_> = three.iter().map(|&index| desk.begin(index)).collect();
+            let under_way: Vec<_> = three.iter().map(|&index| recorder.begin(index)).collect();
             assert!(under_way.iter().all(|begun| begun.sample.number != 15), "the fifteenth");
             for begun in under_way {
                 let outcome = fine(vec![Some(begun.sample.params[0])]);
-                desk.finish(begun, outcome)?;
+                recorder.finish(begun, outcome)?;
             }
         }
         Ok(())
@@ -116,12 +116,12 @@ fn when_several_are_under_way_in_a_panic_each_is_tried_alone_and_one_is_guilty()
 #[test]
 fn the_rest_of_a_batch_goes_on_after_a_panic_without_what_is_finished() {
     let samples = [11, 12, 13, 14];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         (0..samples.len()).try_for_each(|index| {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             assert!(begun.sample.number != 12, "the twelfth");
             let outcome = fine(vec![Some(begun.sample.params[0])]);
-            desk.finish(begun, outcome)
+            recorder.finish(begun, outcome)
         })
     });
     assert_failed(&results(&reports), &samples, &[12]);
@@ -131,10 +131,10 @@ fn the_rest_of_a_batch_goes_on_after_a_panic_without_what_is_finished() {
 #[test]
 fn a_panic_with_none_under_way_is_nobodys_until_each_was_tried_alone() {
     let samples = [11, 12, 13, 14];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         // A preparation of all at once.
         assert!(samples.iter().all(|sample| sample.number != 13), "the thirteenth");
-        one_by_one(samples, desk)
+        one_by_one(samples, recorder)
     });
     assert_failed(&results(&reports), &samples, &[13]);
     assert_eq!(calls, [&samples[..], &[0], &[11], &[12], &[13], &[0], &[14]]);
@@ -143,8 +143,8 @@ fn a_panic_with_none_under_way_is_nobodys_until_each_was_tried_alone() {
 #[test]
 fn a_panic_after_the_last_sample_costs_none() {
     let samples = [11, 12];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
-        one_by_one(samples, desk)?;
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
+        one_by_one(samples, recorder)?;
         panic!("too late");
     });
     assert_failed(&results(&reports), &samples, &[]);
@@ -154,15 +154,15 @@ fn a_panic_after_the_last_sample_costs_none() {
 #[test]
 fn a_sample_that_the_solver_leaves_out_is_tried_alone_and_fails_if_it_is_left_out_again() {
     let samples = [11, 12, 13, 14];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         for (index, sample) in samples.iter().enumerate() {
             let is_left_out = sample.number == 14 || (sample.number == 12 && samples.len() > 1);
             if is_left_out {
                 continue;
             }
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             let outcome = fine(vec![Some(begun.sample.params[0])]);
-            desk.finish(begun, outcome)?;
+            recorder.finish(begun, outcome)?;
         }
         Ok(())
     });
@@ -173,14 +173,14 @@ fn a_sample_that_the_solver_leaves_out_is_tried_alone_and_fails_if_it_is_left_ou
 #[test]
 fn a_sample_that_is_begun_and_never_finished_is_left_out() {
     let samples = [11, 12];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         (0..samples.len()).try_for_each(|index| {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             if begun.sample.number == 11 {
                 return Ok(());
             }
             let outcome = fine(vec![Some(begun.sample.params[0])]);
-            desk.finish(begun, outcome)
+            recorder.finish(begun, outcome)
         })
     });
     assert_failed(&results(&reports), &samples, &[11]);
@@ -190,15 +190,15 @@ fn a_sample_that_is_begun_and_never_finished_is_left_out() {
 #[test]
 fn a_sample_that_is_begun_twice_while_it_is_under_way_fails() {
     let samples = [11, 12, 13];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         (0..samples.len()).try_for_each(|index| {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             if begun.sample.number == 12 {
-                let again = desk.begin(index);
+                let again = recorder.begin(index);
                 drop(again);
             }
             let outcome = fine(vec![Some(begun.sample.params[0])]);
-            desk.finish(begun, outcome)
+            recorder.finish(begun, outcome)
         })
     });
     assert_failed(&results(&reports), &samples, &[12]);
@@ -209,11 +209,11 @@ fn a_sample_that_is_begun_twice_while_it_is_under_way_fails() {
 #[test]
 fn a_sample_that_is_begun_again_after_its_end_keeps_its_outcome() {
     let samples = [11, 12, 13];
-    let (reports, calls) = play_like(&samples, |samples, desk| {
+    let (reports, calls) = play_like(&samples, |samples, recorder| {
         for index in 0..samples.len() {
             for value in [samples[index].params[0], f64::from(99)] {
-                let begun = desk.begin(index);
-                desk.finish(begun, fine(vec![Some(value)]))?;
+                let begun = recorder.begin(index);
+                recorder.finish(begun, fine(vec![Some(value)]))?;
             }
         }
         Ok(())
@@ -224,10 +224,10 @@ fn a_sample_that_is_begun_again_after_its_end_keeps_its_outcome() {
 
 #[test]
 fn a_sample_that_is_not_in_the_batch_cannot_be_begun() {
-    let (reports, _) = play_like(&[11], |samples, desk| {
-        one_by_one(samples, desk)?;
-        let begun = desk.begin(samples.len());
-        desk.finish(begun, fine(vec![]))
+    let (reports, _) = play_like(&[11], |samples, recorder| {
+        one_by_one(samples, recorder)?;
+        let begun = recorder.begin(samples.len());
+        recorder.finish(begun, fine(vec![]))
     });
     assert_failed(&results(&reports), &[11], &[]);
 }
@@ -236,20 +236,20 @@ fn a_sample_that_is_not_in_the_batch_cannot_be_begun() {
 fn the_heartbeat_names_the_sample_begun_last_of_those_under_way() {
     let net = MemoryNet::default();
     let mut hub = HubLink::new(net.hub(), RUN);
-    let pulse = Pulse::default();
+    let heartbeat = Heartbeat::default();
     let seen = Arc::new(Mutex::new(Vec::new()));
-    let (beats, shown) = (seen.clone(), pulse.clone());
-    let solve = move |_: &[Sample<'_>], desk: &mut Desk<'_>| {
+    let (beats, shown) = (seen.clone(), heartbeat.clone());
+    let solve = move |_: &[Sample<'_>], recorder: &mut BatchRecorder<'_>| {
         let look = || beats.lock().expect("whole").push(shown.beat());
-        let first = desk.begin(0);
+        let first = recorder.begin(0);
         look();
-        let second = desk.begin(1);
+        let second = recorder.begin(1);
         look();
-        desk.finish(second, fine(vec![]))?;
+        recorder.finish(second, fine(vec![]))?;
         look();
-        desk.finish(first, fine(vec![]))
+        recorder.finish(first, fine(vec![]))
     };
-    let worker = start(net.worker(), &pulse, move || Like { solve, calls: Calls::default() });
+    let worker = start(net.worker(), &heartbeat, move || Like { solve, calls: Calls::default() });
     for answer in [ToWorker::Continue, ToWorker::Batch(batch(vec![11, 12]))] {
         let ticket = receive(&mut hub).ticket;
         hub.answer(ticket, WORKER, &answer).expect("answered");
@@ -259,7 +259,7 @@ fn the_heartbeat_names_the_sample_begun_last_of_those_under_way() {
     assert_eq!(samples, [11, 12, 11].map(|sample| (BatchId(1), Some(sample))));
     hub.answer(last.ticket, WORKER, &ToWorker::Stop).expect("answered");
     worker.join().expect("no panic").expect("told to stop");
-    assert_eq!(pulse.beat().sample, None, "it waits");
+    assert_eq!(heartbeat.beat().sample, None, "it waits");
 }
 
 /// Uses so much CPU time.
@@ -272,14 +272,14 @@ fn burn(milliseconds: u64) {
 
 #[test]
 fn cpu_time_is_shared_by_those_under_way_and_preparation_by_all_that_are_left() {
-    let (reports, _) = play_like(&[11, 12, 13], |_, desk| {
+    let (reports, _) = play_like(&[11, 12, 13], |_, recorder| {
         burn(90);
-        let alone = desk.begin(0);
+        let alone = recorder.begin(0);
         burn(50);
-        desk.finish(alone, fine(vec![]))?;
-        let together = [desk.begin(1), desk.begin(2)];
+        recorder.finish(alone, fine(vec![]))?;
+        let together = [recorder.begin(1), recorder.begin(2)];
         burn(200);
-        together.into_iter().try_for_each(|begun| desk.finish(begun, fine(vec![])))
+        together.into_iter().try_for_each(|begun| recorder.finish(begun, fine(vec![])))
     });
     let results = results(&reports);
     let cpu_s = [11, 12, 13].map(|sample| results[&sample].cpu_s);
@@ -294,17 +294,17 @@ fn what_a_solver_hands_in_after_the_order_to_stop_is_not_sent() {
     let mut hub = HubLink::new(net.hub(), RUN);
     let refused = Arc::new(Mutex::new(Vec::new()));
     let log = refused.clone();
-    let solve = move |samples: &[Sample<'_>], desk: &mut Desk<'_>| {
+    let solve = move |samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>| {
         for index in 0..samples.len() {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             // Sixteen of these fill a message.
-            if desk.finish(begun, fine(vec![Some(1.0); 256])).is_err() {
+            if recorder.finish(begun, fine(vec![Some(1.0); 256])).is_err() {
                 log.lock().expect("whole").push(samples[index].number);
             }
         }
         panic!("also that is no matter now");
     };
-    let worker = start(net.worker(), &Pulse::default(), move || Like { solve, calls: Calls::default() });
+    let worker = start(net.worker(), &Heartbeat::default(), move || Like { solve, calls: Calls::default() });
     for answer in [ToWorker::Continue, ToWorker::Batch(batch((20..84).collect())), ToWorker::Stop] {
         let ticket = receive(&mut hub).ticket;
         hub.answer(ticket, WORKER, &answer).expect("answered");
@@ -327,19 +327,19 @@ fn a_worker_told_to_leave_its_batch_begins_no_more_of_it_and_asks_for_the_next()
     let mut hub = HubLink::new(net.hub(), RUN);
     let begun = Arc::new(Mutex::new(Vec::new()));
     let log = begun.clone();
-    let solve = move |samples: &[Sample<'_>], desk: &mut Desk<'_>| {
+    let solve = move |samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>| {
         (0..samples.len()).try_for_each(|index| {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             log.lock().expect("whole").push(begun.sample.number);
             if begun.sample.number == 12 {
                 std::thread::sleep(Duration::from_millis(500));
             }
-            desk.finish(begun, fine(vec![Some(1.0)]))
+            recorder.finish(begun, fine(vec![Some(1.0)]))
         })
     };
     let calls = Calls::default();
     let asked = calls.clone();
-    let worker = start(net.worker(), &Pulse::default(), move || Like { solve, calls: asked });
+    let worker = start(net.worker(), &Heartbeat::default(), move || Like { solve, calls: asked });
     for answer in [ToWorker::Continue, ToWorker::Batch(batch(vec![11, 12, 13, 14]))] {
         let ticket = receive(&mut hub).ticket;
         hub.answer(ticket, WORKER, &answer).expect("answered");
@@ -387,13 +387,13 @@ fn a_panic_of_the_connection_is_not_taken_for_one_of_the_solver() {
     let mut hub = HubLink::new(net.hub(), RUN);
     let calls = Calls::default();
     let asked = calls.clone();
-    let solve = |samples: &[Sample<'_>], desk: &mut Desk<'_>| {
+    let solve = |samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>| {
         (0..samples.len()).try_for_each(|index| {
-            let begun = desk.begin(index);
-            desk.finish(begun, fine(vec![Some(1.0); 256]))
+            let begun = recorder.begin(index);
+            recorder.finish(begun, fine(vec![Some(1.0); 256]))
         })
     };
-    let worker = start(Brittle(net.worker(), 0), &Pulse::default(), move || Like { solve, calls: asked });
+    let worker = start(Brittle(net.worker(), 0), &Heartbeat::default(), move || Like { solve, calls: asked });
     for answer in [ToWorker::Continue, ToWorker::Batch(batch((20..84).collect()))] {
         let ticket = receive(&mut hub).ticket;
         hub.answer(ticket, WORKER, &answer).expect("answered");

@@ -7,20 +7,20 @@ use std::collections::BTreeMap;
 use bladeoff_model::outcome::{Cause, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{Batch, BatchId, MAX_PARAMS};
 use bladeoff_worker::function_solver::{FunctionSolver, FunctionSolverError};
-use bladeoff_worker::plan::{Formula, FunctionPlan, Variable};
+use bladeoff_worker::job_spec::{Formula, FunctionJob, Variable};
 use support::{play, results};
 
-fn plan(variables: &[&str], formulas: &[(&str, &str)]) -> FunctionPlan {
+fn plan(variables: &[&str], formulas: &[(&str, &str)]) -> FunctionJob {
     let variable = |name: &&str| Variable { name: (*name).to_owned(), short: None };
     let formula = |(name, text): &(&str, &str)| Formula { name: (*name).to_owned(), formula: (*text).to_owned() };
-    FunctionPlan {
+    FunctionJob {
         variables: variables.iter().map(variable).collect(),
         formulas: formulas.iter().map(formula).collect(),
     }
 }
 
 /// Outcomes of one worker that is given these samples, each its values, as one batch.
-fn outcomes(plan: &FunctionPlan, samples: &[u64], values: impl Fn(u64) -> Vec<f64>) -> BTreeMap<u64, Outcome> {
+fn outcomes(plan: &FunctionJob, samples: &[u64], values: impl Fn(u64) -> Vec<f64>) -> BTreeMap<u64, Outcome> {
     let (plan, n_params) = (plan.clone(), plan.variables.len());
     let params = samples.iter().flat_map(|&sample| values(sample)).collect();
     let batch = Batch { batch: BatchId(1), attempt: 1, n_params, samples: samples.to_vec(), params };

@@ -10,7 +10,7 @@ use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_model::outcome::Outcome;
 use bladeoff_protocol::messages::{Batch, BatchId};
 use bladeoff_worker::core_solver::CoreSolver;
-use bladeoff_worker::plan::{MachinePlan, Varied};
+use bladeoff_worker::job_spec::{MachineJob, Varied};
 use support::{play, results};
 
 const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
@@ -25,14 +25,14 @@ const SAMPLES: [[f64; 3]; 6] = [
     [0.3e-3, 4e-3, 1.0],
 ];
 
-fn plan() -> MachinePlan {
+fn plan() -> MachineJob {
     let machine = MachineDef::parse("lab_rig.toml", RIG).expect("the rig").build().expect("the rig");
     let basis = Structure::build(&machine, None).expect("modes").basis().to_bytes();
     let varied = |path: &str, choices: Option<&[&str]>| Varied {
         path: path.to_owned(),
         choices: choices.map(|words| words.iter().map(|&word| word.to_owned()).collect()),
     };
-    MachinePlan {
+    MachineJob {
         machine_file: "lab_rig.toml".to_owned(),
         machine_toml: RIG.to_owned(),
         fixed: vec![("run.end_time".to_owned(), ParamValue::Number(0.02))],
@@ -46,7 +46,7 @@ fn plan() -> MachinePlan {
 }
 
 /// Outcomes of one worker that is given these samples as one batch.
-fn outcomes(plan: &MachinePlan, order: &[u64]) -> BTreeMap<u64, Outcome> {
+fn outcomes(plan: &MachineJob, order: &[u64]) -> BTreeMap<u64, Outcome> {
     let plan = plan.clone();
     let params = order.iter().flat_map(|&sample| SAMPLES[sample as usize]).collect();
     let batch = Batch { batch: BatchId(1), attempt: 1, n_params: 3, samples: order.to_vec(), params };

@@ -8,8 +8,8 @@ use std::time::Duration;
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_protocol::link::HubLink;
 use bladeoff_protocol::messages::{MAX_VALUES, Report, ToWorker};
-use bladeoff_worker::desk::{Desk, Sample, Stopped};
-use bladeoff_worker::pulse::Pulse;
+use bladeoff_worker::batch_recorder::{BatchRecorder, Sample, Stopped};
+use bladeoff_worker::heartbeat::Heartbeat;
 use bladeoff_worker::solver::Solver;
 use support::transports::MemoryNet;
 use support::{RUN, WORKER, batch, fine, receive, report, results, start};
@@ -21,9 +21,9 @@ struct Moody {
 }
 
 impl Solver for Moody {
-    fn solve_batch(&mut self, samples: &[Sample<'_>], desk: &mut Desk<'_>) -> Result<(), Stopped> {
+    fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
         for index in 0..samples.len() {
-            let begun = desk.begin(index);
+            let begun = recorder.begin(index);
             match begun.sample.number {
                 13 => panic!("the thirteenth"),
                 7 => thread::sleep(Duration::from_millis(250)),
@@ -35,7 +35,7 @@ impl Solver for Moody {
                 9 => values.resize(MAX_VALUES + 1, None),
                 _ => {}
             }
-            desk.finish(begun, fine(values))?;
+            recorder.finish(begun, fine(values))?;
         }
         Ok(())
     }
@@ -92,7 +92,7 @@ fn a_panic_or_an_impossible_result_fails_its_sample_and_no_other() {
 fn a_worker_told_to_stop_in_a_batch_hands_over_what_is_finished_and_leaves() {
     let net = MemoryNet::default();
     let mut hub = HubLink::new(net.hub(), RUN);
-    let worker = start(net.worker(), &Pulse::default(), moody(256));
+    let worker = start(net.worker(), &Heartbeat::default(), moody(256));
     for answer in [ToWorker::Continue, ToWorker::Batch(batch((20..84).collect())), ToWorker::Stop] {
         let ticket = receive(&mut hub).ticket;
         hub.answer(ticket, WORKER, &answer).expect("answered");
@@ -111,7 +111,7 @@ fn a_worker_told_to_stop_in_a_batch_hands_over_what_is_finished_and_leaves() {
 fn a_worker_whose_orchestrator_is_gone_ends_with_an_error() {
     let net = MemoryNet::default();
     let hub = net.hub();
-    let worker = start(net.worker(), &Pulse::default(), moody(4));
+    let worker = start(net.worker(), &Heartbeat::default(), moody(4));
     drop(hub);
     assert!(worker.join().expect("no panic").is_err());
 }

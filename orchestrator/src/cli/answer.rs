@@ -6,15 +6,15 @@ use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use super::why::{frozen, go_on};
-use crate::answering::{
+use crate::html_report::{LimitTable, bearings_of, too_many_beyond};
+use crate::questions::{
     Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
 };
-use crate::reporting::{LimitTable, bearings_of, too_many_beyond};
 use crate::run::Looking;
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
 use crate::run::shards::{is_unmerged, row_files, see, unread};
 use bladeoff_answers::ask::{in_words, percent_given};
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::Table;
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::machine::set;
 use crate::engine;
-use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_answers::summary::{Align, TextTable};
 use bladeoff_answers::tables::{ENGINE, NOTES, Table, TableSchema};
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue};
 use bladeoff_model::outcome::{Outcome, Part};

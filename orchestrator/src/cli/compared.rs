@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::refusals::NotCompared;
 use super::why::frozen;
-use crate::answering::drawn;
+use crate::questions::drawn;
 use crate::run::directory::{MANIFEST, RESULTS};
 use crate::run::shards::row_files;
 use crate::run::shards::see;

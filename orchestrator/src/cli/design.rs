@@ -16,7 +16,7 @@ use super::why::frozen;
 use crate::run::directory::read_current;
 use crate::run::refuse_changed;
 use crate::run::shards::row_files;
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::Table;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::derived::Variable;

@@ -2,19 +2,19 @@
 
 use super::exit::Exit;
 use super::refusals::{DesignExportError, NoDirectory, NotAsked, NotCompared, ReplayError, WhyError};
-use crate::answering::AnsweringError;
 use crate::dispatch::Signal;
 use crate::engine::EngineError;
 use crate::history::HistoryError;
-use crate::ledger::LedgerError;
+use crate::questions::AnsweringError;
 use crate::run::RunError;
 use crate::run::directory::LEDGER;
 use crate::run::shards::ShardError;
-use crate::starts::StartError;
+use crate::start_check::StartError;
 use crate::submit::SubmitError;
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::figures::FigureError;
 use bladeoff_answers::tables::TableError;
+use bladeoff_record::RecordError;
 use bladeoff_study::sampling::combinations::CombinationError;
 use bladeoff_study::{InputError, StudyError, meant};
 use bladeoff_system::call;
@@ -22,7 +22,7 @@ use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use bladeoff_system::threads::ThreadsError;
 use bladeoff_text::document::Problems;
-use bladeoff_worker::plan::PlanFileError;
+use bladeoff_worker::job_spec::JobSpecError;
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -114,7 +114,7 @@ pub enum CliError {
     File(#[from] FileError),
     /// The record of finished samples.
     #[error(transparent)]
-    Ledger(#[from] LedgerError),
+    Record(#[from] RecordError),
     /// A figure.
     #[error(transparent)]
     Figure(#[from] FigureError),
@@ -241,7 +241,7 @@ impl CliError {
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
             CliError::Replay(ReplayError::Which { .. }) => Exit::Usage,
-            CliError::Replay(ReplayError::Plan(PlanFileError::File(_) | PlanFileError::Changed { .. })) => Exit::Io,
+            CliError::Replay(ReplayError::Plan(JobSpecError::File(_) | JobSpecError::Changed { .. })) => Exit::Io,
             CliError::Run(error) if error.is_refusal() => Exit::Input,
             CliError::Shard(ShardError::Missing { .. }) => Exit::Incomplete,
             CliError::Shard(error) if error.is_refusal() => Exit::Input,
@@ -267,7 +267,7 @@ impl CliError {
             CliError::Answering(AnsweringError::Table(_) | AnsweringError::Row { .. }) => Exit::Io,
             CliError::Answering(_) => Exit::Input,
             CliError::Table(TableError::Version { .. }) => Exit::Input,
-            CliError::Table(_) | CliError::File(_) | CliError::Ledger(_) | CliError::Stdout { .. } => Exit::Io,
+            CliError::Table(_) | CliError::File(_) | CliError::Record(_) | CliError::Stdout { .. } => Exit::Io,
             CliError::NotCompared(NotCompared::Compare(error)) => compare_exit(error),
             CliError::NotCompared(NotCompared::Changing) => Exit::Io,
             CliError::NotCompared(_) => Exit::Input,

@@ -2,7 +2,7 @@
 
 use super::answer::{refinement, waiting};
 use super::error::CliError;
-use bladeoff_answers::report::{counted, duration};
+use bladeoff_answers::summary::{counted, duration};
 use bladeoff_study::Samples;
 
 /// A number of samples, and what it is: "the whole study".

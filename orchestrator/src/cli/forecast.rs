@@ -1,8 +1,8 @@
 //! Assumptions, limits and expected contact, as `check` prints them.
 
-use crate::report::{CAVEAT, Forecasts, Stability, forecast_lines, in_words, is_expected, matrices_of, with_word};
-use crate::reporting::{assumed, assumed_of_machine, limits_of, limits_of_machine};
-use bladeoff_answers::report::{counted, wrapped};
+use crate::html_report::{assumed, assumed_of_machine, limits_of, limits_of_machine};
+use crate::terminal::{CAVEAT, Forecasts, Stability, forecast_lines, in_words, is_expected, matrices_of, with_word};
+use bladeoff_answers::summary::{counted, wrapped};
 use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_study::{Chosen, Samples};
 

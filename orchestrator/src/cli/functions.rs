@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::extent::{extents, wall_told};
 use super::output::tell;
-use bladeoff_answers::report::{FunctionSummary, counted, duration};
+use bladeoff_answers::summary::{FunctionSummary, counted, duration};
 use bladeoff_study::FunctionModel;
 use bladeoff_study::Samples;
 use bladeoff_text::formula::Program;

@@ -6,7 +6,7 @@ use super::exit::Exit;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
-use crate::answering::{decided, judge, only_gates};
+use crate::questions::{decided, judge, only_gates};
 use crate::run::shards::see;
 use bladeoff_answers::gate::{Verdict, junit, verdict};
 use bladeoff_study::Samples;

@@ -7,7 +7,7 @@ use super::gate::name;
 use super::output::{remark, tell};
 use super::place::default_directory;
 use super::plot::replacing;
-use crate::answering::{answer, question_of, told};
+use crate::questions::{answer, question_of, told};
 use crate::run::directory::{MANIFEST, RESULTS};
 use bladeoff_answers::ask::{Ask, Question, QuestionDef};
 use bladeoff_answers::figures;

@@ -7,7 +7,7 @@ use super::output::{remark, tell, width};
 use super::run::{summary, verdict_of};
 use crate::run::Looking;
 use crate::run::shards::{ShardError, merge, restore, samples_of};
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_system::shown;
 use std::path::PathBuf;
 

@@ -2,7 +2,7 @@
 //! would act on a terminal: whatever came from files, their names and other programs is made visible here.
 
 use super::error::CliError;
-use bladeoff_answers::report::fitted;
+use bladeoff_answers::summary::fitted;
 use bladeoff_system::call::program;
 use bladeoff_text::document::{visible_json, visible_lines};
 use std::borrow::Cow;

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::machine::MachineArgs;
 use super::output::{print, print_json, width};
-use bladeoff_answers::report::{Align, TextTable, wrapped};
+use bladeoff_answers::summary::{Align, TextTable, wrapped};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use serde_json::{Value, json};
 

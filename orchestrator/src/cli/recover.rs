@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::print;
 use crate::history::{RecoveredEnd, recover};
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_system::shown;
 use bladeoff_text::document::units::format_quantity;
 use std::path::{Path, PathBuf};

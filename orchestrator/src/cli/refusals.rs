@@ -1,13 +1,13 @@
 //! Why commands about a result directory do not do what is asked.
 
 use bladeoff_answers::compare::CompareError;
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::TableError;
 use bladeoff_study::{StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::shown;
 use bladeoff_worker::core_solver::SolverError;
-use bladeoff_worker::plan::PlanFileError;
+use bladeoff_worker::job_spec::JobSpecError;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
@@ -224,7 +224,7 @@ pub enum ReplayError {
     },
     /// The plan.
     #[error(transparent)]
-    Plan(#[from] PlanFileError),
+    Plan(#[from] JobSpecError),
     /// The sample.
     #[error("the sample cannot be computed")]
     Solver(#[from] SolverError),

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::excerpt::Excerpt;
 use super::output::{for_terminal, width_of_errors};
-use crate::starts::StartError;
+use crate::start_check::StartError;
 use bladeoff_study::StudyError;
 use bladeoff_system::causes;
 use bladeoff_system::threads::thread_limit;

@@ -10,16 +10,16 @@ use super::place::default_directory;
 use super::refusals::ReplayError;
 use super::why::frozen;
 use crate::engine;
-use crate::report::{OutcomeView, bearing_remarks, describe_outcome, with_word};
 use crate::run::directory::{PARTS, RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{is_of_formulas, refuse_changed};
+use crate::terminal::{OutcomeView, bearing_remarks, describe_outcome, with_word};
 use bladeoff_answers::tables::{DETECTION, ENGINE, NOTES, Table, TableError, TableSchema, read_metadata};
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome, Part};
 use bladeoff_system::{call, shown};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
-use bladeoff_worker::plan::{MachinePlan, WorkPlan};
+use bladeoff_worker::job_spec::{JobSpec, MachineJob};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -74,9 +74,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     })??;
     let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
     let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
-    let plan = match WorkPlan::read(&directory, &hash).map_err(ReplayError::Plan)? {
-        WorkPlan::Machine(plan) => plan,
-        WorkPlan::Function(_) => return Err(ReplayError::Function { directory }.into()),
+    let plan = match JobSpec::read(&directory, &hash).map_err(ReplayError::Plan)? {
+        JobSpec::Machine(plan) => plan,
+        JobSpec::Function(_) => return Err(ReplayError::Function { directory }.into()),
     };
     let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
     let params = parameters(&plan, &solver, &columns_by_path(&directory), &table, &path)?;
@@ -201,7 +201,7 @@ fn columns_by_path(directory: &Path) -> BTreeMap<String, String> {
 
 /// The parameters of a row, as a worker gets them.
 fn parameters(
-    plan: &MachinePlan,
+    plan: &MachineJob,
     solver: &CoreSolver,
     named: &BTreeMap<String, String>,
     row: &Table,

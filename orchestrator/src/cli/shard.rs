@@ -6,7 +6,7 @@ use super::output::remark;
 use crate::dispatch::Ended;
 use crate::run::shards::{SHARDS, Shard, ShardFinished, ShardRequest, memory_of_worker, run_shard};
 use crate::run::{Request, TRUST, go_on};
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_study::{Samples, parse_duration};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

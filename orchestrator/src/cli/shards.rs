@@ -4,7 +4,7 @@ use super::error::CliError;
 use crate::run::Stage;
 use crate::run::shards::{AttemptSeen, ShardsSeen, verify_chunks};
 use crate::submit::scheduler_says;
-use bladeoff_answers::report::{counted, duration};
+use bladeoff_answers::summary::{counted, duration};
 use bladeoff_system::call;
 use bladeoff_text::document::visible;
 use serde_json::{Value, json};
@@ -117,7 +117,7 @@ pub(super) fn as_json(directory: &Path, seen: &ShardsSeen) -> Value {
 /// What `--verify` says of chunks: in words, and whether one of them is damaged.
 pub(super) fn verified(directory: &Path) -> Result<Option<(String, bool)>, CliError> {
     Ok(verify_chunks(directory)?.map(|(whole, damaged)| {
-        let mut text = format!("\n{} {} as written\n", counted(whole, "chunk"), bladeoff_answers::report::are(whole));
+        let mut text = format!("\n{} {} as written\n", counted(whole, "chunk"), bladeoff_answers::summary::are(whole));
         damaged.iter().for_each(|one| text.push_str(&format!("{}\n", visible(one))));
         (text, !damaged.is_empty())
     }))

@@ -1,6 +1,6 @@
 //! What the samples of a study share, and which of them are computed twice: what `check` says of their cost.
 
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_core::engine::exponential::same_bases;
 use bladeoff_core::structure::same_structure;
 use bladeoff_model::machine::{ENGINE, Engine, Machine, ParamValue, TWIN};
@@ -100,7 +100,7 @@ fn twins(samples: &Samples) -> Option<String> {
         }
         let count =
             (0..samples.count()).filter(|sample| samples.twin(*sample).is_some_and(|shift| shift > 0.0)).count();
-        let are = bladeoff_answers::report::are(count as u64);
+        let are = bladeoff_answers::summary::are(count as u64);
         let of = counted(samples.count(), "sample");
         return Some(format!("Twins: {count} of {of} (twin_share {share}) {are} computed twice, {second}.\n"));
     }

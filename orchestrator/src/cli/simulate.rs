@@ -7,11 +7,13 @@ use super::json::JsonObject;
 use super::machine::{MachineArgs, build, refused, set};
 use super::output::{print_json, remark, tell};
 use crate::engine::{self, EngineError};
+use crate::engine_choice::machine_alone;
 use crate::plausible::implausible;
-use crate::report::{OutcomeView, bearing_remarks, cause_in_words, describe_outcome, matrices_of, unstable, with_word};
-use crate::settled::machine_alone;
-use crate::starts::placed;
-use bladeoff_answers::report::duration;
+use crate::start_check::placed;
+use crate::terminal::{
+    OutcomeView, bearing_remarks, cause_in_words, describe_outcome, matrices_of, unstable, with_word,
+};
+use bladeoff_answers::summary::duration;
 use bladeoff_answers::tables::{ENGINE as ENGINE_COLUMN, NOTES, TableSchema, verdict_fields};
 use bladeoff_core::engine::TimeStep;
 use bladeoff_model::machine::{Detection, ENGINE, Engine, EngineChoice, Machine, MachineDef, STEP, is_detection};

@@ -8,7 +8,7 @@ use super::run::{PartArgs, at_least_one, default_workers};
 use crate::run::TRUST;
 use crate::run::shards::{MOST_SHARDS, begin, shards_to_do};
 use crate::submit::{Job, Scheduler, as_shell, hand_in, write_scripts};
-use bladeoff_answers::report::{counted, duration};
+use bladeoff_answers::summary::{counted, duration};
 use bladeoff_study::parse_task_time;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;

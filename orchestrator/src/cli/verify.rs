@@ -4,8 +4,8 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::json::{number, quoted};
 use super::output::{print, print_json};
-use crate::answering::known_probabilities;
-use bladeoff_answers::report::{Align, TextTable};
+use crate::questions::known_probabilities;
+use bladeoff_answers::summary::{Align, TextTable};
 use bladeoff_core::verification::{Check, verify};
 
 /// Recompute reference cases and compare them with published numbers

@@ -6,18 +6,18 @@ use super::output::tell;
 use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
-use crate::report::{
-    BACKWARD, Change, Ran, advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words,
-    exceeded_at, exceeded_by, mentions, ok_in_words, step_key,
-};
+use crate::engine_choice::as_planned;
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
 use crate::run::shards::{row_files, samples_of, see, timing_files};
 use crate::run::{
     RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings,
 };
-use crate::settled::as_planned;
-use bladeoff_answers::report::duration;
-use bladeoff_answers::report::{are, counted};
+use crate::terminal::{
+    BACKWARD, Change, Ran, advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words,
+    exceeded_at, exceeded_by, mentions, ok_in_words, step_key,
+};
+use bladeoff_answers::summary::duration;
+use bladeoff_answers::summary::{are, counted};
 use bladeoff_answers::tables::{Table, TableError, Timing};
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, Engine, Machine, ParamValue, TWIN};
 use bladeoff_model::outcome::{Cause, CauseSet, ColumnKind, EndCause, Status};

@@ -8,8 +8,8 @@ use bladeoff_protocol::domain::Domain;
 use bladeoff_system::place::Place;
 use bladeoff_worker::fault::{Faults, NoFaults};
 
-use crate::ledger::Entry;
 use crate::schedule::{Ended, KillReason, Settings, Snapshot, Todo};
+use bladeoff_record::Entry;
 
 /// How a study is run.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ pub struct DispatchOptions {
     pub worker_command: Vec<OsString>,
     /// Result directory: workers read the frozen plan there.
     pub run_dir: PathBuf,
-    /// blake3 of the frozen plan, as [`WorkPlan::write`](bladeoff_worker::plan::WorkPlan::write) returned it.
+    /// blake3 of the frozen plan, as [`JobSpec::write`](bladeoff_worker::job_spec::JobSpec::write) returned it.
     pub plan_hash: String,
     /// File that collects the workers' messages; appended to, a worker number before each line.
     pub worker_log: Place,

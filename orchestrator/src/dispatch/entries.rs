@@ -3,8 +3,8 @@
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::SampleReport;
 
-use crate::ledger::Entry;
 use crate::schedule::Effect;
+use bladeoff_record::Entry;
 
 /// The accepted results of one message, which come from one worker, and the samples that are quarantined, in the order of
 /// the effects.

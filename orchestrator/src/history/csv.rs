@@ -1,8 +1,8 @@
 //! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits; with `,` and decimal
 //! points, or with `;` and decimal commas.
 
-use super::aside::Aside;
 use super::channels::Channel;
+use super::staging::Aside;
 use super::{HistoryError, Sink};
 use bladeoff_answers::history::About;
 use bladeoff_answers::tables::CsvStyle;

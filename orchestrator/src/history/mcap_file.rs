@@ -1,7 +1,7 @@
 //! MCAP: one topic per group of channels, protobuf messages, simulated time as log time.
 
-use super::aside::Aside;
 use super::channels::Channel;
+use super::staging::Aside;
 use super::{HistoryError, Sink, proto};
 use bladeoff_answers::history::About;
 use bladeoff_system::files::FileError;

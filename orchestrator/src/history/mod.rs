@@ -8,7 +8,6 @@
 //! A history never fails a run: the recorder keeps its first error, stops writing, and says so at the end.
 //! Format of the files: `docs/histories.md`.
 
-mod aside;
 mod channels;
 mod csv;
 mod error;
@@ -18,6 +17,7 @@ mod read;
 mod recorder;
 mod records;
 mod recover;
+mod staging;
 mod table;
 mod version;
 

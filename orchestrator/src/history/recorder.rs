@@ -1,9 +1,9 @@
 //! The follower of a run that records a history.
 
-use super::aside::usual;
 use super::channels::{Channel, ContactForces, Context, catalogue, of_ring, select};
 use super::csv::CsvSink;
 use super::mcap_file::McapSink;
+use super::staging::usual;
 use super::table::ParquetSink;
 use super::{Format, HISTORY_VERSION, HistoryError, Sink};
 use bladeoff_answers::history::About;

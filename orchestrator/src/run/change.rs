@@ -5,13 +5,13 @@ use super::directory::STUDY;
 use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use super::provenance::EXPONENTIAL;
-use crate::settled::as_planned;
+use crate::engine_choice::as_planned;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{FrozenFiles, Origin, Parameter, SampleKeys, Samples, Study, Varied, load_frozen, show};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::shown;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS};
+use bladeoff_worker::job_spec::{BASIS_FILE, MOST_BASIS};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Values of an axis that are written out; longer ones are shown by their ends.

@@ -14,15 +14,15 @@ use super::manifest::{Checksums, provenance as told_inputs};
 use super::provenance::empirical_key;
 use super::resume::of_record;
 use super::status::{RunState, see};
-use crate::ledger::{LedgerError, Reader};
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
+use bladeoff_record::{Reader, RecordError};
 use bladeoff_study::empirical;
 use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
-use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
+use bladeoff_worker::job_spec::{BASIS_FILE, PLAN_FILE};
 use blake3::{Hash, Hasher};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -227,7 +227,7 @@ fn record(path: &Place, state: Option<&RunState>) -> Verified {
         Ok(()) if damaged == 0 && whole == 1 => (true, "its only entry is whole".to_owned()),
         Ok(()) if damaged == 0 => (true, format!("all its {whole} entries are whole")),
         Ok(()) => (false, format!("damaged: {damaged} of its {}", of_record(whole + damaged))),
-        Err(LedgerError::File(error)) if is_closed(&error) => return unknown("its user alone may read it"),
+        Err(RecordError::File(error)) if is_closed(&error) => return unknown("its user alone may read it"),
         Err(error) => (false, error.to_string()),
     };
     Verified { name, is_whole: Some(is_whole), words }

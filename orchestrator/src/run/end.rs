@@ -4,7 +4,7 @@
 //! The end is recorded in the table's own metadata: a reader of the rows finds there how many rows belong to the table, and the error that
 //! a gate may spend. The manifest and the status repeat the record.
 
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::{TableError, read_metadata};
 use bladeoff_study::{Samples, block};
 use serde_json::{Value, json};

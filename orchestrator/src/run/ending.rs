@@ -9,9 +9,9 @@ use super::manifest::{Checksums, Course, manifest};
 use super::open::Session;
 use super::request::Finished;
 use super::telling::Telling;
-use super::{kept, loss, tables};
+use super::{directory_lost, rescued, tables};
 use crate::dispatch::{self, DispatchError, DispatchReport};
-use crate::ledger::LedgerError;
+use bladeoff_record::RecordError;
 use bladeoff_system::files::write_whole;
 use bladeoff_worker::fault::At;
 use std::time::{Instant, SystemTime};
@@ -25,7 +25,7 @@ pub(super) struct Computed {
     /// The combinations of a map that the table has, if `[refine]` chooses them.
     pub chosen: Option<Chosen>,
     /// Whether the last results have become durable.
-    pub committed: Result<(), LedgerError>,
+    pub committed: Result<(), RecordError>,
     /// Whether all that is durable is in parts, where that was wanted.
     pub parts: Result<(), RunError>,
 }
@@ -77,13 +77,13 @@ pub(super) fn conclude(
         Ok(Finished { tally, reused: begun.reused, ended: report.ended, end, table })
     };
     let lost =
-        |loss| RunError::from(kept::keep(loss, directory, prepared, ledger, &durable, &manifest(&ended("failed"))));
-    let finished = match loss::loss(directory, ledger) {
+        |loss| RunError::from(rescued::keep(loss, directory, prepared, ledger, &durable, &manifest(&ended("failed"))));
+    let finished = match directory_lost::loss(directory, ledger) {
         Some(loss) => Err(lost(loss)),
         // It may be lost while the tables are written.
-        None => write().map_err(|error| match loss::loss(directory, ledger) {
+        None => write().map_err(|error| match directory_lost::loss(directory, ledger) {
             Some(loss) => lost(loss),
-            None if loss::is_closed(directory) => {
+            None if directory_lost::is_closed(directory) => {
                 let (path, done) = (directory.path().to_path_buf(), durable.done());
                 Lost::Closed { path, done, source: Box::new(error) }.into()
             }

@@ -4,13 +4,13 @@ use super::lock::LockError;
 use super::trust::Untrusted;
 use crate::dispatch::DispatchError;
 use crate::engine::EngineError;
-use crate::ledger::LedgerError;
-use bladeoff_answers::report::{are, counted};
+use bladeoff_answers::summary::{are, counted};
 use bladeoff_answers::tables::TableError;
+use bladeoff_record::RecordError;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use bladeoff_text::document::Problems;
-use bladeoff_worker::plan::PlanFileError;
+use bladeoff_worker::job_spec::JobSpecError;
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -78,7 +78,7 @@ pub enum RunError {
     File(#[from] FileError),
     /// The record of finished samples.
     #[error(transparent)]
-    Ledger(#[from] LedgerError),
+    Record(#[from] RecordError),
     /// A table.
     #[error(transparent)]
     Table(#[from] TableError),
@@ -87,7 +87,7 @@ pub enum RunError {
     Looking(#[from] super::end::LookingError),
     /// The plan that workers read.
     #[error(transparent)]
-    Plan(#[from] PlanFileError),
+    Plan(#[from] JobSpecError),
     /// Workers, shared memory, messages.
     #[error(transparent)]
     Dispatch(#[from] DispatchError),
@@ -111,7 +111,7 @@ impl RunError {
                 | Self::Changed { .. }
                 | Self::NothingToRerun { .. }
                 | Self::Lock(LockError::Held { .. } | LockError::Theirs { .. })
-                | Self::Ledger(LedgerError::Version { .. })
+                | Self::Record(RecordError::Version { .. })
                 | Self::Machine(_)
                 | Self::Engine(_)
         )

@@ -5,10 +5,10 @@
 
 use super::stamp::timestamp;
 use crate::dispatch::{Ended, KillReason, Notice};
-use crate::ledger::Entry;
-use crate::report::Eta;
 use crate::schedule::Snapshot;
+use crate::terminal::Eta;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_record::Entry;
 use bladeoff_system::with_causes;
 use bladeoff_text::document::visible_json;
 use serde_json::{Value, json};

@@ -9,42 +9,42 @@
 //! (`error`).
 
 mod answer_sums;
-mod aside;
 mod change;
 mod checksums;
 mod chosen;
 mod columns;
 mod curves;
 pub mod directory;
+mod directory_lost;
 mod end;
 mod ending;
 mod error;
 mod events;
 mod interrupt;
-mod kept;
 mod lock;
-mod loss;
 mod manifest;
 mod open;
 pub mod order;
-mod parts;
+mod partial_tables;
 mod prepare;
 mod provenance;
 mod questions;
 mod refined;
 pub mod rehearsal;
+mod repair;
 mod request;
+mod rescued;
 mod resume;
 mod reuse;
 pub mod shards;
 mod sink;
 mod stages;
+mod staging;
 mod stamp;
 mod status;
 mod tables;
 mod telling;
 mod trust;
-mod upkeep;
 mod work;
 
 pub(crate) use answer_sums::{are_kept, forget_sums, keep_sums};
@@ -69,16 +69,15 @@ pub use trust::Untrusted;
 pub(crate) use trust::check as check_trust;
 
 use crate::dispatch::{self, DispatchOptions, Ended};
-use crate::ledger;
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
 use bladeoff_worker::process::build_id;
 use directory::{MANIFEST, WORKER_LOG};
+use directory_lost::Guard;
 use ending::{Computed, conclude};
-use loss::Guard;
 use manifest::{Course, manifest};
 use open::{Opening, Session, open};
-use parts::Teller;
+use partial_tables::Teller;
 use refined::Refined;
 use sink::LedgerSink;
 use stages::Staged;
@@ -146,7 +145,7 @@ fn compute(session: &mut Session<'_>, course: &Course, telling: &mut Telling) ->
         }
         (report, end, chosen, committed)
     };
-    let written = parts::written_beside(request.refresh, (directory, prepared, &record), there, faults, work);
+    let written = partial_tables::written_beside(request.refresh, (directory, prepared, &record), there, faults, work);
     let ((report, end, chosen, committed), parts) = written?;
     Ok(Computed { report, end, chosen, committed, parts })
 }
@@ -172,7 +171,7 @@ fn begin(
     session: &Session<'_>,
     course: &Course,
     telling: &mut Telling,
-) -> Result<(DispatchOptions, Option<ledger::View>), RunError> {
+) -> Result<(DispatchOptions, Option<bladeoff_record::View>), RunError> {
     let Session { request, prepared, opened, directory } = session;
     let manifest = manifest(request, prepared.samples, &prepared.provenance, course);
     write_whole(directory.file(MANIFEST), manifest.as_bytes())?;

@@ -11,10 +11,10 @@ use super::lock::{Keeper, LockError, Look, look, theirs};
 use super::prepare::{Prepared, frozen_basis, new_basis};
 use super::request::{Finished, Request};
 use super::resume::{self, Again, Opened};
-use super::{tables, upkeep};
+use super::{repair, tables};
 use crate::dispatch;
-use crate::report::Tally;
-use bladeoff_answers::report::{are, counted};
+use crate::terminal::Tally;
+use bladeoff_answers::summary::{are, counted};
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
 use bladeoff_system::files::FileError;
@@ -75,7 +75,7 @@ pub(super) fn open<'a>(
     {
         dispatch::nothing_to_compute();
         note(there_already(end.as_ref()));
-        upkeep::put_in_order(request, &directory, &prepared, (record, tally), (end, chosen.as_ref()), note)?;
+        repair::put_in_order(request, &directory, &prepared, (record, tally), (end, chosen.as_ref()), note)?;
         // of its rows, not of what the record holds beyond
         let tally = if end.is_some() { &tables::tally(&request.out)? } else { tally };
         return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally, end)));

@@ -6,16 +6,16 @@ use super::error::RunError;
 use super::provenance::provenance;
 use super::work::work_plan;
 use crate::engine;
-use crate::ledger::Reader;
-use crate::report::{matrices_of, with_word};
+use crate::terminal::{matrices_of, with_word};
 use bladeoff_answers::tables::TableSchema;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
 use bladeoff_model::machine::Machine;
+use bladeoff_record::Reader;
 use bladeoff_study::{SampleKeys, Samples};
 use bladeoff_system::folder::Folder;
 use bladeoff_text::document::Problems;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, WorkPlan, planned_basis};
+use bladeoff_worker::job_spec::{BASIS_FILE, JobSpec, MOST_BASIS, planned_basis};
 
 /// A study ready to be computed.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ pub(super) struct Prepared<'a> {
     pub detection: Option<String>,
     /// Engine of all samples, where it does not vary.
     pub engine: Option<String>,
-    pub plan: WorkPlan,
+    pub plan: JobSpec,
     pub plan_hash: String,
     pub provenance: Vec<(String, String)>,
     pub keys: SampleKeys<'a>,
@@ -133,7 +133,7 @@ impl<'a> Prepared<'a> {
     /// Puts inputs, plan and basis into the directory.
     pub(super) fn write(&self, directory: &RunDirectory) -> Result<(), RunError> {
         directory.write_inputs(self.samples.study())?;
-        if WorkPlan::read_in(directory.open(), &self.plan_hash).is_err() {
+        if JobSpec::read_in(directory.open(), &self.plan_hash).is_err() {
             self.plan.write(directory.open())?;
         }
         Ok(())

@@ -1,9 +1,9 @@
 //! Where a table comes from: in the table itself and in the record of finished samples. Nothing here may differ
 //! between equal runs.
 
-use crate::ledger::LEDGER_VERSION;
 use bladeoff_answers::tables::{SCHEMA_VERSION, TableError, read_metadata};
 use bladeoff_model::machine::{ENGINE, EXPONENTIAL_REVISION, Engine};
+use bladeoff_record::RECORD_VERSION;
 use bladeoff_study::{Samples, Subject};
 use std::path::Path;
 
@@ -39,7 +39,7 @@ pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]
         ("program", format!("bladeoff {}", env!("CARGO_PKG_VERSION"))),
         ("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string()),
         ("table_schema", SCHEMA_VERSION.to_string()),
-        ("ledger_version", LEDGER_VERSION.to_string()),
+        ("ledger_version", RECORD_VERSION.to_string()),
         ("study", study.name.clone()),
         ("study_blake3", hash(&study.text)),
     ];

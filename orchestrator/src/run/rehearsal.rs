@@ -4,14 +4,14 @@ use super::directory::{LEDGER, MANIFEST, RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
 use super::prepare::{Prepared, new_basis};
 use super::tables::RowsWriter;
-use super::{manifest, parts, resume, tables};
-use crate::ledger::{Entry, Ledger};
+use super::{manifest, partial_tables, resume, tables};
+use bladeoff_record::{Entry, Record};
 use bladeoff_study::Samples;
 use bladeoff_system::files::{Pending, write_whole};
 use bladeoff_worker::fault::NoFaults;
 use bladeoff_worker::function_solver::FunctionSolver;
+use bladeoff_worker::job_spec::JobSpec;
 use bladeoff_worker::noop::noop_outcome;
-use bladeoff_worker::plan::WorkPlan;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -34,7 +34,7 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
     let directory = RunDirectory::claim(path, true, None)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
-    let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
+    let mut ledger = Record::create(directory.file(LEDGER), &prepared.header())?;
     for sample in 0..samples.count().saturating_sub(1) {
         ledger.put(sample, prepared.keys.key(sample), &noop_entry(sample), Instant::now())?;
     }
@@ -66,7 +66,7 @@ pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> 
         let there = Some(record.view()?);
         let begun = Instant::now();
         let place = (directory, prepared, &record);
-        parts::written_beside(Duration::ZERO, place, there, &NoFaults, |parts| parts.write_rest())?.1?;
+        partial_tables::written_beside(Duration::ZERO, place, there, &NoFaults, |parts| parts.write_rest())?.1?;
         Ok(begun.elapsed())
     })
 }
@@ -94,7 +94,7 @@ pub fn tabulate(path: &Path, samples: &Samples) -> Result<(), RunError> {
     let directory = RunDirectory::claim(path, true, None)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
-    let WorkPlan::Function(plan) = &prepared.plan else { unreachable!("asked of studies of formulas alone") };
+    let JobSpec::Function(plan) = &prepared.plan else { unreachable!("asked of studies of formulas alone") };
     let mut solver = FunctionSolver::new(plan).expect("formulas are checked when a study is read");
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
     let mut rows = RowsWriter::create(&prepared, Pending::create(results)?, Pending::create(timings)?, &[])?;
@@ -111,7 +111,7 @@ pub fn tabulate(path: &Path, samples: &Samples) -> Result<(), RunError> {
 fn with_record<T>(
     path: &Path,
     samples: &Samples,
-    work: impl FnOnce(&RunDirectory, &Prepared<'_>, &mut Ledger) -> Result<T, RunError>,
+    work: impl FnOnce(&RunDirectory, &Prepared<'_>, &mut Record) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
     let directory = RunDirectory::claim(path, true, None)?;
     let basis = super::prepare::frozen_basis(samples, directory.open(), &|_| ())?;

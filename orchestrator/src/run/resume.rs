@@ -18,11 +18,11 @@ use super::end::TableEnd;
 use super::error::RunError;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use super::reuse::{Worth, worth};
-use crate::ledger::{Head, Ledger, LedgerError, Reader, Remains};
-use crate::report::Tally;
 use crate::schedule::Todo;
-use bladeoff_answers::report::{are, counted};
+use crate::terminal::Tally;
+use bladeoff_answers::summary::{are, counted};
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_record::{Head, Reader, Record, RecordError, Remains};
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place;
@@ -68,7 +68,7 @@ impl Again<'_> {
 
 /// A record ready to be continued.
 pub(super) struct Opened {
-    pub ledger: Ledger,
+    pub ledger: Record,
     /// What is to be computed.
     pub todo: Todo,
     /// Counts of what is there.
@@ -79,13 +79,13 @@ pub(super) struct Opened {
 
 /// What is in a directory, compared with the present study. Nothing has been written to it yet.
 pub(super) struct Comparison {
-    record: Record,
+    record: Continuation,
     found: Found,
     notes: Vec<String>,
 }
 
 /// What becomes of the record.
-enum Record {
+enum Continuation {
     /// There is none: a new one is made.
     New,
     /// It goes on as it is. The header: what it says of its entries.
@@ -106,10 +106,10 @@ pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<
         if again.rerun.is_some() {
             return Err(RunError::NothingToRerun { path: directory.path().to_path_buf() });
         }
-        return Ok(Comparison { record: Record::New, found: Found::default(), notes: Vec::new() });
+        return Ok(Comparison { record: Continuation::New, found: Found::default(), notes: Vec::new() });
     }
     match compare_store(&path, directory, prepared, again) {
-        Err(RunError::Ledger(LedgerError::Damaged { detail, .. })) => {
+        Err(RunError::Record(RecordError::Damaged { detail, .. })) => {
             let remains = Remains::read(&path, prepared.steps)?;
             let whole = remains.entries().len() as u64;
             let note = format!(
@@ -148,7 +148,7 @@ fn compare_store(
             if again.rerun.is_some() {
                 notes.push("no finished sample is of the kind to be computed again".to_owned());
             }
-            return Ok(Comparison { record: Record::Same(reader, header), found, notes });
+            return Ok(Comparison { record: Continuation::Same(reader, header), found, notes });
         }
     }
     select(Old::Store(reader, is_same_study), directory, prepared, again)
@@ -171,7 +171,7 @@ struct Candidate {
 impl Old {
     /// Every whole entry in the order of the keys, the best first of those with one key, and the number of entries that are
     /// not whole.
-    fn index(&self, prepared: &Prepared<'_>) -> Result<(Vec<Candidate>, u64), LedgerError> {
+    fn index(&self, prepared: &Prepared<'_>) -> Result<(Vec<Candidate>, u64), RecordError> {
         let mut index = Vec::new();
         let mut damaged = 0;
         let mut add = |head: Head, place| index.push(Candidate { head, place, used: false });
@@ -188,7 +188,7 @@ impl Old {
         Ok((index, damaged))
     }
 
-    fn bytes(&self, place: u64) -> Result<Option<Vec<u8>>, LedgerError> {
+    fn bytes(&self, place: u64) -> Result<Option<Vec<u8>>, RecordError> {
         match self {
             Old::Store(reader, _) => reader.bytes(place),
             Old::Remains(remains) => remains.bytes_at(place).map(Some),
@@ -283,7 +283,7 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
         many => notes
             .push(format!("{many} samples whose workers were killed from outside (worker_killed) are tried once more")),
     }
-    Ok(Comparison { record: Record::Old { old, taken }, found, notes })
+    Ok(Comparison { record: Continuation::Old { old, taken }, found, notes })
 }
 
 impl Comparison {
@@ -315,7 +315,7 @@ impl Comparison {
             None => self.found.has_all(end.map_or(count, |end| end.samples)),
         };
         match &self.record {
-            Record::Same(reader, _) if has_all() => Some((reader, &self.found.tally)),
+            Continuation::Same(reader, _) if has_all() => Some((reader, &self.found.tally)),
             _ => None,
         }
     }
@@ -331,13 +331,13 @@ impl Comparison {
         directory.tidy()?;
         let mut notes = Vec::new();
         let ledger = match record {
-            Record::New => {
+            Continuation::New => {
                 prepared.write(directory)?;
-                let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
+                let mut ledger = Record::create(directory.file(LEDGER), &prepared.header())?;
                 ledger.publish()?;
                 ledger
             }
-            Record::Same(reader, header) => {
+            Continuation::Same(reader, header) => {
                 prepared.write(directory)?;
                 let ledger = reader.into_ledger()?;
                 let wanted = prepared.header();
@@ -346,7 +346,7 @@ impl Comparison {
                 }
                 ledger
             }
-            Record::Old { old, taken } => take_over((&old, &taken), directory, prepared, faults, &mut notes)?,
+            Continuation::Old { old, taken } => take_over((&old, &taken), directory, prepared, faults, &mut notes)?,
         };
         let (todo, tally) = found.rest(prepared.samples.count());
         Ok(Opened { ledger, todo, tally, notes })
@@ -360,11 +360,11 @@ fn take_over(
     prepared: &Prepared<'_>,
     faults: &dyn Faults,
     notes: &mut Vec<String>,
-) -> Result<Ledger, RunError> {
+) -> Result<Record, RunError> {
     prepared.write(directory)?;
-    let mut ledger = Ledger::create(directory.file(LEDGER), &prepared.header())?;
+    let mut ledger = Record::create(directory.file(LEDGER), &prepared.header())?;
     for &(sample, place) in taken {
-        let missing = || LedgerError::Missing { sample, path: directory.file(LEDGER).to_path_buf() };
+        let missing = || RecordError::Missing { sample, path: directory.file(LEDGER).to_path_buf() };
         ledger.put_bytes(sample, old.bytes(place)?.ok_or_else(missing)?)?;
         faults.reached(At::Growing, sample, None);
     }

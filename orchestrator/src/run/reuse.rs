@@ -11,8 +11,8 @@
 //! longer budget: what it does not touch is taken over, what it cut off is computed again. Under a smaller one a sample that
 //! needs more is another sample: a run that would lose it is refused.
 
-use crate::ledger::Head;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_record::Head;
 
 /// What an entry is to a sample of the same key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

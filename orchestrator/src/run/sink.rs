@@ -1,11 +1,11 @@
 //! From the dispatch loop into the ledger, counting on the way.
 
-use super::loss::Guard;
-use super::parts::Teller;
+use super::directory_lost::Guard;
+use super::partial_tables::Teller;
 use super::telling::Known;
 use crate::dispatch::{More, Sink, SinkError};
-use crate::ledger::{Entry, Ledger, LedgerError};
 use bladeoff_model::outcome::Status;
+use bladeoff_record::{Entry, Record, RecordError};
 use bladeoff_study::SampleKeys;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -35,7 +35,7 @@ impl Hears for Teller<'_> {
 
 /// Records results and counts them.
 pub(super) struct LedgerSink<'a> {
-    ledger: &'a mut Ledger,
+    ledger: &'a mut Record,
     keys: &'a SampleKeys<'a>,
     known: Rc<RefCell<Known>>,
     /// Taken and not durable yet.
@@ -48,7 +48,7 @@ pub(super) struct LedgerSink<'a> {
 
 impl<'a> LedgerSink<'a> {
     pub fn new(
-        ledger: &'a mut Ledger,
+        ledger: &'a mut Record,
         keys: &'a SampleKeys<'a>,
         known: &Rc<RefCell<Known>>,
         hears: &'a dyn Hears,
@@ -68,7 +68,7 @@ impl<'a> LedgerSink<'a> {
     }
 
     /// Commits what is left.
-    pub fn close(mut self) -> Result<(), LedgerError> {
+    pub fn close(mut self) -> Result<(), RecordError> {
         let committed = self.ledger.commit();
         self.note_durable();
         committed
@@ -121,6 +121,6 @@ impl Sink for LedgerSink<'_> {
     }
 }
 
-fn refused(error: LedgerError) -> SinkError {
+fn refused(error: RecordError) -> SinkError {
     SinkError { what: "finished samples cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }

@@ -8,12 +8,12 @@ use super::error::RunError;
 use super::manifest::Checksums;
 use super::prepare::Prepared;
 use super::questions::questions;
-use crate::ledger::{Entry, Reader};
-use crate::report::Tally;
+use crate::terminal::Tally;
 use bladeoff_answers::tables::{
     Checksum, Provenance, ResultsWriter, Row, Table, TableError, Timing, TimingsWriter, read_metadata,
 };
 use bladeoff_model::outcome::{Cause, Outcome, Status};
+use bladeoff_record::{Entry, Reader};
 use bladeoff_study::Samples;
 use bladeoff_system::files::Pending;
 use bladeoff_system::place::Place;

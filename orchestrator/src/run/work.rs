@@ -4,19 +4,19 @@ use crate::dispatch;
 use bladeoff_model::machine::{ENGINE, Engine, ParamValue};
 use bladeoff_protocol::messages::MAX_PARAMS;
 use bladeoff_study::{Fixed, MOST_VARIED, MachineSubject, Output, Parameter, Samples, Subject};
-use bladeoff_worker::plan::{Formula, FunctionPlan, MachinePlan, Variable, Varied, WorkPlan};
+use bladeoff_worker::job_spec::{Formula, FunctionJob, JobSpec, MachineJob, Variable, Varied};
 
 const _: () = assert!(MOST_VARIED == MAX_PARAMS, "what a study may vary fits into a message");
 
 /// The plan that workers read: machine, overrides, what varies, basis; or variables and formulas.
-pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
+pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> JobSpec {
     let study = samples.study();
     let told = samples.parameters().iter().filter(|parameter| study.is_solved(parameter));
     let machine = match &study.subject {
         Subject::Machine(machine) => machine,
         Subject::Function(model) => {
             let variable = |one: &Parameter| Variable { name: one.info.path.clone(), short: one.short.clone() };
-            return WorkPlan::Function(FunctionPlan {
+            return JobSpec::Function(FunctionJob {
                 variables: told.map(variable).collect(),
                 formulas: model.outputs.iter().map(formula).collect(),
             });
@@ -27,7 +27,7 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
         choices: varied.words().map(|words| words.iter().map(|word| (*word).to_owned()).collect()),
     });
     let twin = study.twin.iter().map(|twin| Varied { path: twin.info.path.clone(), choices: None });
-    WorkPlan::Machine(MachinePlan {
+    JobSpec::Machine(MachineJob {
         machine_file: machine.file.clone(),
         machine_toml: machine.text.clone(),
         fixed: fixed(machine),
@@ -36,7 +36,7 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> WorkPlan {
     })
 }
 
-/// The overrides, with the engine that `auto` came to. A plan without it is of `reduced` ([`planned_engine`](bladeoff_worker::plan::planned_engine)), as it was
+/// The overrides, with the engine that `auto` came to. A plan without it is of `reduced` ([`planned_engine`](bladeoff_worker::job_spec::planned_engine)), as it was
 /// before there was a choice.
 fn fixed(machine: &MachineSubject) -> Vec<(String, ParamValue)> {
     let pair = |one: &Fixed| (one.info.path.clone(), one.value.clone());

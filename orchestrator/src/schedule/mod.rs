@@ -48,7 +48,6 @@ mod histories;
 mod makespan;
 mod queue;
 mod rate;
-mod relief;
 mod scheduler;
 mod settings;
 #[cfg(test)]
@@ -57,6 +56,7 @@ mod slot;
 mod snapshot;
 mod todo;
 mod until;
+mod work_stealing;
 mod workers;
 
 pub use ended::{Ended, Signal};

@@ -43,9 +43,10 @@ fn drawn_folders() -> Vec<PathBuf> {
 }
 
 /// The packages, the inner one first.
-const PACKAGES: [&str; 11] = [
+const PACKAGES: [&str; 12] = [
     "worker/protocol",
     "orchestrator/study",
+    "orchestrator/record",
     "orchestrator/answers",
     "orchestrator/dev",
     "system",
@@ -90,7 +91,7 @@ fn libraries_are_named_where_they_may_be() {
         ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
         ("mcap", &|file| file.starts_with("orchestrator/src/history/")),
         ("tokio", &|file| file.starts_with("orchestrator/src/dispatch/")),
-        ("redb", &|file| file.starts_with("orchestrator/src/ledger/")),
+        ("redb", &|file| file.starts_with("orchestrator/record/src/")),
     ];
     let mut seen = 0;
     for path in files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
@@ -113,7 +114,7 @@ fn libraries_are_named_where_they_may_be() {
 }
 
 /// A package, and which of ours it may depend on.
-const LAYERS: [(&str, &[&str]); 11] = [
+const LAYERS: [(&str, &[&str]); 12] = [
     ("core/numerics", &[]),
     ("core/text", &[]),
     ("core/model", &["text"]),
@@ -122,9 +123,13 @@ const LAYERS: [(&str, &[&str]); 11] = [
     ("worker/protocol", &["model", "system"]),
     ("worker", &["text", "model", "core", "system", "protocol"]),
     ("orchestrator/study", &["numerics", "text", "model", "system"]),
+    ("orchestrator/record", &["model", "system", "study"]),
     ("orchestrator/answers", &["numerics", "text", "model", "system"]),
-    ("orchestrator", &["numerics", "text", "model", "core", "system", "protocol", "worker", "study", "answers"]),
-    ("orchestrator/dev", &["model", "core", "system", "protocol", "worker", "study", "answers", "bladeoff"]),
+    (
+        "orchestrator",
+        &["numerics", "text", "model", "core", "system", "protocol", "worker", "study", "record", "answers"],
+    ),
+    ("orchestrator/dev", &["model", "core", "system", "protocol", "worker", "study", "record", "answers", "bladeoff"]),
 ];
 
 /// What the outside world is reached by, and the packages that may depend on it.
@@ -139,7 +144,7 @@ const LIBRARIES: [(&str, &[&str]); 13] = [
     ("polars", &["orchestrator/answers"]),
     ("polars-parquet", &["orchestrator/answers"]),
     ("rayon", &["system", "orchestrator/study", "orchestrator", "orchestrator/dev"]),
-    ("redb", &["orchestrator"]),
+    ("redb", &["orchestrator/record"]),
     ("resvg", &["orchestrator/answers"]),
     ("tokio", &["orchestrator"]),
     ("clap", &["orchestrator", "orchestrator/dev"]),

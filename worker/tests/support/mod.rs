@@ -15,7 +15,7 @@ use bladeoff_protocol::link::{HubLink, Incoming, WorkerLink};
 use bladeoff_protocol::messages::{Batch, BatchId, Body, Hello, Report, RunId, SampleReport, ToWorker, WorkerId};
 use bladeoff_protocol::transport::WorkerPort;
 use bladeoff_worker::fault::NoFaults;
-use bladeoff_worker::pulse::Pulse;
+use bladeoff_worker::heartbeat::Heartbeat;
 use bladeoff_worker::serve::{ServeError, serve};
 use bladeoff_worker::solver::Solver;
 use transports::{MemoryHub, MemoryNet};
@@ -28,12 +28,12 @@ const WATCHDOG: Duration = Duration::from_secs(300);
 /// A worker whose solver is made in its thread.
 pub fn start<P: WorkerPort + Send + 'static, S: Solver>(
     port: P,
-    pulse: &Pulse,
+    heartbeat: &Heartbeat,
     make: impl FnOnce() -> S + Send + 'static,
 ) -> JoinHandle<Result<(), ServeError>> {
-    let pulse = pulse.clone();
+    let heartbeat = heartbeat.clone();
     let link = WorkerLink::new(port, RUN, WORKER);
-    thread::spawn(move || serve(link, Hello { pid: 1, build: 1 }, &mut make(), &pulse, &NoFaults))
+    thread::spawn(move || serve(link, Hello { pid: 1, build: 1 }, &mut make(), &heartbeat, &NoFaults))
 }
 
 pub fn receive(hub: &mut HubLink<MemoryHub>) -> Incoming {
@@ -64,7 +64,7 @@ pub fn batch(samples: Vec<u64>) -> Batch {
 pub fn play<S: Solver>(make: impl FnOnce() -> S + Send + 'static, batch: Batch) -> Vec<Report> {
     let net = MemoryNet::default();
     let mut hub = HubLink::new(net.hub(), RUN);
-    let worker = start(net.worker(), &Pulse::default(), make);
+    let worker = start(net.worker(), &Heartbeat::default(), make);
     let hello = receive(&mut hub);
     assert!(matches!(hello.message.body, Body::Hello(_)));
     hub.answer(hello.ticket, WORKER, &ToWorker::Continue).expect("answered");

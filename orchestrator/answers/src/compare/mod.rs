@@ -28,7 +28,7 @@ mod side;
 mod sources;
 #[cfg(test)]
 mod tests;
-mod told;
+mod to_text;
 mod tolerance;
 mod whole;
 
@@ -40,5 +40,5 @@ pub use found::{
     Apart, Change, Compared, Difference, Differs, Inputs, Interval, Judged, Matched, Mover, Pair, QuantileApart,
     SCHEMA, Sided, Statuses, WordChange,
 };
-pub use told::told;
+pub use to_text::told;
 pub use whole::compare;

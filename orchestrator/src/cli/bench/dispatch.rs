@@ -8,10 +8,10 @@ use super::figures;
 use super::host::{Folder, load};
 use super::lengths;
 use super::stages::Stages;
-use super::stand_in::{Nobody, Numbers, Record, options};
+use super::stand_in::{Nobody, Numbers, RecordSink, options};
 use crate::dispatch::{self, Activity, Observer, Snapshot, Todo};
-use crate::ledger::Ledger;
 use crate::run::{RunError, order};
+use bladeoff_record::Record;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs;
@@ -118,7 +118,7 @@ struct Durable {
 
 fn measure_durable(folder: &Path, args: &Args) -> Result<Durable, CliError> {
     let options = options(folder, args.workers.into(), Duration::ZERO)?;
-    let mut sink = Record(Ledger::create(folder.join("ledger.redb"), &[])?);
+    let mut sink = RecordSink(Record::create(folder.join("ledger.redb"), &[])?);
     let todo = order::shuffled(Todo::from(args.samples));
     let report = dispatch::run(&options, &Numbers, todo, &mut sink, &mut Nobody).map_err(RunError::from)?;
     Ok(Durable {
@@ -161,7 +161,7 @@ impl Observer for Watch {
 fn measure_idle(folder: &Path) -> Result<Idle, CliError> {
     let options = options(folder, 2, IDLE)?;
     let mut watch = Watch::default();
-    let mut sink = Record(Ledger::create(folder.join("idle.redb"), &[])?);
+    let mut sink = RecordSink(Record::create(folder.join("idle.redb"), &[])?);
     dispatch::run(&options, &Numbers, 3, &mut sink, &mut watch).map_err(RunError::from)?;
     let share = |(from, before): (Duration, f64), (to, after): (Duration, f64)| {
         (after - before) / (to.saturating_sub(from)).as_secs_f64().max(1e-3)

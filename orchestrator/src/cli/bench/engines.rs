@@ -6,7 +6,7 @@ use super::super::output::{print, remark};
 use super::host::{Folder, hardware, load};
 use crate::engine;
 use crate::run::timestamp;
-use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_answers::summary::{Align, TextTable};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{END_TIME, Engine, Machine, MachineDef, ParamValue};
 use bladeoff_model::outcome::Outcome;

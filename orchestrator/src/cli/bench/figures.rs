@@ -1,6 +1,6 @@
 //! What was measured, as a table and as JSON.
 
-use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_answers::summary::{Align, TextTable};
 use serde_json::{Value, json};
 
 /// What, its value, the unit, what is aimed at.

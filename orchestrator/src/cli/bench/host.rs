@@ -1,7 +1,7 @@
 //! What is measured on: a folder, and how busy the machine is.
 
 use super::super::error::CliError;
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_system::files::FileError;
 use std::fs;
 use std::path::PathBuf;

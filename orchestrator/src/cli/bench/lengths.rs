@@ -1,12 +1,12 @@
 //! What batches are for: samples of several lengths in batches as a run makes them and one by one, side by side.
 
 use super::super::error::CliError;
-use super::stand_in::{Nobody, Numbers, Record, options};
+use super::stand_in::{Nobody, Numbers, RecordSink, options};
 use crate::dispatch;
-use crate::ledger::Ledger;
 use crate::run::{RunError, order};
 use crate::schedule::Todo;
-use bladeoff_answers::report::{Align, TextTable};
+use bladeoff_answers::summary::{Align, TextTable};
+use bladeoff_record::Record;
 use bladeoff_worker::process::process_cpu_time;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -46,7 +46,7 @@ fn measure_one(record: &Path, folder: &Path, workers: u16, way: (Duration, bool)
     if !is_batched {
         options.schedule.max_batch = 1;
     }
-    let mut sink = Record(Ledger::create(record, &[])?);
+    let mut sink = RecordSink(Record::create(record, &[])?);
     let begun = process_cpu_time();
     let todo = order::shuffled(Todo::from(samples));
     let report = dispatch::run(&options, &Numbers, todo, &mut sink, &mut Nobody).map_err(RunError::from)?;

@@ -9,7 +9,7 @@ use super::cost::{Cost, measure, peak_mb};
 use super::engines::RIG;
 use crate::run::directory::row_files;
 use crate::run::{own_columns, rehearsal};
-use bladeoff_answers::report::Summary;
+use bladeoff_answers::summary::Summary;
 use bladeoff_study::{Samples, load};
 use bladeoff_system::files::FileError;
 use bladeoff_worker::process::process_cpu_time;

@@ -2,8 +2,8 @@
 
 use super::super::error::CliError;
 use crate::dispatch::{self, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot};
-use crate::ledger::{Entry, Ledger, LedgerError};
 use crate::run::RunError;
+use bladeoff_record::{Entry, Record, RecordError};
 use bladeoff_study::SampleKey;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -18,9 +18,9 @@ impl Parameters for Numbers {
 }
 
 /// Every result recorded durably.
-pub(super) struct Record(pub Ledger);
+pub(super) struct RecordSink(pub Record);
 
-impl Sink for Record {
+impl Sink for RecordSink {
     fn record(&mut self, sample: u64, entry: Entry) -> Result<(), SinkError> {
         self.0.put(sample, SampleKey(u128::from(sample)), &entry, Instant::now()).map_err(refused)
     }
@@ -29,7 +29,7 @@ impl Sink for Record {
     }
 }
 
-fn refused(error: LedgerError) -> SinkError {
+fn refused(error: RecordError) -> SinkError {
     SinkError { what: "results cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }
 

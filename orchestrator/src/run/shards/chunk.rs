@@ -9,7 +9,7 @@
 use super::super::prepare::Prepared;
 use super::frozen::Frozen;
 use super::layout::chunk_name;
-use crate::ledger::{Entry, RecordError};
+use bladeoff_record::{Entry, EntryError};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Unfit;
 use serde_json::{Value, json};
@@ -61,7 +61,7 @@ pub(super) enum ChunkError {
         /// Which.
         sample: u64,
         /// What is wrong with it.
-        source: RecordError,
+        source: EntryError,
     },
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
@@ -127,7 +127,7 @@ fn decode(bytes: &[u8], frozen: &Frozen, prepared: &Prepared<'_>, chunk: u64) ->
         let record = |source| ChunkError::Record { sample, source };
         let (key, entry, behind) = Entry::first_of(rest).map_err(record)?;
         if key != prepared.keys.key(sample) {
-            return Err(record(RecordError::Key));
+            return Err(record(EntryError::Key));
         }
         entries.push(entry);
         rest = behind;

@@ -2,7 +2,7 @@
 
 use super::super::error::{Change, RunError};
 use super::super::trust::Untrusted;
-use bladeoff_answers::report::{are, counted};
+use bladeoff_answers::summary::{are, counted};
 use bladeoff_answers::tables::TableError;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
@@ -77,7 +77,7 @@ pub enum ShardError {
     #[error(
         "{} could not be written for {}: given up; what was finished there is kept, and the same command goes on",
         shown(path),
-        bladeoff_answers::report::duration(*waited)
+        bladeoff_answers::summary::duration(*waited)
     )]
     Away {
         /// The directory.

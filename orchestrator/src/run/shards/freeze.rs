@@ -14,12 +14,12 @@ use super::published::{
     are_whole, refuse_damaged_basis, refuse_damaged_study, refuse_other_list, restore_computed, restore_study,
 };
 use super::shared::Shared;
-use crate::settled::as_planned;
+use crate::engine_choice::as_planned;
 use crate::version::VERSION;
 use bladeoff_study::{FrozenFiles, Samples, load, load_frozen};
 use bladeoff_system::files::FileError;
 use bladeoff_system::place::Place;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
+use bladeoff_worker::job_spec::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;

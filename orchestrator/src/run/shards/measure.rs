@@ -5,7 +5,7 @@ use super::layout::{MOST_CHUNKS, MOST_OF_CHUNK};
 use bladeoff_system::guarded::guarded;
 use bladeoff_worker::core_solver::CoreSolver;
 use bladeoff_worker::function_solver::FunctionSolver;
-use bladeoff_worker::plan::WorkPlan;
+use bladeoff_worker::job_spec::JobSpec;
 use std::time::{Duration, Instant};
 
 /// What a chunk is to take.
@@ -26,8 +26,8 @@ pub(super) fn chunk_size(prepared: &Prepared<'_>, workers: usize, shards: u64) -
     let mut machine = None;
     let mut function = None;
     match &prepared.plan {
-        WorkPlan::Machine(plan) => machine = CoreSolver::new(plan).ok(),
-        WorkPlan::Function(plan) => function = FunctionSolver::new(plan).ok(),
+        JobSpec::Machine(plan) => machine = CoreSolver::new(plan).ok(),
+        JobSpec::Function(plan) => function = FunctionSolver::new(plan).ok(),
     }
     for place in TIMED {
         if timed > 0 && begun.elapsed() > LONGEST {

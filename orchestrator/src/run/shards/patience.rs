@@ -2,7 +2,7 @@
 
 use super::error::ShardError;
 use super::shared::Shared;
-use bladeoff_answers::report::duration;
+use bladeoff_answers::summary::duration;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -14,7 +14,7 @@ use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 use bladeoff_study::{MACHINE, POINTS, STUDY, Samples, empirical};
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::shown;
-use bladeoff_worker::plan::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
+use bladeoff_worker::job_spec::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
 use serde_json::Value;
 use std::io::ErrorKind;
 use std::path::Path;

@@ -20,9 +20,9 @@ use super::publish::{Put, put_once};
 use super::shared::Shared;
 use super::takeover::taken_over;
 use crate::dispatch::{More, SinkError};
-use crate::ledger::{Head, Reader};
 use crate::schedule::Todo;
 use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_record::{Head, Reader};
 use bladeoff_system::files::FileError;
 use bladeoff_system::with_causes;
 use std::cell::{Cell, RefCell};
@@ -334,7 +334,7 @@ impl<'a> Publisher<'a> {
             }
             let bytes = record.bytes(sample).map_err(super::super::error::RunError::from)?;
             let path = shared.path().to_path_buf();
-            let missing = crate::ledger::LedgerError::Missing { sample, path };
+            let missing = bladeoff_record::RecordError::Missing { sample, path };
             entries.push(bytes.ok_or_else(|| super::super::error::RunError::from(missing))?);
         }
         let bytes = encode(frozen, chunk, &attempt.by(), &entries);

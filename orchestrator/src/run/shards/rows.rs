@@ -3,7 +3,7 @@
 
 use super::super::directory::{self, RESULTS, part_name};
 use super::super::error::RunError;
-use super::super::parts::PART_ROWS;
+use super::super::partial_tables::PART_ROWS;
 use super::super::tables::RowsWriter;
 use super::chunk::read;
 use super::error::ShardError;

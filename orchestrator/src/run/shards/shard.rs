@@ -4,9 +4,9 @@
 //! has left that was killed is taken up by the next one on the same node: what it had computed of unfinished chunks is not lost.
 
 use super::super::directory::{MANIFEST, RunDirectory};
+use super::super::directory_lost::Guard;
 use super::super::error::RunError;
 use super::super::lock::LockError;
-use super::super::loss::Guard;
 use super::super::manifest::{Course, manifest};
 use super::super::open::Session;
 use super::super::prepare::Prepared;
@@ -26,7 +26,7 @@ use super::shared::Shared;
 use super::takeover::{refuse_no_old, take_over};
 use crate::dispatch::{self, DispatchReport, Ended};
 use crate::schedule::Todo;
-use bladeoff_answers::report::counted;
+use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
 use bladeoff_system::files::{unguessable, write_whole};
@@ -175,7 +175,7 @@ fn scratch(
                 | RunError::Untrusted(_)
                 | RunError::NotADirectory { .. }
                 | RunError::Changed { .. }
-                | RunError::Ledger(_),
+                | RunError::Record(_),
             ) if number < MOST_SCRATCH => {}
             // Who has published everything in it has just removed it.
             Err(_) if number < MOST_SCRATCH && !path.exists() => {}

@@ -8,7 +8,7 @@ use super::layout::{ATTEMPTS, CHUNKS, HINTS, REUSED, SCHEDULER, SHARDS, chunk_of
 use bladeoff_study::{MACHINE, POINTS, STUDY, is_empirical};
 use bladeoff_system::files::{FileError, is_temporary, sync_parent};
 use bladeoff_system::folder::{Folder, Standing};
-use bladeoff_worker::plan::{BASIS_FILE, PLAN_FILE};
+use bladeoff_worker::job_spec::{BASIS_FILE, PLAN_FILE};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;

@@ -1,0 +1,118 @@
+//! What can go wrong with the record, and which of it is damage.
+
+use super::entry::EntryError;
+use super::layout::RECORD_VERSION;
+use bladeoff_system::files::FileError;
+use bladeoff_system::locks::{self, LockHolder};
+use bladeoff_system::place::Place;
+use bladeoff_system::shown;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What can go wrong with the record.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The store failed.
+    #[error("cannot {action} the record of finished samples {}", shown(path))]
+    Store {
+        /// "create", "open", "write" or "read".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the store said.
+        #[source]
+        source: Box<redb::Error>,
+    },
+    /// The file is no longer a whole store.
+    #[error("the record of finished samples {} is damaged: {detail}", shown(path))]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        detail: String,
+    },
+    /// Another process has locked it.
+    #[error(
+        "the record of finished samples {} is locked by {}; when that has ended, the same command goes on",
+        shown(path),
+        by.as_ref().map_or("a process that this system does not name (it may be of another host or container)".to_owned(), ToString::to_string)
+    )]
+    Held {
+        /// The file.
+        path: PathBuf,
+        /// Who has it, if the system tells.
+        by: Option<LockHolder>,
+    },
+    /// A store of another version.
+    #[error(
+        "{} was written by another version of the program (its layout is {found}, this one's {RECORD_VERSION}); choose another \
+         --out",
+        shown(path)
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        found: String,
+    },
+    /// An entry cannot be read.
+    #[error("sample {sample} in {} cannot be read", shown(path))]
+    Record {
+        /// Its number.
+        sample: u64,
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        source: EntryError,
+    },
+    /// A sample that was recorded is not there.
+    #[error("sample {sample} is missing in {}", shown(path))]
+    Missing {
+        /// Its number.
+        sample: u64,
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file operation.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+impl RecordError {
+    /// From what the store said while the action was tried.
+    pub(super) fn store(action: &'static str, path: &Path, source: redb::Error) -> Self {
+        let path = path.to_path_buf();
+        let is_reading = matches!(action, "open" | "read");
+        match source {
+            redb::Error::Corrupted(detail) => Self::Damaged { path, detail },
+            redb::Error::DatabaseAlreadyOpen => {
+                let file = Place::from(&path).identity().ok().flatten();
+                let by = file.and_then(|file| locks::holder(file, None).ok().flatten());
+                Self::Held { path, by }
+            }
+            // What a cut or foreign file looks like to the store.
+            redb::Error::Io(source)
+                if is_reading && matches!(source.kind(), io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData) =>
+            {
+                Self::Damaged { path, detail: source.to_string() }
+            }
+            // Our stores never had another format of the store's own: a changed byte looks like one.
+            redb::Error::UpgradeRequired(found) => {
+                Self::Damaged { path, detail: format!("it says to be of the older format {found} of the store") }
+            }
+            redb::Error::TableDoesNotExist(table) => Self::Damaged { path, detail: format!("it has no table {table}") },
+            source @ (redb::Error::TableTypeMismatch { .. }
+            | redb::Error::TypeDefinitionChanged { .. }
+            | redb::Error::TableIsMultimap(_)) => Self::Damaged { path, detail: source.to_string() },
+            source => Self::Store { action, path, source: Box::new(source) },
+        }
+    }
+}
+
+/// The library answers some damaged files with a panic; that is damage, too.
+pub(super) fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, RecordError>) -> Result<T, RecordError> {
+    bladeoff_system::guarded::guarded(read).unwrap_or_else(|| {
+        Err(RecordError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })
+    })
+}

@@ -1,0 +1,235 @@
+//! The durable record of what is done: a result counts when it is here.
+//!
+//! One embedded transactional store (`ledger.redb`) in the result directory: `results` maps a sample number to its
+//! [`Entry`] under the [`SampleKey`] of its inputs, `header` says which study the numbers belong to. Results are gathered and
+//! committed in groups, one sync per group, at the latest [`Record::GROUP_AGE`] after the first of them: that is what a
+//! crash can cost. The result tables are built from here and from nowhere else.
+//!
+//! A store is made aside and renamed, so it is there whole or not at all. What changes the numbering or removes entries
+//! (a grown study, a rerun) writes a new store and renames it over the old one. Whoever only reads ([`Reader::open`])
+//! leaves the file as it is. A store that cannot be opened any more is searched for entries ([`Remains`]): each carries its key and a checksum.
+
+mod entry;
+mod error;
+mod layout;
+mod overlay;
+mod read;
+mod salvage;
+mod store;
+
+pub use entry::{Entry, EntryError, Head};
+pub use error::RecordError;
+pub use layout::RECORD_VERSION;
+pub use read::{Reader, View};
+pub use salvage::Remains;
+
+use bladeoff_study::SampleKey;
+use bladeoff_system::files::{FileError, create_beside};
+use bladeoff_system::place::{Identity, Place};
+use error::guarded;
+use layout::{CACHE_BYTES, HEADER, RESULTS, VERSION_KEY};
+use redb::Database;
+use std::fs::File;
+use std::os::unix::fs::MetadataExt;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use store::Store;
+
+/// The open store of one run.
+#[derive(Debug)]
+pub struct Record {
+    reader: Reader,
+    /// Which file it is, whatever becomes of its name.
+    identity: Identity,
+    /// Its name until it is published.
+    aside: Option<Aside>,
+    gathered: Vec<(u64, Vec<u8>)>,
+    oldest: Option<Instant>,
+}
+
+/// The name of a store that is not published, removed with it.
+#[derive(Debug)]
+struct Aside(Place);
+
+impl Drop for Aside {
+    fn drop(&mut self) {
+        // Published, it has another name by now; on the error path it is of no use.
+        let _ = self.0.remove();
+    }
+}
+
+impl Record {
+    /// Largest age of a gathered result before its group is committed.
+    pub const GROUP_AGE: Duration = Duration::from_millis(500);
+    /// Largest number of results of one group.
+    pub const GROUP_SIZE: usize = 4096;
+
+    /// Creates a store aside, closed to others, who could lock it; [`Record::publish`] gives it its name. `header`: what the
+    /// entries depend on.
+    ///
+    /// # Errors
+    /// The file cannot be created or written.
+    pub fn create(path: impl Into<Place>, header: &[(String, String)]) -> Result<Self, RecordError> {
+        let path = path.into();
+        let failed = |source| RecordError::store("create", &path, source);
+        let (file, aside) = create_beside(&path, Place::create_closed)?;
+        let aside = Aside(aside);
+        let ledger = Self::over(file, &path, failed)?;
+        ledger.write_header(header).map_err(failed)?;
+        Ok(Self { aside: Some(aside), ..ledger })
+    }
+
+    /// The store in a file that is open to be written.
+    fn over(file: File, path: &Place, failed: impl Fn(redb::Error) -> RecordError) -> Result<Self, RecordError> {
+        let about = file.metadata().map_err(FileError::at("read", path))?;
+        let created = Database::builder().set_cache_size(CACHE_BYTES).create_file(file);
+        let database = created.map_err(|source| failed(source.into()))?;
+        let reader = Reader { store: Arc::new(Store::new(database)), path: path.clone() };
+        let identity = (about.dev(), about.ino());
+        Ok(Self { reader, identity, aside: None, gathered: Vec::new(), oldest: None })
+    }
+
+    /// Whether its name is still its own; what cannot be looked at is taken to be.
+    #[must_use]
+    pub fn is_in_place(&self) -> bool {
+        self.reader.path.identity().map_or(true, |found| found == Some(self.identity))
+    }
+
+    /// Commits what is gathered and gives the store its name, in place of one that has it.
+    ///
+    /// # Errors
+    /// The store cannot be written or renamed.
+    pub fn publish(&mut self) -> Result<(), RecordError> {
+        self.commit()?;
+        let path = &self.reader.path;
+        if let Some(aside) = &self.aside {
+            aside.0.rename_to(path).map_err(FileError::at("rename to", path))?;
+        }
+        self.aside = None;
+        Ok(path.sync_parent()?)
+    }
+
+    /// Opens the store of an earlier run, whose pages are all checked before anything is added to them.
+    ///
+    /// # Errors
+    /// As [`Reader::open`] and [`Reader::into_ledger`].
+    pub fn open(path: impl Into<Place>) -> Result<Self, RecordError> {
+        Reader::open(path)?.into_ledger()
+    }
+
+    /// Replaces the header.
+    ///
+    /// # Errors
+    /// The store cannot be written.
+    pub fn replace_header(&self, header: &[(String, String)]) -> Result<(), RecordError> {
+        self.write_header(header).map_err(|source| RecordError::store("write", &self.reader.path, source))
+    }
+
+    fn write_header(&self, header: &[(String, String)]) -> Result<(), redb::Error> {
+        let transaction = self.reader.store.begin_write()?;
+        {
+            let mut table = transaction.open_table(HEADER)?;
+            table.retain(|_, _| false)?;
+            for (key, value) in header {
+                table.insert(key.as_str(), value.as_str())?;
+            }
+            table.insert(VERSION_KEY, RECORD_VERSION.to_string().as_str())?;
+            transaction.open_table(RESULTS)?;
+        }
+        transaction.commit()?;
+        Ok(())
+    }
+
+    /// Takes a result; it is durable after the next commit. Commits the group when it is full or old enough.
+    ///
+    /// # Errors
+    /// The store cannot be written (disk full): the results gathered so far are kept for another try.
+    pub fn put(&mut self, sample: u64, key: SampleKey, entry: &Entry, now: Instant) -> Result<(), RecordError> {
+        self.gathered.push((sample, entry.encode(key)));
+        self.oldest.get_or_insert(now);
+        self.commit_if_due(now)
+    }
+
+    /// Takes the bytes of an entry of another store; it is durable after the next commit.
+    ///
+    /// # Errors
+    /// As [`Record::put`].
+    pub fn put_bytes(&mut self, sample: u64, bytes: Vec<u8>) -> Result<(), RecordError> {
+        self.gathered.push((sample, bytes));
+        if self.gathered.len() >= Self::GROUP_SIZE { self.commit() } else { Ok(()) }
+    }
+
+    /// Number of results that are taken and not yet durable.
+    #[must_use]
+    pub fn gathered(&self) -> usize {
+        self.gathered.len()
+    }
+
+    /// Commits the gathered results if the group is full or old enough.
+    ///
+    /// # Errors
+    /// As [`Record::put`].
+    pub fn commit_if_due(&mut self, now: Instant) -> Result<(), RecordError> {
+        let old = self.oldest.is_some_and(|oldest| now.duration_since(oldest) >= Self::GROUP_AGE);
+        if old || self.gathered.len() >= Self::GROUP_SIZE { self.commit() } else { Ok(()) }
+    }
+
+    /// Commits the gathered results.
+    ///
+    /// # Errors
+    /// As [`Record::put`].
+    pub fn commit(&mut self) -> Result<(), RecordError> {
+        if self.gathered.is_empty() {
+            return Ok(());
+        }
+        self.write_gathered().map_err(|source| RecordError::store("write", &self.reader.path, source))?;
+        self.gathered.clear();
+        self.oldest = None;
+        Ok(())
+    }
+
+    fn write_gathered(&self) -> Result<(), redb::Error> {
+        let transaction = self.reader.store.begin_write()?;
+        {
+            let mut table = transaction.open_table(RESULTS)?;
+            for (sample, bytes) in &self.gathered {
+                table.insert(sample, bytes.as_slice())?;
+            }
+        }
+        transaction.commit()?;
+        Ok(())
+    }
+
+    /// For reading, also from another thread.
+    #[must_use]
+    pub fn reader(&self) -> &Reader {
+        &self.reader
+    }
+}
+
+impl Reader {
+    /// Opens the store that was read to add to it.
+    ///
+    /// # Errors
+    /// It cannot be written, or somebody else does.
+    pub fn into_ledger(self) -> Result<Record, RecordError> {
+        let Self { store, path } = self;
+        drop(store);
+        let failed = |source| RecordError::store("open", &path, source);
+        guarded(&path, || Record::over(path.open_own()?, &path, failed))
+    }
+}
+
+/// What every store begins with, its header's damage aside.
+const STORE_MAGIC: [u8; 9] = *b"redb\x1A\x0A\xA9\x0D\x0A";
+
+/// Whether a file begins as a store does.
+#[must_use]
+pub fn is_store(place: &Place) -> bool {
+    let mut first = [0; STORE_MAGIC.len()];
+    let read = |mut file: File| std::io::Read::read_exact(&mut file, &mut first).is_ok();
+    place.open().is_ok_and(read) && first == STORE_MAGIC
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,265 @@
+//! Bearings of a study's machines whose peak loads are not the machine's, whatever happens in a run. Rows do not tell; machines, modes and steps do.
+//!
+//! Samples that do not differ in these are one look. Where a study has more looks than are made, those come first that lie at an end of something: the
+//! stiffest and the most damped of each bearing, the least and the largest value of each parameter that moves structure or step, of each engine and number of
+//! modes; then some that lie evenly between them. So the worst is nearly always among them.
+
+use crate::engine;
+use crate::terminal::{BearingNote, Beyond, bearings_beyond, matrices_of, with_word};
+use bladeoff_core::structure::{Structure, same_structure};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, ParamValue};
+use bladeoff_study::{Parameter, Samples};
+use std::collections::{BTreeMap, HashSet};
+
+/// Samples whose bearings and values are compared, at most.
+const MOST_COMPARED: u64 = 20_000;
+/// Parts of what lies between two ends, one look for each.
+const SPREAD: usize = 16;
+/// Looks, and structures that are built for them, at most; of the latter one for each end at least.
+const MOST_LOOKS: usize = 64;
+const STRUCTURES: std::ops::RangeInclusive<usize> = 16..=32;
+
+/// One line for each bearing and kind; none where there is nothing to say, or no machine. Modes are those that this build chooses.
+#[must_use]
+pub fn bearings_of(samples: &Samples) -> Vec<String> {
+    let Some(first) = machine_of(samples, 0) else { return Vec::new() };
+    let what = || format!("{}, to see what loads of its bearings lack", matrices_of(&first));
+    with_word(what, || {
+        let moving = moving(samples, &first);
+        let all = if moving.is_empty() { 1 } else { samples.count() };
+        look(samples, &moving, all)
+    })
+}
+
+/// The machine of a sample; of an earlier build's study it may be none.
+fn machine_of(samples: &Samples, sample: u64) -> Option<Machine> {
+    samples.try_machine(sample).ok().flatten()?.build().ok()
+}
+
+/// What steps and the mass at a bearing hang on beside the structure.
+#[derive(Debug, Clone, PartialEq)]
+struct Beside {
+    steps: [Option<f64>; 2],
+    /// Initial and prescribed speeds \[rad/s\].
+    speeds: Vec<f64>,
+    /// Nodes and signed masses \[kg\].
+    unbalances: Vec<(usize, f64)>,
+    /// Stators that are a spring \[N/m\].
+    springs: Vec<f64>,
+}
+
+impl Beside {
+    fn of(machine: &Machine) -> Self {
+        let rotor = &machine.rotor;
+        let law = rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
+        Self {
+            steps: [machine.run.step, machine.run.contact_step],
+            speeds: std::iter::once(rotor.initial_speed).chain(law).collect(),
+            unbalances: rotor.unbalances.iter().map(|unbalance| (unbalance.node, unbalance.signed_mass())).collect(),
+            springs: machine
+                .diaphragms
+                .iter()
+                .filter_map(|diaphragm| match diaphragm.kind {
+                    DiaphragmKind::RadialSpring { stiffness } => Some(stiffness),
+                    _ => None,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Places of the parameters that move structure, engine or step.
+fn moving(samples: &Samples, first: &Machine) -> Vec<usize> {
+    let Some(base) = samples.try_machine(0).ok().flatten() else { return Vec::new() };
+    let beside = Beside::of(first);
+    let moves = |parameter: &Parameter, value: &ParamValue| {
+        let mut other = base.clone();
+        let other = other.set(&parameter.info, value).ok().and_then(|()| other.build().ok());
+        // what is refused alone may be allowed beside other values
+        other.is_none_or(|other| !same_structure(&other, first) || Beside::of(&other) != beside)
+    };
+    let values = samples.different_values(2);
+    let parameters = samples.parameters().iter().zip(&values).enumerate();
+    let of_machine = parameters.filter(|(_, (parameter, _))| !parameter.is_variable);
+    of_machine
+        .filter(|(_, (parameter, values))| values.iter().any(|value| moves(parameter, value)))
+        .map(|(place, _)| place)
+        .collect()
+}
+
+fn look(samples: &Samples, moving: &[usize], all: u64) -> Vec<String> {
+    let (order, ends) = ends_first(samples, moving, all);
+    let most = ends.clamp(*STRUCTURES.start(), *STRUCTURES.end());
+    let mut looks = Looks { most, ..Looks::default() };
+    order.iter().for_each(|&sample| looks.at(samples, sample));
+    let Looks { said, looked, .. } = looks;
+    let which = |said: &Said| match (all, looked == all) {
+        (1, _) => String::new(),
+        (_, true) => format!(" (in {} of the study's {all} samples; most with {})", said.count, said.shown),
+        (_, false) => format!(" (worst of {looked} samples that were looked at, of {all}: {})", said.shown),
+    };
+    said.values().map(|said| format!("{}{}", said.note.text(), which(said))).collect()
+}
+
+/// Samples, those at the ends of something first, and how many ends there are; the first is always the study's first.
+fn ends_first(samples: &Samples, moving: &[usize], all: u64) -> (Vec<u64>, usize) {
+    let compared = all.min(MOST_COMPARED);
+    let mut lists: BTreeMap<(&str, Option<usize>, usize, usize), Vec<(f64, u64)>> = BTreeMap::new();
+    for i in 0..compared {
+        // evenly spread over those that are too many
+        let sample = (u128::from(i) * u128::from(all) / u128::from(compared)) as u64;
+        let Some(machine) = machine_of(samples, sample) else { continue };
+        let run = &machine.run;
+        let mut add = |what: usize, place: usize, key: f64| {
+            lists.entry((run.engine.word(), run.rotor_modes, what, place)).or_default().push((key, sample));
+        };
+        for (place, bearing) in machine.rotor.bearings.iter().enumerate() {
+            let largest = |of: &[[f64; 2]; 2]| of.iter().flatten().fold(0.0_f64, |most, value| most.max(value.abs()));
+            let (k, c) = (largest(&bearing.stiffness), largest(&bearing.damping));
+            add(0, place, k);
+            add(1, place, c);
+            match run.engine {
+                Engine::Exponential => add(2, place, run.contact_step.map_or(k, |step| k * step * step)),
+                Engine::Reduced | Engine::Full => add(2, place, run.step.map_or(c, |step| c * step)),
+            }
+        }
+        let values = samples.values(sample);
+        for &place in moving {
+            if let ParamValue::Number(value) = values[place] {
+                add(3, place, value);
+                add(4, place, -value);
+            }
+        }
+    }
+    lists.values_mut().for_each(|list| list.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1))));
+    let mut seen = HashSet::from([0]);
+    let mut order = vec![0];
+    // then some evenly between the ends, then the rest
+    let length = lists.values().map(Vec::len).max().unwrap_or(0);
+    let between = (1..SPREAD).map(|part| part * length / SPREAD);
+    for rank in std::iter::once(0).chain(between).chain(1..length) {
+        let ranked = lists.values().filter_map(|list| list.get(rank)).map(|(_, sample)| *sample);
+        order.extend(ranked.filter(|sample| seen.insert(*sample)));
+    }
+    (order, lists.len())
+}
+
+/// What is said of one bearing.
+#[derive(Debug)]
+struct Said {
+    /// Samples of which it is to be said.
+    count: u64,
+    /// The farthest beyond, with a step that resolves all of them.
+    note: BearingNote,
+    /// What varies in it.
+    shown: String,
+}
+
+/// What was seen so far.
+#[derive(Debug, Default)]
+struct Looks {
+    /// Structures that may be built.
+    most: usize,
+    structures: Vec<Structure>,
+    known: Vec<(usize, Beside, Vec<BearingNote>)>,
+    said: BTreeMap<(Beyond, String), Said>,
+    looked: u64,
+}
+
+impl Looks {
+    fn at(&mut self, samples: &Samples, sample: u64) {
+        let Some(machine) = machine_of(samples, sample) else { return };
+        let Some(place) = self.structure_of(&machine).and_then(|at| self.look_of(&machine, at)) else { return };
+        self.looked += 1;
+        for note in &self.known[place].2 {
+            let shown = || samples.describe(sample);
+            let said = self.said.entry((note.beyond, note.bearing.clone()));
+            let said = said.or_insert_with(|| Said { count: 0, note: note.clone(), shown: shown() });
+            said.count += 1;
+            let step = said.note.step.min(note.step);
+            if note.far > said.note.far {
+                (said.note, said.shown) = (note.clone(), shown());
+            }
+            said.note.step = step;
+        }
+    }
+
+    /// Where what is said of this machine is; `None`: it cannot start, or there are enough.
+    fn look_of(&mut self, machine: &Machine, at: usize) -> Option<usize> {
+        let beside = Beside::of(machine);
+        if let Some(place) = self.known.iter().position(|(of, other, _)| *of == at && *other == beside) {
+            return Some(place);
+        }
+        if self.known.len() == MOST_LOOKS {
+            return None;
+        }
+        let step = engine::step_plan(machine, &self.structures[at]).ok()?.step;
+        self.known.push((at, beside, bearings_beyond(machine, &self.structures[at], step)));
+        Some(self.known.len() - 1)
+    }
+
+    /// Where the structure of this machine is; `None`: it cannot be built, or there are enough.
+    fn structure_of(&mut self, machine: &Machine) -> Option<usize> {
+        if let Some(at) = self.structures.iter().position(|structure| structure.fits(machine)) {
+            return Some(at);
+        }
+        if self.structures.len() == self.most {
+            return None;
+        }
+        // rings that are the same are taken over
+        let built = match self.structures.last() {
+            Some(last) => last.rebuilt(machine).ok()?,
+            None => engine::build(machine).ok()?,
+        };
+        self.structures.push(built);
+        Some(self.structures.len() - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_study::load;
+    use std::fs;
+
+    fn said(text: &str) -> Vec<String> {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        fs::write(folder.path().join("m.toml"), include_str!("../../../studies/machines/lab_rig.toml"))
+            .expect("written");
+        let file = folder.path().join("s.toml");
+        fs::write(&file, format!("schema = 1\nmachine = \"m.toml\"\n{text}")).expect("written");
+        bearings_of(&Samples::new(load(&file, |_| Vec::new()).expect("valid"), None, None).expect("small"))
+    }
+
+    /// A mass at the bearing decides whether the step resolves its damping; the structure is one.
+    #[test]
+    fn what_is_said_does_not_hang_on_the_order_of_values() {
+        for masses in ["[\"1 g\", \"90 g\"]", "[\"90 g\", \"1 g\"]"] {
+            let set = "\"run.engine\" = \"reduced\"\n\"run.step\" = \"3.4 us\"\n\"blade_off.position\" = 1.0\n\
+                       \"right.damping\" = 8e4\n\"run.rotor_modes\" = 36";
+            let vary = format!("[[vary]]\npath = \"blade_off.mass\"\nvalues = {masses}");
+            let notes = said(&format!("[set]\n{set}\n{vary}\n"));
+            let of = notes.iter().find(|note| note.contains("does not resolve")).expect("said");
+            assert!(of.contains("(in 1 of the study's 2 samples; most with") && of.contains("mass = 1 g)"), "{of}");
+        }
+    }
+
+    /// What lies at an end is found among thousands, wherever it stands; what nothing moves is said without a count.
+    #[test]
+    fn the_worst_is_found_wherever_it_stands() {
+        let set = "[set]\n\"run.engine\" = \"reduced\"\n";
+        let vary = |path: &str, from: &str, to: &str, count: u32| {
+            format!("[[vary]]\npath = \"{path}\"\nfrom = {from}\nto = {to}\ncount = {count}\n")
+        };
+        for (from, to) in [("10", "1e5"), ("1e5", "10")] {
+            let notes = said(
+                &(set.to_owned() + &vary("right.damping", from, to, 60) + &vary("contact.friction", "0.1", "0.3", 50)),
+            );
+            let held = notes.iter().find(|note| note.contains("holds the shaft")).expect("said");
+            assert!(held.contains("looked at, of 3000: ") && held.contains("right.damping = 1e5 N s/m"), "{held}");
+        }
+        let notes = said(&(format!("{set}\"right.damping\" = 1e5\n") + &vary("contact.friction", "0.1", "0.3", 50)));
+        assert!(!notes.is_empty() && notes.iter().all(|note| !note.contains("samples")), "{notes:?}");
+        assert_eq!(said(&(set.to_owned() + &vary("contact.friction", "0.1", "0.3", 50))), [] as [String; 0]);
+    }
+}

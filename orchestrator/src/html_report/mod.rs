@@ -1,0 +1,215 @@
+//! One page about a result directory, to hand over: `bladeoff report`.
+//!
+//! ```text
+//! table or parts --rows--> counts, the worst, some rows of every kind      questions --answering--> answers, curves, looks
+//!   --answered, failing, worst, provenance--> sections --bladeoff_answers::page--> HTML
+//! ```
+//! The same directory gives the same bytes, whenever and by whomever it is asked.
+
+mod answered;
+mod assumed;
+mod bearings;
+mod curves;
+mod failing;
+mod horizon;
+mod limit_values;
+mod limits;
+mod narrowing;
+mod provenance;
+mod regimes;
+mod rows;
+mod sensitivity;
+mod stability;
+mod words;
+mod worst;
+
+use crate::questions::{Answering, AnsweringError, Forecasts, Looked, answer_at_looks, columns_asked};
+use crate::run::directory::{RESULTS, read_current};
+use crate::run::shards::row_files;
+use crate::run::{columns_of, end_of_table, refuse_changed};
+pub use assumed::{assumed, assumed_of_machine};
+pub use bearings::bearings_of;
+use bladeoff_answers::ask::Question;
+use bladeoff_answers::gate::Gate;
+use bladeoff_answers::page::{Block, Page, Section};
+use bladeoff_answers::summary::{FunctionSummary, Summary, counted};
+use bladeoff_answers::tables::TableError;
+use bladeoff_model::outcome::Status;
+use bladeoff_study::Samples;
+pub use horizon::Horizon;
+pub use limit_values::{limits_of, limits_of_machine};
+pub use limits::{LimitTable, above_max_beyond, too_many_beyond};
+pub use provenance::LIMITS;
+use rows::Seen;
+pub use stability::unstable_of;
+use std::path::{Path, PathBuf};
+
+/// What a report is about.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// Result directory.
+    pub directory: &'a Path,
+    /// Its samples.
+    pub samples: &'a Samples,
+    /// Name of the study.
+    pub name: &'a str,
+    /// Questions that are answered.
+    pub questions: &'a [Question],
+    /// Gates that are judged.
+    pub gates: &'a [Gate],
+}
+
+/// A report.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The page.
+    pub page: Page,
+    /// Rows that it is about, of so many.
+    pub rows: (u64, u64),
+    /// The table has a checksum, or is no finished one.
+    pub is_known: bool,
+}
+
+/// What is known of a study's precision beside its intervals.
+#[derive(Debug, Clone, Default)]
+pub struct Ahead {
+    /// What more points would narrow intervals to.
+    pub forecasts: Option<Forecasts>,
+    /// What is not as precise as `[stop]` asks, and why.
+    pub short: Vec<String>,
+}
+
+/// Makes the report.
+///
+/// # Errors
+/// The table is not as it was written, cannot be read, or has not what is asked for.
+pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Result<Report, AnsweringError> {
+    let Subject { directory, samples, questions, gates, .. } = subject;
+    let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
+    let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
+    let (mut is_known, mut is_table, mut end) = (true, false, None);
+    let ask = || -> Result<Option<Looked>, AnsweringError> {
+        if questions.is_empty() && gates.is_empty() {
+            return Ok(None);
+        }
+        answer_at_looks(directory, samples, questions, gates).map(Some)
+    };
+    // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
+    let mut looked = ask()?;
+    let (seen, (summary, sensitive), (limits, horizon), too_many) = read_current(directory, row_files, |files| {
+        is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
+        is_known = refuse_changed(directory)? || !is_table;
+        end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
+        Ok((
+            rows::read(files, coordinates.clone(), &columns)?,
+            summary(samples, files)?,
+            (LimitTable::of(samples, files)?, Horizon::of(files)?),
+            too_many_beyond(samples, files)?,
+        ))
+    })?;
+    // it has ended meanwhile: one page is of one table
+    if is_table && looked.as_ref().is_some_and(|looked| !looked.answering.answers.complete) {
+        looked = ask()?;
+    }
+    // a table is whole: one that [stop] ends, too
+    let of = if is_table { seen.rows } else { samples.count() };
+    let mut sections = Vec::new();
+    let assumptions = assumed(samples);
+    let mut add = |id, heading: &str, blocks: Vec<Block>| {
+        if !blocks.is_empty() {
+            sections.push(Section { id, heading: heading.to_owned(), blocks });
+        }
+    };
+    add("assumptions", "Assumptions", if assumptions.is_empty() { Vec::new() } else { vec![Block::List(assumptions)] });
+    if let Some(Looked { answering, looks, decisions }) = &looked {
+        add("gates", "Decisions", answered::decisions(decisions, answering));
+        add("answers", "Answers", answered::answers(answering, questions, &columns));
+        add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
+    }
+    add("results", "What came out", came_out(summary));
+    add("model-limits", "Limits of the model", limits.page().map(Block::Table).into_iter().collect());
+    add("regimes", "Regimes", regimes::regimes(&seen));
+    add("failures", "Where runs fail", failing::failures(&seen, subject));
+    add("worst", "The worst runs", worst::worst(&seen, subject));
+    add("provenance", "Where it comes from", provenance::provenance(subject));
+    add("limits", "What it cannot tell", provenance::limits(samples));
+    let ended = end.map(|end| end.words(samples));
+    let mut lead = lead(&seen, of, looked.as_ref(), ended);
+    lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
+    lead.extend(sensitive.map(Block::Text));
+    lead.extend(too_many.map(|line| Block::Warning(format!("{line}."))));
+    lead.extend(limits.unjudged().map(|text| Block::Warning(format!("Model limits: {text}."))));
+    lead.extend(limits.noted().into_iter().map(|line| Block::Warning(format!("{line}."))));
+    lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
+    lead.extend(unstable_of(samples).into_iter().map(|range| Block::Warning(format!("Whirl is {range}."))));
+    let page = Page { title: subject.name.to_owned(), lead, sections };
+    Ok(Report { page, rows: (seen.rows, of), is_known })
+}
+
+/// What has to be known first.
+fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) -> Vec<Block> {
+    let mut blocks: Vec<Block> =
+        ended.map(|ended| Block::Text(format!("The study ended: {ended}."))).into_iter().collect();
+    if seen.rows < of {
+        let mut text = format!("This study is not complete: {} of {} have ended.", seen.rows, counted(of, "run"));
+        if let Some(Looked { answering, .. }) = looked {
+            text += &format!(
+                " Counts, regimes and lists of runs are of these; answers are from the first {} of {}, up to the one before the first that is missing: what ends first \
+                 is not random.",
+                answering.points,
+                counted(answering.of, "point")
+            );
+        }
+        blocks.push(Block::Warning(text));
+    }
+    let bad = seen.rows - seen.ok();
+    let runs = counted(seen.rows, "run");
+    blocks.push(match bad {
+        0 => Block::Text(format!("{runs}, all of them ok.")),
+        _ => {
+            let mut counts = rows::ByStatus::new();
+            seen.kinds.iter().for_each(|of| *counts.entry(of.kind.0.clone()).or_default() += of.count);
+            let beyond = counts.get(Status::Beyond.word()).copied().unwrap_or_default();
+            let how = if looked.is_some() { "Each answer says how it counts them: see" } else { "See" };
+            Block::Text(format!(
+                "{runs}: {}.{} {how} \u{201c}Where runs fail\u{201d}.",
+                words::by_status(&counts),
+                not_for_design(beyond, bad - beyond, seen.rows)
+            ))
+        }
+    });
+    blocks
+}
+
+/// Why the values of runs that are not ok are not for design; a sentence for each of both kinds.
+fn not_for_design(beyond: u64, failing: u64, of: u64) -> String {
+    let share = |count: u64| {
+        let are = if count == 1 { "is" } else { "are" };
+        format!(" {} ({}) {are}", counted(count, "run"), words::percent(count as f64 / of as f64))
+    };
+    let mut text = String::new();
+    if beyond > 0 {
+        text += &share(beyond);
+        text += " beyond the model: the values reached before the limit are lower bounds, not for design.";
+    }
+    if failing > 0 {
+        text += &share(failing);
+        text += " failed, invalid or quarantined: values are not for design.";
+    }
+    text
+}
+
+/// The summary, and how many runs with a twin are sensitive.
+fn summary(samples: &Samples, files: &[PathBuf]) -> Result<(String, Option<String>), TableError> {
+    let study = samples.study();
+    if let Some(model) = study.function() {
+        let outputs = model.outputs.iter().map(|output| output.name.clone());
+        return Ok((FunctionSummary::of(files, outputs)?.text(None), None));
+    }
+    let summary = Summary::of(files)?.with_twin(study.twin_keys());
+    Ok((summary.text(None), summary.sensitive()))
+}
+
+fn came_out(summary: String) -> Vec<Block> {
+    vec![Block::Verbatim(summary)]
+}

@@ -1,0 +1,109 @@
+//! The worst runs, each with the command that computes it again.
+
+use super::Subject;
+use super::rows::{Coordinate, End, Ends, Extreme, Seen};
+use super::words::kind_in_words;
+use bladeoff_answers::page::{Block, Table};
+use bladeoff_answers::summary::{counted, worst_least};
+use bladeoff_system::call;
+use bladeoff_text::document::units::format_digits;
+use std::path::Path;
+
+/// A command about a directory, with the program's plain name: a page is read elsewhere, too.
+pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
+    let directory = call::word(call::path_word(directory));
+    let words: Vec<String> = words.iter().map(call::word).collect();
+    format!("bladeoff {word} {directory} {}", words.join(" "))
+}
+
+/// For each result the runs with its worst values: the largest, where that is worse the least (a first contact, a speed at the end); of formulas
+/// both, as no one knows which end is bad. Runs of every status are in one order, by the values before a guard or limit was exceeded, and the worst
+/// ok run stands beside them.
+pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
+    let is_function = subject.samples.study().function().is_some();
+    let mut blocks = Vec::new();
+    for (coordinate, Ends { largest, least, recorded, unknown }) in seen.coordinates.iter().zip(&seen.ends) {
+        if largest.all.is_empty() {
+            continue;
+        }
+        let ends = match worst_least(&coordinate.column).filter(|_| !is_function) {
+            Some(end) => vec![(end, least)],
+            None if is_function => vec![("largest", largest), ("least", least)],
+            None => vec![("largest", largest)],
+        };
+        for (end, list) in ends {
+            blocks.push(Block::Table(table(coordinate, end, list, subject, is_function)));
+        }
+        if let Some(note) = beyond_the_list(coordinate, largest, recorded.as_ref()).filter(|_| !is_function) {
+            blocks.push(Block::Note(note));
+        }
+        if *unknown > 0 && !is_function {
+            blocks.push(Block::Note(format!(
+                "{} not ok and not in the list: no value of {} is known from before a guard or limit was exceeded.",
+                are_counted(*unknown),
+                coordinate.name
+            )));
+        }
+    }
+    if !blocks.is_empty() {
+        let text = if is_function {
+            "Of the runs that are ok. Commands are given from where this page was made.".to_owned()
+        } else {
+            "Runs of every status. Values of runs that are not ok are those before a guard or limit was exceeded: lower bounds. The last line is the \
+             worst ok run where it is not among them. Commands are given from where this page was made. With --history FILE.mcap the first also writes what \
+             happened over time (bladeoff plot FILE.mcap)."
+                .to_owned()
+        };
+        blocks.insert(0, Block::Text(text));
+    }
+    blocks
+}
+
+/// The largest value that the table has of a run that is not ok, where it is above the whole list and of a run that is not in it.
+fn beyond_the_list(coordinate: &Coordinate, list: &End, recorded: Option<&Extreme>) -> Option<String> {
+    let one = recorded.filter(|one| list.all.first().is_none_or(|first| one.value > first.value))?;
+    if list.all.iter().any(|row| row.sample == one.sample) {
+        return None;
+    }
+    Some(format!(
+        "The largest {} that is recorded is {} in sample {} ({}). It was reached after a guard or a limit had been exceeded.",
+        coordinate.name,
+        format_digits(one.value, &coordinate.unit, 5),
+        one.sample,
+        kind_in_words(&one.kind)
+    ))
+}
+
+/// "1 run is", "2 runs are".
+fn are_counted(count: u64) -> String {
+    format!("{} {}", counted(count, "run"), if count == 1 { "is" } else { "are" })
+}
+
+/// One list.
+fn table(coordinate: &Coordinate, end: &str, list: &End, subject: Subject<'_>, is_function: bool) -> Table {
+    let is_listed = |ok: &&Extreme| !list.all.iter().any(|row| row.sample == ok.sample);
+    let rows: Vec<&Extreme> = list.all.iter().chain(list.ok.as_ref().filter(is_listed)).collect();
+    let is_marked = rows.iter().any(|row| row.kind.0 != "ok");
+    let show = |value: f64| format_digits(value, &coordinate.unit, 5);
+    let mut head = vec!["sample".to_owned(), "status".to_owned(), format!("{}, {end}", coordinate.name)];
+    if is_marked {
+        head.push("recorded".to_owned());
+    }
+    let verbatim = vec![head.len()];
+    head.push(if is_function { "all that is known of it" } else { "computes it again, bit for bit" }.to_owned());
+    let cells = |row: &&Extreme| {
+        let sample = row.sample.to_string();
+        let again = if is_function {
+            command("why", subject.directory, &[&sample])
+        } else {
+            command("replay", subject.directory, &["--sample", &sample])
+        };
+        let mut cells = vec![sample, kind_in_words(&row.kind), show(row.value)];
+        if is_marked {
+            cells.push(row.recorded.map_or_else(|| "-".to_owned(), show));
+        }
+        cells.push(again);
+        cells
+    };
+    Table { head, rows: rows.iter().map(cells).collect(), verbatim }
+}

@@ -1,0 +1,90 @@
+//! A complete directory kept in order: whatever of it is missing or not as it was written is made again from the record.
+
+use super::checksums::{Compared, compare};
+use super::chosen::Chosen;
+use super::directory::{MANIFEST, RESULTS, RunDirectory, TIMINGS};
+use super::end::TableEnd;
+use super::error::RunError;
+use super::manifest::{Checksums, Course, manifest, mended, tells_complete};
+use super::prepare::Prepared;
+use super::request::Request;
+use super::status::{self, StatusWriter};
+use super::tables::{tally, write_tables, write_timings};
+use crate::schedule::Ended;
+use crate::terminal::Tally;
+use bladeoff_answers::tables::read_metadata;
+use bladeoff_record::Reader;
+use bladeoff_system::files::write_whole;
+
+/// Makes again what is missing or changed of a complete directory, but the record.
+pub(super) fn put_in_order(
+    request: &Request,
+    directory: &RunDirectory,
+    prepared: &Prepared<'_>,
+    (record, recorded): (&Reader, &Tally),
+    (end, chosen): (Option<TableEnd>, Option<&Chosen>),
+    note: &dyn Fn(&str),
+) -> Result<(), RunError> {
+    let samples = prepared.samples;
+    directory.tidy_files()?;
+    prepared.write(directory)?;
+    let path = directory.file(MANIFEST);
+    let told = Checksums::told(&path);
+    let results = compare(&directory.file(RESULTS), told.results)?;
+    // A file that cannot be read is of no more use than a changed one.
+    let timings = compare(&directory.file(TIMINGS), told.timings).unwrap_or(Compared::Changed);
+    let is_lost = match timings {
+        Compared::Whole => false,
+        Compared::Unknown => read_metadata(&directory.file(TIMINGS)).is_err(),
+        Compared::Changed | Compared::Missing => true,
+    };
+    let mut tables = told;
+    if results != Compared::Whole {
+        note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
+        (tables, _) = write_tables(directory, prepared, record, (end.as_ref(), chosen))?;
+    } else if timings != Compared::Whole {
+        tables.timings = Some(write_timings(directory, samples, record, (end.as_ref(), chosen))?);
+    }
+    if is_lost {
+        note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
+    }
+    // of its rows, not of what the record holds beyond
+    let of_table = if end.is_some() { Some(tally(directory.path())?) } else { None };
+    let tally = of_table.as_ref().unwrap_or(recorded);
+    if !tells_complete(&path) {
+        let begun = Course::begun(tally.done());
+        let ended = Some(why_ended(end).word());
+        let course = Course { state: "complete", ended, end, finished: Some(begun.started), tables, ..begun };
+        let text = manifest(request, samples, &prepared.provenance, &course);
+        write_whole(&path, text.as_bytes())?;
+        note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
+    } else if let Some(text) = mended(&path, tables, &prepared.provenance) {
+        write_whole(&path, text.as_bytes())?;
+        if tables == told {
+            note(&format!("{MANIFEST} told of other inputs than these: it is corrected"));
+        }
+    }
+    if !status::tells_complete(directory.open()) {
+        let mut status = StatusWriter::new(directory.open(), samples, recorded.done()).trusting(request.trusts);
+        status.tell_end(why_ended(end), end);
+        status.finish("complete", None, tally, recorded.done().saturating_sub(tally.done()));
+    }
+    for left in directory.try_to_remove_parts() {
+        note(&format!("{left} ({}): it is left as it is, every row is in {RESULTS}", left.source));
+    }
+    Ok(())
+}
+
+/// Why a study of this end is complete.
+fn why_ended(end: Option<TableEnd>) -> Ended {
+    if end.is_some_and(|end| end.is_early()) { Ended::Stop } else { Ended::Complete }
+}
+
+fn what(compared: Compared) -> &'static str {
+    match compared {
+        Compared::Whole => "is as it was written",
+        Compared::Changed => "is damaged (its BLAKE3 is not the one in manifest.json)",
+        Compared::Unknown => "cannot be verified (manifest.json has no checksum of it)",
+        Compared::Missing => "is missing",
+    }
+}

@@ -1,0 +1,90 @@
+//! A word about work of which nothing is seen while it lasts: matrices and modes of a large ring take half a minute.
+
+use bladeoff_answers::summary::duration;
+use bladeoff_model::machine::{DiaphragmKind, Machine};
+use bladeoff_text::document::visible;
+use std::io::Write;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Work that is over sooner needs no word.
+const FIRST_AFTER: Duration = Duration::from_secs(2);
+/// Time between two words.
+const AGAIN_EVERY: Duration = Duration::from_secs(30);
+
+/// Does work; where that takes longer, standard error says what it is.
+pub fn with_word<T>(what: impl Fn() -> String + Send, work: impl FnOnce() -> T) -> T {
+    let say = move |elapsed| {
+        // Nobody reads: the work goes on.
+        let _ = writeln!(std::io::stderr(), "{}: {} so far", visible(&what()), duration(elapsed));
+    };
+    watched([FIRST_AFTER, AGAIN_EVERY], say, work)
+}
+
+/// What is computed of a machine before its first step, in words.
+#[must_use]
+pub fn matrices_of(machine: &Machine) -> String {
+    let elements = machine.diaphragms.iter().filter_map(|diaphragm| match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => Some(stator.ring.elements),
+        DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => None,
+    });
+    let ring = elements.max().map(|count| format!(", its ring of {count} elements")).unwrap_or_default();
+    format!("computing the matrices and modes of {}{ring}", machine.name)
+}
+
+/// Work beside which `say` is called after the first time and then after each of the second.
+fn watched<T>([first, again]: [Duration; 2], say: impl Fn(Duration) + Send, work: impl FnOnce() -> T) -> T {
+    let (done, over) = channel::<()>();
+    thread::scope(move |scope| {
+        let begun = Instant::now();
+        let watch = move || {
+            let mut wait = first;
+            while over.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                say(begun.elapsed());
+                wait = again;
+            }
+        };
+        // Where no thread is to be had, the work is done without a word.
+        let _ = thread::Builder::new().spawn_scoped(scope, watch);
+        let result = work();
+        // Also when the work panics, which drops it as well: nobody waits for a word.
+        drop(done);
+        result
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::mpsc::sync_channel;
+
+    #[test]
+    fn long_work_has_a_word_again_and_again_and_short_work_none() {
+        let (said, words) = sync_channel(0);
+        let brief = Duration::from_millis(1);
+        let result = watched(
+            [brief, brief],
+            |elapsed| {
+                let _ = said.send(elapsed);
+            },
+            || {
+                let [first, second] = [words.recv().expect("a word"), words.recv().expect("another")];
+                assert!(second > first && first >= brief);
+                drop(words);
+                7
+            },
+        );
+        assert_eq!(result, 7);
+        let hour = Duration::from_secs(3600);
+        assert_eq!(watched([hour, hour], |_| panic!("a word about nothing"), || 8), 8);
+    }
+
+    #[test]
+    fn work_that_panics_does_so_at_once() {
+        let hour = Duration::from_secs(3600);
+        let work = || watched([hour, hour], |_| (), || panic!("as it should"));
+        assert!(catch_unwind(AssertUnwindSafe(work)).is_err());
+    }
+}

@@ -1,0 +1,108 @@
+//! The plan of a study of formulas.
+
+use serde::{Deserialize, Serialize};
+
+pub(super) const FORMAT: &str = "bladeoff function plan";
+pub(super) const VERSION: u32 = 1;
+
+/// What all samples of a study of formulas share.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct FunctionJob {
+    /// What formulas name, in the order of the parameters of a sample.
+    pub variables: Vec<Variable>,
+    /// What is computed, in the order of the values of an outcome.
+    pub formulas: Vec<Formula>,
+}
+
+/// A variable.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// The short one, if it has one.
+    pub short: Option<String>,
+}
+
+/// What is computed, from its text.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Formula {
+    /// Its name.
+    pub name: String,
+    /// As in the study.
+    pub formula: String,
+}
+
+/// The plan as it is in the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanFile {
+    format: String,
+    version: u32,
+    variables: Vec<Variable>,
+    formulas: Vec<Formula>,
+}
+
+impl FunctionJob {
+    pub(super) fn text(&self) -> String {
+        let file = PlanFile {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            variables: self.variables.clone(),
+            formulas: self.formulas.clone(),
+        };
+        let mut text = serde_json::to_string_pretty(&file).expect("text and lists always have a JSON form");
+        text.push('\n');
+        text
+    }
+
+    /// A plan of this format and version.
+    pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, serde_json::Error> {
+        let PlanFile { variables, formulas, .. } = serde_json::from_slice(bytes)?;
+        Ok(Self { variables, formulas })
+    }
+}
+
+#[cfg(test)]
+pub(super) fn example() -> FunctionJob {
+    FunctionJob {
+        variables: vec![
+            Variable { name: "x".into(), short: None },
+            Variable { name: "growth".into(), short: Some("y".into()) },
+        ],
+        formulas: vec![Formula { name: "g".into(), formula: "3 - x".into() }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names and order of the keys are at rest in every result directory, their hash in its table: a rename here shows.
+    #[test]
+    fn the_text_of_a_function_plan_is_what_directories_hold() {
+        let text = r#"{
+  "format": "bladeoff function plan",
+  "version": 1,
+  "variables": [
+    {
+      "name": "x",
+      "short": null
+    },
+    {
+      "name": "growth",
+      "short": "y"
+    }
+  ],
+  "formulas": [
+    {
+      "name": "g",
+      "formula": "3 - x"
+    }
+  ]
+}
+"#;
+        assert_eq!(example().text(), text);
+    }
+}
