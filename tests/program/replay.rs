@@ -80,11 +80,11 @@ fn a_replayed_sample_is_equal_to_its_row() {
     // what is advised is no column of words
     let said = say(&["replay", &out, "--worst", "rub_regim"]);
     assert!(said.code == 3 && said.err.contains("has no column") && !said.err.contains("rub_regime"), "{}", said.err);
-    // a plan that is not the one of the table is refused
+    // a plan that is not the one of the table is a damaged file
     let plan = folder.path("run/plan.json");
     let changed = fs::read_to_string(&plan).expect("the plan").replace("0.06", "0.07");
     fs::write(&plan, changed).expect("write");
-    assert_eq!(say(&["replay", &out, "--sample", "0"]).code, 3);
+    assert_eq!(say(&["replay", &out, "--sample", "0"]).code, 6);
 }
 
 /// Columns with short names (`as`), of numbers and of words, and a parameter by a formula.
