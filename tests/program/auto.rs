@@ -268,7 +268,9 @@ fn the_bench_of_engines_tells_both_and_their_ratios() {
     assert_eq!(said.code, 0, "{}", said.err);
     let lines: Vec<&str> = said.out.lines().collect();
     assert!(lines[0].contains("load before and after") && lines[0].contains("core"), "{}", said.out);
-    for name in ["turbine to 6 s", "lab rig", "6 s of free flight"] {
+    for name in
+        ["turbine to 6 s  ", "turbine to 6 s, hyp1", "turbine to 6 s, hyp2-frozen", "lab rig", "6 s of free flight"]
+    {
         let line = lines.iter().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", said.out));
         let ratios: Vec<f64> =
             line.split_whitespace().rev().take(2).map(|word| word.parse().expect("a ratio")).collect();
@@ -279,7 +281,7 @@ fn the_bench_of_engines_tells_both_and_their_ratios() {
     assert_eq!(said.code, 0, "{}", said.err);
     let found = json(&said.out);
     let cases = found["cases"].as_array().expect("a list");
-    assert_eq!(cases.len(), 3);
+    assert_eq!(cases.len(), 5);
     for case in cases {
         assert_eq!(case["exponential"]["runs"].as_array().map(Vec::len), Some(5), "{case}");
         assert_eq!(case["reduced"]["runs"].as_array().map(Vec::len), Some(1), "{case}");
