@@ -2,7 +2,7 @@
 //!
 //! From a study file to a result table: [`bladeoff_study`] reads and checks it and numbers its combinations, [`run`]
 //! has them computed by worker processes through [`dispatch`] and [`schedule`], [`bladeoff_record`] records what is done,
-//! [`bladeoff_answers`] writes the table and its summary, [`report`] shows the progress. [`cli`] is the way in.
+//! [`bladeoff_answers`] writes the table and its summary, [`terminal`] shows the progress. [`cli`] is the way in.
 
 pub mod cli;
 pub mod dispatch;

@@ -1,9 +1,9 @@
 //! A worker process: serves samples of a study with the core solver.
 //!
 //! It is started by the orchestrator as `bladeoff worker ...` (so their versions never differ), reads the frozen
-//! [`plan`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve()`])
-//! until it is told to stop or its parent ends. A batch goes as a whole to a [`solver`], which hands in at a [`desk`] what came of
-//! each sample. A [`pulse`] thread beats and sees the parent's end also while a sample is
+//! [`job_spec`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve()`])
+//! until it is told to stop or its parent ends. A batch goes as a whole to a [`solver`], which gives a [`batch_recorder`] the outcome of
+//! each sample. A [`heartbeat`] thread beats and sees the parent's end also while a sample is
 //! computed. [`process`] holds what concerns the process as such, [`fault`] the hooks by which tests kill it at a known
 //! state.
 
