@@ -245,7 +245,7 @@ fn unbalances_on_a_bare_shaft_do_not_shake_it() {
 }
 
 #[test]
-fn a_flight_is_the_same_to_the_last_bit_when_it_is_repeated() {
+fn free_motion_repeats_to_the_last_bit() {
     let machine = alone(&study_machine("lab_rig"), &[("run.end_time", "0.1 s")]);
     let structure = Structure::build(&machine, None).expect("buildable");
     let run = || free_run(&machine, &structure, StepSettings::of_step(2e-4), 310.0).expect("has a basis");

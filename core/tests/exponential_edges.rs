@@ -96,7 +96,7 @@ fn a_rub_in_resonance_balances_its_energies() {
 
 /// Brakes that stop the rotor within some hundred contact steps: flights were as long as for others, 2.1e-5.
 #[test]
-fn strong_brakes_have_even_flights() {
+fn strong_brakes_keep_free_steps_equal() {
     let changes = [("run.end_time", "0.1 s"), ("braking.linear", "0.1")];
     let [ours, reference] = both("lab_rig", true, &changes);
     assert!(reference.value("end_speed_rad_s") < 10.0, "braked");

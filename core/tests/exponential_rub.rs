@@ -58,7 +58,7 @@ fn the_lab_rig_rubs_as_in_the_reduced_engine() {
 }
 
 #[test]
-fn flight_misses_no_contact() {
+fn free_motion_misses_no_contact() {
     let change = [("run.end_time", "3.2 s")];
     let (flying, stepping) = (rub("lp_turbine", &change, 5e-5, true), rub("lp_turbine", &change, 5e-5, false));
     assert!(flying.steps[2] > 1000 && stepping.steps[2] == 0, "one flies");
@@ -70,7 +70,7 @@ fn flight_misses_no_contact() {
 
 /// A release rings in every mode, and the rub after it: loads of a run that flies are those of one that takes contact steps alone.
 #[test]
-fn peaks_in_flight_are_those_of_contact_steps() {
+fn peaks_of_free_motion_are_those_of_contact_steps() {
     for (name, end, step) in [("lab_rig", "0.16 s", 3.4e-6), ("lp_turbine", "3.2 s", 5e-5)] {
         let change = [("run.end_time", end)];
         let (flying, stepping) = (rub(name, &change, step, true), rub(name, &change, step, false));

@@ -154,10 +154,10 @@ fn a_refused_run_changes_no_byte() {
     assert_eq!(run(&study, &killed, &[]).code, 0);
     assert!(!folder.path("killed/manifest.json.tmp").exists());
     // Neither does a run that has nothing to do touch the record.
-    let ledger = || fs::read(folder.path("whole/ledger.redb")).expect("the record");
-    let before = ledger();
+    let record = || fs::read(folder.path("whole/ledger.redb")).expect("the record");
+    let before = record();
     assert_eq!(run(&study, &whole, &[]).code, 0);
-    assert!(ledger() == before);
+    assert!(record() == before);
 }
 
 #[test]

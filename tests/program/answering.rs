@@ -96,7 +96,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     let study = folder.write("s.toml", &format!("{STUDY}{QUESTIONS}"));
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
-    let ledger = fs::read(folder.path("out/timings.parquet")).expect("written");
+    let record = fs::read(folder.path("out/timings.parquet")).expect("written");
     let others = "\n[[question]]\nname = \"other\"\nquantile = 0.9\nof = \"h\"\n";
     // those of another file: nothing is written
     let before = fs::read(folder.path("out/answers.json")).expect("written");
@@ -115,7 +115,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     let told = metadata(&out, "bladeoff.questions").expect("told");
     assert!(told.contains("other") && !told.contains("fails"), "{told}");
     assert!(!folder.path("out/answers").exists(), "the curve of a question that is gone");
-    assert_eq!(fs::read(folder.path("out/timings.parquet")).expect("written"), ledger, "nothing was computed");
+    assert_eq!(fs::read(folder.path("out/timings.parquet")).expect("written"), record, "nothing was computed");
     // none: no answers are left
     let study = folder.write("s.toml", STUDY);
     let ran = say(&["run", &study, "--out", &out]);

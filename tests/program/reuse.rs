@@ -50,12 +50,12 @@ impl Bench {
     }
 
     fn is_refused(&self, text: &str, lost: &str) {
-        let ledger = || fs::read(self.folder.path("out/ledger.redb")).expect("the record");
-        let before = ledger();
+        let record = || fs::read(self.folder.path("out/ledger.redb")).expect("the record");
+        let before = record();
         let said = self.run(text, "out", &[]);
         assert_eq!(said.code, 3, "{}", said.err);
         assert!(said.err.contains(lost) && said.err.contains("run.step_limit: "), "{}", said.err);
-        assert!(ledger() == before);
+        assert!(record() == before);
     }
 
     fn run(&self, text: &str, out: &str, more: &[&str]) -> Said {
@@ -258,14 +258,14 @@ fn a_look_at_a_damaged_record_ends_without_a_panic() {
     let folder = Folder::new();
     let path = folder.path("ledger.redb");
     let header: Vec<(String, String)> = (0..12).map(|n| (format!("key {n}"), "v".repeat(64))).collect();
-    let mut ledger = Record::create(path.clone(), &header).expect("made");
+    let mut record = Record::create(path.clone(), &header).expect("made");
     for sample in 0..24 {
         let entry = Entry { outcome: noop_outcome(sample, &[]), cpu_s: 0.0, worker: 1, attempt: 1 };
-        ledger.put(sample, SampleKey(sample.into()), &entry, Instant::now()).expect("taken");
-        ledger.commit().expect("written");
+        record.put(sample, SampleKey(sample.into()), &entry, Instant::now()).expect("taken");
+        record.commit().expect("written");
     }
-    ledger.publish().expect("published");
-    drop(ledger);
+    record.publish().expect("published");
+    drop(record);
     let whole = fs::read(&path).expect("the record");
     let looked = |bytes: &[u8]| {
         fs::write(&path, bytes).expect("written");

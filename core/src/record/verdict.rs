@@ -1,4 +1,4 @@
-//! Use that a row allows: the validity guard, and the limits of the model.
+//! Status of a row: guards (numerical checks) and limits of the physical model.
 
 use super::end::End;
 use super::energies::EnergyBalance;
@@ -8,7 +8,7 @@ use crate::structure::{MAX_TRUNCATION_ERROR, Structure};
 use bladeoff_model::machine::{DiaphragmKind, FrictionLaw, Machine, OnExceed};
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
-/// Status of a run and what it rests on.
+/// Status of a run, with its first cause and all causes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Verdict {
     pub status: Status,
@@ -95,7 +95,7 @@ fn touched(rings: &[RingRecorders]) -> bool {
     rings.iter().any(|ring| ring.contact.touched())
 }
 
-/// The guards that what is recorded breaks; that of the modal basis is no matter of values.
+/// Guards that the recorded values break. The guard of the modal basis is not among them: it depends on the structure alone.
 fn broken(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
     let mut causes = CauseSet::default();
     let guard = &machine.run.guard;

@@ -74,9 +74,9 @@ impl Record {
         let failed = |source| RecordError::store("create", &path, source);
         let (file, aside) = create_beside(&path, Place::create_closed)?;
         let aside = Aside(aside);
-        let ledger = Self::over(file, &path, failed)?;
-        ledger.write_header(header).map_err(failed)?;
-        Ok(Self { aside: Some(aside), ..ledger })
+        let record = Self::over(file, &path, failed)?;
+        record.write_header(header).map_err(failed)?;
+        Ok(Self { aside: Some(aside), ..record })
     }
 
     /// The store in a file that is open to be written.
@@ -114,7 +114,7 @@ impl Record {
     /// # Errors
     /// As [`Reader::open`] and [`Reader::into_ledger`].
     pub fn open(path: impl Into<Place>) -> Result<Self, RecordError> {
-        Reader::open(path)?.into_ledger()
+        Reader::open(path)?.into_record()
     }
 
     /// Replaces the header.
@@ -212,7 +212,7 @@ impl Reader {
     ///
     /// # Errors
     /// It cannot be written, or somebody else does.
-    pub fn into_ledger(self) -> Result<Record, RecordError> {
+    pub fn into_record(self) -> Result<Record, RecordError> {
         let Self { store, path } = self;
         drop(store);
         let failed = |source| RecordError::store("open", &path, source);

@@ -24,17 +24,17 @@ fn key(sample: u64) -> SampleKey {
 }
 
 fn store(path: &Path, samples: impl IntoIterator<Item = u64>) -> Record {
-    let mut ledger = Record::create(path, &[("study".into(), "a".into())]).expect("create");
-    ledger.publish().expect("publish");
+    let mut record = Record::create(path, &[("study".into(), "a".into())]).expect("create");
+    record.publish().expect("publish");
     for sample in samples {
-        ledger.put(sample, key(sample), &entry(sample as f64), Instant::now()).expect("put");
+        record.put(sample, key(sample), &entry(sample as f64), Instant::now()).expect("put");
     }
-    ledger
+    record
 }
 
-fn samples(ledger: &Record) -> Vec<u64> {
+fn samples(record: &Record) -> Vec<u64> {
     let mut seen = Vec::new();
-    let read = ledger.reader().for_each::<RecordError>(|sample, found| {
+    let read = record.reader().for_each::<RecordError>(|sample, found| {
         assert_eq!(found, entry(sample as f64));
         seen.push(sample);
         Ok(())
@@ -47,16 +47,16 @@ fn samples(ledger: &Record) -> Vec<u64> {
 fn results_come_back_in_order_of_their_number_also_after_opening_again() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
-    let mut ledger = store(&path, [5, 1, 3]);
-    assert_eq!(ledger.reader().len().expect("read"), 0, "not yet committed");
-    ledger.commit_if_due(Instant::now() + Record::GROUP_AGE).expect("commit");
-    assert_eq!(samples(&ledger), [1, 3, 5]);
-    drop(ledger);
-    let ledger = Record::open(&path).expect("open");
-    assert_eq!(samples(&ledger), [1, 3, 5]);
-    assert_eq!(ledger.reader().header().expect("header")["study"], "a");
+    let mut record = store(&path, [5, 1, 3]);
+    assert_eq!(record.reader().len().expect("read"), 0, "not yet committed");
+    record.commit_if_due(Instant::now() + Record::GROUP_AGE).expect("commit");
+    assert_eq!(samples(&record), [1, 3, 5]);
+    drop(record);
+    let record = Record::open(&path).expect("open");
+    assert_eq!(samples(&record), [1, 3, 5]);
+    assert_eq!(record.reader().header().expect("header")["study"], "a");
     let mut heads = Vec::new();
-    ledger.reader().for_each_head(None, |sample, head| heads.push((sample, head.expect("whole").key))).expect("read");
+    record.reader().for_each_head(None, |sample, head| heads.push((sample, head.expect("whole").key))).expect("read");
     assert_eq!(heads, [(1, key(1)), (3, key(3)), (5, key(5))]);
 }
 
@@ -64,11 +64,11 @@ fn results_come_back_in_order_of_their_number_also_after_opening_again() {
 fn a_store_of_another_version_is_refused_by_name() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
-    let ledger = store(&path, [1]);
-    let transaction = ledger.reader().store.begin_write().expect("writable");
+    let record = store(&path, [1]);
+    let transaction = record.reader().store.begin_write().expect("writable");
     transaction.open_table(HEADER).expect("a table").insert(VERSION_KEY, "1").expect("written");
     transaction.commit().expect("committed");
-    drop(ledger);
+    drop(record);
     let error = Record::open(&path).expect_err("another version");
     assert!(matches!(&error, RecordError::Version { found, .. } if found == "1"), "{error}");
 }
@@ -88,11 +88,11 @@ fn a_second_opener_is_refused_while_the_first_lives() {
 fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
-    let mut ledger = store(&path, 0..300);
-    ledger.commit().expect("commit");
+    let mut record = store(&path, 0..300);
+    record.commit().expect("commit");
     // As a crash leaves it: copied while it is open, beside the orderly end.
     let crashed = fs::read(&path).expect("readable");
-    drop(ledger);
+    drop(record);
     let closed = fs::read(&path).expect("readable");
     let all: BTreeSet<u64> = (0..300).collect();
     let cut = directory.path().join("cut.redb");
@@ -101,9 +101,9 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
         let step = whole.len() / 59 + 1;
         for length in (0..whole.len()).step_by(step).chain(0..16).chain(whole.len() - 16..whole.len()) {
             fs::write(&cut, &whole[..length]).expect("written");
-            match Record::open(&cut).and_then(|ledger| {
+            match Record::open(&cut).and_then(|record| {
                 let mut found = BTreeSet::new();
-                ledger.reader().for_each_head(None, |sample, head| {
+                record.reader().for_each_head(None, |sample, head| {
                     if head.is_ok_and(|head| head.key == key(sample)) {
                         found.insert(sample);
                     }
@@ -136,9 +136,9 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
 fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
-    let mut ledger = store(&path, 0..100);
-    ledger.commit().expect("commit");
-    drop(ledger);
+    let mut record = store(&path, 0..100);
+    record.commit().expect("commit");
+    drop(record);
     let whole = fs::read(&path).expect("readable");
     let bad = directory.path().join("bad.redb");
     let (mut kept, mut damaged) = (0u32, 0u32);
@@ -146,8 +146,8 @@ fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x55;
         fs::write(&bad, &bytes).expect("written");
-        let opened = Record::open(&bad).and_then(|ledger| {
-            ledger.reader().for_each_head(None, |sample, head| {
+        let opened = Record::open(&bad).and_then(|record| {
+            record.reader().for_each_head(None, |sample, head| {
                 if let Ok(head) = head {
                     // A moved entry has the key of another sample, which the caller compares.
                     kept += u32::from(head.key == key(sample));
@@ -175,12 +175,12 @@ fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
 fn any_changed_byte_of_the_header_is_damage_whose_entries_are_salvaged_or_harmless() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let path = directory.path().join("ledger.redb");
-    let mut ledger = store(&path, 0..20);
-    ledger.commit().expect("commit");
+    let mut record = store(&path, 0..20);
+    record.commit().expect("commit");
     // As a crash leaves it, and after an orderly end.
     let crashed = directory.path().join("crashed.redb");
     fs::copy(&path, &crashed).expect("copied");
-    drop(ledger);
+    drop(record);
     let (mut damaged, mut whole) = (0, 0);
     for path in [&crashed, &path] {
         let bytes = fs::read(path).expect("readable");
@@ -219,10 +219,10 @@ fn any_changed_byte_of_the_header_is_damage_whose_entries_are_salvaged_or_harmle
 fn reading_leaves_the_file_as_it_is_also_after_a_crash() {
     let directory = tempfile::tempdir().expect("temporary directory");
     let (path, crashed) = (directory.path().join("ledger.redb"), directory.path().join("crashed.redb"));
-    let mut ledger = store(&path, 0..300);
-    ledger.commit().expect("commit");
+    let mut record = store(&path, 0..300);
+    record.commit().expect("commit");
     fs::copy(&path, &crashed).expect("copied");
-    drop(ledger);
+    drop(record);
     for path in [&path, &crashed] {
         let before = fs::read(path).expect("readable");
         for reader in [Reader::open(path).expect("whole"), Reader::peek(path).expect("whole")] {
@@ -234,6 +234,6 @@ fn reading_leaves_the_file_as_it_is_also_after_a_crash() {
             assert_eq!(heads, 300);
         }
         assert!(fs::read(path).expect("readable") == before);
-        assert_eq!(samples(&Reader::open(path).expect("whole").into_ledger().expect("writable")).len(), 300);
+        assert_eq!(samples(&Reader::open(path).expect("whole").into_record().expect("writable")).len(), 300);
     }
 }

@@ -38,21 +38,21 @@ impl<'a> Guard<'a> {
     }
 
     /// Whether the directory is lost, by two looks, if it is time for one.
-    pub fn finds_loss(&mut self, ledger: &Record) -> bool {
+    pub fn finds_loss(&mut self, record: &Record) -> bool {
         let now = Instant::now();
         if now < self.next {
             return false;
         }
         self.next = now + LOOK_EVERY;
-        let is_lost = loss(self.directory, ledger).is_some();
+        let is_lost = loss(self.directory, record).is_some();
         is_lost && std::mem::replace(&mut self.suspected, is_lost)
     }
 }
 
 /// What has become of the directory; `None`: it is where it was.
-pub(super) fn loss(directory: &RunDirectory, ledger: &Record) -> Option<Loss> {
+pub(super) fn loss(directory: &RunDirectory, record: &Record) -> Option<Loss> {
     let standing = directory.open().standing();
-    match (standing, ledger.is_in_place()) {
+    match (standing, record.is_in_place()) {
         (Standing::Removed, _) => Some(Loss::Removed("the result directory")),
         (_, false) => Some(Loss::Removed("the record of finished samples in")),
         (Standing::Moved(to), true) => Some(Loss::Moved(to)),

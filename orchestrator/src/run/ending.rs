@@ -41,7 +41,7 @@ pub(super) fn conclude(
     telling: &mut Telling,
 ) -> Result<Finished, RunError> {
     let Session { request, prepared, opened, directory } = session;
-    let (samples, ledger) = (prepared.samples, &opened.ledger);
+    let (samples, record) = (prepared.samples, &opened.record);
     let Computed { mut report, end, chosen, committed, parts } = computed;
     // Shared memory is given back when everything is written: nothing about it is a matter of the results.
     let memory = report.as_mut().ok().and_then(|report| report.memory.take());
@@ -58,7 +58,7 @@ pub(super) fn conclude(
         let mut tally = durable.clone();
         let (table, tables) = if end.is_some() || durable.done() == samples.count() {
             let which = (end.as_ref(), chosen.as_ref().filter(|_| end.is_some()));
-            let (tables, of_table) = tables::write_tables(directory, prepared, ledger.reader(), which)?;
+            let (tables, of_table) = tables::write_tables(directory, prepared, record.reader(), which)?;
             tally = of_table;
             request.faults.reached(At::Retiring, 0, None);
             directory.remove_parts()?;
@@ -77,11 +77,11 @@ pub(super) fn conclude(
         Ok(Finished { tally, reused: begun.reused, ended: report.ended, end, table })
     };
     let lost =
-        |loss| RunError::from(rescued::keep(loss, directory, prepared, ledger, &durable, &manifest(&ended("failed"))));
-    let finished = match directory_lost::loss(directory, ledger) {
+        |loss| RunError::from(rescued::keep(loss, directory, prepared, record, &durable, &manifest(&ended("failed"))));
+    let finished = match directory_lost::loss(directory, record) {
         Some(loss) => Err(lost(loss)),
         // It may be lost while the tables are written.
-        None => write().map_err(|error| match directory_lost::loss(directory, ledger) {
+        None => write().map_err(|error| match directory_lost::loss(directory, record) {
             Some(loss) => lost(loss),
             None if directory_lost::is_closed(directory) => {
                 let (path, done) = (directory.path().to_path_buf(), durable.done());

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// From now on the first signal says what is going on and the second one ends the program at once; `already`: the first has come.
-/// Nothing is lost by it: results are in the ledger, tables are written aside and renamed. `memory`: shared memory to be removed then.
+/// Nothing is lost by it: results are in the record, tables are written aside and renamed. `memory`: shared memory to be removed then.
 pub(super) fn end_at_once_when_told(already: bool, faults: &dyn Faults, memory: Option<Address>) {
     let told = AtomicBool::new(already);
     watch_afterwards(move |signal| {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! open:     basis (frozen or new) -> lock -> record: new, continued or taken over -> inputs, plan
-//! run:        -> workers through dispatch -> ledger, parts beside it
+//! run:        -> workers through dispatch -> record, parts beside it
 //! ending:       -> tables, manifest
 //! ```
 //! [`run`] is the story, read downwards; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
@@ -79,7 +79,7 @@ use manifest::{Course, manifest};
 use open::{Opening, Session, open};
 use partial_tables::Teller;
 use refined::Refined;
-use sink::LedgerSink;
+use sink::RecordSink;
 use stages::Staged;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -89,7 +89,7 @@ use telling::{Known, Telling};
 /// progress goes to standard error.
 ///
 /// # Errors
-/// See [`RunError`]; what was finished before is in the directory's ledger.
+/// See [`RunError`]; what was finished before is in the directory's record.
 pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
     let known = Known::begin(request)?;
     let finished = open(request, samples, note).and_then(|opening| match opening {
@@ -117,9 +117,9 @@ fn compute(session: &mut Session<'_>, course: &Course, telling: &mut Telling) ->
     let faults = request.faults;
     let (samples, known) = (prepared.samples, Rc::clone(&telling.known));
     let todo = order::ordered(std::mem::take(&mut opened.todo), samples);
-    let record = opened.ledger.reader().clone();
+    let record = opened.record.reader().clone();
     let work = |parts: &Teller<'_>| {
-        let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, parts, Guard::new(directory));
+        let mut sink = RecordSink::new(&mut opened.record, &prepared.keys, &known, parts, Guard::new(directory));
         let mut chosen = None;
         let (report, end) = match (&request.looking, &request.refining) {
             (_, Some(refining)) => {
@@ -178,6 +178,6 @@ fn begin(
     let options = options(session)?;
     telling.started(session);
     let has_both = opened.tally.done() > 0 && opened.todo.total() > 0;
-    let there = if has_both { Some(opened.ledger.reader().view()?) } else { None };
+    let there = if has_both { Some(opened.record.reader().view()?) } else { None };
     Ok((options, there))
 }

@@ -13,7 +13,7 @@ use super::directory::{LOOK, RunDirectory};
 use super::end::{EndWhy, TableEnd};
 use super::error::RunError;
 use super::prepare::Prepared;
-use super::sink::LedgerSink;
+use super::sink::RecordSink;
 use super::stages::{Course, add, signals_between};
 use super::tables::write_rows;
 use super::telling::Telling;
@@ -40,7 +40,7 @@ impl Refined<'_> {
         &self,
         mut options: DispatchOptions,
         mut todo: Todo,
-        sink: &mut LedgerSink<'_>,
+        sink: &mut RecordSink<'_>,
         telling: &mut Telling,
     ) -> (Course, Chosen) {
         let (begun, wall) = (Instant::now(), options.schedule.run.wall);

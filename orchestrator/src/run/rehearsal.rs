@@ -34,11 +34,11 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
     let directory = RunDirectory::claim(path, true, None)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
-    let mut ledger = Record::create(directory.file(LEDGER), &prepared.header())?;
+    let mut record = Record::create(directory.file(LEDGER), &prepared.header())?;
     for sample in 0..samples.count().saturating_sub(1) {
-        ledger.put(sample, prepared.keys.key(sample), &noop_entry(sample), Instant::now())?;
+        record.put(sample, prepared.keys.key(sample), &noop_entry(sample), Instant::now())?;
     }
-    Ok(ledger.publish()?)
+    Ok(record.publish()?)
 }
 
 /// Takes up a directory as `run` does, up to the first sample that would be computed.
@@ -61,8 +61,8 @@ pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunErro
 /// # Errors
 /// As [`run`](super::run).
 pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> {
-    with_record(path, samples, |directory, prepared, ledger| {
-        let record = ledger.reader().clone();
+    with_record(path, samples, |directory, prepared, record| {
+        let record = record.reader().clone();
         let there = Some(record.view()?);
         let begun = Instant::now();
         let place = (directory, prepared, &record);
@@ -76,12 +76,12 @@ pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> 
 /// # Errors
 /// As [`run`](super::run).
 pub fn time_tables(path: &Path, samples: &Samples) -> Result<Duration, RunError> {
-    with_record(path, samples, |directory, prepared, ledger| {
+    with_record(path, samples, |directory, prepared, record| {
         let last = samples.count() - 1;
-        ledger.put(last, prepared.keys.key(last), &noop_entry(last), Instant::now())?;
-        ledger.commit()?;
+        record.put(last, prepared.keys.key(last), &noop_entry(last), Instant::now())?;
+        record.commit()?;
         let begun = Instant::now();
-        tables::write_tables(directory, prepared, ledger.reader(), (None, None))?;
+        tables::write_tables(directory, prepared, record.reader(), (None, None))?;
         Ok(begun.elapsed())
     })
 }
@@ -117,7 +117,7 @@ fn with_record<T>(
     let basis = super::prepare::frozen_basis(samples, directory.open(), &|_| ())?;
     let prepared = Prepared::new(samples, basis)?;
     let mut opened = resume::open(&directory, &prepared, resume::Again { rerun: None, suspects: true })?;
-    work(&directory, &prepared, &mut opened.ledger)
+    work(&directory, &prepared, &mut opened.record)
 }
 
 fn noop_entry(sample: u64) -> Entry {

@@ -23,7 +23,7 @@ pub(super) fn keep(
     loss: Loss,
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
-    ledger: &Record,
+    record: &Record,
     tally: &Tally,
     manifest: &str,
 ) -> Lost {
@@ -32,7 +32,7 @@ pub(super) fn keep(
         Loss::Moved(to) => Lost::Moved { path, to, done },
         Loss::Removed(what) => {
             let kept = |kept: PathBuf| Lost::Kept { what, path: path.clone(), done, kept };
-            match write_kept(directory, prepared, ledger, manifest) {
+            match write_kept(directory, prepared, record, manifest) {
                 Ok(directory) => {
                     let lost = kept(directory.path().to_path_buf());
                     StatusWriter::new(directory.open(), prepared.samples, done).finish("failed", Some(&lost), tally, 0);
@@ -47,14 +47,14 @@ pub(super) fn keep(
 fn write_kept(
     lost: &RunDirectory,
     prepared: &Prepared<'_>,
-    ledger: &Record,
+    record: &Record,
     manifest: &str,
 ) -> Result<RunDirectory, RunError> {
     let directory = RunDirectory::claim(&new_directory(lost.absolute())?, false, None)?;
     prepared.write(&directory)?;
     write_whole(directory.file(MANIFEST), manifest.as_bytes())?;
     let mut copy = Record::create(directory.file(LEDGER), &prepared.header())?;
-    ledger.reader().for_each_bytes(|sample, bytes| copy.put_bytes(sample, bytes.to_vec()))?;
+    record.reader().for_each_bytes(|sample, bytes| copy.put_bytes(sample, bytes.to_vec()))?;
     copy.publish()?;
     Ok(directory)
 }

@@ -68,7 +68,7 @@ impl Again<'_> {
 
 /// A record ready to be continued.
 pub(super) struct Opened {
-    pub ledger: Record,
+    pub record: Record,
     /// What is to be computed.
     pub todo: Todo,
     /// Counts of what is there.
@@ -330,26 +330,26 @@ impl Comparison {
         let Self { record, found, .. } = self;
         directory.tidy()?;
         let mut notes = Vec::new();
-        let ledger = match record {
+        let record = match record {
             Continuation::New => {
                 prepared.write(directory)?;
-                let mut ledger = Record::create(directory.file(LEDGER), &prepared.header())?;
-                ledger.publish()?;
-                ledger
+                let mut record = Record::create(directory.file(LEDGER), &prepared.header())?;
+                record.publish()?;
+                record
             }
             Continuation::Same(reader, header) => {
                 prepared.write(directory)?;
-                let ledger = reader.into_ledger()?;
+                let record = reader.into_record()?;
                 let wanted = prepared.header();
                 if !wanted.iter().all(|(key, value)| header.get(key) == Some(value)) {
-                    ledger.replace_header(&wanted)?;
+                    record.replace_header(&wanted)?;
                 }
-                ledger
+                record
             }
             Continuation::Old { old, taken } => take_over((&old, &taken), directory, prepared, faults, &mut notes)?,
         };
         let (todo, tally) = found.rest(prepared.samples.count());
-        Ok(Opened { ledger, todo, tally, notes })
+        Ok(Opened { record, todo, tally, notes })
     }
 }
 
@@ -362,10 +362,10 @@ fn take_over(
     notes: &mut Vec<String>,
 ) -> Result<Record, RunError> {
     prepared.write(directory)?;
-    let mut ledger = Record::create(directory.file(LEDGER), &prepared.header())?;
+    let mut record = Record::create(directory.file(LEDGER), &prepared.header())?;
     for &(sample, place) in taken {
         let missing = || RecordError::Missing { sample, path: directory.file(LEDGER).to_path_buf() };
-        ledger.put_bytes(sample, old.bytes(place)?.ok_or_else(missing)?)?;
+        record.put_bytes(sample, old.bytes(place)?.ok_or_else(missing)?)?;
         faults.reached(At::Growing, sample, None);
     }
     if let Old::Remains(_) = old {
@@ -373,8 +373,8 @@ fn take_over(
     }
     // Their row numbers, or what they hold, are those of the old record.
     directory.remove_parts()?;
-    ledger.publish()?;
-    Ok(ledger)
+    record.publish()?;
+    Ok(record)
 }
 
 /// Gives a damaged record a second name, under which it stays when a new one takes its place.

@@ -1,4 +1,4 @@
-//! From the dispatch loop into the ledger, counting on the way.
+//! From the dispatch loop into the record, counting on the way.
 
 use super::directory_lost::Guard;
 use super::partial_tables::Teller;
@@ -34,8 +34,8 @@ impl Hears for Teller<'_> {
 }
 
 /// Records results and counts them.
-pub(super) struct LedgerSink<'a> {
-    ledger: &'a mut Record,
+pub(super) struct RecordSink<'a> {
+    record: &'a mut Record,
     keys: &'a SampleKeys<'a>,
     known: Rc<RefCell<Known>>,
     /// Taken and not durable yet.
@@ -46,20 +46,20 @@ pub(super) struct LedgerSink<'a> {
     guard: Guard<'a>,
 }
 
-impl<'a> LedgerSink<'a> {
+impl<'a> RecordSink<'a> {
     pub fn new(
-        ledger: &'a mut Record,
+        record: &'a mut Record,
         keys: &'a SampleKeys<'a>,
         known: &Rc<RefCell<Known>>,
         hears: &'a dyn Hears,
         guard: Guard<'a>,
     ) -> Self {
-        Self { ledger, keys, known: Rc::clone(known), gathered: Vec::new(), hears, guard }
+        Self { record, keys, known: Rc::clone(known), gathered: Vec::new(), hears, guard }
     }
 
     /// Whatever a commit has made durable counts from now on, and only that: a commit that fails leaves it all gathered.
     fn note_durable(&mut self) {
-        if self.ledger.gathered() == 0 && !self.gathered.is_empty() {
+        if self.record.gathered() == 0 && !self.gathered.is_empty() {
             let known = &mut *self.known.borrow_mut();
             known.durable = known.taken.clone();
             self.hears.durable(std::mem::take(&mut self.gathered));
@@ -69,13 +69,13 @@ impl<'a> LedgerSink<'a> {
 
     /// Commits what is left.
     pub fn close(mut self) -> Result<(), RecordError> {
-        let committed = self.ledger.commit();
+        let committed = self.record.commit();
         self.note_durable();
         committed
     }
 }
 
-impl Sink for LedgerSink<'_> {
+impl Sink for RecordSink<'_> {
     fn record_all(&mut self, results: Vec<(u64, Entry)>) -> Result<(), SinkError> {
         // Those of one message are of one worker. What a sample took that killed its workers, nobody has reported.
         let ended = || results.iter().filter(|(_, entry)| entry.outcome.status != Status::Quarantined);
@@ -93,13 +93,13 @@ impl Sink for LedgerSink<'_> {
             known.events.iter_mut().for_each(|events| events.sample(sample, &entry));
         }
         self.gathered.push(sample);
-        self.ledger.put(sample, self.keys.key(sample), &entry, Instant::now()).map_err(refused)?;
+        self.record.put(sample, self.keys.key(sample), &entry, Instant::now()).map_err(refused)?;
         self.note_durable();
         Ok(())
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
-        self.ledger.commit().map_err(refused)?;
+        self.record.commit().map_err(refused)?;
         self.note_durable();
         Ok(())
     }
@@ -110,7 +110,7 @@ impl Sink for LedgerSink<'_> {
 
     fn check(&mut self) -> Result<(), SinkError> {
         self.hears.check()?;
-        if self.guard.finds_loss(self.ledger) {
+        if self.guard.finds_loss(self.record) {
             // Why is found out again, and told, when the run has stopped.
             return Err(SinkError {
                 what: "the result directory was moved or removed during the run".to_owned(),

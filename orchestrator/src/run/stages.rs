@@ -11,7 +11,7 @@ use super::directory::{LOOK, RunDirectory};
 use super::end::{EndWhy, Looked, Looking, Stage, TableEnd};
 use super::error::RunError;
 use super::prepare::Prepared;
-use super::sink::LedgerSink;
+use super::sink::RecordSink;
 use super::tables::write_rows;
 use super::telling::Telling;
 use crate::dispatch::{self, DispatchError, DispatchOptions, DispatchReport, Ended, Signal, Sink};
@@ -40,7 +40,7 @@ impl Staged<'_> {
         &self,
         mut options: DispatchOptions,
         mut todo: Todo,
-        sink: &mut LedgerSink<'_>,
+        sink: &mut RecordSink<'_>,
         telling: &mut Telling,
     ) -> Course {
         let (begun, wall, own) = (Instant::now(), options.schedule.run.wall, self.looking.wall());

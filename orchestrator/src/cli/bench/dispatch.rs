@@ -21,7 +21,7 @@ use std::time::Duration;
 
 /// Overhead per durable sample, idle CPU, memory, start-up, resume and tables, with samples that compute nothing
 ///
-/// Worker processes answer with 40 numbers at once, samples are handed out in the order of a run; every result goes through the real messages and the real ledger
+/// Worker processes answer with 40 numbers at once, samples are handed out in the order of a run; every result goes through the real messages and the real record
 /// with its syncs. Where there is a python3, its ProcessPoolExecutor returns as many numbers from as many processes in
 /// the same run (without a record of anything). Then a result directory with as many recorded results is taken up, its rows
 /// are written as parts, as tables and summed up, and it is taken over into a study of twice the size; each of these in
@@ -82,7 +82,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         ("tables from the record", Some(tables.seconds), "s", ""),
         ("summary from the table", Some(summary.seconds), "s", ""),
         ("record taken over into a study of twice the size", Some(growth.seconds), "s", ""),
-        ("peak memory of the orchestrator: dispatch and ledger", durable.peak_mb, "MB", "below 300"),
+        ("peak memory of the orchestrator: dispatch and record", durable.peak_mb, "MB", "below 300"),
         ("peak memory: resume", resume.peak_mb, "MB", "below 300"),
         ("peak memory: parts", parts.peak_mb, "MB", "below 300"),
         ("peak memory: tables", tables.peak_mb, "MB", "below 300"),

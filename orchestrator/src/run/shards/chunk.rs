@@ -4,7 +4,7 @@
 //! b"bOfC" | u8 version | u32 length of the head | head: JSON | entries, one behind the other | 32 bytes of BLAKE3 of all before
 //! ```
 //! Little endian. The head says which chunk of which study, program and numerics this is, and who computed it. Each entry has its own
-//! length, key and checksum (`ledger/record.rs`). It is read with a limit and whole, or it is none.
+//! length, key and checksum (`orchestrator/record/src/entry.rs`). It is read with a limit and whole, or it is none.
 
 use super::super::prepare::Prepared;
 use super::frozen::Frozen;

@@ -1,8 +1,7 @@
-//! A file that is there once, whole, by whoever comes first: written under a name of its own, synced, given its name by `link(2)`.
+//! Publishes a file exactly once: written under a temporary name, synced, linked to its name by `link(2)`. The first process wins; the file is complete or absent.
 //!
-//! A name is taken by one link at most, on local and on network file systems alike; no lock is needed. A network file system may send the
-//! request twice and answer that the name is taken by what it has just linked itself: how many names the file has decides, and which file
-//! has the name, not the answer.
+//! At most one link to a name succeeds, on local and on network file systems, so no lock is needed. A network file system may send the request twice and then
+//! report that the name exists, although its own first request made it. So the link count of the file and the inode behind the name decide, not the return code.
 
 use bladeoff_system::files::{FileError, create_beside};
 use bladeoff_system::folder::Folder;
@@ -11,16 +10,16 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
 
-/// Whose file has the name now.
+/// Owner of the published file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Put {
     /// Ours.
     Won,
-    /// Somebody else's, who was first: ours is dropped.
+    /// Another process published first; our copy is removed.
     Lost,
 }
 
-/// Puts a file into a folder unless something has its name; durable when this returns, whosever it is.
+/// Publishes a file in a folder unless the name exists. The published file, ours or another's, is durable when this returns.
 ///
 /// # Errors
 /// The file system refused; nothing has the name then, or what has it cannot be looked at.
@@ -46,19 +45,19 @@ fn put_once_by(
         },
     };
     drop(aside);
-    // Also of another's: who leaves his own work for it has to be sure of it.
+    // Also if another process won: the caller discards its own copy.
     folder.sync()?;
     Ok(put)
 }
 
-/// Whose file has a name, after a link that was answered by an error; `None`: nobody's.
+/// Owner of the published file after `link` returned an error; `None`: the name does not exist.
 fn has_the_name(own: &File, place: &Place) -> io::Result<Option<Put>> {
     let own = own.metadata()?;
-    // Its name aside and this one: nobody else links it.
+    // The temporary name and this one: no other process links our file.
     if own.nlink() > 1 {
         return Ok(Some(Put::Won));
     }
-    // A name may be seen before the count is.
+    // The name may be visible before the link count is.
     Ok(place.identity()?.map(|found| if found == (own.dev(), own.ino()) { Put::Won } else { Put::Lost }))
 }
 

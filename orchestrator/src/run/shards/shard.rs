@@ -12,7 +12,7 @@ use super::super::open::Session;
 use super::super::prepare::Prepared;
 use super::super::request::Request;
 use super::super::resume::{Again, Opened, compare};
-use super::super::sink::LedgerSink;
+use super::super::sink::RecordSink;
 use super::super::telling::{Known, Telling};
 use super::super::{interrupt, options};
 use super::attempt::{Attempt, Counts, TIME_WAS_OVER};
@@ -199,13 +199,13 @@ fn compute(
     let mut options = options(session)?;
     options.schedule.is_fed = true;
     telling.started(session);
-    let record = session.opened.ledger.reader().clone();
+    let record = session.opened.record.reader().clone();
     let Session { prepared, opened, directory, .. } = session;
     let (may_end, patience) = (request.run.looking.is_some(), request.patience);
     let parts = Parts { shared, frozen, prepared, record: &record, attempt, needed, may_end, patience, note };
     let work = |post: &Post| {
         let known = Rc::clone(&telling.known);
-        let mut sink = LedgerSink::new(&mut opened.ledger, &prepared.keys, &known, post, Guard::new(directory));
+        let mut sink = RecordSink::new(&mut opened.record, &prepared.keys, &known, post, Guard::new(directory));
         let report = dispatch::run(&options, prepared.samples, Todo::default(), &mut sink, &mut telling);
         let committed = sink.close();
         telling.progress.clear();

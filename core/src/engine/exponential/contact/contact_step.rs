@@ -359,7 +359,7 @@ impl ContactStep {
         }
         ring.apply_impulses::<V>(impulses);
         let impulse = self.to_machine_axes(rotor_impulse);
-        // works (4): mean rates before and after the impulses
+        // works (3): mean rates before and after the impulses
         let (jump, unbalance_jump) =
             (free.response.velocity_jump, free.spin.contact_velocity_jump(torque, &free.response.at_unbalances));
         let velocity = self

@@ -9,7 +9,7 @@
 //! - x: displacement of the rotor's centre from the ring's centre; a bound of |x| over a step is in `modal/displacement_bound.rs`
 //! - a_j: amplitude of ring mode j in free vibration; reach_j: largest displacement of the ring per unit of a_j
 //!
-//! Verified by `the_bound_of_the_way_is_one`, `no_flight_reaches_a_ringing_ring` and `flight_misses_no_contact`
+//! Verified by `the_bound_of_the_way_is_one`, `free_motion_never_reaches_a_ringing_ring` and `free_motion_misses_no_contact`
 //! (`tests/exponential_rub.rs`).
 
 use super::free_motion::FreeMotion;
