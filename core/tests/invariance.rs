@@ -141,6 +141,18 @@ fn turning_machine_and_frame_changes_no_scalar_until_20_ms_after_first_contact()
 }
 
 #[test]
+fn turning_machine_and_frame_changes_no_scalar_of_the_exponential_engine() {
+    for (detection, law) in
+        [("hyp1", "slip"), ("hyp1", "stick-slip"), ("hyp2", "stick-slip"), ("hyp2-frozen", "stick-slip")]
+    {
+        for angle in [0.7, 2.9] {
+            let (all, _) = turned_difference("exponential", detection, law, 0.02, angle);
+            assert!(all < 1e-8, "{all}");
+        }
+    }
+}
+
+#[test]
 fn turning_the_full_model_changes_no_scalar_until_5_ms_after_first_contact() {
     let (all, _) = turned_difference("full", "hyp2", "stick-slip", 5e-3, 0.7);
     assert!(all < 1e-8, "{all}");

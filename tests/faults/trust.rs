@@ -356,7 +356,7 @@ fn a_directory_that_others_could_write_in_is_refused_unless_they_are_trusted() {
     fs::create_dir(&part).expect("created");
     fs::set_permissions(&part, fs::Permissions::from_mode(0o777)).expect("own");
     let said = say(&["run", &study, "--out", &part, "--workers", "1", "--trust-dir", "--wall", "0.1 s"]);
-    let command = format!("bladeoff run {study} --out {part} --trust-dir\n");
+    let command = format!("bladeoff-dev run {study} --out {part} --trust-dir\n");
     assert!(said.code == 5 && said.err.contains(&command), "{}", said.err);
     assert!(say(&["status", &part]).out.contains(&command));
     assert_eq!(say(&["why", &out, "0"]).code, 0, "to be read it needs no trust");
@@ -420,7 +420,7 @@ fn assert_stops(run: &mut Running, words: &str) -> String {
 /// That the study goes on where it is told to, from what was recorded.
 fn assert_goes_on(study: &str, out: &Path, said: &str) {
     let out = out.to_str().expect("UTF-8");
-    assert!(said.contains(&format!("bladeoff run {study} --out {out}\n")), "{said}");
+    assert!(said.contains(&format!("bladeoff-dev run {study} --out {out}\n")), "{said}");
     let again = say(&["run", study, "--out", out, "--workers", "1", "--wall", "0.1 s"]);
     assert_eq!(again.code, 5, "{}", again.err);
     // One or several, as many as there was time for.

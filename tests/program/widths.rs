@@ -6,12 +6,15 @@ use bladeoff_numerics::linalg::lanes::{WIDTH_VARIABLE, Width};
 #[test]
 fn a_row_is_the_same_at_every_width() {
     let folder = Folder::new();
-    for engine in ["exponential", "reduced"] {
+    let engines =
+        [("exponential", "hyp2"), ("exponential", "hyp1"), ("exponential", "hyp2-frozen"), ("reduced", "hyp2")];
+    for (engine, detection) in engines {
         let mut rows = Vec::new();
         for width in Width::ALL.into_iter().filter(|&width| width <= Width::widest()) {
             let mut command = bladeoff(&["simulate", &folder.name("machines/rig.toml"), "--json"]);
             let settings = ["blade_off.mass=13 g", "contact.gap=0.4 mm"];
-            for setting in settings.into_iter().chain([format!("run.engine={engine}").as_str()]) {
+            let chosen = [format!("run.engine={engine}"), format!("contact.detection={detection}")];
+            for setting in settings.into_iter().chain(chosen.iter().map(String::as_str)) {
                 command.args(["--set", setting]);
             }
             let row = said(command.env(WIDTH_VARIABLE, width.to_string()).output().expect("the binary starts"));
@@ -20,7 +23,7 @@ fn a_row_is_the_same_at_every_width() {
             rows.push(row.out);
         }
         assert!(!rows.is_empty());
-        assert!(rows.iter().all(|row| *row == rows[0]), "{engine}: {rows:?}");
+        assert!(rows.iter().all(|row| *row == rows[0]), "{engine} {detection}: {rows:?}");
     }
 }
 

@@ -10,7 +10,7 @@ pub mod skipped;
 
 pub use bladeoff_protocol::runtime::RUNTIME_VARIABLE;
 use std::fs;
-use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -135,6 +135,8 @@ impl Folder {
         let path = self.path(name);
         fs::create_dir_all(path.parent().expect("inside the folder")).expect("created");
         fs::write(&path, text).expect("written");
+        // Runs inside a test program change its umask for moments, and other users read these files.
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("own");
         self.name(name)
     }
 
