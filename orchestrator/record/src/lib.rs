@@ -112,7 +112,7 @@ impl Record {
     /// Opens the store of an earlier run, whose pages are all checked before anything is added to them.
     ///
     /// # Errors
-    /// As [`Reader::open`] and [`Reader::into_ledger`].
+    /// As [`Reader::open`] and [`Reader::into_record`].
     pub fn open(path: impl Into<Place>) -> Result<Self, RecordError> {
         Reader::open(path)?.into_record()
     }
