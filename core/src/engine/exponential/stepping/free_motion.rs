@@ -237,7 +237,7 @@ impl FreeMotion {
         self.gyroscopic_torque = Some((Arc::new(torque), momenta));
     }
 
-    /// Whether the spin changes by more than [`FAST_SPIN_CHANGE`] of itself over a contact step. Dissipation and energies are then
+    /// Whether the spin changes over a contact step by more than the fraction [`FAST_SPIN_CHANGE`] of its value. Dissipation and energies are then
     /// observed at shorter intervals.
     pub(crate) fn spin_changes_fast(&self) -> bool {
         self.spin.slope().abs() * self.step > FAST_SPIN_CHANGE * self.spin.speed.abs()
