@@ -47,6 +47,13 @@ const RING_RADIUS: Rule = rule("mean radius", [1e-3, 10.0], "m", UNIT);
 const RING_WIDTH: Rule = rule("width over mean radius", [1e-3, 2.0], "", "are width and mean_radius in the same unit?");
 const RING_THICKNESS: Rule =
     rule("thickness over mean radius", [1e-4, 0.5], "", "are thickness and mean_radius in the same unit?");
+const UNBALANCE: Rule = rule("mass over the rotor's mass", [0.0, 0.5], "", UNIT);
+const BLADE_LENGTH: Rule =
+    rule("blade length over mean radius", [1e-2, 10.0], "", "are blades.length and mean_radius in the same unit?");
+const BLADE_WIDTH: Rule =
+    rule("blade width over ring width", [1e-2, 10.0], "", "are blades.width and ring.width in the same unit?");
+const BLADE_THICKNESS: Rule =
+    rule("blade thickness over length", [1e-3, 1.0], "", "are thickness and length of the blades in the same unit?");
 
 impl Rule {
     /// The warning about a value of `subject`, if it is not plausible; `beside`: what else helps to judge it.
@@ -108,6 +115,11 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             let beside = format!(" ({hertz} Hz at {rpm} rpm)");
             see(&FREQUENCY, "rotor", weight.frequency / rotor.initial_speed, &beside);
         }
+        for unbalance in &rotor.unbalances {
+            let [mass, rotor] = [unbalance.mass, weight.mass].map(|mass| format_digits(mass, "kg", 3));
+            let subject = format!("rotor.unbalances.{}", unbalance.name);
+            see(&UNBALANCE, &subject, unbalance.mass / weight.mass, &format!(" ({mass} of {rotor})"));
+        }
     }
     for diaphragm in &machine.diaphragms {
         let subject = format!("diaphragms.{}", diaphragm.name);
@@ -117,11 +129,17 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             see(&MODULUS, &subject, stator.young_modulus, "");
             see(&DENSITY, &subject, stator.density, "");
             see(&RING_RADIUS, &subject, ring.mean_radius, "");
-            let sizes = |size: f64| {
-                format!(" ({} of {})", format_digits(size, "m", 3), format_digits(ring.mean_radius, "m", 3))
+            let mut compare = |rule: &Rule, size: f64, reference: f64| {
+                let [shown, of] = [size, reference].map(|size| format_digits(size, "m", 3));
+                see(rule, &subject, size / reference, &format!(" ({shown} of {of})"));
             };
-            see(&RING_WIDTH, &subject, ring.width / ring.mean_radius, &sizes(ring.width));
-            see(&RING_THICKNESS, &subject, ring.thickness / ring.mean_radius, &sizes(ring.thickness));
+            compare(&RING_WIDTH, ring.width, ring.mean_radius);
+            compare(&RING_THICKNESS, ring.thickness, ring.mean_radius);
+            if let Some(blades) = &stator.blades {
+                compare(&BLADE_LENGTH, blades.length, ring.mean_radius);
+                compare(&BLADE_WIDTH, blades.width, ring.width);
+                compare(&BLADE_THICKNESS, blades.thickness, blades.length);
+            }
         }
     }
     found
@@ -206,6 +224,12 @@ mod tests {
                 "diaphragms.seal: width over mean radius 1.92e7 (1e6 m of 52 mm)",
             ),
             ("initial_speed = \"3000 rpm\"", "initial_speed = \"3e5 rpm\"", "diaphragms.seal: surface speed 1570 m/s"),
+            ("mass = \"10 g\"", "mass = 10", "rotor.unbalances.blade_off: mass over the rotor's mass "),
+            (
+                "width = \"10 mm\"\nelements = 1\n",
+                "width = 5\nelements = 1\n",
+                "diaphragms.seal: blade width over ring width 500 (5 m of 10 mm)",
+            ),
         ] {
             assert!(RIG.contains(from), "{from}");
             let found = of(&RIG.replace(from, to));

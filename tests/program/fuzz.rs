@@ -417,7 +417,7 @@ fn any_history_is_read_or_refused() {
     println!("{}", cap::figures());
 }
 
-/// Numbers of an MCAP are under a checksum: what is read is what was written. Those of Parquet are not, but nothing of it is a crash.
+/// The numbers of an MCAP and of a Parquet history are under a checksum: what is read is what was written.
 #[test]
 fn a_history_that_is_changed_at_any_byte_has_its_numbers_or_is_refused() {
     let folder = Folder::new();
@@ -430,7 +430,8 @@ fn a_history_that_is_changed_at_any_byte_has_its_numbers_or_is_refused() {
             count += 1;
             match look_at_history(&folder, extension, &bytes) {
                 None => refused += 1,
-                Some(found) if extension == "mcap" && found.time.len() == known.time.len() => {
+                // messages of an MCAP may be missing, as in a run that was killed
+                Some(found) if extension == "parquet" || found.time.len() == known.time.len() => {
                     let values =
                         |history: &History| history.channels.iter().map(|one| one.values.clone()).collect::<Vec<_>>();
                     assert!(found.time == known.time && values(&found) == values(&known), "byte {at} ^ {flip:#x}");

@@ -22,6 +22,8 @@ pub struct UnderWeight {
     pub sag: f64,
     /// Estimate (2) in that direction \[rad/s\].
     pub frequency: f64,
+    /// Mass of the rotor \[kg\].
+    pub mass: f64,
 }
 
 /// Sag and first bending frequency; `None` where nothing holds the rotor.
@@ -31,6 +33,7 @@ pub fn under_weight(machine: &Machine) -> Option<UnderWeight> {
     let along = |axis: usize| {
         let mut unit = Vector::zeros(rotor.mass.nrows());
         (0..rotor.matrices.nodes).for_each(|node| unit[rotor.matrices.plane_places(node)[axis]] = 1.0);
+        let mass = unit.dot(&(&rotor.mass * &unit));
         let deflection = solve(&rotor.stiffness, &(&rotor.mass * &unit * GRAVITY))?;
         let sag = (0..rotor.matrices.nodes).map(|node| {
             let [u, v] = rotor.matrices.plane_places(node).map(|dof| deflection[dof]);
@@ -38,7 +41,7 @@ pub fn under_weight(machine: &Machine) -> Option<UnderWeight> {
         });
         let sag = sag.fold(0.0, f64::max);
         let square = deflection.dot(&(&rotor.stiffness * &deflection)) / deflection.dot(&(&rotor.mass * &deflection));
-        (sag.is_finite() && square > 0.0).then(|| UnderWeight { sag, frequency: square.sqrt() })
+        (sag.is_finite() && square > 0.0).then(|| UnderWeight { sag, frequency: square.sqrt(), mass })
     };
     let [x, y] = [along(0)?, along(1)?];
     Some(if x.sag >= y.sag { x } else { y })

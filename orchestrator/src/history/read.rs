@@ -3,10 +3,10 @@
 use super::csv::TIME;
 use super::mcap_file::{ABOUT, GROUP, OUTCOME, UNITS};
 use super::records::Records;
-use super::table::{ABOUT_PREFIX, OUTCOME_PREFIX};
+use super::table::{ABOUT_PREFIX, CHECKSUM, OUTCOME_PREFIX, checksum, is_ours};
 use super::{Format, HISTORY_VERSION, HistoryError, proto};
 use bladeoff_answers::history::{About, History, Series};
-use bladeoff_answers::tables::{CsvStyle, read_numbers};
+use bladeoff_answers::tables::{CsvStyle, TableError, read_numbers};
 use bladeoff_system::place::Place;
 use mcap::records::Record;
 use std::collections::BTreeMap;
@@ -145,6 +145,12 @@ fn unit_of(name: &str) -> &'static str {
 
 fn read_parquet(path: &Path) -> Result<History, HistoryError> {
     let (columns, metadata) = read_numbers(path)?;
+    // damage to the metadata may hit the key: a file of ours without it is damaged as well
+    let written = metadata.iter().find(|(key, _)| key == CHECKSUM).map(|(_, value)| value.as_str());
+    let is_ours = metadata.iter().any(|(key, _)| is_ours(key));
+    if written.map_or(is_ours, |written| written != checksum(&columns, &metadata)) {
+        return Err(TableError::Damaged { path: path.to_path_buf() }.into());
+    }
     let mut history = History::default();
     for (key, value) in metadata {
         if let Some(key) = key.strip_prefix(ABOUT_PREFIX) {

@@ -10,6 +10,32 @@ use std::path::{Path, PathBuf};
 /// Key in the file's metadata before the keys of the run, and before those of its outcome.
 pub(super) const ABOUT_PREFIX: &str = "bladeoff.history.";
 pub(super) const OUTCOME_PREFIX: &str = "bladeoff.outcome.";
+/// Key of the checksum: the pages of a file in Parquet carry none.
+pub(super) const CHECKSUM: &str = "bladeoff.blake3";
+
+/// BLAKE3 of the names and values of all columns in their order, and of the keys of the run and its outcome.
+pub(super) fn checksum(columns: &[NumberColumn], metadata: &[(String, String)]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+    };
+    for column in columns {
+        add(column.name.as_bytes());
+        add(&column.values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>());
+    }
+    let mut ours: Vec<_> = metadata.iter().filter(|(key, _)| is_ours(key)).collect();
+    ours.sort();
+    for (key, value) in ours {
+        add(key.as_bytes());
+        add(value.as_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// Whether a key of the metadata is one of the run or its outcome.
+pub(super) fn is_ours(key: &str) -> bool {
+    key.starts_with(ABOUT_PREFIX) || key.starts_with(OUTCOME_PREFIX)
+}
 
 /// Collects the instants.
 pub(super) struct ParquetSink {
@@ -46,6 +72,7 @@ impl Sink for ParquetSink {
         };
         let mut metadata = prefixed(ABOUT_PREFIX, &self.about);
         metadata.extend(prefixed(OUTCOME_PREFIX, outcome));
+        metadata.push((CHECKSUM.to_owned(), checksum(&self.columns, &metadata)));
         Ok(write_numbers(&self.path, &self.columns, &metadata)?)
     }
 

@@ -83,8 +83,6 @@ seed = 1                                   # of everything that is drawn
 
 [set]
 "run.end_time" = "0.1 s"
-# "auto", the default, is "exponential" here: many times faster, but the energy balance of the hardest rubs is above its guard
-"run.engine" = "reduced"
 
 # How the points are placed. Independent ones have exact limits, and any beginning of them is a study of its own: take these where
 # something is decided. "sobol" and "latin-hypercube" need fewer points for a mean (`replicates` = 16 or more give an interval).

@@ -71,7 +71,12 @@ fn sentence(map: &Map) -> String {
     let largest = |of| known(of).max_by(|a, b| a.0.total_cmp(&b.0));
     let least = |of| known(of).min_by(|a, b| a.0.total_cmp(&b.0));
     let cells_told = map.cells.iter().filter(is_told).count();
-    let (has_highest, has_lowest) = (known(harmful).count() == cells_told, known(harmless).count() == cells_told);
+    // a cell whose bad runs leave it without a value may hold the largest or the least one
+    let is_open = |of: fn(&Cell) -> Option<f64>| {
+        map.cells.iter().any(|cell| map.is_unsure(cell) || cell.bad > 0 && of(cell).is_none())
+    };
+    let has_highest = known(harmful).count() == cells_told && !is_open(harmful);
+    let has_lowest = known(harmless).count() == cells_told && !is_open(harmless);
     // where a cell has no upper value, the largest lower one is known: the maximum is at least that
     let highest = if has_highest { largest(harmful) } else { largest(harmless) };
     let lowest = if has_lowest { least(harmless) } else { least(harmful) };

@@ -11,7 +11,7 @@ pub enum Method {
     PairedClopperPearson,
     /// Exact limits of a quantile.
     OrderStatistics,
-    /// A. Dvoretzky, J. Kiefer, J. Wolfowitz (1956), P. Massart (1990): a band around a whole curve.
+    /// A band around a whole curve: P. Massart's (1990) in the middle, exact limits in the tails.
     Band,
     /// Student's t of independent values.
     Student,
@@ -31,7 +31,7 @@ impl Method {
             Self::ClopperPearson => "clopper-pearson",
             Self::PairedClopperPearson => "paired-clopper-pearson",
             Self::OrderStatistics => "order-statistics",
-            Self::Band => "dkw-band",
+            Self::Band => "exact-band",
             Self::Student => "student-t",
             Self::Replicates => "replicates-t",
             Self::Bootstrap => "bootstrap",

@@ -181,6 +181,12 @@ fn a_map_cell_that_is_a_lower_bound_is_never_at_most() {
     let found = map(&study);
     assert!(found.sentence.contains("the largest at least 6, at 1 and 1; at least 0"), "{}", found.sentence);
     assert!(!found.sentence.contains("at most"), "{}", found.sentence);
+    let mut lost = Made::new(study.columns.iter().map(|column| (column.name, column.cells.clone())).collect());
+    lost.kind = DesignKind::Chosen;
+    (0..3).for_each(|at| lost.columns[at].nature = 'g');
+    (6..8).for_each(|row| lost.fail(row, "diverged"));
+    let lost = map(&lost).sentence;
+    assert!(lost.contains("the largest at least 4, at 1 and 0; the least at most 0; open, because of bad"), "{lost}");
     // no colour and no line take the bound for a value: the scale ends at the largest value that is one
     let drawn = |answer: &Answer| {
         let map = answer.map.as_deref().expect("a map").clone();

@@ -30,6 +30,18 @@ pub enum ShardError {
         /// The directory.
         path: PathBuf,
     },
+    /// The file system of the scratch directory grants no locks.
+    #[error(
+        "the file system of the scratch directory {} grants no locks (flock); choose a --scratch on a local disk of the node",
+        shown(path)
+    )]
+    ScratchWithoutLocks {
+        /// The scratch directory.
+        path: PathBuf,
+        /// The system's answer.
+        #[source]
+        source: std::io::Error,
+    },
     /// Others could write in the directory.
     #[error(transparent)]
     Untrusted(#[from] Untrusted),

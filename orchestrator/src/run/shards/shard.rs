@@ -177,6 +177,9 @@ fn scratch(
                 | RunError::Changed { .. }
                 | RunError::Record(_),
             ) if number < MOST_SCRATCH => {}
+            Err(RunError::Lock(LockError::NotGranted { source, .. })) => {
+                return Err(ShardError::ScratchWithoutLocks { path: request.scratch.clone(), source });
+            }
             // Who has published everything in it has just removed it.
             Err(_) if number < MOST_SCRATCH && !path.exists() => {}
             found => return Ok(found?),
