@@ -74,7 +74,7 @@ impl Followed {
         self.torsion.resize(sections, 0.0);
         self.bending.resize(sections, 0.0);
         for section in 0..sections {
-            let largest = shaft.expect("sections").largest(section, frame.displacement, frame.twist);
+            let largest = shaft.expect("sections").largest(section, frame.displacement, frame.torsion_angles);
             self.torsion[section] = self.torsion[section].max(largest.torsion);
             self.bending[section] = self.bending[section].max(largest.bending_square.sqrt());
         }

@@ -251,7 +251,7 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
                 }
                 let skew: f64 = rotor.gyro.iter().map(|g| g.bilinear(v, x)).sum();
                 l += rotor.twist_mass.sum() * frame.speed + 0.5 * skew;
-                let (s, c) = (frame.angle + frame.twist[site.twist_node] + site.phase).sin_cos();
+                let (s, c) = (frame.angle + frame.torsion_angles[site.twist_node] + site.phase).sin_cos();
                 let (ex, ey) = (site.radius * c, site.radius * s);
                 let [u, w] = [x[rotor.u(site.node)] + ex, x[rotor.v(site.node)] + ey];
                 let [vu, vw] = [v[rotor.u(site.node)], v[rotor.v(site.node)]];
@@ -266,7 +266,7 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
                 }
                 rotor.gyro.iter().for_each(|g| g.spread(0.5 * g.bilinear(&turned, x), &mut factors));
                 momenta.push(l + factors.iter().sum::<f64>() * frame.speed);
-                waiting.push((factors, frame.twist.to_vec()));
+                waiting.push((factors, frame.torsion_angles.to_vec()));
             }),
         );
         let inner = 1..momenta.len() - 1;

@@ -171,7 +171,7 @@ fn twist_decays_with_half_b_omega() {
         let changes = [("run.engine", engine), ("run.end_time", "16 ms")];
         let row = run_seen(
             machine_with(&text, &changes),
-            &mut Every(|frame| twists.push(stiffness * (frame.twist[2] - frame.twist[0]).abs())),
+            &mut Every(|frame| twists.push(stiffness * (frame.torsion_angles[2] - frame.torsion_angles[0]).abs())),
         );
         assert!(row.value("contact_time_s") > 15.9e-3, "it rubs all the time: {} s", row.value("contact_time_s"));
         let static_moment = torque * 4.0 / 5.0;
@@ -205,7 +205,7 @@ fn a_light_damped_node_starts_with_the_velocity_asked_for() {
             let changes = [("run.engine", engine), ("run.end_time", "2 ms")];
             let row = run_seen(
                 machine_with(&text, &changes),
-                &mut Every(|frame| frames.push((frame.time, frame.speed, frame.twist.to_vec()))),
+                &mut Every(|frame| frames.push((frame.time, frame.speed, frame.torsion_angles.to_vec()))),
             );
             println!(
                 "{law} {friction}, {engine}: {:?}, stick {:e} s",

@@ -68,7 +68,8 @@ fn ring_stress(stator: &FlexibleStator, field: &[f64]) -> f64 {
 /// Largest von Mises stress of the shaft \[Pa\].
 fn shaft_stress(shaft: &ShaftStresses, frame: &Frame<'_>) -> f64 {
     let of = |section: usize| {
-        shaft.largest(section, frame.displacement, frame.twist).equivalent_square.sqrt() / shaft.moduli(section).bending
+        shaft.largest(section, frame.displacement, frame.torsion_angles).equivalent_square.sqrt()
+            / shaft.moduli(section).bending
     };
     (0..shaft.sections()).map(of).fold(0.0, f64::max)
 }

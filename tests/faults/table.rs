@@ -200,7 +200,7 @@ fn a_table_without_a_checksum_is_made_again_and_said_to_be_unknown() {
     let before: serde_json::Value = serde_json::from_slice(&manifest).expect("JSON");
     assert_eq!(told, before, "whatever else it told stays");
     assert_eq!(told["program"]["numerics_version"], bladeoff_core::NUMERICS_VERSION);
-    assert_eq!(told["program"]["exponential_revision"], bladeoff_model::machine::EXPONENTIAL_REVISION);
+    assert_eq!(told["program"]["exponential_revision"], bladeoff_core::engine::exponential::EXPONENTIAL_REVISION);
     assert!(told["program"]["commit"].as_str().is_some_and(|commit| !commit.is_empty()));
     // Killed between the tables and the manifest that has their checksums.
     let out = complete.folder.name("killed");

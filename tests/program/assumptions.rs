@@ -2,7 +2,7 @@
 
 use crate::support::{Folder, json, root, say};
 use bladeoff_core::NUMERICS_VERSION;
-use bladeoff_model::machine::EXPONENTIAL_REVISION;
+use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
 use std::fs;
 
 fn rig() -> String {

@@ -227,7 +227,7 @@ fn paths_as_json_say_what_the_table_says() {
 #[test]
 fn the_version_names_commit_and_numerics() {
     let said = say(&["--version"]);
-    let engine = bladeoff_model::machine::EXPONENTIAL_REVISION;
+    let engine = bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
     let numerics = format!("numerics {}, exponential engine {engine})\n", bladeoff_core::NUMERICS_VERSION);
     assert!(
         said.code == 0 && said.out.starts_with("bladeoff 0.1.0 (commit ") && said.out.ends_with(&numerics),

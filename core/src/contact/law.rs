@@ -24,18 +24,18 @@ pub struct Compliance {
     pub tt: f64,
 }
 
-/// Contact force.
+/// Reaction of a contact point over a step: a force \[N\] in the reference engines, an impulse \[N s\] in the exponential engine.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactForce {
-    /// lambda \[N\] >= 0.
+pub struct ContactReaction {
+    /// lambda >= 0.
     pub normal: f64,
-    /// lambda_T \[N\], along the slip of the rotor against the ring.
+    /// lambda_T, along the slip of the rotor against the ring.
     pub tangential: f64,
     /// Zero slip, |lambda_T| <= mu lambda.
     pub sticks: bool,
 }
 
-impl ContactForce {
+impl ContactReaction {
     /// No contact.
     pub const NONE: Self = Self { normal: 0.0, tangential: 0.0, sticks: false };
 }
@@ -52,22 +52,22 @@ pub struct NotUnique {
 ///
 /// # Errors
 /// [`NotUnique`] if `W <= 0` where a force is needed.
-pub fn slide(gap: f64, w: Compliance, mu: f64, sign: f64) -> Result<ContactForce, NotUnique> {
+pub fn slide(gap: f64, w: Compliance, mu: f64, sign: f64) -> Result<ContactReaction, NotUnique> {
     let along = w.nn + mu * sign * w.nt;
     if along.is_nan() || along <= 0.0 {
-        return if gap >= 0.0 { Ok(ContactForce::NONE) } else { Err(NotUnique { w: along }) };
+        return if gap >= 0.0 { Ok(ContactReaction::NONE) } else { Err(NotUnique { w: along }) };
     }
     let normal = (-gap / along).max(0.0);
-    Ok(ContactForce { normal, tangential: mu * sign * normal, sticks: false })
+    Ok(ContactReaction { normal, tangential: mu * sign * normal, sticks: false })
 }
 
 /// Stick where the friction cone allows it, else slide in the direction of the slip that friction cannot prevent.
 ///
 /// # Errors
 /// [`NotUnique`] if neither has a solution.
-pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<ContactForce, NotUnique> {
+pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<ContactReaction, NotUnique> {
     if gap >= 0.0 {
-        return Ok(ContactForce::NONE);
+        return Ok(ContactReaction::NONE);
     }
     let Some(trial) = stick(gap, slip, w) else {
         return slide(gap, w, mu, slip.signum());
@@ -97,7 +97,7 @@ pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<Con
 }
 
 /// g = 0 and s = 0 together.
-fn stick(gap: f64, slip: f64, w: Compliance) -> Option<ContactForce> {
+fn stick(gap: f64, slip: f64, w: Compliance) -> Option<ContactReaction> {
     let determinant = w.nn * w.tt - w.nt * w.tn;
     // W_nn > 0, W_tt < 0: the determinant of a definite response is negative
     if determinant.is_nan() || determinant >= 0.0 {
@@ -105,7 +105,7 @@ fn stick(gap: f64, slip: f64, w: Compliance) -> Option<ContactForce> {
     }
     let normal = (-gap * w.tt + slip * w.nt) / determinant;
     let tangential = (-slip * w.nn + gap * w.tn) / determinant;
-    Some(ContactForce { normal, tangential, sticks: true })
+    Some(ContactReaction { normal, tangential, sticks: true })
 }
 
 #[cfg(test)]
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn an_open_gap_needs_no_force() {
-        assert_eq!(slide(1e-3, W, 0.2, 1.0), Ok(ContactForce::NONE));
+        assert_eq!(slide(1e-3, W, 0.2, 1.0), Ok(ContactReaction::NONE));
         assert_eq!(stick_or_slide(1e-3, 0.5, W, 0.2).map(|f| f.normal), Ok(0.0));
     }
 

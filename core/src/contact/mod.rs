@@ -14,5 +14,5 @@ mod place_search;
 
 pub use detection::Detector;
 pub use gap::{Gap, Place, exact_gap, polar_gap};
-pub use law::{Compliance, ContactForce, NotUnique, slide, stick_or_slide};
+pub use law::{Compliance, ContactReaction, NotUnique, slide, stick_or_slide};
 pub(crate) use place_search::PlaceSearch;

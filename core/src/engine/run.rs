@@ -8,7 +8,7 @@ use super::stability::SolvedGrid;
 use super::time_step::{StartError, TimeStep};
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
-use crate::record::{At, ContactFrame, End, EnergyBalance, Follower, Frame, Instant, Recorders, RingInstant};
+use crate::record::{At, ContactFrame, End, EnergyBalance, Follower, Frame, Recorders, RingInstant, RotorInstant};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, EndCause};
@@ -136,14 +136,14 @@ impl<'a> Run<'a> {
         let at = At { time: motion.time, speed: motion.centred_spin() };
         self.loads.update(&motion.line, motion.pressed());
         let line = &motion.line;
-        let (lateral, twist) = (&line.lateral.x, &line.twist.x);
+        let (lateral, torsion_angles) = (&line.lateral.x, &line.twist.x);
         let rings = motion.rubs.iter().zip(&motion.contacts).map(|(rub, contact)| {
             let (place, velocity) = rub.motion(line);
             let touch = contact.as_ref().map(StepContact::touch);
             RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_coordinates() }
         });
         let (loads, journals) = (self.loads.all(), self.loads.journals());
-        recorders.see(&Instant { at, loads, journals, lateral, twist }, rings);
+        recorders.see(&RotorInstant { at, loads, journals, lateral, torsion_angles }, rings);
         let (energies, step) = (&mut recorders.energies, motion.step);
         add_works(&mut energies.now, motion);
         if shown || EnergyBalance::wants_stores(step) {
@@ -175,7 +175,7 @@ impl<'a> Run<'a> {
             speed,
             displacement: &line.lateral.x,
             velocity: &line.lateral.v,
-            twist: &line.twist.x,
+            torsion_angles: &line.twist.x,
             bearing_loads: self.loads.all(),
             contacts: &contacts,
             energies: self.recorders.energies.now,

@@ -21,8 +21,8 @@ const CLEAR: f64 = 0.9;
 /// Two modes less alike have nothing to do with one another.
 const STRANGE: f64 = 0.05;
 
-/// All modes at one speed.
-struct Instant {
+/// Modes at one speed.
+struct ModesAtSpeed {
     speed: f64,
     modes: Vec<Mode>,
     /// Which mode each of them is.
@@ -37,7 +37,7 @@ fn whirls(mode: &Mode) -> bool {
 /// The way of all modes from rest through speeds.
 struct Way<'a> {
     looks: Looks<'a>,
-    last: Instant,
+    last: ModesAtSpeed,
     /// Number of each identity, 0 before it first whirls, and how many have one.
     numbers: Vec<usize>,
     numbered: usize,
@@ -56,7 +56,7 @@ impl<'a> Way<'a> {
         modes.sort_by_key(|mode| !whirls(mode));
         let followed = modes.iter().filter(|mode| whirls(mode)).count().min(FOLLOWED);
         let top = modes[..followed].iter().map(|mode| mode.value[1]).fold(0.0, f64::max);
-        let last = Instant { speed: 0.0, identity: (0..modes.len()).collect(), modes };
+        let last = ModesAtSpeed { speed: 0.0, identity: (0..modes.len()).collect(), modes };
         let numbers = vec![0; last.modes.len()];
         let mut way = Self { looks, last, numbers, numbered: 0, followed, top, crossings };
         way.number();
@@ -106,7 +106,7 @@ impl<'a> Way<'a> {
             })
         });
         let identity = identity.collect();
-        self.last = Instant { speed, modes, identity };
+        self.last = ModesAtSpeed { speed, modes, identity };
         self.number();
         Ok(())
     }

@@ -11,13 +11,13 @@ use bladeoff_model::outcome::{Empty, Group};
 pub struct Energies {
     /// Kinetic: rotor, spin, gyroscopic coupling, unbalance, ring.
     pub kinetic: f64,
-    /// Strain: shaft, bearings' potential part, twist, ring, radial spring.
+    /// Strain: shaft, bearings' potential part, torsion, ring, radial spring.
     pub strain: f64,
     /// Gravity.
     pub gravity: f64,
     /// Dissipated by bearings.
     pub bearings: f64,
-    /// Dissipated by structural damping of the shaft, in bending and in twist.
+    /// Dissipated by structural damping of the shaft, in bending and torsion.
     pub structure: f64,
     /// Dissipated by the stator's damping.
     pub stator: f64,

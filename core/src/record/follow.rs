@@ -15,8 +15,8 @@ pub struct Frame<'a> {
     pub displacement: &'a [f64],
     /// Lateral nodal velocities.
     pub velocity: &'a [f64],
-    /// Twist of each node against the mean spin angle \[rad\].
-    pub twist: &'a [f64],
+    /// Torsion angle of each node against the mean spin angle \[rad\].
+    pub torsion_angles: &'a [f64],
     /// Bearing loads `K x + C x'` in the machine's order \[N\], x with the static response of the modes left out.
     pub bearing_loads: &'a [[f64; 2]],
     /// Contact with each diaphragm, in the machine's order.

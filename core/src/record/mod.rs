@@ -1,6 +1,6 @@
 //! What a run is watched for: recorders, each of one quantity of interest or a few, and the row of the table they make.
 //!
-//! An engine hands in an `Instant`, plain numbers that say what all recorders together need of the state, and a `RingInstant` for each
+//! An engine hands in a `RotorInstant`, plain numbers that say what all recorders together need of the state, and a `RingInstant` for each
 //! diaphragm; of energies it adds the works of a step and writes the stores, as its scheme has them. A recorder knows no engine. It reports each of its columns together with its value, in one place (`Row`), so that
 //! [`columns`] and the values of an outcome cannot disagree. The order of the table is that of `Recorders::report`.
 //! Who follows the motion itself, for a history, is a [`Follower`].
@@ -71,17 +71,17 @@ pub fn place_of_steps(machine: &Machine) -> usize {
     columns(machine).iter().position(|column| column.name == Steps::DONE).expect("every run counts its steps")
 }
 
-/// One instant of the rotor, whichever engine found it.
+/// Loads, displacements and torsion angles of the rotor at one instant, from any engine.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant<'a> {
+pub(crate) struct RotorInstant<'a> {
     pub at: At,
     /// Loads of the bearings, in the machine's order \[N\].
     pub loads: &'a [[f64; 2]],
     /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
     pub journals: &'a [[f64; 2]],
-    /// Lateral coordinates and twist of the structure.
+    /// Lateral displacements and torsion angles of the nodes.
     pub lateral: &'a [f64],
-    pub twist: &'a [f64],
+    pub torsion_angles: &'a [f64],
 }
 
 /// Forces and displacements at the bearings at one instant.
@@ -140,10 +140,10 @@ impl Recorders {
     /// Takes an instant, and that of each diaphragm in the machine's order; energies are taken by themselves, when the works of the step
     /// are known.
     #[inline]
-    pub fn see<'r>(&mut self, now: &Instant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
+    pub fn see<'r>(&mut self, now: &RotorInstant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
         self.loads.see(now.loads, now.at);
         self.limits.see_journals(now.journals, now.at);
-        self.stresses.see(now.lateral, now.twist, now.at);
+        self.stresses.see(now.lateral, now.torsion_angles, now.at);
         for (place, (recorders, ring)) in self.rings.iter_mut().zip(rings).enumerate() {
             recorders.see(&ring, now.at);
             self.limits.see_eccentricity(place, square(ring.place), now.at);
@@ -224,9 +224,9 @@ impl Recorders {
         self.stresses.elements()
     }
 
-    /// Torsional moments of all elements per unit of each mode of twist, whose shapes are given node by node \[N m\].
-    pub fn torsional_rows(&self, twists: &[Vec<f64>]) -> Matrix {
-        self.stresses.torsional_rows(twists)
+    /// Torsional moments of all elements per unit of each torsional mode, from the mode shapes at the nodes \[N m\].
+    pub fn torsional_rows(&self, mode_shapes: &[Vec<f64>]) -> Matrix {
+        self.stresses.torsional_rows(mode_shapes)
     }
 
     /// Takes torsional moments of all elements \[N m\].

@@ -47,11 +47,11 @@ impl StressRecorder {
         Self { shaft, torsion: none.clone(), bending: none, mises }
     }
 
-    /// Nodal displacements [m, rad] and twists \[rad\] of the shaft line.
-    pub fn see(&mut self, x: &[f64], twist: &[f64], at: At) {
+    /// Nodal displacements [m, rad] and torsion angles \[rad\] of the nodes of the shaft line.
+    pub fn see(&mut self, x: &[f64], torsion_angles: &[f64], at: At) {
         let Some(shaft) = &self.shaft else { return };
         for section in 0..self.torsion.len() {
-            let largest = shaft.largest(section, x, twist);
+            let largest = shaft.largest(section, x, torsion_angles);
             self.torsion[section].see(largest.torsion, at);
             self.bending[section].see(largest.bending_square, at);
             self.mises.see(section, largest.equivalent_square, largest.node, at);
@@ -63,11 +63,11 @@ impl StressRecorder {
         self.shaft.as_ref().map_or(0, ShaftStresses::elements)
     }
 
-    /// Torsional moments of all elements per unit of modes of twist, whose shapes are given node by node.
-    pub fn torsional_rows(&self, twists: &[Vec<f64>]) -> Matrix {
-        let modes = twists.first().map_or(0, Vec::len);
+    /// Torsional moments of all elements per unit of each torsional mode, from the mode shapes at the nodes.
+    pub fn torsional_rows(&self, mode_shapes: &[Vec<f64>]) -> Matrix {
+        let modes = mode_shapes.first().map_or(0, Vec::len);
         Matrix::from_fn(self.elements(), modes, |element, mode| {
-            let ends = [twists[element][mode], twists[element + 1][mode]];
+            let ends = [mode_shapes[element][mode], mode_shapes[element + 1][mode]];
             self.shaft.as_ref().map_or(0.0, |shaft| shaft.torsional_moment_between(element, ends))
         })
     }

@@ -26,7 +26,7 @@ impl Verdict {
         structure: &Structure,
         end: &End,
     ) -> Self {
-        let mut causes = broken(energies, rings, machine);
+        let mut causes = broken_guards(energies, rings, machine);
         let failure = end.failure;
         if let Some(cause) = failure {
             causes.insert(cause);
@@ -34,16 +34,16 @@ impl Verdict {
         if touched(rings) && structure.truncation_error_at_contact(machine) > MAX_TRUNCATION_ERROR {
             causes.insert(Cause::ModalBasis);
         }
-        let broken = failure.or_else(|| causes.iter().next());
+        let first_cause = failure.or_else(|| causes.iter().next());
         let beyond = limits.beyond().map(|(limit, _)| limit.cause());
         limits.exceeded(OnExceed::Beyond).iter().for_each(|cause| causes.insert(cause));
-        let status = match (failure, broken, beyond) {
+        let status = match (failure, first_cause, beyond) {
             (Some(_), ..) => Status::Failed,
             (None, Some(_), _) => Status::Invalid,
             (None, None, Some(_)) => Status::Beyond,
             (None, None, None) => Status::Ok,
         };
-        let cause = broken.or(beyond);
+        let cause = first_cause.or(beyond);
         Verdict { status, cause, causes }
     }
 }
@@ -55,7 +55,7 @@ impl Verdict {
 /// normal work come back), so that what counts as guarded is never more than what is.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Guards {
-    broken: bool,
+    any_broken: bool,
     /// Whether the modes kept carry the contact; `None` before the first one.
     carried: Option<bool>,
 }
@@ -69,11 +69,11 @@ impl Guards {
         machine: &Machine,
         structure: &Structure,
     ) -> bool {
-        if self.broken {
+        if self.any_broken {
             return false;
         }
-        self.broken = !self.hold_now(energies, rings, machine, structure);
-        !self.broken
+        self.any_broken = !self.hold_now(energies, rings, machine, structure);
+        !self.any_broken
     }
 
     /// Whether all guards hold by the values up to the present step, as the verdict of a run that ends here has them.
@@ -85,7 +85,7 @@ impl Guards {
         structure: &Structure,
     ) -> bool {
         let carried = || structure.truncation_error_at_contact(machine) <= MAX_TRUNCATION_ERROR;
-        broken(energies, rings, machine).bits() == 0
+        broken_guards(energies, rings, machine).bits() == 0
             && energies.is_finite()
             && (!touched(rings) || *self.carried.get_or_insert_with(carried))
     }
@@ -96,7 +96,7 @@ fn touched(rings: &[RingRecorders]) -> bool {
 }
 
 /// Guards that the recorded values break. The guard of the modal basis is not among them: it depends on the structure alone.
-fn broken(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
+fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
     let mut causes = CauseSet::default();
     let guard = &machine.run.guard;
     if energies.relative_error() > guard.energy_balance {

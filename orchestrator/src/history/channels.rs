@@ -96,14 +96,14 @@ impl Channel {
     /// Value at an instant.
     pub(super) fn value(&self, frame: &Frame<'_>, context: &Context<'_>) -> f64 {
         let moments = |section: usize| {
-            let of = |shaft: &ShaftStresses| shaft.largest(section, frame.displacement, frame.twist);
+            let of = |shaft: &ShaftStresses| shaft.largest(section, frame.displacement, frame.torsion_angles);
             context.shaft.map_or_else(LargestMoments::default, of)
         };
         match self.source {
             Source::Angle => frame.angle,
             Source::Speed => frame.speed,
             Source::Displacement(place) => frame.displacement[place],
-            Source::Twist(node) => frame.twist[node],
+            Source::Twist(node) => frame.torsion_angles[node],
             Source::Load { bearing, axis } => frame.bearing_loads[bearing][axis],
             Source::LoadNorm(bearing) => frame.bearing_loads[bearing][0].hypot(frame.bearing_loads[bearing][1]),
             Source::Contact { diaphragm, read } => read(&frame.contacts[diaphragm]),

@@ -205,7 +205,7 @@ fn about(machine: &Machine, plan: &TimeStep, every_steps: u64) -> About {
     put("history_version", HISTORY_VERSION.to_string());
     put("program", format!("bladeoff {}", env!("CARGO_PKG_VERSION")));
     put("numerics_version", bladeoff_core::NUMERICS_VERSION.to_string());
-    put("exponential_revision", bladeoff_model::machine::EXPONENTIAL_REVISION.to_string());
+    put("exponential_revision", bladeoff_core::engine::exponential::EXPONENTIAL_REVISION.to_string());
     put("machine", machine.name.clone());
     put("engine", machine.run.engine.word().to_owned());
     put("step_s", number(plan.step));

@@ -6,6 +6,7 @@ use super::error::Change;
 use super::prepare::{Prepared, SAMPLES_KEY};
 use super::provenance::EXPONENTIAL;
 use crate::engine_choice::as_planned;
+use crate::version::VERSIONS;
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::{FrozenFiles, Origin, Parameter, SampleKeys, Samples, Study, Varied, load_frozen, show};
@@ -88,7 +89,7 @@ fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, Stri
         return false;
     };
     let is_its_basis = says("basis_blake3", blake3::hash(&basis).to_hex().to_string());
-    is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, NUMERICS_VERSION, &basis).digest())
+    is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, VERSIONS, &basis).digest())
 }
 
 /// What no parameter shows.

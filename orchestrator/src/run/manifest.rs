@@ -5,7 +5,7 @@ use super::end::TableEnd;
 use super::request::Request;
 use super::stamp::{host, timestamp};
 use bladeoff_answers::tables::Checksum;
-use bladeoff_model::machine::EXPONENTIAL_REVISION;
+use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
 use bladeoff_study::Samples;
 use bladeoff_system::place::Place;
 use blake3::Hash;

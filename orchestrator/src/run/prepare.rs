@@ -7,8 +7,8 @@ use super::provenance::provenance;
 use super::work::work_plan;
 use crate::engine;
 use crate::terminal::{matrices_of, with_word};
+use crate::version::VERSIONS;
 use bladeoff_answers::tables::TableSchema;
-use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::modal::Basis;
 use bladeoff_model::machine::Machine;
 use bladeoff_record::Reader;
@@ -122,7 +122,7 @@ impl<'a> Prepared<'a> {
             }
         };
         let engine = samples.study().engine().map(|choice| choice.engine.word().to_owned());
-        let mut keys = SampleKeys::new(samples, NUMERICS_VERSION, basis.as_deref().unwrap_or_default());
+        let mut keys = SampleKeys::new(samples, VERSIONS, basis.as_deref().unwrap_or_default());
         let plan = work_plan(samples, basis);
         let plan_hash = plan.hash();
         let provenance = provenance(samples, &plan_hash, plan.basis());

@@ -2,7 +2,8 @@
 //! between equal runs.
 
 use bladeoff_answers::tables::{SCHEMA_VERSION, TableError, read_metadata};
-use bladeoff_model::machine::{ENGINE, EXPONENTIAL_REVISION, Engine};
+use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
+use bladeoff_model::machine::{ENGINE, Engine};
 use bladeoff_record::RECORD_VERSION;
 use bladeoff_study::{Samples, Subject};
 use std::path::Path;

@@ -80,7 +80,7 @@ pub use limits::{Limits, SampleLimits, Share};
 pub use load::{CheckAsked, STUDY_SCHEMA, TakenNames, ToCheck, load, load_checked, load_frozen, load_text};
 pub use parameter::{Origin, Parameter};
 pub use refine::RefineDef;
-pub use sample_keys::{SampleKey, SampleKeys};
+pub use sample_keys::{SampleKey, SampleKeys, Versions};
 pub use samples::Samples;
 pub use stop::{FIRST_LOOK, StopDef, block, is_blocked};
 pub use template::{RISK_TEMPLATE, STUDY_MACHINE, STUDY_TEMPLATE};

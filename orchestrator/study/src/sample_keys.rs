@@ -21,10 +21,20 @@ const MOST_KEPT: usize = 1 << 22;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SampleKey(pub u128);
 
+/// Versions of the results of a build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Versions {
+    /// Version of the numerics, for all engines.
+    pub numerics: u32,
+    /// Revision of the results of the exponential engine, for the machines that it computes.
+    pub exponential: u8,
+}
+
 /// Keys of all samples of a study: a sum of one term per axis, and one per drawn or derived value each.
 #[derive(Debug, Clone)]
 pub struct SampleKeys<'a> {
     samples: &'a Samples,
+    exponential_revision: u8,
     base: u128,
     /// What each position of each axis adds.
     axes: Vec<Vec<u128>>,
@@ -45,10 +55,11 @@ enum StepLimit {
 }
 
 impl<'a> SampleKeys<'a> {
-    /// Prepares the terms; `numerics`: version of the solver's numerics, `basis`: the frozen one.
+    /// Prepares the terms of the keys for results of some versions with the frozen `basis`.
     #[must_use]
-    pub fn new(samples: &'a Samples, numerics: u32, basis: &[u8]) -> Self {
+    pub fn new(samples: &'a Samples, versions: Versions, basis: &[u8]) -> Self {
         let study = samples.study();
+        let revision = versions.exponential;
         let along = |axis: usize| {
             let of_axis = move |parameter: &&Parameter| matches!(parameter.origin, Origin::Varied(of, _) if of == axis);
             samples.parameters().iter().filter(of_axis)
@@ -57,7 +68,7 @@ impl<'a> SampleKeys<'a> {
             let term = |position: u64| {
                 let pairs = along(number).zip(&axis.varied);
                 pairs.fold(0u128, |sum, (parameter, varied)| {
-                    sum.wrapping_add(term(study, parameter, &varied.values.at(position)))
+                    sum.wrapping_add(term(study, parameter, &varied.values.at(position), revision))
                 })
             };
             (0..axis.length).map(term).collect()
@@ -65,16 +76,17 @@ impl<'a> SampleKeys<'a> {
         let limit = samples.parameters().iter().position(|parameter| parameter.info.path == STEP_LIMIT);
         let fixed = study.machine().and_then(|machine| machine.def.step_limit());
         let alone = study.twin.as_ref().zip(study.machine()).map_or(0, |(twin, machine)| {
-            machine.def.identity_change(&twin.info, &ParamValue::Number(0.0)).expect("0 is no twin")
+            machine.def.identity_change(&twin.info, &ParamValue::Number(0.0), revision).expect("0 is no twin")
         });
         let identity = match &study.subject {
-            Subject::Machine(machine) => machine.def.identity(),
+            Subject::Machine(machine) => machine.def.identity(revision),
             Subject::Function(function) => function.identity(),
         };
         Self {
             samples,
+            exponential_revision: revision,
             alone,
-            base: identity.wrapping_add(solver(numerics, basis)),
+            base: identity.wrapping_add(solver(versions.numerics, basis)),
             axes: axes.collect(),
             limit: limit.map_or(StepLimit::Fixed(fixed), StepLimit::Varied),
             kept: Vec::new(),
@@ -111,8 +123,10 @@ impl<'a> SampleKeys<'a> {
         let parameters = self.samples.parameters();
         if parameters.iter().any(Parameter::is_own) {
             let pairs = parameters.iter().zip(self.samples.values(sample)).filter(|(parameter, _)| parameter.is_own());
-            key = pairs
-                .fold(key, |key, (parameter, value)| key.wrapping_add(term(self.samples.study(), parameter, &value)));
+            let study = self.samples.study();
+            key = pairs.fold(key, |key, (parameter, value)| {
+                key.wrapping_add(term(study, parameter, &value, self.exponential_revision))
+            });
         }
         let has_twin = self.samples.twin(sample).is_none_or(|shift| shift != 0.0);
         SampleKey(if has_twin { key } else { key.wrapping_add(self.alone) })
@@ -155,7 +169,7 @@ impl<'a> SampleKeys<'a> {
 }
 
 /// What a value adds; nothing where the solver is not told of it.
-fn term(study: &Study, parameter: &Parameter, value: &ParamValue) -> u128 {
+fn term(study: &Study, parameter: &Parameter, value: &ParamValue, exponential_revision: u8) -> u128 {
     match &study.subject {
         // formulas may know it by its short name
         Subject::Function(_) => match &parameter.short {
@@ -164,7 +178,9 @@ fn term(study: &Study, parameter: &Parameter, value: &ParamValue) -> u128 {
         },
         Subject::Machine(_) if parameter.is_variable => 0,
         // what the machine refuses is refused before anything runs
-        Subject::Machine(machine) => machine.def.identity_change(&parameter.info, value).unwrap_or(0),
+        Subject::Machine(machine) => {
+            machine.def.identity_change(&parameter.info, value, exponential_revision).unwrap_or(0)
+        }
     }
 }
 
@@ -182,6 +198,8 @@ mod tests {
     use std::collections::BTreeSet;
     use std::fs;
     use std::path::Path;
+
+    const VERSIONS: Versions = Versions { numerics: 4, exponential: 1 };
 
     fn samples(folder: &Path, vary: &str) -> Samples {
         let rig = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../studies/machines/lab_rig.toml");
@@ -202,13 +220,13 @@ mod tests {
         let mut sets = Vec::new();
         for vary in [none, &gap, &two] {
             let samples = samples(folder.path(), vary);
-            let keys = SampleKeys::new(&samples, 4, basis);
+            let keys = SampleKeys::new(&samples, VERSIONS, basis);
             for sample in 0..samples.count() {
-                let identity = samples.machine(sample).identity().wrapping_add(solver(4, basis));
+                let identity = samples.machine(sample).identity(VERSIONS.exponential).wrapping_add(solver(4, basis));
                 assert_eq!(keys.key(sample), SampleKey(identity), "{}", samples.describe(sample));
             }
-            assert_ne!(keys.key(0), SampleKeys::new(&samples, 4, b"another").key(0));
-            assert_ne!(keys.key(0), SampleKeys::new(&samples, 5, basis).key(0));
+            assert_ne!(keys.key(0), SampleKeys::new(&samples, VERSIONS, b"another").key(0));
+            assert_ne!(keys.key(0), SampleKeys::new(&samples, Versions { numerics: 5, ..VERSIONS }, basis).key(0));
             sets.push((0..samples.count()).map(|sample| keys.key(sample)).collect::<BTreeSet<_>>());
         }
         assert_eq!(sets.iter().map(BTreeSet::len).collect::<Vec<_>>(), [1, 2, 4], "equal inputs, equal keys");
@@ -223,7 +241,7 @@ mod tests {
         let varied = "[[vary]]\npath = \"run.step_limit\"\nvalues = [100, 300]\n";
         let (without, fixed, varied) =
             (samples(folder.path(), ""), samples(folder.path(), set), samples(folder.path(), varied));
-        let mut keys = [&without, &fixed, &varied].map(|samples| SampleKeys::new(samples, 4, basis));
+        let mut keys = [&without, &fixed, &varied].map(|samples| SampleKeys::new(samples, VERSIONS, basis));
         assert_eq!(keys.each_ref().map(|keys| keys.step_limit(0)), [None, Some(300), Some(100)]);
         assert_eq!(keys[2].step_limit(1), Some(300));
         assert!(keys.iter().all(|other| other.key(0) == keys[0].key(0)) && keys[2].key(1) == keys[0].key(0));

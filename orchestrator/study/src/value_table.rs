@@ -67,7 +67,7 @@ impl ValueTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SampleKey, SampleKeys, Samples, check_machines, load};
+    use crate::{SampleKey, SampleKeys, Samples, Versions, check_machines, load};
     use bladeoff_model::machine::ParamValue;
     use std::fs;
     use std::path::Path;
@@ -118,7 +118,7 @@ formula = "cold * growth"
     /// Uses of every sample in a run: its check, key, numbers for a worker, cells of its row.
     fn used(samples: &Samples) -> (String, Vec<(SampleKey, Vec<f64>, Vec<Option<ParamValue>>)>) {
         check_machines(samples).unwrap_or_else(|error| panic!("{error}"));
-        let mut keys = SampleKeys::new(samples, 4, b"a basis");
+        let mut keys = SampleKeys::new(samples, Versions { numerics: 4, exponential: 1 }, b"a basis");
         let digest = keys.digest();
         let of = |sample| {
             let mut params = Vec::new();

@@ -9,7 +9,7 @@
 //! written out in a table that is there anyway are equal. Texts (`disc` of an unbalance) count where the file has them.
 //!
 //! The default of `run.guard.energy_balance` is the engine's: left out it counts as the 1e-6 that was the default of all engines, and as something of its own with
-//! the exponential engine (`of_guard`), whose results count by its revision, too.
+//! the exponential engine (`of_guard`). The revision of that engine's results is part of the identity of the machines that it computes; the caller passes it.
 //!
 //! A key that came later than results that are kept counts where a machine has it (`LATER`), so that those without it are what they were.
 //!
@@ -24,9 +24,6 @@ use super::value::{self, ParamValue, ValueError};
 
 /// Keys that a machine of an earlier build has not.
 const LATER: [&str; 1] = [CONTACT_STEP];
-/// Revision of the results of the exponential engine. It is raised with every change of a bit of these results, as the version of the
-/// numerics is for all engines, and is part of the identity of the machines that this engine computes.
-pub const EXPONENTIAL_REVISION: u8 = 16;
 /// The guard whose default is the engine's, and what it was with every engine.
 const BALANCE: (&str, f64) = ("run.guard.energy_balance", 1e-6);
 
@@ -40,14 +37,16 @@ impl MachineDef {
         }
     }
 
-    /// The identity with the present values.
+    /// Computes the identity with the present values; `exponential_revision`: revision of the results of the exponential engine.
     ///
     /// Verified by `identity_ignores_how_a_file_is_written`, `exchanging_a_value_is_setting_it` and
     /// `a_step_limit_is_no_part_of_the_identity`.
     #[must_use]
-    pub fn identity(&self) -> u128 {
+    pub fn identity(&self, exponential_revision: u8) -> u128 {
         let slots = self.layout.slots.iter().zip(&self.states);
-        let sum = |sum: u128, (slot, state): (&Slot, &State)| sum.wrapping_add(part(&slot.path, &state.scalar));
+        let sum = |sum: u128, (slot, state): (&Slot, &State)| {
+            sum.wrapping_add(part(&slot.path, &state.scalar, exponential_revision))
+        };
         slots.fold(layout_part(&self.layout), sum).wrapping_add(of_guard(self.present(ENGINE), self.present(BALANCE.0)))
     }
 
@@ -60,7 +59,12 @@ impl MachineDef {
     ///
     /// # Errors
     /// As [`MachineDef::set`].
-    pub fn identity_change(&self, path: &PathInfo, value: &ParamValue) -> Result<u128, ValueError> {
+    pub fn identity_change(
+        &self,
+        path: &PathInfo,
+        value: &ParamValue,
+        exponential_revision: u8,
+    ) -> Result<u128, ValueError> {
         let index = self.index(path)?;
         let slot = &self.layout.slots[index];
         let new = value::check(slot, value)?;
@@ -71,7 +75,8 @@ impl MachineDef {
             path if path == BALANCE.0 => of_guard(engine, Some(&new)),
             _ => of_guard(engine, guard),
         };
-        let change = part(&slot.path, &new).wrapping_sub(part(&slot.path, old));
+        let part = |scalar| part(&slot.path, scalar, exponential_revision);
+        let change = part(&new).wrapping_sub(part(old));
         Ok(change.wrapping_add(guarded).wrapping_sub(of_guard(engine, guard)))
     }
 }
@@ -112,7 +117,7 @@ fn of_guard(engine: Option<&Scalar>, guard: Option<&Scalar>) -> u128 {
     }
 }
 
-fn part(path: &str, scalar: &Scalar) -> u128 {
+fn part(path: &str, scalar: &Scalar, exponential_revision: u8) -> u128 {
     if LATER.contains(&path) && matches!(scalar, Scalar::Absent) {
         return 0;
     }
@@ -122,7 +127,7 @@ fn part(path: &str, scalar: &Scalar) -> u128 {
     match scalar {
         Scalar::Absent if path == BALANCE.0 => hasher.update(&[0, 1]).update(&BALANCE.1.to_bits().to_le_bytes()),
         Scalar::Word(word) if is_exponential(path, word) => {
-            hasher.update(&[0, 2]).update(word.as_bytes()).update(&[EXPONENTIAL_REVISION])
+            hasher.update(&[0, 2]).update(word.as_bytes()).update(&[exponential_revision])
         }
         Scalar::Absent | Scalar::Bad => hasher.update(&[0, 0]),
         Scalar::Number(number) => hasher.update(&[0, 1]).update(&number.to_bits().to_le_bytes()),

@@ -25,7 +25,6 @@ pub use assumptions::Assumption;
 pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
 pub use engine::{EngineChoice, EngineReason, NotCovered, decides_engine};
-pub use identity::EXPONENTIAL_REVISION;
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
 pub use schema::{

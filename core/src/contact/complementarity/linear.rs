@@ -2,7 +2,7 @@
 
 use super::conditions::Coupled;
 use super::lemke::lemke;
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use bladeoff_model::machine::FrictionLaw;
 
 /// The conditions as one linear complementarity problem, friction `lambda_T = b+ - b-` and sigma the size of the slip:
@@ -10,7 +10,7 @@ use bladeoff_model::machine::FrictionLaw;
 /// 0 <= lambda _|_ g >= 0,   0 <= b+ _|_ sigma - s >= 0,   0 <= b- _|_ sigma + s >= 0,   0 <= sigma _|_ mu lambda - b+ - b- >= 0
 /// ```
 /// W being definite, its matrix is copositive and it has a solution (Stewart and Trinkle 1996, Anitescu and Potra 1997).
-pub(super) fn complementary(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()> {
+pub(super) fn complementary(coupled: &Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     let count = forces.len();
     let stick_slip = coupled.law == FrictionLaw::StickSlip;
     let size = if stick_slip { 4 * count } else { count };
@@ -49,9 +49,9 @@ pub(super) fn complementary(coupled: &Coupled, forces: &mut [ContactForce]) -> O
         let normal = force * z[k];
         forces[k] = if stick_slip {
             let tangential = force * (z[count + k] - z[2 * count + k]);
-            ContactForce { normal, tangential, sticks: normal > 0.0 && z[3 * count + k] == 0.0 }
+            ContactReaction { normal, tangential, sticks: normal > 0.0 && z[3 * count + k] == 0.0 }
         } else {
-            ContactForce { normal, tangential: coupled.friction * coupled.sign * normal, sticks: false }
+            ContactReaction { normal, tangential: coupled.friction * coupled.sign * normal, sticks: false }
         };
     }
     Some(())

@@ -15,7 +15,7 @@ mod pivoting;
 
 pub(crate) use conditions::{Block, Coupled, POINTS};
 
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use linear::complementary;
 use pivoting::{pivot, slides_on};
 
@@ -24,7 +24,7 @@ use pivoting::{pivot, slides_on};
 const YIELDS: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
 /// Forces that satisfy the conditions, from those that are there; `None` where neither way finds any.
-pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
+pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     if let [force] = forces
         && let Some(found) = slides_on(coupled, 1.0 + YIELDS[0], force)
     {
@@ -42,7 +42,7 @@ pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Optio
 }
 
 /// Of P points at most, and twice as many unknowns.
-fn solve_of<const P: usize, const U: usize>(coupled: &mut Coupled, forces: &mut [ContactForce]) -> Option<()> {
+fn solve_of<const P: usize, const U: usize>(coupled: &mut Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     let mut stiff = [[[0.0; 2]; 2]; P];
     for (k, own) in stiff[..forces.len()].iter_mut().enumerate() {
         *own = coupled.w[k][k];
@@ -81,7 +81,7 @@ mod tests {
     }
 
     /// The largest violation of the conditions (1), relative to the largest gap, slip and force.
-    fn violation(coupled: &Coupled, forces: &[ContactForce]) -> f64 {
+    fn violation(coupled: &Coupled, forces: &[ContactReaction]) -> f64 {
         let plain: Vec<[f64; 2]> = forces.iter().map(|force| [force.normal, force.tangential]).collect();
         let most = forces.iter().fold(1e-300_f64, |most, force| most.max(force.normal));
         let mut worst = 0.0_f64;
@@ -115,13 +115,13 @@ mod tests {
         #[test]
         fn the_laws_hold_at_every_point((rows, start) in points(), friction in 0.0..0.8f64) {
             let mut pressed = coupled(&rows, &start, friction, FrictionLaw::StickSlip);
-            let mut forces = vec![ContactForce::NONE; rows.len()];
+            let mut forces = vec![ContactReaction::NONE; rows.len()];
             prop_assert!(solve(&mut pressed, &mut forces).is_some());
             let touches = start.iter().any(|start| start[0] < 0.0);
             prop_assert_eq!(touches, forces.iter().any(|force| force.normal > 0.0), "contact");
             prop_assert!(violation(&pressed, &forces) < 1e-8, "{:?} {:e}", forces, violation(&pressed, &forces));
             if touches {
-                let mut by_lemke = vec![ContactForce::NONE; rows.len()];
+                let mut by_lemke = vec![ContactReaction::NONE; rows.len()];
                 prop_assert!(complementary(&pressed, &mut by_lemke).is_some());
                 prop_assert!(violation(&pressed, &by_lemke) < 1e-8);
             }
@@ -131,7 +131,7 @@ mod tests {
         fn one_point_that_slides_on_is_what_pivoting_finds((rows, start) in points(), friction in 0.0..0.8f64, sign in proptest::bool::ANY, slips in proptest::bool::ANY) {
             let law = if slips { FrictionLaw::Slip } else { FrictionLaw::StickSlip };
             let mut one = coupled(&rows[..1], &[[-start[0][0].abs(), start[0][1]]], friction, law);
-            let last = ContactForce { normal: 1.0, tangential: if sign { friction } else { -friction }, sticks: false };
+            let last = ContactReaction { normal: 1.0, tangential: if sign { friction } else { -friction }, sticks: false };
             let found = slides_on(&one, 1.0 + YIELDS[0], &last);
             for row in 0..2 {
                 one.w[0][0][row][row] *= 1.0 + YIELDS[0];
@@ -150,7 +150,7 @@ mod tests {
         #[test]
         fn sliding_one_way_holds_its_laws((rows, start) in points(), friction in 0.0..0.05f64) {
             let mut pressed = coupled(&rows, &start, friction, FrictionLaw::Slip);
-            let mut forces = vec![ContactForce::NONE; rows.len()];
+            let mut forces = vec![ContactReaction::NONE; rows.len()];
             prop_assert!(solve(&mut pressed, &mut forces).is_some());
             prop_assert!(violation(&pressed, &forces) < 1e-8);
         }
@@ -167,12 +167,12 @@ mod tests {
             rows.push(beside);
             start.push(start[0]);
             let mut twice = coupled(&rows, &start, friction, FrictionLaw::StickSlip);
-            let mut forces = vec![ContactForce::NONE; rows.len()];
+            let mut forces = vec![ContactReaction::NONE; rows.len()];
             prop_assert!(solve(&mut twice, &mut forces).is_some());
             prop_assert!(violation(&twice, &forces) < 1e-7, "{:e}", violation(&twice, &forces));
             if alone.len() == 1 {
                 let mut once = coupled(&alone, &alone_start, friction, FrictionLaw::StickSlip);
-                let mut force = [ContactForce::NONE];
+                let mut force = [ContactReaction::NONE];
                 prop_assert!(solve(&mut once, &mut force).is_some());
                 let sum = forces[0].normal + forces[1].normal;
                 prop_assert!(force[0].normal > 0.0 && (sum / force[0].normal - 1.0).abs() < 10.0 * apart + 1e-4);

@@ -6,7 +6,7 @@
 //! Source: principal pivoting for complementarity (Cottle, Pang, Stone 1992, ch. 4).
 
 use super::conditions::{Coupled, POINTS};
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use bladeoff_model::machine::FrictionLaw;
 
 /// A pivot below this share of its column's largest entry ends the elimination.
@@ -29,7 +29,7 @@ enum State {
 
 /// Forces that satisfy the conditions, from those that are there, of P points and U unknowns at most: a normal and a tangential force each; `None` where the states go in
 /// circles. (Few points are the rule, and room for all takes longer to clear than their system to solve.)
-pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &mut [ContactForce]) -> Option<()> {
+pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     let mut states = [State::Open; P];
     for (state, force) in states.iter_mut().zip(&*forces) {
         *state = match (force.normal > 0.0, coupled.law) {
@@ -50,9 +50,9 @@ pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &
         let Some((_, k, state)) = change else {
             for (force, (state, [normal, tangential])) in forces.iter_mut().zip(states.iter().zip(solution)) {
                 *force = match state {
-                    State::Open => ContactForce::NONE,
-                    State::Sticks => ContactForce { normal, tangential, sticks: true },
-                    State::Slides(_) => ContactForce { normal, tangential, sticks: false },
+                    State::Open => ContactReaction::NONE,
+                    State::Sticks => ContactReaction { normal, tangential, sticks: true },
+                    State::Slides(_) => ContactReaction { normal, tangential, sticks: false },
                 };
             }
             return Some(());
@@ -63,7 +63,7 @@ pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &
 }
 
 /// The force of one point that slides and slides on, its own compliance so many times as large: what [`pivot`] finds for it in its first round, to the last bit. `None` where it does not.
-pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactForce) -> Option<ContactForce> {
+pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactReaction) -> Option<ContactReaction> {
     let slips = coupled.law == FrictionLaw::Slip;
     if last.normal <= 0.0 || (last.sticks && !slips) {
         return None;
@@ -76,7 +76,7 @@ pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactForce) -> 
     let slides = slip + (tn * normal + yields * tt * tangential);
     // (and nothing that is no number)
     let holds = along != 0.0 && normal >= 0.0 && (slips || -sign * slides / slip.abs() <= ROUNDING);
-    holds.then_some(ContactForce { normal, tangential, sticks: false })
+    holds.then_some(ContactReaction { normal, tangential, sticks: false })
 }
 
 /// The states that violated conditions ask for: (violation, point, state).

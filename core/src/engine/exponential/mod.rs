@@ -21,6 +21,10 @@ mod settings;
 mod stepping;
 mod torsion;
 
+/// Revision of the results of this engine, raised with every change of a bit of these results. It is part of the identity of
+/// the machines that this engine computes, and so of the keys of their samples.
+pub const EXPONENTIAL_REVISION: u8 = 16;
+
 pub use error::ExponentialError;
 pub use settings::StepSettings;
 pub use stepping::free_motion::FreeMotion;

@@ -1,6 +1,6 @@
 //! Axes of one diaphragm, and of a place in it.
 
-use crate::contact::{ContactForce, Gap};
+use crate::contact::{ContactReaction, Gap};
 use bladeoff_model::machine::Diaphragm;
 
 /// The stator's frame: origin at the diaphragm's centre, turned by its angle against the machine's axes.
@@ -52,7 +52,7 @@ pub(super) fn directions(gap: &Gap) -> ([f64; 2], [f64; 2]) {
 }
 
 /// Force on the rotor in the stator's frame \[N\].
-pub(super) fn on_rotor(force: &ContactForce, acting: &Gap) -> [f64; 2] {
+pub(super) fn on_rotor(force: &ContactReaction, acting: &Gap) -> [f64; 2] {
     let (normal, tangent) = directions(acting);
     [0, 1].map(|axis| -(force.normal * normal[axis] + force.tangential * tangent[axis]))
 }

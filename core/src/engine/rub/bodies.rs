@@ -4,7 +4,7 @@ use super::axes::{directions, on_rotor};
 use super::left_out::LeftOut;
 use super::section::Section;
 use super::stator::Stator;
-use crate::contact::{ContactForce, Gap};
+use crate::contact::{ContactReaction, Gap};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::FrictionLaw;
 use bladeoff_numerics::linalg::{axpy, distance, dot, norm};
@@ -65,7 +65,7 @@ impl Bodies<'_> {
     }
 
     /// Adds the response to a contact force to increments without it; the ring's increment becomes the one with it.
-    pub fn push(&mut self, force: &ContactForce, acting: &Gap, free: &mut Increments) {
+    pub fn push(&mut self, force: &ContactReaction, acting: &Gap, free: &mut Increments) {
         self.section.push(on_rotor(force, acting), force.tangential, free);
         if let Some(ring) = &mut self.stator.ring {
             ring.restart();

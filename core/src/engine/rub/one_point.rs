@@ -6,7 +6,7 @@ use super::axes::{directions, on_rotor};
 use super::bodies::Bodies;
 use super::rounds::{Rounds, TOLERANCE, Work};
 use super::step_contact::{ContactFailure, StepContact};
-use crate::contact::{Compliance, ContactForce, Gap, NotUnique, PlaceSearch, slide, stick_or_slide};
+use crate::contact::{Compliance, ContactReaction, Gap, NotUnique, PlaceSearch, slide, stick_or_slide};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::{Detection, FrictionLaw};
 use bladeoff_numerics::linalg::dot;
@@ -32,8 +32,8 @@ pub(super) fn iterate(
     updating: bool,
     d: &mut Increments,
     work: &mut Work,
-) -> Result<Option<(ContactForce, Gap)>, ContactFailure> {
-    let (mut last, mut last_acting) = (ContactForce::NONE, attempt.predicted);
+) -> Result<Option<(ContactReaction, Gap)>, ContactFailure> {
+    let (mut last, mut last_acting) = (ContactReaction::NONE, attempt.predicted);
     let mut search = PlaceSearch::default();
     let mut rounds = Rounds::default();
     loop {
@@ -85,7 +85,7 @@ fn solve(
     acting: &Gap,
     sign: f64,
     (d, free): (&Increments, &Increments),
-) -> Result<ContactForce, NotUnique> {
+) -> Result<ContactReaction, NotUnique> {
     let section = &bodies.section;
     let (dx, dx_free) = (section.increment(&d.lateral), section.increment(&free.lateral));
     let change = gap.place.polar([dx_free[0] - dx[0], dx_free[1] - dx[1]]);
@@ -119,7 +119,7 @@ pub(super) fn account(
     bodies: &mut Bodies<'_>,
     line: &ShaftLine<'_>,
     attempt: &Attempt,
-    (force, gap, no_fixed_point): (ContactForce, Gap, bool),
+    (force, gap, no_fixed_point): (ContactReaction, Gap, bool),
     d: &Increments,
 ) -> StepContact {
     let acting = attempt.force_place.unwrap_or(gap);

@@ -19,7 +19,7 @@ use super::ring::UnitForce;
 use super::rounds::{Rounds, Work};
 use super::step_contact::StepContact;
 use crate::contact::complementarity::{self, Block, Coupled, POINTS};
-use crate::contact::{ContactForce, Gap, Place};
+use crate::contact::{ContactReaction, Gap, Place};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::FrictionLaw;
 use bladeoff_numerics::linalg::{axpy, dot};
@@ -41,7 +41,7 @@ struct Point {
     gap: Gap,
     normal: UnitForce,
     tangent: UnitForce,
-    force: ContactForce,
+    force: ContactReaction,
 }
 
 /// The kept places of the last step that needed several, and scratch.
@@ -109,7 +109,7 @@ impl Point {
         let size = bodies.stator.ring.as_ref()?.d.len();
         let gap = bodies.stator.fixed_gap([0.0; 2], place);
         let (normal, tangent) = (UnitForce::none(size), UnitForce::none(size));
-        Some(Self { place, gap, normal, tangent, force: ContactForce::NONE })
+        Some(Self { place, gap, normal, tangent, force: ContactReaction::NONE })
     }
 }
 
@@ -163,7 +163,7 @@ fn hold(
 fn solve(bodies: &Bodies<'_>, points: &mut [Point], sign: f64, (d, free): (&Increments, &Increments)) -> Option<()> {
     let (friction, law, section) = (bodies.friction, bodies.law, &bodies.section);
     let mut coupled = Coupled { w: Default::default(), start: [[0.0; 2]; POINTS], friction, law, sign };
-    let mut forces = [ContactForce::NONE; POINTS];
+    let mut forces = [ContactReaction::NONE; POINTS];
     let (dx, dx_free) = (section.increment(&d.lateral), section.increment(&free.lateral));
     let turn = section.radius * section.turn(&free.twist);
     for (k, point) in points.iter().enumerate() {
@@ -242,7 +242,7 @@ fn account(
     let turned = section.turn(&d.twist) + section.turn(&line.twist.stepper.previous);
     let turn = 0.5 * section.radius * turned;
     let mut sum = StepContact {
-        force: ContactForce { normal: 0.0, tangential: 0.0, sticks: true },
+        force: ContactReaction { normal: 0.0, tangential: 0.0, sticks: true },
         on_rotor: [0.0; 2],
         gap: deepest,
         slip: 0.0,

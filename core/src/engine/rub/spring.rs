@@ -19,7 +19,7 @@ use super::axes::{directions, on_rotor};
 use super::bodies::Bodies;
 use super::rounds::{Rounds, TOLERANCE, Work};
 use super::step_contact::{ContactFailure, StepContact};
-use crate::contact::{ContactForce, Gap, Place, polar_gap};
+use crate::contact::{ContactReaction, Gap, Place, polar_gap};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::FrictionLaw;
 
@@ -49,7 +49,7 @@ impl Spring {
         }
         let before = bodies.section.increment(&line.lateral.stepper.previous);
         let (full, x_before) = (-self.stiffness * gap.value, [x_n[0] - before[0], x_n[1] - before[1]]);
-        let (mut sign, mut force) = (0.0, ContactForce { normal: full, tangential: 0.0, sticks: false });
+        let (mut sign, mut force) = (0.0, ContactReaction { normal: full, tangential: 0.0, sticks: false });
         let mut rounds = Rounds::default();
         loop {
             work.iterations += 1;
@@ -63,7 +63,7 @@ impl Spring {
             let pushed = bodies.section.moved_by(outwards.map(|n| -full * lean * n), [0.0; 2]);
             let normal = full * lean * self.share(x_before, dragged, pushed);
             force.normal = normal;
-            bodies.push(&ContactForce { tangential: 0.0, ..force }, &gap, free);
+            bodies.push(&ContactReaction { tangential: 0.0, ..force }, &gap, free);
             match bodies.law {
                 FrictionLaw::Slip => {
                     if rounds.done == 0 {
@@ -80,7 +80,7 @@ impl Spring {
                     force.tangential = holding.clamp(-limit, limit);
                 }
             }
-            bodies.push(&ContactForce { normal: 0.0, ..force }, &gap, free);
+            bodies.push(&ContactReaction { normal: 0.0, ..force }, &gap, free);
             line.spin.add_drive_torque(bodies.section.drive_torque(force.tangential) * radius);
             // the force is not found from a gap to be closed: rounding of the gap makes nothing of it
             let change = bodies.change(line, driven, (d, free), normal, 0.0);

@@ -1,13 +1,13 @@
 //! What contact did in a step.
 
-use crate::contact::{ContactForce, Gap, NotUnique};
+use crate::contact::{ContactReaction, Gap, NotUnique};
 use crate::record::Touch;
 use bladeoff_model::outcome::Cause;
 
 /// The contact of the step at n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepContact {
-    pub force: ContactForce,
+    pub force: ContactReaction,
     /// On the rotor, in the stator's frame \[N\].
     pub on_rotor: [f64; 2],
     /// Gap and place of the converged step, in the run's own gap function.

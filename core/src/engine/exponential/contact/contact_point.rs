@@ -1,7 +1,7 @@
 //! Contact points: positions on the ring where impulses act in a contact step.
 
 use super::gap_minimum::GapMinimum;
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use crate::contact::complementarity::Block;
 
 /// Contact point of a step, with its conditions and its impulse.
@@ -20,7 +20,7 @@ pub(crate) struct ContactPoint {
     /// Gap at n+1 and slip over the step without impulses \[m\].
     pub free: [f64; 2],
     /// Normal and tangential impulse \[N s\].
-    pub force: ContactForce,
+    pub force: ContactReaction,
 }
 
 /// Contact point of the last step whose impulse was not zero.
@@ -28,7 +28,7 @@ pub(crate) struct ContactPoint {
 pub(crate) struct PressedPoint {
     /// Position, now at n.
     pub position: GapMinimum,
-    pub force: ContactForce,
+    pub force: ContactReaction,
     /// Slot of its rows.
     pub slot: usize,
 }

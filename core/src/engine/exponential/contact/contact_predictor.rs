@@ -20,7 +20,7 @@
 use super::gap_minimum::GapMinimum;
 use super::impulsed_ring::STATIC_WEIGHT;
 use super::ring_kernels::add_scaled_rows;
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use crate::eight::Eight;
 use crate::engine::exponential::plane::{across, times};
 use bladeoff_numerics::linalg::lanes::{Lane, flat};
@@ -74,7 +74,7 @@ impl ContactPredictor {
 
     /// Adds an impulse of the last step at a position with these rows along its normal and tangent.
     #[inline(always)]
-    pub fn add_impulse<V: Eight>(&mut self, position: &GapMinimum, force: &ContactForce, rows: [&[Lane]; 2]) {
+    pub fn add_impulse<V: Eight>(&mut self, position: &GapMinimum, force: &ContactReaction, rows: [&[Lane]; 2]) {
         add_scaled_rows::<V>([force.normal, force.tangential], rows, &mut self.modal_impulses);
         let (n, t) = (position.normal, across(position.normal));
         for i in 0..2 {

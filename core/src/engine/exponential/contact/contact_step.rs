@@ -7,7 +7,7 @@
 //! ```
 //! g: gap \[m\]; J_n, J_t: normal and tangential impulse on the ring \[N s\]; n, t: normal and tangent of a point; D: Delassus
 //! operator, the displacement of rotor and ring at n+1 per impulse at n ([`DelassusOperator`]), static corrections included; mu:
-//! friction coefficient; s': slip rate ([`super::impact`]).
+//! friction coefficient; s': slip rate ([`super::contact_step_result`]).
 //!
 //! This is the scheme of forward-increment Lagrange multipliers (docs/theory/04-time-integration.md) with exact propagation in
 //! place of central differences. A step has four parts:
@@ -27,13 +27,13 @@ mod conditions;
 use super::broad_phase::BroadPhase;
 use super::contact_point::{ContactPoint, PressedPoint};
 use super::contact_predictor::ContactPredictor;
+use super::contact_step_result::{ContactStepResult, FreeStep, SurfaceTurn};
 use super::delassus_operator::DelassusOperator;
-use super::impact::{FreeStep, Impact, SurfaceTurn};
 use super::impulsed_ring::{ImpulsedRing, RingPropagator, STATIC_WEIGHT};
 use super::penetration::PenetrationSearch;
 use super::ring_kernels::{PointRows, add_scaled_rows, products_with};
 use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use crate::contact::complementarity::{self, Coupled, POINTS};
 use crate::eight::{Eight, by_width};
 use crate::engine::exponential::ExponentialError;
@@ -80,7 +80,7 @@ pub(crate) struct ContactStep {
     pub(super) conditions: Box<Coupled>,
     /// Contact points of this step, and their impulses.
     pub(super) points: Vec<ContactPoint>,
-    forces: Vec<ContactForce>,
+    forces: Vec<ContactReaction>,
     /// Rows of the contact points of two steps: this step's are at `current`, the last step's at the other index.
     pub(super) point_rows: [PointRows; 2],
     pub(super) current: usize,
@@ -197,12 +197,12 @@ impl ContactStep {
     ///
     /// # Errors
     /// [`ExponentialError::NoImpulses`] where no impulses fulfil (1).
-    pub fn solve(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
+    pub fn solve(&mut self, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> {
         solve_step(self, free)
     }
 
     #[inline(always)]
-    fn solve_kernel<V: Eight>(&mut self, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> {
+    fn solve_kernel<V: Eight>(&mut self, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> {
         self.ring.propagate_free::<V>();
         self.current = 1 - self.current;
         let operator = DelassusOperator::new(
@@ -337,7 +337,7 @@ impl ContactStep {
 
     /// Applies the impulses to the ring. Returns the contact of the step, with the impulse on the rotor.
     #[inline(always)]
-    fn apply_impulses<V: Eight>(&mut self, free: &FreeStep<'_>, least_gap: f64) -> Impact {
+    fn apply_impulses<V: Eight>(&mut self, free: &FreeStep<'_>, least_gap: f64) -> ContactStepResult {
         let Self { impulses, pressed, predictor, points, point_rows, current, ring, .. } = self;
         let pressing = || points.iter().filter(|point| point.force.normal > 0.0);
         impulses.fill(Lane::default());
@@ -367,7 +367,7 @@ impl ContactStep {
         let rate = free.rate + 0.5 * free.jump * torque;
         let surface_rate = self.surface_turn.take(free.surface_turn + free.rolling * torque, self.h).unwrap_or(rate);
         let rolling = self.radius * surface_rate;
-        let mut impact = Impact {
+        let mut impact = ContactStepResult {
             impulse,
             torque,
             normal: 0.0,
@@ -430,12 +430,12 @@ impl ContactStep {
     }
 }
 
-by_width! { fn solve_step(contact: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<Impact>, ExponentialError> = solve_step_kernel }
+by_width! { fn solve_step(contact: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> = solve_step_kernel }
 
 #[inline(always)]
 fn solve_step_kernel<V: Eight>(
     contact: &mut ContactStep,
     free: &FreeStep<'_>,
-) -> Result<Option<Impact>, ExponentialError> {
+) -> Result<Option<ContactStepResult>, ExponentialError> {
     contact.solve_kernel::<V>(free)
 }

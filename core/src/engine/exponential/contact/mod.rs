@@ -7,17 +7,17 @@
 //! - [`delassus_operator`]: gap and slip of the contact points as functions of their impulses
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points
 //! - [`single_place`]: the place of a step where contact acts at one place (`hyp1`, `hyp2-frozen`)
-//! - [`contact_step`]: the step that uses all of these; [`impact`] is its result
+//! - [`contact_step`]: the step that uses all of these; [`contact_step_result`] is its result
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
 pub(crate) mod broad_phase;
 pub(crate) mod contact_point;
 pub(crate) mod contact_predictor;
 pub(crate) mod contact_step;
+pub(crate) mod contact_step_result;
 pub(crate) mod corrected_shape;
 pub(crate) mod delassus_operator;
 pub(crate) mod gap_minimum;
-pub(crate) mod impact;
 pub(crate) mod impulsed_ring;
 pub(crate) mod penetration;
 pub(crate) mod ring_kernels;

@@ -272,7 +272,7 @@ mod tests {
     use super::super::impulsed_ring::ImpulsedRing;
     use super::super::ring_points::{are_adjacent, modal_parameters, ring_of, ring_points};
     use super::*;
-    use crate::contact::ContactForce;
+    use crate::contact::ContactReaction;
     use crate::eight::Plain;
     use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
     use crate::engine::exponential::plane::across;
@@ -357,7 +357,7 @@ mod tests {
                 let position = broad_phase.minimum_near(&ring, index, x, &predictor.ring);
                 let hardness = if grazes { 1e-3 } else { [1e5, 1e3, 1e1][round as usize / 2 % 3] };
                 let size = (far - contact.gap) * hardness * (random() + 0.5);
-                let force = ContactForce { normal: size, tangential: 0.2 * size * random(), sticks: false };
+                let force = ContactReaction { normal: size, tangential: 0.2 * size * random(), sticks: false };
                 let sides = [position.polar, across(position.polar)];
                 for (j, impulse) in impulses.iter_mut().enumerate() {
                     let shape = ring.rows(index).map(|row| flat(row)[j]);

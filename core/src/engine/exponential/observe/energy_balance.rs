@@ -11,7 +11,7 @@ use super::dissipated_energy::{DampingPowers, DissipatedEnergy};
 use super::energy_terms::EnergyTerms;
 use super::observation_schedule::Due;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
-use crate::engine::exponential::stepping::motion_quantities::Instant;
+use crate::engine::exponential::stepping::motion_quantities::LateralState;
 use crate::engine::exponential::stepping::transient::{StepResult, Transient};
 use crate::record::{Energies, Recorders};
 use crate::structure::Structure;
@@ -29,7 +29,7 @@ pub(crate) struct Pending {
 pub(crate) struct EnergyBalance {
     dissipated: DissipatedEnergy,
     /// Motion at n of a pending observation.
-    instant: Instant,
+    instant: LateralState,
     /// Energies one by one, where the follower wants them.
     pub terms: Option<Box<EnergyTerms>>,
     dissipation_buffer: DissipationBuffer,

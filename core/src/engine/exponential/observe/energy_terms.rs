@@ -3,7 +3,7 @@
 use super::nodal_motion::NodalMotion;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
-use crate::engine::exponential::stepping::motion_quantities::Instant;
+use crate::engine::exponential::stepping::motion_quantities::LateralState;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::record::Energies;
 use crate::structure::Structure;
@@ -14,7 +14,7 @@ pub(crate) struct EnergyTerms {
     /// Energies when they were last taken: at an observation of the dissipation, or at an instant that is shown \[J\].
     pub energies: Energies,
     /// Motion at an instant that is shown between two observations.
-    pub instant: Instant,
+    pub instant: LateralState,
     /// Energy that torsional damping had taken then \[J\].
     pub damped: f64,
 }

@@ -5,8 +5,8 @@
 use super::nodal_motion::NodalMotion;
 use super::ring_clearance::RingClearance;
 use crate::engine::exponential::contact::contact_step::ContactStep;
+use crate::engine::exponential::contact::contact_step_result::ContactStepResult;
 use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
-use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::stepping::transient::Transient;
@@ -67,7 +67,7 @@ impl<'a> FrameSampler<'a> {
     pub fn show(
         &self,
         loads: &[[f64; 2]],
-        impact: Option<(&Impact, f64)>,
+        impact: Option<(&ContactStepResult, f64)>,
         energies: Energies,
         follower: &mut dyn Follower,
     ) {
@@ -87,7 +87,7 @@ impl<'a> FrameSampler<'a> {
             speed: self.speed,
             displacement: &self.motion.nodal,
             velocity: &self.velocity,
-            twist: &self.motion.twists,
+            torsion_angles: &self.motion.twists,
             bearing_loads: loads,
             contacts: contact.as_slice(),
             energies,

@@ -13,7 +13,7 @@ use super::ring_clearance::RingClearance;
 use super::ring_stress_check::RingStressCheck;
 use super::shaft_stresses::ShaftStresses;
 use super::yield_watch::{WatchResult, YieldWatch};
-use crate::engine::exponential::contact::impact::Impact;
+use crate::engine::exponential::contact::contact_step_result::ContactStepResult;
 use crate::engine::exponential::stepping::transient::{StepResult, Transient};
 use crate::record::{At, End, Follower, Recorders, RingInstant, Touch};
 use crate::structure::Structure;
@@ -297,7 +297,7 @@ impl<'a> Observer<'a> {
     fn show_contact_step(
         &self,
         step: &StepObservation,
-        impact: Option<&Impact>,
+        impact: Option<&ContactStepResult>,
         transient: &Transient,
         follower: &mut dyn Follower,
     ) {

@@ -4,8 +4,8 @@
 //! ([`crate::engine::exponential::contact::contact_predictor`]). The smallest gap of the whole ring is therefore also a measure of how much the forces change from step to step.
 
 use crate::contact::{Detector, Gap, exact_gap, polar_gap};
+use crate::engine::exponential::contact::contact_step_result::ContactStepResult;
 use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
-use crate::engine::exponential::contact::impact::Impact;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
@@ -78,7 +78,7 @@ impl<'a> RingClearance<'a> {
     /// Smallest gap that an impact leaves \[m\]: of the whole ring in one of [`SAMPLE_INTERVAL`] impacts, in one of [`FINE_SAMPLE_INTERVAL`] at fine steps, and in each where the step is
     /// below the time constant of the damping; otherwise of the ring points.
     #[inline]
-    pub fn least_gap(&mut self, impact: &Impact, transient: &Transient) -> f64 {
+    pub fn least_gap(&mut self, impact: &ContactStepResult, transient: &Transient) -> f64 {
         self.impacts += 1;
         let h = transient.contact_step();
         let fine_angle = match self.detection {

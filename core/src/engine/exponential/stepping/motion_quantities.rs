@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Lateral motion at an instant.
 #[derive(Debug)]
-pub(crate) struct Instant {
+pub(crate) struct LateralState {
     /// Speed interval of the modal state.
     interval: Arc<SpeedInterval>,
     /// Modal state y.
@@ -58,8 +58,8 @@ impl FreeMotion {
     }
 
     /// Lateral motion at n.
-    pub(crate) fn instant(&self) -> Instant {
-        Instant {
+    pub(crate) fn instant(&self) -> LateralState {
+        LateralState {
             interval: Arc::clone(&self.interval),
             modal_state: self.modal_state.clone(),
             forces: self.spin.forces_now().collect(),
@@ -67,8 +67,8 @@ impl FreeMotion {
     }
 
     /// Copies the lateral motion at n into an instant.
-    pub(crate) fn copy_instant(&self, instant: &mut Instant) {
-        let Instant { interval, modal_state, forces } = instant;
+    pub(crate) fn copy_instant(&self, instant: &mut LateralState) {
+        let LateralState { interval, modal_state, forces } = instant;
         interval.clone_from(&self.interval);
         modal_state.clone_from(&self.modal_state);
         forces.clear();
@@ -91,12 +91,12 @@ impl FreeMotion {
     /// afterwards that behind the impulse.
     pub(crate) fn damping_powers_after(
         &mut self,
-        instant: &mut Instant,
+        instant: &mut LateralState,
         impulse: [f64; 2],
         with_all_damping: bool,
         (bearing_motion, buffer): (&mut Vec<f64>, &mut DissipationBuffer),
     ) -> ([f64; 2], f64) {
-        let (Instant { interval, modal_state, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
+        let (LateralState { interval, modal_state, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
         self.tables.bearings(interval, model).multiply(modal_state, bearing_motion);
         let bearings = model.measures.bearing_powers(bearing_motion, impulse);
         if !with_all_damping {

@@ -16,7 +16,7 @@ use super::free_motion::FreeMotion;
 use super::shared_model::ring_points_of;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::contact_step::ContactStep;
-use crate::engine::exponential::contact::impact::{FreeStep, Impact};
+use crate::engine::exponential::contact::contact_step_result::{ContactStepResult, FreeStep};
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
@@ -93,7 +93,7 @@ pub(crate) struct StepResult {
     pub displacement: [f64; 2],
     pub velocity: [f64; 2],
     /// Impulses and works of the contact; `None` without contact.
-    pub impact: Option<Impact>,
+    pub impact: Option<ContactStepResult>,
 }
 
 impl Transient {
@@ -262,7 +262,7 @@ impl Transient {
     }
 
     /// Loads and contact at n of a run that ends there. The state afterwards is that of the end of the step.
-    pub fn solve_next_contact(&mut self) -> Option<Impact> {
+    pub fn solve_next_contact(&mut self) -> Option<ContactStepResult> {
         self.evaluate_loads();
         self.step(None).ok().and_then(|result| result.impact)
     }

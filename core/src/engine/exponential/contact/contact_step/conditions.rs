@@ -8,14 +8,14 @@
 //! [`DelassusOperator`]. The impulses that the predictor has assumed are taken out of the free values.
 
 use super::super::contact_point::ContactPoint;
+use super::super::contact_step_result::FreeStep;
 use super::super::delassus_operator::DelassusOperator;
 use super::super::gap_minimum::GapMinimum;
-use super::super::impact::FreeStep;
 use super::super::penetration::AfterImpulses;
 use super::super::ring_kernels::{StepState, add_scaled_rows, row_products, write_rows};
 use super::super::ring_points::{are_adjacent, parabola};
 use super::ContactStep;
-use crate::contact::ContactForce;
+use crate::contact::ContactReaction;
 use crate::eight::{Eight, by_width};
 use crate::engine::exponential::plane::{across, product};
 
@@ -35,7 +35,7 @@ impl ContactStep {
         let previous = pressed.iter().find(|last| are_adjacent(last.position.index, position.index, count));
         let (acting, force, acting_slot) = match previous {
             Some(last) => (last.position, last.force, Some(last.slot)),
-            None => (position, ContactForce::NONE, None),
+            None => (position, ContactReaction::NONE, None),
         };
         let [before, behind] = ring_points.neighbours(position.index);
         let three = [ring_points.rows(before), ring_points.rows(position.index), ring_points.rows(behind)];

@@ -27,9 +27,9 @@
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::torsion::spin::Spin;
 
-/// Impulses and works of the contact of a step.
+/// Result of a contact step: sums of its impulses, their works, and the contact with the largest normal impulse.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Impact {
+pub(crate) struct ContactStepResult {
     /// Impulse on the rotor in the machine's axes \[N s\], and angular impulse of friction on it \[N m s\].
     pub impulse: [f64; 2],
     pub torque: f64,
