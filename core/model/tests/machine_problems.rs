@@ -108,7 +108,6 @@ const SHAFT_CASES: &[Case] = &[
     ("rotor_radius = \"50 mm\"", "rotor_radius = \"60 mm\"", "rotor_radius", "diaphragms.seal.contact.rotor_radius", "this rotor_radius lies 9.5 mm beyond that face"),
     ("[diaphragms.seal.material]", "kind = \"rigid\"\n[diaphragms.seal.material]", "young_modulus = \"200 GPa\"", "diaphragms.seal.material.young_modulus", "does not belong to kind = \"rigid\""),
     ("[diaphragms.seal.material]", "stiffness = \"1 N/m\"\n[diaphragms.seal.material]", "stiffness = \"1 N/m\"", "diaphragms.seal.stiffness", "only with kind = \"radial-spring\""),
-    ("[diaphragms.seal]", "[diaphragms.other]\n[diaphragms.other.contact]\nposition = 0.4\nrotor_radius = 0.05\ngap = 0.001\nfriction = 0\n[diaphragms.seal]", "[diaphragms.seal]", "diaphragms.seal", "contact with more than one is not computed yet"),
     ("[braking]", "[rotor.speed_law]\nacceleration = 1\ntimes = [0]\n[braking]", "acceleration", "rotor.speed_law.acceleration", "either acceleration, or times and speeds"),
     ("[braking]", "[rotor.speed_law]\ntimes = [0]\n[braking]", "[rotor.speed_law]", "rotor.speed_law.speeds", "missing"),
     ("[braking]", "[rotor.speed_law]\ntimes = [0, 1]\nspeeds = [\"3000 rpm\"]\n[braking]", "speeds =", "rotor.speed_law.speeds", "2 times and 1 speeds"),

@@ -19,6 +19,7 @@ mod run;
 mod shaft_line;
 mod stability;
 mod time_step;
+mod together;
 mod twin;
 mod works;
 

@@ -21,7 +21,7 @@ pub(super) struct Motion<'a> {
     /// Increments of the step from n, and its contact with each diaphragm.
     pub d: Increments,
     pub contacts: Vec<Option<StepContact>>,
-    predictor: Predictor,
+    pub(super) predictor: Predictor,
     can_stop: bool,
     /// Of the model \[m\].
     size: f64,
@@ -65,9 +65,11 @@ impl<'a> Motion<'a> {
         self.predictor.predict(&mut self.line, self.time, &mut self.d)
     }
 
-    /// Corrects the prediction by the contact with each diaphragm: exact with contact at one of them. (Forces at two would have to be
-    /// iterated together; a machine file has one.)
+    /// Corrects the prediction by the contact with each diaphragm.
     fn correct(&mut self) -> Result<(), Cause> {
+        if self.rubs.len() > 1 {
+            return self.correct_together();
+        }
         for (rub, contact) in self.rubs.iter_mut().zip(&mut self.contacts) {
             *contact = rub.correct(&mut self.line, self.time, &mut self.d)?;
         }

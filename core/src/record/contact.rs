@@ -155,6 +155,34 @@ impl ContactRecorder {
         self.first_guarded = self.first;
     }
 
+    /// Takes what another ring had: the largest of peaks, the sums, the first contact of both.
+    pub fn include(&mut self, other: &Self) {
+        let earliest = |own: Option<f64>, others: Option<f64>| own.into_iter().chain(others).reduce(f64::min);
+        self.force.include(&other.force);
+        self.filtered.include(&other.filtered);
+        self.power.include(&other.power);
+        self.penetration.include(&other.penetration);
+        self.left = self.left.into_iter().chain(other.left).reduce(f64::max);
+        self.first = earliest(self.first, other.first);
+        self.first_guarded = earliest(self.first_guarded, other.first_guarded);
+        let per_width = |contact: &Self| contact.width.map_or(-1.0, |width| contact.friction.value / width);
+        if per_width(other) > per_width(self) {
+            (self.friction, self.width) = (other.friction, other.width);
+        }
+        self.impulse.include(&other.impulse);
+        self.time.include(&other.time);
+        self.stick_time.include(&other.stick_time);
+        self.impacts.include(&other.impacts);
+        self.phases.include(&other.phases);
+        // counts that one of the rings does not have are those of the other
+        self.polar &= other.polar;
+        self.searches |= other.searches;
+        self.no_fixed_point += other.no_fixed_point;
+        self.several_points += other.several_points;
+        self.several_minima += other.several_minima;
+        self.reversals += other.reversals;
+    }
+
     /// Largest impulse of 1 ms over 1 ms \[N\]; `None` before the first millisecond has passed.
     pub fn filtered(&self) -> Option<f64> {
         self.filtered.value
@@ -216,7 +244,12 @@ impl ContactRecorder {
         row.counted("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
     }
 
-    pub(super) fn report_friction(of: Option<&Self>, row: &mut Row<'_>) {
+    /// `is_one`: one diaphragm of several, whose energy is not that of the run.
+    pub(super) fn report_friction(of: Option<&Self>, is_one: bool, row: &mut Row<'_>) {
+        if is_one {
+            let energy = of.map(|contact| contact.friction);
+            row.sum("friction_energy_J", "J", "energy dissipated by friction on this ring", energy);
+        }
         row.peak(
             "max_friction_power",
             "W",

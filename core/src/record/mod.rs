@@ -366,22 +366,24 @@ impl Recorders {
 
     /// Every column with its value, in table order.
     fn report(&self, end: Option<&End>, twin: Option<&Twin>, row: &mut Row<'_>) {
+        let all = RingRecorders::of_all(&self.rings);
+        let rings = (&*self.rings, all.as_ref());
         End::report(end, row.of(Group::Course));
-        RingRecorders::report(&self.rings, row, RingRecorders::report_first_contact);
+        RingRecorders::report(rings, row, RingRecorders::report_first_contact);
         self.limits.report_time(row);
         self.loads.report(row.of(Group::BearingLoads));
-        RingRecorders::report(&self.rings, row.of(Group::Contact), RingRecorders::report_contact);
+        RingRecorders::report(rings, row.of(Group::Contact), RingRecorders::report_contact);
         self.energies.report(&self.rings, row.of(Group::Energy));
-        RingRecorders::report(&self.rings, row.of(Group::Energy), RingRecorders::report_friction);
-        RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_solves);
+        RingRecorders::report(rings, row.of(Group::Energy), RingRecorders::report_friction);
+        RingRecorders::report(rings, row.of(Group::Numerics), RingRecorders::report_solves);
         self.steps.report(end, row);
         End::report_stop(end, row.of(Group::Course));
         Twin::report(twin, self.twins, row.of(Group::Numerics));
         damping::report(end.map(|_| &self.damping), row.of(Group::Course));
-        RingRecorders::report(&self.rings, row.of(Group::Stresses), RingRecorders::report_stresses);
+        RingRecorders::report(rings, row.of(Group::Stresses), RingRecorders::report_stresses);
         // last: sections of the shaft get what room is left
         self.stresses.report(row);
         self.limits.report(row.of(Group::Course));
-        RingRecorders::report(&self.rings, row.of(Group::Numerics), RingRecorders::report_resolution);
+        RingRecorders::report(rings, row.of(Group::Numerics), RingRecorders::report_resolution);
     }
 }

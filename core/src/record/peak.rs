@@ -72,4 +72,10 @@ impl Sum {
     pub fn hold(&mut self) {
         self.guarded = self.value;
     }
+
+    /// Adds the sum of another place.
+    pub fn include(&mut self, other: &Self) {
+        self.value += other.value;
+        self.guarded += other.guarded;
+    }
 }

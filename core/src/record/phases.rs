@@ -70,6 +70,17 @@ impl Phases {
         Some(self.current.and_then(|phase| mean(self.with(phase))).map_or(ended, |all| all.max(ended)))
     }
 
+    /// Of two rings the one whose impacts have fewer steps.
+    pub fn include(&mut self, other: &Self) {
+        if let (Some(own), Some(others)) = (self.steps(), other.steps()) {
+            if others < own {
+                *self = *other;
+            }
+        } else if self.steps().is_none() {
+            *self = *other;
+        }
+    }
+
     /// (2); of the phase that has not ended where it is the only one; `None` without contact.
     pub fn steps(&self) -> Option<f64> {
         self.known().or_else(|| self.current.map(|phase| phase.impulse * phase.impulse / phase.squares))

@@ -3,7 +3,7 @@
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
 use super::ring_stresses::RingStressRecorder;
-use super::row::Row;
+use super::row::{OfRing, Row};
 use super::whirl::{Motion, WhirlRecorder};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
@@ -107,16 +107,38 @@ impl RingRecorders {
         self.stresses.hold();
     }
 
-    /// Has each ring report its columns, in the machine's order. A machine without a ring has the columns of one, and no values in them.
-    pub(super) fn report(rings: &[Self], row: &mut Row<'_>, columns: fn(Option<&Self>, &mut Row<'_>)) {
+    /// Of several diaphragms what all had: the largest of peaks, the sums, the first contact; `None` of fewer than two.
+    pub(super) fn of_all(rings: &[Self]) -> Option<Self> {
+        let [first, second, others @ ..] = rings else { return None };
+        let mut all = Self { name: None, ..first.clone() };
+        for ring in std::iter::once(second).chain(others) {
+            all.contact.include(&ring.contact);
+            all.whirl.include(&ring.whirl);
+            all.eccentricity.include(&ring.eccentricity);
+            all.stresses.include(&ring.stresses);
+        }
+        Some(all)
+    }
+
+    /// Has each ring report its columns, in the machine's order, where there are several after those of all. A machine without a ring has the columns of one, and no
+    /// values in them.
+    pub(super) fn report(
+        (rings, all): (&[Self], Option<&Self>),
+        row: &mut Row<'_>,
+        columns: fn(Option<&Self>, &mut Row<'_>),
+    ) {
         if rings.is_empty() {
             row.with(Empty::Absent, Some("a diaphragm"), |row| columns(None, row));
         }
+        if all.is_some() {
+            row.of_ring(OfRing::All);
+            columns(all, row);
+        }
         for ring in rings {
-            row.of_ring(ring.name.as_deref());
+            row.of_ring(ring.name.as_ref().map_or(OfRing::Only, |name| OfRing::One(name.clone())));
             columns(Some(ring), row);
         }
-        row.of_ring(None);
+        row.of_ring(OfRing::Only);
     }
 
     pub(super) fn report_first_contact(of: Option<&Self>, row: &mut Row<'_>) {
@@ -137,7 +159,8 @@ impl RingRecorders {
     }
 
     pub(super) fn report_friction(of: Option<&Self>, row: &mut Row<'_>) {
-        ContactRecorder::report_friction(of.map(|ring| &ring.contact), row);
+        let is_one = of.is_some_and(|ring| ring.name.is_some());
+        ContactRecorder::report_friction(of.map(|ring| &ring.contact), is_one, row);
     }
 
     pub(super) fn report_solves(of: Option<&Self>, row: &mut Row<'_>) {

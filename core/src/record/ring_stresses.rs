@@ -24,6 +24,7 @@ pub(crate) struct RingStressRecorder {
     blade: usize,
     /// Bending stress of the blades alone.
     bending: Peak,
+    has_ring: bool,
     has_blades: bool,
     /// Part that the machine lacks for stresses of the ring, and of the blades. The columns of a machine are listed without its matrices.
     lacks: [Option<&'static str>; 2],
@@ -50,6 +51,7 @@ impl RingStressRecorder {
             blades: start(has_blades),
             blade: 0,
             bending: start(has_blades),
+            has_ring: stresses.is_some(),
             has_blades,
             lacks,
             stresses,
@@ -112,6 +114,24 @@ impl RingStressRecorder {
         }
     }
 
+    /// Takes the larger stresses of another ring.
+    pub fn include(&mut self, other: &Self) {
+        if other.ring.value > self.ring.value {
+            self.angle = other.angle;
+        }
+        if other.blades.value > self.blades.value {
+            self.blade = other.blade;
+        }
+        self.ring.include(&other.ring);
+        self.blades.include(&other.blades);
+        self.bending.include(&other.bending);
+        self.has_blades |= other.has_blades;
+        self.has_ring |= other.has_ring;
+        for (own, others) in self.lacks.iter_mut().zip(other.lacks) {
+            *own = own.and(others);
+        }
+    }
+
     /// All guards hold.
     pub fn hold(&mut self) {
         self.ring.hold();
@@ -137,7 +157,7 @@ impl RingStressRecorder {
     }
 
     fn report_ring(of: Option<&Self>, row: &mut Row<'_>) {
-        let with_ring = of.filter(|ring| ring.stresses.is_some());
+        let with_ring = of.filter(|ring| ring.has_ring);
         row.peak(
             "max_ring_stress",
             "Pa",

@@ -11,8 +11,8 @@ pub(super) const FLEXIBLE: &str = "a diaphragm with a flexible ring";
 pub(super) struct Row<'a> {
     kept: Kept<'a>,
     group: Group,
-    /// Diaphragm that the next columns tell of, where there are several.
-    ring: Option<String>,
+    /// Diaphragms that the next columns tell of.
+    ring: OfRing,
     empty: Empty,
     /// Part or key that the machine lacks for the next columns.
     lacks: Option<String>,
@@ -48,11 +48,33 @@ impl Kind {
     }
 }
 
-/// Name of a column of one diaphragm, named where there are several.
-pub(super) fn of_ring(ring: Option<&str>, name: String) -> String {
-    match ring {
-        Some(ring) => format!("{ring}.{name}"),
-        None => name,
+/// Diaphragms that columns tell of.
+#[derive(Clone)]
+pub(super) enum OfRing {
+    /// The only one.
+    Only,
+    /// All of several.
+    All,
+    /// This one of several.
+    One(String),
+}
+
+impl OfRing {
+    /// The column of one diaphragm of several has its name before the unit: `max_contact_force_NAME_N`, `max_contact_force_NAME_at_s`.
+    fn column(&self, name: String, unit: &str) -> String {
+        let Self::One(ring) = self else { return name };
+        let unit = format!("_{}", unit.replace(' ', "").replace('/', "_"));
+        let endings = ["_at_s", "_at_rad_s", &*unit];
+        let ending = endings.into_iter().find(|ending| ending.len() > 1 && name.ends_with(ending)).unwrap_or_default();
+        format!("{}_{ring}{ending}", &name[..name.len() - ending.len()])
+    }
+
+    fn meaning(&self, meaning: String) -> String {
+        match self {
+            Self::Only => meaning,
+            Self::All => format!("of all diaphragms (the largest peak, the sum, the first contact): {meaning}"),
+            Self::One(ring) => format!("diaphragm {ring}: {meaning}"),
+        }
     }
 }
 
@@ -68,7 +90,7 @@ impl<'a> Row<'a> {
     }
 
     fn keeping(kept: Kept<'a>) -> Self {
-        Self { kept, group: Group::Course, ring: None, empty: Empty::Absent, lacks: None, guarded: Vec::new() }
+        Self { kept, group: Group::Course, ring: OfRing::Only, empty: Empty::Absent, lacks: None, guarded: Vec::new() }
     }
 
     /// What the next columns tell of.
@@ -77,10 +99,9 @@ impl<'a> Row<'a> {
         self
     }
 
-    /// Which diaphragm the next columns tell of: where there are several, their names begin with its own and a full stop, which no
-    /// name of a machine file has.
-    pub fn of_ring(&mut self, ring: Option<&str>) {
-        self.ring = ring.map(str::to_owned);
+    /// Which diaphragms the next columns tell of.
+    pub fn of_ring(&mut self, ring: OfRing) {
+        self.ring = ring;
     }
 
     /// Has columns reported whose empty cells have this meaning; `lacks`: part or key that the machine lacks for them. Where a group of
@@ -228,11 +249,7 @@ impl<'a> Row<'a> {
         match &mut self.kept {
             Kept::Columns(columns) => {
                 let (name, meaning) = words();
-                let meaning = match &self.ring {
-                    Some(ring) => format!("diaphragm {ring}: {meaning}"),
-                    None => meaning,
-                };
-                let name = of_ring(self.ring.as_deref(), name);
+                let (name, meaning) = (self.ring.column(name, unit), self.ring.meaning(meaning));
                 let (empty, lacks) = (self.empty, self.lacks.clone());
                 let (group, is_guarded) = (self.group, false);
                 columns.push(Column { name, unit, kind, meaning, group, part, growth, is_guarded, empty, lacks });

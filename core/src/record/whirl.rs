@@ -145,6 +145,16 @@ impl WhirlRecorder {
         self.backward |= self.against >= TURN;
     }
 
+    /// Takes what another ring had: the worse regime, the times of both.
+    pub fn include(&mut self, other: &Self) {
+        let latest = |own: Option<f64>, others: Option<f64>| own.into_iter().chain(others).reduce(f64::max);
+        self.last_contact = latest(self.last_contact, other.last_contact);
+        self.heavy |= other.heavy;
+        self.backward |= other.backward;
+        self.with_spin_time += other.with_spin_time;
+        self.against_spin_time += other.against_spin_time;
+    }
+
     /// Place in [`WHIRLS`]; `None` without contact.
     fn whirl(&self) -> Option<usize> {
         self.last_contact?;

@@ -92,7 +92,6 @@ impl State {
 #[derive(Debug, Clone)]
 pub(super) struct Named {
     pub name: String,
-    pub span: Span<usize>,
 }
 
 /// A text of a table: it names something, and is no parameter.

@@ -175,7 +175,7 @@ impl Walk<'_> {
                 continue;
             }
             let source = self.as_table(entry, &below);
-            members.push(Named { name: entry.name.clone(), span: entry.name_span.clone() });
+            members.push(Named { name: entry.name.clone() });
             self.table(branch, &below, &source, entry.name_span.clone());
         }
         if let Some(entry) = entries.get(most) {
@@ -210,7 +210,7 @@ impl Walk<'_> {
                     Source::Bad
                 }
             };
-            members.push(Named { name: i.to_string(), span: item.span.clone() });
+            members.push(Named { name: i.to_string() });
             self.table(branch, &below, &source, item.span.clone());
         }
         self.layout.groups.insert(path.to_owned(), members);

@@ -31,6 +31,7 @@ impl Bodies<'_> {
     /// Back to the step without contact, as far as the stator and the modes left out know it.
     pub fn release(&mut self) {
         self.left_out.spring_back();
+        self.left_out.held = 0.0;
         if let Some(ring) = &mut self.stator.ring {
             ring.release();
         }

@@ -28,7 +28,7 @@ use spring::Spring;
 use stator::Stator;
 use step_contact::ContactFailure;
 
-use super::shaft_line::{Increments, ShaftLine};
+use super::shaft_line::{Increments, OtherForces, ShaftLine};
 use crate::contact::Gap;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
@@ -98,6 +98,23 @@ impl<'a> Rub<'a> {
             Forces::Multipliers(multipliers) => multipliers.correct(&mut self.bodies, line, start, d, &mut self.work),
             Forces::Spring(spring) => spring.correct(&mut self.bodies, line, start, d, &mut self.work),
         }
+    }
+
+    /// Adds the response to the contact forces of a step.
+    pub fn respond(&self, contact: &StepContact, sum: &mut OtherForces) {
+        let (section, tangential) = (&self.bodies.section, contact.force.tangential);
+        section.push(contact.on_rotor, tangential, &mut sum.increments);
+        sum.drive_torque += section.drive_torque(tangential) * section.radius;
+    }
+
+    /// Whether two solutions of a step differ in their force on the rotor by more than a solution settles to.
+    pub fn differs(&self, one: Option<&StepContact>, other: Option<&StepContact>) -> bool {
+        let force = |contact: Option<&StepContact>| contact.map_or([0.0; 2], |contact| contact.on_rotor);
+        let ([x, y], [u, v]) = (force(one), force(other));
+        let (change, size) = (libm::hypot(u - x, v - y), libm::hypot(u, v));
+        let radius = self.bodies.section.radius.max(self.bodies.stator.gap);
+        let scale = self.bodies.scale();
+        change * scale > 1e-14 * radius + 1e-11 * size * scale + self.bodies.rounding_of_force() * scale
     }
 
     /// Accepts the ring's increment.

@@ -50,6 +50,23 @@ pub(crate) struct ShaftLine<'a> {
     gyro_x: Vec<f64>,
     weight: Weight,
     has_skew: bool,
+    /// Contact forces of the step that [`ShaftLine::respond`] adds: those of the diaphragms that are not being solved.
+    pub others: Option<OtherForces>,
+}
+
+/// Response over a step to the contact forces of other diaphragms.
+#[derive(Debug, Clone)]
+pub(crate) struct OtherForces {
+    pub increments: Increments,
+    /// Torque that they ask of the drive of a prescribed speed \[N m\].
+    pub drive_torque: f64,
+}
+
+impl OtherForces {
+    /// No force.
+    pub fn none(line: &ShaftLine<'_>) -> Self {
+        Self { increments: Increments::zeros(line.lateral.size(), line.twist.size()), drive_torque: 0.0 }
+    }
 }
 
 /// Constant lateral force, zero without gravity.
@@ -94,6 +111,7 @@ impl<'a> ShaftLine<'a> {
             has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0),
             lateral,
             twist,
+            others: None,
         })
     }
 
@@ -150,7 +168,8 @@ impl<'a> ShaftLine<'a> {
         self.twist.stepper.prepare(None);
     }
 
-    /// The increments that follow, without contact, from the forces at the increments `d`; `time` is that of n.
+    /// The increments that follow from the forces at the increments `d`, without contact but that of [`ShaftLine::others`]; `time` is
+    /// that of n.
     pub fn respond(&mut self, time: f64, d: &Increments, free: &mut Increments) {
         self.settle(d);
         self.unbalances.turn(&self.twist.previous, &self.twist.d, self.dt);
@@ -161,6 +180,11 @@ impl<'a> ShaftLine<'a> {
         self.lateral.respond(&mut free.lateral);
         self.twist.respond(&mut free.twist);
         self.spin.hold(time, &self.twist.stepper.previous, &mut free.twist);
+        if let Some(others) = &self.others {
+            axpy(1.0, &others.increments.lateral, &mut free.lateral);
+            axpy(1.0, &others.increments.twist, &mut free.twist);
+            self.spin.add_drive_torque(others.drive_torque);
+        }
     }
 
     /// Nodal increments, velocities and accelerations of increments: of a round, in the end those of the step that is about to be

@@ -12,14 +12,6 @@ use bladeoff_text::document::units::format_digits;
 
 pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {
     let members = reader.layout.group("diaphragms");
-    if let Some(second) = members.get(1) {
-        let message = format!(
-            "{} diaphragms: the machine format has room for several, but contact with more than one is not computed yet",
-            members.len()
-        );
-        let key = format!("diaphragms.{}", second.name);
-        reader.problems.add(second.span.clone(), key, message).allowed = Some("one diaphragm, or none".to_owned());
-    }
     let all: Vec<Option<Diaphragm>> = members.iter().map(|member| diaphragm(reader, nodes, &member.name)).collect();
     all.into_iter().collect()
 }
