@@ -7,6 +7,7 @@ mod columns;
 mod commands;
 mod features;
 mod keys;
+mod written;
 
 use crate::support::root;
 use std::fs;
