@@ -26,6 +26,7 @@ mod outputs;
 mod printed;
 mod probabilities;
 mod readme;
+mod reference;
 mod released;
 mod replay;
 mod report;
@@ -36,6 +37,7 @@ mod submit;
 #[path = "../support/mod.rs"]
 mod support;
 mod telling;
+mod tutorial;
 mod unanswered;
 mod understood;
 mod versions;

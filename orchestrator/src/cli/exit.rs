@@ -11,9 +11,9 @@ pub enum Exit {
     Ok = 0,
     /// An internal error.
     Bug = 1,
-    /// Wrong command line.
+    /// Invalid command line.
     Usage = 2,
-    /// A machine, study or result that cannot be used as it is.
+    /// A file, machine, study or result directory that is missing or rejected.
     Input = 3,
     /// Complete, with more failed, invalid or beyond samples than the study allows; a failed `simulate`; a gate that failed; a
     /// comparison out of tolerance.
@@ -29,6 +29,45 @@ pub enum Exit {
 }
 
 impl Exit {
+    /// Every exit code, in ascending order.
+    pub const ALL: [Exit; 9] = [
+        Self::Ok,
+        Self::Bug,
+        Self::Usage,
+        Self::Input,
+        Self::Failures,
+        Self::Incomplete,
+        Self::Io,
+        Self::Interrupted,
+        Self::Terminated,
+    ];
+
+    /// Meaning of the exit code, for the reference.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Ok => "done; all samples `ok`, or `invalid` or `beyond` within the limits of the study",
+            Self::Bug => {
+                "internal error (a bug: please report it), or results that differ although they must not (`replay`, `verify`)"
+            }
+            Self::Usage => "invalid command line: unknown option or subcommand, invalid value, missing argument",
+            Self::Input => {
+                "invalid input: a file, study, machine or result directory that is missing, of the wrong kind, or rejected; \
+                 a value that this machine, study or history does not accept"
+            }
+            Self::Failures => {
+                "complete, but more samples failed, were invalid or were beyond the model than the study allows; \
+                 a `simulate` that failed; a `gate` that failed; a `compare` out of tolerance"
+            }
+            Self::Incomplete => {
+                "incomplete: some samples were not computed, and the same command resumes; a `gate` that is open"
+            }
+            Self::Io => "a file, the disk, shared memory or a process failed; a damaged table or record",
+            Self::Interrupted => "ended by Ctrl-C; finished samples are kept",
+            Self::Terminated => "ended by SIGTERM; finished samples are kept",
+        }
+    }
+
     /// By the exit code of a merge that another process has made.
     #[must_use]
     pub fn of_merge(code: i32) -> Self {
@@ -59,9 +98,9 @@ Exit codes:
   0    done; all samples ok, or invalid or beyond the model
        within the limits of the study
   1    internal error (a bug: please report it)
-  2    wrong command line
-  3    bad input: a machine, study or result directory that
-       cannot be used as it is
+  2    invalid command line
+  3    invalid input: a file, machine, study or result
+       directory that is missing or rejected
   4    complete, but more samples failed, are invalid or
        beyond the model than the study allows; a gate that
        failed; a comparison out of tolerance

@@ -153,6 +153,12 @@ fn guarded(work: impl FnOnce() -> Result<Exit, CliError>) -> Exit {
     panic::catch_unwind(AssertUnwindSafe(|| concluded(work()))).unwrap_or(Exit::Bug)
 }
 
+/// The command line as clap knows it: commands, options, help texts.
+#[must_use]
+pub fn commands() -> clap::Command {
+    Cli::command()
+}
+
 /// What is understood, with examples that say how the program is called here, if not as they have it.
 fn command_line() -> clap::Command {
     let program = bladeoff_system::call::program();

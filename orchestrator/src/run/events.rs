@@ -1,4 +1,4 @@
-//! `--json-events`: what happens, for programs. One JSON object per line on standard output; the schema is `docs/events.md`.
+//! `--json-events`: what happens, for programs. One JSON object per line on standard output; fields: [`super::event_table`].
 //!
 //! A reader that is slow or gone never holds up a study: lines wait in a queue of limited length for a thread that writes them, what does
 //! not fit is counted and said (`lost`), and a closed pipe ends the stream and nothing else.
@@ -279,6 +279,70 @@ mod tests {
         let lost: u64 = lines.iter().filter_map(|line| line["events"].as_u64()).sum();
         assert!(lost > 0 && of("lost") > 0 && of("worker_started") + lost >= sent);
         assert_eq!(lines.last().expect("lines")["event"], "finished");
+    }
+
+    /// The table of events has every event with its fields, and no other.
+    #[test]
+    fn events_have_the_fields_of_their_table() {
+        use super::super::event_table::EVENTS;
+        use crate::schedule::{Activity, WorkerView};
+        use bladeoff_model::outcome::{CauseSet, EndCause, Outcome};
+        use std::collections::BTreeMap;
+        #[derive(Clone, Default)]
+        struct Kept(Arc<Mutex<Vec<u8>>>);
+        impl Write for Kept {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                self.0.lock().expect("no panic").extend(bytes);
+                Ok(bytes.len())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let kept = Kept::default();
+        let stream = || EventStream::start(kept.clone()).expect("a thread");
+        let mut events = stream();
+        events.started("study", "runs/study", 2, 0, 1);
+        let (causes, notes) = (CauseSet::default(), CauseSet::default());
+        let (status, end_cause) = (Status::Ok, EndCause::EndTime);
+        let outcome = Outcome { status, cause: None, causes, notes, end_cause, values: Vec::new() };
+        events.sample(0, &Entry { outcome, cpu_s: 0.1, worker: 1, attempt: 1 });
+        events.durable();
+        for stale in [false, true, false] {
+            let worker = WorkerView { worker: 1, pid: None, activity: Activity::Idle, stale, since: Duration::ZERO };
+            let snapshot = Snapshot {
+                elapsed: Duration::ZERO,
+                computing: Duration::ZERO,
+                total: 2,
+                done: 0,
+                by_status: [0; Status::ALL.len()],
+                by_cause: [0; Cause::ALL.len()],
+                rate: 0.0,
+                worker_deaths: 0,
+                dropped_messages: 0,
+                workers: vec![worker],
+            };
+            events.progress(&snapshot, None);
+        }
+        events.noticed(&Notice::WorkerStarted { worker: 1, pid: 2 });
+        events.noticed(&Notice::WorkerKilled { worker: 1, why: KillReason::Silent });
+        events.noticed(&Notice::WorkerEnded { worker: 1, how: "signal 9".to_owned(), died: true });
+        events.noticed(&Notice::Stopping(Ended::Wall));
+        events.noticed(&Notice::NotRemoved { what: "/dev/shm/x".to_owned() });
+        events.lost = 1;
+        events.finished(Ended::Wall, 1, 2, "parts");
+        stream().failed(&io::Error::other("disk"));
+        let bytes = kept.0.lock().expect("no panic").clone();
+        let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for line in String::from_utf8(bytes).expect("UTF-8").lines() {
+            let mut event: serde_json::Map<String, Value> = serde_json::from_str(line).expect("JSON");
+            let name = event.remove("event").and_then(|name| Some(name.as_str()?.to_owned())).expect("a name");
+            assert!(event.remove("elapsed_s").is_some_and(|time| time.is_number()), "{line}");
+            found.insert(name, event.keys().cloned().collect());
+        }
+        let names = |fields: &[(&str, &str)]| fields.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let table = EVENTS.iter().map(|event| (event.name.to_owned(), names(event.fields)));
+        assert_eq!(found, table.collect::<BTreeMap<String, BTreeSet<String>>>());
     }
 
     #[test]

@@ -11,23 +11,6 @@ use std::path::Path;
 /// Most questions, and most gates, of a study.
 const MOST: usize = 200;
 
-const QUESTION: [&str; 13] = [
-    "name",
-    "probability",
-    "quantile",
-    "of",
-    "mean",
-    "exceedance",
-    "sensitivity",
-    "method",
-    "fragility",
-    "map",
-    "difference",
-    "vary",
-    "confidence",
-];
-const GATE: [&str; 2] = ["require", "confidence"];
-
 /// A value and where it stands in the study file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placed<T> {
@@ -201,7 +184,7 @@ fn items<'a>(entry: Option<&'a Entry>, name: &str, problems: &mut Collector<'_>)
 
 fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
     let before = problems.count();
-    keys.refuse_unknown(&QUESTION, problems);
+    keys.refuse_unknown(&crate::keys::names("[[question]]"), problems);
     let name = "name = \"overload\": letters, digits, `_` and `-`";
     keys.require("name", name, problems);
     let mut words = |name: &str| placed_text(keys, name, problems);
@@ -229,7 +212,7 @@ fn question(keys: &Keys<'_>, problems: &mut Collector<'_>) -> AskedQuestion {
 }
 
 fn gate(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<AskedGate> {
-    keys.refuse_unknown(&GATE, problems);
+    keys.refuse_unknown(&crate::keys::names("[[gate]]"), problems);
     keys.require("require", "require = \"P(max_bearing_load_N > 1.2 MN) < 1e-2\"", problems);
     let require = placed_text(keys, "require", problems);
     let confidence = placed_number(keys, "confidence", problems);

@@ -75,8 +75,6 @@ impl Default for Limits {
     }
 }
 
-const KEYS: [&str; 7] =
-    ["max_failed", "max_invalid", "max_beyond", "time_limit", "memory_limit", "crash_limit", "kill_limit"];
 const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
 
 impl Limits {
@@ -90,7 +88,7 @@ impl Limits {
     pub(super) fn read(entry: &Entry, is_asked: bool, problems: &mut Collector<'_>) -> Self {
         let mut limits = Self::of(is_asked);
         let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };
-        keys.refuse_unknown(&KEYS, problems);
+        keys.refuse_unknown(&crate::keys::names("[limits]"), problems);
         let shares = [
             ("max_failed", &mut limits.max_failed),
             ("max_invalid", &mut limits.max_invalid),

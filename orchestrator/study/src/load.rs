@@ -55,28 +55,6 @@ pub const STUDY_SCHEMA: i128 = 1;
 /// Largest points file.
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
-const KEYS: [&str; 19] = [
-    "schema",
-    "name",
-    "model",
-    "machine",
-    "function",
-    "seed",
-    "set",
-    "vary",
-    "points",
-    "uncertain",
-    "correlation",
-    "derived",
-    "design",
-    "limits",
-    "twin_share",
-    "question",
-    "gate",
-    "stop",
-    "refine",
-];
-
 /// Reads and checks a study with its machine and points files.
 ///
 /// # Errors
@@ -187,7 +165,7 @@ impl Loader<'_> {
     /// `None`: not all of it could be made; every reason is among the problems.
     fn study(&mut self, file: &str, text: &str, root: &Node) -> Option<Study> {
         let keys = Keys::at(root, "", &mut self.problems)?;
-        keys.refuse_unknown(&KEYS, &mut self.problems);
+        keys.refuse_unknown(&crate::keys::names(""), &mut self.problems);
         self.schema(&keys);
         let name = self.name(&keys);
         let seed = keys.get("seed").map_or(Some(0), |entry| keys.whole(entry, 0, i64::MAX as u64, &mut self.problems));
@@ -385,7 +363,7 @@ impl Loader<'_> {
         others: &mut Others,
     ) -> Option<(Axis, Vec<ExtraColumn>, String)> {
         let keys = Keys::of(entry, "points", &mut self.problems)?;
-        keys.refuse_unknown(&["file", "carry", "ignore"], &mut self.problems);
+        keys.refuse_unknown(&crate::keys::names("[points]"), &mut self.problems);
         *others = Others::read(&keys, &mut self.problems);
         let file = keys.require("file", "file = \"points.csv\", relative to the study file", &mut self.problems)?;
         let named = keys.text(file, &mut self.problems)?;

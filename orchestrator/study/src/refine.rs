@@ -6,8 +6,6 @@ use super::table::{Keys, wrong_type};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::ops::Range;
 
-const KEYS: [&str; 3] = ["max_samples", "of", "first"];
-
 /// What `[refine]` asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefineDef {
@@ -28,7 +26,7 @@ impl RefineDef {
     pub(super) fn read(entry: &Entry, asked: &Asked, has_stop: bool, problems: &mut Collector<'_>) -> Option<Self> {
         let keys = Keys::of(entry, "refine", problems)?;
         let before = problems.count();
-        keys.refuse_unknown(&KEYS, problems);
+        keys.refuse_unknown(&crate::keys::names("[refine]"), problems);
         if has_stop {
             let message =
                 "[stop] ends a study after so many of its points, [refine] takes all of them where a map changes";

@@ -8,8 +8,6 @@ use super::table::{Keys, scalar_text, wrong_type};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::time::Duration;
 
-const KEYS: [&str; 4] = ["half_width", "relative", "samples", "wall"];
-
 /// Points of the first look; each further one is at twice as many.
 pub const FIRST_LOOK: u64 = 256;
 
@@ -41,8 +39,9 @@ impl StopDef {
         problems: &mut Collector<'_>,
     ) -> Option<Self> {
         let keys = Keys::of(entry, "stop", problems)?;
+        let known = crate::keys::names("[stop]");
         let before = problems.count();
-        keys.refuse_unknown(&KEYS, problems);
+        keys.refuse_unknown(&known, problems);
         let stop = Self {
             half_width: keys.get("half_width").and_then(|entry| width(entry, problems)),
             relative: keys.get("relative").and_then(|entry| relative(entry, problems)),
@@ -55,7 +54,7 @@ impl StopDef {
         let mut refuse = |entry: &Entry, key: &str, message: String, allowed: &str| {
             problems.add(entry.node.span.clone(), key, message).allowed = Some(allowed.to_owned());
         };
-        if KEYS.iter().all(|key| keys.get(key).is_none()) {
+        if known.iter().all(|key| keys.get(key).is_none()) {
             let allowed = "half_width = 0.01, relative = \"5 %\", samples = 4096, wall = \"8 h\"";
             refuse(entry, "stop", "says nothing to stop at".to_owned(), allowed);
             return None;

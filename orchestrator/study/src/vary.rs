@@ -19,8 +19,6 @@ use std::ops::Range;
 /// Most points of one axis.
 pub(super) const MOST_POINTS: usize = 1_000_000;
 
-const KEYS: [&str; 9] = ["path", "name", "as", "from", "to", "count", "spacing", "values", "zip"];
-
 /// Where a study names a parameter, and what a message shows beside the key there: a name that is a value itself, or the value
 /// that its name is given.
 pub(super) struct Given<'a> {
@@ -314,7 +312,7 @@ fn group_name(zip: &str) -> String {
 
 fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collector<'_>) -> Option<Member> {
     let keys = Keys::at(item, key, problems)?;
-    keys.refuse_unknown(&KEYS, problems);
+    keys.refuse_unknown(&crate::keys::names("[[vary]]"), problems);
     let zip = match keys.get("zip") {
         Some(entry) => Some(keys.text(entry, problems)?.to_owned()),
         None => None,

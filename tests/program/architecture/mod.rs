@@ -387,63 +387,6 @@ fn studies_that_are_shipped_are_valid() {
     }
 }
 
-/// The table of docs/machines.md, made from the format itself.
-fn table_of_keys() -> String {
-    use bladeoff_model::machine::{Kind, Need, keys};
-    let mut table = String::from("| key | holds | default | meaning |\n|---|---|---|---|\n");
-    for key in keys() {
-        let words = |words: &[&str]| words.iter().map(|word| format!("`\"{word}\"`")).collect::<Vec<_>>().join(", ");
-        let number = |unit: &str| {
-            if key.range == bladeoff_model::machine::Range::ANY && unit.is_empty() {
-                "number".to_owned()
-            } else {
-                key.range.words(unit)
-            }
-        };
-        let holds = match key.kind {
-            Kind::Schema => "1".to_owned(),
-            Kind::Text => "text".to_owned(),
-            Kind::Number(unit) => number(unit),
-            Kind::NumberOr(unit, choices) => format!("{} or {}", number(unit), words(choices)),
-            Kind::Count => format!("whole number {}", key.range.words("")),
-            Kind::Choice(choices) => words(choices),
-            Kind::Vector(unit) => format!("[x, y], {}", number(unit)),
-            Kind::Matrix(unit) => format!("{}, or 2 x 2", number(unit)),
-            Kind::List(unit) => format!("list, {}", number(unit)),
-        };
-        let default = match key.need {
-            Need::Required => "required".to_owned(),
-            Need::Number(value) => value.to_string(),
-            Need::Word(word) => format!("`\"{word}\"`"),
-            Need::Optional(instead) => instead.to_owned(),
-        };
-        let when = key.when.words();
-        let when = if when.is_empty() { String::new() } else { format!("; with `{when}`") };
-        let cell = |text: String| text.replace('|', "\\|");
-        table += &format!(
-            "| `{}` | {} | {} | {}{when} |\n",
-            key.path,
-            cell(holds),
-            cell(default),
-            cell(key.meaning.to_owned())
-        );
-    }
-    table
-}
-
-/// Regenerate with `BLADEOFF_WRITE_DOCS=1 cargo test --release --test program architecture::`.
-#[test]
-fn the_documented_keys_of_machine_files_are_the_format_itself() {
-    let mark = "<!-- keys, made by tests/program/architecture/mod.rs -->\n";
-    let text = read("docs/machines.md");
-    let (head, found) = text.split_once(mark).expect("the mark before the table");
-    if std::env::var_os("BLADEOFF_WRITE_DOCS").is_some() {
-        fs::write(root().join("docs/machines.md"), format!("{head}{mark}{}", table_of_keys())).expect("written");
-        return;
-    }
-    assert_eq!(found, table_of_keys());
-}
-
 #[test]
 fn the_readme_names_the_two_commands_and_ci_runs_its_test_command() {
     let readme = read("README.md");

@@ -8,7 +8,6 @@ use super::tables;
 use bladeoff_text::document::{Collector, Entry, Value, cut};
 use std::ops::Range;
 
-const KEYS: [&str; 4] = ["between", "rank", "linear", "normal"];
 const STRENGTHS: &str =
     "one of `rank` (Spearman), `linear` (Pearson), `normal` (of the normal numbers behind the values)";
 
@@ -29,7 +28,7 @@ pub(super) fn read(
             sound = false;
             continue;
         };
-        keys.refuse_unknown(&KEYS, problems);
+        keys.refuse_unknown(&crate::keys::names("[[correlation]]"), problems);
         let between = keys.require("between", "between = [\"gap\", \"friction\"]", problems);
         let between = between.and_then(|entry| pair(entry, &keys, variables, laws.is_some(), problems));
         let strength = strength(&keys, problems);

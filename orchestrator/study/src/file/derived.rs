@@ -9,8 +9,6 @@ use bladeoff_model::machine::PathKind;
 use bladeoff_text::document::{Collector, MISSING, Node};
 use std::ops::Range;
 
-const KEYS: [&str; 4] = ["path", "name", "as", "formula"];
-
 /// A table as it was read.
 pub(super) struct Formula {
     pub parameter: Parameter,
@@ -27,7 +25,7 @@ pub(super) fn read(node: &Node, paths: &PathTable<'_>, problems: &mut Collector<
 
 fn table(number: usize, item: &Node, paths: &PathTable<'_>, problems: &mut Collector<'_>) -> Option<Formula> {
     let keys = Keys::at(item, &format!("derived[{number}]"), problems)?;
-    keys.refuse_unknown(&KEYS, problems);
+    keys.refuse_unknown(&crate::keys::names("[[derived]]"), problems);
     let short = keys.get("as").and_then(|entry| keys.text(entry, problems)).map(str::to_owned);
     let formula = keys.require("formula", "formula = \"cold_gap - growth\"", problems);
     let formula = formula.and_then(|entry| Some((keys.text(entry, problems)?, entry.node.span.clone())));

@@ -10,9 +10,6 @@ use super::super::uncertain::{Uncertain, Values};
 use bladeoff_model::machine::ParamValue;
 use bladeoff_text::document::{Collector, Entry, Node, Value, cut};
 
-const KEYS: [&str; 9] =
-    ["kind", "samples", "replicates", "scramble", "base", "quantiles", "trajectories", "levels", "second_order"];
-
 /// Refuses what stands in a study without what it needs.
 pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
     let mut pair = |has: &str, needs: &str, allowed: &str| {
@@ -41,7 +38,7 @@ pub(super) fn read(
 ) -> Option<Option<SamplingLayout>> {
     let Some(entry) = keys.get("design") else { return Some(None) };
     let keys = Keys::of(entry, "design", problems)?;
-    keys.refuse_unknown(&KEYS, problems);
+    keys.refuse_unknown(&crate::keys::names("[design]"), problems);
     let def = def(&keys, parameters, drawn.map(|(laws, _)| laws), problems);
     let (def, (laws, copula)) = (def?, drawn?);
     if laws.is_empty() {

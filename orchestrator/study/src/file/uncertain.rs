@@ -11,8 +11,6 @@ use super::{Draft, tables};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use bladeoff_text::document::{Collector, Entry, MISSING, Node, Value, cut};
 
-const COMMON: [&str; 4] = ["path", "name", "as", "distribution"];
-
 /// The tables in their order.
 pub(super) fn read(
     node: &Node,
@@ -39,8 +37,7 @@ fn table(
 ) -> Draft {
     let nothing = Draft { parameter: None, law: None, sentence: String::new() };
     let Some(keys) = Keys::at(item, &format!("uncertain[{number}]"), problems) else { return nothing };
-    let known: Vec<&str> = COMMON.into_iter().chain(Distribution::keys()).collect();
-    keys.refuse_unknown(&known, problems);
+    keys.refuse_unknown(&crate::keys::names("[[uncertain]]"), problems);
     let named = named(&keys, paths, problems);
     let short = keys.get("as").and_then(|entry| keys.text(entry, problems)).map(str::to_owned);
     let distribution = distribution(&keys, problems);

@@ -103,6 +103,7 @@ impl Distribution {
     }
 
     /// The keys of all distributions.
+    #[cfg(test)]
     pub fn keys() -> impl Iterator<Item = &'static str> {
         KEYS.iter().map(|(key, _)| *key)
     }
