@@ -22,8 +22,14 @@ use super::paths::PathInfo;
 use super::schema::{CONTACT_STEP, ENGINE, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
 
-/// Keys that a machine of an earlier build has not.
-const LATER: [&str; 1] = [CONTACT_STEP];
+/// Keys that a machine of an earlier build has not: without a value of its own, such a key does not count.
+const LATER: [&str; 5] = [
+    CONTACT_STEP,
+    "rotor.bearings.NAME.elevation",
+    "rotor.bearings.NAME.pedestal.mass",
+    "rotor.bearings.NAME.pedestal.stiffness",
+    "rotor.bearings.NAME.pedestal.damping",
+];
 /// Revision of the results of the exponential engine. It is raised with every change of a bit of these results, as the version of the
 /// numerics is for all engines, and is part of the identity of the machines that this engine computes.
 pub const EXPONENTIAL_REVISION: u8 = 16;
@@ -47,7 +53,7 @@ impl MachineDef {
     #[must_use]
     pub fn identity(&self) -> u128 {
         let slots = self.layout.slots.iter().zip(&self.states);
-        let sum = |sum: u128, (slot, state): (&Slot, &State)| sum.wrapping_add(part(&slot.path, &state.scalar));
+        let sum = |sum: u128, (slot, state): (&Slot, &State)| sum.wrapping_add(part(slot, &state.scalar));
         slots.fold(layout_part(&self.layout), sum).wrapping_add(of_guard(self.present(ENGINE), self.present(BALANCE.0)))
     }
 
@@ -71,7 +77,7 @@ impl MachineDef {
             path if path == BALANCE.0 => of_guard(engine, Some(&new)),
             _ => of_guard(engine, guard),
         };
-        let change = part(&slot.path, &new).wrapping_sub(part(&slot.path, old));
+        let change = part(slot, &new).wrapping_sub(part(slot, old));
         Ok(change.wrapping_add(guarded).wrapping_sub(of_guard(engine, guard)))
     }
 }
@@ -84,7 +90,7 @@ fn layout_part(layout: &Layout) -> u128 {
         hasher.update(&(text.len() as u64).to_le_bytes());
         hasher.update(text.as_bytes());
     };
-    layout.slots.iter().filter(|slot| !LATER.contains(&&*slot.path)).for_each(|slot| word(&slot.path));
+    layout.slots.iter().filter(|slot| !LATER.contains(&slot.key.path)).for_each(|slot| word(&slot.path));
     word("tables");
     layout.tables.keys().for_each(|table| word(table));
     for (group, members) in &layout.groups {
@@ -112,8 +118,9 @@ fn of_guard(engine: Option<&Scalar>, guard: Option<&Scalar>) -> u128 {
     }
 }
 
-fn part(path: &str, scalar: &Scalar) -> u128 {
-    if LATER.contains(&path) && matches!(scalar, Scalar::Absent) {
+fn part(slot: &Slot, scalar: &Scalar) -> u128 {
+    let path = &*slot.path;
+    if LATER.contains(&slot.key.path) && *scalar == State::default_of(slot.key).scalar {
         return 0;
     }
     let mut hasher = blake3::Hasher::new();
