@@ -10,6 +10,7 @@
 //! alternates in modes that hardly move a bearing. Verified by `tests/stepping.rs`: `damping_beyond_the_step_is_told`.
 
 use super::shaft_line::{masses, sites};
+use crate::rotor::BearingSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_numerics::linalg::{dot, inverse, mul_vec};
@@ -17,7 +18,7 @@ use bladeoff_numerics::linalg::{dot, inverse, mul_vec};
 /// A bearing whose damping the step of a run does not resolve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnresolvedDamping {
-    /// Name of the bearing.
+    /// Name of the bearing, or of that of a pedestal.
     pub bearing: String,
     /// x of (1), above 1.
     pub ratio: f64,
@@ -35,9 +36,9 @@ pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> 
     }
     let coordinates = &structure.lateral.coordinates;
     let Some(mobility) = inverse(&masses(structure, &sites(machine)).0) else { return Vec::new() };
-    let bearings = &structure.rotor.bearings;
-    let rates = bearings.iter().map(|bearing| {
-        let rows = structure.rotor.plane_places(bearing.node).map(|dof| coordinates.row(dof));
+    let sites: Vec<&BearingSite> = structure.rotor.supports().collect();
+    let rates = sites.iter().map(|site| {
+        let rows = site.rows(|place| coordinates.row(place));
         let moved = rows.clone().map(|row| {
             let mut moved = vec![0.0; row.len()];
             mul_vec(&mobility, &row, &mut moved);
@@ -45,21 +46,19 @@ pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> 
         });
         let s: [[f64; 2]; 2] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&rows[i], &moved[j])));
         let mut c = [[0.0; 2]; 2];
-        for other in bearings.iter().filter(|other| other.node == bearing.node) {
+        for other in sites.iter().filter(|other| (other.places, other.base) == (site.places, site.base)) {
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 c[i][j] += 0.5 * (other.damping[i][j] + other.damping[j][i]);
             }
         }
         largest_eigenvalue(&c, &s)
     });
-    let unresolved = rates.zip(&machine.rotor.bearings).filter(|(rate, _)| 0.5 * dt * rate > 1.0);
-    unresolved
-        .map(|(rate, bearing)| UnresolvedDamping {
-            bearing: bearing.name.clone(),
-            ratio: 0.5 * dt * rate,
-            step: 2.0 / rate,
-        })
-        .collect()
+    let bearings = &machine.rotor.bearings;
+    let names = bearings.iter().map(|bearing| bearing.name.clone());
+    let pedestals = bearings.iter().filter(|bearing| bearing.pedestal.is_some());
+    let names = names.chain(pedestals.map(|bearing| format!("{} (pedestal)", bearing.name)));
+    let unresolved = rates.zip(names).filter(|(rate, _)| 0.5 * dt * rate > 1.0);
+    unresolved.map(|(rate, bearing)| UnresolvedDamping { bearing, ratio: 0.5 * dt * rate, step: 2.0 / rate }).collect()
 }
 
 /// Largest eigenvalue of the product of two symmetric matrices, the second positive definite.

@@ -142,8 +142,7 @@ impl<'a> Run<'a> {
             let touch = contact.as_ref().map(StepContact::touch);
             RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_coordinates() }
         });
-        let (loads, journals) = (self.loads.all(), self.loads.journals());
-        recorders.see(&RotorInstant { at, loads, journals, lateral, torsion_angles }, rings);
+        recorders.see(&RotorInstant { at, loads: self.loads.all(), lateral, torsion_angles }, rings);
         let (energies, step) = (&mut recorders.energies, motion.step);
         add_works(&mut energies.now, motion);
         if shown || EnergyBalance::wants_stores(step) {
@@ -176,7 +175,8 @@ impl<'a> Run<'a> {
             displacement: &line.lateral.x,
             velocity: &line.lateral.v,
             torsion_angles: &line.twist.x,
-            bearing_loads: self.loads.all(),
+            bearing_loads: self.loads.all().bearings,
+            pedestal_loads: self.loads.all().pedestals,
             contacts: &contacts,
             energies: self.recorders.energies.now,
         });

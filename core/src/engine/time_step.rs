@@ -305,9 +305,8 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
     mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
     stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
     if point {
-        stiffness
-            .view_mut((0, 0), (size, size))
-            .copy_from(&(Matrix::identity(size, size) * principal(&lateral.stiffness)[1]));
+        // of the mass point; the places behind it are those of pedestals
+        stiffness.view_mut((0, 0), (2, 2)).copy_from(&(Matrix::identity(2, 2) * principal(&lateral.stiffness)[1]));
     }
     if turns {
         mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);

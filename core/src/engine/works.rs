@@ -8,11 +8,11 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
     let Motion { line, rubs, contacts, d, .. } = motion;
     let dt = line.dt;
     let mut bearings = 0.0;
-    for bearing in &line.rotor.bearings {
-        let (x, v) = line.node(bearing.node);
-        bearings += dt * bearing.damping_power(v);
-        if bearing.skew != 0.0 {
-            let force = bearing.skew_force(x);
+    for site in line.rotor.supports() {
+        let (x, v) = line.across(site);
+        bearings += dt * site.damping_power(v);
+        if site.skew != 0.0 {
+            let force = site.skew_force(x);
             now.skew += dt * (force[0] * v[0] + force[1] * v[1]);
         }
     }

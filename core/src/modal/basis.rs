@@ -118,8 +118,7 @@ impl Basis {
 }
 
 fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> Result<ModeSet, BasisError> {
-    let size = rotor.lateral_size();
-    let (xz, yz): (Vec<usize>, Vec<usize>) = ((0..size / 2).collect(), (size / 2..size).collect());
+    let [xz, yz] = rotor.planes();
     let coupled = xz.iter().any(|&i| yz.iter().any(|&j| rotor.stiffness[(i, j)] != 0.0 || rotor.mass[(i, j)] != 0.0));
     let (values, shapes) = if coupled {
         symmetric_generalised(&rotor.stiffness, &rotor.mass, "the rotor")?
@@ -127,7 +126,7 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
         // plane by plane; where both planes are the same, so are their modes, digit for digit
         let plane = |dofs: &[usize], slope: f64| {
             // theta_u = -v,z: with the sign of its slopes turned the YZ plane reads as the XZ plane
-            let flip = |place: usize| if place % 2 == 1 { slope } else { 1.0 };
+            let flip = |order: usize| if rotor.turn_sign(order) < 0.0 { slope } else { 1.0 };
             let part =
                 |a: &Matrix| Matrix::from_fn(dofs.len(), dofs.len(), |i, j| flip(i) * flip(j) * a[(dofs[i], dofs[j])]);
             (part(&rotor.stiffness), part(&rotor.mass))
@@ -141,7 +140,7 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
         } else {
             symmetric_generalised(&ky, &my, "the rotor in the YZ plane")?
         };
-        merge_planes(size, (&xz, &values_x, &shapes_x), (&yz, &values_y, &shapes_y))
+        merge_planes(rotor, (&xz, &values_x, &shapes_x), (&yz, &values_y, &shapes_y))
     };
     let wanted = wanted.unwrap_or_else(|| {
         let default = DEFAULT_ROTOR_MODES.min(values.len());
@@ -174,7 +173,7 @@ fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -
         });
         from_above.map_or(0, |last| last + 1)
     };
-    rotor.bearings.iter().map(|bearing| enough(rotor.plane_places(bearing.node))).max().unwrap_or(0)
+    rotor.supports().map(|site| enough(site.places)).max().unwrap_or(0)
 }
 
 /// Largest share, over all directions, that a symmetric 2x2 matrix `[xx, xy, yy]` has in another, positive definite one: the
@@ -191,10 +190,11 @@ pub(crate) fn largest_share(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn merge_planes(
-    size: usize,
+    rotor: &RotorMatrices,
     (xz, values_x, shapes_x): (&[usize], &[f64], &Matrix),
     (yz, values_y, shapes_y): (&[usize], &[f64], &Matrix),
 ) -> (Vec<f64>, Matrix) {
+    let size = rotor.lateral_size();
     let mut values = Vec::with_capacity(size);
     let mut shapes = Matrix::zeros(size, size);
     let (mut i, mut j) = (0, 0);
@@ -209,7 +209,7 @@ fn merge_planes(
             i += 1;
         } else {
             for (row, &dof) in yz.iter().enumerate() {
-                shapes[(dof, column)] = if row % 2 == 1 { -shapes_y[(row, j)] } else { shapes_y[(row, j)] };
+                shapes[(dof, column)] = rotor.turn_sign(row) * shapes_y[(row, j)];
             }
             values.push(values_y[j]);
             j += 1;

@@ -90,15 +90,11 @@ pub fn contact_forecasts(machine: &Machine) -> Vec<ContactForecast> {
         .collect()
 }
 
-/// Static deflection under gravity.
+/// Static deflection under gravity and on bearing seats off the bearing line.
 fn sag(machine: &Machine, rotor: &LinearRotor) -> Option<Vec<f64>> {
-    let gravity = machine.rotor.gravity;
-    if gravity == [0.0; 2] {
-        return Some(vec![0.0; rotor.matrices.lateral_size()]);
-    }
-    let mut weight = rotor.matrices.weight(gravity);
-    for site in &rotor.sites {
-        rotor.matrices.add_at(site.node, gravity.map(|g| site.mass * g), &mut weight);
+    let weight = rotor.matrices.constant_force(&machine.rotor, &rotor.sites);
+    if weight.iter().all(|force| *force == 0.0) {
+        return Some(weight);
     }
     solve(&rotor.stiffness, &Vector::from_vec(weight)).map(|sag| sag.as_slice().to_vec())
 }

@@ -7,6 +7,7 @@
 //! element LENGTH DIAMETER INNER_DIAMETER YOUNG_MODULUS POISSON_RATIO DENSITY SHEAR_COEFFICIENT     one line each, from left to right
 //! disc NODE MASS TRANSVERSE_INERTIA POLAR_INERTIA                                                  in the order of the file
 //! bearing NODE KXX KXY KYX KYY
+//! pedestal MASS_X MASS_Y STIFFNESS_X STIFFNESS_Y                                                   where the bearing above it has one
 //! ring YOUNG_MODULUS DENSITY MEAN_RADIUS THICKNESS WIDTH ELEMENTS                                  each flexible ring
 //! blades COUNT LENGTH THICKNESS WIDTH ELEMENTS                                                     where that ring has any
 //! modes ROTOR TWIST RING
@@ -20,8 +21,8 @@
 //! `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
 
 use bladeoff_model::machine::{
-    Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Machine, PointMass, Ring, Rotor, RotorKind,
-    RunSettings, Shaft, ShaftElement,
+    Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Machine, Pedestal, PointMass, Ring, Rotor,
+    RotorKind, RunSettings, Shaft, ShaftElement,
 };
 
 /// The key of a machine's basis.
@@ -55,8 +56,12 @@ fn text(machine: &Machine) -> String {
         RotorKind::Shaft(shaft) => of_shaft(&mut text, shaft),
     }
     for bearing in bearings {
-        let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _, clearance: _ } = bearing;
+        let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _, clearance: _, elevation: _, pedestal } =
+            bearing;
         text.word("bearing").count(*node).numbers(stiffness.as_flattened()).end();
+        if let Some(Pedestal { mass, stiffness, damping: _ }) = pedestal {
+            text.word("pedestal").numbers(mass).numbers(stiffness).end();
+        }
     }
     for diaphragm in diaphragms {
         let Diaphragm { name: _, kind, angle: _, contact: _ } = diaphragm;

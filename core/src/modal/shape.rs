@@ -87,11 +87,14 @@ impl Mode {
     /// The part of the shape that runs on circles, forward or backward: `(1 -+ i R)/2 x`, R the turn of all nodes by a right
     /// angle, `u -> v`, `v -> -u`, and with `theta_u = -v,z` also `theta_v -> -theta_u`.
     pub fn circular(&self, rotor: &RotorMatrices, forward: bool) -> Self {
-        let half = self.re.len() / 2;
+        let [xz, yz] = rotor.planes();
         let turned = |x: &[f64]| -> Vec<f64> {
-            let sign = |place: usize| if rotor.per_plane == 2 && place % 2 == 1 { -1.0 } else { 1.0 };
-            let first = (0..half).map(|place| -sign(place) * x[half + place]);
-            first.chain((0..half).map(|place| sign(place) * x[place])).collect()
+            let mut turned = vec![0.0; x.len()];
+            for (order, (&u, &v)) in xz.iter().zip(&yz).enumerate() {
+                let sign = rotor.turn_sign(order);
+                (turned[u], turned[v]) = (-sign * x[v], sign * x[u]);
+            }
+            turned
         };
         let (re, im) = (turned(&self.re), turned(&self.im));
         let way = if forward { 1.0 } else { -1.0 };

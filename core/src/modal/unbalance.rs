@@ -20,6 +20,8 @@ pub struct UnbalanceResponse {
     pub nodes: Vec<f64>,
     /// Largest load of each bearing over a turn \[N\].
     pub bearings: Vec<f64>,
+    /// Largest load of each pedestal over a turn, in the order of the bearings that have one \[N\].
+    pub pedestals: Vec<f64>,
 }
 
 /// Largest norm over a turn of the vector `(Re(x e^{i psi}), Re(y e^{i psi}))`.
@@ -100,13 +102,19 @@ impl LinearRotor {
         let at = |dof: usize| [x[dof], x[size + dof]];
         let nodes = (0..rotor.nodes).map(|node| rotor.plane_places(node).map(at)).map(|[u, v]| major(u, v)).collect();
         let load = |bearing: &crate::rotor::BearingSite| {
-            let [u, v] = rotor.plane_places(bearing.node).map(at);
+            let parts = [0, size].map(|from| bearing.across(&x.as_slice()[from..from + size]));
+            let [u, v] = [0, 1].map(|axis| parts.map(|part| part[axis]));
             // K x + C x', x' = i W x, real and imaginary parts apart
             let real = bearing.load([u[0], v[0]], [-speed * u[1], -speed * v[1]]);
             let imaginary = bearing.load([u[1], v[1]], [speed * u[0], speed * v[0]]);
             major([real[0], imaginary[0]], [real[1], imaginary[1]])
         };
-        Some(UnbalanceResponse { speed, nodes, bearings: rotor.bearings.iter().map(load).collect() })
+        Some(UnbalanceResponse {
+            speed,
+            nodes,
+            bearings: rotor.bearings.iter().map(load).collect(),
+            pedestals: rotor.pedestals.iter().map(load).collect(),
+        })
     }
 }
 

@@ -276,17 +276,17 @@ impl Lateral {
 
     /// Whether all directions are alike: the matrices remain what they are when the machine is turned by a right angle.
     fn all_alike(rotor: &RotorMatrices, matrices: &[&Matrix]) -> bool {
-        let half = rotor.mass.nrows() / 2;
-        let sign = |place: usize| if rotor.per_plane == 2 && place % 2 == 1 { -1.0 } else { 1.0 };
+        let [xz, yz] = rotor.planes();
+        let half = xz.len();
         matrices.iter().all(|matrix| {
             // terms of two elements may cancel but for their rounding
             let sizes: Vec<f64> = (0..2 * half).map(|row| matrix.row(row).amax()).collect();
             (0..half * half).all(|place| {
                 let (i, j) = (place / half, place % half);
-                let turn = sign(i) * sign(j);
-                let direct = matrix[(i, j)] - turn * matrix[(half + i, half + j)];
-                let cross = matrix[(i, half + j)] + turn * matrix[(half + i, j)];
-                direct.abs().max(cross.abs()) <= ALIKE * (sizes[i] * sizes[j]).sqrt()
+                let turn = rotor.turn_sign(i) * rotor.turn_sign(j);
+                let direct = matrix[(xz[i], xz[j])] - turn * matrix[(yz[i], yz[j])];
+                let cross = matrix[(xz[i], yz[j])] + turn * matrix[(yz[i], xz[j])];
+                direct.abs().max(cross.abs()) <= ALIKE * (sizes[xz[i]] * sizes[xz[j]]).sqrt()
             })
         })
     }

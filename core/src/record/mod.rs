@@ -75,10 +75,7 @@ pub fn place_of_steps(machine: &Machine) -> usize {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RotorInstant<'a> {
     pub at: At,
-    /// Loads of the bearings, in the machine's order \[N\].
-    pub loads: &'a [[f64; 2]],
-    /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
-    pub journals: &'a [[f64; 2]],
+    pub loads: Loads<'a>,
     /// Lateral displacements and torsion angles of the nodes.
     pub lateral: &'a [f64],
     pub torsion_angles: &'a [f64],
@@ -89,6 +86,8 @@ pub(crate) struct RotorInstant<'a> {
 pub(crate) struct Loads<'a> {
     /// Loads of all bearings, in the machine's order \[N\].
     pub bearings: &'a [[f64; 2]],
+    /// Loads of the pedestals, in the order of the bearings that have one \[N\].
+    pub pedestals: &'a [[f64; 2]],
     /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
     pub journals: &'a [[f64; 2]],
 }
@@ -122,7 +121,7 @@ impl Recorders {
         let ring =
             |(i, diaphragm)| RingRecorders::new(diaphragm, ring::diaphragm_name(machine, diaphragm), part(i), step);
         let mut all = Self {
-            loads: LoadRecorder::new(&machine.rotor.bearings),
+            loads: LoadRecorder::new(&machine.rotor),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
             damping: LeastDamping::default(),
@@ -142,7 +141,7 @@ impl Recorders {
     #[inline]
     pub fn see<'r>(&mut self, now: &RotorInstant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
         self.loads.see(now.loads, now.at);
-        self.limits.see_journals(now.journals, now.at);
+        self.limits.see_journals(now.loads.journals, now.at);
         self.stresses.see(now.lateral, now.torsion_angles, now.at);
         for (place, (recorders, ring)) in self.rings.iter_mut().zip(rings).enumerate() {
             recorders.see(&ring, now.at);
@@ -173,7 +172,7 @@ impl Recorders {
     /// by themselves ([`Recorders::see_bending`], [`Recorders::see_torsion`]), and a [`RingInstant::ring`] where it has one.
     #[inline(always)]
     pub fn see_steps(&mut self, steps: usize, at: At, loads: Loads<'_>, ring: Option<&RingInstant<'_>>) {
-        self.loads.see(loads.bearings, at);
+        self.loads.see(loads, at);
         self.limits.see_journals(loads.journals, at);
         if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
             if steps == 1 {
@@ -210,7 +209,7 @@ impl Recorders {
 
     /// Takes the instant at which a run ends: loads, and the rotor's place in the ring. No step begins there.
     pub fn see_end(&mut self, loads: Loads<'_>, place: Option<[f64; 2]>, at: At) {
-        self.loads.see(loads.bearings, at);
+        self.loads.see(loads, at);
         self.limits.see_journals(loads.journals, at);
         if let (Some(ring), Some(place)) = (self.rings.first_mut(), place) {
             ring.see_place(square(place), at);
@@ -381,9 +380,10 @@ impl Recorders {
         Twin::report(twin, self.twins, row.of(Group::Numerics));
         damping::report(end.map(|_| &self.damping), row.of(Group::Course));
         RingRecorders::report(rings, row.of(Group::Stresses), RingRecorders::report_stresses);
-        // last: sections of the shaft get what room is left
-        self.stresses.report(row);
+        // sections of the shaft get what room is left
+        self.stresses.report(row, self.loads.component_columns());
         self.limits.report(row.of(Group::Course));
         RingRecorders::report(rings, row.of(Group::Numerics), RingRecorders::report_resolution);
+        self.loads.report_components(row.of(Group::BearingLoads));
     }
 }

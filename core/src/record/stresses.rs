@@ -149,7 +149,8 @@ impl StressRecorder {
         self.shaft.iter().flat_map(|shaft| (0..self.torsion.len()).map(move |section| of(shaft, section))).collect()
     }
 
-    pub(super) fn report(&self, row: &mut Row<'_>) {
+    /// `reserved`: columns that follow.
+    pub(super) fn report(&self, row: &mut Row<'_>, reserved: usize) {
         let sections = self.sections();
         let mut all = Stresses::default();
         for section in &sections {
@@ -168,7 +169,7 @@ impl StressRecorder {
         let all = self.shaft.as_ref().map(|_| &all);
         let lacks = all.is_none().then_some("a shaft: `rotor.shaft`");
         row.with(Empty::Absent, lacks, |row| Stresses::report(all, None, row));
-        let room = MAX_COLUMNS.saturating_sub(row.len()) / SECTION_COLUMNS;
+        let room = MAX_COLUMNS.saturating_sub(row.len() + reserved) / SECTION_COLUMNS;
         for (i, section) in sections.iter().take(REPORTED_SECTIONS.min(room)).enumerate() {
             Stresses::report(Some(section), Some(i), row);
         }

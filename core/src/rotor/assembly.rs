@@ -1,14 +1,22 @@
 //! Assembly of the shaft line.
 
-use super::{GyroSite, shaft_blocks};
-use bladeoff_model::machine::{Rotor, RotorKind, Shaft};
+use super::{GyroSite, UnbalanceSite, shaft_blocks};
+use bladeoff_model::machine::{Pedestal, Rotor, RotorKind, Shaft};
 use bladeoff_numerics::linalg::Matrix;
 
-/// A bearing at its node, stiffness split into the part with a potential and the part without.
+/// Highest frequency of a pedestal alone between its springs \[rad/s\]: a pedestal with less mass, or none, has the mass of this frequency.
+const PEDESTAL_RATE: f64 = 1e5;
+
+/// A spring and damper of the lateral motion: a bearing between its node and its pedestal or the ground, or a pedestal on the ground. The stiffness is split into
+/// the part with a potential and the part without.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingSite {
-    /// Node.
+    /// Node of the bearing.
     pub node: usize,
+    /// Places of its moving end along X and Y in the lateral vector: journal or pedestal.
+    pub places: [usize; 2],
+    /// Places of the pedestal on which a bearing stands; `None`: the ground.
+    pub base: Option<[usize; 2]>,
     /// K as given \[N/m\].
     pub stiffness: [[f64; 2]; 2],
     /// `(kxy - kyx)/2` [N/m]: the skew part, whose work is a term of its own.
@@ -18,6 +26,58 @@ pub struct BearingSite {
 }
 
 impl BearingSite {
+    /// Displacement or velocity of the moving end against the base.
+    #[inline]
+    #[must_use]
+    pub fn across(&self, x: &[f64]) -> [f64; 2] {
+        let moving = [x[self.places[0]], x[self.places[1]]];
+        match self.base {
+            None => moving,
+            Some([u, v]) => [moving[0] - x[u], moving[1] - x[v]],
+        }
+    }
+
+    /// Adds a force on the moving end, and its opposite on the base.
+    #[inline]
+    pub fn push(&self, force: [f64; 2], f: &mut [f64]) {
+        for axis in 0..2 {
+            f[self.places[axis]] += force[axis];
+            if let Some(base) = self.base {
+                f[base[axis]] -= force[axis];
+            }
+        }
+    }
+
+    /// Rows of [`BearingSite::across`] for X and Y: what `row` makes of a place, less the same of the base.
+    #[must_use]
+    pub fn rows(&self, row: impl Fn(usize) -> Vec<f64>) -> [Vec<f64>; 2] {
+        [0, 1].map(|axis| {
+            let mut moving = row(self.places[axis]);
+            if let Some(base) = self.base {
+                moving.iter_mut().zip(row(base[axis])).for_each(|(part, base)| *part -= base);
+            }
+            moving
+        })
+    }
+
+    /// Force that the seat at a place `elevation` \[m\] from the bearing line adds to the moving end, `K e` \[N\].
+    #[must_use]
+    pub fn seat_force(&self, elevation: [f64; 2]) -> [f64; 2] {
+        self.load(elevation, [0.0; 2])
+    }
+
+    /// Adds one of its 2 x 2 matrices to a nodal matrix.
+    fn add_to(&self, value: &[[f64; 2]; 2], nodal: &mut Matrix) {
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            nodal[(self.places[i], self.places[j])] += value[i][j];
+            if let Some(base) = self.base {
+                nodal[(base[i], base[j])] += value[i][j];
+                nodal[(self.places[i], base[j])] -= value[i][j];
+                nodal[(base[i], self.places[j])] -= value[i][j];
+            }
+        }
+    }
+
     /// Load K x + C x' \[N\]; the force on the rotor is its opposite.
     #[inline]
     #[must_use]
@@ -72,6 +132,9 @@ pub struct RotorMatrices {
     pub gyro: Vec<GyroSite>,
     /// Bearings in the machine's order.
     pub bearings: Vec<BearingSite>,
+    /// Pedestals on the ground, in the order of the bearings that have one. Their displacements stand behind those of all nodes in the lateral vector, X and Y of
+    /// each side by side.
+    pub pedestals: Vec<BearingSite>,
     /// Inertia weights of the mean spin, `s = j/J_t`, `j = M_beta 1`.
     pub spin_weights: Vec<f64>,
 }
@@ -83,7 +146,7 @@ impl RotorMatrices {
         let mut matrices = match &rotor.kind {
             RotorKind::Shaft(shaft) => shaft_matrices(shaft, rotor),
             RotorKind::PointMass(point) => {
-                let mut empty = Self::empty(1, 1);
+                let mut empty = Self::empty(1, 1, pedestals(rotor));
                 empty.mass.fill_diagonal(point.mass);
                 empty.twist_mass[(0, 0)] = point.polar_inertia;
                 empty.axial_mass[(0, 0)] = point.mass;
@@ -97,8 +160,8 @@ impl RotorMatrices {
         matrices
     }
 
-    fn empty(nodes: usize, per_plane: usize) -> Self {
-        let size = 2 * nodes * per_plane;
+    fn empty(nodes: usize, per_plane: usize, pedestals: usize) -> Self {
+        let size = 2 * (nodes * per_plane + pedestals);
         let (lateral, single) = (Matrix::zeros(size, size), Matrix::zeros(nodes, nodes));
         Self {
             nodes,
@@ -113,33 +176,80 @@ impl RotorMatrices {
             axial_stiffness: single,
             gyro: Vec::new(),
             bearings: Vec::new(),
+            pedestals: Vec::new(),
             spin_weights: Vec::new(),
         }
     }
 
     fn add_bearings(&mut self, rotor: &Rotor) {
         for bearing in &rotor.bearings {
-            let places = self.plane_places(bearing.node);
             let k = &bearing.stiffness;
-            let cross = 0.5 * (k[0][1] + k[1][0]);
-            for (i, j, value) in [(0, 0, k[0][0]), (0, 1, cross), (1, 0, cross), (1, 1, k[1][1])] {
-                self.stiffness[(places[i], places[j])] += value;
-                self.damping[(places[i], places[j])] += bearing.damping[i][j];
-            }
-            self.axial_stiffness[(bearing.node, bearing.node)] += bearing.axial_stiffness;
-            self.bearings.push(BearingSite {
+            let site = BearingSite {
                 node: bearing.node,
+                places: self.plane_places(bearing.node),
+                base: bearing.pedestal.map(|_| self.pedestal_places(self.pedestals.len())),
                 stiffness: bearing.stiffness,
                 skew: 0.5 * (k[0][1] - k[1][0]),
                 damping: bearing.damping,
-            });
+            };
+            let cross = 0.5 * (k[0][1] + k[1][0]);
+            site.add_to(&[[k[0][0], cross], [cross, k[1][1]]], &mut self.stiffness);
+            site.add_to(&site.damping, &mut self.damping);
+            self.axial_stiffness[(bearing.node, bearing.node)] += bearing.axial_stiffness;
+            if let (Some(pedestal), Some(places)) = (&bearing.pedestal, site.base) {
+                self.add_pedestal(pedestal, &site, places);
+            }
+            self.bearings.push(site);
         }
+    }
+
+    fn add_pedestal(&mut self, pedestal: &Pedestal, bearing: &BearingSite, places: [usize; 2]) {
+        let Pedestal { mass, stiffness: [kx, ky], damping: [cx, cy] } = *pedestal;
+        for axis in 0..2 {
+            let least =
+                (pedestal.stiffness[axis] + bearing.stiffness[axis][axis].abs()) / (PEDESTAL_RATE * PEDESTAL_RATE);
+            self.mass[(places[axis], places[axis])] += mass[axis].max(least);
+        }
+        let site = BearingSite {
+            node: bearing.node,
+            places,
+            base: None,
+            stiffness: [[kx, 0.0], [0.0, ky]],
+            skew: 0.0,
+            damping: [[cx, 0.0], [0.0, cy]],
+        };
+        site.add_to(&site.stiffness, &mut self.stiffness);
+        site.add_to(&site.damping, &mut self.damping);
+        self.pedestals.push(site);
+    }
+
+    /// Bearings, then pedestals: all springs and dampers that are not part of the shaft.
+    pub fn supports(&self) -> impl Iterator<Item = &BearingSite> {
+        self.bearings.iter().chain(&self.pedestals)
+    }
+
+    /// Places of X and Y of a pedestal.
+    fn pedestal_places(&self, pedestal: usize) -> [usize; 2] {
+        [0, 1].map(|axis| 2 * (self.nodes * self.per_plane + pedestal) + axis)
+    }
+
+    /// Places of the XZ plane and of the YZ plane, in the same order.
+    #[must_use]
+    pub fn planes(&self) -> [Vec<usize>; 2] {
+        let (half, size) = (self.nodes * self.per_plane, self.lateral_size());
+        [0, 1].map(|axis| (axis * half..(axis + 1) * half).chain((2 * half + axis..size).step_by(2)).collect())
+    }
+
+    /// Sign of a place under a turn of the frame from XZ to YZ, by its order in [`RotorMatrices::planes`]: `theta_u = -v,z`.
+    #[must_use]
+    pub fn turn_sign(&self, order: usize) -> f64 {
+        if self.per_plane == 2 && order < 2 * self.nodes && order % 2 == 1 { -1.0 } else { 1.0 }
     }
 
     /// Lateral degrees of freedom.
     #[must_use]
     pub fn lateral_size(&self) -> usize {
-        2 * self.nodes * self.per_plane
+        self.mass.nrows()
     }
 
     /// Place of u in the lateral vector.
@@ -214,20 +324,36 @@ impl RotorMatrices {
     pub fn skew_stiffness(&self) -> Matrix {
         let mut dense = Matrix::zeros(self.lateral_size(), self.lateral_size());
         for bearing in &self.bearings {
-            let [u, v] = self.plane_places(bearing.node);
-            dense[(u, v)] += bearing.skew;
-            dense[(v, u)] -= bearing.skew;
+            bearing.add_to(&[[0.0, bearing.skew], [-bearing.skew, 0.0]], &mut dense);
         }
         dense
     }
 
-    /// Weight of the rotor per node and direction: `M` times a uniform field \[N\].
+    /// Weight of rotor and pedestals per place: `M` times a uniform field \[N\].
     #[must_use]
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
-        let field = self.uniform(gravity);
+        let mut field = self.uniform(gravity);
+        for pedestal in &self.pedestals {
+            pedestal.push(gravity, &mut field);
+        }
         let mut weight = vec![0.0; field.len()];
         bladeoff_numerics::linalg::mul_vec(&self.mass, &field, &mut weight);
         weight
+    }
+
+    /// Constant forces per place \[N\]: weight of rotor, pedestals and some unbalances, and the forces of bearing seats that are not on the bearing line.
+    #[must_use]
+    pub fn constant_force(&self, rotor: &Rotor, unbalances: &[UnbalanceSite]) -> Vec<f64> {
+        let mut force = self.weight(rotor.gravity);
+        for site in unbalances {
+            self.add_at(site.node, rotor.gravity.map(|g| site.mass * g), &mut force);
+        }
+        for (site, bearing) in self.bearings.iter().zip(&rotor.bearings) {
+            if bearing.elevation != [0.0; 2] {
+                site.push(site.seat_force(bearing.elevation), &mut force);
+            }
+        }
+        force
     }
 }
 
@@ -235,7 +361,7 @@ impl RotorMatrices {
 /// shaft; bearings (added later) and unbalances are not in it. The twist has `C = b K` of its own; the spin, a uniform twist,
 /// has no K and so no damping.
 fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
-    let mut all = RotorMatrices::empty(shaft.nodes.len(), 2);
+    let mut all = RotorMatrices::empty(shaft.nodes.len(), 2, pedestals(rotor));
     for (i, element) in shaft.elements.iter().enumerate() {
         let blocks = shaft_blocks(element);
         // XZ plane [u, theta_v] as it stands; YZ plane [v, -theta_u]
@@ -271,4 +397,8 @@ fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
     all.twist_damping = rotor.torsional_damping;
     all.damping = &all.mass * rotor.damping.mass_proportional + &all.stiffness * rotor.damping.stiffness_proportional;
     all
+}
+
+fn pedestals(rotor: &Rotor) -> usize {
+    rotor.bearings.iter().filter(|bearing| bearing.pedestal.is_some()).count()
 }

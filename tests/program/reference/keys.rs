@@ -66,6 +66,7 @@ fn described(key: &Key) -> String {
         Kind::Choice(choices) => words(choices),
         Kind::Vector(unit) => format!("[x, y], {}", number(unit)),
         Kind::Matrix(unit) => format!("{}, or 2 x 2", number(unit)),
+        Kind::Diagonal(unit) => format!("{}, or [x, y]", number(unit)),
         Kind::List(unit) => format!("list, {}", number(unit)),
     };
     let default = match key.need {

@@ -22,8 +22,14 @@ use super::paths::PathInfo;
 use super::schema::{CONTACT_STEP, ENGINE, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
 
-/// Keys that a machine of an earlier build has not.
-const LATER: [&str; 1] = [CONTACT_STEP];
+/// Keys that a machine of an earlier build has not: without a value of its own, such a key does not count.
+const LATER: [&str; 5] = [
+    CONTACT_STEP,
+    "rotor.bearings.NAME.elevation",
+    "rotor.bearings.NAME.pedestal.mass",
+    "rotor.bearings.NAME.pedestal.stiffness",
+    "rotor.bearings.NAME.pedestal.damping",
+];
 /// The guard whose default is the engine's, and what it was with every engine.
 const BALANCE: (&str, f64) = ("run.guard.energy_balance", 1e-6);
 
@@ -45,7 +51,7 @@ impl MachineDef {
     pub fn identity(&self, exponential_revision: u8) -> u128 {
         let slots = self.layout.slots.iter().zip(&self.states);
         let sum = |sum: u128, (slot, state): (&Slot, &State)| {
-            sum.wrapping_add(part(&slot.path, &state.scalar, exponential_revision))
+            sum.wrapping_add(part(slot, &state.scalar, exponential_revision))
         };
         slots.fold(layout_part(&self.layout), sum).wrapping_add(of_guard(self.present(ENGINE), self.present(BALANCE.0)))
     }
@@ -75,7 +81,7 @@ impl MachineDef {
             path if path == BALANCE.0 => of_guard(engine, Some(&new)),
             _ => of_guard(engine, guard),
         };
-        let part = |scalar| part(&slot.path, scalar, exponential_revision);
+        let part = |scalar| part(slot, scalar, exponential_revision);
         let change = part(&new).wrapping_sub(part(old));
         Ok(change.wrapping_add(guarded).wrapping_sub(of_guard(engine, guard)))
     }
@@ -89,7 +95,7 @@ fn layout_part(layout: &Layout) -> u128 {
         hasher.update(&(text.len() as u64).to_le_bytes());
         hasher.update(text.as_bytes());
     };
-    layout.slots.iter().filter(|slot| !LATER.contains(&&*slot.path)).for_each(|slot| word(&slot.path));
+    layout.slots.iter().filter(|slot| !LATER.contains(&slot.key.path)).for_each(|slot| word(&slot.path));
     word("tables");
     layout.tables.keys().for_each(|table| word(table));
     for (group, members) in &layout.groups {
@@ -117,8 +123,9 @@ fn of_guard(engine: Option<&Scalar>, guard: Option<&Scalar>) -> u128 {
     }
 }
 
-fn part(path: &str, scalar: &Scalar, exponential_revision: u8) -> u128 {
-    if LATER.contains(&path) && matches!(scalar, Scalar::Absent) {
+fn part(slot: &Slot, scalar: &Scalar, exponential_revision: u8) -> u128 {
+    let path = &*slot.path;
+    if LATER.contains(&slot.key.path) && *scalar == State::default_of(slot.key).scalar {
         return 0;
     }
     let mut hasher = blake3::Hasher::new();

@@ -232,6 +232,12 @@ impl Walk<'_> {
                 }
                 _ => self.slot(key, path.to_owned(), false, entry.map(|entry| &entry.node), bad, table),
             },
+            Kind::Diagonal(_) => match entry {
+                Some(Entry { node: Node { value: Value::Array(_), .. }, .. }) => {
+                    self.array(key, path, entry, bad, table)
+                }
+                _ => self.slot(key, path.to_owned(), false, entry.map(|entry| &entry.node), bad, table),
+            },
             Kind::List(_) => {
                 if let Some(entry) = entry {
                     self.list(key, path, &entry.node);

@@ -200,7 +200,7 @@ pub struct PointMass {
     pub polar_inertia: f64,
 }
 
-/// Bearing to ground at a node.
+/// Bearing at a node, to ground or to its pedestal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bearing {
     /// Name of its table.
@@ -215,6 +215,38 @@ pub struct Bearing {
     pub axial_stiffness: f64,
     /// Radial clearance \[m\] > 0 of the limit `journal_clearance`; it does not enter the motion.
     pub clearance: Option<f64>,
+    /// Place of its seat from the bearing line \[m\]: where the journal is without force.
+    pub elevation: [f64; 2],
+    /// Pedestal between bearing and ground; `None`: rigid ground.
+    pub pedestal: Option<Pedestal>,
+}
+
+impl Bearing {
+    /// Static stiffness of the bearing on its pedestal to ground \[N/m\]: `(K^-1 + K_p^-1)^-1`. A pair without a static equilibrium has none.
+    #[must_use]
+    pub fn stiffness_to_ground(&self) -> [[f64; 2]; 2] {
+        let Some(pedestal) = &self.pedestal else { return self.stiffness };
+        let ([[a, b], [c, d]], [p, q]) = (self.stiffness, pedestal.stiffness);
+        // K_p (K + K_p)^-1 K, by the determinant of K + K_p
+        let determinant = (a + p) * (d + q) - b * c;
+        if determinant <= 0.0 {
+            return [[0.0; 2]; 2];
+        }
+        let own = a * d - b * c;
+        let scale = 1.0 / determinant;
+        [[p * (own + a * q) * scale, p * q * b * scale], [p * q * c * scale, q * (own + d * p) * scale]]
+    }
+}
+
+/// Pedestal: mass, spring and damper between a bearing and the ground, along X and Y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pedestal {
+    /// Mass \[kg\] >= 0.
+    pub mass: [f64; 2],
+    /// Stiffness to ground \[N/m\] > 0.
+    pub stiffness: [f64; 2],
+    /// Damping to ground \[N s/m\] >= 0.
+    pub damping: [f64; 2],
 }
 
 /// Whether the unbalance is a mass that was added or one that was lost.

@@ -124,7 +124,7 @@ pub(super) fn parse(slot: &Slot, text: &str) -> Result<ParamValue, ValueError> {
             .map_err(|source| ValueError::Quantity { path: slot.path.clone(), source })
     };
     match slot.key.kind {
-        Kind::Matrix(_) | Kind::Vector(_) | Kind::List(_) if text.starts_with('[') => {
+        Kind::Matrix(_) | Kind::Vector(_) | Kind::Diagonal(_) | Kind::List(_) if text.starts_with('[') => {
             Err(ValueError::List { path: slot.path.clone() })
         }
         Kind::Choice(_) => Ok(ParamValue::Choice(text.to_owned())),

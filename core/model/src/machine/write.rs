@@ -39,7 +39,8 @@ fn to_toml(def: &MachineDef) -> String {
                 Kind::Matrix(_) if slot.part => {
                     format!("[[{}, {}], [{}, {}]]", values[0], values[1], values[2], values[3])
                 }
-                Kind::Vector(_) | Kind::List(_) => format!("[{}]", values.join(", ")),
+                Kind::Diagonal(_) if !slot.part => values.join(""),
+                Kind::Vector(_) | Kind::Diagonal(_) | Kind::List(_) => format!("[{}]", values.join(", ")),
                 _ => values.join(""),
             };
             writeln!(out, "{name} = {value}").expect("writing to a string cannot fail");

@@ -14,7 +14,7 @@ use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, solve};
 /// Puts the shaft line into its state at t = 0.
 ///
 /// ```text
-/// sag        (K + K_skew) q = Phi^T w
+/// sag        (K + K_skew) q = Phi^T w                  w: weight, and forces of bearing seats off the bearing line
 /// steady     [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i(a + phi0)}, F_v = -i F_u
 ///            q = Re X, q' = Re(i W X)
 /// ```
@@ -51,11 +51,8 @@ pub(in crate::engine) fn initial_motion(
     let stiffness = || &part.stiffness + projected(structure, &structure.rotor.skew_stiffness());
     let (mut q, mut v) = (vec![0.0; size], vec![0.0; size]);
 
-    if rotor.gravity != [0.0; 2] {
-        let mut weight = structure.rotor.weight(rotor.gravity);
-        for site in &before {
-            structure.rotor.add_at(site.node, rotor.gravity.map(|g| site.mass * g), &mut weight);
-        }
+    if rotor.gravity != [0.0; 2] || rotor.bearings.iter().any(|bearing| bearing.elevation != [0.0; 2]) {
+        let weight = structure.rotor.constant_force(rotor, &before);
         let mut force = vec![0.0; size];
         part.coordinates.project(&weight, &mut force);
         let sag = solve(&stiffness(), &Vector::from_vec(force))

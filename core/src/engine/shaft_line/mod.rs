@@ -24,7 +24,7 @@ use field::Field;
 use spin::Spin;
 use unbalances::Unbalances;
 
-use crate::rotor::{RotorMatrices, UnbalanceSite};
+use crate::rotor::{BearingSite, RotorMatrices, UnbalanceSite};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::{axpy, norm};
@@ -69,9 +69,8 @@ impl OtherForces {
     }
 }
 
-/// Constant lateral force, zero without gravity.
+/// Constant lateral force: weight, and forces of bearing seats off the bearing line.
 struct Weight {
-    gravity: [f64; 2],
     nodal: Vec<f64>,
     /// In coordinates.
     projected: Vec<f64>,
@@ -85,11 +84,7 @@ impl<'a> ShaftLine<'a> {
         let (lateral_mass, twist_mass) = masses(structure, &sites);
         let lateral = Field::new(&structure.lateral, &lateral_mass, dt)?;
         let twist = Field::new(&structure.twist, &twist_mass, dt)?;
-        let gravity = machine.rotor.gravity;
-        let mut nodal = rotor.weight(gravity);
-        for site in &sites {
-            rotor.add_at(site.node, [site.mass * gravity[0], site.mass * gravity[1]], &mut nodal);
-        }
+        let nodal = rotor.constant_force(&machine.rotor, &sites);
         let mut projected = vec![0.0; lateral.size()];
         structure.lateral.coordinates.project(&nodal, &mut projected);
         let levers = sites.iter().map(|site| {
@@ -107,7 +102,7 @@ impl<'a> ShaftLine<'a> {
             spin: Spin::new(machine, structure, &twist.stepper),
             unbalances: Unbalances::new(machine, sites),
             gyro_x: vec![0.0; 8 * rotor.gyro.len()],
-            weight: Weight { gravity, nodal, projected },
+            weight: Weight { nodal, projected },
             has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0),
             lateral,
             twist,
@@ -246,8 +241,7 @@ impl<'a> ShaftLine<'a> {
     /// Adds the forces of skew bearing stiffness at n.
     fn add_skew_forces(&mut self) {
         for bearing in &self.rotor.bearings {
-            let skew = bearing.skew_force(self.rotor.at(bearing.node, &self.lateral.x));
-            self.rotor.add_at(bearing.node, skew, &mut self.lateral.force);
+            bearing.push(bearing.skew_force(bearing.across(&self.lateral.x)), &mut self.lateral.force);
         }
     }
 
@@ -285,6 +279,11 @@ impl<'a> ShaftLine<'a> {
         (self.rotor.at(node, &self.lateral.x), self.rotor.at(node, &self.lateral.v))
     }
 
+    /// Displacement and centred velocity across a bearing or pedestal at n, after [`ShaftLine::settle`].
+    pub fn across(&self, site: &BearingSite) -> ([f64; 2], [f64; 2]) {
+        (site.across(&self.lateral.x), site.across(&self.lateral.v))
+    }
+
     /// Increments of the step before.
     pub fn previous(&self) -> Increments {
         let (lateral, twist) = (&self.lateral.stepper.previous, &self.twist.stepper.previous);
@@ -301,12 +300,12 @@ impl<'a> ShaftLine<'a> {
         &self.unbalances.sites
     }
 
-    /// Constant lateral force in coordinates, zero without gravity.
+    /// Constant lateral force in coordinates.
     pub fn weight(&self) -> &[f64] {
         &self.weight.projected
     }
 
-    /// Weight of shaft, discs and unbalances at the nodes \[N\].
+    /// Constant lateral force at the nodes and pedestals \[N\].
     pub fn nodal_weight(&self) -> Vec<f64> {
         self.weight.nodal.clone()
     }
@@ -329,7 +328,7 @@ impl<'a> ShaftLine<'a> {
             kinetic += 0.5 * site.mean(&twist.d) * site.bilinear(&lateral.d, &middle) / (dt * dt);
         }
         let mut potential = 0.0;
-        if self.weight.gravity != [0.0; 2] {
+        if self.weight.nodal.iter().any(|force| *force != 0.0) {
             for (i, d) in d.lateral.iter().enumerate() {
                 potential -= self.weight.projected[i] * (lateral.stepper.q[i] + 0.5 * d);
             }

@@ -108,6 +108,11 @@ impl<'a> Reader<'a> {
         Some([self.number(&joined(&[path, "[0]"]))?, self.number(&joined(&[path, "[1]"]))?])
     }
 
+    /// Values along X and Y, one by one or the same.
+    pub fn diagonal(&self, path: &str) -> Option<[f64; 2]> {
+        if self.layout.find(path).is_some() { self.number(path).map(|value| [value; 2]) } else { self.vector(path) }
+    }
+
     /// A matrix, written out or isotropic.
     pub fn matrix(&self, path: &str) -> Option<[[f64; 2]; 2]> {
         if self.layout.find(path).is_some() {

@@ -1,19 +1,22 @@
 //! `[rotor]`: what the rotor is made of, what it carries, how it starts.
 
 use super::lost::{MOST_LOST, overdrawn};
-use super::path::below;
+use super::path::{below, joined};
 use super::places::{self, Nodes};
 use super::reader::Reader;
 use super::run::speed_law;
 use super::shaft;
 use super::support::{check_axial, check_lateral};
 use crate::machine::model::{
-    Bearing, Disc, InitialState, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft, Unbalance,
-    UnbalanceKind,
+    Bearing, Disc, InitialState, Pedestal, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft,
+    Unbalance, UnbalanceKind,
 };
 use crate::machine::schema::END_TIME;
 use crate::machine::some_of;
 use bladeoff_text::document::units::format_digits;
+
+/// Largest number of bearings and pedestals together.
+const MOST_SUPPORTS: usize = 50;
 
 pub(super) struct BuiltRotor {
     /// `None`: something was reported.
@@ -41,6 +44,7 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
     let end_time = run.map(|run| run.end_time).or_else(|| reader.number(END_TIME));
     let speed_law = speed_law(reader, end_time);
     if let Some(bearings) = &bearings {
+        check_pedestals(reader, bearings);
         check_lateral(reader, bearings, nodes.as_ref());
         if point == Some(false) {
             check_axial(reader, bearings);
@@ -76,6 +80,15 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
         check_lost(reader, rotor);
     }
     BuiltRotor { rotor, nodes }
+}
+
+/// Each bearing and each pedestal has result columns of its own, and a message between processes carries a limited number.
+fn check_pedestals(reader: &mut Reader<'_>, bearings: &[Bearing]) {
+    let pedestals = bearings.iter().filter(|bearing| bearing.pedestal.is_some()).count();
+    if pedestals > 0 && bearings.len() + pedestals > MOST_SUPPORTS {
+        let message = format!("{} bearings and {pedestals} pedestals", bearings.len());
+        reader.fail("rotor.bearings", message, format!("at most {MOST_SUPPORTS} bearings and pedestals together"));
+    }
 }
 
 /// What is lost was there: more would leave a rotor without mass or inertia, which a brake accelerates.
@@ -184,6 +197,7 @@ fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {
 
 fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Bearing> {
     let node = places::node(reader, nodes, table);
+    let pedestal = pedestal(reader, &below(table, "pedestal"));
     Some(Bearing {
         name: name.to_owned(),
         node: node?,
@@ -191,7 +205,30 @@ fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &s
         damping: reader.matrix(&below(table, "damping"))?,
         axial_stiffness: reader.number(&below(table, "axial_stiffness"))?,
         clearance: reader.number(&below(table, "clearance")),
+        elevation: reader.vector(&below(table, "elevation"))?,
+        pedestal: pedestal?,
     })
+}
+
+/// `None`: something is wrong; `Some(None)`: rigid ground.
+#[expect(clippy::option_option, reason = "an optional part that may be wrong")]
+fn pedestal(reader: &mut Reader<'_>, table: &str) -> Option<Option<Pedestal>> {
+    let is_given = |reader: &Reader<'_>, key: &str| {
+        reader.is_given(&below(table, key)) || reader.is_given(&joined(&[table, ".", key, "[0]"]))
+    };
+    if !is_given(reader, "stiffness") {
+        if is_given(reader, "mass") || is_given(reader, "damping") {
+            reader.missing_here(&below(table, "stiffness"), "rotor.bearings.NAME.pedestal.stiffness");
+            return None;
+        }
+        return Some(None);
+    }
+    let or_zero = |key: &str| if is_given(reader, key) { reader.diagonal(&below(table, key)) } else { Some([0.0; 2]) };
+    Some(Some(Pedestal {
+        mass: or_zero("mass")?,
+        stiffness: reader.diagonal(&below(table, "stiffness"))?,
+        damping: or_zero("damping")?,
+    }))
 }
 
 fn unbalance(

@@ -40,8 +40,8 @@ pub(super) fn check_lateral(reader: &mut Reader<'_>, bearings: &[Bearing], nodes
 
 fn holds_point(bearings: &[Bearing]) -> bool {
     let mut sum = [[0.0; 2]; 2];
-    for bearing in bearings {
-        (0..4).for_each(|at| sum[at / 2][at % 2] += bearing.stiffness[at / 2][at % 2]);
+    for stiffness in bearings.iter().map(Bearing::stiffness_to_ground) {
+        (0..4).for_each(|at| sum[at / 2][at % 2] += stiffness[at / 2][at % 2]);
     }
     let largest = largest(&sum);
     let [[xx, xy], [yx, yy]] = sum.map(|row| row.map(|entry| entry / largest));
@@ -59,9 +59,9 @@ fn holds_line(bearings: &[Bearing], nodes: &[f64]) -> bool {
     let mut sum = [[0.0; 4]; 4];
     for (bearing, z) in bearings.iter().zip(places) {
         let arm = (2.0 * z - low - high) / (high - low);
-        let shape = [1.0, arm];
+        let (shape, stiffness) = ([1.0, arm], bearing.stiffness_to_ground());
         for i in 0..4 {
-            (0..4).for_each(|j| sum[i][j] += shape[i / 2] * shape[j / 2] * bearing.stiffness[i % 2][j % 2]);
+            (0..4).for_each(|j| sum[i][j] += shape[i / 2] * shape[j / 2] * stiffness[i % 2][j % 2]);
         }
     }
     let largest = largest(&sum);
@@ -125,9 +125,19 @@ fn singular_values(mut rows: [[f64; 4]; 4]) -> ([f64; 4], f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::model::Pedestal;
 
     fn bearing(node: usize, stiffness: [[f64; 2]; 2]) -> Bearing {
-        Bearing { name: "b".into(), node, stiffness, damping: [[0.0; 2]; 2], axial_stiffness: 0.0, clearance: None }
+        Bearing {
+            name: "b".into(),
+            node,
+            stiffness,
+            damping: [[0.0; 2]; 2],
+            axial_stiffness: 0.0,
+            clearance: None,
+            elevation: [0.0; 2],
+            pedestal: None,
+        }
     }
 
     #[test]
@@ -187,5 +197,17 @@ mod tests {
         assert!(holds_point(&[bearing(0, journal)]));
         assert!(!holds_point(&[bearing(0, [[1e7, 0.0], [0.0, -1e7]])]));
         assert!(!holds_point(&[]));
+    }
+
+    #[test]
+    fn a_pedestal_is_in_series() {
+        let pedestal = |stiffness| Some(Pedestal { mass: [1.0; 2], stiffness, damping: [0.0; 2] });
+        let mut one = bearing(0, [[3.0, 0.0], [0.0, 6.0]]);
+        one.pedestal = pedestal([6.0, 3.0]);
+        assert_eq!(one.stiffness_to_ground(), [[2.0, 0.0], [0.0, 2.0]]);
+        // K_p (K + K_p)^-1 K of a journal bearing, by hand
+        one.stiffness = [[1.0, 2.0], [-1.0, 1.0]];
+        one.pedestal = pedestal([1.0, 3.0]);
+        assert_eq!(one.stiffness_to_ground(), [[0.6, 0.6], [-0.3, 1.2]]);
     }
 }

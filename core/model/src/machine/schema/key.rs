@@ -38,6 +38,8 @@ pub enum Kind {
     Vector(&'static str),
     /// A quantity (times the unit matrix) or `[[xx, xy], [yx, yy]]`; the range is that of the scalar.
     Matrix(&'static str),
+    /// A quantity (the same along X and Y) or `[x, y]`.
+    Diagonal(&'static str),
     /// A list of quantities.
     List(&'static str),
 }
@@ -93,6 +95,7 @@ impl Key {
             | Kind::NumberOr(unit, _)
             | Kind::Vector(unit)
             | Kind::Matrix(unit)
+            | Kind::Diagonal(unit)
             | Kind::List(unit) => unit,
             Kind::Schema | Kind::Text | Kind::Count | Kind::Choice(_) => "",
         }

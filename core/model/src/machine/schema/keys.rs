@@ -41,9 +41,12 @@ const SHEAR: Range = Range::from_to(1e-3, 1e3);
 /// A key; where its range has no end it ends where its unit does ([`super::bounds`]).
 const fn key(path: &'static str, kind: Kind, need: Need, range: Range, when: When, meaning: &'static str) -> Key {
     let range = match kind {
-        Kind::Number(unit) | Kind::NumberOr(unit, _) | Kind::Vector(unit) | Kind::Matrix(unit) | Kind::List(unit) => {
-            range.bounded(unit)
-        }
+        Kind::Number(unit)
+        | Kind::NumberOr(unit, _)
+        | Kind::Vector(unit)
+        | Kind::Matrix(unit)
+        | Kind::Diagonal(unit)
+        | Kind::List(unit) => range.bounded(unit),
         Kind::Schema | Kind::Text | Kind::Count | Kind::Choice(_) => range,
     };
     Key { path, kind, need, range, when, meaning }
@@ -174,13 +177,21 @@ pub(super) const KEYS: &[Key] = &[
     key("rotor.bearings.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
         "place along the shaft; between two nodes it makes a node of its own"),
     key("rotor.bearings.NAME.stiffness", Kind::Matrix("N/m"), Need::Required, Range::NOT_NEGATIVE, When::Always,
-        "stiffness to ground: isotropic, or [[kxx, kxy], [kyx, kyy]]"),
+        "stiffness to ground or to its pedestal: isotropic, or [[kxx, kxy], [kyx, kyy]]"),
     key("rotor.bearings.NAME.damping", Kind::Matrix("N s/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
-        "damping to ground: isotropic, or [[cxx, cxy], [cyx, cyy]]"),
+        "damping to ground or to its pedestal: isotropic, or [[cxx, cxy], [cyx, cyy]]"),
     key("rotor.bearings.NAME.clearance", Kind::Number("m"), Need::Optional("no run.limit.journal_clearance for it"), Range::POSITIVE, When::Always,
         "radial clearance, against which the journal's displacement is judged; the linear bearing itself has none"),
     key("rotor.bearings.NAME.axial_stiffness", Kind::Number("N/m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Shaft,
         "axial stiffness to ground; at least one bearing of a shaft has some"),
+    key("rotor.bearings.NAME.elevation", Kind::Vector("m"), Need::Number(0.0), Range::ANY, When::Always,
+        "place of the bearing's seat from the bearing line: its force is zero where the journal is there"),
+    key("rotor.bearings.NAME.pedestal.mass", Kind::Diagonal("kg"), Need::Optional("0"), Range::NOT_NEGATIVE, When::Always,
+        "mass of the pedestal between bearing and ground, the same in both directions or [x, y]; gravity acts on it"),
+    key("rotor.bearings.NAME.pedestal.stiffness", Kind::Diagonal("N/m"), Need::Optional("the bearing stands on rigid ground"), Range::POSITIVE, When::Always,
+        "stiffness of the pedestal to ground, the same in both directions or [x, y]"),
+    key("rotor.bearings.NAME.pedestal.damping", Kind::Diagonal("N s/m"), Need::Optional("0"), Range::NOT_NEGATIVE, When::Always,
+        "damping of the pedestal to ground, the same in both directions or [x, y]"),
     key("rotor.unbalances.NAME.disc", Kind::Text, Need::Optional("turns with the shaft at its position"), Range::ANY, When::Shaft,
         "name of the disc that carries it: it turns with that disc, whose polar inertia a lost mass is part of"),
     key("rotor.unbalances.NAME.position", Kind::Number("m"), Need::Optional("that of its disc; required without"), Range::NOT_NEGATIVE, When::Shaft,

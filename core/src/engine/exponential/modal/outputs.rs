@@ -1,7 +1,7 @@
 //! Inputs and outputs of the lateral motion: input vectors of unbalances, weight and contact, output rows of bearing loads and nodal motion.
 //!
 //! ```text
-//! load  = K_b (Phi q + R f) + C_b Phi q'                                   load of a bearing                                             (1)
+//! load  = K_b (Phi q + R f - e) + C_b Phi q'                               load of a bearing; the same of a pedestal                     (1)
 //! f     = w - W S Phi q' + skew - C Phi q' + sum_s E_s (f_s - m_s Phi_s q'') + E_c f_c     nodal forces on the truncated modes
 //! q''   = M^-1 [Phi^T (w + sum_s E_s f_s) - (C + W G) q' - K q],      f_s = m d (psi'^2 - i psi'') e^{i psi}                          (2)
 //! ```
@@ -9,6 +9,7 @@
 //! | symbol | quantity |
 //! |---|---|
 //! | `K_b`, `C_b` | stiffness and damping of the bearing, 2 x 2 |
+//! | `e` | elevation of the bearing's seat |
 //! | `Phi` | mode shapes: nodal displacements of the coordinates q; `Phi_s` those of the node of unbalance s |
 //! | `R` | residual flexibility: static flexibility of the truncated modes, on nodal forces \[m/N\] |
 //! | `f` | nodal forces: weight `w`, gyroscopic moments (nodal matrix `S` per unit spin), bearings (`skew`, damping), unbalances, contact |
@@ -31,6 +32,7 @@ use bladeoff_numerics::linalg::{Matrix, mul};
 /// Order of the output rows:
 /// - per unbalance two: velocity (u', v') of its node \[m/s\];
 /// - per bearing two: its load \[N\];
+/// - per pedestal two: its load \[N\];
 /// - per bearing with a clearance two: displacement of its journal \[m\], computed as the load of a bearing of unit stiffness;
 /// - per diaphragm four: displacement (u, v) and velocity (u', v') of its node.
 #[derive(Debug, Clone)]
@@ -41,7 +43,7 @@ pub(crate) struct Outputs {
     masses: Vec<f64>,
     /// `Phi^T` of the diaphragms' nodes, two columns (u, v) each.
     contact_columns: Matrix,
-    /// Bearings, then bearings with a clearance.
+    /// Bearings, pedestals, then bearings with a clearance.
     bearings: Vec<BearingRows>,
     /// Weight in the coordinates, `Phi^T w`.
     weight: Vec<f64>,
@@ -60,7 +62,7 @@ struct BearingRows {
     unbalance_loads: Matrix,
     /// `K_b R E_c`: load per force on the nodes of the diaphragms, two columns each.
     contact_loads: Matrix,
-    /// `K_b R w` \[N\].
+    /// `K_b (R w - e)` \[N\].
     weight_load: [f64; 2],
 }
 
@@ -87,19 +89,22 @@ impl Outputs {
         };
         let site_nodes: Vec<usize> = sites.iter().map(|site| site.node).collect();
         let contact_nodes: Vec<usize> = machine.diaphragms.iter().map(|d| d.contact.node).collect();
-        let gravity = machine.rotor.gravity;
-        let mut nodal_weight = rotor.weight(gravity);
-        for site in &sites {
-            rotor.add_at(site.node, gravity.map(|g| site.mass * g), &mut nodal_weight);
-        }
+        let nodal_weight = rotor.constant_force(&machine.rotor, &sites);
         let mut weight = vec![0.0; map.size()];
         map.project(&nodal_weight, &mut weight);
         let nodes = [site_nodes.as_slice(), &contact_nodes];
-        let rows = |bearing: &BearingSite| bearing_rows(structure, nodes, &nodal_weight, bearing);
-        let loads = rotor.bearings.iter().map(rows);
-        let journals =
-            rotor.bearings.iter().zip(&machine.rotor.bearings).filter(|(_, bearing)| bearing.clearance.is_some());
-        let bearings = loads.chain(journals.map(|(bearing, _)| rows(&journal_displacement(bearing)))).collect();
+        let rows = |site: &BearingSite, elevation: [f64; 2]| {
+            let mut rows = bearing_rows(structure, nodes, &nodal_weight, site);
+            let seat = site.seat_force(elevation);
+            (0..2).for_each(|axis| rows.weight_load[axis] -= seat[axis]);
+            rows
+        };
+        let bearings = || rotor.bearings.iter().zip(&machine.rotor.bearings);
+        let loads = bearings().map(|(site, bearing)| rows(site, bearing.elevation));
+        let loads = loads.chain(rotor.pedestals.iter().map(|site| rows(site, [0.0; 2])));
+        let journals = bearings().filter(|(_, bearing)| bearing.clearance.is_some());
+        let journals = journals.map(|(site, bearing)| rows(&journal_displacement(site), bearing.elevation));
+        let bearings = loads.chain(journals).collect();
         Self {
             unbalance_columns: columns(&site_nodes),
             contact_columns: columns(&contact_nodes),
@@ -109,7 +114,7 @@ impl Outputs {
         }
     }
 
-    /// Index of the first output row of a bearing; those with a clearance are counted behind all bearings.
+    /// Index of the first output row of a bearing; pedestals, then journals in bearings with a clearance, are counted behind all bearings.
     pub fn load_row(&self, bearing: usize) -> usize {
         self.unbalance_columns.ncols() + 2 * bearing
     }
@@ -124,7 +129,7 @@ impl Outputs {
         self.masses.len()
     }
 
-    /// Indices of the first output rows of all bearings, then of those with a clearance.
+    /// Indices of the first output rows of all bearings and pedestals, then of the journals.
     pub fn load_rows(&self) -> Vec<usize> {
         (0..self.bearings.len()).map(|bearing| self.load_row(bearing)).collect()
     }
@@ -217,19 +222,17 @@ fn squares(matrix: &Matrix) -> Vec<[f64; 4]> {
 
 /// Bearing of unit stiffness without damping, whose load (1) is the displacement of the journal.
 fn journal_displacement(bearing: &BearingSite) -> BearingSite {
-    BearingSite { node: bearing.node, stiffness: [[1.0, 0.0], [0.0, 1.0]], skew: 0.0, damping: [[0.0; 2]; 2] }
+    BearingSite { stiffness: [[1.0, 0.0], [0.0, 1.0]], skew: 0.0, damping: [[0.0; 2]; 2], ..*bearing }
 }
 
 /// Terms of the load of a bearing; `nodes`: those of the unbalances and of the diaphragms.
 fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bearing: &BearingSite) -> BearingRows {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
     let n = map.size();
-    let rows_of = |node: usize| {
-        let rows: Vec<f64> = rotor.plane_places(node).into_iter().flat_map(|dof| map.row(dof)).collect();
-        Matrix::from_column_slice(n, 2, &rows).transpose()
-    };
+    let rows_of =
+        |site: &BearingSite| Matrix::from_column_slice(n, 2, &site.rows(|place| map.row(place)).concat()).transpose();
     let square = |m: &[[f64; 2]; 2]| Matrix::from_row_slice(2, 2, &[m[0][0], m[0][1], m[1][0], m[1][1]]);
-    let (k, nodal_rows) = (square(&bearing.stiffness), rows_of(bearing.node));
+    let (k, nodal_rows) = (square(&bearing.stiffness), rows_of(bearing));
     let mut terms = BearingRows {
         displacement_rows: mul(&k, &nodal_rows),
         velocity_rows: mul(&square(&bearing.damping), &nodal_rows),
@@ -241,14 +244,17 @@ fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bea
     let Some(residual) = &structure.lateral_residual else {
         return terms;
     };
-    // K_b R on forces on all nodes, and on forces on one node
-    let residual = mul(&k, &residual.select_rows(&rotor.plane_places(bearing.node)));
+    // K_b R on forces on all nodes, on forces on one node, and on forces across a bearing
+    let residual_rows = bearing.rows(|place| residual.row(place).iter().copied().collect());
+    let residual_rows = Matrix::from_column_slice(residual.ncols(), 2, &residual_rows.concat()).transpose();
+    let residual = mul(&k, &residual_rows);
     let at = |node: usize| residual.select_columns(&rotor.plane_places(node));
-    for other in &rotor.bearings {
+    for other in rotor.supports() {
         let skew = Matrix::from_row_slice(2, 2, &[0.0, -other.skew, other.skew, 0.0]);
-        let rows = rows_of(other.node);
-        terms.displacement_rows += mul(&at(other.node), &mul(&skew, &rows));
-        terms.velocity_rows -= mul(&at(other.node), &mul(&square(&other.damping), &rows));
+        let (rows, across) = (rows_of(other), other.rows(|place| residual.column(place).iter().copied().collect()));
+        let across = Matrix::from_column_slice(2, 2, &across.concat());
+        terms.displacement_rows += mul(&across, &mul(&skew, &rows));
+        terms.velocity_rows -= mul(&across, &mul(&square(&other.damping), &rows));
     }
     if let Some(shapes) = map.shapes() {
         terms.gyroscopic_rows = -mul(&residual, &mul(&rotor.gyroscopic(), shapes));

@@ -39,10 +39,11 @@ pub(crate) struct SectionLoadModel {
     moments: Matrix,
     /// Rows on q: displacements and rotations of all nodes \[m, rad\].
     nodal: Matrix,
+    /// Bearings, then pedestals.
     bearings: Vec<BearingSite>,
     /// Indices of the bearings with skew stiffness.
     skew: Vec<usize>,
-    /// Rows on (q, q'): velocities of the nodes of all bearings, then displacements of those with skew stiffness, two each.
+    /// Rows on (q, q'): velocities across all bearings and pedestals, then displacements across those with skew stiffness, two each.
     bearing_rows: Matrix,
     /// Jump of these rows by unit impulses along u and v on the first diaphragm's node.
     impulse_jumps: [Vec<f64>; 2],
@@ -76,7 +77,7 @@ pub(crate) struct StoredEnergy {
 pub(crate) struct SectionLoads {
     /// Rows on |y_k|: bound (1) of each [`SECTIONS_AT_ONCE`] elements \[N m\], then the bound of all displacements.
     pub bounds: RowBatch,
-    /// Velocities of the bearings' nodes, then displacements of those with skew stiffness.
+    /// Velocities across bearings and pedestals, then displacements across those with skew stiffness.
     pub bearings: RowBatch,
     /// Bending moments \[N m\].
     pub moments: RowBatch,
@@ -126,7 +127,7 @@ impl SectionLoadModel {
         Self {
             moments,
             nodal,
-            bearings: rotor.bearings.clone(),
+            bearings: rotor.supports().copied().collect(),
             skew,
             bearing_rows,
             impulse_jumps,
@@ -219,15 +220,16 @@ impl EnergyForms {
     }
 }
 
-/// Rows on (q, q') of the velocities of the nodes of all bearings and of the displacements of those in `skew`, two each.
+/// Rows on (q, q') of the velocities across all bearings and pedestals and of the displacements across those in `skew`, two each.
 fn bearing_motion_rows(structure: &Structure, skew: &[usize]) -> Matrix {
     let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
-    let n = map.size();
-    let mut rows = Matrix::zeros(2 * (rotor.bearings.len() + skew.len()), 2 * n);
-    let columns = (0..rotor.bearings.len()).map(|i| (i, n)).chain(skew.iter().map(|&i| (i, 0)));
-    for (at, (i, from)) in columns.enumerate() {
-        for (axis, dof) in rotor.plane_places(rotor.bearings[i].node).into_iter().enumerate() {
-            for (j, part) in map.row(dof).into_iter().enumerate() {
+    let (n, supports) = (map.size(), rotor.supports().count());
+    let mut rows = Matrix::zeros(2 * (supports + skew.len()), 2 * n);
+    let velocities = rotor.supports().map(|site| (site, n));
+    let columns = velocities.chain(skew.iter().map(|&i| (&rotor.bearings[i], 0)));
+    for (at, (site, from)) in columns.enumerate() {
+        for (axis, row) in site.rows(|place| map.row(place)).into_iter().enumerate() {
+            for (j, part) in row.into_iter().enumerate() {
                 rows[(2 * at + axis, from + j)] = part;
             }
         }
@@ -333,7 +335,7 @@ mod tests {
                 (0..n).map(|j| velocities[j] + 0.5 * (jumps[0][j] * impulse[0] + jumps[1][j] * impulse[1])).collect();
             let mut dissipated = [0.0; 2];
             for bearing in &section_load_model.bearings {
-                let rows = structure.rotor.plane_places(bearing.node).map(|dof| structure.lateral.coordinates.row(dof));
+                let rows = bearing.rows(|place| structure.lateral.coordinates.row(place));
                 let [v, x] = [&mean, &q[..n].to_vec()].map(|part| rows.each_ref().map(|row| dot(row, part)));
                 dissipated[0] += bearing.damping_power(v);
                 dissipated[1] += dot(&bearing.skew_force(x), &v);

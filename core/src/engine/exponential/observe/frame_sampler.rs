@@ -10,7 +10,7 @@ use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::stepping::transient::Transient;
-use crate::record::{ContactFrame, Energies, Follower, Frame};
+use crate::record::{ContactFrame, Energies, Follower, Frame, Loads};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 
@@ -63,10 +63,10 @@ impl<'a> FrameSampler<'a> {
         }
     }
 
-    /// Shows the sampled instant, with the loads of the bearings \[N\] and the impact of the contact step of `h` \[s\] from it.
+    /// Shows the sampled instant, with the loads of bearings and pedestals and the impact of the contact step of `h` \[s\] from it.
     pub fn show(
         &self,
-        loads: &[[f64; 2]],
+        loads: Loads<'_>,
         impact: Option<(&ContactStepResult, f64)>,
         energies: Energies,
         follower: &mut dyn Follower,
@@ -88,7 +88,8 @@ impl<'a> FrameSampler<'a> {
             displacement: &self.motion.nodal,
             velocity: &self.velocity,
             torsion_angles: &self.motion.twists,
-            bearing_loads: loads,
+            bearing_loads: loads.bearings,
+            pedestal_loads: loads.pedestals,
             contacts: contact.as_slice(),
             energies,
         });
@@ -99,8 +100,10 @@ impl<'a> FrameSampler<'a> {
 pub(crate) struct MotionAhead {
     pub free_motion: FreeMotion,
     pub ring: Option<ImpulsedRing>,
-    /// Loads of the bearings \[N\].
+    /// Loads of the bearings, then of the pedestals \[N\].
     loads: Vec<[f64; 2]>,
+    /// Number of bearings.
+    bearings: usize,
 }
 
 impl MotionAhead {
@@ -109,7 +112,8 @@ impl MotionAhead {
         Self {
             free_motion: transient.free_motion.clone(),
             ring: transient.contact.as_ref().map(|contact| contact.contact_step.ring.clone()),
-            loads: transient.loads().bearings.to_vec(),
+            loads: [transient.loads().bearings, transient.loads().pedestals].concat(),
+            bearings: transient.loads().bearings.len(),
         }
     }
 
@@ -140,6 +144,7 @@ impl MotionAhead {
         }
         let contact_step = transient.contact.as_ref().map(|contact| &contact.contact_step);
         frames.take(&mut self.free_motion, contact_step.zip(self.ring.as_ref()), false);
-        frames.show(&self.loads, None, energies, follower);
+        let (bearings, pedestals) = self.loads.split_at(self.bearings);
+        frames.show(Loads { bearings, pedestals, journals: &[] }, None, energies, follower);
     }
 }

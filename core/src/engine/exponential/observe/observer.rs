@@ -233,7 +233,7 @@ impl<'a> Observer<'a> {
         if let (true, Some(frames)) = (is_shown, &mut self.frames) {
             frames.speed = self.speed;
             let contact = impact.as_ref().map(|impact| (impact, self.h));
-            frames.show(transient.loads().bearings, contact, self.energy.energies(), follower);
+            frames.show(transient.loads(), contact, self.energy.energies(), follower);
         }
         end
     }
@@ -306,7 +306,7 @@ impl<'a> Observer<'a> {
         }
         if let Some(frames) = self.frames.as_ref().filter(|_| step.is_shown) {
             let contact = impact.map(|impact| (impact, self.h));
-            frames.show(transient.loads().bearings, contact, self.energy.energies(), follower);
+            frames.show(transient.loads(), contact, self.energy.energies(), follower);
         }
     }
 
@@ -329,7 +329,7 @@ impl<'a> Observer<'a> {
             if contact_steps == first && is_first_shown {
                 transient.evaluate_loads();
                 if let Some(frames) = &self.frames {
-                    frames.show(transient.loads().bearings, None, energies, follower);
+                    frames.show(transient.loads(), None, energies, follower);
                 }
             } else if contact_steps > first && goes_on && follower.wants(contact_steps, time) {
                 let ahead = ahead.get_or_insert_with(|| MotionAhead::of(transient));

@@ -52,8 +52,9 @@ struct Key {
 struct MachineValues {
     /// Node and mass of each unbalance.
     sites: Vec<(usize, u64)>,
-    /// Gravity, as bits.
+    /// Gravity, and elevations of the bearings' seats, as bits.
     gravity: [u64; 2],
+    elevations: Vec<[u64; 2]>,
     /// Node of each contact.
     nodes: Vec<usize>,
 }
@@ -63,6 +64,7 @@ impl MachineValues {
         Self {
             sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
             gravity: machine.rotor.gravity.map(f64::to_bits),
+            elevations: machine.rotor.bearings.iter().map(|bearing| bearing.elevation.map(f64::to_bits)).collect(),
             nodes: machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.node).collect(),
         }
     }

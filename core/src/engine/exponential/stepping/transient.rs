@@ -49,11 +49,11 @@ pub(crate) struct Transient {
     pub free_motion: FreeMotion,
     /// Ring and contact; `None` for a machine without diaphragm.
     pub contact: Option<RingContact>,
-    /// Loads of the bearings at n, in the machine's order \[N\], then displacements of the journals in bearings with a clearance
+    /// Loads of the bearings at n, in the machine's order, and of the pedestals \[N\], then displacements of the journals in bearings with a clearance
     /// \[m\].
     loads: Vec<[f64; 2]>,
-    /// Number of bearings: the first entries of `loads`.
-    bearings: usize,
+    /// Numbers of bearings and of pedestals: the first entries of `loads`.
+    supports: [usize; 2],
     /// Quantities whose peaks limit the step: the entries of `loads`, then the displacement of the rotor at the contact \[m\].
     watched: Vec<WatchedPeak>,
     /// Length of a step of 2^k contact steps \[s\], by k.
@@ -132,15 +132,17 @@ impl Transient {
             lengths[doublings] * braking_rate <= MAX_BRAKING_CHANGE
                 && free_motion.is_stable(doublings, machine.run.end_time)
         };
-        let journals = journal_peaks(machine, &free_motion);
+        let supports = [structure.rotor.bearings.len(), structure.rotor.pedestals.len()];
+        let support_count = supports[0] + supports[1];
+        let journals = journal_peaks(machine, support_count, &free_motion);
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
             max_doublings: if disturbed { 0 } else { (1..=longest).take_while(is_accurate).last().unwrap_or(0) },
             disturbed,
-            bearings: structure.rotor.bearings.len(),
-            loads: vec![[0.0; 2]; structure.rotor.bearings.len() + journals.len()],
-            watched: (0..structure.rotor.bearings.len())
+            supports,
+            loads: vec![[0.0; 2]; support_count + journals.len()],
+            watched: (0..support_count)
                 .map(|bearing| WatchedPeak::new(free_motion.constant_load(bearing)))
                 .chain(journals)
                 .chain(machine.diaphragms.first().map(|d| WatchedPeak::new(d.contact.offset.map(|part| -part))))
@@ -170,8 +172,9 @@ impl Transient {
 
     /// Bearing loads and journal displacements at n.
     pub fn loads(&self) -> Loads<'_> {
-        let (bearings, journals) = self.loads.split_at(self.bearings);
-        Loads { bearings, journals }
+        let (bearings, others) = self.loads.split_at(self.supports[0]);
+        let (pedestals, journals) = others.split_at(self.supports[1]);
+        Loads { bearings, pedestals, journals }
     }
 
     /// Whether the run is in its first steps, [`STARTING_STEPS`].
@@ -317,11 +320,11 @@ impl Transient {
 
 /// Peaks of the displacements of journals in bearings with a clearance. Where the clearance limit ends the run, its first excess
 /// is found to within a contact step.
-fn journal_peaks(machine: &Machine, free_motion: &FreeMotion) -> Vec<WatchedPeak> {
+fn journal_peaks(machine: &Machine, supports: usize, free_motion: &FreeMotion) -> Vec<WatchedPeak> {
     let limit = &machine.run.limits[Limit::JournalClearance as usize];
     let clearances = machine.rotor.bearings.iter().filter_map(|bearing| bearing.clearance);
     let peak = |(journal, clearance): (usize, f64)| {
-        let peak = WatchedPeak::new(free_motion.constant_load(machine.rotor.bearings.len() + journal));
+        let peak = WatchedPeak::new(free_motion.constant_load(supports + journal));
         match limit.on_exceed {
             OnExceed::Beyond => peak.limited(limit.value * clearance, machine.run.end_beyond),
             OnExceed::Note => peak,
