@@ -11,12 +11,12 @@ use super::shaft_line::ShaftLine;
 use crate::record::Loads;
 use crate::rotor::BearingSite;
 use crate::structure::Structure;
-use bladeoff_model::machine::{Bearing, Machine};
+use bladeoff_model::machine::{Bearing, Machine, Monitor};
 use bladeoff_numerics::linalg::dot;
 
 /// Rows of R and scratch of one run.
 pub(super) struct BearingLoads {
-    /// For u and v across each bearing, then of each pedestal; empty in the full engine.
+    /// For u and v across each bearing, then of each pedestal and of each monitor; empty in the full engine.
     rows: Vec<[Vec<f64>; 2]>,
     /// Constant forces on the nodal freedoms \[N\].
     weight: Vec<f64>,
@@ -30,13 +30,19 @@ pub(super) struct BearingLoads {
     /// Places of the bearings with a clearance, and displacements of their journals \[m\].
     limited: Vec<usize>,
     journals: Vec<[f64; 2]>,
+    /// Springs of unit stiffness at the monitors, and their displacements \[m\].
+    monitor_sites: Vec<BearingSite>,
+    monitors: Vec<[f64; 2]>,
 }
 
 impl BearingLoads {
     pub fn new(machine: &Machine, structure: &Structure, line: &ShaftLine<'_>) -> Self {
         let rotor = &structure.rotor;
+        let monitor_site = |monitor: &Monitor| BearingSite::unit(monitor.node, rotor.plane_places(monitor.node));
+        let monitor_sites: Vec<BearingSite> = machine.monitors.iter().map(monitor_site).collect();
         let rows = structure.lateral_residual.as_ref().map_or_else(Vec::new, |residual| {
-            rotor.supports().map(|site| site.rows(|place| residual.row(place).iter().copied().collect())).collect()
+            let sites = rotor.supports().chain(&monitor_sites);
+            sites.map(|site| site.rows(|place| residual.row(place).iter().copied().collect())).collect()
         });
         let weight = line.nodal_weight();
         let bearings = machine.rotor.bearings.iter().enumerate();
@@ -51,6 +57,8 @@ impl BearingLoads {
             seats: rotor.bearings.iter().zip(&machine.rotor.bearings).map(seat).collect(),
             journals: vec![[0.0; 2]; limited.len()],
             limited,
+            monitors: vec![[0.0; 2]; monitor_sites.len()],
+            monitor_sites,
         }
     }
 
@@ -72,12 +80,19 @@ impl BearingLoads {
                 self.journals[at] = [x[0] - elevation[0], x[1] - elevation[1]];
             }
         }
+        let first = self.loads.len();
+        for (i, (site, monitor)) in self.monitor_sites.iter().zip(&mut self.monitors).enumerate() {
+            (*monitor, _) = line.across(site);
+            if let Some(rows) = self.rows.get(first + i) {
+                (0..2).for_each(|axis| monitor[axis] += dot(&rows[axis], &self.force));
+            }
+        }
     }
 
-    /// Loads of bearings and pedestals, and displacements of the journals whose bearings have a clearance.
+    /// Loads of bearings and pedestals, and displacements of the journals whose bearings have a clearance and of the monitors.
     pub fn all(&self) -> Loads<'_> {
         let (bearings, pedestals) = self.loads.split_at(self.bearings);
-        Loads { bearings, pedestals, journals: &self.journals }
+        Loads { bearings, pedestals, journals: &self.journals, monitors: &self.monitors }
     }
 
     /// Forces on the shaft that the modes left out follow.

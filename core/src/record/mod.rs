@@ -13,6 +13,7 @@ mod filter;
 mod follow;
 mod limits;
 mod loads;
+mod monitor;
 mod peak;
 mod phases;
 mod ring;
@@ -38,6 +39,7 @@ pub(crate) use twin::{Compared, Twin};
 use end::Steps;
 use limits::LimitRecorder;
 use loads::LoadRecorder;
+use monitor::MonitorRecorder;
 use ring::RingRecorders;
 use row::Row;
 use stresses::StressRecorder;
@@ -90,6 +92,8 @@ pub(crate) struct Loads<'a> {
     pub pedestals: &'a [[f64; 2]],
     /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
     pub journals: &'a [[f64; 2]],
+    /// Displacements of the shaft at the monitors, in the machine's order \[m\].
+    pub monitors: &'a [[f64; 2]],
 }
 
 fn square([x, y]: [f64; 2]) -> f64 {
@@ -102,6 +106,7 @@ pub(crate) struct Recorders {
     pub energies: EnergyBalance,
     damping: LeastDamping,
     loads: LoadRecorder,
+    monitors: MonitorRecorder,
     stresses: StressRecorder,
     steps: Steps,
     /// One for each diaphragm, in the machine's order.
@@ -122,6 +127,7 @@ impl Recorders {
             |(i, diaphragm)| RingRecorders::new(diaphragm, ring::diaphragm_name(machine, diaphragm), part(i), step);
         let mut all = Self {
             loads: LoadRecorder::new(&machine.rotor),
+            monitors: MonitorRecorder::new(&machine.monitors),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
             damping: LeastDamping::default(),
@@ -141,6 +147,7 @@ impl Recorders {
     #[inline]
     pub fn see<'r>(&mut self, now: &RotorInstant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
         self.loads.see(now.loads, now.at);
+        self.monitors.see(now.loads.monitors, now.at);
         self.limits.see_journals(now.loads.journals, now.at);
         self.stresses.see(now.lateral, now.torsion_angles, now.at);
         for (place, (recorders, ring)) in self.rings.iter_mut().zip(rings).enumerate() {
@@ -173,6 +180,7 @@ impl Recorders {
     #[inline(always)]
     pub fn see_steps(&mut self, steps: usize, at: At, loads: Loads<'_>, ring: Option<&RingInstant<'_>>) {
         self.loads.see(loads, at);
+        self.monitors.see(loads.monitors, at);
         self.limits.see_journals(loads.journals, at);
         if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
             if steps == 1 {
@@ -210,6 +218,7 @@ impl Recorders {
     /// Takes the instant at which a run ends: loads, and the rotor's place in the ring. No step begins there.
     pub fn see_end(&mut self, loads: Loads<'_>, place: Option<[f64; 2]>, at: At) {
         self.loads.see(loads, at);
+        self.monitors.see(loads.monitors, at);
         self.limits.see_journals(loads.journals, at);
         if let (Some(ring), Some(place)) = (self.rings.first_mut(), place) {
             ring.see_place(square(place), at);
@@ -317,6 +326,7 @@ impl Recorders {
     fn hold(&mut self) {
         self.energies.hold();
         self.loads.hold();
+        self.monitors.hold();
         self.stresses.hold();
         self.rings.iter_mut().for_each(RingRecorders::hold);
         self.limits.hold();
@@ -385,5 +395,6 @@ impl Recorders {
         self.limits.report(row.of(Group::Course));
         RingRecorders::report(rings, row.of(Group::Numerics), RingRecorders::report_resolution);
         self.loads.report_components(row.of(Group::BearingLoads));
+        self.monitors.report(row.of(Group::Contact));
     }
 }

@@ -26,6 +26,13 @@ pub struct BearingSite {
 }
 
 impl BearingSite {
+    /// A spring of unit stiffness to the ground, whose load is the displacement of its moving end.
+    #[must_use]
+    pub fn unit(node: usize, places: [usize; 2]) -> Self {
+        let stiffness = [[1.0, 0.0], [0.0, 1.0]];
+        Self { node, places, base: None, stiffness, skew: 0.0, damping: [[0.0; 2]; 2] }
+    }
+
     /// Displacement or velocity of the moving end against the base.
     #[inline]
     #[must_use]

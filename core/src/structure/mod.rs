@@ -239,6 +239,7 @@ fn structural(machine: &Machine) -> Machine {
         .iter_mut()
         .filter_map(|bearing| bearing.clearance.as_mut())
         .for_each(|clearance| *clearance = 0.0);
+    kept.monitors.iter_mut().for_each(|monitor| monitor.gap = 0.0);
     kept.rotor.bearings.iter_mut().for_each(|bearing| bearing.elevation = [0.0; 2]);
     kept.rotor.initial_speed = 0.0;
     kept.rotor.gravity = [0.0; 2];

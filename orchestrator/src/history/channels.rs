@@ -202,6 +202,12 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
             .add("load_y_N", "N", Source::Load { bearing: i, axis: 1 }, "bearing load along Y")
             .add("load_N", "N", Source::LoadNorm(i), "bearing load, norm in the X-Y plane");
     }
+    for monitor in &machine.monitors {
+        let [u, v] = rotor.plane_places(monitor.node);
+        list.group(&format!("monitor.{}", plain(&monitor.name)), true)
+            .add("x_m", "m", Source::Displacement(u), "displacement of the shaft at the monitor along X")
+            .add("y_m", "m", Source::Displacement(v), "displacement of the shaft at the monitor along Y");
+    }
     for (diaphragm, found) in machine.diaphragms.iter().enumerate() {
         list.group(&of_ring("contact", machine, found), true);
         for (field, unit, read, meaning) in CONTACT {

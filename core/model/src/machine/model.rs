@@ -18,6 +18,19 @@ pub struct Machine {
     pub braking: Braking,
     /// Diaphragms in the order of the file; empty: nothing to rub against.
     pub diaphragms: Vec<Diaphragm>,
+    /// Places whose displacement is watched, in the order of the file.
+    pub monitors: Vec<Monitor>,
+}
+
+/// A place of the shaft whose displacement is watched; it touches nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Monitor {
+    /// Name of its table.
+    pub name: String,
+    /// Its node.
+    pub node: usize,
+    /// Clearance \[m\] > 0: the time with a larger displacement is reported.
+    pub gap: f64,
 }
 
 /// Which engine integrates the transient.

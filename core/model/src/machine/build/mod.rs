@@ -7,6 +7,7 @@ mod factor;
 mod inertia;
 mod limits;
 mod lost;
+mod monitor;
 mod path;
 mod places;
 mod reader;
@@ -31,12 +32,13 @@ pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Colle
     let rotor = rotor::rotor(&mut reader, run.as_ref());
     let braking = run::braking(&reader);
     let diaphragms = diaphragm::diaphragms(&mut reader, rotor.nodes.as_ref());
+    let monitors = monitor::monitors(&mut reader, rotor.nodes.as_ref());
     covered::check(&mut reader);
     limits::check(&mut reader, rotor.rotor.as_ref(), diaphragms.as_deref());
     let mut problems = reader.problems;
-    match (run, rotor.rotor, braking, diaphragms) {
-        (Some(run), Some(rotor), Some(braking), Some(diaphragms)) if problems.is_empty() => {
-            Ok(Machine { name: layout.name.clone(), run, rotor, braking, diaphragms })
+    match (run, rotor.rotor, braking, diaphragms, monitors) {
+        (Some(run), Some(rotor), Some(braking), Some(diaphragms), Some(monitors)) if problems.is_empty() => {
+            Ok(Machine { name: layout.name.clone(), run, rotor, braking, diaphragms, monitors })
         }
         _ => {
             if problems.is_empty() {

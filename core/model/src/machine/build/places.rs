@@ -31,7 +31,13 @@ const SHORTEST: f64 = 1e-3;
 
 /// Tables whose `position` is a place on the shaft.
 fn tables(reader: &Reader<'_>) -> Vec<Path> {
-    let groups = [("rotor.discs", ""), ("rotor.bearings", ""), ("rotor.unbalances", ""), ("diaphragms", ".contact")];
+    let groups = [
+        ("rotor.discs", ""),
+        ("rotor.bearings", ""),
+        ("rotor.unbalances", ""),
+        ("diaphragms", ".contact"),
+        ("monitors", ""),
+    ];
     let members = groups.iter().flat_map(|(group, below)| {
         reader.layout.group(group).iter().map(move |member| joined(&[group, ".", &member.name, below]))
     });

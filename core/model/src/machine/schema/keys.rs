@@ -286,6 +286,11 @@ pub(super) const KEYS: &[Key] = &[
         "centre of the diaphragm from the bearing line"),
     key("diaphragms.NAME.contact.surface", Kind::Choice(&["inner-face", "mean-line"]), Need::Word("inner-face"), Range::ANY, When::Always,
         "line of the ring that touches: inner face, or mean line (as the paper)"),
+    // `[monitors.NAME]`.
+    key("monitors.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
+        "place along the shaft whose displacement is reported; between two nodes it makes a node of its own"),
+    key("monitors.NAME.gap", Kind::Number("m"), Need::Required, Range::POSITIVE, When::Always,
+        "clearance at that place: the time with a larger displacement is reported; nothing touches there"),
 ];
 
 /// Every key, in the order of the format.

@@ -34,6 +34,7 @@ use bladeoff_numerics::linalg::{Matrix, mul};
 /// - per bearing two: its load \[N\];
 /// - per pedestal two: its load \[N\];
 /// - per bearing with a clearance two: displacement of its journal \[m\], computed as the load of a bearing of unit stiffness;
+/// - per monitor two: displacement of its node \[m\], computed likewise;
 /// - per diaphragm four: displacement (u, v) and velocity (u', v') of its node.
 #[derive(Debug, Clone)]
 pub(crate) struct Outputs {
@@ -43,7 +44,7 @@ pub(crate) struct Outputs {
     masses: Vec<f64>,
     /// `Phi^T` of the diaphragms' nodes, two columns (u, v) each.
     contact_columns: Matrix,
-    /// Bearings, pedestals, then bearings with a clearance.
+    /// Bearings, pedestals, bearings with a clearance, then monitors.
     bearings: Vec<BearingRows>,
     /// Weight in the coordinates, `Phi^T w`.
     weight: Vec<f64>,
@@ -104,7 +105,9 @@ impl Outputs {
         let loads = loads.chain(rotor.pedestals.iter().map(|site| rows(site, [0.0; 2])));
         let journals = bearings().filter(|(_, bearing)| bearing.clearance.is_some());
         let journals = journals.map(|(site, bearing)| rows(&journal_displacement(site), bearing.elevation));
-        let bearings = loads.chain(journals).collect();
+        let monitors = machine.monitors.iter().map(|monitor| monitor.node);
+        let monitors = monitors.map(|node| rows(&BearingSite::unit(node, rotor.plane_places(node)), [0.0; 2]));
+        let bearings = loads.chain(journals).chain(monitors).collect();
         Self {
             unbalance_columns: columns(&site_nodes),
             contact_columns: columns(&contact_nodes),
@@ -114,7 +117,7 @@ impl Outputs {
         }
     }
 
-    /// Index of the first output row of a bearing; pedestals, then journals in bearings with a clearance, are counted behind all bearings.
+    /// Index of the first output row of a bearing; pedestals, then journals in bearings with a clearance, then monitors, are counted behind all bearings.
     pub fn load_row(&self, bearing: usize) -> usize {
         self.unbalance_columns.ncols() + 2 * bearing
     }
@@ -129,7 +132,7 @@ impl Outputs {
         self.masses.len()
     }
 
-    /// Indices of the first output rows of all bearings and pedestals, then of the journals.
+    /// Indices of the first output rows of all bearings and pedestals, then of the journals and monitors.
     pub fn load_rows(&self) -> Vec<usize> {
         (0..self.bearings.len()).map(|bearing| self.load_row(bearing)).collect()
     }

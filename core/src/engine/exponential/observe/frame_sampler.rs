@@ -145,6 +145,6 @@ impl MotionAhead {
         let contact_step = transient.contact.as_ref().map(|contact| &contact.contact_step);
         frames.take(&mut self.free_motion, contact_step.zip(self.ring.as_ref()), false);
         let (bearings, pedestals) = self.loads.split_at(self.bearings);
-        frames.show(Loads { bearings, pedestals, journals: &[] }, None, energies, follower);
+        frames.show(Loads { bearings, pedestals, journals: &[], monitors: &[] }, None, energies, follower);
     }
 }

@@ -50,10 +50,10 @@ pub(crate) struct Transient {
     /// Ring and contact; `None` for a machine without diaphragm.
     pub contact: Option<RingContact>,
     /// Loads of the bearings at n, in the machine's order, and of the pedestals \[N\], then displacements of the journals in bearings with a clearance
-    /// \[m\].
+    /// and of the monitors \[m\].
     loads: Vec<[f64; 2]>,
-    /// Numbers of bearings and of pedestals: the first entries of `loads`.
-    supports: [usize; 2],
+    /// Numbers of bearings, of pedestals and of those journals: the first entries of `loads`.
+    supports: [usize; 3],
     /// Quantities whose peaks limit the step: the entries of `loads`, then the displacement of the rotor at the contact \[m\].
     watched: Vec<WatchedPeak>,
     /// Length of a step of 2^k contact steps \[s\], by k.
@@ -132,19 +132,23 @@ impl Transient {
             lengths[doublings] * braking_rate <= MAX_BRAKING_CHANGE
                 && free_motion.is_stable(doublings, machine.run.end_time)
         };
-        let supports = [structure.rotor.bearings.len(), structure.rotor.pedestals.len()];
-        let support_count = supports[0] + supports[1];
+        let [bearings, pedestals] = [structure.rotor.bearings.len(), structure.rotor.pedestals.len()];
+        let support_count = bearings + pedestals;
         let journals = journal_peaks(machine, support_count, &free_motion);
+        let supports = [bearings, pedestals, journals.len()];
+        let first_monitor = support_count + journals.len();
+        let load_count = first_monitor + machine.monitors.len();
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
             max_doublings: if disturbed { 0 } else { (1..=longest).take_while(is_accurate).last().unwrap_or(0) },
             disturbed,
             supports,
-            loads: vec![[0.0; 2]; support_count + journals.len()],
+            loads: vec![[0.0; 2]; load_count],
             watched: (0..support_count)
                 .map(|bearing| WatchedPeak::new(free_motion.constant_load(bearing)))
                 .chain(journals)
+                .chain((first_monitor..load_count).map(|at| WatchedPeak::new(free_motion.constant_load(at))))
                 .chain(machine.diaphragms.first().map(|d| WatchedPeak::new(d.contact.offset.map(|part| -part))))
                 .collect(),
             last_doublings: 0,
@@ -170,11 +174,12 @@ impl Transient {
         self.lengths[0]
     }
 
-    /// Bearing loads and journal displacements at n.
+    /// Bearing loads and displacements of journals and monitors at n.
     pub fn loads(&self) -> Loads<'_> {
         let (bearings, others) = self.loads.split_at(self.supports[0]);
-        let (pedestals, journals) = others.split_at(self.supports[1]);
-        Loads { bearings, pedestals, journals }
+        let (pedestals, others) = others.split_at(self.supports[1]);
+        let (journals, monitors) = others.split_at(self.supports[2]);
+        Loads { bearings, pedestals, journals, monitors }
     }
 
     /// Whether the run is in its first steps, [`STARTING_STEPS`].
