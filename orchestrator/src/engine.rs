@@ -54,7 +54,7 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 ///
 /// # Errors
 /// The step is too large, or the like.
-pub fn step_plan(machine: &Machine, structure: &Structure) -> Result<TimeStep, EngineError> {
+pub fn time_step(machine: &Machine, structure: &Structure) -> Result<TimeStep, EngineError> {
     TimeStep::new(machine, structure).map_err(EngineError::Start)
 }
 

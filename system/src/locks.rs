@@ -28,7 +28,7 @@ pub struct LockHolder {
 impl LockHolder {
     /// Whether it is the process that has this number for itself; `is_here`: it says so of this system, not of a container.
     #[must_use]
-    pub fn is(&self, pid: u32, is_here: bool) -> bool {
+    pub fn is_process(&self, pid: u32, is_here: bool) -> bool {
         is_here && self.pid == pid || self.inner == Some(pid)
     }
 }
@@ -115,7 +115,7 @@ mod tests {
         file.lock().expect("free");
         let found = of_file().expect("held");
         assert_eq!(found.pid, std::process::id());
-        assert!(found.is(found.pid, true) && !found.is(found.pid, false) && !found.is(1, true));
+        assert!(found.is_process(found.pid, true) && !found.is_process(found.pid, false) && !found.is_process(1, true));
         assert!(found.to_string().starts_with(&format!("process {} (", found.pid)), "{found}");
     }
 }

@@ -67,13 +67,14 @@ fn points_of(kind: DesignKind, seed: u64, replicates: usize, samples: usize) -> 
     let written = Written { numbers: numbers.into_iter().collect(), ..Written::default() };
     let law = Uncertain::new(Distribution::from_word("uniform").expect("a law"), &written, "").expect("a law");
     let names = ["u1", "u2"].map(str::to_owned);
-    let plan = SamplingLayout::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design");
+    let layout =
+        SamplingLayout::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design");
     let point = |index| {
         let mut point = [0.0; 2];
-        plan.fill(index, &mut point);
+        layout.fill(index, &mut point);
         point
     };
-    (0..plan.count()).map(point).collect()
+    (0..layout.count()).map(point).collect()
 }
 
 /// A study of y, or of y and z by turns; `failing`: with failing runs, of which such a part has a value that is held.

@@ -270,10 +270,10 @@ impl Directory {
                 // With its own hash, so that it is parsed and not refused for being another.
                 let hash = blake3::hash(bytes).to_hex().to_string();
                 match JobSpec::read(&self.out, &hash) {
-                    Ok(JobSpec::Machine(plan)) => {
-                        let _ = CoreSolver::new(&plan).map(|solver| solver.parameter_columns().count());
+                    Ok(JobSpec::Machine(job)) => {
+                        let _ = CoreSolver::new(&job).map(|solver| solver.parameter_columns().count());
                     }
-                    Ok(JobSpec::Function(plan)) => drop(FunctionSolver::new(&plan)),
+                    Ok(JobSpec::Function(job)) => drop(FunctionSolver::new(&job)),
                     Err(_) => {}
                 }
             }

@@ -48,10 +48,10 @@ fn record(path: &Path, channels: &[&str], decimation: Decimation) -> (Machine, O
 
 fn record_of(machine: &Machine, path: &Path, channels: &[&str], decimation: Decimation) -> Outcome {
     let structure = Structure::build(machine, None).expect("a model");
-    let plan = TimeStep::new(machine, &structure).expect("a step");
+    let time_step = TimeStep::new(machine, &structure).expect("a step");
     let channels = channels.iter().map(|name| (*name).to_owned()).collect();
     let settings = Settings { path: path.to_path_buf(), channels, decimation, csv: CsvStyle::Point };
-    let mut recorder = Recorder::new(&settings, machine, &structure, &plan).expect("known channels");
+    let mut recorder = Recorder::new(&settings, machine, &structure, &time_step).expect("known channels");
     let outcome = simulate(machine, &structure, &mut recorder).expect("starts");
     let written = recorder.finish(machine, &outcome).expect("written");
     assert_eq!(written.path, path);
@@ -282,11 +282,12 @@ fn a_cut_file_is_recovered_up_to_the_cut() {
 fn a_directory_that_cannot_be_written_fails_the_history_alone() {
     let machine = machine();
     let structure = Structure::build(&machine, None).expect("a model");
-    let plan = TimeStep::new(&machine, &structure).expect("a step");
+    let time_step = TimeStep::new(&machine, &structure).expect("a step");
     for name in ["/nowhere/at/all/a.mcap", "/nowhere/at/all/a.csv", "/nowhere/at/all/a.parquet"] {
         let settings =
             Settings { path: name.into(), channels: Vec::new(), decimation: Decimation::Default, csv: CsvStyle::Point };
-        let mut recorder = Recorder::new(&settings, &machine, &structure, &plan).expect("what is asked for is right");
+        let mut recorder =
+            Recorder::new(&settings, &machine, &structure, &time_step).expect("what is asked for is right");
         let outcome = simulate(&machine, &structure, &mut recorder).expect("starts");
         assert_eq!(outcome, simulate(&machine, &structure, &mut NoHistory).expect("starts"));
         assert!(recorder.finish(&machine, &outcome).is_err());

@@ -44,7 +44,7 @@ fn output(name: &str, u: &[f64; 2]) -> f64 {
     }
 }
 
-fn plan(kind: LayoutKind, seed: u64) -> SamplingLayout {
+fn layout(kind: LayoutKind, seed: u64) -> SamplingLayout {
     let is_single = kind == LayoutKind::MonteCarlo;
     let samples = if is_single { MOST } else { MOST / REPLICATES };
     let def =
@@ -108,12 +108,12 @@ impl Case {
     }
 
     /// Whether the interval at the end of a study covers the true value, and the points of the study; `spends`: by error spending.
-    fn end(&self, values: &mut Vec<f64>, plan: &SamplingLayout, spends: bool) -> (bool, u64) {
+    fn end(&self, values: &mut Vec<f64>, layout: &SamplingLayout, spends: bool) -> (bool, u64) {
         let rule = StopRule { relative: Some(self.relative), ..StopRule::default() };
         for look in looks(MOST, ALPHA) {
             for index in values.len() as u64..look.points {
                 let mut point = [0.0; 2];
-                plan.fill(index, &mut point);
+                layout.fill(index, &mut point);
                 values.push(output(self.output, &point));
             }
             let seen = &values[..look.points as usize];
@@ -138,10 +138,10 @@ struct Measured {
 fn measured(case: &Case, repeats: u64) -> Measured {
     let (mut held, mut points) = ([0u64; 2], [0u64; 2]);
     for repeat in 0..repeats {
-        let plan = plan(case.kind, 7000 + repeat);
+        let layout = layout(case.kind, 7000 + repeat);
         let mut values = Vec::new();
         for (at, spends) in [false, true].into_iter().enumerate() {
-            let (holds, end) = case.end(&mut values, &plan, spends);
+            let (holds, end) = case.end(&mut values, &layout, spends);
             held[at] += u64::from(holds);
             points[at] += end;
         }

@@ -70,9 +70,9 @@ impl CoreSolver {
     ///
     /// # Errors
     /// What is wrong with the plan.
-    pub fn new(plan: &MachineJob) -> Result<Self, SolverError> {
-        let mut def = MachineDef::parse(&plan.machine_file, &plan.machine_toml).map_err(SolverError::Machine)?;
-        for (path, value) in &plan.fixed {
+    pub fn new(job: &MachineJob) -> Result<Self, SolverError> {
+        let mut def = MachineDef::parse(&job.machine_file, &job.machine_toml).map_err(SolverError::Machine)?;
+        for (path, value) in &job.fixed {
             let path = def.resolve(path).map_err(SolverError::Path)?;
             def.set(&path, value).map_err(SolverError::Value)?;
         }
@@ -80,12 +80,12 @@ impl CoreSolver {
         if def.engine().is_some_and(|choice| choice.is_auto()) {
             def.settle(Engine::Reduced);
         }
-        let mut varied = Vec::with_capacity(plan.varied.len());
-        for parameter in &plan.varied {
+        let mut varied = Vec::with_capacity(job.varied.len());
+        for parameter in &job.varied {
             let path = def.resolve(&parameter.path).map_err(SolverError::Path)?;
             varied.push(Parameter { path, choices: parameter.choices.clone() });
         }
-        let basis = plan.basis.as_deref().map(Basis::from_bytes).transpose().map_err(SolverError::Basis)?;
+        let basis = job.basis.as_deref().map(Basis::from_bytes).transpose().map_err(SolverError::Basis)?;
         Ok(Self { def, varied, basis, structure: None })
     }
 

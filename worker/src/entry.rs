@@ -79,15 +79,15 @@ fn run(args: impl IntoIterator<Item = OsString>, faults: &dyn Faults) -> Result<
         let mut solver = NoopSolver { busy: Duration::from_micros(micros) };
         serve(connect()?, hello, &mut solver, &heartbeat, faults)?;
     } else {
-        let plan = JobSpec::read(&args.run_dir, &args.plan_hash)?;
-        match plan {
-            JobSpec::Machine(plan) => {
-                let mut solver = CoreSolver::new(&plan)?;
-                drop(plan);
+        let job = JobSpec::read(&args.run_dir, &args.plan_hash)?;
+        match job {
+            JobSpec::Machine(job) => {
+                let mut solver = CoreSolver::new(&job)?;
+                drop(job);
                 serve(connect()?, hello, &mut solver, &heartbeat, faults)?;
             }
-            JobSpec::Function(plan) => {
-                let mut solver = FunctionSolver::new(&plan)?;
+            JobSpec::Function(job) => {
+                let mut solver = FunctionSolver::new(&job)?;
                 serve(connect()?, hello, &mut solver, &heartbeat, faults)?;
             }
         }

@@ -47,9 +47,9 @@ impl FunctionSolver {
     ///
     /// # Errors
     /// What is wrong with the plan.
-    pub fn new(plan: &FunctionJob) -> Result<Self, FunctionSolverError> {
-        let variables = &plan.variables;
-        let counts = [("variables", variables.len(), MAX_PARAMS), ("formulas", plan.formulas.len(), MAX_VALUES)];
+    pub fn new(job: &FunctionJob) -> Result<Self, FunctionSolverError> {
+        let variables = &job.variables;
+        let counts = [("variables", variables.len(), MAX_PARAMS), ("formulas", job.formulas.len(), MAX_VALUES)];
         if let Some((what, found, most)) = counts.into_iter().find(|(_, found, most)| found > most) {
             return Err(FunctionSolverError::TooMany { what, found, most });
         }
@@ -60,7 +60,7 @@ impl FunctionSolver {
                     FunctionSolverError::Formula { name: one.name.clone(), formula: one.formula.clone(), source }
                 })
             };
-        let programs = plan.formulas.iter().map(program).collect::<Result<_, _>>()?;
+        let programs = job.formulas.iter().map(program).collect::<Result<_, _>>()?;
         Ok(Self { n_variables: variables.len(), programs, stack: Vec::new() })
     }
 

@@ -25,7 +25,7 @@ const SAMPLES: [[f64; 3]; 6] = [
     [0.3e-3, 4e-3, 1.0],
 ];
 
-fn plan() -> MachineJob {
+fn job() -> MachineJob {
     let machine = MachineDef::parse("lab_rig.toml", RIG).expect("the rig").build().expect("the rig");
     let basis = Structure::build(&machine, None).expect("modes").basis().to_bytes();
     let varied = |path: &str, choices: Option<&[&str]>| Varied {
@@ -46,11 +46,11 @@ fn plan() -> MachineJob {
 }
 
 /// Outcomes of one worker that is given these samples as one batch.
-fn outcomes(plan: &MachineJob, order: &[u64]) -> BTreeMap<u64, Outcome> {
-    let plan = plan.clone();
+fn outcomes(job: &MachineJob, order: &[u64]) -> BTreeMap<u64, Outcome> {
+    let job = job.clone();
     let params = order.iter().flat_map(|&sample| SAMPLES[sample as usize]).collect();
     let batch = Batch { batch: BatchId(1), attempt: 1, n_params: 3, samples: order.to_vec(), params };
-    let reports = play(move || CoreSolver::new(&plan).expect("a plan"), batch);
+    let reports = play(move || CoreSolver::new(&job).expect("a plan"), batch);
     results(&reports).into_iter().map(|(sample, done)| (sample, done.outcome.clone())).collect()
 }
 
@@ -62,14 +62,14 @@ fn bits(outcome: &Outcome) -> (String, Vec<Option<u64>>) {
 
 #[test]
 fn an_outcome_does_not_depend_on_the_others_of_its_batch_or_their_order() {
-    let plan = plan();
-    let mut solver = CoreSolver::new(&plan).expect("a plan");
+    let job = job();
+    let mut solver = CoreSolver::new(&job).expect("a plan");
     let (machine, _) = solver.prepare(&SAMPLES[0]).expect("a machine");
     let first_contact = columns(&machine).iter().position(|column| column.name == "first_contact_s").expect("a column");
     let (other, _) = solver.prepare(&SAMPLES[1]).expect("a machine");
     assert!(!solver.prepare(&SAMPLES[0]).expect("a machine").1.fits(&other), "they differ in structure");
 
-    let whole = outcomes(&plan, &[0, 1, 2, 3, 4, 5]);
+    let whole = outcomes(&job, &[0, 1, 2, 3, 4, 5]);
     assert_eq!(whole.len(), SAMPLES.len());
     for (sample, outcome) in &whole {
         // The one without a machine fails, the others rub.
@@ -79,7 +79,7 @@ fn an_outcome_does_not_depend_on_the_others_of_its_batch_or_their_order() {
     let ways: [&[&[u64]]; 3] =
         [&[&[5, 4, 3, 2, 1, 0]], &[&[3, 1, 5], &[0, 2, 4]], &[&[0], &[1], &[2], &[3], &[4], &[5]]];
     for way in ways {
-        let found: BTreeMap<u64, Outcome> = way.iter().flat_map(|order| outcomes(&plan, order)).collect();
+        let found: BTreeMap<u64, Outcome> = way.iter().flat_map(|order| outcomes(&job, order)).collect();
         assert_eq!(found.len(), SAMPLES.len());
         for (sample, outcome) in &found {
             assert_eq!(bits(outcome), bits(&whole[sample]), "sample {sample} in {way:?}");

@@ -3,7 +3,7 @@
 use bladeoff_answers::estimate::figures::{Figures, Method};
 use bladeoff_answers::estimate::proportion::{Tally, proportion};
 use bladeoff_answers::estimate::scheme::Scheme;
-use bladeoff_answers::stop::{Hindrance, Look, Precision, StopRule, expected, half_width, looks};
+use bladeoff_answers::stop::{Hindrance, InterimAnalysis, Precision, StopRule, expected, half_width, interim_analyses};
 use bladeoff_system::random::{SplitMix, finaliser};
 
 const ALPHA: f64 = 0.05;
@@ -16,9 +16,11 @@ fn share(n: u64, events: u64, bad: u64, alpha: f64) -> Figures {
 
 /// The interim analysis at which a study of these events ends with so many points done, and whether it is precise enough there; `None`:
 /// it continues. Points of the analyses.
-fn stand(rule: &StopRule, events: &[bool], done: u64) -> (Option<(Look, bool)>, Vec<u64>) {
+fn stand(rule: &StopRule, events: &[bool], done: u64) -> (Option<(InterimAnalysis, bool)>, Vec<u64>) {
     let mut seen = Vec::new();
-    for look in looks(rule.end(events.len() as u64), ALPHA).into_iter().take_while(|look| look.points <= done) {
+    for look in
+        interim_analyses(rule.end(events.len() as u64), ALPHA).into_iter().take_while(|look| look.points <= done)
+    {
         let count = events[..look.points as usize].iter().filter(|event| **event).count();
         let enough = rule.asks_for_width() && {
             seen.push(look.points);
@@ -38,7 +40,7 @@ fn events(seed: u64, count: usize, p: f64) -> Vec<bool> {
 
 #[test]
 fn looks_double_and_spend_alpha_once() {
-    let found = looks(3000, 0.05);
+    let found = interim_analyses(3000, 0.05);
     let points: Vec<u64> = found.iter().map(|look| look.points).collect();
     assert_eq!(points, [256, 512, 1024, 2048, 3000]);
     let levels: Vec<f64> = found.iter().map(|look| look.alpha).collect();
@@ -46,8 +48,8 @@ fn looks_double_and_spend_alpha_once() {
     assert!((levels.iter().sum::<f64>() - 0.05).abs() < 1e-15);
     assert!(found.iter().filter(|look| look.is_last).count() == 1 && found[4].is_last);
     // the end is no look twice
-    assert_eq!(looks(512, 0.05).iter().map(|look| look.points).collect::<Vec<_>>(), [256, 512]);
-    assert_eq!(looks(100, 0.05), [Look { points: 100, alpha: 0.05, is_last: true }]);
+    assert_eq!(interim_analyses(512, 0.05).iter().map(|look| look.points).collect::<Vec<_>>(), [256, 512]);
+    assert_eq!(interim_analyses(100, 0.05), [InterimAnalysis { points: 100, alpha: 0.05, is_last: true }]);
 }
 
 #[test]
@@ -175,7 +177,7 @@ fn a_forecast_is_what_comes_at_the_same_rates() {
 #[test]
 fn the_look_that_is_expected_is_about_the_one_that_comes() {
     let mut off = Vec::new();
-    let analyses: Vec<u64> = looks(1 << 16, ALPHA).iter().map(|look| look.points).collect();
+    let analyses: Vec<u64> = interim_analyses(1 << 16, ALPHA).iter().map(|look| look.points).collect();
     let now = analyses[2];
     for seed in 0..20 {
         let events = events(100 + seed, 1 << 16, 0.05);

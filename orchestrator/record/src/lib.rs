@@ -42,16 +42,16 @@ pub struct Record {
     /// Which file it is, whatever becomes of its name.
     identity: Identity,
     /// Its name until it is published.
-    aside: Option<Aside>,
+    temporary_name: Option<TemporaryName>,
     gathered: Vec<(u64, Vec<u8>)>,
     oldest: Option<Instant>,
 }
 
 /// The name of a store that is not published, removed with it.
 #[derive(Debug)]
-struct Aside(Place);
+struct TemporaryName(Place);
 
-impl Drop for Aside {
+impl Drop for TemporaryName {
     fn drop(&mut self) {
         // Published, it has another name by now; on the error path it is of no use.
         let _ = self.0.remove();
@@ -72,11 +72,11 @@ impl Record {
     pub fn create(path: impl Into<Place>, header: &[(String, String)]) -> Result<Self, RecordError> {
         let path = path.into();
         let failed = |source| RecordError::store("create", &path, source);
-        let (file, aside) = create_beside(&path, Place::create_closed)?;
-        let aside = Aside(aside);
+        let (file, place) = create_beside(&path, Place::create_closed)?;
+        let name = TemporaryName(place);
         let record = Self::over(file, &path, failed)?;
         record.write_header(header).map_err(failed)?;
-        Ok(Self { aside: Some(aside), ..record })
+        Ok(Self { temporary_name: Some(name), ..record })
     }
 
     /// The store in a file that is open to be written.
@@ -86,7 +86,7 @@ impl Record {
         let database = created.map_err(|source| failed(source.into()))?;
         let reader = Reader { store: Arc::new(Store::new(database)), path: path.clone() };
         let identity = (about.dev(), about.ino());
-        Ok(Self { reader, identity, aside: None, gathered: Vec::new(), oldest: None })
+        Ok(Self { reader, identity, temporary_name: None, gathered: Vec::new(), oldest: None })
     }
 
     /// Whether its name is still its own; what cannot be looked at is taken to be.
@@ -102,10 +102,10 @@ impl Record {
     pub fn publish(&mut self) -> Result<(), RecordError> {
         self.commit()?;
         let path = &self.reader.path;
-        if let Some(aside) = &self.aside {
+        if let Some(aside) = &self.temporary_name {
             aside.0.rename_to(path).map_err(FileError::at("rename to", path))?;
         }
-        self.aside = None;
+        self.temporary_name = None;
         Ok(path.sync_parent()?)
     }
 

@@ -10,9 +10,9 @@ use crate::html_report::{LimitTable, bearings_of, too_many_beyond};
 use crate::questions::{
     Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
 };
-use crate::run::Looking;
+use crate::run::PrecisionCheck;
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
-use crate::run::shards::{is_unmerged, row_files, see, unread};
+use crate::run::shards::{directory_status, is_unmerged, row_files, unread};
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::Table;
@@ -95,8 +95,8 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
         unread(directory).iter().for_each(|damaged| remark(&format!("warning: {damaged}")));
         return Ok(());
     }
-    let Some(seen) = see(directory)?.filter(|seen| seen.is_counted) else { return Ok(()) };
-    let done = seen.told.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
+    let Some(seen) = directory_status(directory)?.filter(|seen| seen.is_counted) else { return Ok(()) };
+    let done = seen.last_report.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
     let rows = read_current(directory, row_files, Table::count_rows)? as u64;
     if done > rows {
         let how = go_on(&seen).map(|command| format!("; this writes them and goes on: {command}")).unwrap_or_default();
@@ -127,7 +127,7 @@ pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answe
     if samples.study().refine.is_some() {
         return None;
     }
-    let pace = pace(&see(directory).ok()??.told?).filter(|_| answering.of == answering.design)?;
+    let pace = pace(&directory_status(directory).ok()??.last_report?).filter(|_| answering.of == answering.design)?;
     let awaited = waiting(samples).ok()?.map(|waiting| waiting.awaited());
     forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
 }
@@ -163,7 +163,7 @@ pub(super) fn forecast_in(directory: &Path) -> Option<Forecasts> {
 
 /// The study of a directory, and what its file or another one asks of it; the name of that file.
 pub(super) fn asked_of(directory: &Path, other: Option<&Path>) -> Result<(Samples, PathBuf, Meant), CliError> {
-    see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let samples = frozen(directory)?;
     let read = other.map(read_asked).transpose()?;
     let (file, meant) = match &read {

@@ -106,7 +106,7 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     let mut stability = Stability::with(structure.clone());
     let more = forecast::of_machine(&definition, &machine, &mut stability, width());
     tell(&format!("{}: a machine whose run can start\n{choice}{more}", definition.name()))?;
-    let step = engine::step_plan(&machine, &structure)?.step;
+    let step = engine::time_step(&machine, &structure)?.step;
     bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
     implausible(&machine).iter().for_each(|text| remark(&format!("warning: {text}")));
     let unstable = unstable(&machine, &structure, speeds_of_run(&machine));
@@ -170,14 +170,14 @@ fn drawn(samples: &Samples) -> String {
     let study = samples.study();
     let width = width().unwrap_or(usize::MAX);
     let mut text = String::new();
-    if let Some(plan) = samples.layout() {
+    if let Some(layout) = samples.layout() {
         let (points, uncertain) = (
             counted(samples.points(), "point"),
             counted(study.sampled.distributions.len() as u64, "uncertain parameter"),
         );
-        text.push_str(&format!("Design: {}, {points} of {uncertain}", plan.kind().word()));
-        if plan.replicates() > 1 {
-            text.push_str(&format!(", in {}", counted(plan.replicates(), "replicate")));
+        text.push_str(&format!("Design: {}, {points} of {uncertain}", layout.kind().word()));
+        if layout.replicates() > 1 {
+            text.push_str(&format!(", in {}", counted(layout.replicates(), "replicate")));
         }
         let groups = samples.groups().len() as u64;
         if groups > 1 {
@@ -185,9 +185,9 @@ fn drawn(samples: &Samples) -> String {
         }
         text.push_str(".\n");
         // of the points that are taken, not of those in the file
-        let whole = study.sampled.values.layout().and_then(|plan| plan.without_interval(plan.count()));
+        let whole = study.sampled.values.layout().and_then(|layout| layout.without_interval(layout.count()));
         let others = study.sampled.notes.iter().filter(|note| whole.as_ref() != Some(note));
-        for note in plan.without_interval(samples.points()).iter().chain(&related(samples)).chain(others) {
+        for note in layout.without_interval(samples.points()).iter().chain(&related(samples)).chain(others) {
             text.push_str(&wrapped(&format!("Note: {note}."), width, "", ""));
         }
         text.push('\n');

@@ -5,8 +5,8 @@ use super::refusals::NotCompared;
 use super::why::frozen;
 use crate::questions::drawn;
 use crate::run::directory::{MANIFEST, RESULTS};
+use crate::run::shards::directory_status;
 use crate::run::shards::row_files;
-use crate::run::shards::see;
 use crate::run::{end_of_table, refuse_changed};
 use bladeoff_answers::compare::Draw;
 use bladeoff_answers::tables::{Table, TableError, column_heads};
@@ -76,7 +76,7 @@ pub(super) fn open(path: &Path) -> Result<Opened, CliError> {
         return Err(NotCompared::Missing { path: path.to_path_buf() }.into());
     }
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if path.file_name().is_some_and(|name| name == RESULTS) && see(parent)?.is_some() {
+    if path.file_name().is_some_and(|name| name == RESULTS) && directory_status(parent)?.is_some() {
         return of_directory(parent, path);
     }
     // a link that the user names is followed
@@ -91,7 +91,7 @@ pub(super) fn open(path: &Path) -> Result<Opened, CliError> {
 
 /// `path`: as the user has it.
 fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
-    see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let files = row_files(directory);
     let Some(first) = files.first() else { return Err(CliError::no_results(directory)) };
     let is_whole = first.ends_with(RESULTS);

@@ -254,7 +254,7 @@ fn time(samples: &Samples, sample: u64, structures: &Structures, deadline: Insta
             (&built, thread_cpu_time().saturating_sub(before).as_secs_f64())
         }
     };
-    let plan = engine::step_plan(&machine, structure)?;
+    let time_step = engine::time_step(&machine, structure)?;
     let mut watch = Watch { begun: thread_cpu_time(), deadline, steps: 0, cut: false };
     let outcome = engine::simulate_watched(&machine, structure, &mut watch)?;
     let cpu = thread_cpu_time().saturating_sub(watch.begun).as_secs_f64();
@@ -266,7 +266,7 @@ fn time(samples: &Samples, sample: u64, structures: &Structures, deadline: Insta
     if watch.steps == 0 {
         return Ok(None);
     }
-    let steps = (machine.run.end_time / plan.step).ceil();
+    let steps = (machine.run.end_time / time_step.step).ceil();
     let steps = machine.run.step_limit.map_or(steps, |limit| steps.min(limit as f64));
     // the steps of a twin are counted on from those of the first run
     let steps = if machine.run.twin > 0.0 { 2.0 * steps } else { steps };
@@ -372,7 +372,7 @@ mod tests {
         let mut watch = Watch { begun: thread_cpu_time(), deadline: Instant::now() + LONGEST, steps: 0, cut: false };
         let machine = all.machine(0).build().expect("valid");
         let structure = engine::build(&machine).expect("buildable");
-        let steps = machine.run.end_time / engine::step_plan(&machine, &structure).expect("stable").step;
+        let steps = machine.run.end_time / engine::time_step(&machine, &structure).expect("stable").step;
         engine::simulate_watched(&machine, &structure, &mut watch).expect("it starts");
         assert!(!watch.cut && watch.steps as f64 > 1.9 * steps, "{} of twice {steps}", watch.steps);
     }

@@ -7,7 +7,7 @@ use super::output::{remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use crate::questions::{decided, judge, only_gates};
-use crate::run::shards::see;
+use crate::run::shards::directory_status;
 use bladeoff_answers::gate::{Verdict, junit, verdict};
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
@@ -101,7 +101,7 @@ fn refused(wrong: Vec<(String, String)>) -> CliError {
 
 /// The study's name: a frozen file no longer has its own, by which a study without `name` is called.
 pub(super) fn name(directory: &Path, samples: &Samples) -> String {
-    let told = see(directory).ok().flatten().and_then(|seen| seen.told);
-    let name = told.as_ref().and_then(|told| told.get("study")).and_then(|name| name.as_str());
+    let report = directory_status(directory).ok().flatten().and_then(|seen| seen.last_report);
+    let name = report.as_ref().and_then(|report| report.get("study")).and_then(|name| name.as_str());
     name.unwrap_or(&samples.study().name).to_owned()
 }

@@ -52,11 +52,11 @@ impl HistoryArgs {
     ///
     /// # Errors
     /// An interval that is no time, or that the run does not have.
-    pub fn settings(&self, machine: &Machine, plan: &TimeStep) -> Result<Option<Settings>, CliError> {
+    pub fn settings(&self, machine: &Machine, time_step: &TimeStep) -> Result<Option<Settings>, CliError> {
         let Some(path) = self.history.clone() else { return Ok(None) };
         let decimation = match (&self.every, self.decimate) {
             (Some(text), _) => Decimation::Every(interval(text, machine.run.end_time)?),
-            (None, Some(steps)) => Decimation::Steps(decimation(steps, machine.run.end_time, plan.step)?),
+            (None, Some(steps)) => Decimation::Steps(decimation(steps, machine.run.end_time, time_step.step)?),
             (None, None) => Decimation::Default,
         };
         let csv = if self.decimal_comma { CsvStyle::Comma } else { CsvStyle::Point };
@@ -115,13 +115,13 @@ fn simulate(
 pub fn watched(
     machine: &Machine,
     structure: &Structure,
-    plan: &TimeStep,
+    time_step: &TimeStep,
     settings: Option<&Settings>,
     is_shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {
     let Some(settings) = settings else { return Ok((simulate(machine, structure, None, is_shown)?, None)) };
     let stop = Stop::listen();
-    let mut recorder = Recorder::new(settings, machine, structure, plan)?;
+    let mut recorder = Recorder::new(settings, machine, structure, time_step)?;
     let temporary = recorder.temporary().map(Path::to_path_buf);
     if let Some(temporary) = &temporary {
         stop.writes(temporary);

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::{remark, tell, width};
 use super::run::{summary, verdict_of};
-use crate::run::Looking;
+use crate::run::PrecisionCheck;
 use crate::run::shards::{ShardError, merge, restore, samples_of};
 use bladeoff_answers::summary::counted;
 use bladeoff_system::shown;
@@ -38,7 +38,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     restore(&args.directory, args.trust_dir, &|text| remark(text))?;
     let samples = samples_of(&args.directory)?.ok_or_else(none)?;
     let waiting = waiting(&samples)?;
-    let looking = waiting.as_ref().map(|waiting| waiting as &dyn Looking);
+    let looking = waiting.as_ref().map(|waiting| waiting as &dyn PrecisionCheck);
     let merged = merge(&args.directory, args.trust_dir, &samples, looking, &|text| remark(text))?;
     if merged.attempts > 0 {
         remark(&format!(

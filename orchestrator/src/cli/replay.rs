@@ -74,19 +74,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     })??;
     let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
     let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
-    let plan = match JobSpec::read(&directory, &hash).map_err(ReplayError::Plan)? {
-        JobSpec::Machine(plan) => plan,
+    let job = match JobSpec::read(&directory, &hash).map_err(ReplayError::Plan)? {
+        JobSpec::Machine(job) => job,
         JobSpec::Function(_) => return Err(ReplayError::Function { directory }.into()),
     };
-    let mut solver = CoreSolver::new(&plan).map_err(ReplayError::Solver)?;
-    let params = parameters(&plan, &solver, &columns_by_path(&directory), &table, &path)?;
+    let mut solver = CoreSolver::new(&job).map_err(ReplayError::Solver)?;
+    let params = parameters(&job, &solver, &columns_by_path(&directory), &table, &path)?;
     let what = || format!("computing the matrices of sample {sample}");
     with_word(what, || solver.prepare(&params).map(drop)).map_err(ReplayError::Solver)?;
     if !args.set.is_empty() {
         return changed(args, &mut solver, &params, &table, (sample, &path));
     }
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
-    let step = engine::step_plan(&machine, structure)?;
+    let step = engine::time_step(&machine, structure)?;
     let history = args.history.settings(&machine, &step)?;
     let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), true)?;
     let columns = engine::columns(&machine);
@@ -117,7 +117,7 @@ fn changed(
         }
         Unchanged::Solver(error) => ReplayError::Solver(error).into(),
     })?;
-    let step = engine::step_plan(&machine, structure)?;
+    let step = engine::time_step(&machine, structure)?;
     let (outcome, _) = watched(&machine, structure, &step, None, true)?;
     tell(&format!("{:<32} {sample} of {}\n{lines}{}", "sample", shown(path), beside(row, &machine, &outcome)))?;
     Ok(Exit::Ok)
@@ -201,14 +201,14 @@ fn columns_by_path(directory: &Path) -> BTreeMap<String, String> {
 
 /// The parameters of a row, as a worker gets them.
 fn parameters(
-    plan: &MachineJob,
+    job: &MachineJob,
     solver: &CoreSolver,
     named: &BTreeMap<String, String>,
     row: &Table,
     path: &Path,
 ) -> Result<Vec<f64>, ReplayError> {
     let missing = |name: &str| ReplayError::Parameter { table: path.to_path_buf(), path: name.to_owned() };
-    plan.varied
+    job.varied
         .iter()
         .zip(solver.parameter_columns())
         .map(|(varied, column)| match &varied.choices {

@@ -14,7 +14,9 @@ use crate::plausible::implausible_of;
 use crate::questions::{Refinement, check_asked};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
-use crate::run::{Finished, Looking, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run};
+use crate::run::{
+    Finished, PrecisionCheck, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run,
+};
 use crate::start_check::check_starts;
 use crate::terminal::Tally;
 use bladeoff_answers::summary::are;
@@ -51,7 +53,7 @@ end there is a summary, and in the result directory:
                     BLAKE3 of the tables
   status.json       what `status` shows
   workers.log       messages of the worker processes
-  plan.json, basis.bin
+  layout.json, basis.bin
                     what the workers read
   ledger.redb       the durable record: the tables are made
                     from it and a run is continued by it
@@ -223,15 +225,15 @@ impl PartArgs {
 
 /// Where a limit takes another number of points than it says: what it takes, and why.
 fn limited(samples: &Samples, limit: u64) -> Option<String> {
-    let (plan, points) = (samples.layout()?, samples.points());
-    if points == limit.min(plan.count()) {
+    let (layout, points) = (samples.layout()?, samples.points());
+    if points == limit.min(layout.count()) {
         return None;
     }
-    let why = match plan.kind() {
+    let why = match layout.kind() {
         LayoutKind::LatinHypercube | LayoutKind::Sobol => {
-            format!(": {} in each replicate, a power of two", points / plan.replicates())
+            format!(": {} in each replicate, a power of two", points / layout.replicates())
         }
-        _ if plan.rows() > 1 => format!(", in whole blocks of {}", plan.rows()),
+        _ if layout.rows() > 1 => format!(", in whole blocks of {}", layout.rows()),
         _ => String::new(),
     };
     Some(format!("--limit {limit} takes the first {}{why}", counted(points, "point")))
@@ -288,7 +290,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
         trusts: args.trust_dir,
         workers,
         rerun: args.rerun.clone(),
-        looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn Looking>),
+        looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn PrecisionCheck>),
         refining: refinement.map(|refinement| Rc::new(refinement) as Rc<dyn Refining>),
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),

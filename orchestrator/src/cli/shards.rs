@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use crate::run::Stage;
-use crate::run::shards::{AttemptSeen, ShardsSeen, verify_chunks};
+use crate::run::shards::{AttemptStatus, ShardsStatus, verify_chunks};
 use crate::submit::scheduler_says;
 use bladeoff_answers::summary::{counted, duration};
 use bladeoff_system::call;
@@ -15,13 +15,13 @@ use std::path::Path;
 const SHOWN: usize = 40;
 
 /// The last interim analysis of `[stop]` that a merge could make: all its samples are there.
-pub(super) fn look_at_hand<'a>(seen: &ShardsSeen, stages: &'a [Stage]) -> Option<&'a Stage> {
+pub(super) fn look_at_hand<'a>(seen: &ShardsStatus, stages: &'a [Stage]) -> Option<&'a Stage> {
     let there = seen.first_missing.map_or(seen.samples, |chunk| chunk * seen.chunk);
     stages.iter().rfind(|stage| stage.samples <= there)
 }
 
 /// In words. `ahead`: the last interim analysis of its `[stop]` that a merge could make.
-pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>) -> String {
+pub(super) fn as_text(directory: &Path, seen: &ShardsStatus, ahead: Option<&Stage>) -> String {
     let living = seen.attempts.iter().filter(|attempt| attempt.lives).count();
     let state = match (seen.is_merged, seen.there == seen.chunks, living) {
         (true, _, _) => "complete".to_owned(),
@@ -58,9 +58,9 @@ pub(super) fn as_text(directory: &Path, seen: &ShardsSeen, ahead: Option<&Stage>
     lines.join("\n")
 }
 
-fn of_attempt(attempt: &AttemptSeen) -> String {
-    let word = |key: &str| attempt.said.get(key).and_then(Value::as_str);
-    let number = |key: &str| attempt.said.get(key).and_then(Value::as_u64).unwrap_or(0);
+fn of_attempt(attempt: &AttemptStatus) -> String {
+    let word = |key: &str| attempt.report.get(key).and_then(Value::as_str);
+    let number = |key: &str| attempt.report.get(key).and_then(Value::as_u64).unwrap_or(0);
     let state = match (word("state"), attempt.lives, attempt.silent) {
         (_, true, _) => "computes".to_owned(),
         (Some("running"), false, Some(silent)) => format!("not heard of for {}", duration(silent)),
@@ -81,7 +81,7 @@ fn of_attempt(attempt: &AttemptSeen) -> String {
 }
 
 /// For programs.
-pub(super) fn as_json(directory: &Path, seen: &ShardsSeen) -> Value {
+pub(super) fn as_json(directory: &Path, seen: &ShardsStatus) -> Value {
     let living = seen.attempts.iter().any(|attempt| attempt.lives);
     let state = match (seen.is_merged, living) {
         (true, _) => "complete",
@@ -89,7 +89,7 @@ pub(super) fn as_json(directory: &Path, seen: &ShardsSeen) -> Value {
         (false, false) => "ended",
     };
     let attempts = seen.attempts.iter().map(|attempt| {
-        let mut said = attempt.said.clone();
+        let mut said = attempt.report.clone();
         said.insert("lives".to_owned(), json!(attempt.lives));
         said.insert("silent_s".to_owned(), json!(attempt.silent.map(|silent| silent.as_secs_f64())));
         Value::Object(said)

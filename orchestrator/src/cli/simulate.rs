@@ -83,10 +83,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         None => error.into(),
     };
     implausible(&machine).iter().for_each(|text| remark(&format!("warning: {text}")));
-    let plan = engine::step_plan(&machine, &structure).map_err(refusal)?;
-    let history = args.history.settings(&machine, &plan)?;
+    let time_step = engine::time_step(&machine, &structure).map_err(refusal)?;
+    let history = args.history.settings(&machine, &time_step)?;
     let (outcome, history) =
-        watched(&machine, &structure, &plan, history.as_ref(), !args.json).map_err(|error| match error {
+        watched(&machine, &structure, &time_step, history.as_ref(), !args.json).map_err(|error| match error {
             CliError::Engine(error) => refusal(error),
             other => other,
         })?;
@@ -96,12 +96,12 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if args.json {
         print_json(&json(&machine, view))?;
     } else {
-        let mut text = heading(&machine, &args.machine.changed(&definition), choice.as_ref(), &plan);
+        let mut text = heading(&machine, &args.machine.changed(&definition), choice.as_ref(), &time_step);
         text.push_str(&describe_outcome(&machine, view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
     }
-    for note in bearing_remarks(&machine, &structure, plan.step).iter().chain(&history) {
+    for note in bearing_remarks(&machine, &structure, time_step.step).iter().chain(&history) {
         remark(note);
     }
     let initial = machine.rotor.initial_speed;
@@ -192,9 +192,14 @@ fn verdict(outcome: &Outcome) -> Exit {
 }
 
 /// What is simulated; `changed`: what is not as its file says.
-fn heading(machine: &Machine, changed: &[(String, String)], choice: Option<&EngineChoice>, plan: &TimeStep) -> String {
+fn heading(
+    machine: &Machine,
+    changed: &[(String, String)],
+    choice: Option<&EngineChoice>,
+    time_step: &TimeStep,
+) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
-    let [step, largest] = [plan.step, plan.largest_allowed()].map(|step| format_quantity(step, "s"));
+    let [step, largest] = [time_step.step, time_step.largest_allowed()].map(|step| format_quantity(step, "s"));
     let step = format!("{step} (largest allowed {largest})");
     let set = changed.iter().map(|(path, value)| ("set", format!("{path} = {value}")));
     // the word alone where the file says nothing else

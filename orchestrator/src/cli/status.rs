@@ -9,8 +9,8 @@ use super::shards;
 use super::why::frozen;
 use crate::html_report::above_max_beyond;
 use crate::questions::Forecasts;
-use crate::run::shards::{samples_of, see_shards};
-use crate::run::{Looking, RunState, Seen, TableEnd, Verified, see, verify};
+use crate::run::shards::{samples_of, shards_status};
+use crate::run::{DirectoryStatus, PrecisionCheck, RunState, TableEnd, Verified, directory_status, verify};
 use crate::submit::scheduler_says;
 use crate::terminal::Eta;
 use bladeoff_answers::summary::{Align, TextTable, counted};
@@ -94,7 +94,7 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
     if let Some(samples) = &known {
         let waiting = waiting(samples)?;
         let stages = waiting.as_ref().map_or(&[][..], |waiting| waiting.stages());
-        if let Some(seen) = see_shards(directory, stages.last().map(|stage| stage.samples))? {
+        if let Some(seen) = shards_status(directory, stages.last().map(|stage| stage.samples))? {
             let ahead = if seen.is_merged { None } else { shards::look_at_hand(&seen, stages) };
             return Ok(match json {
                 true => pretty(&shards::as_json(directory, &seen)),
@@ -102,13 +102,13 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
             });
         }
     }
-    let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    let seen = directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     // of a complete study it is told with the answers
     let ahead = match seen.state {
         RunState::Running { .. } | RunState::Ended | RunState::Killed(_) => forecast_in(directory),
         RunState::Complete | RunState::Unknown { .. } => None,
     };
-    let too_many = seen.told.as_ref().and_then(|told| too_many_beyond(directory, told));
+    let too_many = seen.last_report.as_ref().and_then(|report| too_many_beyond(directory, report));
     if json {
         return Ok(as_json(seen, ahead.as_ref(), too_many));
     }
@@ -151,13 +151,13 @@ fn verified_json(status: &str, verified: &[Verified]) -> String {
 }
 
 /// The line where more of the samples that are done are beyond the model than the study allows; `None` where the study cannot be read.
-fn too_many_beyond(directory: &Path, told: &Map<String, Value>) -> Option<String> {
-    let beyond = told.get("by_status")?.get(Status::Beyond.word())?.as_u64().filter(|beyond| *beyond > 0)?;
-    above_max_beyond(&frozen(directory).ok()?, beyond, told.get("done")?.as_u64()?)
+fn too_many_beyond(directory: &Path, report: &Map<String, Value>) -> Option<String> {
+    let beyond = report.get("by_status")?.get(Status::Beyond.word())?.as_u64().filter(|beyond| *beyond > 0)?;
+    above_max_beyond(&frozen(directory).ok()?, beyond, report.get("done")?.as_u64()?)
 }
 
-fn as_json(seen: Seen, ahead: Option<&Forecasts>, too_many: Option<String>) -> String {
-    let mut object = seen.told.unwrap_or_default();
+fn as_json(seen: DirectoryStatus, ahead: Option<&Forecasts>, too_many: Option<String>) -> String {
+    let mut object = seen.last_report.unwrap_or_default();
     if seen.state == RunState::Ended {
         // Why it ended is what the run said itself: interrupted, terminated, wall, until, max_failures, failed.
         let said = object.get("state").and_then(Value::as_str).map(str::to_owned);
@@ -177,27 +177,27 @@ fn as_json(seen: Seen, ahead: Option<&Forecasts>, too_many: Option<String>) -> S
 }
 
 fn as_text(
-    seen: &Seen,
+    seen: &DirectoryStatus,
     (end, has_looks): (Option<&str>, bool),
     ahead: Option<&Forecasts>,
     too_many: Option<String>,
 ) -> String {
     let empty = Map::new();
-    let told = seen.told.as_ref().unwrap_or(&empty);
-    let word = |key: &str| told.get(key).and_then(Value::as_str);
+    let report = seen.last_report.as_ref().unwrap_or(&empty);
+    let word = |key: &str| report.get(key).and_then(Value::as_str);
     let mut lines = vec![format!("{:<10} {}", "state", visible(&state(seen, end, word).replace('\n', " ")))];
     let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {}", visible(&text)));
-    if seen.told.is_none() {
+    if seen.last_report.is_none() {
         line("done", "unknown: the run has not told yet".to_owned());
     } else {
         line("study", word("study").unwrap_or("unknown").to_owned());
-        line("done", done(seen, told));
-        line("outcome", outcome(told));
+        line("done", done(seen, report));
+        line("outcome", outcome(report));
         if let Some(too_many) = too_many {
             line("warning", too_many);
         }
         if let RunState::Running { .. } = seen.state {
-            line("pace", pace(told, has_looks));
+            line("pace", pace(report, has_looks));
         }
         let forecast = match seen.state {
             RunState::Running { .. } => Forecasts::lines_beside_the_time_left,
@@ -206,13 +206,13 @@ fn as_text(
         for text in ahead.map(forecast).unwrap_or_default() {
             line("forecast", text);
         }
-        let deaths = number(told, "worker_deaths");
+        let deaths = number(report, "worker_deaths");
         if deaths > 0.0 {
             line("deaths", format!("{}, each replaced", counted(deaths as u64, "worker death")));
         }
         if let RunState::Running { .. } = seen.state {
             line("updated", word("updated").unwrap_or("unknown").to_owned());
-            for worker in told.get("workers").and_then(Value::as_array).into_iter().flatten() {
+            for worker in report.get("workers").and_then(Value::as_array).into_iter().flatten() {
                 lines.push(visible(worker["doing"].as_str().unwrap_or("worker")).into_owned());
             }
         } else if let Some(command) =
@@ -225,7 +225,7 @@ fn as_text(
     lines.join("\n")
 }
 
-fn state<'a>(seen: &Seen, end: Option<&str>, word: impl Fn(&str) -> Option<&'a str>) -> String {
+fn state<'a>(seen: &DirectoryStatus, end: Option<&str>, word: impl Fn(&str) -> Option<&'a str>) -> String {
     let by =
         |holder: &Option<crate::run::Holder>| holder.as_ref().map(|holder| format!(": {holder}")).unwrap_or_default();
     let last = || word("updated").map(|time| format!("; last told at {time}")).unwrap_or_default();
@@ -263,28 +263,28 @@ fn state<'a>(seen: &Seen, end: Option<&str>, word: impl Fn(&str) -> Option<&'a s
 }
 
 /// Where the table ends, in words, if `[stop]` says so.
-fn end_told(seen: &Seen, directory: &Path) -> Option<String> {
-    let told = seen.told.as_ref()?;
-    let end = TableEnd::of_json(told.get("stop")?)?;
+fn end_told(seen: &DirectoryStatus, directory: &Path) -> Option<String> {
+    let report = seen.last_report.as_ref()?;
+    let end = TableEnd::of_json(report.get("stop")?)?;
     // a directory whose study cannot be read any more is shown all the same
     Some(match frozen(directory) {
         Ok(samples) => end.words(&samples),
-        Err(_) => end.words_of(told.get("points").and_then(Value::as_u64).unwrap_or(0), None),
+        Err(_) => end.words_of(report.get("points").and_then(Value::as_u64).unwrap_or(0), None),
     })
 }
 
-fn done(seen: &Seen, told: &Map<String, Value>) -> String {
-    let (done, total, reused) = (number(told, "done"), number(told, "total"), number(told, "reused"));
+fn done(seen: &DirectoryStatus, report: &Map<String, Value>) -> String {
+    let (done, total, reused) = (number(report, "done"), number(report, "total"), number(report, "reused"));
     let share = if total > 0.0 { 100.0 * done / total } else { 100.0 };
     // It may have recorded more than it had time to tell.
-    let is_last = seen.state == RunState::Complete && told.get("state") == Some(&json!("complete"));
+    let is_last = seen.state == RunState::Complete && report.get("state") == Some(&json!("complete"));
     let is_known = seen.is_counted || is_last || matches!(seen.state, RunState::Running { .. });
     let least = match &seen.state {
         _ if is_known => "",
         RunState::Unknown { .. } => "at least ",
         _ => "(the record cannot be read) at least ",
     };
-    let surplus = number(told, "surplus");
+    let surplus = number(report, "surplus");
     let earlier = match (reused > 0.0, surplus > 0.0) {
         (false, false) => String::new(),
         (true, false) => format!(", {reused} of them in earlier runs"),
@@ -293,9 +293,9 @@ fn done(seen: &Seen, told: &Map<String, Value>) -> String {
     format!("{least}{done} of {} ({share:.1} %){earlier}", counted(total as u64, "sample"))
 }
 
-fn outcome(told: &Map<String, Value>) -> String {
+fn outcome(report: &Map<String, Value>) -> String {
     let counts = |key: &str| -> Vec<String> {
-        let pairs = told.get(key).and_then(Value::as_object).into_iter().flatten();
+        let pairs = report.get(key).and_then(Value::as_object).into_iter().flatten();
         pairs.filter(|(_, count)| count.as_u64() != Some(0)).map(|(word, count)| format!("{word} {count}")).collect()
     };
     let (by_status, by_cause) = (counts("by_status"), counts("by_cause"));
@@ -306,18 +306,18 @@ fn outcome(told: &Map<String, Value>) -> String {
     }
 }
 
-fn pace(told: &Map<String, Value>, has_looks: bool) -> String {
-    let rate = number(told, "rate_per_s");
+fn pace(report: &Map<String, Value>, has_looks: bool) -> String {
+    let rate = number(report, "rate_per_s");
     let time =
-        |key: &str| told.get(key).and_then(Value::as_f64).and_then(|time| Duration::try_from_secs_f64(time).ok());
+        |key: &str| report.get(key).and_then(Value::as_f64).and_then(|time| Duration::try_from_secs_f64(time).ok());
     let left = time("left_from_s").zip(time("left_to_s")).map(|(low, high)| Eta { low, high }.text());
     let to = if has_looks { " to the next interim analysis of [stop]" } else { "" };
     let left = left.map_or_else(|| "time left not known yet".to_owned(), |left| left + to);
     if rate >= 1.0 { format!("{rate:.1}/s, {left}") } else { format!("{:.1}/min, {left}", rate * 60.0) }
 }
 
-fn number(told: &Map<String, Value>, key: &str) -> f64 {
-    told.get(key).and_then(Value::as_f64).unwrap_or(0.0)
+fn number(report: &Map<String, Value>, key: &str) -> f64 {
+    report.get(key).and_then(Value::as_f64).unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -326,11 +326,11 @@ mod tests {
 
     #[test]
     fn what_is_left_of_a_study_with_stop_is_left_to_its_next_interim_analysis() {
-        let told = json!({ "rate_per_s": 2.0, "left_from_s": 0.1, "left_to_s": 0.5 });
-        let told = told.as_object().expect("an object");
-        let plain = pace(told, false);
+        let report = json!({ "rate_per_s": 2.0, "left_from_s": 0.1, "left_to_s": 0.5 });
+        let report = report.as_object().expect("an object");
+        let plain = pace(report, false);
         assert!(plain.starts_with("2.0/s, ") && plain.ends_with(" left"), "{plain}");
-        assert_eq!(pace(told, true), plain + " to the next interim analysis of [stop]");
+        assert_eq!(pace(report, true), plain + " to the next interim analysis of [stop]");
         assert_eq!(pace(&Map::new(), true), "0.0/min, time left not known yet");
     }
 }

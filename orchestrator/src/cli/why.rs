@@ -8,9 +8,10 @@ use super::refusals::WhyError;
 use crate::engine;
 use crate::engine_choice::as_planned;
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
-use crate::run::shards::{row_files, samples_of, see, timing_files};
+use crate::run::shards::{directory_status, row_files, samples_of, timing_files};
 use crate::run::{
-    RunState, Seen, TableEnd, end_of_table, function_columns, own_columns, refuse_changed, refuse_changed_timings,
+    DirectoryStatus, RunState, TableEnd, end_of_table, function_columns, own_columns, refuse_changed,
+    refuse_changed_timings,
 };
 use crate::terminal::{
     BACKWARD, Change, Ran, advice, broken_by, cause_in_words, describe_values, diverged_at, end_cause_in_words,
@@ -79,25 +80,25 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// # Errors
 /// No such directory or sample; files in it that cannot be read.
 pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
-    let seen = see(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
+    let seen = directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let samples = frozen(directory)?;
     if sample >= samples.count() {
         return Err(WhyError::Sample { directory: directory.to_path_buf(), sample, count: samples.count() }.into());
     }
-    let mut told = Told::default();
-    told.line("sample", format!("{sample} of {} in {}", samples.count(), shown(directory)));
+    let mut lines = Lines::default();
+    lines.push("sample", format!("{sample} of {} in {}", samples.count(), shown(directory)));
     for (varied, value) in samples.parameters().iter().zip(samples.values(sample)) {
-        told.line(&varied.info.path, show(&varied.info, &value));
+        lines.push(&varied.info.path, show(&varied.info, &value));
     }
     for (name, value) in samples.extra_columns(sample) {
         match value {
-            Some(ParamValue::Number(number)) => told.line(name, format!("{number:?}")),
-            Some(ParamValue::Choice(word)) => told.line(name, word),
-            None => told.line(name, "-"),
+            Some(ParamValue::Number(number)) => lines.push(name, format!("{number:?}")),
+            Some(ParamValue::Choice(word)) => lines.push(name, word),
+            None => lines.push(name, "-"),
         }
     }
     if let Some(twin) = twin(&samples, sample) {
-        told.line(TWIN, twin);
+        lines.push(TWIN, twin);
     }
     let go_on = go_on(&seen);
     let row = read_current(directory, row_files, |files| {
@@ -109,28 +110,28 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     let machine = samples.try_machine(sample).ok().flatten().and_then(|machine| machine.build().ok());
     match &row {
         Some(row) if samples.study().function().is_some() && is_not_finite(row) => {
-            told.line("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
+            lines.push("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
-        Some(row) => finished(&mut told, row, machine.as_ref(), (directory, sample, go_on.as_deref())),
+        Some(row) => finished(&mut lines, row, machine.as_ref(), (directory, sample, go_on.as_deref())),
         None if let Some(end) = end_before(directory, sample) => {
             let words = end.words(&samples);
             let why = if end.is_chosen() { "not among those of the table" } else { "beyond the end of the table" };
-            told.line("status", format!("{why}: {words}; it may be in the record, but has no row"));
+            lines.push("status", format!("{why}: {words}; it may be in the record, but has no row"));
         }
         None => {
-            told.line("status", unfinished(&seen.state, seen.told.as_ref(), sample, go_on.as_deref()));
+            lines.push("status", unfinished(&seen.state, seen.last_report.as_ref(), sample, go_on.as_deref()));
         }
     }
-    timing(&mut told, directory, sample);
-    log(&mut told, directory, sample);
+    timing(&mut lines, directory, sample);
+    log(&mut lines, directory, sample);
     if let Some(row) = &row {
         // What has no row yet is computed by the study.
         if samples.study().function().is_none() {
-            told.line("compute it", compute_it(directory, sample));
+            lines.push("compute it", compute_it(directory, sample));
         }
-        told.0.push_str(&values(row, &samples, machine.as_ref()));
+        lines.0.push_str(&values(row, &samples, machine.as_ref()));
     }
-    Ok(told.0)
+    Ok(lines.0)
 }
 
 /// The end of the table, where that is before this sample.
@@ -197,10 +198,10 @@ fn words_of(row: &Table, column: &str) -> Vec<Cause> {
 
 /// Lines of name and text.
 #[derive(Default)]
-struct Told(String);
+struct Lines(String);
 
-impl Told {
-    fn line(&mut self, name: &str, text: impl AsRef<str>) {
+impl Lines {
+    fn push(&mut self, name: &str, text: impl AsRef<str>) {
         self.0.push_str(&format!("{name:<32} {}\n", visible(text.as_ref())));
     }
 }
@@ -242,7 +243,7 @@ pub(super) fn frozen(directory: &Path) -> Result<Samples, CliError> {
 
 /// Why a frozen study is not there to be read: its run has not come to writing it, or somebody has removed it.
 fn unread(directory: &Path, source: StudyError) -> WhyError {
-    let seen = see(directory).ok().flatten();
+    let seen = directory_status(directory).ok().flatten();
     // the record is made when all inputs are written
     let is_beginning = !directory.join(LEDGER).exists();
     let is_gone = matches!(source, StudyError::Input(InputError::Missing { .. }));
@@ -256,8 +257,8 @@ fn unread(directory: &Path, source: StudyError) -> WhyError {
 }
 
 /// The command that goes on with what is in a directory.
-pub(super) fn go_on(seen: &Seen) -> Option<String> {
-    seen.told.as_ref()?.get("go_on").and_then(Value::as_str).map(str::to_owned)
+pub(super) fn go_on(seen: &DirectoryStatus) -> Option<String> {
+    seen.last_report.as_ref()?.get("go_on").and_then(Value::as_str).map(str::to_owned)
 }
 
 /// The command that computes a sample with a change of its machine and prints both rows; `None`: the step of the run is not known.
@@ -268,7 +269,7 @@ fn try_it(machine: &Machine, directory: &Path, sample: u64, change: Change) -> O
         Change::Set(path, value) => format!("{path}={value}"),
         Change::Step(ratio) => {
             let structure = engine::build(machine).ok()?;
-            let step = engine::step_plan(machine, &structure).ok()?.step * ratio;
+            let step = engine::time_step(machine, &structure).ok()?.step * ratio;
             format!("{}={}", step_key(machine.run.engine), format_digits(step, "s", 3))
         }
     };
@@ -291,7 +292,7 @@ fn ran(machine: Option<&Machine>, regime: Option<&str>) -> Ran {
 }
 
 fn finished(
-    told: &mut Told,
+    lines: &mut Lines,
     row: &Table,
     machine: Option<&Machine>,
     (directory, sample, go_on): (&Path, u64, Option<&str>),
@@ -301,41 +302,41 @@ fn finished(
     let status = word("status").unwrap_or("unknown");
     let mut notes = CauseSet::default();
     words_of(row, "notes").into_iter().for_each(|note| notes.insert(note));
-    told.line(
+    lines.push(
         "status",
         Status::from_word(status).map_or_else(|| status.to_owned(), |known| status_in_words(known, notes)),
     );
     for cause in causes(row) {
-        told.line(cause.word(), cause_in_words(cause));
+        lines.push(cause.word(), cause_in_words(cause));
         if cause == Cause::Diverged {
-            told.line("  until then", diverged_at(number).unwrap_or_default());
+            lines.push("  until then", diverged_at(number).unwrap_or_default());
         }
         if let Some(broken) = machine.and_then(|machine| broken_by(cause, machine, number)) {
-            told.line("  by how much", broken);
+            lines.push("  by how much", broken);
         }
         let advised = advice(cause, ran(machine, word("rub_regime")));
-        told.line("  what to do", advised.text);
+        lines.push("  what to do", advised.text);
         let tried = machine.zip(advised.change);
         if let Some(command) = tried.and_then(|(machine, change)| try_it(machine, directory, sample, change)) {
-            told.line("  try it", command);
+            lines.push("  try it", command);
         }
         if let Some(command) = go_on.filter(|_| !cause.is_deterministic()) {
-            told.line("  try again", format!("{command} --rerun cause={}", cause.word()));
+            lines.push("  try again", format!("{command} --rerun cause={}", cause.word()));
         }
     }
     if let Some(at) = exceeded_at(causes(row).into_iter(), number) {
-        told.line("limit exceeded", at);
+        lines.push("limit exceeded", at);
     }
     for note in notes.iter() {
-        told.line(note.word(), format!("noted: {}", cause_in_words(note)));
+        lines.push(note.word(), format!("noted: {}", cause_in_words(note)));
         if let Some(broken) = exceeded_by(note, number) {
-            told.line("  by how much", broken);
+            lines.push("  by how much", broken);
         }
     }
     if let Some(end) = word("end_cause").and_then(EndCause::from_word) {
         let at = number("end_time_s").map(|time| format!(" at {}", format_quantity(time, "s"))).unwrap_or_default();
         let spin = number("end_speed_rad_s").map(|spin| format!(", spin {}", format_quantity(spin, "rad/s")));
-        told.line("end", format!("{}{at}{}", end_cause_in_words(end), spin.unwrap_or_default()));
+        lines.push("end", format!("{}{at}{}", end_cause_in_words(end), spin.unwrap_or_default()));
     }
 }
 
@@ -383,22 +384,22 @@ fn unfinished(
     }
 }
 
-fn timing(told: &mut Told, directory: &Path, sample: u64) {
+fn timing(lines: &mut Lines, directory: &Path, sample: u64) {
     let find = |files: &[PathBuf]| refuse_changed_timings(directory).and_then(|_| Timing::find(files, sample));
     match read_current(directory, timing_files, find) {
         Ok(Some(Timing { cpu_s, worker, attempt, .. })) => {
             let cpu = Duration::try_from_secs_f64(cpu_s).unwrap_or_default();
-            told.line("computed by", format!("worker {worker} in attempt {attempt}, {} of CPU time", duration(cpu)));
+            lines.push("computed by", format!("worker {worker} in attempt {attempt}, {} of CPU time", duration(cpu)));
         }
         Ok(None) => {}
-        Err(error @ TableError::Changed { .. }) => told.line("computed by", format!("unknown: {error}")),
+        Err(error @ TableError::Changed { .. }) => lines.push("computed by", format!("unknown: {error}")),
         // No more than a remark beside the row.
-        Err(error) => told.line("computed by", format!("unknown: {error} (the command of the study makes it again)")),
+        Err(error) => lines.push("computed by", format!("unknown: {error} (the command of the study makes it again)")),
     }
 }
 
 /// What the workers' log says of the sample, the latest last.
-fn log(told: &mut Told, directory: &Path, sample: u64) {
+fn log(lines: &mut Lines, directory: &Path, sample: u64) {
     let Ok(mut file) = Place::from(&directory.join(WORKER_LOG)).open() else { return };
     let length = file.metadata().map_or(0, |found| found.len());
     let _ = file.seek(SeekFrom::Start(length.saturating_sub(MOST_LOG)));
@@ -414,7 +415,7 @@ fn log(told: &mut Told, directory: &Path, sample: u64) {
         }
     }
     if skipped > 0 {
-        told.line(
+        lines.push(
             "log",
             format!(
                 "{} {} in {}",
@@ -424,5 +425,5 @@ fn log(told: &mut Told, directory: &Path, sample: u64) {
             ),
         );
     }
-    shown.iter().for_each(|line| told.line("log", line));
+    shown.iter().for_each(|line| lines.push("log", line));
 }

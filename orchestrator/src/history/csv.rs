@@ -2,7 +2,7 @@
 //! points, or with `;` and decimal commas.
 
 use super::channels::Channel;
-use super::staging::Aside;
+use super::staging::StagedFile;
 use super::{HistoryError, Sink};
 use bladeoff_answers::history::About;
 use bladeoff_answers::tables::CsvStyle;
@@ -21,14 +21,14 @@ pub(super) struct CsvSink {
     line: String,
     style: CsvStyle,
     /// Behind the file, which is written when it is dropped.
-    aside: Aside,
+    staged: StagedFile,
 }
 
 impl CsvSink {
     pub fn create(path: &Path, channels: &[Channel], style: CsvStyle) -> Result<Self, HistoryError> {
-        let (file, aside) = Aside::create(path)?;
+        let (file, staged) = StagedFile::create(path)?;
         let mut sink =
-            Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned(), style, aside };
+            Self { path: path.to_path_buf(), file: BufWriter::new(file), line: TIME.to_owned(), style, staged };
         for channel in channels {
             sink.line.push(style.separator());
             sink.line.push_str(&channel.name());
@@ -56,10 +56,10 @@ impl Sink for CsvSink {
 
     fn finish(self: Box<Self>, _outcome: &About) -> Result<(), HistoryError> {
         let file = self.file.into_inner().map_err(|error| FileError::at("write", &self.path)(error.into_error()))?;
-        Ok(self.aside.publish(file)?)
+        Ok(self.staged.publish(file)?)
     }
 
     fn temporary(&self) -> Option<&Path> {
-        Some(self.aside.temporary())
+        Some(self.staged.temporary())
     }
 }

@@ -1,7 +1,7 @@
 //! MCAP: one topic per group of channels, protobuf messages, simulated time as log time.
 
 use super::channels::Channel;
-use super::staging::Aside;
+use super::staging::StagedFile;
 use super::{HistoryError, Sink, proto};
 use bladeoff_answers::history::About;
 use bladeoff_system::files::FileError;
@@ -30,7 +30,7 @@ pub(super) struct McapSink {
     sequence: u32,
     message: Vec<u8>,
     /// Behind the writer, which writes when it is dropped.
-    aside: Aside,
+    staged: StagedFile,
 }
 
 pub(super) fn options() -> WriteOptions {
@@ -42,7 +42,7 @@ pub(super) fn options() -> WriteOptions {
 
 impl McapSink {
     pub fn create(path: &Path, channels: &[Channel], about: &About) -> Result<Self, HistoryError> {
-        let (file, aside) = Aside::create(path)?;
+        let (file, staged) = StagedFile::create(path)?;
         let failed = || HistoryError::mcap("write", path);
         let mut writer = options().create(BufWriter::new(file)).map_err(failed())?;
         writer.write_metadata(&Metadata { name: ABOUT.to_owned(), metadata: about.clone() }).map_err(failed())?;
@@ -67,7 +67,7 @@ impl McapSink {
             topics.push((writer.add_channel(schema, &topic, "protobuf", &metadata).map_err(failed())?, from..to));
             from = to;
         }
-        Ok(Self { path: path.to_path_buf(), writer, topics, sequence: 0, message: Vec::new(), aside })
+        Ok(Self { path: path.to_path_buf(), writer, topics, sequence: 0, message: Vec::new(), staged })
     }
 }
 
@@ -107,10 +107,10 @@ impl Sink for McapSink {
             .into_inner()
             .into_inner()
             .map_err(|error| FileError::at("write", &self.path)(error.into_error()))?;
-        Ok(self.aside.publish(file)?)
+        Ok(self.staged.publish(file)?)
     }
 
     fn temporary(&self) -> Option<&Path> {
-        Some(self.aside.temporary())
+        Some(self.staged.temporary())
     }
 }

@@ -88,7 +88,7 @@ impl Recorder {
         settings: &Settings,
         machine: &Machine,
         structure: &Structure,
-        plan: &TimeStep,
+        time_step: &TimeStep,
     ) -> Result<Self, HistoryError> {
         let format = Format::of(&settings.path)?;
         if settings.csv == CsvStyle::Comma && format != Format::Csv {
@@ -97,10 +97,10 @@ impl Recorder {
         let channels = select(catalogue(machine, structure), &settings.channels)?;
         let every_steps = match settings.decimation {
             Decimation::Steps(steps) => steps.max(1),
-            Decimation::Every(every) => steps_of(every, plan.step),
-            Decimation::Default => steps_of(EVERY.max(machine.run.end_time / RECORDS), plan.step),
+            Decimation::Every(every) => steps_of(every, time_step.step),
+            Decimation::Default => steps_of(EVERY.max(machine.run.end_time / RECORDS), time_step.step),
         };
-        let about = about(machine, plan, every_steps);
+        let about = about(machine, time_step, every_steps);
         let path = settings.path.clone();
         let opened: Result<Box<dyn Sink>, HistoryError> = match format {
             Format::Mcap => McapSink::create(&path, &channels, &about).map(|sink| Box::new(sink) as Box<dyn Sink>),
@@ -125,8 +125,8 @@ impl Recorder {
             failed,
             temporary,
             every_steps,
-            step: plan.step,
-            forces: machine.diaphragms.iter().map(|_| ContactForces::new(plan.step)).collect(),
+            step: time_step.step,
+            forces: machine.diaphragms.iter().map(|_| ContactForces::new(time_step.step)).collect(),
             records: 0,
         })
     }
@@ -199,7 +199,7 @@ fn steps_of(every: f64, step: f64) -> u64 {
 }
 
 /// What a reader needs to know about the run.
-fn about(machine: &Machine, plan: &TimeStep, every_steps: u64) -> About {
+fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
     let mut about = About::new();
     let mut put = |key: &str, value: String| about.insert(key.to_owned(), value);
     put("history_version", HISTORY_VERSION.to_string());
@@ -208,8 +208,8 @@ fn about(machine: &Machine, plan: &TimeStep, every_steps: u64) -> About {
     put("exponential_revision", bladeoff_core::engine::exponential::EXPONENTIAL_REVISION.to_string());
     put("machine", machine.name.clone());
     put("engine", machine.run.engine.word().to_owned());
-    put("step_s", number(plan.step));
-    put("every_s", number(plan.step * every_steps as f64));
+    put("step_s", number(time_step.step));
+    put("every_s", number(time_step.step * every_steps as f64));
     if let Some(detection) = crate::engine::detection(machine) {
         put("detection", detection.to_owned());
     }

@@ -16,14 +16,14 @@ const MOST_NAMES: u32 = 16;
 
 /// A history that is not whole. What was written of it stays when it fails; an empty file does not.
 #[derive(Debug)]
-pub(super) struct Aside {
+pub(super) struct StagedFile {
     temporary: Place,
     path: PathBuf,
     /// Which file it is.
     identity: Identity,
 }
 
-impl Aside {
+impl StagedFile {
     /// Makes the file.
     ///
     /// # Errors
@@ -37,8 +37,8 @@ impl Aside {
                 Ok(file) => {
                     let about = file.metadata().map_err(FileError::at("read", &temporary))?;
                     let identity = (about.dev(), about.ino());
-                    let aside = Self { temporary: temporary.into(), path: path.to_path_buf(), identity };
-                    return Ok((file, aside));
+                    let staged = Self { temporary: temporary.into(), path: path.to_path_buf(), identity };
+                    return Ok((file, staged));
                 }
             }
         }
@@ -63,7 +63,7 @@ impl Aside {
     }
 }
 
-impl Drop for Aside {
+impl Drop for StagedFile {
     fn drop(&mut self) {
         // Published, it has another name.
         let is_empty = || self.temporary.symlink_metadata().is_ok_and(|found| found.len() == 0);
@@ -101,12 +101,12 @@ mod tests {
     fn what_stands_there_is_left_and_a_failed_history_keeps_what_it_has() {
         let folder = tempfile::tempdir().expect("temporary directory");
         let (path, taken) = (folder.path().join("run.mcap"), folder.path().join("run.mcap.tmp"));
-        let (mut file, first) = Aside::create(&path).expect("created");
+        let (mut file, first) = StagedFile::create(&path).expect("created");
         assert_eq!(first.temporary(), taken);
         file.write_all(b"half").expect("written");
         drop(first);
         assert_eq!(fs::read(&taken).expect("kept"), b"half");
-        let (mut file, second) = Aside::create(&path).expect("created");
+        let (mut file, second) = StagedFile::create(&path).expect("created");
         let name = second.temporary().file_name().and_then(|name| name.to_str()).expect("UTF-8").to_owned();
         assert!(name.starts_with("run-") && name.ends_with(".mcap.tmp") && name.len() == 21, "{name}");
         file.write_all(b"whole").expect("written");
@@ -115,7 +115,7 @@ mod tests {
             (fs::read(&path).expect("whole"), fs::read(&taken).expect("left")),
             (b"whole".to_vec(), b"half".to_vec())
         );
-        let (_, empty) = Aside::create(&path).expect("created");
+        let (_, empty) = StagedFile::create(&path).expect("created");
         drop(empty);
         assert_eq!(fs::read_dir(folder.path()).expect("listed").count(), 2, "nothing empty is left");
     }

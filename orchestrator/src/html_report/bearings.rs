@@ -193,7 +193,7 @@ impl Looks {
         if self.known.len() == MOST_LOOKS {
             return None;
         }
-        let step = engine::step_plan(machine, &self.structures[at]).ok()?.step;
+        let step = engine::time_step(machine, &self.structures[at]).ok()?.step;
         self.known.push((at, beside, bearings_beyond(machine, &self.structures[at], step)));
         Some(self.known.len() - 1)
     }

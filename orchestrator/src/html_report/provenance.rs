@@ -90,14 +90,14 @@ pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
 /// What the model leaves out.
 pub(super) fn limits(samples: &Samples) -> Vec<Block> {
     let [.., intervals] = LIMITS;
-    let (function, plan) = (samples.study().function().is_some(), samples.layout().is_some());
+    let (function, layout) = (samples.study().function().is_some(), samples.layout().is_some());
     let mut lines: Vec<String> = Vec::new();
     if function {
         lines.push("Formulas were evaluated, no machine was simulated.".to_owned());
     } else {
         lines.extend(LIMITS[..LIMITS.len() - 1].iter().map(|limit| (*limit).to_owned()));
     }
-    if plan {
+    if layout {
         lines.push(intervals.to_owned());
     }
     vec![Block::List(lines)]

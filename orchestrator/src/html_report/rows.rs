@@ -3,7 +3,7 @@
 //! Thinning is a function of sample numbers alone: those with the smallest hashes are kept, so neither the order of rows nor who computed them
 //! matters. Rows that are not ok are thinned by cause, so that a rare cause is whole.
 
-use crate::run::{TableColumn, Told};
+use crate::run::{Availability, TableColumn};
 use bladeoff_answers::figures::plain_name;
 use bladeoff_answers::tables::{DETECTION, FieldKind, Table, TableError};
 use bladeoff_study::{Origin, Parameter, Samples};
@@ -54,11 +54,13 @@ pub(super) enum Held {
 }
 
 impl Held {
-    fn of(told: &Told) -> Self {
-        match told {
-            Told::Grown(Some(column)) => Self::Reached(column.clone()),
-            Told::Once(Some(column)) | Told::Limit(Some(column)) => Self::Reached(column.clone()),
-            Told::Once(None) | Told::Limit(None) => Self::Once,
+    fn of(availability: &Availability) -> Self {
+        match availability {
+            Availability::LowerBound(Some(column)) => Self::Reached(column.clone()),
+            Availability::EventTime(Some(column)) | Availability::LimitTime(Some(column)) => {
+                Self::Reached(column.clone())
+            }
+            Availability::EventTime(None) | Availability::LimitTime(None) => Self::Once,
             _ => Self::Nothing,
         }
     }
@@ -162,7 +164,7 @@ pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[S
     });
     let mut all: Vec<Coordinate> = given.collect();
     let is_result = |column: &TableColumn| {
-        column.told != Told::Given && matches!(column.field.kind, FieldKind::Real | FieldKind::Count)
+        column.availability != Availability::Input && matches!(column.field.kind, FieldKind::Real | FieldKind::Count)
     };
     let results: Vec<&TableColumn> = columns.iter().filter(|column| is_result(column)).collect();
     let is_function = samples.study().function().is_some();
@@ -181,7 +183,7 @@ pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[S
         unit: column.field.unit.clone(),
         is_word: false,
         is_result: true,
-        held: Held::of(&column.told),
+        held: Held::of(&column.availability),
     }));
     all
 }
@@ -198,8 +200,9 @@ pub(super) fn read(
     coordinates: Vec<Coordinate>,
     columns: &[TableColumn],
 ) -> Result<Seen, TableError> {
-    let is_regime =
-        |column: &&TableColumn| column.told != Told::Given && matches!(column.field.kind, FieldKind::Choice(_));
+    let is_regime = |column: &&TableColumn| {
+        column.availability != Availability::Input && matches!(column.field.kind, FieldKind::Choice(_))
+    };
     let regimes: Vec<&str> = columns.iter().filter(is_regime).map(|column| column.field.name.as_str()).collect();
     let has_detection = columns.iter().any(|column| column.field.name == DETECTION);
     let mut names: Vec<&str> = vec!["sample", "status", "cause"];

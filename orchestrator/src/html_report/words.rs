@@ -144,14 +144,14 @@ pub(super) fn numbers(answer: &Answer) -> impl Iterator<Item = f64> + use<> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Told;
+    use crate::run::Availability;
     use bladeoff_answers::tables::{Field, FieldKind};
 
     #[test]
     fn a_group_beside_a_chart_has_the_last_word_of_its_path_and_a_unit_to_read() {
         let column = |name: &str, unit: &str| TableColumn {
             field: Field { name: name.into(), unit: unit.into(), meaning: String::new(), kind: FieldKind::Real },
-            told: Told::Given,
+            availability: Availability::Input,
             unjudged: false,
             lacks: None,
         };

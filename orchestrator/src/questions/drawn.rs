@@ -9,14 +9,14 @@ use bladeoff_study::Samples;
 /// What intervals over the rows of the first points of these samples may rest on.
 #[must_use]
 pub fn drawn(samples: &Samples, points: u64) -> Draw {
-    let Some(plan) = samples.layout() else {
+    let Some(layout) = samples.layout() else {
         return Draw::without("no interval: a study without [design] chooses its samples, and draws none");
     };
-    let replicate: Vec<u32> = (0..points).map(|point| plan.replicate(point) as u32).collect();
+    let replicate: Vec<u32> = (0..points).map(|point| layout.replicate(point) as u32).collect();
     let design = Design {
-        kind: design_kind(plan),
-        scrambled: plan.is_scrambled(),
-        replicates: plan.replicates() as usize,
+        kind: design_kind(layout),
+        scrambled: layout.is_scrambled(),
+        replicates: layout.replicates() as usize,
         replicate: &replicate,
         complete: points == samples.points(),
         layout: Layout::Points,

@@ -91,8 +91,8 @@ const FEWEST: (f64, f64) = (8.0, 1.0);
 /// Samples of a second as the last run told of itself: that of a moment ago while it runs, of its whole course afterwards. `None`: it
 /// told too little.
 #[must_use]
-pub fn pace(told: &Map<String, Value>) -> Option<f64> {
-    let number = |key: &str| told.get(key).and_then(Value::as_f64).filter(|number| *number > 0.0);
+pub fn pace(report: &Map<String, Value>) -> Option<f64> {
+    let number = |key: &str| report.get(key).and_then(Value::as_f64).filter(|number| *number > 0.0);
     let (computed, elapsed) = (number("computed")?, number("elapsed_s")?);
     if computed < FEWEST.0 || elapsed < FEWEST.1 {
         return None;
@@ -270,21 +270,21 @@ mod tests {
     use bladeoff_answers::estimate::figures::Method;
     use bladeoff_answers::estimate::input::Group;
 
-    fn told(values: &Value) -> Option<f64> {
+    fn report(values: &Value) -> Option<f64> {
         pace(values.as_object().expect("an object"))
     }
 
     #[test]
     fn a_pace_is_measured_or_not_known() {
-        assert_eq!(told(&json!({ "computed": 100, "elapsed_s": 50.0, "rate_per_s": 3.0 })), Some(3.0));
-        assert_eq!(told(&json!({ "computed": 100, "elapsed_s": 50.0, "rate_per_s": 0.0 })), Some(2.0));
+        assert_eq!(report(&json!({ "computed": 100, "elapsed_s": 50.0, "rate_per_s": 3.0 })), Some(3.0));
+        assert_eq!(report(&json!({ "computed": 100, "elapsed_s": 50.0, "rate_per_s": 0.0 })), Some(2.0));
         for nothing in [
             json!({}),
             json!({ "computed": 0, "elapsed_s": 50.0 }),
             json!({ "computed": 100, "elapsed_s": null }),
             json!({ "computed": 5, "elapsed_s": 0.01, "rate_per_s": 500.0 }),
         ] {
-            assert_eq!(told(&nothing), None, "{nothing}");
+            assert_eq!(report(&nothing), None, "{nothing}");
         }
     }
 

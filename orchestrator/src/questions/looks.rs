@@ -98,7 +98,7 @@ const FIRST_BLOCKS: u64 = 16;
 
 /// Points of the first look; each has twice as many as the one before.
 fn first_look(samples: &Samples) -> u64 {
-    let blocks = samples.layout().filter(|plan| is_blocked(plan)).map(|plan| FIRST_BLOCKS * plan.rows());
+    let blocks = samples.layout().filter(|layout| is_blocked(layout)).map(|layout| FIRST_BLOCKS * layout.rows());
     blocks.unwrap_or(FIRST_LOOK)
 }
 

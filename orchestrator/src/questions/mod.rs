@@ -164,12 +164,14 @@ fn related_in(samples: &Samples, points: u64) -> Option<String> {
 
 /// Adds correlated parameters to answers from so many points of a Saltelli design, whose total indices the correlation biases: a note, and the correlations by parameter.
 fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
-    if samples.layout().is_none_or(|plan| plan.saltelli().is_none()) {
+    if samples.layout().is_none_or(|layout| layout.saltelli().is_none()) {
         return;
     }
     let Some(note) = related_in(samples, points) else { return };
-    let found =
-        samples.layout().and_then(|plan| Some(plan.saltelli()?.related(points / plan.rows()))).unwrap_or_default();
+    let found = samples
+        .layout()
+        .and_then(|layout| Some(layout.saltelli()?.related(points / layout.rows())))
+        .unwrap_or_default();
     for answer in &mut answers.answers {
         let Some(sensitivity) = &mut answer.sensitivity else { continue };
         let of = |&(place, correlation): &(usize, f64)| {

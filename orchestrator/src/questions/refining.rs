@@ -3,7 +3,7 @@
 use super::resolve::{Meant, Source, meant};
 use super::rows::{AnsweringError, Rows};
 use super::vocabulary::{Vocabulary, column_of};
-use crate::run::{Chosen, EndWhy, LookingError, Refining, TableEnd};
+use crate::run::{Chosen, EndWhy, PrecisionError, Refining, TableEnd};
 use bladeoff_answers::ask::{Ask, Question};
 use bladeoff_answers::map::refine::{Grid, kinds};
 use bladeoff_answers::map::{Of, REGIME, Wanted, maps};
@@ -249,8 +249,8 @@ impl Refining for Refinement {
         Chosen { axes, cells: self.cells(self.grid.first()).into_iter().collect() }
     }
 
-    fn next(&self, chosen: &Chosen, table: &Path) -> Result<(Vec<[u64; 2]>, bool), LookingError> {
-        self.wanted_next(chosen, table).map_err(|error| LookingError(Box::new(error)))
+    fn next(&self, chosen: &Chosen, table: &Path) -> Result<(Vec<[u64; 2]>, bool), PrecisionError> {
+        self.wanted_next(chosen, table).map_err(|error| PrecisionError(Box::new(error)))
     }
 }
 

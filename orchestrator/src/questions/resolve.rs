@@ -47,9 +47,9 @@ pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
                 found = understand(&vocabulary, source.asked, false, &mut problems);
             }
         }
-        (Some(plan), Some(vocabulary)) => {
-            refuse_inexact(plan, source.asked, &mut problems);
-            refuse_methods(plan, source.asked, &mut problems);
+        (Some(layout), Some(vocabulary)) => {
+            refuse_inexact(layout, source.asked, &mut problems);
+            refuse_methods(layout, source.asked, &mut problems);
             found = understand(&vocabulary, source.asked, true, &mut problems);
         }
         (Some(_), None) => {}
@@ -71,10 +71,10 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
     let samples = study.and_then(|study| Samples::new(study.clone(), None, None).ok());
     let whole = samples.as_ref().and_then(Vocabulary::of);
     if let (Some(samples), Some(_)) = (&samples, &whole)
-        && let Some(plan) = samples.layout()
+        && let Some(layout) = samples.layout()
     {
-        refuse_inexact(plan, asked, problems);
-        refuse_methods(plan, asked, problems);
+        refuse_inexact(layout, asked, problems);
+        refuse_methods(layout, asked, problems);
     }
     // without problems a machine that cannot be built is one of the samples, and said with them
     let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
@@ -101,26 +101,26 @@ fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
 }
 
 /// Refuses gates where the points have no exact limits.
-fn refuse_inexact(plan: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
-    if plan.kind() == LayoutKind::MonteCarlo {
+fn refuse_inexact(layout: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
+    if layout.kind() == LayoutKind::MonteCarlo {
         return;
     }
     for (position, gate) in asked.gates.iter().enumerate() {
-        let message = format!("a gate needs exact limits, and points of kind {:?} have none", plan.kind().word());
+        let message = format!("a gate needs exact limits, and points of kind {:?} have none", layout.kind().word());
         problems.add(gate.require.span.clone(), format!("gate[{position}].require"), message).allowed =
             Some(format!("kind = {:?} in [design]", LayoutKind::MonteCarlo.word()));
     }
 }
 
 /// Refuses sensitivities by a method that makes nothing of these points.
-fn refuse_methods(plan: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
+fn refuse_methods(layout: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
     for (position, question) in asked.questions.iter().enumerate() {
         let Some(Placed { value, span }) = question.method.as_ref().filter(|_| question.sensitivity.is_some()) else {
             continue;
         };
         // another word is refused as such
         let method = SensitivityMethod::ALL.iter().find(|(word, _)| word == value).map(|(_, method)| *method);
-        let check = |method: SensitivityMethod| method.check(design_kind(plan), plan.replicates() as usize);
+        let check = |method: SensitivityMethod| method.check(design_kind(layout), layout.replicates() as usize);
         let Some(Err(message)) = method.map(check) else { continue };
         let fit = SensitivityMethod::ALL.iter().filter(|(_, method)| check(*method).is_ok());
         let fit: Vec<String> = fit.map(|(word, _)| format!("{word:?}")).collect();

@@ -4,7 +4,7 @@
 //! count. What finishes first is not random.
 
 use super::vocabulary::Vocabulary;
-use crate::run::{Chosen, TableEnd, Told};
+use crate::run::{Availability, Chosen, TableEnd};
 use bladeoff_answers::estimate::input::{
     Cells, Column, Design, DesignKind, Ended, Group, InputError, Layout, Nature, Study,
 };
@@ -160,12 +160,12 @@ enum Blocks {
 
 impl Blocks {
     /// Of the first points of a plan.
-    fn of(plan: &SamplingLayout, points: u64) -> Self {
-        if let Some(trajectories) = plan.trajectories() {
+    fn of(layout: &SamplingLayout, points: u64) -> Self {
+        if let Some(trajectories) = layout.trajectories() {
             let moved = |point| trajectories.moved(point).map(|Move { parameter, up }| Moved { parameter, up });
             return Self::Trajectories((0..points).map(moved).collect(), trajectories.delta());
         }
-        let saltelli = plan.saltelli().map(|saltelli| Self::Saltelli { second_order: saltelli.has_second_order() });
+        let saltelli = layout.saltelli().map(|saltelli| Self::Saltelli { second_order: saltelli.has_second_order() });
         saltelli.unwrap_or(Self::Points)
     }
 }
@@ -179,15 +179,16 @@ impl Rows {
         vocabulary: &Vocabulary<'_>,
         (columns, end, chosen): (&[String], Option<TableEnd>, Option<&Chosen>),
     ) -> Result<Result<Self, AnsweringError>, TableError> {
-        let plan = samples.layout();
+        let layout = samples.layout();
         // without a design each sample is a point
-        let of = end.map_or(plan.map_or(samples.count(), |_| samples.points()), |end| end.points);
+        let of = end.map_or(layout.map_or(samples.count(), |_| samples.points()), |end| end.points);
         let all = vocabulary.groups.len();
-        let is_kept = |group: &usize| plan.is_none() || chosen.is_none_or(|chosen| chosen.has(samples, *group as u64));
+        let is_kept =
+            |group: &usize| layout.is_none() || chosen.is_none_or(|chosen| chosen.contains(samples, *group as u64));
         let kept: Vec<usize> = (0..all).filter(is_kept).collect();
         let groups: Vec<Group> = kept.iter().map(|group| vocabulary.groups[*group].clone()).collect();
         // without a design places are numbers of samples, whichever are there
-        let points = if plan.is_some() { of } else { samples.count() };
+        let points = if layout.is_some() { of } else { samples.count() };
         let count = usize::try_from(points).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let place = |number: f64| {
             let (point, group) = (number as usize / all, number as usize % all);
@@ -224,7 +225,7 @@ impl Rows {
         if let Some((path, sample)) = odd {
             return Ok(Err(AnsweringError::Row { path, sample }));
         }
-        let Some(plan) = plan else {
+        let Some(layout) = layout else {
             // chosen values: what is there is there, whatever was finished first
             let is_there: Vec<bool> = status.iter().map(Option::is_some).collect();
             gathered.iter_mut().for_each(|column| column.cells.keep(&is_there));
@@ -260,12 +261,12 @@ impl Rows {
             status: status.into_iter().map_while(|status| status).take(rows).collect(),
             causes,
             ends,
-            replicate: (0..done as u64).map(|point| plan.replicate(point) as u32).collect(),
+            replicate: (0..done as u64).map(|point| layout.replicate(point) as u32).collect(),
             groups,
-            kind: design_kind(plan),
-            layout: Blocks::of(plan, done as u64),
-            scrambled: plan.is_scrambled(),
-            replicates: plan.replicates(),
+            kind: design_kind(layout),
+            layout: Blocks::of(layout, done as u64),
+            scrambled: layout.is_scrambled(),
+            replicates: layout.replicates(),
             of,
             share: end.map_or(1.0, |end| end.share),
             refined: chosen.is_some(),
@@ -276,7 +277,7 @@ impl Rows {
     /// The columns of a finished table that has these names, and the design of the study, without any row.
     pub fn head(
         samples: &Samples,
-        plan: &SamplingLayout,
+        layout: &SamplingLayout,
         vocabulary: &Vocabulary<'_>,
         columns: &[String],
         there: &[String],
@@ -291,10 +292,10 @@ impl Rows {
             ends: Vec::new(),
             replicate: Vec::new(),
             groups: vocabulary.groups.clone(),
-            kind: design_kind(plan),
+            kind: design_kind(layout),
             layout: Blocks::Points,
-            scrambled: plan.is_scrambled(),
-            replicates: plan.replicates(),
+            scrambled: layout.is_scrambled(),
+            replicates: layout.replicates(),
             of: end.map_or(samples.points(), |end| end.points),
             share: end.map_or(1.0, |end| end.share),
             refined: false,
@@ -310,7 +311,7 @@ impl Rows {
 
     /// Takes the rows of a piece of a table in the order of the samples, from this one on, in place of those that it has. `false`: it is not in that order; the
     /// error: what of it is none of the study's.
-    pub fn pass(&mut self, plan: &SamplingLayout, piece: &Table, first: u64) -> Result<bool, f64> {
+    pub fn pass(&mut self, layout: &SamplingLayout, piece: &Table, first: u64) -> Result<bool, f64> {
         let (rows, groups) = (piece.rows(), self.groups.len() as u64);
         let numbers = piece.numbers("sample").unwrap_or_default();
         let is_next = |(row, number): (usize, &Option<f64>)| *number == Some((first + row as u64) as f64);
@@ -332,7 +333,7 @@ impl Rows {
             column.cells.take(&column.name, piece, &at);
         }
         let points = first / groups..(first + rows as u64).div_ceil(groups);
-        self.replicate = points.map(|point| plan.replicate(point) as u32).collect();
+        self.replicate = points.map(|point| layout.replicate(point) as u32).collect();
         Ok(true)
     }
 
@@ -434,12 +435,12 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
     };
     for name in columns {
         let found = column(name);
-        let known = match found.map(|found| &found.told) {
-            Some(Told::Given) => Known::Given,
-            Some(Told::Grown(guarded)) => Known::Grows(further(guarded)),
-            Some(Told::Once(guarded)) => Known::Once(further(guarded)),
-            Some(Told::Limit(guarded)) => Known::Limit(further(guarded)),
-            Some(Told::Found) | None => Known::Free,
+        let known = match found.map(|found| &found.availability) {
+            Some(Availability::Input) => Known::Given,
+            Some(Availability::LowerBound(guarded)) => Known::Grows(further(guarded)),
+            Some(Availability::EventTime(guarded)) => Known::Once(further(guarded)),
+            Some(Availability::LimitTime(guarded)) => Known::Limit(further(guarded)),
+            Some(Availability::Unavailable) | None => Known::Free,
         };
         all.push(empty(name, found.map_or("", |found| found.field.unit.as_str()), known));
     }
@@ -474,8 +475,8 @@ fn caused(words: Option<&str>) -> Option<CauseSet> {
 }
 
 /// The kind of a plan.
-pub(super) fn design_kind(plan: &SamplingLayout) -> DesignKind {
-    match plan.kind() {
+pub(super) fn design_kind(layout: &SamplingLayout) -> DesignKind {
+    match layout.kind() {
         LayoutKind::MonteCarlo => DesignKind::MonteCarlo,
         LayoutKind::LatinHypercube => DesignKind::LatinHypercube,
         LayoutKind::Sobol => DesignKind::Sobol,

@@ -174,7 +174,7 @@ fn given(parameter: &Parameter) -> Given {
 
 /// Columns that answer no question, and in which runs they are empty.
 fn lacking(columns: &[TableColumn]) -> Vec<(String, String)> {
-    let guarded: BTreeSet<&str> = columns.iter().filter_map(|column| column.told.guarded()).collect();
+    let guarded: BTreeSet<&str> = columns.iter().filter_map(|column| column.availability.guarded_column()).collect();
     let why = |column: &TableColumn| {
         let name = column.field.name.as_str();
         let lacks = column.lacks.as_ref().map(|needed| format!("every run: the machine needs {needed}"));

@@ -5,11 +5,11 @@ use super::resolve::Meant;
 use super::rows::{AnsweringError, Rows};
 use super::shortfall::{is_left_open, short_of};
 use super::vocabulary::Vocabulary;
-use crate::run::{EndWhy, Looked, Looking, LookingError, Stage, TableEnd};
+use crate::run::{EndWhy, PrecisionCheck, PrecisionError, PrecisionResult, Stage, TableEnd};
 use bladeoff_answers::ask::{Answer, Ask, Question, answer_all, percent_given};
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::gate;
-use bladeoff_answers::stop::{Look, StopRule, looks};
+use bladeoff_answers::stop::{InterimAnalysis, StopRule, interim_analyses};
 use bladeoff_answers::summary::duration;
 use bladeoff_study::sampling::layout::{LayoutKind, MOST_POINTS};
 use bladeoff_study::{FIRST_LOOK, Samples, StopDef, block, is_blocked};
@@ -37,19 +37,19 @@ impl Waiting {
     /// Of a study with `[stop]`.
     #[must_use]
     pub fn of(samples: &Samples, meant: &Meant) -> Option<Self> {
-        let (def, plan) = (samples.study().stop?, samples.layout()?);
+        let (def, layout) = (samples.study().stop?, samples.layout()?);
         // base points are counted, since their sequence is even at powers of two; of trajectories the points
-        let base = if plan.kind() == LayoutKind::Saltelli { plan.rows() } else { 1 };
-        let each = if is_blocked(plan) { plan.rows() } else { 1 };
+        let base = if layout.kind() == LayoutKind::Saltelli { layout.rows() } else { 1 };
+        let each = if is_blocked(layout) { layout.rows() } else { 1 };
         let end = rule(&def).end(samples.points() / each) * each;
-        let stage = |look: &Look| {
-            let points = plan.limited(look.points * base);
+        let stage = |look: &InterimAnalysis| {
+            let points = layout.limited(look.points * base);
             let share = if def.asks_for_width() { look.alpha } else { 1.0 };
             Stage { points, samples: points * samples.groups().len() as u64, share }
         };
-        let stages = looks(end / base, 1.0).iter().map(stage).collect();
+        let stages = interim_analyses(end / base, 1.0).iter().map(stage).collect();
         let waited_for = |question: &&Question| match &question.ask {
-            Ask::One(_) | Ask::Difference(..) => !is_blocked(plan),
+            Ask::One(_) | Ask::Difference(..) => !is_blocked(layout),
             Ask::Exceedance(_) | Ask::Fragility(..) | Ask::Map(_) => false,
             Ask::Sensitivity(_) => true,
         };
@@ -135,7 +135,7 @@ impl Waiting {
     }
 }
 
-impl Looking for Waiting {
+impl PrecisionCheck for Waiting {
     fn stages(&self) -> &[Stage] {
         &self.stages
     }
@@ -148,9 +148,9 @@ impl Looking for Waiting {
         self.def.wall
     }
 
-    fn look(&self, stage: &Stage, table: &Path) -> Result<Looked, LookingError> {
-        let answers = self.answers(stage, table).map_err(|error| LookingError(Box::new(error)))?;
+    fn look(&self, stage: &Stage, table: &Path) -> Result<PrecisionResult, PrecisionError> {
+        let answers = self.answers(stage, table).map_err(|error| PrecisionError(Box::new(error)))?;
         let figures: Vec<Figures> = answers.iter().flat_map(|answer| answer.figures.iter().cloned()).collect();
-        Ok(Looked { is_enough: rule(&self.def).is_enough(&figures), hindered: self.short_of(&answers, true) })
+        Ok(PrecisionResult { is_enough: rule(&self.def).is_enough(&figures), hindered: self.short_of(&answers, true) })
     }
 }

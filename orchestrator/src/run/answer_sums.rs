@@ -1,19 +1,19 @@
 //! Checksums of the answers in a directory: `answers.b3sum`, which `b3sum --check` reads, too.
 //!
-//! The file is removed before answers are replaced and written after them. A program that is killed between leaves answers without checksums,
-//! never whole answers that look damaged.
+//! The file is removed before answers are replaced and written after them. So a program killed in between leaves answers without
+//! checksums, never whole answers that look damaged.
 
 use super::directory::{ANSWER_SUMS, ANSWERS, CURVES};
 use bladeoff_system::files::{FileError, write_whole};
 use bladeoff_system::folder::Folder;
 use blake3::Hash;
 
-/// Largest that is read: a study has at most some hundred questions.
+/// Largest checksum file that is read \[bytes\]: a study has at most some hundred questions.
 const MOST: u64 = 1 << 20;
-/// Largest curve, and largest text of answers, that a checksum is made of.
+/// Largest curve or answer text that is hashed \[bytes\].
 const MOST_ANSWERS: u64 = 1 << 30;
 
-/// Takes the checksums away: what they are of is about to be replaced.
+/// Removes the checksums before their files are replaced.
 ///
 /// # Errors
 /// The directory cannot be written.
@@ -40,7 +40,7 @@ pub fn keep_sums(folder: &Folder, files: impl Iterator<Item = String>) -> Result
     write_whole(folder.place(ANSWER_SUMS), lines.as_bytes())
 }
 
-/// Whether the checksums are those of the answers, where these have no curves.
+/// Whether the checksums match answers without curves.
 pub fn are_kept(folder: &Folder) -> bool {
     let wanted = folder.place(ANSWERS).read(MOST_ANSWERS).map(|bytes| line(&bytes, ANSWERS));
     let found = folder.place(ANSWER_SUMS).read(MOST);
@@ -51,7 +51,7 @@ fn line(bytes: &[u8], name: &str) -> String {
     format!("{}  {name}\n", blake3::hash(bytes).to_hex())
 }
 
-/// The checksums by the names of their files, a name without one where its line is damaged; `None` if the file is missing.
+/// Reads the checksums by file name; a damaged line gives a name without one. `None`: the file is missing.
 pub(super) fn sums(folder: &Folder) -> Option<Vec<(String, Option<Hash>)>> {
     let text = folder.place(ANSWER_SUMS).read(MOST).ok()?;
     let text = String::from_utf8_lossy(&text);

@@ -1,4 +1,4 @@
-//! What differs between the study a directory was computed with and the present one, in words.
+//! Differences between the study of a directory and the present one, in words.
 
 use super::columns::own_columns;
 use super::directory::STUDY;
@@ -15,12 +15,12 @@ use bladeoff_system::shown;
 use bladeoff_worker::job_spec::{BASIS_FILE, MOST_BASIS};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Values of an axis that are written out; longer ones are shown by their ends.
+/// Largest number of axis values that are printed in full.
 const SHOWN_VALUES: u64 = 6;
-/// Differences that are listed.
+/// Largest number of listed differences.
 const SHOWN_CHANGES: usize = 20;
 
-/// The differences that matter to the samples; `header`: of the directory's record, empty if it is lost.
+/// Lists the differences that affect samples; `header`: header of the directory's record, empty if it is lost.
 pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMap<String, String>) -> Vec<Change> {
     let directory = folder.path();
     let mut found = Vec::new();
@@ -73,7 +73,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
     found
 }
 
-/// Whether the record of this very study has other keys than this build gives its samples.
+/// Whether the record of the same study has other sample keys than this build.
 fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, String>) -> bool {
     let says = |key: &str, value: String| header.get(key) == Some(&value);
     let is_its_study = says("study_blake3", blake3::hash(old.text.as_bytes()).to_hex().to_string())
@@ -92,7 +92,7 @@ fn has_other_keys(old: Study, directory: &Folder, header: &BTreeMap<String, Stri
     is_its_study && is_its_basis && !says(SAMPLES_KEY, SampleKeys::new(&samples, VERSIONS, &basis).digest())
 }
 
-/// What no parameter shows.
+/// Compares everything that is not a parameter.
 fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, present: &BTreeMap<String, String>) {
     let hashed = [
         ("machine_blake3", "tables of the machine or their order"),
@@ -103,7 +103,7 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
     let files = header.keys().chain(present.keys()).filter(|key| key.starts_with("empirical_"));
     let files: BTreeSet<&String> = files.collect();
     hashed.extend(files.into_iter().map(|key| (key.clone(), format!("file of an empirical law ({key})"))));
-    // at last the file itself, which has everything in it
+    // finally the file itself, which contains everything
     hashed.push(("study_blake3".to_owned(), "study file".to_owned()));
     for (key, shown) in &hashed {
         if key == "study_blake3" && !found.is_empty() {
@@ -119,7 +119,7 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
     }
 }
 
-/// Parameters whose value, or values along their axis, differ.
+/// Parameters with another value or other values along their axis.
 #[must_use]
 pub fn study_changes(old: &Study, new: &Study) -> Vec<Change> {
     let (then, now) = (described(old), described(new));
@@ -131,38 +131,39 @@ pub fn study_changes(old: &Study, new: &Study) -> Vec<Change> {
     changed.map(|path| Change { key: path.clone(), from: text(&then, path), to: text(&now, path) }).collect()
 }
 
-/// Points that the design had and has no more; more of them are no difference.
+/// Lost points of the design. Additional points are no difference.
 fn fewer_points(old: &Study, new: &Study) -> Option<Change> {
-    let points =
-        |study: &Study| study.sampled.values.layout().map(|plan| (plan.kind(), plan.replicates(), plan.count()));
+    let points = |study: &Study| {
+        study.sampled.values.layout().map(|layout| (layout.kind(), layout.replicates(), layout.count()))
+    };
     let ((kind, replicates, from), (new_kind, now, to)) = points(old).zip(points(new))?;
     let change = Change { key: "points of the design".to_owned(), from: from.to_string(), to: to.to_string() };
-    // of another kind or other replicates none stays
+    // Another kind or other replicates keep no point.
     (to < from && (kind, replicates) == (new_kind, now)).then_some(change)
 }
 
-/// What decides where the points of a design lie, their number aside.
+/// Settings that determine the points of a design, except their number.
 fn design_in_words(study: &Study) -> Vec<(&'static str, String)> {
-    let Some(plan) = study.sampled.values.layout() else { return Vec::new() };
+    let Some(layout) = study.sampled.values.layout() else { return Vec::new() };
     let of_law = |parameter: &Parameter| matches!(parameter.origin, Origin::Uncertain(_));
     let order: Vec<&str> = study.parameters().iter().filter(|p| of_law(p)).map(|p| p.info.path.as_str()).collect();
     let mut all = vec![
-        ("design.kind", plan.kind().word().to_owned()),
-        ("design.replicates", plan.replicates().to_string()),
-        ("design.scramble", plan.is_scrambled().to_string()),
+        ("design.kind", layout.kind().word().to_owned()),
+        ("design.replicates", layout.replicates().to_string()),
+        ("design.scramble", layout.is_scrambled().to_string()),
         ("order of [[uncertain]]", order.join(", ")),
         ("[[correlation]]", study.sampled.correlated.join("; ")),
     ];
-    if let Some(trajectories) = plan.trajectories() {
+    if let Some(trajectories) = layout.trajectories() {
         all.push(("step of the trajectories (design.levels)", trajectories.delta().to_string()));
     }
-    if let Some(saltelli) = plan.saltelli() {
+    if let Some(saltelli) = layout.saltelli() {
         all.push(("design.second_order", saltelli.has_second_order().to_string()));
     }
     all
 }
 
-/// Every parameter with its value or values.
+/// Parameters with their values.
 fn described(study: &Study) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     if let Some(machine) = study.machine() {

@@ -1,9 +1,9 @@
-//! Whether the files of a result directory are as they were written.
+//! Verification of the files of a result directory.
 //!
-//! A changed bit in a page of numbers is read as another number: Parquet has checksums of pages, but our table library writes
-//! none (nor would they cover headers and footer). So `manifest.json` has the BLAKE3 of each table, computed from the bytes on
-//! their way to the disk, and of the inputs; the record of finished samples has its own, of every page and every entry.
-//! Whoever reads rows compares before: a table that is not as it was written is not read.
+//! A changed bit in a page of numbers gives another number: Parquet has page checksums, but Polars writes none, and they would
+//! not cover headers and footer. So `manifest.json` contains the BLAKE3 of each table, computed while it was written, and of the
+//! inputs. The record has checksums of its own, of every page and entry. Every reader of rows compares first and rejects a
+//! changed table.
 
 use super::answer_sums::sums;
 use super::directory::{
@@ -13,7 +13,7 @@ use super::directory::{
 use super::manifest::{Checksums, provenance as told_inputs};
 use super::provenance::empirical_key;
 use super::resume::of_record;
-use super::status::{RunState, see};
+use super::status::{RunState, directory_status};
 use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
 use bladeoff_record::{Reader, RecordError};
@@ -27,31 +27,31 @@ use blake3::{Hash, Hasher};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Longer than any study, machine, points file or basis.
+/// Upper bound of the size of a study, machine, points file or basis \[bytes\].
 const LONGEST_INPUT: u64 = 1 << 30;
 
-/// What comparing a file with its checksum gave.
+/// Result of comparing a file with its checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Compared {
-    /// As it was written.
+    /// The file is unchanged.
     Whole,
-    /// Not as it was written.
+    /// The file has changed.
     Changed,
-    /// There is no checksum of it: an earlier build wrote it, or the manifest is gone.
+    /// No checksum exists: an earlier build wrote the file, or the manifest is missing.
     Unknown,
-    /// There is no such file.
+    /// The file does not exist.
     Missing,
 }
 
-/// Compares a file with what it should be.
+/// Compares a file with its checksum.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub(super) fn compare(path: &Place, wanted: Option<Checksum>) -> Result<Compared, FileError> {
     compare_hash(path, wanted.map(|wanted| wanted.hash), wanted.map(|wanted| wanted.bytes))
 }
 
-/// The same by hash alone, of a file of an input's size, if `bytes` are not known.
+/// Compares a file of an input's size with a hash, if the number of `bytes` is unknown.
 fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Result<Compared, FileError> {
     let failed = |source| FileError::at("read", path)(source);
     let file = match path.open() {
@@ -61,7 +61,7 @@ fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Resul
     };
     let Some(wanted) = wanted else { return Ok(Compared::Unknown) };
     let length = file.metadata().map_err(failed)?.len();
-    // Nobody waits for a file that has become a thousand times as long.
+    // A file that is a thousand times longer is rejected at once.
     if bytes.map_or(length > LONGEST_INPUT, |bytes| bytes != length) {
         return Ok(Compared::Changed);
     }
@@ -70,27 +70,27 @@ fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Resul
     Ok(if hasher.finalize() == wanted { Compared::Whole } else { Compared::Changed })
 }
 
-/// Refuses a directory whose finished table is not as it was written; says whether that is known at all.
+/// Rejects a directory whose finished table has changed; returns whether a checksum exists.
 ///
 /// # Errors
-/// [`TableError::Changed`]; not readable.
+/// [`TableError::Changed`], or a file error.
 pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
     let folder = open(directory)?;
     let path = folder.place(RESULTS);
-    match compare(&path, Checksums::told(&folder.place(MANIFEST)).results)? {
+    match compare(&path, Checksums::recorded(&folder.place(MANIFEST)).results)? {
         Compared::Changed => Err(TableError::Changed { path: path.to_path_buf() }),
         compared => Ok(compared == Compared::Whole),
     }
 }
 
-/// The same of the timings.
+/// Rejects changed timings in the same way.
 ///
 /// # Errors
 /// As [`refuse_changed`].
 pub fn refuse_changed_timings(directory: &Path) -> Result<bool, TableError> {
     let folder = open(directory)?;
     let path = folder.place(TIMINGS);
-    match compare(&path, Checksums::told(&folder.place(MANIFEST)).timings)? {
+    match compare(&path, Checksums::recorded(&folder.place(MANIFEST)).timings)? {
         Compared::Changed => Err(TableError::Changed { path: path.to_path_buf() }),
         compared => Ok(compared == Compared::Whole),
     }
@@ -100,33 +100,33 @@ fn open(directory: &Path) -> Result<Folder, FileError> {
     Folder::open(directory).map_err(FileError::at("open", directory))
 }
 
-/// What was found out of a file.
+/// Result of the verification of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Verified {
-    /// Name in the directory.
+    /// File name in the directory.
     pub name: String,
-    /// Whether it may be believed; `None` where that cannot be found out.
+    /// Whether the file is valid; `None`: unknown.
     pub is_whole: Option<bool>,
-    /// The same in words.
+    /// Result in words.
     pub words: String,
 }
 
-/// Looks at every file of a directory that results are read or made from. Nothing is written.
+/// Verifies every file that results are read or made from. Writes nothing.
 ///
 /// # Errors
-/// The directory cannot be looked at.
+/// The directory cannot be read.
 pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
-    let state = see(directory)?.map(|seen| seen.state);
+    let state = directory_status(directory)?.map(|seen| seen.state);
     let folder = open(directory)?;
     let manifest = folder.place(MANIFEST);
-    let told = Checksums::told(&manifest);
+    let recorded = Checksums::recorded(&manifest);
     let inputs = told_inputs(&manifest);
     let mut all = Vec::new();
     if inputs.is_none() && manifest.exists() {
         let words = "damaged: it is no JSON object".to_owned();
         all.push(Verified { name: MANIFEST.to_owned(), is_whole: Some(false), words });
     }
-    for (name, wanted) in [(RESULTS, told.results), (TIMINGS, told.timings)] {
+    for (name, wanted) in [(RESULTS, recorded.results), (TIMINGS, recorded.timings)] {
         match compare(&folder.place(name), wanted) {
             Ok(Compared::Missing) if wanted.is_none() => {}
             compared => all.push(in_words(name, compared)),
@@ -142,9 +142,9 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     let own = own.map(|(name, key)| (name.to_owned(), key.to_owned())).into_iter();
     let of_laws = (0..MOST_PARAMETERS).map(|file| (empirical(file), empirical_key(file)));
     for (name, key) in own.chain(of_laws) {
-        let told = inputs.as_ref().and_then(|told| told.get(&key)).and_then(|told| told.as_str());
-        let wanted = told.and_then(|told| Hash::from_hex(told).ok());
-        if told.is_some() && wanted.is_none() {
+        let recorded = inputs.as_ref().and_then(|recorded| recorded.get(&key)).and_then(|recorded| recorded.as_str());
+        let wanted = recorded.and_then(|recorded| Hash::from_hex(recorded).ok());
+        if recorded.is_some() && wanted.is_none() {
             let words = format!("damaged: its {key} is no hash");
             all.push(Verified { name: MANIFEST.to_owned(), is_whole: Some(false), words });
         }
@@ -163,7 +163,7 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     Ok(all)
 }
 
-/// The answers and their curves, as far as there are any.
+/// Verifies the answers and their curves, if they exist.
 fn answers(folder: &Folder) -> Vec<Verified> {
     let Some(sums) = sums(folder) else {
         let compared = compare(&folder.place(ANSWERS), None);
@@ -205,12 +205,12 @@ fn in_words(name: &str, compared: Result<Compared, FileError>) -> Verified {
     Verified { name: name.to_owned(), is_whole, words }
 }
 
-/// Whether a file may not be read: then it is nobody's damage.
+/// Whether reading failed for lack of permission, which is no damage.
 fn is_closed(error: &FileError) -> bool {
     error.source.kind() == io::ErrorKind::PermissionDenied
 }
 
-/// Every page and every entry of the record.
+/// Verifies every page and every entry of the record.
 fn record(path: &Place, state: Option<&RunState>) -> Verified {
     let name = LEDGER.to_owned();
     let unknown = |words: &str| Verified { name: name.clone(), is_whole: None, words: format!("unknown: {words}") };
@@ -233,7 +233,7 @@ fn record(path: &Place, state: Option<&RunState>) -> Verified {
     Verified { name, is_whole: Some(is_whole), words }
 }
 
-/// Parts have no checksum: they are read whole, which finds what is no Parquet any more.
+/// Verifies the parts, which have no checksum: reading them completely finds invalid Parquet.
 fn parts(rows: &[PathBuf], timings: &[PathBuf]) -> Option<Verified> {
     if rows.is_empty() {
         return None;

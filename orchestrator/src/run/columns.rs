@@ -1,4 +1,4 @@
-//! The columns of a study's table: those that the study declares and those of the solver, as the table wants them.
+//! Columns of a study's table: those of the study, and those of the solver.
 
 use crate::engine;
 use bladeoff_answers::tables::{Field, FieldKind, TableSchema};
@@ -7,17 +7,17 @@ use bladeoff_model::outcome::{Column as OutcomeColumn, ColumnKind as OutcomeKind
 use bladeoff_study::{Column, ColumnKind, Samples};
 use bladeoff_study::{FunctionModel, Output};
 
-/// All columns of the table of these samples; `machine`: one of theirs.
+/// Table columns of a study of a machine; `machine`: the machine of one sample.
 pub(super) fn table_schema(samples: &Samples, machine: &Machine) -> TableSchema {
     TableSchema::new(samples.columns().into_iter().map(field).collect(), &engine::columns(machine))
 }
 
-/// The same of a study of formulas.
+/// Table columns of a study of formulas.
 pub(super) fn function_schema(samples: &Samples, model: &FunctionModel) -> TableSchema {
     TableSchema::of_formulas(samples.columns().into_iter().map(field).collect(), &function_columns(model))
 }
 
-/// What a study of formulas gives: a pure number for each, by its name.
+/// Outputs of a study of formulas: a number without unit for each name.
 #[must_use]
 pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
     let column = |output: &Output| OutcomeColumn {
@@ -38,55 +38,55 @@ pub fn function_columns(model: &FunctionModel) -> Vec<OutcomeColumn> {
 /// Column of the time of the first exceeded limit of the model with `on_exceed = "beyond"`.
 const BEYOND_TIME: &str = "beyond_s";
 
-/// What a column of a table says of a run that is not ok.
+/// Information that a column contains for a run that is not ok.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Told {
-    /// All: it went into the run.
-    Given,
-    /// At least what was reached while all guards held, which stands in the column of this name, if there is one.
-    Grown(Option<String>),
-    /// The time of a first event, where it happened while all guards and limits held, as the column of this name has it.
-    Once(Option<String>),
-    /// Time of the first exceeded limit of the model: that of the row in a run beyond the model, else as `Once`.
-    Limit(Option<String>),
-    /// Nothing.
-    Found,
+pub enum Availability {
+    /// Complete: the value is an input of the run.
+    Input,
+    /// A lower bound: the value reached while all guards held, in the column of this name, if it exists.
+    LowerBound(Option<String>),
+    /// Time of a first event, if it happened while all guards and limits held, in the column of this name.
+    EventTime(Option<String>),
+    /// Time of the first exceeded limit of the model: in a run beyond the model that of the row, otherwise as `EventTime`.
+    LimitTime(Option<String>),
+    /// None.
+    Unavailable,
 }
 
-impl Told {
-    /// The column with what was reached while all guards and limits held.
+impl Availability {
+    /// Column with the value reached while all guards and limits held.
     #[must_use]
-    pub fn guarded(&self) -> Option<&str> {
+    pub fn guarded_column(&self) -> Option<&str> {
         match self {
-            Self::Grown(name) | Self::Once(name) | Self::Limit(name) => name.as_deref(),
-            Self::Given | Self::Found => None,
+            Self::LowerBound(name) | Self::EventTime(name) | Self::LimitTime(name) => name.as_deref(),
+            Self::Input | Self::Unavailable => None,
         }
     }
 }
 
-/// A column of a study's table.
+/// Column of a study's table.
 #[derive(Debug, Clone)]
 pub struct TableColumn {
     /// Name, unit, storage.
     pub field: Field,
-    /// Of runs that are not ok.
-    pub told: Told,
-    /// Whether an empty cell of an ok run decides nothing: the run has no such quantity.
+    /// Information for runs that are not ok.
+    pub availability: Availability,
+    /// Whether an empty cell of an ok run means that the run has no such quantity.
     pub unjudged: bool,
     /// Part or key that the study's machine needs for the column; without it the column is empty in every row.
     pub lacks: Option<String>,
 }
 
-/// All columns of the table of these samples; `None`: their machine cannot be built.
+/// Table columns of a study; `None`: its machine cannot be built.
 #[must_use]
 pub fn columns_of(samples: &Samples) -> Option<Vec<TableColumn>> {
     if let Some(model) = samples.study().function() {
-        return Some(told(&function_schema(samples, model), &function_columns(model)));
+        return Some(table_columns(&function_schema(samples, model), &function_columns(model)));
     }
     let definition = samples.try_machine(0).ok()??;
     let machine = definition.build().ok()?;
-    let mut columns = told(&table_schema(samples, &machine), &engine::columns(&machine));
-    // a column that any sample may have is not lacking
+    let mut columns = table_columns(&table_schema(samples, &machine), &engine::columns(&machine));
+    // A column that some sample has is not lacking.
     for variant in variants(samples, &definition) {
         let Ok(machine) = variant.build() else { continue };
         let found = engine::columns(&machine);
@@ -100,8 +100,8 @@ pub fn columns_of(samples: &Samples) -> Option<Vec<TableColumn>> {
     Some(columns)
 }
 
-/// Machines of the study that may have other quantities than that of the first sample: one for each word of a parameter with words, and
-/// one with a twin run where samples have one.
+/// Machines of the study that may have other quantities than that of the first sample: one for each word of a choice parameter,
+/// and one with a twin run if samples have one.
 fn variants(samples: &Samples, definition: &MachineDef) -> Vec<MachineDef> {
     let with = |info: &PathInfo, value: ParamValue| {
         let mut variant = definition.clone();
@@ -119,29 +119,34 @@ fn variants(samples: &Samples, definition: &MachineDef) -> Vec<MachineDef> {
     found
 }
 
-/// A shift of a twin run that any machine allows.
+/// Shift of a twin run that is valid for any machine.
 const SHIFT: f64 = 1e-6;
 
-/// Those of a study of this machine, or of formulas that are not known, in which nothing varies.
+/// Table columns of a study of this machine, or of unknown formulas, without varied parameters.
 #[must_use]
 pub fn columns_without(machine: Option<&Machine>) -> Vec<TableColumn> {
     let outcome = machine.map(engine::columns).unwrap_or_default();
-    told(&TableSchema::new(Vec::new(), &outcome), &outcome)
+    table_columns(&TableSchema::new(Vec::new(), &outcome), &outcome)
 }
 
-/// `outcome`: the columns that the solver fills.
-fn told(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
+/// Combines the columns of a table with their availability. `outcome`: columns that the solver fills.
+fn table_columns(schema: &TableSchema, outcome: &[OutcomeColumn]) -> Vec<TableColumn> {
     let columns = schema.fields().iter().enumerate().map(|(at, field)| {
         let solved = at.checked_sub(schema.given()).and_then(|at| outcome.get(at));
-        let told = match solved {
-            None => Told::Given,
-            Some(column) if column.name == BEYOND_TIME => Told::Limit(column.guarded()),
-            Some(column) if column.grows() => Told::Grown(column.guarded()),
-            Some(column) if column.growth == Growth::Once => Told::Once(column.guarded()),
-            Some(_) => Told::Found,
+        let availability = match solved {
+            None => Availability::Input,
+            Some(column) if column.name == BEYOND_TIME => Availability::LimitTime(column.guarded()),
+            Some(column) if column.grows() => Availability::LowerBound(column.guarded()),
+            Some(column) if column.growth == Growth::Once => Availability::EventTime(column.guarded()),
+            Some(_) => Availability::Unavailable,
         };
         let unjudged = solved.is_some_and(|column| column.empty == Empty::Unjudged);
-        TableColumn { field: field.clone(), told, unjudged, lacks: solved.and_then(|column| column.lacks.clone()) }
+        TableColumn {
+            field: field.clone(),
+            availability,
+            unjudged,
+            lacks: solved.and_then(|column| column.lacks.clone()),
+        }
     });
     columns.collect()
 }
@@ -155,7 +160,7 @@ fn field(column: Column) -> Field {
     Field { name: column.name, unit: column.unit, meaning: column.meaning, kind }
 }
 
-/// Names of the columns that the table of this machine has whatever varies.
+/// Names of the columns that every table of this machine has.
 #[must_use]
 pub fn own_columns(machine: &Machine) -> Vec<String> {
     let schema = TableSchema::new(Vec::new(), &engine::columns(machine));

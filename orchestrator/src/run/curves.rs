@@ -1,5 +1,5 @@
-//! The answers that are in a directory, when their time is over: `answers.json`, and `answers/NAME.parquet` of questions that are gone.
-//! Whatever somebody else has put there stays.
+//! Removal of outdated answers: `answers.json`, and `answers/NAME.parquet` of questions that no longer exist. Files of other
+//! origin are kept.
 
 use super::answer_sums::forget_sums;
 use super::directory::{ANSWERS, CURVES};
@@ -9,7 +9,7 @@ use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
 use std::ffi::OsStr;
 
-/// Removes all answers: the table that they are about is no longer that of the study.
+/// Removes all answers when their table no longer is that of the study.
 ///
 /// # Errors
 /// The directory cannot be written.
@@ -21,17 +21,17 @@ pub fn forget_answers(folder: &Folder) -> Result<(), FileError> {
     remove_curves(folder, |_| false)
 }
 
-/// The file of a question's curve.
+/// File name of a question's curve.
 pub fn curve_file(question: &str) -> String {
     format!("{question}.parquet")
 }
 
-/// Removes curves that are not wanted, and the folder where nothing is left in it.
+/// Removes outdated curves, and the folder if it becomes empty.
 ///
 /// # Errors
 /// The directory cannot be written.
 pub fn remove_curves(folder: &Folder, is_wanted: impl Fn(&str) -> bool) -> Result<(), FileError> {
-    // what cannot be opened holds nothing of ours
+    // A folder that cannot be opened contains no file of this program.
     let Ok(curves) = folder.folder(CURVES) else { return Ok(()) };
     let names = curves.names().map_err(FileError::at("read", curves.path()))?;
     let mut left = names.len();
@@ -51,7 +51,7 @@ pub fn remove_curves(folder: &Folder, is_wanted: impl Fn(&str) -> bool) -> Resul
     Ok(())
 }
 
-/// Whether a file is a curve by its name and by what it says, or one that a killed program was writing.
+/// Whether a file is a curve, by its name and metadata, or the temporary file of a killed program.
 fn is_curve(place: &Place, name: &OsStr) -> bool {
     let text = name.to_string_lossy();
     let question = |stem: &str| stem.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-');

@@ -1,8 +1,8 @@
-//! The result directory of a study: which file is what.
+//! Result directory of a study, and the names of its files.
 
 use super::error::RunError;
 pub use super::lock::LOCK;
-use super::lock::{Holder, Lock, Mark, mark, theirs};
+use super::lock::{Holder, Lock, Mark, foreign_lock, mark};
 use super::trust::check;
 use bladeoff_answers::tables::TableError;
 use bladeoff_record::is_store;
@@ -20,32 +20,32 @@ use std::io::ErrorKind;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
-/// The product: one row per sample.
+/// Final table: one row per sample.
 pub const RESULTS: &str = "results.parquet";
-/// Folder of the rows finished so far while there is no [`RESULTS`]: Parquet files, every row in one of them.
+/// Folder of the finished rows while there is no [`RESULTS`]: Parquet files that contain every finished row once.
 pub const PARTS: &str = "parts";
 /// CPU time, worker and attempt of each sample.
 pub const TIMINGS: &str = "timings.parquet";
-/// The same for the rows in [`PARTS`], in files of the same names.
+/// Folder of the timings of the rows in [`PARTS`], in files of the same names.
 pub const TIMING_PARTS: &str = "timings-parts";
-/// Rows of a beginning of a study while it is looked at.
+/// Rows of an interim analysis.
 pub(super) const LOOK: &str = "look.parquet";
 /// Versions, build, host, dates, command.
 pub const MANIFEST: &str = "manifest.json";
 /// Record of finished samples.
 pub const LEDGER: &str = "ledger.redb";
-/// Name of the file in a result directory.
+/// Name of the record file.
 pub const STATUS: &str = "status.json";
 /// Answers to the questions of a complete study.
 pub const ANSWERS: &str = "answers.json";
-/// Folder of their curves: a Parquet file for each question that has one.
+/// Folder of their curves: a Parquet file for each question with a curve.
 pub const CURVES: &str = "answers";
-/// Checksums of the answers and their curves, a line for each as `b3sum` prints it.
+/// Checksums of answers and curves, in the format of `b3sum`.
 pub(super) const ANSWER_SUMS: &str = "answers.b3sum";
 /// Messages of the workers.
 pub const WORKER_LOG: &str = "workers.log";
 
-/// What is written aside and then gets its name.
+/// Files that are written under a temporary name first.
 const WHOLE: [&str; 15] = [
     RESULTS,
     LOOK,
@@ -63,25 +63,24 @@ const WHOLE: [&str; 15] = [
     ANSWERS,
     ANSWER_SUMS,
 ];
-/// What is there before the record is.
+/// Files that exist before the record.
 const FIRST: [&str; 6] = [LOCK, STUDY, MACHINE, POINTS, BASIS_FILE, PLAN_FILE];
 
-/// A result directory that no other process works in. It is held open: what the run does in it, it does there, whatever
-/// becomes of the path.
+/// Result directory locked by this process. It is held open, so that the run keeps using the same directory if its path changes.
 #[derive(Debug)]
 pub struct RunDirectory {
     folder: Folder,
-    /// Its path, wherever the process may go.
+    /// Absolute path.
     absolute: PathBuf,
     lock: Lock,
 }
 
 impl RunDirectory {
-    /// Makes the directory if it is not there and takes its lock; `trusts`: also of one that others could write in. `study`: whose inputs
-    /// a run that was killed at its very beginning may have left there.
+    /// Creates the directory if necessary and locks it; `trusts`: also accept a directory to which other users may write.
+    /// `study`: study whose inputs a run killed at its beginning may have left.
     ///
     /// # Errors
-    /// Another run works in it; it is not a directory of results; others could write in it; it cannot be written.
+    /// Another run uses the directory, it is no result directory, other users may write to it, or it cannot be written.
     pub fn claim(path: &Path, trusts: bool, study: Option<&Study>) -> Result<Self, RunError> {
         if fs::metadata(path).is_ok_and(|found| !found.is_dir()) {
             return Err(RunError::NotADirectory { path: path.to_path_buf() });
@@ -95,34 +94,34 @@ impl RunDirectory {
         let trusted = || -> Result<(), RunError> { check(&folder, trusts)?.map_or(Ok(()), |doubt| Err(doubt.into())) };
         if let Err(refused) = trusted().and_then(|()| refuse_foreign(&folder, study)) {
             if is_new {
-                // Best effort: an empty directory is no harm.
+                // An empty directory that remains has no effect.
                 let _ = fs::remove_dir(path);
             }
             return Err(refused);
         }
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let lock = Lock::take(&folder, LOCK)?;
-        // Of an earlier build: who may open the record may lock it. What cannot be opened is an error later.
+        // A record of an earlier build: a user who can open it can lock it. An unreadable record is an error later.
         if let Ok(record) = folder.place(LEDGER).open_own() {
             close_to_others(&record);
         }
         Ok(Self { folder, absolute, lock })
     }
 
-    /// Removes what a killed run was writing, by the names that it has then, without a look at the folders of parts.
+    /// Removes the temporary files of a killed run by their names, without reading the folders of parts.
     ///
     /// # Errors
     /// The directory cannot be written.
     pub fn tidy_files(&self) -> Result<(), FileError> {
         let names = self.folder.names().map_err(FileError::at("read", self.path()))?;
         let is_begun = |name: &OsStr| {
-            // Earlier builds made a record under this name.
+            // Earlier builds used this temporary name for the record.
             is_whole_begun(name) || name.to_str() == Some(&format!("{LEDGER}.new"))
         };
         let mut is_changed = false;
         for name in names.iter().filter(|name| is_begun(name)) {
             let place = self.folder.place(name);
-            // Whatever else has such a name is in nobody's way.
+            // Another file of such a name has no effect.
             if place.is_file() && self.is_own(&place) {
                 is_changed |= place.remove()?;
             }
@@ -130,19 +129,19 @@ impl RunDirectory {
         if is_changed { self.folder.sync() } else { Ok(()) }
     }
 
-    /// Whether a file is this user's, or of whom the directory is.
+    /// Whether a file belongs to this user or to the owner of the directory.
     fn is_own(&self, place: &Place) -> bool {
         let own = [Some(geteuid().as_raw()), self.folder.stat().ok().map(|found| found.st_uid)];
         place.owner().is_some_and(|owner| own.contains(&Some(owner)))
     }
 
-    /// The run before, if it did not end in order.
+    /// Previous run, if it was killed.
     #[must_use]
     pub fn left_by(&self) -> Option<&Holder> {
         self.lock.left_by()
     }
 
-    /// Puts a study's inputs into it; those that are there already are not touched.
+    /// Writes the inputs of a study; existing files are kept.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -158,7 +157,7 @@ impl RunDirectory {
         Ok(())
     }
 
-    /// Removes one of its files, if it is there.
+    /// Removes a file of the directory, if it exists.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -166,51 +165,51 @@ impl RunDirectory {
         if self.file(name).remove()? { self.folder.sync() } else { Ok(()) }
     }
 
-    /// The directory, by the path that it was opened by.
+    /// Path by which the directory was opened.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// The same from the root on.
+    /// Absolute path of the directory.
     #[must_use]
     pub fn absolute(&self) -> &Path {
         &self.absolute
     }
 
-    /// The directory itself.
+    /// Open folder.
     #[must_use]
     pub fn open(&self) -> &Folder {
         &self.folder
     }
 
-    /// One of its files.
+    /// Place of a file in the directory.
     #[must_use]
     pub fn file(&self, name: &str) -> Place {
         self.folder.place(name)
     }
 }
 
-/// Whether a file has the name of a part.
+/// Whether this is the file name of a part.
 pub(super) fn is_part(name: &OsStr) -> bool {
     let name = name.to_string_lossy();
     let number = name.strip_prefix("part-").and_then(|rest| rest.strip_suffix(".parquet"));
     number.is_some_and(|number| number.len() >= 6 && number.bytes().all(|digit| digit.is_ascii_digit()))
 }
 
-/// Name of a part, from 1.
+/// File name of a part; numbers begin at 1.
 #[must_use]
 pub fn part_name(number: u32) -> String {
     format!("part-{number:06}.parquet")
 }
 
-/// The files that hold the rows finished so far: the table, or the parts in their order; none before there are any.
+/// Lists the files with the finished rows: the table, or the parts in order.
 #[must_use]
 pub fn row_files(directory: &Path) -> Vec<PathBuf> {
     table_or_parts(directory, RESULTS, PARTS)
 }
 
-/// The files that hold the timings of those rows.
+/// Lists the files with the timings of those rows.
 #[must_use]
 pub fn timing_files(directory: &Path) -> Vec<PathBuf> {
     table_or_parts(directory, TIMINGS, TIMING_PARTS)
@@ -218,7 +217,7 @@ pub fn timing_files(directory: &Path) -> Vec<PathBuf> {
 
 fn table_or_parts(directory: &Path, table: &str, parts: &str) -> Vec<PathBuf> {
     let Ok(folder) = Folder::open(directory) else { return Vec::new() };
-    // Whatever has the name of the table: if it is none, whoever reads it says so.
+    // Any file with the name of the table; its readers report an invalid one.
     if folder.place(table).exists() {
         return vec![directory.join(table)];
     }
@@ -229,10 +228,10 @@ fn table_or_parts(directory: &Path, table: &str, parts: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Reads the files that `list` finds in a directory, again if a run has replaced them meanwhile by others.
+/// Reads the files that `list` returns, and again if a run replaces them meanwhile.
 ///
 /// # Errors
-/// What `read` returns.
+/// The error of `read`.
 pub fn read_current<T>(
     directory: &Path,
     list: fn(&Path) -> Vec<PathBuf>,
@@ -248,19 +247,18 @@ pub fn read_current<T>(
     }
 }
 
-/// Whether this is what a run writes aside, before it gets its name.
+/// Whether this is a temporary name of a run.
 fn is_whole_begun(name: &OsStr) -> bool {
     let begins = |whole: &str| is_temporary(name, whole);
     WHOLE.into_iter().any(begins) || (0..MOST_PARAMETERS).any(|number| begins(&empirical(number)))
 }
 
-/// Refuses a directory that holds anything and was not begun by a run, whatever the names in it. A run writes its lock
-/// before anything else.
+/// Rejects a directory with files that was not begun by a run. A run writes its lock before anything else.
 fn refuse_foreign(folder: &Folder, study: Option<&Study>) -> Result<(), RunError> {
     let mark = mark(folder, LOCK);
     if mark == Mark::Closed {
         let lock = folder.place(LOCK);
-        return Err(match theirs(folder, &lock) {
+        return Err(match foreign_lock(folder, &lock) {
             Some(theirs) => theirs.into(),
             None => FileError::at("open", &lock)(ErrorKind::PermissionDenied.into()).into(),
         });
@@ -269,8 +267,8 @@ fn refuse_foreign(folder: &Folder, study: Option<&Study>) -> Result<(), RunError
         return Ok(());
     }
     let names = folder.names().map_err(FileError::at("read", folder.path()))?;
-    // An empty lock: killed between making and writing it; or the power went, or somebody emptied it, before there was a record.
-    // Then the inputs of this study are there, byte for byte, and nothing but what a run writes before.
+    // An empty lock: the run was killed before it wrote the holder, the power failed, or the file was emptied before there was a
+    // record.
     let is_there = |(name, text): (String, Option<&str>)| match text {
         Some(text) => folder.place(&name).read(text.len() as u64).is_ok_and(|found| found == text.as_bytes()),
         None => !folder.place(&name).exists(),

@@ -1,9 +1,9 @@
-//! A result directory that is removed, emptied or moved under its run: noticed within seconds, not at the end of the night.
+//! Detection of a result directory that is removed, emptied or moved during its run.
 //!
-//! Every two seconds the run looks whether the directory that it holds open is the one at its path, and whether the record is
-//! still under its name; two looks have to agree. Then it stops. What was only moved is whole: nothing else is done. What
-//! becomes of that which was removed: `kept`. One that was closed to its user (`chmod 0 DIR`) is opened again or not before the
-//! end: the record goes on in the open file; where tables cannot be written then, that is said.
+//! Every two seconds the run checks that its open directory is the one at its path and that the record has its name. It stops
+//! after two failed checks. A moved directory is whole and needs nothing else. For a removed one see `rescued`. If the directory
+//! loses its permissions (`chmod 0 DIR`), the run continues in the open record; tables that cannot be written at the end are
+//! reported.
 
 use super::directory::{LEDGER, RunDirectory};
 use bladeoff_record::Record;
@@ -12,44 +12,44 @@ use std::io;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Time between two looks.
-const LOOK_EVERY: Duration = Duration::from_secs(2);
+/// Interval of the checks.
+const CHECK_INTERVAL: Duration = Duration::from_secs(2);
 
-/// What has become of the directory of a run.
+/// Loss of the directory of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Loss {
-    /// It was removed, or the record in it was.
+    /// The directory or its record was removed.
     Removed(&'static str),
-    /// It is elsewhere, with its record.
+    /// The directory was moved with its record.
     Moved(Option<PathBuf>),
 }
 
-/// Looks from time to time.
+/// Periodic check of the directory of a run.
 #[derive(Debug)]
-pub(super) struct Guard<'a> {
+pub(super) struct DirectoryWatch<'a> {
     directory: &'a RunDirectory,
     next: Instant,
     suspected: bool,
 }
 
-impl<'a> Guard<'a> {
+impl<'a> DirectoryWatch<'a> {
     pub fn new(directory: &'a RunDirectory) -> Self {
-        Self { directory, next: Instant::now() + LOOK_EVERY, suspected: false }
+        Self { directory, next: Instant::now() + CHECK_INTERVAL, suspected: false }
     }
 
-    /// Whether the directory is lost, by two looks, if it is time for one.
+    /// Checks the directory if it is time; returns whether two checks in a row have failed.
     pub fn finds_loss(&mut self, record: &Record) -> bool {
         let now = Instant::now();
         if now < self.next {
             return false;
         }
-        self.next = now + LOOK_EVERY;
+        self.next = now + CHECK_INTERVAL;
         let is_lost = loss(self.directory, record).is_some();
         is_lost && std::mem::replace(&mut self.suspected, is_lost)
     }
 }
 
-/// What has become of the directory; `None`: it is where it was.
+/// Checks the directory; `None`: it is in place.
 pub(super) fn loss(directory: &RunDirectory, record: &Record) -> Option<Loss> {
     let standing = directory.open().standing();
     match (standing, record.is_in_place()) {
@@ -60,7 +60,7 @@ pub(super) fn loss(directory: &RunDirectory, record: &Record) -> Option<Loss> {
     }
 }
 
-/// Whether the directory cannot be entered any more.
+/// Whether permissions to enter the directory are missing.
 pub(super) fn is_closed(directory: &RunDirectory) -> bool {
     let record = directory.file(LEDGER).identity();
     record.is_err_and(|error| error.kind() == io::ErrorKind::PermissionDenied)

@@ -1,5 +1,4 @@
-//! Where a table ends that ends before its design does, or of which less was asked at several looks: `[stop]`; or that has what `[refine]`
-//! has chosen.
+//! End of a table that `[stop]` or `[refine]` determines, or that had interim analyses.
 //!
 //! The end is recorded in the table's own metadata: a reader of the rows finds there how many rows belong to the table, and the error that
 //! a gate may spend. The manifest and the status repeat the record.
@@ -11,23 +10,23 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
 
-/// Key of the metadata, without the prefix of all.
+/// Metadata key, without the common prefix.
 pub const STOP: &str = "stop";
 
-/// Why a table ends where it does.
+/// Reason of the end of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndWhy {
-    /// Every interval that was asked for is narrow enough.
+    /// All requested intervals are narrow enough.
     Precision,
     /// `samples` of `[stop]`.
     Samples,
     /// `wall` of `[stop]`.
     Wall,
-    /// The design has no more points; the intervals are not narrow enough.
+    /// The design has no more points, and an interval is not narrow enough.
     Design,
-    /// `[refine]` has added what lies between unlike combinations of a map.
+    /// `[refine]` has added all combinations between unlike ones.
     Refined,
-    /// The map of `[refine]` changes nowhere between the first combinations.
+    /// The map of `[refine]` does not change between the first combinations.
     Unchanged,
     /// `max_samples` of `[refine]`.
     MaxSamples,
@@ -49,7 +48,7 @@ impl EndWhy {
     }
 }
 
-/// The end of a table.
+/// End of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableEnd {
     /// Points.
@@ -58,18 +57,18 @@ pub struct TableEnd {
     pub samples: u64,
     /// Part of 1 - confidence that a gate may spend; below 1: one of several interim analyses.
     pub share: f64,
-    /// Why here.
+    /// Reason.
     pub why: EndWhy,
 }
 
 impl TableEnd {
-    /// As it stands in metadata, manifest and status.
+    /// Value for metadata, manifest and status.
     #[must_use]
     pub fn json(&self) -> Value {
         json!({ "points": self.points, "samples": self.samples, "share": self.share, "why": self.why.word() })
     }
 
-    /// From its JSON; `None`: it is none.
+    /// Reads the value; `None`: invalid.
     #[must_use]
     pub fn of_json(said: &Value) -> Option<Self> {
         let why = EndWhy::ALL.iter().find(|(word, _)| said["why"] == *word).map(|(_, why)| *why)?;
@@ -78,7 +77,7 @@ impl TableEnd {
         Some(Self { points, samples, share, why })
     }
 
-    /// The same where the points of the design are not known: "512 points, precise enough".
+    /// Describes the end when the points of the design are unknown: "512 points, precise enough".
     #[must_use]
     pub fn brief(&self) -> String {
         let why = match self.why {
@@ -93,13 +92,13 @@ impl TableEnd {
         format!("{} points, {why}", self.points)
     }
 
-    /// In words: "precise enough at 512 of 4096 points (`[stop]`)".
+    /// Describes the end: "precise enough at 512 of 4096 points (`[stop]`)".
     #[must_use]
     pub fn words(&self, samples: &Samples) -> String {
         self.words_of(samples.points(), samples.layout().and_then(block))
     }
 
-    /// The same of so many points; `block`: points of a block, and what blocks are called, where these are counted.
+    /// Describes the end of a design of so many points; `block`: points of a block and the word for blocks, if these are counted.
     #[must_use]
     pub fn words_of(&self, of: u64, block: Option<(u64, &str)>) -> String {
         let points = self.points;
@@ -132,7 +131,7 @@ impl TableEnd {
         format!("{}, chosen where the map changes", counted(self.samples, "sample"))
     }
 
-    /// Whether the table has what `[refine]` has chosen.
+    /// Whether `[refine]` chose the combinations of the table.
     #[must_use]
     pub fn is_chosen(&self) -> bool {
         matches!(self.why, EndWhy::Refined | EndWhy::Unchanged | EndWhy::MaxSamples)
@@ -145,7 +144,7 @@ impl TableEnd {
     }
 }
 
-/// The end that a table tells of; `None` of one that ends with its design and was looked at once.
+/// Reads the end of a table; `None`: the end of its design, without interim analyses.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -155,7 +154,7 @@ pub fn end_of_table(table: &Path) -> Result<Option<TableEnd>, TableError> {
     Ok(found.and_then(|(_, text)| TableEnd::of_json(&serde_json::from_str(&text).ok()?)))
 }
 
-/// A beginning of a study's samples at which it is looked at.
+/// Interim analysis of the first samples of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
     /// Points.
@@ -166,34 +165,34 @@ pub struct Stage {
     pub share: f64,
 }
 
-/// Who says at its stages whether a study is precise enough: by its questions, which a run knows nothing of.
-pub trait Looking: std::fmt::Debug {
-    /// The stages, in order; the last is where the study ends at the latest.
+/// Decision at each interim analysis whether a study is precise enough, by its questions; the run does not know them.
+pub trait PrecisionCheck: std::fmt::Debug {
+    /// Stages in ascending order; the last one is the latest end of the study.
     fn stages(&self) -> &[Stage];
 
-    /// Whether intervals are looked at; if not, only the end matters.
+    /// Whether intervals are computed; if not, only the end matters.
     fn looks(&self) -> bool;
 
-    /// Time of a run at most.
+    /// Largest time of a run.
     fn wall(&self) -> Option<Duration>;
 
-    /// What the rows of a stage, in this table, come to.
+    /// Analyses the rows of a stage in this table.
     ///
     /// # Errors
-    /// The table cannot be read, or does not hold what is asked for.
-    fn look(&self, stage: &Stage, table: &Path) -> Result<Looked, LookingError>;
+    /// The table cannot be read, or lacks a requested quantity.
+    fn look(&self, stage: &Stage, table: &Path) -> Result<PrecisionResult, PrecisionError>;
 }
 
-/// What a look found.
+/// Result of an interim analysis.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Looked {
+pub struct PrecisionResult {
     /// The rows are precise enough.
     pub is_enough: bool,
-    /// What is asked for and no further sample makes precise enough: a name of it, the same at every look, and why.
+    /// Requests that no further sample makes precise enough: a name that is the same at every analysis, and the reason.
     pub hindered: Vec<(String, String)>,
 }
 
-/// Why nothing can be said of a stage.
+/// Error of an interim analysis.
 #[derive(Debug, thiserror::Error)]
 #[error("whether the study is precise enough cannot be found out")]
-pub struct LookingError(#[source] pub Box<dyn std::error::Error + Send + Sync>);
+pub struct PrecisionError(#[source] pub Box<dyn std::error::Error + Send + Sync>);

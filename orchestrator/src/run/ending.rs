@@ -1,5 +1,4 @@
-//! The end of a run, whatever came of it: tables where every sample is there, parts of the rows where not, and what can be kept of a
-//! directory that was taken from the run.
+//! End of a run: tables if every sample is finished, otherwise parts; and rescue of the finished samples of a lost directory.
 
 use super::chosen::Chosen;
 use super::directory::{MANIFEST, PARTS, RESULTS, row_files};
@@ -16,24 +15,24 @@ use bladeoff_system::files::write_whole;
 use bladeoff_worker::fault::At;
 use std::time::{Instant, SystemTime};
 
-/// What came of the computing.
+/// Result of the computation.
 pub(super) struct Computed {
-    /// How the workers fared.
+    /// Report of the dispatch.
     pub report: Result<DispatchReport, DispatchError>,
-    /// Where the table ends, if `[stop]` says so.
+    /// End of the table, if `[stop]` determines it.
     pub end: Result<Option<TableEnd>, RunError>,
-    /// The combinations of a map that the table has, if `[refine]` chooses them.
+    /// Combinations of a map in the table, if `[refine]` chooses them.
     pub chosen: Option<Chosen>,
-    /// Whether the last results have become durable.
+    /// Result of the last commit.
     pub committed: Result<(), RecordError>,
-    /// Whether all that is durable is in parts, where that was wanted.
+    /// Result of writing the last parts, if requested.
     pub parts: Result<(), RunError>,
 }
 
-/// Writes what is to be written when nothing is computed any more. `begun`: the course of the run at its beginning.
+/// Writes tables or parts after the computation. `begun`: course of the run at its beginning.
 ///
 /// # Errors
-/// The first failure of all, the loss of the directory before any other.
+/// The first failure; the loss of the directory has priority.
 pub(super) fn conclude(
     session: &Session<'_>,
     computed: Computed,
@@ -43,16 +42,16 @@ pub(super) fn conclude(
     let Session { request, prepared, opened, directory } = session;
     let (samples, record) = (prepared.samples, &opened.record);
     let Computed { mut report, end, chosen, committed, parts } = computed;
-    // Shared memory is given back when everything is written: nothing about it is a matter of the results.
+    // Shared memory is removed when everything is written; its errors do not affect the results.
     let memory = report.as_mut().ok().and_then(|report| report.memory.take());
-    // Taken but not recorded is computed again: it does not count.
+    // Results that are not recorded are computed again and do not count.
     let durable = telling.durable();
     telling.progress.finish(&durable, Instant::now());
     let ended = |state| Course { state, finished: Some(SystemTime::now()), done: durable.done(), ..*begun };
     let manifest = |course: &Course| manifest(request, samples, &prepared.provenance, course);
     let write = || {
         let report = report?;
-        // After a failure the first error is the one that says why.
+        // After a failure the first error is reported.
         committed?;
         let end = end?;
         let mut tally = durable.clone();
@@ -70,7 +69,7 @@ pub(super) fn conclude(
         };
         let (worker_deaths, dropped_messages) = (report.worker_deaths, report.dropped_messages);
         let why = Some(report.ended.word());
-        // those of the table, not what the record holds beyond its end
+        // counts of the table, without further samples in the record
         let (state, done) = (report.ended.state(), tally.done());
         let course = Course { worker_deaths, dropped_messages, tables, ended: why, end, done, ..ended(state) };
         write_whole(directory.file(MANIFEST), manifest(&course).as_bytes())?;
@@ -80,7 +79,7 @@ pub(super) fn conclude(
         |loss| RunError::from(rescued::keep(loss, directory, prepared, record, &durable, &manifest(&ended("failed"))));
     let finished = match directory_lost::loss(directory, record) {
         Some(loss) => Err(lost(loss)),
-        // It may be lost while the tables are written.
+        // The directory may be lost while the tables are written.
         None => write().map_err(|error| match directory_lost::loss(directory, record) {
             Some(loss) => lost(loss),
             None if directory_lost::is_closed(directory) => {

@@ -1,4 +1,4 @@
-//! Why a study could not be run to its end.
+//! Errors of a run.
 
 use super::lock::LockError;
 use super::trust::Untrusted;
@@ -15,24 +15,24 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a study could not be run to its end.
+/// Error of a run.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The directory holds something else.
+    /// The directory contains files that no run has written.
     #[error("{path:?} is not a result directory: it holds {file:?} and no record of a run; choose another --out")]
     Foreign {
         /// The directory.
         path: PathBuf,
-        /// The first file that no run begins with.
+        /// First foreign file.
         file: OsString,
     },
-    /// Others could write in the directory.
+    /// Other users may write to the directory.
     #[error(transparent)]
     Untrusted(#[from] Untrusted),
-    /// The directory was taken from the run.
+    /// The directory was removed or moved during the run.
     #[error(transparent)]
     Lost(#[from] Lost),
-    /// A file stands where the directory should be.
+    /// The path of the directory is a file.
     #[error("{path:?} is not a directory; choose another --out")]
     NotADirectory {
         /// The path.
@@ -51,56 +51,56 @@ pub enum RunError {
     Changed {
         /// The directory.
         path: PathBuf,
-        /// Finished samples that the present study does not have.
+        /// Finished samples that the present study does not contain.
         lost: u64,
         /// Finished samples.
         total: u64,
-        /// What differs.
+        /// Differences.
         changes: Vec<Change>,
     },
-    /// There is no run whose samples could be computed again.
+    /// `--rerun` without an earlier run.
     #[error("{} has no finished samples to be computed again", shown(path))]
     NothingToRerun {
         /// The directory.
         path: PathBuf,
     },
-    /// Another run works in the directory, or that cannot be found out.
+    /// Another run uses the directory, or this cannot be determined.
     #[error(transparent)]
     Lock(#[from] LockError),
-    /// The machine of the study.
+    /// Invalid machine of the study.
     #[error(transparent)]
     Machine(#[from] Problems),
-    /// The solver refused the machine.
+    /// Machine that the solver rejects.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// A file.
+    /// File error.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The record of finished samples.
+    /// Error of the record.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// A table.
+    /// Table error.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// Whether the study is precise enough.
+    /// Error of an interim analysis.
     #[error(transparent)]
-    Looking(#[from] super::end::LookingError),
-    /// The plan that workers read.
+    Precision(#[from] super::end::PrecisionError),
+    /// Error of the plan file.
     #[error(transparent)]
     Plan(#[from] JobSpecError),
-    /// Workers, shared memory, messages.
+    /// Error of workers, shared memory or messages.
     #[error(transparent)]
     Dispatch(#[from] DispatchError),
 }
 
 impl RunError {
-    /// Whether the directory is there and may not be written.
+    /// Whether the directory exists but cannot be written.
     pub(super) fn is_write_protection(&self) -> bool {
         let (Self::File(error) | Self::Lock(LockError::File(error))) = self else { return false };
         matches!(error.source.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem)
     }
 
-    /// Whether the run was refused before anything of it was done: the same command will not do better.
+    /// Whether the run was rejected before any work, so that repeating the command cannot succeed.
     #[must_use]
     pub fn is_refusal(&self) -> bool {
         matches!(
@@ -118,14 +118,14 @@ impl RunError {
     }
 }
 
-/// One key with its values then and now.
+/// Changed key with both values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
     /// Path of a parameter, or a setting of the study.
     pub key: String,
-    /// In the directory.
+    /// Value in the directory.
     pub from: String,
-    /// Now.
+    /// Present value.
     pub to: String,
 }
 
@@ -135,10 +135,10 @@ impl std::fmt::Display for Change {
     }
 }
 
-/// How a run ended whose directory was taken from it.
+/// End of a run whose directory was lost.
 #[derive(Debug, thiserror::Error)]
 pub enum Lost {
-    /// It is elsewhere.
+    /// The directory was moved.
     #[error(
         "{} was moved during the run, {}: the run has stopped; {} {} in it",
         shown(path),
@@ -154,7 +154,7 @@ pub enum Lost {
         /// Samples recorded in it.
         done: u64,
     },
-    /// It is where it was, and cannot be entered.
+    /// The directory is in place, but its permissions are missing.
     #[error(
         "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`), and the same command goes on",
         shown(path),
@@ -166,11 +166,11 @@ pub enum Lost {
         path: PathBuf,
         /// Samples recorded in it.
         done: u64,
-        /// What could not be done.
+        /// Failed operation.
         #[source]
         source: Box<RunError>,
     },
-    /// It is gone, what was finished is not.
+    /// The directory was removed; the finished samples are kept elsewhere.
     #[error("{what} {} was removed during the run: the run has stopped; {} {} kept in {}", shown(path), counted(*done, "finished sample"), are(*done), shown(kept))]
     Kept {
         /// "the result directory" or the record in it.
@@ -179,10 +179,10 @@ pub enum Lost {
         path: PathBuf,
         /// Samples kept.
         done: u64,
-        /// Where they are.
+        /// Path of the kept samples.
         kept: PathBuf,
     },
-    /// It is gone with what was finished.
+    /// The directory was removed with the finished samples.
     #[error("{what} {} was removed during the run: the run has stopped; {} could not be kept", shown(path), counted(*done, "finished sample"))]
     Gone {
         /// "the result directory" or the record in it.
@@ -191,14 +191,14 @@ pub enum Lost {
         path: PathBuf,
         /// Samples that were finished.
         done: u64,
-        /// Why they are lost.
+        /// Reason of the loss.
         #[source]
         source: Box<RunError>,
     },
 }
 
 impl Lost {
-    /// Where the study can go on.
+    /// Directory from which the study can be continued.
     #[must_use]
     pub fn goes_on_in(&self) -> Option<&Path> {
         match self {

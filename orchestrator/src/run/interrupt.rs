@@ -1,4 +1,4 @@
-//! Signals while the tables are written: the run is over, so they are neither needed nor forgotten.
+//! Signals while the tables are written.
 
 use super::lock::give_back;
 use crate::dispatch::{Ended, Signal, watch_afterwards};
@@ -7,13 +7,14 @@ use bladeoff_worker::fault::{At, Faults};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// From now on the first signal says what is going on and the second one ends the program at once; `already`: the first has come.
-/// Nothing is lost by it: results are in the record, tables are written aside and renamed. `memory`: shared memory to be removed then.
+/// Handles signals from now on: the first one prints what is in progress, the second one ends the program at once; `already`: the
+/// first one has come. No result is lost: results are in the record, and tables are written under temporary names. `memory`:
+/// shared memory that is removed then.
 pub(super) fn end_at_once_when_told(already: bool, faults: &dyn Faults, memory: Option<Address>) {
-    let told = AtomicBool::new(already);
+    let is_signalled = AtomicBool::new(already);
     watch_afterwards(move |signal| {
-        if told.swap(true, Ordering::Relaxed) {
-            // What is left is for the next run, and no matter now.
+        if is_signalled.swap(true, Ordering::Relaxed) {
+            // Errors do not matter here: the next run removes the remains.
             memory.iter().for_each(|address| drop(discard(address)));
             give_back(Ended::Signalled(signal));
             let _ = writeln!(std::io::stderr(), "ended; every finished sample is recorded, the same command goes on");
@@ -24,6 +25,6 @@ pub(super) fn end_at_once_when_told(already: bool, faults: &dyn Faults, memory: 
         }
         let _ = writeln!(std::io::stderr(), "the tables are being written; a second signal ends that, too");
     });
-    // A hook for tests, as there are for the states of a sample.
+    // Fault hook, as for the states of a sample.
     faults.reached(At::Writing, 0, None);
 }

@@ -1,12 +1,12 @@
-//! One orchestrator per result directory.
+//! Lock of a result directory: one orchestrator at a time.
 //!
-//! The lock is the operating system's on an open file (`flock`), held as long as the process lives: the kernel releases it
-//! however the process ends, and a stopped process keeps it. An orderly end takes the holder out of the file, so that one
-//! with a holder and no lock tells of a run that was killed. The file is written before anything else in the directory, each
-//! time at once and over what was there: what it says tells a directory that a run began from one of somebody else.
+//! The lock is `flock` on an open file, held while the process lives: the kernel releases it however the process ends, and a
+//! stopped process keeps it. An orderly end removes the holder from the file, so a file with a holder and without a lock was left
+//! by a killed run. The file is written before anything else in the directory, each time in one write over the old text. Its text
+//! distinguishes a directory begun by a run from any other.
 //!
-//! It is closed to others, who could lock it otherwise, if only to read. So they cannot look at the lock either; who holds one is told
-//! by the system (`/proc/locks`), and the file is believed only where that cannot be.
+//! Other users cannot open the file, because opening is enough to lock it. So they cannot test the lock either: the system
+//! reports the holder (`/proc/locks`), and the text of the file is used only where it does not.
 
 use super::stamp::{host, timestamp};
 use crate::dispatch::Ended;
@@ -29,27 +29,27 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-/// Who works in the directory.
+/// File name of the lock.
 pub const LOCK: &str = "run.lock";
 
-/// How long a lock is tried for: whoever only looks at it (`bladeoff status`) holds it for microseconds.
+/// Time for which a lock is tried: readers (`bladeoff status`) hold it for microseconds.
 const PATIENCE: Duration = Duration::from_millis(500);
 const STEP: Duration = Duration::from_millis(20);
-/// How long whoever looks gives a run to say that it has the lock.
+/// Time for which a reader waits until a run has written its holder.
 const SETTLING: Duration = Duration::from_millis(100);
-/// By which the file of a lock is known.
+/// Key that identifies the text of a lock.
 const PROGRAM: &str = "bladeoff";
-/// Bytes that are written at once, more than what was said before.
+/// Length of the text, larger than any earlier text \[bytes\].
 const LENGTH: usize = 512;
 
-/// Who holds or held a lock.
+/// Present or former holder of a lock.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder {
     /// Process id.
     pub pid: u32,
     /// Host name.
     pub host: String,
-    /// When it started, UTC.
+    /// Start time, UTC.
     pub started: String,
 }
 
@@ -59,41 +59,42 @@ impl std::fmt::Display for Holder {
     }
 }
 
-/// Who keeps a lock.
+/// Process that holds a lock.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Keeper {
-    /// The run that its file tells of; the system says so, too.
+pub enum LockKeeper {
+    /// Run named in the file and confirmed by the system.
     Run(Holder),
-    /// The run that its file tells of, which cannot be looked at from here: it is on another host, or the system tells of no
-    /// locks.
-    Told(Holder),
-    /// A process of which its file does not tell.
+    /// Run named in the file, not confirmed: it is on another host, or the system reports no locks.
+    Recorded(Holder),
+    /// Process that the file does not name.
     Process(LockHolder),
-    /// Somebody whom this system does not show.
+    /// Unknown process, not reported by the system.
     Unknown,
 }
 
-impl Keeper {
+impl LockKeeper {
     fn of(file: &File) -> Self {
-        let told = holder(file);
-        let pid = told.as_ref().map(|told| told.pid);
+        let recorded = holder(file);
+        let pid = recorded.as_ref().map(|recorded| recorded.pid);
         let found = fstat(file).map_err(io::Error::from).and_then(|found| locks::holder(identity(&found), pid));
-        let is_here = |told: &Holder| host().is_none_or(|host| host == told.host);
-        match (found, told) {
-            (Ok(Some(found)), Some(told)) if found.is(told.pid, is_here(&told)) => Self::Run(told),
+        let is_here = |recorded: &Holder| host().is_none_or(|host| host == recorded.host);
+        match (found, recorded) {
+            (Ok(Some(found)), Some(recorded)) if found.is_process(recorded.pid, is_here(&recorded)) => {
+                Self::Run(recorded)
+            }
             (Ok(Some(found)), _) => Self::Process(found),
-            (Ok(None), Some(told)) if !is_here(&told) => Self::Told(told),
-            (Err(_), Some(told)) if !is_here(&told) || lives(told.pid) => Self::Told(told),
+            (Ok(None), Some(recorded)) if !is_here(&recorded) => Self::Recorded(recorded),
+            (Err(_), Some(recorded)) if !is_here(&recorded) || lives(recorded.pid) => Self::Recorded(recorded),
             (Ok(None) | Err(_), _) => Self::Unknown,
         }
     }
 }
 
-impl std::fmt::Display for Keeper {
+impl std::fmt::Display for LockKeeper {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Run(holder) => holder.fmt(f),
-            Self::Told(holder) => write!(f, "{holder}, as {LOCK} says (it cannot be looked at from here)"),
+            Self::Recorded(holder) => write!(f, "{holder}, as {LOCK} says (it cannot be looked at from here)"),
             Self::Process(holder) => holder.fmt(f),
             Self::Unknown => {
                 f.write_str("a process that this system does not name (it may be of another host or container)")
@@ -102,22 +103,22 @@ impl std::fmt::Display for Keeper {
     }
 }
 
-/// Why a directory is not ours.
+/// Reason why a directory cannot be locked.
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
-    /// Another process has it.
+    /// Another process holds the lock.
     #[error(
         "{} {}: {by}",
-        if matches!(by, Keeper::Run(_) | Keeper::Told(_)) { "another run works in" } else { "somebody keeps the lock (run.lock) of" },
+        if matches!(by, LockKeeper::Run(_) | LockKeeper::Recorded(_)) { "another run works in" } else { "somebody keeps the lock (run.lock) of" },
         shown(directory)
     )]
     Held {
         /// The directory.
         directory: PathBuf,
-        /// Who has it.
-        by: Keeper,
+        /// Its holder.
+        by: LockKeeper,
     },
-    /// A run of somebody else began the directory.
+    /// A run of another user began the directory.
     #[error(
         "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and they alone can go on with it; choose another --out",
         shown(directory)
@@ -125,10 +126,10 @@ pub enum LockError {
     Theirs {
         /// The directory.
         directory: PathBuf,
-        /// Whose the run is.
+        /// User of the run.
         owner: u32,
     },
-    /// The file system of the directory grants no locks: Lustre without its option, some network and container mounts.
+    /// The file system grants no locks: Lustre without its option, some network and container mounts.
     #[error(
         "the file system of {} grants no locks (flock), so two runs could work in one directory; choose an --out on a local disk and copy \
          the result, or run the study as one shard, which takes no lock there: `bladeoff run STUDY --shard 0/1 --scratch LOCAL --out {}`, \
@@ -140,11 +141,11 @@ pub enum LockError {
     NotGranted {
         /// The directory.
         directory: PathBuf,
-        /// The system's answer.
+        /// Error of the system.
         #[source]
         source: io::Error,
     },
-    /// The lock file.
+    /// Error of the lock file.
     #[error(transparent)]
     File(#[from] FileError),
 }
@@ -152,7 +153,7 @@ pub enum LockError {
 /// Error of NFS where it grants no locks (`ENOTSUPP` of the kernel, which has no name outside).
 const NOT_SUPPORTED: i32 = 524;
 
-/// The system's answer to a lock, in words.
+/// Describes the error of the system.
 fn answer(source: io::Error) -> io::Error {
     match source.raw_os_error() {
         Some(NOT_SUPPORTED) => io::Error::new(io::ErrorKind::Unsupported, "not supported (os error 524)"),
@@ -162,9 +163,9 @@ fn answer(source: io::Error) -> io::Error {
 
 /// Locks of this process.
 struct Held {
-    /// Their files, by number.
+    /// Open lock files, by number.
     files: BTreeMap<u64, File>,
-    /// Why the process ends: a lock that is taken after that is given back at once.
+    /// Reason of the end of the process; a lock taken after that is released at once.
     ended: Option<Ended>,
 }
 
@@ -175,28 +176,28 @@ fn held() -> MutexGuard<'static, Held> {
     HELD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Writes into the files of all locks of this process why it ends in order: for a process that ends before it drops them.
+/// Writes the reason of an orderly end into all lock files, for a process that ends before it drops them.
 pub fn give_back(ended: Ended) {
     let mut held = held();
     held.ended = Some(ended);
     for file in held.files.values() {
-        // Best effort, as at the end of a lock.
+        // Errors are ignored, as at the end of a lock.
         let _ = write(file, &returned(ended));
     }
 }
 
-/// Text of a lock that was given back.
+/// Text of a released lock.
 fn returned(ended: Ended) -> Value {
     json!({ "program": PROGRAM, "ended": ended.word() })
 }
 
-/// Why the last run ended, where it gave its lock back before it wrote its status.
+/// Reads the end of the last run, if it released its lock before it wrote its status.
 pub(super) fn given_back(directory: &Folder, name: &str) -> Option<String> {
     let file = directory.place(name).open().ok()?;
     Some(said(&file)?.get("ended")?.as_str()?.to_owned())
 }
 
-/// A lock that is held.
+/// Lock held by this process.
 #[derive(Debug)]
 pub struct Lock {
     number: u64,
@@ -205,14 +206,14 @@ pub struct Lock {
 }
 
 impl Lock {
-    /// Takes the lock of a directory, a file of the given name in it.
+    /// Locks a directory by a file of the given name in it.
     ///
     /// # Errors
-    /// Another process has it; the file cannot be written.
+    /// Another process holds the lock, or the file cannot be written.
     pub fn take(directory: &Folder, name: &str) -> Result<Self, LockError> {
         let path = directory.place(name);
         let file = match path.open_or_create() {
-            Err(error) => return Err(theirs(directory, &path).unwrap_or(error.into())),
+            Err(error) => return Err(foreign_lock(directory, &path).unwrap_or(error.into())),
             Ok(file) => file,
         };
         let mut waited = Duration::ZERO;
@@ -224,7 +225,10 @@ impl Lock {
                     waited += STEP;
                 }
                 Err(TryLockError::WouldBlock) => {
-                    return Err(LockError::Held { directory: directory.path().to_path_buf(), by: Keeper::of(&file) });
+                    return Err(LockError::Held {
+                        directory: directory.path().to_path_buf(),
+                        by: LockKeeper::of(&file),
+                    });
                 }
                 Err(TryLockError::Error(source)) => {
                     let directory = directory.path().to_path_buf();
@@ -233,7 +237,7 @@ impl Lock {
             }
         }
         let left_by = holder(&file);
-        // kept while the holder is written, so that a process that ends meanwhile gives this lock back as well
+        // The list stays locked until the holder is written, so that a process that ends meanwhile releases this lock as well.
         let mut held = held();
         let holds = || {
             json!({
@@ -244,7 +248,7 @@ impl Lock {
             })
         };
         let text = held.ended.map_or_else(holds, returned);
-        // Durable before anything that is written after it.
+        // Durable before anything else is written.
         let written = write(&file, &text).and_then(|()| file.sync_all());
         written.map_err(FileError::at("write", &path))?;
         directory.sync()?;
@@ -253,7 +257,7 @@ impl Lock {
         Ok(Self { number, file, left_by })
     }
 
-    /// Who held it before and did not end in order.
+    /// Previous holder, if it was killed.
     #[must_use]
     pub fn left_by(&self) -> Option<&Holder> {
         self.left_by.as_ref()
@@ -262,94 +266,96 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // A copy of the handle would keep the lock.
+        // Another copy of the handle would keep the lock.
         drop(held().files.remove(&self.number));
-        // Best effort: at worst the next run says that this one did not end in order.
+        // Errors are ignored: at worst the next run reports that this one was killed.
         let _ = write(&self.file, &json!({ "program": PROGRAM }));
     }
 }
 
-/// The error of a lock that belongs to somebody else and may not be opened.
-pub(super) fn theirs(directory: &Folder, lock: &Place) -> Option<LockError> {
+/// Error of a lock file of another user that cannot be opened; `None`: it is not one.
+pub(super) fn foreign_lock(directory: &Folder, lock: &Place) -> Option<LockError> {
     let owner = lock.owner().filter(|owner| *owner != geteuid().as_raw())?;
     let is_closed = lock.open_own().is_err_and(|error| error.source.kind() == io::ErrorKind::PermissionDenied);
     is_closed.then(|| LockError::Theirs { directory: directory.path().to_path_buf(), owner })
 }
 
-/// What a look at a lock tells.
+/// State of a lock.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Look {
-    /// A living (or stopped) process has it.
-    Held(Keeper),
-    /// Its file may be read by its owner alone. Who keeps it, if the system tells.
-    Closed {
-        /// Whose it is.
+pub enum LockState {
+    /// Held by a live or stopped process.
+    Held(LockKeeper),
+    /// Only the owner of the file may open it.
+    Unreadable {
+        /// Owner of the file.
         owner: u32,
-        /// Who keeps it.
-        by: Option<LockHolder>,
+        /// Process that holds the lock; `None`: the system does not report it.
+        holder: Option<LockHolder>,
     },
-    /// Its last holder was killed.
+    /// Not held; the last holder was killed.
     Abandoned(Holder),
-    /// Nobody has it.
+    /// Not held.
     Free,
 }
 
-/// Looks at a lock without taking it for longer than a moment.
+/// Reads the state of a lock; holds it for a moment at most.
 ///
 /// # Errors
-/// The file is there but cannot be read.
-pub fn look(directory: &Folder, name: &str) -> Result<Look, FileError> {
+/// The file exists but cannot be read.
+pub fn lock_state(directory: &Folder, name: &str) -> Result<LockState, FileError> {
     let path = directory.place(name);
     let file = match path.open() {
         Ok(file) => file,
-        Err(error) if error.source.kind() == io::ErrorKind::NotFound => return Ok(Look::Free),
+        Err(error) if error.source.kind() == io::ErrorKind::NotFound => return Ok(LockState::Free),
         Err(error) if error.source.kind() == io::ErrorKind::PermissionDenied => {
             let by = |file: Identity| locks::holder(file, None).ok().flatten();
             let found = path.owner().zip(path.identity().ok().flatten());
-            return found.map(|(owner, file)| Look::Closed { owner, by: by(file) }).ok_or(error);
+            return found.map(|(owner, file)| LockState::Unreadable { owner, holder: by(file) }).ok_or(error);
         }
         Err(error) => return Err(error),
     };
     let mut waited = Duration::ZERO;
     loop {
         match file.try_lock_shared() {
-            Ok(()) => return Ok(holder(&file).map_or(Look::Free, Look::Abandoned)),
+            Ok(()) => return Ok(holder(&file).map_or(LockState::Free, LockState::Abandoned)),
             Err(TryLockError::WouldBlock) => {}
-            // Nothing works here by way of this file system, which grants no locks; by way of another one a run may.
+            // This file system grants no locks. A run may still hold the lock through another mount.
             Err(TryLockError::Error(_)) => {
-                return Ok(holder(&file).map_or(Look::Free, |told| Look::Held(Keeper::Told(told))));
+                return Ok(
+                    holder(&file).map_or(LockState::Free, |recorded| LockState::Held(LockKeeper::Recorded(recorded)))
+                );
             }
         }
-        match Keeper::of(&file) {
-            // A run that has it for a moment and has not said so yet, or gives it back.
-            Keeper::Process(_) | Keeper::Unknown if waited < SETTLING => {
+        match LockKeeper::of(&file) {
+            // A run that has just taken the lock and not written its holder, or that is releasing it.
+            LockKeeper::Process(_) | LockKeeper::Unknown if waited < SETTLING => {
                 thread::sleep(STEP);
                 waited += STEP;
             }
-            by => return Ok(Look::Held(by)),
+            by => return Ok(LockState::Held(by)),
         }
     }
 }
 
-/// Whether a process of this number is there.
+/// Whether a process of this number exists.
 fn lives(pid: u32) -> bool {
     std::path::Path::new("/proc").join(pid.to_string()).exists()
 }
 
-/// What the lock says of a directory.
+/// Origin of a directory by its lock file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mark {
-    /// A run began it.
+    /// Begun by a run.
     Run,
-    /// Nothing: its file is empty.
+    /// Empty lock file.
     Empty,
-    /// Its file is not to be read: it is somebody else's.
+    /// Unreadable lock file, of another user.
     Closed,
-    /// There is none, or it is another program's.
+    /// No lock file, or that of another program.
     None,
 }
 
-/// Whether a run began a directory, by the file of its lock.
+/// Determines from the lock file whether a run began a directory.
 pub(super) fn mark(directory: &Folder, name: &str) -> Mark {
     let file = match directory.place(name).open() {
         Ok(file) => file,
@@ -360,11 +366,11 @@ pub(super) fn mark(directory: &Folder, name: &str) -> Mark {
         return Mark::Empty;
     }
     let is_ours = said(&file).is_some_and(|value| value["program"] == PROGRAM);
-    // Earlier builds said only who they are.
+    // Earlier builds wrote only the holder.
     if is_ours || holder(&file).is_some() { Mark::Run } else { Mark::None }
 }
 
-/// Replaces what the file says: one write over it, so that whoever is killed leaves the old words or the new ones.
+/// Replaces the text in one write, so that a killed process leaves either the old or the new text.
 fn write(file: &File, value: &Value) -> io::Result<()> {
     let mut text = value.to_string();
     text.push('\n');
@@ -376,7 +382,7 @@ fn write(file: &File, value: &Value) -> io::Result<()> {
 fn said(file: &File) -> Option<Value> {
     let mut bytes = [0; 4096];
     let count = file.read_at(&mut bytes, 0).ok()?;
-    // Behind it may be blanks, or the end of something longer.
+    // Blanks or the end of a longer text may follow.
     serde_json::Deserializer::from_slice(&bytes[..count]).into_iter().next()?.ok()
 }
 
@@ -398,16 +404,16 @@ mod tests {
         let directory = tempfile::tempdir().expect("temporary directory");
         let folder = Folder::open(directory.path()).expect("opened");
         let take = || Lock::take(&folder, "lock");
-        assert_eq!(look(&folder, "lock").expect("readable"), Look::Free);
+        assert_eq!(lock_state(&folder, "lock").expect("readable"), LockState::Free);
         assert_eq!(mark(&folder, "lock"), Mark::None);
         let first = take().expect("free");
         assert_eq!(first.left_by(), None);
-        let Err(LockError::Held { by: Keeper::Run(holder), .. }) = take() else { panic!("taken twice") };
+        let Err(LockError::Held { by: LockKeeper::Run(holder), .. }) = take() else { panic!("taken twice") };
         assert_eq!(holder.pid, std::process::id());
-        assert_eq!(look(&folder, "lock").expect("readable"), Look::Held(Keeper::Run(holder)));
+        assert_eq!(lock_state(&folder, "lock").expect("readable"), LockState::Held(LockKeeper::Run(holder)));
         assert_eq!(mark(&folder, "lock"), Mark::Run);
         drop(first);
-        assert_eq!(look(&folder, "lock").expect("readable"), Look::Free);
+        assert_eq!(lock_state(&folder, "lock").expect("readable"), LockState::Free);
         assert_eq!(mark(&folder, "lock"), Mark::Run, "it remains the directory of a run");
         assert_eq!(take().expect("free again").left_by(), None);
     }
@@ -417,14 +423,14 @@ mod tests {
         let directory = tempfile::tempdir().expect("temporary directory");
         let folder = Folder::open(directory.path()).expect("opened");
         let here = host().expect("a name");
-        // What a killed run has left: its process is no more, or is another one by now.
+        // Left by a killed run: its process number is free or another process's.
         let left_by = |host: &str| {
             let text = json!({ "program": PROGRAM, "pid": 1, "host": host, "started": "2026" });
             std::fs::write(directory.path().join("lock"), text.to_string()).expect("written");
         };
         left_by(&here);
         let stranger = folder.place("lock").open_or_create().expect("there");
-        assert!(matches!(look(&folder, "lock").expect("readable"), Look::Abandoned(_)), "nobody has it");
+        assert!(matches!(lock_state(&folder, "lock").expect("readable"), LockState::Abandoned(_)), "nobody has it");
         for is_shared in [false, true] {
             if is_shared { stranger.lock_shared() } else { stranger.lock() }.expect("free");
             let Err(error @ LockError::Held { .. }) = Lock::take(&folder, "lock") else { panic!("it is held") };
@@ -434,11 +440,14 @@ mod tests {
             stranger.unlock().expect("held");
         }
         stranger.lock().expect("free");
-        let looked = look(&folder, "lock").expect("readable");
-        assert!(matches!(&looked, Look::Held(Keeper::Process(found)) if found.pid == std::process::id()), "{looked:?}");
-        // The same word of another host could be a container's: this one sees who it is.
+        let looked = lock_state(&folder, "lock").expect("readable");
+        assert!(
+            matches!(&looked, LockState::Held(LockKeeper::Process(found)) if found.pid == std::process::id()),
+            "{looked:?}"
+        );
+        // A holder on another host could be in a container: this system sees the process itself.
         left_by("elsewhere");
-        assert!(matches!(look(&folder, "lock").expect("readable"), Look::Held(Keeper::Process(_))));
+        assert!(matches!(lock_state(&folder, "lock").expect("readable"), LockState::Held(LockKeeper::Process(_))));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! `manifest.json`: what may differ between equal runs and is worth knowing later.
+//! `manifest.json`: facts about a run that may differ between equal runs.
 
 use super::directory::{RESULTS, TIMINGS};
 use super::end::TableEnd;
@@ -12,30 +12,30 @@ use blake3::Hash;
 use serde_json::{Map, Value, json};
 use std::time::SystemTime;
 
-/// Largest that is read.
+/// Largest manifest that is read \[bytes\].
 const MOST_MANIFEST: u64 = 16 << 20;
 
-/// How a run went, for the manifest.
+/// Course of a run for the manifest.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Course {
     pub state: &'static str,
-    /// Why it ended; `None`: it has not.
+    /// Reason of the end; `None`: in progress.
     pub ended: Option<&'static str>,
-    /// Where the table ends, if `[stop]` says so.
+    /// End of the table, if `[stop]` determines it.
     pub end: Option<TableEnd>,
     pub started: SystemTime,
     pub finished: Option<SystemTime>,
     pub done: u64,
-    /// Samples that were there before.
+    /// Samples of earlier runs.
     pub reused: u64,
     pub worker_deaths: u64,
     pub dropped_messages: u64,
-    /// Those of the tables; none before they are written.
+    /// Checksums of the tables; empty before these are written.
     pub tables: Checksums,
 }
 
 impl Course {
-    /// Of a run that begins now, in a directory in which so many samples are.
+    /// Course of a run that begins now with so many finished samples.
     pub fn begun(reused: u64) -> Self {
         Self {
             state: "running",
@@ -52,7 +52,7 @@ impl Course {
     }
 }
 
-/// What the tables of a directory are known by, as they were written.
+/// Checksums of the tables of a directory.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Checksums {
     pub results: Option<Checksum>,
@@ -60,11 +60,11 @@ pub(super) struct Checksums {
 }
 
 impl Checksums {
-    /// Those that a manifest tells of; none of a manifest that is missing, damaged or of an earlier build.
-    pub fn told(manifest: &Place) -> Self {
-        let told = told(manifest);
+    /// Reads the checksums of a manifest; empty for a missing or damaged one, or one of an earlier build.
+    pub fn recorded(manifest: &Place) -> Self {
+        let recorded = read(manifest);
         let checksum = |name: &str| {
-            let said = &told.as_ref()?[KEY][name];
+            let said = &recorded.as_ref()?[KEY][name];
             Some(Checksum { hash: Hash::from_hex(said["blake3"].as_str()?).ok()?, bytes: said["bytes"].as_u64()? })
         };
         Self { results: checksum(RESULTS), timings: checksum(TIMINGS) }
@@ -80,39 +80,39 @@ impl Checksums {
     }
 }
 
-/// Where a manifest says that the tables come from: the hashes of the inputs are among it.
+/// Reads the provenance of a manifest, which contains the hashes of the inputs.
 pub(super) fn provenance(path: &Place) -> Option<Value> {
-    told(path).map(|mut told| told["provenance"].take())
+    read(path).map(|mut recorded| recorded["provenance"].take())
 }
 
-/// Key of the manifest for the checksums.
+/// Key of the checksums.
 const KEY: &str = "tables";
 
 /// Reads a manifest; `None` if the file is not a JSON object.
-fn told(path: &Place) -> Option<Value> {
+fn read(path: &Place) -> Option<Value> {
     serde_json::from_slice(&path.read(MOST_MANIFEST).ok()?).ok().filter(Value::is_object)
 }
 
-/// Whether the manifest of a directory is there and tells of a complete study.
+/// Whether the manifest of a directory exists and describes a complete study.
 pub(super) fn tells_complete(path: &Place) -> bool {
-    told(path).is_some_and(|told| told["state"] == "complete")
+    read(path).is_some_and(|recorded| recorded["state"] == "complete")
 }
 
-/// A manifest that is there with other checksums and inputs; `None` where it has these already, or is none.
+/// Replaces checksums and inputs of an existing manifest; `None`: they are equal, or the manifest is invalid.
 pub(super) fn mended(path: &Place, tables: Checksums, provenance: &[(String, String)]) -> Option<String> {
-    let told = told(path)?;
-    let mut manifest = told.clone();
+    let recorded = read(path)?;
+    let mut manifest = recorded.clone();
     manifest[KEY] = tables.json();
     manifest["provenance"] = inputs(provenance);
-    (manifest != told).then(|| as_text(&manifest))
+    (manifest != recorded).then(|| as_text(&manifest))
 }
 
-/// A manifest that tells of the tables alone.
+/// Creates a manifest of the tables alone.
 pub(super) fn of_tables(tables: Checksums) -> String {
     as_text(&json!({ "state": "complete", KEY: tables.json() }))
 }
 
-/// The manifest as JSON text.
+/// Creates the text of a manifest.
 pub(super) fn manifest(
     request: &Request,
     samples: &Samples,

@@ -52,21 +52,21 @@ pub(crate) use answer_sums::{are_kept, forget_sums, keep_sums};
 pub use change::study_changes;
 pub use checksums::{Verified, refuse_changed, refuse_changed_timings, verify};
 pub use chosen::{Chosen, Refining, chosen_of_table};
-pub use columns::{TableColumn, Told, columns_of, columns_without, function_columns, own_columns};
+pub use columns::{Availability, TableColumn, columns_of, columns_without, function_columns, own_columns};
 #[cfg(test)]
 pub(crate) use curves::forget_answers;
 pub(crate) use curves::{curve_file, remove_curves};
 pub use directory::STATUS;
-pub use end::{EndWhy, Looked, Looking, LookingError, STOP, Stage, TableEnd, end_of_table};
+pub use end::{EndWhy, PrecisionCheck, PrecisionError, PrecisionResult, STOP, Stage, TableEnd, end_of_table};
 pub use error::{Change, Lost, RunError};
 pub use event_table::{EVENTS, EventKind};
 pub use events::EVENTS_VERSION;
-pub use lock::{Holder, Keeper, LockError, Look, give_back, look};
+pub use lock::{Holder, LockError, LockKeeper, LockState, give_back, lock_state};
 pub use provenance::is_of_formulas;
 pub use request::{Finished, Request};
 pub use resume::Rerun;
 pub(crate) use stamp::timestamp;
-pub use status::{RunState, Seen, TRUST, go_on, see};
+pub use status::{DirectoryStatus, RunState, TRUST, directory_status, go_on};
 pub use trust::Untrusted;
 pub(crate) use trust::check as check_trust;
 
@@ -75,11 +75,11 @@ use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
 use bladeoff_worker::process::build_id;
 use directory::{MANIFEST, WORKER_LOG};
-use directory_lost::Guard;
+use directory_lost::DirectoryWatch;
 use ending::{Computed, conclude};
 use manifest::{Course, manifest};
 use open::{Opening, Session, open};
-use partial_tables::Teller;
+use partial_tables::PartsHandle;
 use refined::Refined;
 use sink::RecordSink;
 use stages::Staged;
@@ -120,8 +120,9 @@ fn compute(session: &mut Session<'_>, course: &Course, telling: &mut Telling) ->
     let (samples, known) = (prepared.samples, Rc::clone(&telling.known));
     let todo = order::ordered(std::mem::take(&mut opened.todo), samples);
     let record = opened.record.reader().clone();
-    let work = |parts: &Teller<'_>| {
-        let mut sink = RecordSink::new(&mut opened.record, &prepared.keys, &known, parts, Guard::new(directory));
+    let work = |parts: &PartsHandle<'_>| {
+        let mut sink =
+            RecordSink::new(&mut opened.record, &prepared.keys, &known, parts, DirectoryWatch::new(directory));
         let mut chosen = None;
         let (report, end) = match (&request.looking, &request.refining) {
             (_, Some(refining)) => {

@@ -1,5 +1,5 @@
-//! From a request to a directory that a run works in: what is there is taken over, what would be lost is refused, and what is complete
-//! already is put in order and left.
+//! Opening of a result directory: takes over finished samples, rejects a request that would lose some, and repairs a complete
+//! directory.
 
 use super::checksums::refuse_changed;
 use super::chosen::{Chosen, chosen_of_table};
@@ -7,7 +7,7 @@ use super::curves::forget_answers;
 use super::directory::{LEDGER, LOCK, LOOK, RESULTS, RunDirectory, TIMINGS};
 use super::end::{TableEnd, end_of_table};
 use super::error::RunError;
-use super::lock::{Keeper, LockError, Look, look, theirs};
+use super::lock::{LockError, LockKeeper, LockState, foreign_lock, lock_state};
 use super::prepare::{Prepared, frozen_basis, new_basis};
 use super::request::{Finished, Request};
 use super::resume::{self, Again, Opened};
@@ -20,28 +20,28 @@ use bladeoff_study::Samples;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
 
-/// What was found.
+/// Result of opening a directory.
 pub(super) enum Opening<'a> {
-    /// Every sample, and the table.
+    /// Every sample and the table exist.
     Complete(Finished),
-    /// Samples are to be computed, or at least tables to be written.
+    /// Samples are missing, or at least the tables.
     Session(Box<Session<'a>>),
 }
 
-/// A directory that a run works in, with its record.
+/// Open directory of a run, with its record.
 pub(super) struct Session<'a> {
     pub request: &'a Request,
     pub prepared: Prepared<'a>,
-    /// The record, what is missing in it, and the counts of what is not.
+    /// Record, missing samples and counts of the finished ones.
     pub opened: Opened,
-    /// Left last: nobody else works in it until the record is closed.
+    /// Dropped last: no other run may start before the record is closed.
     pub directory: RunDirectory,
 }
 
-/// Opens or makes the directory of a request. Whatever can be refused is refused before it is made.
+/// Opens the directory of a request and creates it if necessary. All checks come before its creation.
 ///
 /// # Errors
-/// Refusals, and files.
+/// Rejected requests and file errors.
 pub(super) fn open<'a>(
     request: &'a Request,
     samples: &'a Samples,
@@ -64,7 +64,7 @@ pub(super) fn open<'a>(
     let again = |suspects| Again { rerun: request.rerun.as_ref(), suspects };
     let mut compared = resume::compare(directory.open(), &prepared, again(true))?;
     if request.limits.are_too_many(compared.failed()) {
-        // Nothing will be computed: then nothing is taken out to be tried.
+        // No sample will be computed, so none is selected for a retry.
         compared = resume::compare(directory.open(), &prepared, again(false))?;
     }
     compared.notes().iter().for_each(|text| note(text));
@@ -76,7 +76,7 @@ pub(super) fn open<'a>(
         dispatch::nothing_to_compute();
         note(there_already(end.as_ref()));
         repair::put_in_order(request, &directory, &prepared, (record, tally), (end, chosen.as_ref()), note)?;
-        // of its rows, not of what the record holds beyond
+        // counts of its rows, without further samples of the record
         let tally = if end.is_some() { &tables::tally(&request.out)? } else { tally };
         return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally, end)));
     }
@@ -96,7 +96,7 @@ pub(super) fn open<'a>(
             are(opened.todo.total())
         ));
     }
-    // A table of what was there would look like that of the whole, and so would its answers.
+    // An old table would look like that of the whole study, and so would its answers.
     directory.remove(RESULTS)?;
     directory.remove(TIMINGS)?;
     directory.remove(LOOK)?;
@@ -104,12 +104,12 @@ pub(super) fn open<'a>(
     Ok(Opening::Session(Box::new(Session { request, prepared, opened, directory })))
 }
 
-/// The end that the table of a study with `[stop]` tells of. One that cannot be read is made again.
+/// Reads the end of the table of a study with `[stop]`. An unreadable table is written again.
 fn end_told(request: &Request) -> Option<TableEnd> {
     end_of_table(&request.out.join(RESULTS)).ok().flatten()
 }
 
-/// The combinations that the table of a study with `[refine]` tells of, likewise.
+/// Reads the combinations of the table of a study with `[refine]`. An unreadable table is written again.
 fn chosen_told(request: &Request, samples: &Samples) -> Option<Chosen> {
     chosen_of_table(&request.out.join(RESULTS), samples).ok().flatten()
 }
@@ -122,14 +122,14 @@ fn there_already(end: Option<&TableEnd>) -> &'static str {
     }
 }
 
-/// What can be said of a directory that cannot be written: nothing has to be when everything is there. `error`: of writing.
+/// Opens a directory that cannot be written, which suffices if everything is finished. `error`: error of writing.
 fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: RunError) -> Result<Finished, RunError> {
     let look = || -> Result<Option<Finished>, RunError> {
         let folder = Folder::open(&request.out).map_err(FileError::at("open", &request.out))?;
-        let held = match look(&folder, LOCK)? {
-            Look::Held(by) => Some(by),
-            Look::Closed { by: Some(by), .. } => Some(Keeper::Process(by)),
-            Look::Closed { .. } | Look::Abandoned(_) | Look::Free => None,
+        let held = match lock_state(&folder, LOCK)? {
+            LockState::Held(by) => Some(by),
+            LockState::Unreadable { holder: Some(by), .. } => Some(LockKeeper::Process(by)),
+            LockState::Unreadable { .. } | LockState::Abandoned(_) | LockState::Free => None,
         };
         if let Some(by) = held {
             return Err(LockError::Held { directory: request.out.clone(), by }.into());
@@ -139,9 +139,9 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
         }
         let prepared = Prepared::new(samples, frozen_basis(samples, &folder, note)?)?;
         if folder.place(LEDGER).open().is_err()
-            && let Some(theirs) = theirs(&folder, &folder.place(LOCK))
+            && let Some(theirs) = foreign_lock(&folder, &folder.place(LOCK))
         {
-            // Their record is closed to us. That of a complete study is not needed.
+            // The record of another user cannot be read. That of a complete study is not needed.
             let is_current = tables::is_current(&request.out, RESULTS, &prepared.provenance);
             let tally = if is_current { tables::tally(&request.out)? } else { Tally::default() };
             let end = end_told(request);

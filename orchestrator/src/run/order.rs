@@ -1,28 +1,27 @@
-//! The order in which samples are handed out: shuffled, so that what is finished at any moment is like the whole.
+//! Order in which samples are assigned: shuffled, so that the finished samples represent the whole study at any time.
 //!
-//! In a grid the cost of a sample drifts along the slowest axis, from runs that rub all the time to runs that never do. In
-//! the order of the numbers the first half would say nothing of the second: neither of its time nor of its results.
-//! No result depends on the order.
+//! In a grid the cost of a sample changes along the slowest axis, from runs in permanent contact to runs without contact. In
+//! ascending order the first half would predict neither the time nor the results of the second half. No result depends on the
+//! order.
 
 use crate::schedule::Todo;
 use bladeoff_study::Samples;
 use bladeoff_study::sampling::Shuffle;
 
-/// Blocks at most, each of successive missing samples. Up to so many samples are shuffled one by one; of more, neighbours stay
-/// together, which saves pages of the record.
+/// Largest number of blocks of successive missing samples. Up to this number samples are shuffled singly; with more, neighbours
+/// stay together, which saves pages of the record.
 const MOST_BLOCKS: u64 = 1024;
-/// One order for all studies: whatever happens once happens again.
+/// Seed of the order, the same for all studies, so that every order is reproducible.
 const SEED: u64 = 0;
 
-/// In which order the missing samples of a study are handed out: of a design as they are, so that half-way there is a beginning of its
-/// points (which are random already: what finishes first is not), otherwise shuffled.
+/// Orders the missing samples of a study: points of a random design in ascending order, so that half a study has its first
+/// points; all others shuffled.
 #[must_use]
 pub fn ordered(todo: Todo, samples: &Samples) -> Todo {
     if samples.layout().is_some() { todo } else { shuffled(todo) }
 }
 
-/// The same samples in shuffled blocks of equal length; suspects stay at the end. The order depends on nothing but which samples they
-/// are.
+/// Shuffles blocks of equal length; suspects stay at the end. The order depends only on the set of samples.
 #[must_use]
 pub fn shuffled(mut todo: Todo) -> Todo {
     let suspects = todo.take_suspects();
@@ -46,7 +45,7 @@ mod tests {
         fn every_missing_sample_is_handed_out_once(
             count in 1u64..20_000, gaps in prop::collection::vec((0u64..2_000, 1u64..50), 0..60),
         ) {
-            // What is missing after a run that was interrupted anywhere.
+            // Missing samples after an interruption at any point.
             let mut next = 0;
             let ranges = gaps.into_iter().map(|(skipped, length)| {
                 let start = next + skipped;
@@ -74,7 +73,7 @@ mod tests {
 
     #[test]
     fn many_gaps_do_not_become_more_blocks() {
-        // Every second sample, as after a rerun of what failed here and there.
+        // Every second sample, as after a rerun of scattered failures.
         let mut todo = shuffled(Todo::from_iter((0..100_000).map(|i| 2 * i..2 * i + 1)));
         let first = todo.take(98);
         assert!(first.windows(2).all(|pair| pair[1] == pair[0] + 2), "a block goes across gaps: {first:?}");
@@ -87,7 +86,7 @@ mod tests {
         let order = shuffled(Todo::from(count)).take(usize::MAX);
         for part in [24, 60, 120] {
             let mean = order[..part].iter().sum::<u64>() as f64 / part as f64;
-            // Four standard deviations of a mean of as many drawn numbers.
+            // Four standard deviations of the mean of as many random numbers.
             let spread = count as f64 / 12f64.sqrt() / (part as f64).sqrt();
             assert!((mean - (count - 1) as f64 / 2.0).abs() < 4.0 * spread, "{part}: {mean}");
         }

@@ -1,13 +1,13 @@
-//! The rows finished so far, readable while the study runs: `parts/part-000001.parquet` and so on.
+//! Partial tables: finished rows, readable while the study runs, in `parts/part-000001.parquet` and so on.
 //!
-//! A part holds the rows that have become durable since the one before, in ascending order, with the columns and the metadata
-//! of the final table and the key `bladeoff.incomplete`. A part never changes, so at every moment the parts together hold
-//! every finished row once, but the newest; writing costs what is new. Each is written aside, synced and renamed, by a thread
-//! of its own that only reads what is durable.
+//! A part contains the rows that became durable since the previous part, in ascending order, with the columns and metadata of the
+//! final table and the key `bladeoff.incomplete`. A part never changes. So all parts together contain every finished row once,
+//! except the newest ones, and only new rows are written. A thread of its own reads durable rows only; it writes each part under
+//! a temporary name, syncs it and renames it.
 //!
-//! A run that finds finished samples begins by writing all of them as fresh parts in a folder aside, which then takes the place
-//! of the old one in one rename. Where row numbers or entries change, the old parts are removed before the record is
-//! replaced. So a kill at any moment leaves parts that are right, or none.
+//! A resumed run first writes all finished samples as new parts into a temporary folder, which then replaces the old folder in
+//! one rename. Where row numbers or entries change, the old parts are removed before the record is replaced. So after a kill at
+//! any time the parts are correct or absent.
 
 use super::directory::{PARTS, RunDirectory, TIMING_PARTS, part_name};
 use super::error::RunError;
@@ -25,81 +25,81 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Most rows of a part; so many waiting rows are written before their time has come.
+/// Largest number of rows of a part; so many waiting rows are written before the interval is over.
 pub(super) const PART_ROWS: usize = 65_536;
 /// Pause after a part that could not be written.
 const RETRY: Duration = Duration::from_secs(10);
 
-/// What the writer of parts is told.
-enum Told {
-    /// These samples have become durable.
+/// Message to the writer of parts.
+enum PartsRequest {
+    /// Samples have become durable.
     Durable(Vec<u64>),
-    /// The run ends before it is complete: whatever is left becomes a part.
+    /// The run ends before the study is complete: write the remaining rows as a part.
     WriteRest,
 }
 
-/// Tells the writer of parts; dropped, it ends.
-pub(super) struct Teller<'a> {
-    told: Option<Sender<Told>>,
+/// Handle to the writer of parts; dropping it ends the writer.
+pub(super) struct PartsHandle<'a> {
+    requests: Option<Sender<PartsRequest>>,
     is_rest_wanted: Cell<bool>,
-    /// Nothing that is not written yet is needed any more.
+    /// Set when rows that are not written yet are no longer needed.
     is_over: &'a AtomicBool,
 }
 
-impl Teller<'_> {
-    /// These samples have become durable.
-    pub fn durable(&self, samples: Vec<u64>) {
-        self.tell(Told::Durable(samples));
+impl PartsHandle<'_> {
+    /// Reports samples that have become durable.
+    pub fn samples_durable(&self, samples: Vec<u64>) {
+        self.send(PartsRequest::Durable(samples));
     }
 
-    /// The run ends before it is complete: whatever is left becomes a part.
+    /// Requests a part with all remaining rows, because the run ends before the study is complete.
     pub fn write_rest(&self) {
         self.is_rest_wanted.set(true);
-        self.tell(Told::WriteRest);
+        self.send(PartsRequest::WriteRest);
     }
 
-    fn tell(&self, what: Told) {
-        // The writer ends after us, or by a panic, which is passed on when it is waited for.
-        let _ = self.told.as_ref().is_some_and(|told| told.send(what).is_ok());
+    fn send(&self, request: PartsRequest) {
+        // The writer ends after this handle, or by a panic, which `join` passes on.
+        let _ = self.requests.as_ref().is_some_and(|requests| requests.send(request).is_ok());
     }
 }
 
-impl Drop for Teller<'_> {
+impl Drop for PartsHandle<'_> {
     fn drop(&mut self) {
         self.is_over.store(!self.is_rest_wanted.get(), Ordering::Relaxed);
-        self.told = None;
+        self.requests = None;
     }
 }
 
-/// Does the work while parts are written: every `every`, earlier when there are many rows, and for many rows alone if it is
-/// zero. `there`: what was durable before. Without [`Teller::write_rest`] nothing more is written once the work is done; the
-/// second result is that of writing the rest.
+/// Runs `work` while parts are written: every `every`, earlier with many rows, and only with many rows if `every` is zero.
+/// `there`: rows of earlier runs. After `work` nothing more is written without [`PartsHandle::write_rest`]; the second result is
+/// that of writing the rest.
 ///
 /// # Errors
-/// The thread that writes parts cannot be started; nothing was done.
+/// The writer thread cannot be started; `work` was not run.
 pub(super) fn written_beside<T>(
     every: Duration,
     (directory, prepared, record): (&RunDirectory, &Prepared<'_>, &Reader),
-    there: Option<View>,
+    earlier: Option<View>,
     faults: &dyn Faults,
-    work: impl FnOnce(&Teller<'_>) -> T,
+    work: impl FnOnce(&PartsHandle<'_>) -> T,
 ) -> Result<(T, Result<(), RunError>), RunError> {
     let is_over = AtomicBool::new(false);
     thread::scope(|scope| {
-        let (told, receiver) = channel();
-        // Dropped when the work panics, too: the thread is waited for.
-        let teller = Teller { told: Some(told), is_rest_wanted: Cell::new(false), is_over: &is_over };
+        let (sender, receiver) = channel();
+        // Dropped also when the work panics: the thread is joined.
+        let handle = PartsHandle { requests: Some(sender), is_rest_wanted: Cell::new(false), is_over: &is_over };
         let is_over = &is_over;
         let body = move || {
             let waiting = Vec::new();
-            Writer { directory, prepared, record, faults, is_over, there, waiting, next: 1 }.run(every, &receiver)
+            Writer { directory, prepared, record, faults, is_over, earlier, waiting, next: 1 }.run(every, &receiver)
         };
         let thread = thread::Builder::new()
             .name("parts".into())
             .spawn_scoped(scope, body)
             .map_err(|source| DispatchError::System { doing: "starting the thread that writes parts", source })?;
-        let done = work(&teller);
-        drop(teller);
+        let done = work(&handle);
+        drop(handle);
         let written = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok((done, written))
     })
@@ -111,15 +111,15 @@ struct Writer<'a> {
     record: &'a Reader,
     faults: &'a dyn Faults,
     is_over: &'a AtomicBool,
-    /// Rows of earlier runs that are not in fresh parts yet.
-    there: Option<View>,
-    /// Durable and in no part.
+    /// Rows of earlier runs that no new part contains yet.
+    earlier: Option<View>,
+    /// Durable samples that no part contains.
     waiting: Vec<u64>,
     /// Number of the next part.
     next: u32,
 }
 
-/// Why writing ended early.
+/// Reason why writing ended early.
 enum Stop {
     Cancelled,
     Failed(RunError),
@@ -150,23 +150,23 @@ impl From<FileError> for Stop {
 }
 
 impl Writer<'_> {
-    fn run(mut self, every: Duration, told: &Receiver<Told>) -> Result<(), RunError> {
-        let mut due = if self.there.is_some() { Instant::now() } else { Instant::now() + every };
+    fn run(mut self, every: Duration, requests: &Receiver<PartsRequest>) -> Result<(), RunError> {
+        let mut due = if self.earlier.is_some() { Instant::now() } else { Instant::now() + every };
         let mut failed = None;
         loop {
-            let wait = if every.is_zero() && self.there.is_none() { RETRY } else { due - Instant::now().min(due) };
-            match told.recv_timeout(wait) {
-                Ok(Told::Durable(samples)) => self.waiting.extend(samples),
-                Ok(Told::WriteRest) => return self.write(&|| false).or_else(Stop::into_result),
+            let wait = if every.is_zero() && self.earlier.is_none() { RETRY } else { due - Instant::now().min(due) };
+            match requests.recv_timeout(wait) {
+                Ok(PartsRequest::Durable(samples)) => self.waiting.extend(samples),
+                Ok(PartsRequest::WriteRest) => return self.write(&|| false).or_else(Stop::into_result),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
             let now = Instant::now();
-            let is_time = now >= due && !(every.is_zero() && self.there.is_none());
+            let is_time = now >= due && !(every.is_zero() && self.earlier.is_none());
             let may = failed.is_none_or(|failed: Instant| now.duration_since(failed) >= RETRY);
             if (is_time || self.waiting.len() >= PART_ROWS) && may {
                 let is_over = self.is_over;
-                // What fails here fails at the end, too, where it is said.
+                // A failure is repeated at the end and reported there.
                 let written = self.write(&|| is_over.load(Ordering::Relaxed));
                 failed = written.is_err().then(Instant::now);
             }
@@ -176,11 +176,11 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes everything that is in no part.
+    /// Writes all rows that no part contains.
     fn write(&mut self, is_cancelled: &dyn Fn() -> bool) -> Result<(), Stop> {
-        if let Some(there) = &self.there {
-            self.next = self.write_afresh(there, is_cancelled)?;
-            self.there = None;
+        if let Some(earlier) = &self.earlier {
+            self.next = self.rewrite_all(earlier, is_cancelled)?;
+            self.earlier = None;
         }
         if self.waiting.is_empty() {
             return Ok(());
@@ -189,12 +189,12 @@ impl Writer<'_> {
         self.waiting.sort_unstable();
         while !self.waiting.is_empty() {
             let rows = &self.waiting[..self.waiting.len().min(PART_ROWS)];
-            let mut part = self.part(self.next, &parts, &timings)?;
+            let mut part = self.create_part(self.next, &parts, &timings)?;
             self.record.view()?.for_each_of(rows, |sample, entry| {
                 if is_cancelled() { Err(Stop::Cancelled) } else { Ok(part.push(sample, entry)?) }
             })?;
             self.faults.reached(At::Parting, self.next.into(), None);
-            // Should it fail after its rename, the next try takes its name.
+            // If it fails after its rename, the next try uses the same name.
             part.finish()?;
             self.faults.reached(At::Parted, self.next.into(), None);
             self.next += 1;
@@ -203,20 +203,19 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Writes rows as parts from the first on, in folders aside that then take the places of the old ones; gives the next
-    /// number.
-    fn write_afresh(&self, there: &View, is_cancelled: &dyn Fn() -> bool) -> Result<u32, Stop> {
+    /// Writes rows as parts from number 1 in temporary folders, which then replace the old ones; returns the next number.
+    fn rewrite_all(&self, earlier: &View, is_cancelled: &dyn Fn() -> bool) -> Result<u32, Stop> {
         let parts = self.directory.new_folder(PARTS)?;
         let timings = self.directory.new_folder(TIMING_PARTS)?;
         let (mut next, mut rows) = (1, 0);
         let mut open: Option<RowsWriter<'_>> = None;
-        there.for_each::<Stop>(|sample, entry| {
+        earlier.for_each::<Stop>(|sample, entry| {
             if is_cancelled() {
                 return Err(Stop::Cancelled);
             }
             let mut part = match open.take() {
                 Some(part) => part,
-                None => self.part(next, &parts, &timings)?,
+                None => self.create_part(next, &parts, &timings)?,
             };
             part.push(sample, entry)?;
             rows += 1;
@@ -238,9 +237,8 @@ impl Writer<'_> {
         Ok(next)
     }
 
-    /// A part under construction. Until it has its name it lies beside the folder: whoever reads the folder sees whole files
-    /// only.
-    fn part(&self, number: u32, parts: &Folder, timings: &Folder) -> Result<RowsWriter<'_>, RunError> {
+    /// Creates a part. Until it is complete it lies beside the folder, so that readers of the folder find complete files only.
+    fn create_part(&self, number: u32, parts: &Folder, timings: &Folder) -> Result<RowsWriter<'_>, RunError> {
         let pending = |folder: &Folder, kind: &str| {
             Pending::create_at(folder.place(part_name(number)), &self.directory.file(kind))
         };

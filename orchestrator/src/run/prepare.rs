@@ -1,10 +1,10 @@
-//! What all samples share: the frozen basis, the plan of the workers, where the table comes from.
+//! Data shared by all samples: frozen basis, plan of the workers, provenance of the table.
 
 use super::columns::{function_schema, table_schema};
 use super::directory::{LEDGER, RunDirectory};
 use super::error::RunError;
 use super::provenance::provenance;
-use super::work::work_plan;
+use super::work::job_spec;
 use crate::engine;
 use crate::terminal::{matrices_of, with_word};
 use crate::version::VERSIONS;
@@ -17,53 +17,52 @@ use bladeoff_system::folder::Folder;
 use bladeoff_text::document::Problems;
 use bladeoff_worker::job_spec::{BASIS_FILE, JobSpec, MOST_BASIS, planned_basis};
 
-/// A study ready to be computed.
+/// Study ready for computation.
 #[derive(Debug)]
 pub(super) struct Prepared<'a> {
     pub samples: &'a Samples,
     /// Columns of the table.
     pub schema: TableSchema,
-    /// Contact detection of all samples, where it does not vary.
+    /// Contact detection, if it is the same in all samples.
     pub detection: Option<String>,
-    /// Engine of all samples, where it does not vary.
+    /// Engine, if it is the same in all samples.
     pub engine: Option<String>,
-    pub plan: JobSpec,
+    pub job: JobSpec,
     pub plan_hash: String,
     pub provenance: Vec<(String, String)>,
     pub keys: SampleKeys<'a>,
-    /// Hash of all keys in order.
+    /// Hash of all sample keys in order.
     pub digest: String,
-    /// Which of an outcome's values is its number of steps; `None`: it has none.
+    /// Place of the number of steps among the values of an outcome; `None`: the study has no steps.
     pub steps: Option<usize>,
 }
 
-/// The machines whose basis may be frozen, the best first: the study's without what varies, because it stays the same when
-/// the study grows; the first sample's where that is no machine or has no modes (it may need what varies).
+/// Machines whose basis may be frozen, in order of preference: that of the study without varied parameters, because it stays the
+/// same when the study grows; then that of the first sample, if the former is invalid or has no modes.
 fn basis_machines(samples: &Samples) -> impl Iterator<Item = Result<Machine, Problems>> {
     let without = samples.study().machine().and_then(|machine| machine.def.build().ok()).map(Ok);
     without.into_iter().chain(std::iter::once_with(|| samples.machine(0).build()))
 }
 
-/// The basis of a study as bytes; `None`: it needs none, having no machine.
-pub(super) type Frozen = Option<Vec<u8>>;
+/// Basis of a study as bytes; `None`: a study of formulas.
+pub(super) type BasisBytes = Option<Vec<u8>>;
 
-/// The basis of a study that has no directory yet.
-pub(super) fn new_basis(samples: &Samples) -> Result<Frozen, RunError> {
+/// Computes the basis of a study without a directory.
+pub(super) fn new_basis(samples: &Samples) -> Result<BasisBytes, RunError> {
     if samples.study().function().is_some() {
         return Ok(None);
     }
     basis(samples, None).map(Some)
 }
 
-/// The basis that others have frozen for this study, whatever this version would compute; whether it serves is tried.
-pub(super) fn basis_of_others(samples: &Samples, bytes: Vec<u8>) -> Result<Frozen, RunError> {
+/// Accepts a basis that another process has frozen for this study, if it fits.
+pub(super) fn basis_of_others(samples: &Samples, bytes: Vec<u8>) -> Result<BasisBytes, RunError> {
     basis(samples, Some(bytes)).map(Some)
 }
 
-/// The basis that is frozen in the directory, if it serves this study; a new one otherwise. Another version may compute
-/// other last digits, so what is frozen is never computed again, unless it is not what was frozen: record and plan both have
-/// its hash, and a flipped bit would make another study of it.
-pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<Frozen, RunError> {
+/// Reads the frozen basis of the directory if it fits this study; computes a new one otherwise. Another version may compute other
+/// last digits, so a frozen basis is never computed again unless it is damaged: record and plan both contain its hash.
+pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(&str)) -> Result<BasisBytes, RunError> {
     if samples.study().function().is_some() {
         return Ok(None);
     }
@@ -73,7 +72,7 @@ pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(
     let known: Vec<String> = planned_basis(directory).into_iter().chain(recorded).collect();
     match frozen {
         Some(bytes) if !known.is_empty() && !known.contains(&hash(&bytes)) => {
-            let again = "it is damaged (its BLAKE3 is not the one that plan and record have): it is computed again; should that \
+            let again = "it is damaged (its BLAKE3 is not the one that job and record have): it is computed again; should that \
                          give other last digits, from another version of the program, put the file back from a copy";
             note(&format!("{BASIS_FILE}: {again}"));
             basis(samples, None)
@@ -87,7 +86,7 @@ fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// The frozen bytes if they are a basis of this study, a computed basis otherwise.
+/// Returns the frozen bytes if they are a basis of this study, a computed basis otherwise.
 fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError> {
     let read = frozen.as_deref().and_then(|bytes| Basis::from_bytes(bytes).ok());
     let mut last = None;
@@ -107,12 +106,17 @@ fn basis(samples: &Samples, frozen: Option<Vec<u8>>) -> Result<Vec<u8>, RunError
 }
 
 impl<'a> Prepared<'a> {
-    pub(super) fn new(samples: &'a Samples, basis: Frozen) -> Result<Self, RunError> {
+    pub(super) fn new(samples: &'a Samples, basis: BasisBytes) -> Result<Self, RunError> {
         Self::with_digest(samples, basis, None)
     }
 
-    /// `digest`: that of the keys, where it is known of these very inputs. To compute it takes a key of every sample.
-    pub(super) fn with_digest(samples: &'a Samples, basis: Frozen, digest: Option<String>) -> Result<Self, RunError> {
+    /// Prepares a study; `digest`: hash of all sample keys, if it is known for these inputs. Computing it takes a key of every
+    /// sample.
+    pub(super) fn with_digest(
+        samples: &'a Samples,
+        basis: BasisBytes,
+        digest: Option<String>,
+    ) -> Result<Self, RunError> {
         let (schema, detection, steps) = match samples.study().function() {
             Some(model) => (function_schema(samples, model), None, None),
             None => {
@@ -123,23 +127,23 @@ impl<'a> Prepared<'a> {
         };
         let engine = samples.study().engine().map(|choice| choice.engine.word().to_owned());
         let mut keys = SampleKeys::new(samples, VERSIONS, basis.as_deref().unwrap_or_default());
-        let plan = work_plan(samples, basis);
-        let plan_hash = plan.hash();
-        let provenance = provenance(samples, &plan_hash, plan.basis());
+        let job = job_spec(samples, basis);
+        let plan_hash = job.hash();
+        let provenance = provenance(samples, &plan_hash, job.basis());
         let digest = digest.unwrap_or_else(|| keys.digest());
-        Ok(Self { samples, schema, detection, engine, plan, plan_hash, provenance, keys, digest, steps })
+        Ok(Self { samples, schema, detection, engine, job, plan_hash, provenance, keys, digest, steps })
     }
 
-    /// Puts inputs, plan and basis into the directory.
+    /// Writes inputs, plan and basis into the directory.
     pub(super) fn write(&self, directory: &RunDirectory) -> Result<(), RunError> {
         directory.write_inputs(self.samples.study())?;
         if JobSpec::read_in(directory.open(), &self.plan_hash).is_err() {
-            self.plan.write(directory.open())?;
+            self.job.write(directory.open())?;
         }
         Ok(())
     }
 
-    /// What the record's entries depend on.
+    /// Header of the record: all that its entries depend on.
     pub(super) fn header(&self) -> Vec<(String, String)> {
         let mut header = self.provenance.clone();
         header.push((SAMPLES_KEY.to_owned(), self.digest.clone()));
@@ -147,5 +151,5 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// Key of the header that says which samples the numbers stand for.
+/// Header key of the hash of all sample keys.
 pub(super) const SAMPLES_KEY: &str = "samples_blake3";

@@ -1,5 +1,4 @@
-//! Where a table comes from: in the table itself and in the record of finished samples. Nothing here may differ
-//! between equal runs.
+//! Provenance of a table, in the table itself and in the record. Equal runs have equal values.
 
 use bladeoff_answers::tables::{SCHEMA_VERSION, TableError, read_metadata};
 use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
@@ -8,12 +7,12 @@ use bladeoff_record::RECORD_VERSION;
 use bladeoff_study::{Samples, Subject};
 use std::path::Path;
 
-/// Key that says what a study without a machine computes.
+/// Metadata key for a study without a machine.
 const MODEL: &str = "model";
-/// What it says.
+/// Its value for formulas.
 const FUNCTION: &str = "function";
 
-/// Whether the table in this file is that of a study of formulas.
+/// Whether a table file belongs to a study of formulas.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -32,7 +31,7 @@ fn is_exponential(samples: &Samples) -> bool {
         || study.parameters().iter().any(|varied| varied.info.path == ENGINE)
 }
 
-/// Key-value pairs in fixed order.
+/// Lists key-value pairs in fixed order.
 pub(super) fn provenance(samples: &Samples, plan_hash: &str, basis: Option<&[u8]>) -> Vec<(String, String)> {
     let study = samples.study();
     let hash = |text: &str| blake3::hash(text.as_bytes()).to_hex().to_string();

@@ -1,9 +1,10 @@
-//! Questions and gates of a study as its table tells of them.
+//! Questions and gates of a study in the metadata of its table.
 
 use bladeoff_study::{Asked, AskedGate, AskedQuestion, Placed};
 use serde_json::{Map, Value, json};
 
-/// Questions and gates of a study, for its table only: another question is another answer, and no other study.
+/// Metadata of the questions and gates. They are not part of the study's identity: another question is another answer, not
+/// another study.
 pub(super) fn questions(asked: &Asked) -> Vec<(String, String)> {
     if asked.is_empty() {
         return Vec::new();

@@ -1,12 +1,12 @@
-//! A study whose map is refined: the first combinations, all of their samples, a look at their rows, the combinations that come next, ...
+//! Study with a refined map: the first combinations with all their samples, a choice of the next ones by the rows, and so on.
 //!
 //! ```text
-//! missing samples of what is chosen -> workers -> record -> rows aside -> what comes next? -> nothing: the table has what is chosen
-//!                                                                         more is chosen: on
+//! missing samples of the chosen combinations -> workers -> record -> temporary table -> next combinations?
+//! none: the table contains the chosen combinations;   some: continue with them
 //! ```
-//! A look sees the rows of what is chosen and nothing else, all of them, and what comes next is a function of them. So every run begins with
-//! the first combinations again and comes by the same looks to where an earlier one was; what is recorded is not computed again. What
-//! the record holds beyond (of a run with another rule) stays there.
+//! Each choice is a function of the rows of all chosen combinations and of nothing else. So every run begins with the first
+//! combinations and repeats the choices of an earlier run without computing recorded samples again. Further samples in the
+//! record, of a run with another rule, are kept.
 
 use super::chosen::{Chosen, Refining};
 use super::directory::{LOOK, RunDirectory};
@@ -25,7 +25,7 @@ use bladeoff_worker::fault::{At, Faults};
 use std::sync::PoisonError;
 use std::time::{Duration, Instant};
 
-/// What a run that refines works with.
+/// Objects of a run that refines.
 pub(super) struct Refined<'a> {
     pub refining: &'a dyn Refining,
     pub directory: &'a RunDirectory,
@@ -35,7 +35,7 @@ pub(super) struct Refined<'a> {
 }
 
 impl Refined<'_> {
-    /// Has the samples computed, look by look; and what is chosen at the end.
+    /// Computes the samples, choice by choice; returns the combinations chosen at the end.
     pub fn compute(
         &self,
         mut options: DispatchOptions,
@@ -45,12 +45,12 @@ impl Refined<'_> {
     ) -> (Course, Chosen) {
         let (begun, wall) = (Instant::now(), options.schedule.run.wall);
         let samples = self.prepared.samples;
-        let told = signals_between();
+        let signal_slot = signals_between();
         let mut all = DispatchReport::nothing(Ended::Complete);
         let (mut chosen, mut goes_on, mut is_first) = (self.refining.first(), true, true);
         loop {
-            let part = todo.those(|sample| chosen.has(samples, sample));
-            // the first in any case: it cleans up after a run that was killed
+            let part = todo.those(|sample| chosen.contains(samples, sample));
+            // the first one in any case: it removes the files of a killed run
             if part.total() > 0 || is_first {
                 is_first = false;
                 options.schedule.run.wall = wall.map(|limit: Duration| limit.saturating_sub(begun.elapsed()));
@@ -60,13 +60,13 @@ impl Refined<'_> {
                     Err(error) => return ((Err(error), Ok(None)), chosen),
                 }
             }
-            // before the look, so that a kill in it leaves nothing
+            // before the analysis, so that a kill during it leaves no file
             dispatch::give_back(all.memory.take(), telling);
             if let Err(error) = sink.flush() {
                 return ((Err(error.into()), Ok(None)), chosen);
             }
             if all.ended == Ended::Complete {
-                let signal = told.lock().unwrap_or_else(PoisonError::into_inner).take();
+                let signal = signal_slot.lock().unwrap_or_else(PoisonError::into_inner).take();
                 all.ended = signal.map_or(all.ended, Ended::Signalled);
             }
             if all.ended != Ended::Complete {
@@ -88,7 +88,7 @@ impl Refined<'_> {
         }
         let why = match (goes_on, chosen == self.refining.first()) {
             (false, _) => EndWhy::MaxSamples,
-            // nothing was left out
+            // all combinations are chosen
             (true, true) if chosen.is_all(samples) => EndWhy::Refined,
             (true, true) => EndWhy::Unchanged,
             (true, false) => EndWhy::Refined,
@@ -98,7 +98,7 @@ impl Refined<'_> {
         ((Ok(all), Ok(Some(end))), chosen)
     }
 
-    /// What comes next.
+    /// Chooses the next combinations.
     fn look(&self, chosen: &Chosen) -> Result<(Vec<[u64; 2]>, bool), RunError> {
         let place = self.directory.file(LOOK);
         let rows: Vec<u64> = chosen.samples(self.prepared.samples).collect();
@@ -110,7 +110,7 @@ impl Refined<'_> {
     }
 }
 
-/// The end of a table of what is chosen.
+/// End of a table of the chosen combinations.
 fn end(chosen: &Chosen, samples: &Samples, why: EndWhy) -> TableEnd {
     let count = chosen.samples(samples).count() as u64;
     let points = if samples.layout().is_some() { samples.points() } else { count };

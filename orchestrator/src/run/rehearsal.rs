@@ -1,4 +1,4 @@
-//! A result directory filled without computing, for measurements of what a resume costs.
+//! Result directory filled without computing, for measurements of the time to resume.
 
 use super::directory::{LEDGER, MANIFEST, RESULTS, RunDirectory, TIMINGS};
 use super::error::RunError;
@@ -15,18 +15,18 @@ use bladeoff_worker::noop::noop_outcome;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// What taking up a directory took.
+/// Times of resuming a directory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ResumeTime {
-    /// Keys of all samples.
+    /// Time for the keys of all samples.
     pub keys: Duration,
-    /// From the lock to the list of what is missing, the keys included.
+    /// Time from the lock to the list of missing samples, with the keys.
     pub whole: Duration,
     /// Samples found in the record.
     pub found: u64,
 }
 
-/// Makes a result directory whose record holds no-op results of all samples but the last.
+/// Creates a result directory whose record contains no-op results of all samples except the last.
 ///
 /// # Errors
 /// As [`run`](super::run).
@@ -41,7 +41,7 @@ pub fn fill(path: &Path, samples: &Samples) -> Result<(), RunError> {
     Ok(record.publish()?)
 }
 
-/// Takes up a directory as `run` does, up to the first sample that would be computed.
+/// Resumes a directory as `run` does, up to the first sample to compute.
 ///
 /// # Errors
 /// As [`run`](super::run).
@@ -56,7 +56,7 @@ pub fn time_resume(path: &Path, samples: &Samples) -> Result<ResumeTime, RunErro
     Ok(ResumeTime { keys, whole: begun.elapsed(), found: opened.tally.done() })
 }
 
-/// Writes the finished rows of a directory as parts, as a resume does; gives the time.
+/// Writes the finished rows of a directory as parts, as a resume does; returns the time.
 ///
 /// # Errors
 /// As [`run`](super::run).
@@ -71,7 +71,7 @@ pub fn time_parts(path: &Path, samples: &Samples) -> Result<Duration, RunError> 
     })
 }
 
-/// Records the sample that is missing and writes the tables of a directory; gives the time of the latter.
+/// Records the missing sample and writes the tables; returns the time for the tables.
 ///
 /// # Errors
 /// As [`run`](super::run).
@@ -86,7 +86,8 @@ pub fn time_tables(path: &Path, samples: &Samples) -> Result<Duration, RunError>
     })
 }
 
-/// Makes the complete result directory of a study of formulas, computed here: tables and their checksums, without workers and record.
+/// Creates the complete result directory of a study of formulas, computed in this process: tables and checksums, without workers
+/// and record.
 ///
 /// # Errors
 /// As [`run`](super::run).
@@ -94,8 +95,8 @@ pub fn tabulate(path: &Path, samples: &Samples) -> Result<(), RunError> {
     let directory = RunDirectory::claim(path, true, None)?;
     let prepared = Prepared::new(samples, new_basis(samples)?)?;
     prepared.write(&directory)?;
-    let JobSpec::Function(plan) = &prepared.plan else { unreachable!("asked of studies of formulas alone") };
-    let mut solver = FunctionSolver::new(plan).expect("formulas are checked when a study is read");
+    let JobSpec::Function(job) = &prepared.job else { unreachable!("asked of studies of formulas alone") };
+    let mut solver = FunctionSolver::new(job).expect("formulas are checked when a study is read");
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
     let mut rows = RowsWriter::create(&prepared, Pending::create(results)?, Pending::create(timings)?, &[])?;
     let mut params = Vec::new();

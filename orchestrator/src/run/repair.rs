@@ -1,4 +1,4 @@
-//! A complete directory kept in order: whatever of it is missing or not as it was written is made again from the record.
+//! Repair of a complete directory: missing and changed files are made again from the record.
 
 use super::checksums::{Compared, compare};
 use super::chosen::Chosen;
@@ -16,7 +16,7 @@ use bladeoff_answers::tables::read_metadata;
 use bladeoff_record::Reader;
 use bladeoff_system::files::write_whole;
 
-/// Makes again what is missing or changed of a complete directory, but the record.
+/// Repairs all files except the record.
 pub(super) fn put_in_order(
     request: &Request,
     directory: &RunDirectory,
@@ -29,16 +29,16 @@ pub(super) fn put_in_order(
     directory.tidy_files()?;
     prepared.write(directory)?;
     let path = directory.file(MANIFEST);
-    let told = Checksums::told(&path);
-    let results = compare(&directory.file(RESULTS), told.results)?;
-    // A file that cannot be read is of no more use than a changed one.
-    let timings = compare(&directory.file(TIMINGS), told.timings).unwrap_or(Compared::Changed);
+    let checksums = Checksums::recorded(&path);
+    let results = compare(&directory.file(RESULTS), checksums.results)?;
+    // An unreadable file is replaced like a changed one.
+    let timings = compare(&directory.file(TIMINGS), checksums.timings).unwrap_or(Compared::Changed);
     let is_lost = match timings {
         Compared::Whole => false,
         Compared::Unknown => read_metadata(&directory.file(TIMINGS)).is_err(),
         Compared::Changed | Compared::Missing => true,
     };
-    let mut tables = told;
+    let mut tables = checksums;
     if results != Compared::Whole {
         note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
         (tables, _) = write_tables(directory, prepared, record, (end.as_ref(), chosen))?;
@@ -48,7 +48,7 @@ pub(super) fn put_in_order(
     if is_lost {
         note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
     }
-    // of its rows, not of what the record holds beyond
+    // counts of its rows, without further samples of the record
     let of_table = if end.is_some() { Some(tally(directory.path())?) } else { None };
     let tally = of_table.as_ref().unwrap_or(recorded);
     if !tells_complete(&path) {
@@ -60,7 +60,7 @@ pub(super) fn put_in_order(
         note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
     } else if let Some(text) = mended(&path, tables, &prepared.provenance) {
         write_whole(&path, text.as_bytes())?;
-        if tables == told {
+        if tables == checksums {
             note(&format!("{MANIFEST} told of other inputs than these: it is corrected"));
         }
     }
@@ -75,7 +75,7 @@ pub(super) fn put_in_order(
     Ok(())
 }
 
-/// Why a study of this end is complete.
+/// Reason of the end of a complete study with this end.
 fn why_ended(end: Option<TableEnd>) -> Ended {
     if end.is_some_and(|end| end.is_early()) { Ended::Stop } else { Ended::Complete }
 }

@@ -1,8 +1,8 @@
-//! What is asked of a run, and what it answers.
+//! Request of a run, and its result.
 
 use super::chosen::Refining;
 use super::directory::RESULTS;
-use super::end::{Looking, TableEnd};
+use super::end::{PrecisionCheck, TableEnd};
 use super::resume::Rerun;
 use crate::dispatch::Ended;
 use crate::schedule::RunLimits;
@@ -13,52 +13,52 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// What is asked for.
+/// Request of a run.
 #[derive(Debug, Clone)]
 pub struct Request {
-    /// Result directory; a run that is there is continued.
+    /// Result directory; an existing one is continued.
     pub out: PathBuf,
-    /// Work there even if others could write in it.
+    /// Accept a directory to which other users may write.
     pub trusts: bool,
-    /// Worker processes.
+    /// Number of worker processes.
     pub workers: usize,
-    /// What one sample may take.
+    /// Limits of one sample.
     pub sample: SampleLimits,
     /// Limits of the run; the time of `wall` begins at [`Request::begun`].
     pub limits: RunLimits,
     /// When the program began to prepare the run.
     pub begun: Instant,
-    /// Say what happens on standard output, for programs.
+    /// Print events on standard output, for programs.
     pub json_events: bool,
-    /// Finished samples that are computed again.
+    /// Finished samples to compute again.
     pub rerun: Option<Rerun>,
-    /// Where the study may end before its design does.
-    pub looking: Option<Rc<dyn Looking>>,
-    /// Which of its samples a map takes.
+    /// Interim analyses that may end the study early.
+    pub looking: Option<Rc<dyn PrecisionCheck>>,
+    /// Choice of samples for a map.
     pub refining: Option<Rc<dyn Refining>>,
-    /// Time between two parts of finished rows; zero: only when there are many.
+    /// Interval of partial tables; zero: only with many rows.
     pub refresh: Duration,
-    /// Faults of this process, as the binary passes them in.
+    /// Fault hooks of this process, passed in by the binary.
     pub faults: &'static dyn Faults,
 }
 
-/// How a study ended.
+/// Result of a run.
 #[derive(Debug)]
 pub struct Finished {
-    /// Counts of the samples, those that were there before included.
+    /// Counts of all samples by status, with those of earlier runs.
     pub tally: Tally,
-    /// Samples that were there before.
+    /// Samples of earlier runs.
     pub reused: u64,
-    /// Why it ended.
+    /// Reason of the end.
     pub ended: Ended,
-    /// Where the table ends, if that is not where its design does, or was looked at before.
+    /// End of the table, if it is not that of its design or interim analyses were made.
     pub end: Option<TableEnd>,
-    /// The table, or the folder of the parts of one that is incomplete; `None` before there is a row.
+    /// Path of the table, or of the folder of parts if it is incomplete; `None`: there is no row.
     pub table: Option<PathBuf>,
 }
 
 impl Finished {
-    /// Of a directory in which everything is.
+    /// Result of a complete directory.
     pub(super) fn nothing_computed(directory: &Path, tally: &Tally, end: Option<TableEnd>) -> Self {
         let (tally, table) = (tally.clone(), Some(directory.join(RESULTS)));
         let ended = if end.is_some_and(|end| end.is_early()) { Ended::Stop } else { Ended::Complete };

@@ -1,5 +1,5 @@
-//! What is kept of a result directory that was removed under its run: the record is still open, so its samples go, with inputs, plan
-//! and basis, to a new directory beside the old one (`DIR.kept`), from which a run goes on as from any other.
+//! Rescue of a result directory that was removed during its run. The record is still open, so its samples are written, with
+//! inputs, plan and basis, to a new directory beside the old one (`DIR.kept`), which can be resumed.
 
 use super::directory::{LEDGER, MANIFEST, RunDirectory};
 use super::directory_lost::Loss;
@@ -15,10 +15,10 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
-/// Directories of kept samples beside one another.
+/// Largest number of directories of rescued samples beside each other.
 const MOST_KEPT: u32 = 1000;
 
-/// Keeps what can be kept, and says how it stands. `manifest`: of the run so far.
+/// Rescues the samples and describes the loss. `manifest`: manifest of the run so far.
 pub(super) fn keep(
     loss: Loss,
     directory: &RunDirectory,
@@ -59,7 +59,7 @@ fn write_kept(
     Ok(directory)
 }
 
-/// Makes a directory beside one that was removed; for temporary files, where nothing can be made there.
+/// Creates a directory beside a removed one, or in the folder for temporary files if that is impossible.
 fn new_directory(path: &Path) -> Result<PathBuf, RunError> {
     let name = path.file_name().unwrap_or(OsStr::new("run"));
     let beside = path.parent().unwrap_or(Path::new("/"));

@@ -1,15 +1,15 @@
-//! What is there already: the record of an earlier run, taken over by the keys of the samples.
+//! Resume: takes over the record of an earlier run by the keys of the samples.
 //!
 //! ```text
-//! no record              a new one                                      everything is to be computed
-//! same samples           the record as it is                            what is missing is to be computed
-//! grown study, rerun,    a new record of the entries that belong to     the old one is replaced by it, or kept aside
+//! no record              new record                                     all samples are computed
+//! same samples           record unchanged                               missing samples are computed
+//! grown study, rerun,    new record of the entries that belong to       it replaces the old one, which is set aside
 //!   damaged record       the present study                              if it is damaged
-//! an entry that belongs to no present sample                            refused with the difference: nothing is lost
+//! an entry without a present sample                                     rejected with the difference: nothing is lost
 //! ```
-//! A sample that was given up because its workers were killed from outside is as one of a rerun, but tried once only.
+//! A sample whose workers were killed by another process is computed again, once.
 //!
-//! [`compare`] decides which, and reads only: whatever is refused has been touched by nobody. [`Comparison::go_on`] does it.
+//! [`compare`] decides and only reads, so a rejected directory is unchanged. [`Comparison::go_on`] writes.
 
 use super::change::changes;
 use super::chosen::Chosen;
@@ -30,12 +30,12 @@ use bladeoff_worker::fault::{At, Faults, NoFaults};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Which finished samples are to be computed again.
+/// Finished samples that `--rerun` selects.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Rerun {
     /// Failed and quarantined ones.
     Failed,
-    /// Those whose column `cause` is one of these.
+    /// Samples with one of these causes.
     Causes(Vec<Cause>),
 }
 
@@ -48,7 +48,7 @@ impl Rerun {
     }
 }
 
-/// Which finished samples are computed again: those that are asked for, and once each those of which [`tries`](Again::tries) says so.
+/// Finished samples that are computed again: the selected ones, and once each those for which [`tries`](Again::tries) is true.
 #[derive(Clone, Copy)]
 pub(super) struct Again<'a> {
     pub rerun: Option<&'a Rerun>,
@@ -60,46 +60,46 @@ impl Again<'_> {
         self.rerun.is_some_and(|rerun| rerun.takes(head.status, head.cause))
     }
 
-    /// A sample was given up because its workers were killed from outside: that may be over.
+    /// Whether the workers of a sample were killed by another process, which may not happen again.
     fn tries(self, head: &Head) -> bool {
         self.suspects && head.status == Status::Quarantined && head.cause == Some(Cause::WorkerKilled)
     }
 }
 
-/// A record ready to be continued.
+/// Record ready to be continued.
 pub(super) struct Opened {
     pub record: Record,
-    /// What is to be computed.
+    /// Missing samples.
     pub todo: Todo,
-    /// Counts of what is there.
+    /// Counts of the finished samples.
     pub tally: Tally,
-    /// What the user should know of how it was made.
+    /// Notes for the user about the record.
     pub notes: Vec<String>,
 }
 
-/// What is in a directory, compared with the present study. Nothing has been written to it yet.
+/// Comparison of a directory with the present study. Nothing has been written yet.
 pub(super) struct Comparison {
     record: Continuation,
     found: Found,
     notes: Vec<String>,
 }
 
-/// What becomes of the record.
+/// Action on the record.
 enum Continuation {
-    /// There is none: a new one is made.
+    /// Create a new record.
     New,
-    /// It goes on as it is. The header: what it says of its entries.
+    /// Continue the record unchanged. Its header.
     Same(Reader, BTreeMap<String, String>),
-    /// A new one is made of these of its entries: sample, place in the old one.
+    /// Create a new record of these entries: sample, place in the old record.
     Old { old: Old, taken: Vec<(u64, u64)> },
 }
 
-/// Opens or makes the record of a directory, with inputs, plan and basis beside it.
+/// Opens or creates the record of a directory, with inputs, plan and basis beside it.
 pub(super) fn open(directory: &RunDirectory, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Opened, RunError> {
     compare(directory.open(), prepared, again)?.go_on(directory, prepared, &NoFaults)
 }
 
-/// Compares what is in a directory with the present study. Reads only.
+/// Compares a directory with the present study. Reads only.
 pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<'_>) -> Result<Comparison, RunError> {
     let path = directory.place(LEDGER);
     if !path.exists() {
@@ -154,14 +154,14 @@ fn compare_store(
     select(Old::Store(reader, is_same_study), directory, prepared, again)
 }
 
-/// Where entries are taken from.
+/// Source of entries.
 enum Old {
-    /// A whole store; whether its numbers and limits are those of the present study.
+    /// Undamaged store; whether its numbers and limits are those of the present study.
     Store(Reader, bool),
     Remains(Remains),
 }
 
-/// What is known of an entry, and where its bytes are.
+/// Head of an entry, and place of its bytes.
 struct Candidate {
     head: Head,
     place: u64,
@@ -169,8 +169,7 @@ struct Candidate {
 }
 
 impl Old {
-    /// Every whole entry in the order of the keys, the best first of those with one key, and the number of entries that are
-    /// not whole.
+    /// Lists the valid entries in key order, the best first for equal keys, and counts the damaged ones.
     fn index(&self, prepared: &Prepared<'_>) -> Result<(Vec<Candidate>, u64), RecordError> {
         let mut index = Vec::new();
         let mut damaged = 0;
@@ -203,12 +202,12 @@ impl Old {
     }
 }
 
-/// How many entries of a record: "1 entry", "2 entries".
+/// Formats a number of entries: "1 entry", "2 entries".
 pub(super) fn of_record(count: u64) -> String {
     if count == 1 { "1 entry".to_owned() } else { format!("{count} entries") }
 }
 
-/// Selects the entries that belong to the present study. Refuses to lose any.
+/// Selects the entries that belong to the present study; rejects a selection that would lose some.
 fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'_>) -> Result<Comparison, RunError> {
     let (mut index, damaged) = old.index(prepared)?;
     let is_same_study = matches!(old, Old::Store(_, true));
@@ -229,7 +228,7 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
                 same = Some((place.head, place.place));
             }
         }
-        // the same run with another choice of twins: nothing is lost when it is computed again
+        // The same run with another choice of twins: computing it again loses nothing.
         let is_twin = prepared.keys.otherwise(sample).is_some_and(|other| {
             let first = index.partition_point(|place| place.head.key < other);
             let of_it = index[first..].iter_mut().take_while(|place| place.head.key == other);
@@ -287,23 +286,23 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
 }
 
 impl Comparison {
-    /// What the user should know of the comparison.
+    /// Notes for the user about the comparison.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Samples that are there.
+    /// Number of finished samples.
     pub fn done(&self) -> u64 {
         self.found.tally.done()
     }
 
-    /// Samples that are there and have failed.
+    /// Number of finished samples that failed.
     pub fn failed(&self) -> u64 {
         self.found.tally.failed()
     }
 
-    /// The record and its counts, where it holds every sample, or those up to the end of the table, or those that are chosen, and needs
-    /// no change.
+    /// Returns the record and its counts if it has every sample, or those up to the end of the table, or the chosen ones, and
+    /// needs no change.
     pub fn complete(
         &self,
         prepared: &Prepared<'_>,
@@ -311,7 +310,7 @@ impl Comparison {
     ) -> Option<(&Reader, &Tally)> {
         let count = prepared.samples.count();
         let has_all = || match chosen {
-            Some(chosen) => self.found.lacks(count, |sample| chosen.has(prepared.samples, sample)).is_none(),
+            Some(chosen) => self.found.lacks(count, |sample| chosen.contains(prepared.samples, sample)).is_none(),
             None => self.found.has_all(end.map_or(count, |end| end.samples)),
         };
         match &self.record {
@@ -320,7 +319,7 @@ impl Comparison {
         }
     }
 
-    /// Makes the record that of the present study, with inputs, plan and basis beside it.
+    /// Writes the record of the present study, with inputs, plan and basis beside it.
     pub fn go_on(
         self,
         directory: &RunDirectory,
@@ -353,7 +352,7 @@ impl Comparison {
     }
 }
 
-/// Makes a new record of entries of the old one and puts it in its place.
+/// Creates a new record of entries of the old one and replaces it.
 fn take_over(
     (old, taken): (&Old, &[(u64, u64)]),
     directory: &RunDirectory,
@@ -371,20 +370,20 @@ fn take_over(
     if let Old::Remains(_) = old {
         notes.push(format!("the damaged record is kept as {}", keep_aside(&directory.file(LEDGER))?));
     }
-    // Their row numbers, or what they hold, are those of the old record.
+    // Their row numbers or contents are those of the old record.
     directory.remove_parts()?;
     record.publish()?;
     Ok(record)
 }
 
-/// Gives a damaged record a second name, under which it stays when a new one takes its place.
+/// Links a damaged record to a second name, which it keeps when a new record replaces it.
 fn keep_aside(path: &place::Place) -> Result<place::Place, FileError> {
     for n in 1u32.. {
         let kept = path.with_name(&format!("ledger.damaged-{n}.redb"));
         match path.link_to(&kept) {
             Ok(()) => return Ok(kept),
             Err(source) if source.kind() == std::io::ErrorKind::AlreadyExists => {}
-            // A file system without second names.
+            // A file system without hard links.
             Err(_) if kept.exists() => {}
             Err(_) => {
                 let (mut from, mut to) = (path.open()?, kept.create_closed()?);
@@ -403,7 +402,7 @@ struct Found {
     gaps: Vec<Range<u64>>,
     next: u64,
     tally: Tally,
-    /// Tried once more.
+    /// Samples that are tried once more.
     suspects: Vec<u64>,
 }
 
@@ -418,12 +417,12 @@ impl Found {
         self.suspects.push(sample);
     }
 
-    /// Whether the first samples are all there.
+    /// Whether the first samples are all finished.
     fn has_all(&self, first: u64) -> bool {
         self.next >= first && self.suspects.is_empty() && self.gaps.first().is_none_or(|gap| gap.start >= first)
     }
 
-    /// The first of `count` samples that is wanted and not there.
+    /// First of `count` samples that is wanted and missing.
     fn lacks(&self, count: u64, is_wanted: impl Fn(u64) -> bool) -> Option<u64> {
         let missing = self.gaps.iter().cloned().chain(std::iter::once(self.next..count)).flatten();
         missing.chain(self.suspects.iter().copied()).find(|sample| is_wanted(*sample))
@@ -436,7 +435,7 @@ impl Found {
         self.next = sample + 1;
     }
 
-    /// What is missing of `count` samples, and the counts of what is not.
+    /// Missing ones of `count` samples, and counts of the others.
     fn rest(mut self, count: u64) -> (Todo, Tally) {
         if self.next < count {
             self.gaps.push(self.next..count);

@@ -1,34 +1,34 @@
-//! Whether a finished sample is what a fresh run would give.
+//! Whether a finished sample equals the result of a new computation.
 //!
 //! Equal keys mean runs that are step for step the same but for `run.step_limit`, a budget that cuts them off:
 //!
 //! ```text
-//! failed by the limit, after n steps   the same under the limit n; under a larger one or none the run goes on
+//! failed by the limit, after n steps   the same under the limit n; a larger limit or none continues the run
 //! ended after n steps                  the same under every limit from n on
 //! failed otherwise in step n + 1       the same under every limit from n + 1 on
 //! ```
-//! (`engine::Run::step` asks for the limit before a step; the column `steps` counts whole ones.) So a larger limit is a
-//! longer budget: what it does not touch is taken over, what it cut off is computed again. Under a smaller one a sample that
-//! needs more is another sample: a run that would lose it is refused.
+//! (`engine::Run::step` checks the limit before a step; the column `steps` counts whole ones.) A larger limit is a longer budget:
+//! samples that it does not affect are taken over, and samples that the old limit ended are computed again. Under a smaller limit
+//! a sample that needs more steps is another sample; a run that would lose it is rejected.
 
 use bladeoff_model::outcome::{Cause, Status};
 use bladeoff_record::Head;
 
-/// What an entry is to a sample of the same key.
+/// Value of an entry for a sample of the same key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Worth {
-    /// What a fresh run of the sample would give.
+    /// Equal to a new computation of the sample.
     Same,
-    /// Less than that: the sample is computed again.
+    /// Less than a new computation: the sample is computed again.
     Superseded,
-    /// More than that.
+    /// More than a new computation.
     Other,
 }
 
-/// Judges an entry, whose `count` is its column `steps`, for a sample with this step limit. `is_its_own`: it was computed
-/// for this very sample.
+/// Compares an entry, whose `count` is its column `steps`, with a sample of this step limit. `is_its_own`: the entry was computed
+/// for this sample.
 pub(super) fn worth(entry: &Head, limit: Option<u64>, is_its_own: bool) -> Worth {
-    // Its end was no matter of steps, and is not repeated unless it is asked for.
+    // Its end does not depend on the steps; it is repeated only on request.
     if is_its_own || entry.status == Status::Quarantined {
         return Worth::Same;
     }
@@ -44,7 +44,7 @@ pub(super) fn worth(entry: &Head, limit: Option<u64>, is_its_own: bool) -> Worth
             let needed = steps + u64::from(entry.status == Status::Failed);
             if needed <= limit { Worth::Same } else { Worth::Other }
         }
-        // A panic left no values: nobody knows in which step it was, and it has no result to lose.
+        // A panic left no values: its step is unknown, and there is no result to lose.
         (Some(_), None) => Worth::Superseded,
     }
 }

@@ -1,7 +1,7 @@
-//! From the dispatch loop into the record, counting on the way.
+//! Sink of the dispatch loop: records results and counts them.
 
-use super::directory_lost::Guard;
-use super::partial_tables::Teller;
+use super::directory_lost::DirectoryWatch;
+use super::partial_tables::PartsHandle;
 use super::telling::Known;
 use crate::dispatch::{More, Sink, SinkError};
 use bladeoff_model::outcome::Status;
@@ -11,39 +11,39 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
 
-/// Who hears what has become durable, and may have more to do.
-pub(super) trait Hears {
-    /// These samples have become durable.
-    fn durable(&self, samples: Vec<u64>);
+/// Receiver of durable samples, which may supply further ones.
+pub(super) trait DurableListener {
+    /// Reports samples that have become durable.
+    fn samples_durable(&self, samples: Vec<u64>);
 
-    /// As [`Sink::more`].
+    /// Further samples, as [`Sink::more`].
     fn more(&self) -> Result<More, SinkError> {
         Ok(More::Nothing)
     }
 
-    /// As [`Sink::check`].
+    /// Checks whether the run may continue, as [`Sink::check`].
     fn check(&self) -> Result<(), SinkError> {
         Ok(())
     }
 }
 
-impl Hears for Teller<'_> {
-    fn durable(&self, samples: Vec<u64>) {
-        self.durable(samples);
+impl DurableListener for PartsHandle<'_> {
+    fn samples_durable(&self, samples: Vec<u64>) {
+        self.samples_durable(samples);
     }
 }
 
-/// Records results and counts them.
+/// Sink that records results and counts them.
 pub(super) struct RecordSink<'a> {
     record: &'a mut Record,
     keys: &'a SampleKeys<'a>,
     known: Rc<RefCell<Known>>,
-    /// Taken and not durable yet.
-    gathered: Vec<u64>,
-    /// Who is told once they are.
-    hears: &'a dyn Hears,
-    /// Looks after the directory.
-    guard: Guard<'a>,
+    /// Received samples that are not durable yet.
+    uncommitted: Vec<u64>,
+    /// Receiver of durable samples.
+    listener: &'a dyn DurableListener,
+    /// Check of the directory.
+    watch: DirectoryWatch<'a>,
 }
 
 impl<'a> RecordSink<'a> {
@@ -51,23 +51,23 @@ impl<'a> RecordSink<'a> {
         record: &'a mut Record,
         keys: &'a SampleKeys<'a>,
         known: &Rc<RefCell<Known>>,
-        hears: &'a dyn Hears,
-        guard: Guard<'a>,
+        listener: &'a dyn DurableListener,
+        watch: DirectoryWatch<'a>,
     ) -> Self {
-        Self { record, keys, known: Rc::clone(known), gathered: Vec::new(), hears, guard }
+        Self { record, keys, known: Rc::clone(known), uncommitted: Vec::new(), listener, watch }
     }
 
-    /// Whatever a commit has made durable counts from now on, and only that: a commit that fails leaves it all gathered.
+    /// Counts the samples that a commit has made durable. After a failed commit all stay uncommitted.
     fn note_durable(&mut self) {
-        if self.record.gathered() == 0 && !self.gathered.is_empty() {
+        if self.record.gathered() == 0 && !self.uncommitted.is_empty() {
             let known = &mut *self.known.borrow_mut();
             known.durable = known.taken.clone();
-            self.hears.durable(std::mem::take(&mut self.gathered));
+            self.listener.samples_durable(std::mem::take(&mut self.uncommitted));
             known.events.iter_mut().for_each(|events| events.durable());
         }
     }
 
-    /// Commits what is left.
+    /// Commits the remaining samples.
     pub fn close(mut self) -> Result<(), RecordError> {
         let committed = self.record.commit();
         self.note_durable();
@@ -77,7 +77,7 @@ impl<'a> RecordSink<'a> {
 
 impl Sink for RecordSink<'_> {
     fn record_all(&mut self, results: Vec<(u64, Entry)>) -> Result<(), SinkError> {
-        // Those of one message are of one worker. What a sample took that killed its workers, nobody has reported.
+        // The samples of one message come from one worker. The time of a sample that killed its workers is unknown.
         let ended = || results.iter().filter(|(_, entry)| entry.outcome.status != Status::Quarantined);
         if let Some((_, first)) = ended().next() {
             let cpu_s: Vec<f64> = ended().map(|(_, entry)| entry.cpu_s).collect();
@@ -92,26 +92,26 @@ impl Sink for RecordSink<'_> {
             known.taken.add(&entry.outcome);
             known.events.iter_mut().for_each(|events| events.sample(sample, &entry));
         }
-        self.gathered.push(sample);
-        self.record.put(sample, self.keys.key(sample), &entry, Instant::now()).map_err(refused)?;
+        self.uncommitted.push(sample);
+        self.record.put(sample, self.keys.key(sample), &entry, Instant::now()).map_err(not_recorded)?;
         self.note_durable();
         Ok(())
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
-        self.record.commit().map_err(refused)?;
+        self.record.commit().map_err(not_recorded)?;
         self.note_durable();
         Ok(())
     }
 
     fn more(&mut self) -> Result<More, SinkError> {
-        self.hears.more()
+        self.listener.more()
     }
 
     fn check(&mut self) -> Result<(), SinkError> {
-        self.hears.check()?;
-        if self.guard.finds_loss(self.record) {
-            // Why is found out again, and told, when the run has stopped.
+        self.listener.check()?;
+        if self.watch.finds_loss(self.record) {
+            // The reason is determined and reported when the run has stopped.
             return Err(SinkError {
                 what: "the result directory was moved or removed during the run".to_owned(),
                 source: None,
@@ -121,6 +121,6 @@ impl Sink for RecordSink<'_> {
     }
 }
 
-fn refused(error: RecordError) -> SinkError {
+fn not_recorded(error: RecordError) -> SinkError {
     SinkError { what: "finished samples cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }

@@ -1,14 +1,15 @@
-//! A study that may end early, computed in stages: samples in their order up to a look, all of them done before the look, then on.
+//! Study with interim analyses: samples in ascending order up to an analysis, all of them finished before it, and so on.
 //!
 //! ```text
-//! missing samples below the first look -> workers -> record -> rows aside -> precise enough? -> the table ends here
-//! missing samples below the next one   -> ...                               no: on
+//! missing samples before the first analysis -> workers -> record -> temporary table -> precise enough? -> end of the table
+//! missing samples before the next one       -> ...                                     no: continue
 //! ```
-//! A look sees the rows of its own beginning and nothing else, so where the table ends depends neither on which run finished first, nor
-//! on kills, nor on how often somebody looked. What the record holds beyond (of a run with another rule) stays there.
+//! An analysis reads the rows of its own first samples and nothing else. So the end of the table does not depend on the order in
+//! which runs finish, on kills, or on the number of earlier analyses. Further samples in the record, of a run with another rule,
+//! are kept.
 
 use super::directory::{LOOK, RunDirectory};
-use super::end::{EndWhy, Looked, Looking, Stage, TableEnd};
+use super::end::{EndWhy, PrecisionCheck, PrecisionResult, Stage, TableEnd};
 use super::error::RunError;
 use super::prepare::Prepared;
 use super::sink::RecordSink;
@@ -22,20 +23,20 @@ use bladeoff_worker::fault::{At, Faults};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a run in stages works with.
+/// Objects of a run in stages.
 pub(super) struct Staged<'a> {
-    pub looking: &'a dyn Looking,
+    pub looking: &'a dyn PrecisionCheck,
     pub directory: &'a RunDirectory,
     pub prepared: &'a Prepared<'a>,
     pub record: &'a Reader,
     pub faults: &'a dyn Faults,
 }
 
-/// How the stages fared, and where the table ends, if that is known.
+/// Result of the stages, and the end of the table if it is known.
 pub(super) type Course = (Result<DispatchReport, DispatchError>, Result<Option<TableEnd>, RunError>);
 
 impl Staged<'_> {
-    /// Has the samples computed, stage by stage.
+    /// Computes the samples, stage by stage.
     pub fn compute(
         &self,
         mut options: DispatchOptions,
@@ -44,13 +45,13 @@ impl Staged<'_> {
         telling: &mut Telling,
     ) -> Course {
         let (begun, wall, own) = (Instant::now(), options.schedule.run.wall, self.looking.wall());
-        let told = signals_between();
+        let signal_slot = signals_between();
         let mut all = DispatchReport::nothing(Ended::Complete);
         let mut last: Option<&Stage> = None;
         let mut known: Vec<String> = Vec::new();
         for (number, stage) in self.looking.stages().iter().enumerate() {
             let part = todo.below(stage.samples);
-            // the first in any case: it cleans up after a run that was killed
+            // the first one in any case: it removes the files of a killed run
             if part.total() > 0 || number == 0 {
                 let left = |limit: Duration| limit.saturating_sub(begun.elapsed());
                 options.schedule.run.wall = wall.into_iter().chain(own).map(left).min();
@@ -60,13 +61,13 @@ impl Staged<'_> {
                     Err(error) => return (Err(error), Ok(None)),
                 }
             }
-            // before the look, so that a kill in it leaves nothing
+            // before the analysis, so that a kill during it leaves no file
             dispatch::give_back(all.memory.take(), telling);
             if let Err(error) = sink.flush() {
                 return (Err(error.into()), Ok(None));
             }
             if all.ended == Ended::Complete {
-                let signal = told.lock().unwrap_or_else(PoisonError::into_inner).take();
+                let signal = signal_slot.lock().unwrap_or_else(PoisonError::into_inner).take();
                 all.ended = signal.map_or(all.ended, Ended::Signalled);
             }
             if all.ended == Ended::Wall && own.is_some_and(|own| wall.is_none_or(|wall| own < wall)) {
@@ -81,12 +82,12 @@ impl Staged<'_> {
             }
             if self.looking.looks() {
                 match self.look(stage) {
-                    Ok(Looked { is_enough: true, .. }) => {
+                    Ok(PrecisionResult { is_enough: true, .. }) => {
                         all.ended = Ended::Stop;
                         return (Ok(all), Ok(Some(ended(stage, EndWhy::Precision))));
                     }
-                    // where it is so first, not at every look again
-                    Ok(Looked { hindered, .. }) => {
+                    // reported at the first analysis only
+                    Ok(PrecisionResult { hindered, .. }) => {
                         for (name, why) in hindered {
                             if !known.contains(&name) {
                                 telling.progress.note(&format!("[stop] after {} points: {name}: {why}", stage.points));
@@ -106,8 +107,8 @@ impl Staged<'_> {
         (Ok(all), Ok(end))
     }
 
-    /// What a stage comes to.
-    fn look(&self, stage: &Stage) -> Result<Looked, RunError> {
+    /// Analyses a stage.
+    fn look(&self, stage: &Stage) -> Result<PrecisionResult, RunError> {
         let place = self.directory.file(LOOK);
         write_rows(&place, self.prepared, self.record, &(0..stage.samples).collect::<Vec<_>>())?;
         self.faults.reached(At::Looking, stage.samples, None);
@@ -116,7 +117,7 @@ impl Staged<'_> {
         Ok(said?)
     }
 
-    /// Where the table ends when the time is up: at the last look, before the first one with the last whole block of points.
+    /// End of the table when the time is over: the last analysis, or before the first one the last whole block of points.
     fn by_wall(&self, last: Option<&Stage>) -> Result<Option<TableEnd>, RunError> {
         if let Some(stage) = last {
             return Ok(Some(ended(stage, EndWhy::Wall)));
@@ -127,35 +128,36 @@ impl Staged<'_> {
     }
 }
 
-/// Where a study ends of which the last stage is done, and was not precise enough; `None`: with its design, and nobody looked.
-pub(super) fn at_the_last(last: &Stage, looking: &dyn Looking, samples: &Samples) -> Option<TableEnd> {
+/// End of a study whose last stage is finished and was not precise enough; `None`: the end of its design, without interim
+/// analyses.
+pub(super) fn at_the_last(last: &Stage, looking: &dyn PrecisionCheck, samples: &Samples) -> Option<TableEnd> {
     if last.samples < samples.count() {
         return Some(ended(last, EndWhy::Samples));
     }
     looking.looks().then(|| ended(last, EndWhy::Design))
 }
 
-/// Where a study ends whose time was up before its first look, of which the first samples are done: with the last whole block of points.
+/// End of a study whose time was over before its first analysis: the last whole block of points among the finished samples.
 pub(super) fn before_any_look(samples: &Samples, first: u64) -> Option<TableEnd> {
     let points = whole_points(samples, first);
     let stage = Stage { points, samples: points * samples.groups().len() as u64, share: 1.0 };
     (points > 0).then(|| ended(&stage, EndWhy::Wall))
 }
 
-/// The end at a stage.
+/// End of the table at a stage.
 pub(super) fn ended(stage: &Stage, why: EndWhy) -> TableEnd {
     let &Stage { points, samples, share } = stage;
     TableEnd { points, samples, share, why }
 }
 
-/// Points in whole blocks that the first samples are.
+/// Number of points in whole blocks among the first samples.
 fn whole_points(samples: &Samples, first: u64) -> u64 {
     let points = first / samples.groups().len() as u64;
-    let plan = samples.layout().filter(|plan| points >= plan.rows());
-    plan.map_or(0, |plan| plan.limited(points))
+    let layout = samples.layout().filter(|layout| points >= layout.rows());
+    layout.map_or(0, |layout| layout.limited(points))
 }
 
-/// Adds what a further stage came to.
+/// Adds the result of a further stage.
 pub(super) fn add(all: &mut DispatchReport, report: DispatchReport) {
     let DispatchReport { done, ended, worker_deaths, dropped_messages, wall_s, first_ask_s, memory } = report;
     all.memory = memory;
@@ -169,12 +171,12 @@ pub(super) fn add(all: &mut DispatchReport, report: DispatchReport) {
     all.wall_s += wall_s;
 }
 
-/// A signal that comes while nothing is computed, which nobody else would hear.
+/// Signal that arrives while no dispatch loop handles it.
 pub(super) fn signals_between() -> Arc<Mutex<Option<Signal>>> {
-    let told = Arc::new(Mutex::new(None));
-    let heard = Arc::clone(&told);
+    let signal_slot = Arc::new(Mutex::new(None));
+    let slot = Arc::clone(&signal_slot);
     dispatch::watch_afterwards(move |signal| {
-        heard.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(signal);
+        slot.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(signal);
     });
-    told
+    signal_slot
 }

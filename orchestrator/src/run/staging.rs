@@ -1,5 +1,5 @@
-//! Folders of a result directory that take the place of others, as a whole, and go as a whole: the parts, the curves. On its way in or out a
-//! folder has a name of its own.
+//! Folders of a result directory that are replaced and removed as a whole: parts and curves. During the replacement a folder has
+//! a temporary name.
 
 use super::directory::{PARTS, RunDirectory, TIMING_PARTS, is_part};
 use bladeoff_system::files::FileError;
@@ -8,10 +8,10 @@ use bladeoff_system::place::Place;
 use std::ffi::OsStr;
 
 impl RunDirectory {
-    /// Removes what a killed run was writing, by the names that it has then; nobody else writes here now.
+    /// Removes the temporary folders of a killed run; no other process writes here now.
     ///
     /// # Errors
-    /// The directory cannot be written; something else stands in the place of a folder of parts.
+    /// The directory cannot be written, or the name of a folder of parts is that of another file.
     pub fn tidy(&self) -> Result<(), FileError> {
         self.tidy_files()?;
         for folder in [PARTS, TIMING_PARTS] {
@@ -21,7 +21,7 @@ impl RunDirectory {
         Ok(())
     }
 
-    /// An empty folder beside the one of this name, which it can take the place of.
+    /// Creates an empty folder that can replace the one of this name.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -32,8 +32,8 @@ impl RunDirectory {
         made.map_err(FileError::at("create", &place))
     }
 
-    /// Puts what [`RunDirectory::new_folder`] made in the place of the folder of this name: at every moment one of the two
-    /// is there, where the file system can exchange names.
+    /// Replaces the folder of this name by the one of [`RunDirectory::new_folder`]. One of the two exists at every moment, if the
+    /// file system can exchange names.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -44,7 +44,7 @@ impl RunDirectory {
             if new.exchange_with(&place).is_ok() {
                 return Ok(());
             }
-            // A file system that cannot exchange names: parts are replaced one by one.
+            // A file system that cannot exchange names: parts are replaced singly.
             remove_parts_in(&old)?;
             let new = self.open().folder(&aside(name))?;
             for part in new.names()? {
@@ -57,7 +57,7 @@ impl RunDirectory {
         self.empty_aside(name)
     }
 
-    /// Removes the folders of finished rows, each at once with all parts in it. What somebody else has put there stays.
+    /// Removes the folders of finished rows, each at once with all its parts. Files of other origin are kept.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -65,7 +65,7 @@ impl RunDirectory {
         [PARTS, TIMING_PARTS].into_iter().try_for_each(|name| self.remove_folder_of_parts(name))
     }
 
-    /// The same of a directory in which every row is in the table: what stands in the way is no matter, and stays. Tells of it.
+    /// Removes the folders of finished rows when every row is in the table; failures are reported and ignored.
     #[must_use]
     pub fn try_to_remove_parts(&self) -> Vec<FileError> {
         [PARTS, TIMING_PARTS].into_iter().filter_map(|name| self.remove_folder_of_parts(name).err()).collect()
@@ -82,7 +82,7 @@ impl RunDirectory {
         self.empty_aside(name)
     }
 
-    /// The folder of this name in it; what stands there is one, or nothing.
+    /// Opens the folder of this name; `None`: it does not exist.
     fn folder_if_there(&self, name: &str) -> Result<Option<Folder>, FileError> {
         match self.open().folder(name) {
             Ok(folder) => Ok(Some(folder)),
@@ -91,10 +91,10 @@ impl RunDirectory {
         }
     }
 
-    /// The folder of this name, made if it is not there.
+    /// Opens the folder of this name; creates it if necessary.
     ///
     /// # Errors
-    /// It cannot be made; something else has the name.
+    /// The folder cannot be created, or another file has the name.
     pub fn folder(&self, name: &str) -> Result<Folder, FileError> {
         if let Some(folder) = self.folder_if_there(name)? {
             return Ok(folder);
@@ -106,8 +106,7 @@ impl RunDirectory {
         Ok(folder)
     }
 
-    /// Removes the folder of parts on its way in or out. Files in it that are no parts are somebody's own: they go back to
-    /// where they were put.
+    /// Removes a temporary folder of parts. Files of other origin in it are moved back to their place.
     fn empty_aside(&self, name: &str) -> Result<(), FileError> {
         let Some(away) = self.folder_if_there(&aside(name))? else { return Ok(()) };
         let place = self.file(&aside(name));
@@ -123,7 +122,7 @@ impl RunDirectory {
     }
 }
 
-/// Name of a folder on its way in or out.
+/// Temporary name of a folder.
 fn aside(folder: &str) -> String {
     format!("{folder}.aside")
 }
@@ -136,7 +135,7 @@ fn remove_parts_in(folder: &Folder) -> std::io::Result<()> {
     Ok(())
 }
 
-/// A name like this in a folder that nothing has yet.
+/// Name like this one that no file in the folder has.
 fn free_place(folder: &Folder, name: &OsStr) -> Place {
     let mut place = folder.place(name);
     let mut n = 1;
@@ -173,13 +172,13 @@ mod tests {
             put(&parts, name, name);
         }
         assert_eq!(row_files(folder.path()).len(), 2);
-        // Fresh parts take the place of the old ones.
+        // New parts replace the old ones.
         let fresh = directory.new_folder(PARTS).expect("made");
         put(fresh.path(), &part_name(1), "fresh");
         directory.put_new_folder(PARTS).expect("exchanged");
         assert_eq!(names(), ["notes.txt", "part-000001.parquet", "part-mine.parquet"]);
         assert_eq!(fs::read_to_string(parts.join(part_name(1))).expect("there"), "fresh");
-        // A kill half way, and a name that was used again meanwhile.
+        // A kill during the replacement, and a name that was used again meanwhile.
         fs::rename(&*parts, &*directory.file(&aside(PARTS))).expect("renamed");
         fs::create_dir(&*parts).expect("created");
         put(&parts, "notes.txt", "newer");
@@ -187,7 +186,7 @@ mod tests {
         assert_eq!(names(), ["notes.txt", "notes.txt.kept-1", "part-mine.parquet"]);
         assert_eq!(fs::read_to_string(parts.join("notes.txt.kept-1")).expect("there"), "notes.txt");
         assert!(!directory.file(&aside(PARTS)).exists());
-        // Without anything of somebody else nothing is left.
+        // Without files of other origin nothing remains.
         fs::remove_dir_all(&*parts).expect("removed");
         fs::create_dir(&*parts).expect("created");
         put(&parts, &part_name(1), "");

@@ -1,4 +1,4 @@
-//! Where and when, as files and events say it.
+//! Host name and time in the format of files and events.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 

@@ -1,12 +1,12 @@
-//! What a run tells of itself while it goes on: `status.json`, replaced about once a second, and what others see of it.
+//! Status of a run in progress: `status.json`, replaced about once a second, and its readers.
 //!
-//! The record cannot be read by another process while the run lives, so `bladeoff status` reads this file, and the lock to
-//! know whether anybody is still there. Its counts are those of durable samples. It is renamed into place but not synced:
-//! after a power cut it may be old or missing. Once nobody works in the directory the record says what is true.
+//! Other processes cannot read the record while the run lives, so `bladeoff status` reads this file, and the lock to determine
+//! whether the run still lives. Its counts are those of durable samples. The file is renamed into place but not synced: after a
+//! power failure it may be old or missing. When no process uses the directory, the record is counted.
 
 use super::directory::{LEDGER, LOCK, RESULTS, STATUS};
 use super::end::{TableEnd, end_of_table};
-use super::lock::{Holder, Keeper, Look, given_back, look};
+use super::lock::{Holder, LockKeeper, LockState, given_back, lock_state};
 use super::stamp::{host, timestamp};
 use crate::schedule::{Activity, Ended, Snapshot, WorkerView};
 use crate::terminal::{Eta, Tally};
@@ -28,20 +28,20 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-/// Version of its layout.
+/// Version of the layout.
 const STATUS_SCHEMA: u64 = 1;
-/// What a command says to work in a directory that others could write in.
+/// Option for a directory to which other users may write.
 pub const TRUST: &str = " --trust-dir";
-/// Largest that is read.
+/// Largest status file that is read \[bytes\].
 const MOST_STATUS: u64 = 4 << 20;
-/// Least time between two writings.
+/// Smallest interval between two writes.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Writes the file of one run.
+/// Writer of the status of one run.
 #[derive(Debug)]
 pub(super) struct StatusWriter {
     path: Place,
-    /// What does not change during the run.
+    /// Values that do not change during the run.
     fixed: Map<String, Value>,
     reused: u64,
     total: u64,
@@ -88,7 +88,7 @@ impl StatusWriter {
         }
     }
 
-    /// Of a run that was told to trust those who could write in the directory: so must be the one that goes on.
+    /// Adds `--trust-dir` to the command that continues the study, if this run has it.
     pub fn trusting(mut self, trusts: bool) -> Self {
         if let Some(Value::String(command)) = self.fixed.get_mut("go_on").filter(|_| trusts) {
             command.push_str(TRUST);
@@ -97,16 +97,16 @@ impl StatusWriter {
         self
     }
 
-    /// Writes that the run has begun. As with every writing, a failure is none of the study's: the next one may succeed.
+    /// Writes the state of a run that begins. Failures are ignored here and below: the next write may succeed.
     pub fn begin(&mut self, durable: &Tally) {
         let _ = self.replace(&self.text("running", None, None, durable));
     }
 
-    /// Writes the present state, if it is time to; `left`: time for the rest.
+    /// Writes the present state if it is due; `left`: estimate of the remaining time.
     pub fn update(&mut self, snapshot: &Snapshot, left: Option<Eta>, durable: &Tally, now: Instant) {
-        // What is told at the end is the last that was seen, written or not.
+        // The final state uses the last snapshot, written or not.
         self.last = Some(snapshot.clone());
-        // of all stages of a run, of which the snapshot knows the present one
+        // time of all stages; the snapshot contains the present stage only
         self.elapsed = now.saturating_duration_since(self.begun);
         if self.written.is_some_and(|written| now.duration_since(written) < EVERY) {
             return;
@@ -116,23 +116,23 @@ impl StatusWriter {
         let _ = self.replace(&self.text("running", None, Some(snapshot), durable));
     }
 
-    /// What is told with the last state: why the run ended, and where the table ends if that is not where its design does.
+    /// Sets the reason of the end, and the end of the table if it is not that of its design.
     pub fn tell_end(&mut self, ended: Ended, end: Option<TableEnd>) {
         self.fixed.insert("ended".to_owned(), json!(ended.word()));
         self.fixed.insert("stop".to_owned(), json!(end.map(|end| end.json())));
     }
 
-    /// Writes the last state; `error`: why the run failed. `tally`: of the table, `surplus` what the record holds beyond its end.
+    /// Writes the final state; `error`: error of the run; `tally`: counts of the table; `surplus`: further samples in the record.
     pub fn finish(&mut self, state: &str, error: Option<&(dyn Error + 'static)>, tally: &Tally, surplus: u64) {
         self.surplus = surplus;
         let last = self.last.take();
         self.left = None;
-        // What workers were doing a moment ago is no longer true.
+        // The activities of the workers are over.
         let last = last.map(|snapshot| Snapshot { workers: Vec::new(), rate: 0.0, ..snapshot });
         let error = error.map(with_causes);
         let text = self.text(state, error.as_deref(), last.as_ref(), tally);
         if self.replace(&text).is_err() {
-            // On a full disk the old file has the room that a new one has not.
+            // On a full disk the old file has space that a new one does not get.
             let over = || {
                 let mut file = self.path.open_own().map_err(|error| error.source)?;
                 file.write_all(text.as_bytes())?;
@@ -142,7 +142,7 @@ impl StatusWriter {
         }
     }
 
-    /// Writes elsewhere: for tests.
+    /// Writes to another path, for tests.
     #[cfg(test)]
     pub fn written_to(&mut self, path: Place) {
         self.path = path;
@@ -179,8 +179,8 @@ impl StatusWriter {
     }
 }
 
-/// Puts the counts of finished samples; `reused`: those of earlier runs. `beyond`: samples in the record beyond the end of a table that
-/// `[stop]` ends, of which nothing is left to compute.
+/// Adds the counts of finished samples; `reused`: samples of earlier runs; `beyond`: samples in the record beyond the end of a
+/// table that `[stop]` ended, so that no sample is left to compute.
 fn put_counts(status: &mut Map<String, Value>, tally: &Tally, (total, reused): (u64, u64), beyond: Option<u64>) {
     let mut put = |key: &str, value: Value| drop(status.insert(key.to_owned(), value));
     put("done", json!(tally.done()));
@@ -194,7 +194,7 @@ fn put_counts(status: &mut Map<String, Value>, tally: &Tally, (total, reused): (
     put("computed", json!((tally.done() + beyond.unwrap_or(0)).saturating_sub(reused)));
 }
 
-/// The command that continues a study, as this program is called.
+/// Command that continues a study, with the present name of this program.
 #[must_use]
 pub fn go_on(directory: &Path, samples: &Samples) -> String {
     go_on_with(Path::new(&samples.study().file), directory, samples.scale(), samples.limit())
@@ -208,42 +208,42 @@ fn go_on_with(study: &Path, directory: &Path, scale: Option<f64>, limit: Option<
     call::command(words)
 }
 
-/// What is known of a result directory from outside.
+/// Status of a result directory for other processes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
-    /// Whether somebody works in it.
+pub struct DirectoryStatus {
+    /// State of the run.
     pub state: RunState,
-    /// What the last run told of itself, if it did, with the counts of the record where nobody works in the directory.
-    pub told: Option<Map<String, Value>>,
-    /// Whether its counts are those of the record, not those of the moment in which the run told them last.
+    /// Last report of the last run, if it exists, with the counts of the record if no run lives.
+    pub last_report: Option<Map<String, Value>>,
+    /// Whether the counts are those of the record instead of the last report.
     pub is_counted: bool,
 }
 
-/// How it stands with a run.
+/// State of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RunState {
-    /// A process works in it; `stopped`: the process is stopped (SIGSTOP, Ctrl-Z).
+    /// A run lives; `stopped`: its process is stopped (SIGSTOP, Ctrl-Z).
     Running {
-        /// Who.
+        /// Its process, if known.
         holder: Option<Holder>,
         /// Whether it is stopped.
         stopped: bool,
     },
-    /// The last run did not end in order; who it was is not known where nothing but its last words tell of it.
+    /// The last run was killed; its process is unknown if only its last report remains.
     Killed(Option<Holder>),
-    /// Complete: the table is there.
+    /// The study is complete: the table exists.
     Complete,
-    /// Ended in order before it was complete, or failed.
+    /// The last run ended in order before the study was complete, or failed.
     Ended,
-    /// Whether somebody works in it cannot be found out.
+    /// Unknown whether a run lives.
     Unknown {
-        /// Why not.
+        /// Reason.
         why: String,
     },
 }
 
 impl RunState {
-    /// One word for programs.
+    /// Word for programs.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -257,11 +257,11 @@ impl RunState {
     }
 }
 
-/// Looks at a result directory without disturbing who works in it; `None` if it is none.
+/// Reads the status of a result directory without an effect on its run; `None`: it is no result directory.
 ///
 /// # Errors
 /// It cannot be read.
-pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
+pub fn directory_status(directory: &Path) -> Result<Option<DirectoryStatus>, FileError> {
     let folder = match Folder::open(directory) {
         Ok(folder) => folder,
         Err(source) if matches!(source.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
@@ -269,7 +269,7 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
         }
         Err(source) => return Err(FileError::at("open", directory)(source)),
     };
-    // What cannot be looked at is an error: nothing is said of a directory that cannot be entered.
+    // An unreadable directory is an error, not a missing run.
     let is_there = |name| {
         let place = folder.place(name);
         place.identity().map(|found| found.is_some()).map_err(FileError::at("look at", &place))
@@ -278,159 +278,163 @@ pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
         return Ok(None);
     }
     loop {
-        let locked = look(&folder, LOCK)?;
-        let seen = see_locked(&folder, &locked);
-        // A run that began meanwhile was changing what was read.
-        if matches!(locked, Look::Held(_)) || look(&folder, LOCK)? == locked {
+        let locked = lock_state(&folder, LOCK)?;
+        let seen = status_by_lock(&folder, &locked);
+        // A run that began meanwhile was changing the files.
+        if matches!(locked, LockState::Held(_)) || lock_state(&folder, LOCK)? == locked {
             return Ok(Some(seen));
         }
     }
 }
 
-/// Whether the last run told that the study is complete.
+/// Whether the last report describes a complete study.
 pub(super) fn tells_complete(directory: &Folder) -> bool {
-    told(directory).is_some_and(|told| told.get("state") == Some(&json!("complete")))
+    last_report(directory).is_some_and(|report| report.get("state") == Some(&json!("complete")))
 }
 
-fn told(directory: &Folder) -> Option<Map<String, Value>> {
+fn last_report(directory: &Folder) -> Option<Map<String, Value>> {
     let text = directory.place(STATUS).read(MOST_STATUS).unwrap_or_default();
     match serde_json::from_slice(&text) {
-        Ok(Value::Object(told)) if told.get("schema") == Some(&json!(STATUS_SCHEMA)) => Some(told),
+        Ok(Value::Object(report)) if report.get("schema") == Some(&json!(STATUS_SCHEMA)) => Some(report),
         _ => None,
     }
 }
 
-fn see_locked(directory: &Folder, locked: &Look) -> Seen {
-    let mut told = told(directory);
-    // A run that a signal or a limit ended before its first sample told nothing of its end but in the lock.
-    if matches!(locked, Look::Free)
-        && let Some(told) = told.as_mut().filter(|told| told.get("state") == Some(&json!("running")))
+fn status_by_lock(directory: &Folder, locked: &LockState) -> DirectoryStatus {
+    let mut report = last_report(directory);
+    // A run that a signal or a limit ended before its first sample reports its end in the lock only.
+    if matches!(locked, LockState::Free)
+        && let Some(report) = report.as_mut().filter(|report| report.get("state") == Some(&json!("running")))
         && let Some(ended) = given_back(directory, LOCK)
     {
-        told.insert("state".to_owned(), json!(ended));
+        report.insert("state".to_owned(), json!(ended));
     }
-    let is_final = told.as_ref().is_none_or(|told| told.get("state") != Some(&json!("running")));
+    let is_final = report.as_ref().is_none_or(|report| report.get("state") != Some(&json!("running")));
     let is_complete = || directory.place(RESULTS).is_file();
     let running = |holder: Holder| {
         let stopped = Some(&holder.host) == host().as_ref() && is_stopped(holder.pid);
         RunState::Running { holder: Some(holder), stopped }
     };
     let living = match locked {
-        Look::Held(Keeper::Run(holder) | Keeper::Told(holder)) => Some(holder.clone()),
-        Look::Closed { by: Some(by), .. } => holder_told(told.as_ref(), by),
+        LockState::Held(LockKeeper::Run(holder) | LockKeeper::Recorded(holder)) => Some(holder.clone()),
+        LockState::Unreadable { holder: Some(by), .. } => reported_holder(report.as_ref(), by),
         _ => None,
     };
     let state = match (living, locked) {
         (Some(holder), _) => running(holder),
-        (_, Look::Abandoned(holder)) => RunState::Killed(Some(holder.clone())),
+        (_, LockState::Abandoned(holder)) => RunState::Killed(Some(holder.clone())),
         // A run removes the table before it computes.
         _ if is_complete() => RunState::Complete,
-        (_, Look::Held(by)) => RunState::Unknown { why: format!("{LOCK} is locked by {by}") },
-        (_, Look::Closed { owner, by }) => {
+        (_, LockState::Held(by)) => RunState::Unknown { why: format!("{LOCK} is locked by {by}") },
+        (_, LockState::Unreadable { owner, holder: by }) => {
             let by = by.as_ref().map(|by| format!(", and is locked by {by}")).unwrap_or_default();
             RunState::Unknown { why: format!("{LOCK} may be read by its user (uid {owner}) alone{by}") }
         }
-        (_, Look::Free) if is_final => RunState::Ended,
-        // It ended without a word: its lock was removed, its directory moved, its disk full.
-        (_, Look::Free) => RunState::Killed(None),
+        (_, LockState::Free) if is_final => RunState::Ended,
+        // It ended without a report: its lock was removed, its directory moved, its disk full.
+        (_, LockState::Free) => RunState::Killed(None),
     };
     if let RunState::Running { holder, .. } = &state {
-        // What the run before told says nothing of one that has just begun.
-        let is_its_own = |told: &Map<String, Value>| {
-            holder.as_ref().is_none_or(|holder| told.get("pid") == Some(&json!(holder.pid)))
+        // The report of the previous run does not describe the present one.
+        let is_its_own = |report: &Map<String, Value>| {
+            holder.as_ref().is_none_or(|holder| report.get("pid") == Some(&json!(holder.pid)))
         };
-        let told = told.filter(is_its_own).map(|told| with_command(directory.path(), told));
-        return Seen { state, told, is_counted: false };
+        let report = report.filter(is_its_own).map(|report| with_command(directory.path(), report));
+        return DirectoryStatus { state, last_report: report, is_counted: false };
     }
-    if !matches!(locked, Look::Free | Look::Abandoned(_)) {
-        // A run that lives may be writing the record.
-        return Seen { state, told: told.map(|told| with_command(directory.path(), told)), is_counted: false };
+    if !matches!(locked, LockState::Free | LockState::Abandoned(_)) {
+        // A live run may be writing the record.
+        return DirectoryStatus {
+            state,
+            last_report: report.map(|report| with_command(directory.path(), report)),
+            is_counted: false,
+        };
     }
-    let (told, is_counted) = of_record(directory, told, is_final);
-    Seen { state, told: told.map(|told| with_command(directory.path(), told)), is_counted }
+    let (report, is_counted) = of_record(directory, report, is_final);
+    DirectoryStatus { state, last_report: report.map(|report| with_command(directory.path(), report)), is_counted }
 }
 
-/// The run that told of itself, if it is the process that keeps the lock.
-fn holder_told(told: Option<&Map<String, Value>>, by: &LockHolder) -> Option<Holder> {
-    let told = told?;
-    let text = |key: &str| told.get(key).and_then(Value::as_str).map(str::to_owned);
+/// Run of the last report, if it is the process that holds the lock.
+fn reported_holder(report: Option<&Map<String, Value>>, by: &LockHolder) -> Option<Holder> {
+    let report = report?;
+    let text = |key: &str| report.get(key).and_then(Value::as_str).map(str::to_owned);
     let holder = Holder {
-        pid: u32::try_from(told.get("pid")?.as_u64()?).ok()?,
+        pid: u32::try_from(report.get("pid")?.as_u64()?).ok()?,
         host: text("host").unwrap_or_default(),
         started: text("started")?,
     };
     let is_here = Some(&holder.host) == host().as_ref();
-    by.is(holder.pid, is_here).then_some(holder)
+    by.is_process(holder.pid, is_here).then_some(holder)
 }
 
-/// What was told with the counts of the record, and whether it has been read. `is_final`: it was told at an end, so that its
-/// counts are right if the record has as many.
+/// Replaces the counts of the last report by those of the record; returns whether the record was read. `is_final`: the report was
+/// written at an end, so its counts are correct if the record has as many samples.
 fn of_record(
     directory: &Folder,
-    told: Option<Map<String, Value>>,
+    report: Option<Map<String, Value>>,
     is_final: bool,
 ) -> (Option<Map<String, Value>>, bool) {
     let read = || {
         let record = Reader::peek(directory.place(LEDGER)).ok()?;
         let header = record.header().ok()?;
         let total = header.get("samples")?.parse().ok()?;
-        let number = |key: &str| told.as_ref().and_then(|told| told.get(key)).and_then(Value::as_u64);
+        let number = |key: &str| report.as_ref().and_then(|report| report.get(key)).and_then(Value::as_u64);
         let recorded = number("done").map(|done| done + number("surplus").unwrap_or(0));
         if is_final && recorded == Some(record.len().ok()?) && number("total") == Some(total) {
-            return told.clone();
+            return report.clone();
         }
-        // of a table that [stop] ends those up to its end count
+        // only samples before the end of a table that [stop] ended
         let table = directory.place(RESULTS);
         let end = table.is_file().then(|| end_of_table(&directory.path().join(RESULTS)).ok().flatten()).flatten();
         let (mut tally, mut surplus) = (Tally::default(), 0);
         let counted = record.for_each_head(None, |sample, head| match head {
             _ if end.is_some_and(|end| sample >= end.samples) => surplus += 1,
             Ok(head) => tally.count(head.status, head.cause),
-            // What is damaged is computed again.
+            // Damaged entries are computed again.
             Err(_) => {}
         });
         counted.ok()?;
-        let mut told = told.clone().unwrap_or_default();
-        told.insert("schema".to_owned(), json!(STATUS_SCHEMA));
-        told.insert("study".to_owned(), json!(header.get("study")));
-        told.insert("total".to_owned(), json!(total));
-        let reused = told.get("reused").and_then(Value::as_u64).unwrap_or(0);
+        let mut report = report.clone().unwrap_or_default();
+        report.insert("schema".to_owned(), json!(STATUS_SCHEMA));
+        report.insert("study".to_owned(), json!(header.get("study")));
+        report.insert("total".to_owned(), json!(total));
+        let reused = report.get("reused").and_then(Value::as_u64).unwrap_or(0);
         if let Some(end) = end {
-            told.insert("stop".to_owned(), end.json());
+            report.insert("stop".to_owned(), end.json());
         }
-        put_counts(&mut told, &tally, (total, reused), end.map(|_| surplus));
-        Some(told)
+        put_counts(&mut report, &tally, (total, reused), end.map(|_| surplus));
+        Some(report)
     };
     match read() {
         Some(counted) => (Some(counted), true),
-        None => (told, false),
+        None => (report, false),
     }
 }
 
-/// What was told, with the command that goes on from here: the run may have been started from another folder, by another way to
-/// this program, and the directory may have been moved since.
-fn with_command(directory: &Path, mut told: Map<String, Value>) -> Map<String, Value> {
-    let text = |key: &str| told.get(key).and_then(Value::as_str).map(Path::new);
+/// Adds the command that continues the study from the present folder: the run may have been started from another folder, or the
+/// directory may have been moved.
+fn with_command(directory: &Path, mut report: Map<String, Value>) -> Map<String, Value> {
+    let text = |key: &str| report.get(key).and_then(Value::as_str).map(Path::new);
     if let Some(study) = text("study_file") {
         let here = std::env::current_dir().ok();
         let study = match text("started_in") {
             Some(folder) if here.as_deref() != Some(folder) => folder.join(study),
             _ => study.to_path_buf(),
         };
-        let (scale, limit) = (told.get("scale").and_then(Value::as_f64), told.get("limit").and_then(Value::as_u64));
-        let trust = if told.get("trust_dir") == Some(&json!(true)) { TRUST } else { "" };
-        told.insert("go_on".to_owned(), json!(go_on_with(&study, directory, scale, limit) + trust));
+        let (scale, limit) = (report.get("scale").and_then(Value::as_f64), report.get("limit").and_then(Value::as_u64));
+        let trust = if report.get("trust_dir") == Some(&json!(true)) { TRUST } else { "" };
+        report.insert("go_on".to_owned(), json!(go_on_with(&study, directory, scale, limit) + trust));
     }
-    told
+    report
 }
 
 fn is_stopped(pid: u32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    // The name in parentheses may hold anything; the state is the first word after it.
+    // The name in parentheses may contain any characters; the state is the first word after it.
     stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with(['T', 't']))
 }
 
-/// What a worker is doing, in one line.
+/// Describes the activity of a worker in one line.
 pub(super) fn describe(worker: &WorkerView) -> String {
     let since = duration(worker.since);
     let activity = match worker.activity {
@@ -457,20 +461,20 @@ mod tests {
 
     #[test]
     fn the_command_that_goes_on_is_for_whoever_looks() {
-        let told = |started_in: &Path| {
-            let told =
+        let report = |started_in: &Path| {
+            let report =
                 json!({ "study_file": "studies/a b.toml", "started_in": started_in, "scale": 0.5, "limit": null });
-            let told = with_command(Path::new("out"), told.as_object().cloned().expect("an object"));
-            told["go_on"].as_str().expect("a command").to_owned()
+            let report = with_command(Path::new("out"), report.as_object().cloned().expect("an object"));
+            report["go_on"].as_str().expect("a command").to_owned()
         };
         let here = std::env::current_dir().expect("a directory");
-        assert_eq!(told(&here), format!("{} run 'studies/a b.toml' --out out --scale 0.5", call::program()));
-        assert!(told(Path::new("/else where")).contains(" run '/else where/studies/a b.toml' --out out "));
+        assert_eq!(report(&here), format!("{} run 'studies/a b.toml' --out out --scale 0.5", call::program()));
+        assert!(report(Path::new("/else where")).contains(" run '/else where/studies/a b.toml' --out out "));
     }
 
     #[test]
     fn a_folder_without_a_run_is_none() {
         let folder = tempfile::tempdir().expect("temporary directory");
-        assert_eq!(see(folder.path()).expect("readable"), None);
+        assert_eq!(directory_status(folder.path()).expect("readable"), None);
     }
 }

@@ -1,4 +1,4 @@
-//! From the record of finished samples to the tables.
+//! Tables written from the record of finished samples.
 
 use super::checksums::refuse_changed;
 use super::chosen::{Chosen, REFINED};
@@ -19,8 +19,9 @@ use bladeoff_system::files::Pending;
 use bladeoff_system::place::Place;
 use std::path::Path;
 
-/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, or those up to the table's end, or those
-/// that are chosen, one entry at a time: the writers hold one row group. Gives their checksums, and what became of these samples.
+/// Writes `results.parquet` and `timings.parquet` of a study whose samples are all recorded, or those before the end of the
+/// table, or the chosen ones. One entry at a time: the writers hold one row group. Returns their checksums and the counts by
+/// status.
 pub(super) fn write_tables(
     directory: &RunDirectory,
     prepared: &Prepared<'_>,
@@ -28,7 +29,7 @@ pub(super) fn write_tables(
     (end, chosen): (Option<&TableEnd>, Option<&Chosen>),
 ) -> Result<(Checksums, Tally), RunError> {
     let (results, timings) = (directory.file(RESULTS), directory.file(TIMINGS));
-    let mut more = told(end);
+    let mut more = end_metadata(end);
     more.extend(chosen.map(|chosen| (REFINED.to_owned(), chosen.json().to_string())));
     let mut rows = RowsWriter::create(prepared, Pending::create(results)?, Pending::create(timings)?, &more)?;
     let mut tally = Tally::default();
@@ -42,20 +43,20 @@ pub(super) fn write_tables(
     Ok((rows.finish()?, tally))
 }
 
-/// What a table says of its end.
-pub(super) fn told(end: Option<&TableEnd>) -> Vec<(String, String)> {
+/// Metadata of the end of a table.
+pub(super) fn end_metadata(end: Option<&TableEnd>) -> Vec<(String, String)> {
     end.map(|end| (STOP.to_owned(), end.json().to_string())).into_iter().collect()
 }
 
-/// Whether a table has a sample.
+/// Whether a table contains a sample.
 fn is_in((end, chosen): (Option<&TableEnd>, Option<&Chosen>), samples: &Samples, sample: u64) -> bool {
     match chosen {
-        Some(chosen) => sample < samples.count() && chosen.has(samples, sample),
+        Some(chosen) => sample < samples.count() && chosen.contains(samples, sample),
         None => end.is_none_or(|end| sample < end.samples),
     }
 }
 
-/// Writes the rows of these samples, in ascending order and all of them recorded, as a table aside.
+/// Writes a temporary table with the rows of these recorded samples in ascending order.
 pub(super) fn write_rows(
     place: &Place,
     prepared: &Prepared<'_>,
@@ -63,12 +64,12 @@ pub(super) fn write_rows(
     samples: &[u64],
 ) -> Result<(), RunError> {
     let mut rows = LookWriter::create(prepared, Pending::create(place)?)?;
-    // no more than these, however many there are
+    // these only, even if the record has more
     record.view()?.for_each_of(samples, |sample, entry| rows.push(sample, entry).map_err(RunError::from))?;
     Ok(rows.finish()?)
 }
 
-/// Rows to be looked at, under construction.
+/// Writer of the rows of an interim analysis.
 pub(super) struct LookWriter<'a> {
     prepared: &'a Prepared<'a>,
     rows: ResultsWriter,
@@ -80,7 +81,7 @@ impl<'a> LookWriter<'a> {
         Ok(Self { prepared, rows: ResultsWriter::create(place, &prepared.schema, &provenance)? })
     }
 
-    /// Takes a finished sample; they come in ascending order.
+    /// Adds a finished sample; samples are added in ascending order.
     pub fn push(&mut self, sample: u64, entry: Entry) -> Result<(), TableError> {
         self.rows.push(row(self.prepared, sample, entry.outcome))
     }
@@ -90,7 +91,7 @@ impl<'a> LookWriter<'a> {
     }
 }
 
-/// Writes `timings.parquet` alone, again.
+/// Writes `timings.parquet` alone again.
 pub(super) fn write_timings(
     directory: &RunDirectory,
     samples: &Samples,
@@ -108,7 +109,7 @@ pub(super) fn write_timings(
     Ok(timings.finish()?)
 }
 
-/// A sample as the table wants it.
+/// Row of a sample.
 fn row(prepared: &Prepared<'_>, sample: u64, outcome: Outcome) -> Row {
     let samples = prepared.samples;
     let detection = samples.detection(sample).or_else(|| prepared.detection.clone());
@@ -116,7 +117,7 @@ fn row(prepared: &Prepared<'_>, sample: u64, outcome: Outcome) -> Row {
     Row { sample, parameters: samples.cells(sample), detection, engine, outcome }
 }
 
-/// Rows and their timings, under construction side by side.
+/// Writer of rows and of their timings side by side.
 pub(super) struct RowsWriter<'a> {
     prepared: &'a Prepared<'a>,
     results: ResultsWriter,
@@ -124,7 +125,7 @@ pub(super) struct RowsWriter<'a> {
 }
 
 impl<'a> RowsWriter<'a> {
-    /// Starts both; `more`: what is said of the table beside where it comes from.
+    /// Starts both files; `more`: metadata in addition to the provenance.
     pub fn create(
         prepared: &'a Prepared<'a>,
         results: Pending,
@@ -140,24 +141,24 @@ impl<'a> RowsWriter<'a> {
         })
     }
 
-    /// Takes a finished sample; they come in ascending order.
+    /// Adds a finished sample; samples are added in ascending order.
     pub fn push(&mut self, sample: u64, entry: Entry) -> Result<(), TableError> {
         let Entry { outcome, cpu_s, worker, attempt } = entry;
         self.timings.push(Timing { sample, cpu_s, worker, attempt })?;
         self.results.push(row(self.prepared, sample, outcome))
     }
 
-    /// Makes both durable, the rows last: whoever sees a row finds its timing.
+    /// Makes both files durable, the rows last, so that every row has a timing.
     pub fn finish(self) -> Result<Checksums, TableError> {
         let timings = self.timings.finish()?;
         Ok(Checksums { results: Some(self.results.finish()?), timings: Some(timings) })
     }
 }
 
-/// What became of the samples of a complete table, by its rows.
+/// Counts the samples of a complete table by status, from its rows.
 ///
 /// # Errors
-/// The table is not as it was written, or cannot be read.
+/// The table has changed or cannot be read.
 pub(super) fn tally(directory: &Path) -> Result<Tally, RunError> {
     refuse_changed(directory)?;
     let mut tally = Tally::default();
@@ -173,7 +174,7 @@ pub(super) fn tally(directory: &Path) -> Result<Tally, RunError> {
     Ok(tally)
 }
 
-/// Whether a table is there and comes from these inputs.
+/// Whether a table exists and belongs to these inputs.
 pub(super) fn is_current(directory: &Path, name: &str, provenance: &[(String, String)]) -> bool {
     let Ok(found) = read_metadata(&directory.join(name)) else { return false };
     let has = |(key, value): &(String, String)| {

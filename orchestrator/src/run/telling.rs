@@ -1,4 +1,4 @@
-//! What a run tells while it goes on: of results as they come and of workers, to the terminal, to `status.json` and to programs.
+//! Reports of a run in progress to the terminal, to `status.json` and to programs: results and workers.
 
 use super::error::RunError;
 use super::events::EventStream;
@@ -14,28 +14,28 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Instant;
 
-/// What those know together who take results and who watch.
+/// Counts shared by the sink of results and the observer of workers.
 #[derive(Debug, Default)]
 pub(super) struct Known {
-    /// Everything taken, for the progress shown.
+    /// Received results, for the progress display.
     pub taken: Tally,
-    /// What of it is durable: that alone is told to others, and counts when the record fails.
+    /// Durable results; only these are reported to others and count if the record fails.
     pub durable: Tally,
-    /// What the samples of this run cost.
+    /// Costs of the samples of this run.
     pub costs: Costs,
-    /// Where programs are told.
+    /// Events for programs.
     pub events: Option<EventStream>,
 }
 
 impl Known {
-    /// Nothing yet; programs are told from now on, if they are to be.
+    /// Begins with empty counts and starts the events, if requested.
     pub fn begin(request: &Request) -> Result<Rc<RefCell<Self>>, RunError> {
         let events = request.json_events.then(|| EventStream::start(io::stdout())).transpose();
         let events = events.map_err(|source| DispatchError::System { doing: "starting the thread for events", source });
         Ok(Rc::new(RefCell::new(Self { events: events?, ..Self::default() })))
     }
 
-    /// Tells programs how the run ended, of so many samples, and gives that.
+    /// Reports the end of the run, with so many samples, to programs; returns it.
     pub fn end(&mut self, finished: Result<Finished, RunError>, samples: u64) -> Result<Finished, RunError> {
         if let Some(events) = self.events.take() {
             match &finished {
@@ -50,7 +50,7 @@ impl Known {
     }
 }
 
-/// Shows how far the study is.
+/// Reporter of the progress of a study.
 #[derive(Debug)]
 pub(super) struct Telling {
     pub progress: Progress,
@@ -59,7 +59,7 @@ pub(super) struct Telling {
 }
 
 impl Telling {
-    /// The status tells of the run from now on.
+    /// Begins the status file of the run.
     pub fn begin(session: &Session<'_>, known: &Rc<RefCell<Known>>) -> Self {
         let (samples, tally) = (session.prepared.samples, &session.opened.tally);
         let reused = tally.done();
@@ -74,7 +74,7 @@ impl Telling {
         telling
     }
 
-    /// The samples are about to be computed.
+    /// Reports that computing begins.
     pub fn started(&mut self, session: &Session<'_>) {
         if self.progress.is_on_terminal() && io::stdin().is_terminal() {
             self.progress.note("s and Enter: what each worker does; Ctrl-C: ends in order");
@@ -86,12 +86,12 @@ impl Telling {
         }
     }
 
-    /// What is durable.
+    /// Counts of the durable results.
     pub fn durable(&self) -> Tally {
         self.known.borrow().durable.clone()
     }
 
-    /// The status tells how the run ended, whatever happened.
+    /// Writes the end of the run into the status file, after success and failure.
     pub fn end(&mut self, finished: &Result<Finished, RunError>) {
         let durable = self.durable();
         match finished {
@@ -191,7 +191,8 @@ mod tests {
         let told = || serde_json::from_slice::<Value>(&fs::read(folder.path().join("status.json")).expect("told"));
         let value = told().expect("JSON");
         assert_eq!((&value["state"], &value["done"]), (&"running".into(), &1.into()));
-        // No new file can be made beside a name of this length: the end is told in the old one, and nothing is left aside.
+        // A name of this length leaves no space for a temporary name: the end is written into the old file, and no temporary file
+        // remains.
         let longest = "s".repeat(250);
         fs::rename(folder.path().join("status.json"), folder.path().join(&longest)).expect("renamed");
         observer.status.written_to(Folder::open(folder.path()).expect("opened").place(&longest));

@@ -1,5 +1,5 @@
-//! Whether others could change under our hands what a run writes and reads back: in a directory of theirs, or one that they
-//! may write in, every name can become something else at any moment.
+//! Check that no other user can change a result directory: in a directory that others own or may write, any name can be replaced
+//! at any time.
 
 use super::lock::LOCK;
 use bladeoff_system::files::FileError;
@@ -11,10 +11,10 @@ use rustix::process::{getegid, geteuid};
 use std::io;
 use std::path::PathBuf;
 
-/// A directory that others could write in.
+/// Directory that other users can change.
 #[derive(Debug, thiserror::Error)]
 pub enum Untrusted {
-    /// It belongs to somebody else.
+    /// Another user owns it.
     #[error(
         "{} belongs to another user (uid {owner}), who could change what the run writes there; choose another --out, or say \
          --trust-dir if you trust them",
@@ -23,10 +23,10 @@ pub enum Untrusted {
     Owner {
         /// The directory.
         path: PathBuf,
-        /// Whose it is.
+        /// Owner.
         owner: u32,
     },
-    /// Others may write in it.
+    /// Other users may write to it.
     #[error(
         "{} can be written by other users (mode {mode:04o}), who could change what the run writes there: `chmod go-w` it, choose \
          another --out, or say --trust-dir if you trust them",
@@ -35,14 +35,14 @@ pub enum Untrusted {
     Mode {
         /// The directory.
         path: PathBuf,
-        /// Its permissions.
+        /// Permissions.
         mode: u32,
     },
 }
 
-/// Why a directory is not to be trusted: others could write in it, and the user does not trust them (`trusts`). That of a group which is only the
-/// user's own, by its number, is the user's: many systems make new directories so (umask 002). One of somebody else in which
-/// nothing can be written is that error: it may still be read.
+/// Reason why a directory is rejected: other users may write to it, and `trusts` is not set. A group that only contains the user,
+/// by its number, is no reason: many systems create directories in this way (umask 002). A directory of another user to which
+/// nothing can be written gives this error as well; it can still be read.
 pub(crate) fn check(folder: &Folder, trusts: bool) -> Result<Option<Untrusted>, FileError> {
     let path = || folder.path().to_path_buf();
     let found = folder.stat().map_err(FileError::at("read", folder.path()))?;
@@ -57,14 +57,14 @@ pub(crate) fn check(folder: &Folder, trusts: bool) -> Result<Option<Untrusted>, 
     if found.st_uid != user {
         return Ok(Some(Untrusted::Owner { path: path(), owner: found.st_uid }));
     }
-    // With an access control list the bits of the group are the most that anybody named in it may do.
+    // With an access control list, the group bits are the upper bound of all its entries.
     let is_private = found.st_gid == group && group == user && !has_list(folder);
     let others = if is_private { 0o002 } else { 0o022 };
     let mode = found.st_mode & 0o7777;
     Ok((mode & others != 0).then(|| Untrusted::Mode { path: path(), mode }))
 }
 
-/// Whether it has an access control list.
+/// Whether the directory has an access control list.
 fn has_list(folder: &Folder) -> bool {
     let mut list = [0; 4096];
     let found = fgetxattr(folder, "system.posix_acl_access", &mut list[..]);

@@ -1,4 +1,4 @@
-//! What the workers are told of a study: the plan that all of them read, and the numbers that stand for a sample.
+//! Plan of a study for its workers, and the numbers that represent a sample.
 
 use crate::dispatch;
 use bladeoff_model::machine::{ENGINE, Engine, ParamValue};
@@ -8,8 +8,8 @@ use bladeoff_worker::job_spec::{Formula, FunctionJob, JobSpec, MachineJob, Varia
 
 const _: () = assert!(MOST_VARIED == MAX_PARAMS, "what a study may vary fits into a message");
 
-/// The plan that workers read: machine, overrides, what varies, basis; or variables and formulas.
-pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> JobSpec {
+/// Plan for workers: machine, overrides, varied parameters and basis, or variables and formulas.
+pub(super) fn job_spec(samples: &Samples, basis: Option<Vec<u8>>) -> JobSpec {
     let study = samples.study();
     let told = samples.parameters().iter().filter(|parameter| study.is_solved(parameter));
     let machine = match &study.subject {
@@ -36,8 +36,8 @@ pub(super) fn work_plan(samples: &Samples, basis: Option<Vec<u8>>) -> JobSpec {
     })
 }
 
-/// The overrides, with the engine that `auto` came to. A plan without it is of `reduced` ([`planned_engine`](bladeoff_worker::job_spec::planned_engine)), as it was
-/// before there was a choice.
+/// Overrides, with the engine that `auto` selected. A plan without an engine means `reduced`
+/// ([`planned_engine`](bladeoff_worker::job_spec::planned_engine)), as before the choice existed.
 fn fixed(machine: &MachineSubject) -> Vec<(String, ParamValue)> {
     let pair = |one: &Fixed| (one.info.path.clone(), one.value.clone());
     let mut fixed: Vec<(String, ParamValue)> = machine.fixed.iter().map(pair).collect();

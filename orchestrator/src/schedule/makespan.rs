@@ -26,12 +26,12 @@ enum Event {
     Tick,
     Beat(WorkerId),
     Finished(WorkerId),
-    Told(WorkerId, Told),
+    Received(WorkerId, ToWorker),
     Says(WorkerId, Vec<u64>, Option<(u64, u32)>, bool),
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Told {
+enum ToWorker {
     Work(u64, u32, Vec<u64>),
     GoOn,
     Leave,
@@ -81,12 +81,12 @@ impl Play<'_> {
                     }
                 }
                 Effect::Assign { worker, batch, attempt, samples } => {
-                    self.after(MESSAGE, Event::Told(worker, Told::Work(batch.0, attempt, samples)));
+                    self.after(MESSAGE, Event::Received(worker, ToWorker::Work(batch.0, attempt, samples)));
                 }
-                Effect::Continue(worker) => self.after(MESSAGE, Event::Told(worker, Told::GoOn)),
+                Effect::Continue(worker) => self.after(MESSAGE, Event::Received(worker, ToWorker::GoOn)),
                 Effect::Leave(worker) => {
                     self.relieved += 1;
-                    self.after(MESSAGE, Event::Told(worker, Told::Leave));
+                    self.after(MESSAGE, Event::Received(worker, ToWorker::Leave));
                 }
                 Effect::Record { .. } | Effect::Stop(_) => {}
                 other => panic!("nothing goes wrong here: {other:?}"),
@@ -128,21 +128,21 @@ impl Play<'_> {
         }
     }
 
-    fn told(&mut self, worker: WorkerId, told: Told) {
+    fn receive(&mut self, worker: WorkerId, message: ToWorker) {
         let state = self.workers.get_mut(&worker).expect("a worker");
         let waited = std::mem::take(&mut state.waits);
         match told {
-            Told::Work(batch, attempt, samples) => {
+            ToWorker::Work(batch, attempt, samples) => {
                 (state.batch, state.queue, state.sent) = (Some((batch, attempt)), samples.into(), self.now);
                 self.begin(worker);
             }
-            Told::GoOn if waited => self.begin(worker),
-            Told::GoOn => {}
-            Told::Leave if waited => {
+            ToWorker::GoOn if waited => self.begin(worker),
+            ToWorker::GoOn => {}
+            ToWorker::Leave if waited => {
                 state.queue.clear();
                 self.say(worker, true);
             }
-            Told::Leave => state.leaves = true,
+            ToWorker::Leave => state.leaves = true,
         }
     }
 
@@ -161,7 +161,7 @@ impl Play<'_> {
                 self.after(BEAT_EVERY, Event::Beat(worker));
             }
             Event::Finished(worker) => self.finished(worker),
-            Event::Told(worker, told) => self.told(worker, told),
+            Event::Received(worker, message) => self.receive(worker, message),
             Event::Says(worker, finished, batch, asks) => {
                 let batch = batch.map(|(batch, attempt)| (BatchId(batch), attempt));
                 let samples = finished.into_iter().map(result).collect();

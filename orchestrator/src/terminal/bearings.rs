@@ -132,8 +132,8 @@ mod tests {
         }
         let machine = machine.build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
-        let plan = TimeStep::new(&machine, &structure).expect("planned");
-        let notes = bearings_beyond(&machine, &structure, plan.step);
+        let time_step = TimeStep::new(&machine, &structure).expect("planned");
+        let notes = bearings_beyond(&machine, &structure, time_step.step);
         notes.into_iter().map(|note| (note.beyond, note.bearing.clone(), note.text())).collect()
     }
 

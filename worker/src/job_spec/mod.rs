@@ -102,8 +102,8 @@ impl JobSpec {
     #[must_use]
     pub fn text(&self) -> String {
         match self {
-            JobSpec::Machine(plan) => plan.text(),
-            JobSpec::Function(plan) => plan.text(),
+            JobSpec::Machine(job) => job.text(),
+            JobSpec::Function(job) => job.text(),
         }
     }
 
@@ -111,7 +111,7 @@ impl JobSpec {
     #[must_use]
     pub fn basis(&self) -> Option<&[u8]> {
         match self {
-            JobSpec::Machine(plan) => plan.basis.as_deref(),
+            JobSpec::Machine(job) => job.basis.as_deref(),
             JobSpec::Function(_) => None,
         }
     }
@@ -181,11 +181,11 @@ mod tests {
 
     #[test]
     fn a_plan_reads_back_exactly_and_its_hash_is_its_own() {
-        for plan in [machine(), function()] {
+        for job in [machine(), function()] {
             let dir = tempfile::tempdir().expect("temporary directory");
-            let hash = plan.write(&Folder::open(dir.path()).expect("opened")).expect("written");
-            assert_eq!(hash, plan.hash());
-            assert_eq!(JobSpec::read(dir.path(), &hash).expect("read"), plan);
+            let hash = job.write(&Folder::open(dir.path()).expect("opened")).expect("written");
+            assert_eq!(hash, job.hash());
+            assert_eq!(JobSpec::read(dir.path(), &hash).expect("read"), job);
         }
         let other = MachineJob { basis: Some(vec![1, 2, 4]), ..machine::example() };
         assert_ne!(JobSpec::Machine(other).hash(), machine().hash());
@@ -206,8 +206,8 @@ mod tests {
 
     #[test]
     fn a_plan_of_another_version_or_with_other_keys_is_refused() {
-        for plan in [machine(), function()] {
-            let text = plan.text();
+        for job in [machine(), function()] {
+            let text = job.text();
             let others = [
                 text.replace("\"version\": 1", "\"version\": 2"),
                 text.replace("plan\",", "plan of later times\","),

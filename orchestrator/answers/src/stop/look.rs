@@ -5,7 +5,7 @@ use crate::gate::last_look;
 
 /// An interim analysis of the first points of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct InterimAnalysis {
     /// Number of points.
     pub points: u64,
     /// Error that a gate spends here. Intervals do not use it.
@@ -16,12 +16,13 @@ pub struct Look {
 
 /// All interim analyses of a design of so many points, in order; `alpha`: error of a gate over all of them together.
 #[must_use]
-pub fn looks(points: u64, alpha: f64) -> Vec<Look> {
+pub fn interim_analyses(points: u64, alpha: f64) -> Vec<InterimAnalysis> {
     let early = (0..).map(|k| FIRST_LOOK << k).take_while(|look| *look < points);
-    let level = |points: u64| last_look(points, alpha).map(|(points, alpha)| Look { points, alpha, is_last: false });
-    let mut found: Vec<Look> = early.filter_map(level).collect();
+    let level =
+        |points: u64| last_look(points, alpha).map(|(points, alpha)| InterimAnalysis { points, alpha, is_last: false });
+    let mut found: Vec<InterimAnalysis> = early.filter_map(level).collect();
     // alpha less alpha/2, alpha/4 ... of those before
     let left = found.last().map_or(alpha, |look| look.alpha);
-    found.push(Look { points, alpha: left, is_last: true });
+    found.push(InterimAnalysis { points, alpha: left, is_last: true });
     found
 }

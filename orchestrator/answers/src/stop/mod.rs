@@ -19,5 +19,5 @@ mod look;
 mod rule;
 
 pub use forecast::{expected, half_width};
-pub use look::{Look, looks};
+pub use look::{InterimAnalysis, interim_analyses};
 pub use rule::{Hindrance, Precision, StopRule};

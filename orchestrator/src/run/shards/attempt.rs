@@ -1,8 +1,9 @@
-//! Who computes: an attempt at a shard, with a file that it touches as long as it lives, and hints at the chunks that it is at.
+//! Attempts: processes that compute a shard, with a heartbeat file for each attempt and hints at the chunks in progress.
 //!
-//! An attempt has a name of its own, 128 random bits: schedulers use the numbers of jobs again. Its file `attempts/NA/NAME.json` is replaced
-//! every [`beat`]; that of an attempt not heard of for [`fresh`] is stale. Both times are the file server's, by the files' own dates: the
-//! clocks of nodes are no matter. A hint names the attempt that is at a chunk. Hints direct who helps; nothing is right or wrong by them.
+//! An attempt has its own name of 128 random bits, because schedulers reuse job numbers. Its file `attempts/NA/NAME.json` is
+//! replaced every [`heartbeat_interval`]. An attempt without a heartbeat for [`stale_after`] is stale. Both times use the
+//! modification times of the files, so the clock of the file server counts and the clocks of the nodes do not. A hint names the
+//! attempt that computes a chunk. Hints only direct the choice of chunks; no result depends on them.
 
 use super::super::stamp::{host, timestamp};
 use super::layout::{ATTEMPTS, HINTS, Shard, folder_name, folder_of, hint_name, hinted};
@@ -16,60 +17,60 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-/// How often an attempt at one of few shards says that it lives.
-const BEAT: Duration = Duration::from_secs(15);
-/// From so many shards on they say it less often, up to [`SELDOM`] times: a file server hears all of them.
+/// Heartbeat interval with few shards.
+const HEARTBEAT: Duration = Duration::from_secs(15);
+/// Number of shards from which the heartbeat interval grows, up to [`MAX_FACTOR`] times: the file server serves all attempts.
 const MANY: u64 = 500;
-/// See [`MANY`].
-const SELDOM: u64 = 4;
-/// What an attempt says in the end whose time, by `wall` of `[stop]`, was over.
+/// Largest factor of the heartbeat interval.
+const MAX_FACTOR: u64 = 4;
+/// State of an attempt that `wall` of `[stop]` ended.
 pub(super) const TIME_WAS_OVER: &str = "stop";
-/// What it says before.
+/// State of an attempt in progress.
 pub(super) const RUNNING: &str = "running";
-/// Largest file of an attempt, or hint, that is read.
+/// Largest attempt or hint file that is read \[bytes\].
 const MOST: u64 = 64 << 10;
-/// What schedulers say of a job, the most telling first.
+/// Environment variables that hold the number of a job, the most specific first.
 const JOBS: [&str; 5] = ["SLURM_JOB_ID", "PBS_JOBID", "LSB_JOBID", "HQ_JOB_ID", "JOB_ID"];
 
-/// How often an attempt at one of so many shards says that it lives.
-pub(super) fn beat(shards: u64) -> Duration {
-    BEAT * u32::try_from((shards / MANY).clamp(1, SELDOM)).expect("a few")
+/// Heartbeat interval of an attempt, by the number of shards.
+pub(super) fn heartbeat_interval(shards: u64) -> Duration {
+    HEARTBEAT * u32::try_from((shards / MANY).clamp(1, MAX_FACTOR)).expect("a few")
 }
 
-/// Silence after which the hints of one of so many count no more.
-pub(super) fn fresh(shards: u64) -> Duration {
-    4 * beat(shards)
+/// Time without a heartbeat after which an attempt is stale, by the number of shards.
+pub(super) fn stale_after(shards: u64) -> Duration {
+    4 * heartbeat_interval(shards)
 }
 
-/// The same of an attempt by what it says.
-fn fresh_of(said: &Map<String, Value>) -> Duration {
-    let shard = said.get("shard").and_then(Value::as_str).and_then(|shard| shard.parse().ok());
-    fresh(shard.map_or(1, |shard: Shard| shard.of))
+/// Time without a heartbeat after which the attempt of this report is stale.
+fn stale_after_report(report: &Map<String, Value>) -> Duration {
+    let shard = report.get("shard").and_then(Value::as_str).and_then(|shard| shard.parse().ok());
+    stale_after(shard.map_or(1, |shard: Shard| shard.of))
 }
 
-/// One attempt at a shard.
+/// Attempt at a shard.
 #[derive(Debug, Clone)]
 pub(super) struct Attempt {
-    /// Its name.
+    /// Name: 128 random bits in hexadecimal digits.
     pub id: String,
-    /// At which shard.
+    /// Shard that the attempt computes first.
     pub shard: Shard,
     fixed: Map<String, Value>,
 }
 
-/// How far an attempt is.
+/// Progress of an attempt.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Counts {
     /// Chunks published.
     pub published: u64,
-    /// Of these, such that are another shard's.
+    /// Published chunks of other shards.
     pub helped: u64,
-    /// Chunks that somebody else had published before it.
+    /// Chunks that another attempt published first.
     pub lost: u64,
 }
 
 impl Attempt {
-    /// A new one, of this process.
+    /// Begins an attempt in this process.
     ///
     /// # Errors
     /// The system gives no random numbers.
@@ -97,34 +98,34 @@ impl Attempt {
         Ok(Self { id, shard, fixed })
     }
 
-    /// What a chunk says of who computed it.
-    pub fn by(&self) -> Value {
+    /// Metadata of the attempt for the head of a chunk.
+    pub fn metadata(&self) -> Value {
         Value::Object(self.fixed.clone())
     }
 
-    /// Says that it lives, or how it ended; gives the time of the file server.
+    /// Writes the heartbeat file with a state; returns its time by the clock of the file server.
     ///
     /// # Errors
     /// The directory cannot be written.
-    pub fn say(&self, shared: &Shared, state: &str, counts: Counts) -> Result<SystemTime, FileError> {
-        let mut said = self.fixed.clone();
-        said.insert("state".to_owned(), json!(state));
-        said.insert("published".to_owned(), json!(counts.published));
-        said.insert("helped".to_owned(), json!(counts.helped));
-        said.insert("lost".to_owned(), json!(counts.lost));
-        said.insert("updated".to_owned(), json!(timestamp(SystemTime::now())));
+    pub fn report(&self, shared: &Shared, state: &str, counts: Counts) -> Result<SystemTime, FileError> {
+        let mut report = self.fixed.clone();
+        report.insert("state".to_owned(), json!(state));
+        report.insert("published".to_owned(), json!(counts.published));
+        report.insert("helped".to_owned(), json!(counts.helped));
+        report.insert("lost".to_owned(), json!(counts.lost));
+        report.insert("updated".to_owned(), json!(timestamp(SystemTime::now())));
         let place = shared.made_below(ATTEMPTS, folder_of_attempt(&self.id))?.place(name_of(&self.id));
         let mut pending = Pending::create(&place)?;
-        let text = Value::Object(said).to_string();
+        let text = Value::Object(report).to_string();
         let dated = pending.file().write_all(text.as_bytes()).and_then(|()| pending.file().metadata()?.modified());
         let dated = dated.map_err(FileError::at("write", &place))?;
-        // Not synced: a power cut ends the attempt, too.
+        // Not synced: a power failure ends the attempt as well.
         pending.put_in_place()?;
         Ok(dated)
     }
 
-    /// Puts a hint that it is at a chunk, in place of one that is stale. Best effort.
-    pub fn hint(&self, shared: &Shared, chunk: u64) {
+    /// Writes a hint that this attempt computes a chunk; replaces a stale hint. Failures are ignored.
+    pub fn put_hint(&self, shared: &Shared, chunk: u64) {
         let hint = || -> Result<(), FileError> {
             let place = shared.numbered(HINTS, folder_of(chunk))?.place(hint_name(chunk));
             place.remove()?;
@@ -133,8 +134,8 @@ impl Attempt {
         let _ = hint();
     }
 
-    /// Takes its hint away.
-    pub fn forget(&self, shared: &Shared, chunk: u64) {
+    /// Removes the hint of this attempt at a chunk. Failures are ignored.
+    pub fn remove_hint(&self, shared: &Shared, chunk: u64) {
         if let Ok(folder) = hints(shared, chunk) {
             let _ = folder.place(hint_name(chunk)).remove();
         }
@@ -145,35 +146,35 @@ fn hints(shared: &Shared, chunk: u64) -> io::Result<Folder> {
     shared.folder().folder(HINTS)?.folder(&folder_name(folder_of(chunk)))
 }
 
-/// Where the file of an attempt lies: a thousand of many shards would be too many for one folder.
+/// Folder of an attempt's file. One folder would become too large with thousands of attempts.
 fn folder_of_attempt(id: &str) -> &str {
     id.get(..2).unwrap_or_default()
 }
 
-/// The chunks of a folder that have a hint, of whomever. Best effort.
-pub(super) fn hints_in(shared: &Shared, folder: u64) -> BTreeSet<u64> {
+/// Chunks of a folder that have a hint of any attempt. Failures are ignored.
+pub(super) fn hinted_chunks(shared: &Shared, folder: u64) -> BTreeSet<u64> {
     let names = || shared.folder().folder(HINTS)?.folder(&folder_name(folder))?.names();
     names().unwrap_or_default().iter().filter_map(|name| hinted(name)).collect()
 }
 
-/// Name of an attempt's file.
+/// File name of an attempt.
 fn name_of(id: &str) -> String {
     format!("{id}.json")
 }
 
-/// Whether another attempt that lives is at a chunk. Whoever is at the same shard in the same job is dead for the scheduler, or it would not
-/// have begun this one. `now`: the time of the file server.
-pub(super) fn is_at(shared: &Shared, chunk: u64, own: &Attempt, now: SystemTime) -> bool {
+/// Whether another live attempt computes a chunk. An attempt of the same shard and job is dead: the scheduler started this one in
+/// its place. `now`: time by the clock of the file server.
+pub(super) fn is_in_progress_elsewhere(shared: &Shared, chunk: u64, own: &Attempt, now: SystemTime) -> bool {
     let at = || -> Option<bool> {
         let id = hints(shared, chunk).ok()?.place(hint_name(chunk)).read(MOST).ok()?;
         let id = String::from_utf8(id).ok().filter(|id| is_id(id))?;
         let folder = shared.folder().folder(ATTEMPTS).and_then(|all| all.folder(folder_of_attempt(&id))).ok()?;
         let place = folder.place(name_of(&id));
         let dated = place.open().ok()?.metadata().ok()?.modified().ok()?;
-        let said: Map<String, Value> = serde_json::from_slice(&place.read(MOST).ok()?).ok()?;
-        let is_fresh = now.duration_since(dated).map_or(true, |since| since < fresh_of(&said));
-        let is_dead = ["shard", "job"].into_iter().all(|key| said.get(key) == own.fixed.get(key));
-        Some(is_fresh && says(&said, RUNNING) && !is_dead)
+        let report: Map<String, Value> = serde_json::from_slice(&place.read(MOST).ok()?).ok()?;
+        let is_fresh = now.duration_since(dated).map_or(true, |since| since < stale_after_report(&report));
+        let is_dead = ["shard", "job"].into_iter().all(|key| report.get(key) == own.fixed.get(key));
+        Some(is_fresh && says(&report, RUNNING) && !is_dead)
     };
     at().unwrap_or(false)
 }
@@ -182,30 +183,30 @@ fn is_id(text: &str) -> bool {
     text.len() == 32 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// What is known of an attempt by what it has said last.
+/// Status of an attempt by its last report.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AttemptSeen {
-    /// All that it says.
-    pub said: Map<String, Value>,
-    /// How long ago, if the clocks agree.
+pub struct AttemptStatus {
+    /// Last report.
+    pub report: Map<String, Value>,
+    /// Age of the last report; correct if the clocks of this node and of the file server agree.
     pub silent: Option<Duration>,
-    /// Whether it is thought to live.
+    /// Whether the attempt is in progress and not stale.
     pub lives: bool,
 }
 
-impl AttemptSeen {
-    /// Whether this was its last word.
-    pub(super) fn has_said(&self, state: &str) -> bool {
-        says(&self.said, state)
+impl AttemptStatus {
+    /// Whether the last report has this state.
+    pub(super) fn has_reported(&self, state: &str) -> bool {
+        says(&self.report, state)
     }
 }
 
-fn says(said: &Map<String, Value>, state: &str) -> bool {
-    said.get("state").and_then(Value::as_str) == Some(state)
+fn says(report: &Map<String, Value>, state: &str) -> bool {
+    report.get("state").and_then(Value::as_str) == Some(state)
 }
 
-/// Every attempt that has said something. How long ago is by this clock, which may not be that of the file server.
-pub(super) fn all(shared: &Shared) -> Vec<AttemptSeen> {
+/// Reads all attempts. The age of a report uses the clock of this node, which may differ from that of the file server.
+pub(super) fn all_attempts(shared: &Shared) -> Vec<AttemptStatus> {
     let Ok(folders) = shared.folder().folder(ATTEMPTS) else { return Vec::new() };
     let mut found = Vec::new();
     for name in folders.names().unwrap_or_default() {
@@ -215,11 +216,11 @@ pub(super) fn all(shared: &Shared) -> Vec<AttemptSeen> {
             let is_one = name.to_str().and_then(|name| name.strip_suffix(".json")).is_some_and(is_id);
             let place = folder.place(&name);
             let Ok(bytes) = place.read(MOST) else { continue };
-            if let (true, Ok(Value::Object(said))) = (is_one, serde_json::from_slice(&bytes)) {
+            if let (true, Ok(Value::Object(report))) = (is_one, serde_json::from_slice(&bytes)) {
                 let dated = place.open().ok().and_then(|file| file.metadata().ok()?.modified().ok());
                 let silent = dated.map(|dated| SystemTime::now().duration_since(dated).unwrap_or_default());
-                let lives = says(&said, RUNNING) && silent.is_none_or(|silent| silent < fresh_of(&said));
-                found.push(AttemptSeen { said, silent, lives });
+                let lives = says(&report, RUNNING) && silent.is_none_or(|silent| silent < stale_after_report(&report));
+                found.push(AttemptStatus { report, silent, lives });
             }
         }
     }
@@ -232,7 +233,7 @@ mod tests {
 
     #[test]
     fn many_shards_say_less_often_that_they_live() {
-        let seconds = |shards| (beat(shards).as_secs(), fresh(shards).as_secs());
+        let seconds = |shards| (heartbeat_interval(shards).as_secs(), stale_after(shards).as_secs());
         assert_eq!(
             [1, 16, 999, 1000, 10_000, 100_000].map(seconds),
             [(15, 60), (15, 60), (15, 60), (30, 120), (60, 240), (60, 240)]
@@ -249,15 +250,15 @@ mod tests {
             attempt
         };
         let first = attempt("0/2", "7");
-        let now = first.say(&shared, RUNNING, Counts::default()).expect("written");
-        first.hint(&shared, 3);
+        let now = first.report(&shared, RUNNING, Counts::default()).expect("written");
+        first.put_hint(&shared, 3);
         let is_at = |own: &Attempt, now| is_at(&shared, 3, own, now);
         assert!(is_at(&attempt("1/2", "7"), now), "another shard");
         assert!(is_at(&attempt("0/2", "8"), now), "the same in another job: both may live");
         assert!(!is_at(&attempt("0/2", "7"), now), "requeued: the first is dead");
-        assert!(!is_at(&attempt("1/2", "7"), now + fresh(2)), "not heard of");
-        first.say(&shared, "ended", Counts::default()).expect("written");
+        assert!(!is_at(&attempt("1/2", "7"), now + stale_after(2)), "not heard of");
+        first.report(&shared, "ended", Counts::default()).expect("written");
         assert!(!is_at(&attempt("1/2", "7"), now), "it has said so");
-        assert!(all(&shared).iter().all(|seen| !seen.lives && seen.has_said("ended")));
+        assert!(all_attempts(&shared).iter().all(|seen| !seen.lives && seen.has_reported("ended")));
     }
 }

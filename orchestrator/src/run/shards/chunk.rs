@@ -1,14 +1,14 @@
-//! A finished chunk as a file: the entries of the record, in the order of their samples, with what they come from, and a checksum.
+//! File of a finished chunk: its origin, the record entries of its samples in ascending order, and a checksum.
 //!
 //! ```text
 //! b"bOfC" | u8 version | u32 length of the head | head: JSON | entries, one behind the other | 32 bytes of BLAKE3 of all before
 //! ```
-//! Little endian. The head says which chunk of which study, program and numerics this is, and who computed it. Each entry has its own
-//! length, key and checksum (`orchestrator/record/src/entry.rs`). It is read with a limit and whole, or it is none.
+//! Little endian. The head names chunk, study, program, numerics and attempt. Each entry has its own length, key and checksum
+//! (`orchestrator/record/src/entry.rs`). The reader limits the length and rejects the file unless every part is valid.
 
 use super::super::prepare::Prepared;
-use super::frozen::Frozen;
 use super::layout::chunk_name;
+use super::shards_file::ShardsFile;
 use bladeoff_record::{Entry, EntryError};
 use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Unfit;
@@ -19,48 +19,48 @@ const MAGIC: [u8; 4] = *b"bOfC";
 const VERSION: u8 = 1;
 const CHECKSUM: usize = 32;
 const BEFORE_HEAD: usize = 4 + 1 + 4;
-/// Bytes of the longest head.
+/// Largest head \[bytes\].
 const MOST_HEAD: u64 = 64 << 10;
-/// Bytes of the longest entry that a message can bring.
+/// Largest entry that a worker message can contain \[bytes\].
 const MOST_ENTRY: u64 = 4096;
 
-/// A chunk that was read.
+/// Contents of a chunk.
 #[derive(Debug)]
 pub(super) struct Chunk {
-    /// Who computed it: as its head says.
+    /// Attempt that computed the chunk, from the head.
     pub by: Value,
-    /// An entry for each sample.
+    /// Entries, one per sample.
     pub entries: Vec<Entry>,
 }
 
-/// Why a file is not the chunk that is wanted.
+/// Reason why a file is not the requested chunk.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ChunkError {
-    /// There is no such file.
+    /// The file does not exist.
     #[error("missing")]
     Missing,
-    /// The bytes have changed since they were written, or are none of a chunk.
+    /// The bytes changed after the file was written, or are no chunk.
     #[error("damaged: {0}")]
     Damaged(&'static str),
-    /// Of another version.
+    /// Unknown version of the format.
     #[error("version {0} of the format, this program knows {VERSION}")]
     Version(u8),
-    /// It comes from something else.
+    /// The chunk belongs to another study, program or place.
     #[error("of another study, program or chunk: {key} is {found}, not {wanted}")]
     Other {
-        /// What differs.
+        /// Key that differs.
         key: String,
-        /// In the file.
+        /// Value in the file.
         found: String,
-        /// Here.
+        /// Expected value.
         wanted: String,
     },
-    /// One of its entries.
+    /// An entry is invalid.
     #[error("sample {sample}: {source}")]
     Record {
-        /// Which.
+        /// Sample of the entry.
         sample: u64,
-        /// What is wrong with it.
+        /// Defect of the entry.
         source: EntryError,
     },
     /// The file cannot be read.
@@ -68,14 +68,14 @@ pub(super) enum ChunkError {
     Io(io::Error),
 }
 
-/// A chunk as bytes. `entries`: of its samples, in their order; `by`: who computed it.
-pub(super) fn encode(frozen: &Frozen, chunk: u64, by: &Value, entries: &[Vec<u8>]) -> Vec<u8> {
-    let range = frozen.chunks.range(chunk);
+/// Encodes a chunk. `entries`: entries of its samples in ascending order; `by`: metadata of the attempt.
+pub(super) fn encode(shards_file: &ShardsFile, chunk: u64, by: &Value, entries: &[Vec<u8>]) -> Vec<u8> {
+    let range = shards_file.chunks.range(chunk);
     let head = json!({
         "chunk": chunk,
         "first": range.start,
         "samples": entries.len(),
-        "of": frozen.identity(),
+        "of": shards_file.identity(),
         "by": by,
     });
     let head = head.to_string();
@@ -92,12 +92,17 @@ pub(super) fn encode(frozen: &Frozen, chunk: u64, by: &Value, entries: &[Vec<u8>
     bytes
 }
 
-/// Reads a chunk and checks everything in it: checksum, origin, number, the key of every entry.
+/// Reads a chunk and checks its checksum, origin and number, and the key of every entry.
 ///
 /// # Errors
 /// See [`ChunkError`].
-pub(super) fn read(folder: &Folder, frozen: &Frozen, prepared: &Prepared<'_>, chunk: u64) -> Result<Chunk, ChunkError> {
-    let range = frozen.chunks.range(chunk);
+pub(super) fn read(
+    folder: &Folder,
+    shards_file: &ShardsFile,
+    prepared: &Prepared<'_>,
+    chunk: u64,
+) -> Result<Chunk, ChunkError> {
+    let range = shards_file.chunks.range(chunk);
     let most = MOST_HEAD + (range.end - range.start) * MOST_ENTRY;
     let bytes = match folder.place(chunk_name(chunk)).read_checked(most) {
         Ok(bytes) => bytes,
@@ -107,14 +112,13 @@ pub(super) fn read(folder: &Folder, frozen: &Frozen, prepared: &Prepared<'_>, ch
         Err(Unfit::Io(error)) if error.kind() == io::ErrorKind::NotFound => return Err(ChunkError::Missing),
         Err(error) => return Err(ChunkError::Io(error.into())),
     };
-    decode(&bytes, frozen, prepared, chunk)
+    decode(&bytes, shards_file, prepared, chunk)
 }
 
-fn decode(bytes: &[u8], frozen: &Frozen, prepared: &Prepared<'_>, chunk: u64) -> Result<Chunk, ChunkError> {
+fn decode(bytes: &[u8], shards_file: &ShardsFile, prepared: &Prepared<'_>, chunk: u64) -> Result<Chunk, ChunkError> {
     let (head, mut rest) = opened(bytes)?;
-    let range = frozen.chunks.range(chunk);
-    let wanted =
-        json!({ "chunk": chunk, "first": range.start, "samples": range.end - range.start, "of": frozen.identity() });
+    let range = shards_file.chunks.range(chunk);
+    let wanted = json!({ "chunk": chunk, "first": range.start, "samples": range.end - range.start, "of": shards_file.identity() });
     for key in ["chunk", "first", "samples"] {
         same(key, &head[key], &wanted[key])?;
     }
@@ -138,7 +142,7 @@ fn decode(bytes: &[u8], frozen: &Frozen, prepared: &Prepared<'_>, chunk: u64) ->
     Ok(Chunk { by: head["by"].clone(), entries })
 }
 
-/// The head of a chunk, of whose file no more is read and nothing is checked; `None` if it has none.
+/// Reads the head of a chunk without any check of the file; `None` if it has no head.
 pub(super) fn head(folder: &Folder, chunk: u64) -> Option<Value> {
     let mut file = folder.place(chunk_name(chunk)).open().ok()?;
     let mut before = [0; BEFORE_HEAD];
@@ -149,10 +153,10 @@ pub(super) fn head(folder: &Folder, chunk: u64) -> Option<Value> {
     serde_json::from_slice(&head).ok().filter(|_| before.starts_with(&MAGIC))
 }
 
-/// Head and entries of bytes that are as they were written.
+/// Splits a chunk into head and entries after checking its checksum.
 ///
 /// # Errors
-/// They are not, or of another version.
+/// Changed bytes or an unknown version.
 pub(super) fn opened(bytes: &[u8]) -> Result<(Value, &[u8]), ChunkError> {
     let Some(rest) = bytes.strip_prefix(&MAGIC) else {
         return Err(ChunkError::Damaged("it does not begin as a chunk"));

@@ -1,4 +1,4 @@
-//! Why a shard could not be computed, or shards not be merged.
+//! Errors of shards and of their merge.
 
 use super::super::error::{Change, RunError};
 use super::super::trust::Untrusted;
@@ -10,18 +10,18 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Why a shard could not be computed, or shards not be merged.
+/// Error of a shard or of a merge.
 #[derive(Debug, thiserror::Error)]
 pub enum ShardError {
-    /// The directory holds something else.
+    /// The directory contains files that no shard has written.
     #[error("{} holds {file:?}, which no shard has put there; choose another --out", shown(path))]
     Foreign {
         /// The directory.
         path: PathBuf,
-        /// The first file of somebody else.
+        /// First foreign file.
         file: OsString,
     },
-    /// No shard has begun it.
+    /// The directory has no `shards.json`.
     #[error(
         "{} is no directory of shards, nor of results: `bladeoff submit`, or `run --shard`, begins one",
         shown(path)
@@ -38,14 +38,14 @@ pub enum ShardError {
     ScratchWithoutLocks {
         /// The scratch directory.
         path: PathBuf,
-        /// The system's answer.
+        /// Error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// Others could write in the directory.
+    /// Other users may write to the directory.
     #[error(transparent)]
     Untrusted(#[from] Untrusted),
-    /// It was begun with another study, program or chunk.
+    /// The directory was begun with another study, program or chunk size.
     #[error(
         "{} was begun with another study, program or chunk\n{}\nWhat a study has grown by is computed in a new directory, \
          which takes over what is there: --out NEW --reuse {}",
@@ -56,18 +56,18 @@ pub enum ShardError {
     Changed {
         /// The directory.
         path: PathBuf,
-        /// What differs.
+        /// Differences.
         changes: Vec<Change>,
     },
-    /// A file of it is not what it should be.
+    /// A shared file is damaged or missing.
     #[error("{}: {why}", shown(path))]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// In words.
+        /// Reason.
         why: String,
     },
-    /// Which samples there are is decided by results.
+    /// `[refine]` chooses samples by results, so they are not known in advance.
     #[error(
         "{}: [refine] chooses samples by the results of those before, shards share out what is known beforehand: leave [refine] out, or \
          use `bladeoff run` on one machine",
@@ -77,15 +77,15 @@ pub enum ShardError {
         /// The study file.
         study: PathBuf,
     },
-    /// The chunks would be too large or too many.
+    /// The chunk size gives chunks that are too large or too many.
     #[error("--chunk {size}: {why}")]
     Chunk {
-        /// As asked.
+        /// Chunk size of the command line.
         size: u64,
-        /// What is wrong with it.
+        /// Reason.
         why: String,
     },
-    /// The shared file system did not come back.
+    /// The shared file system stayed unavailable.
     #[error(
         "{} could not be written for {}: given up; what was finished there is kept, and the same command goes on",
         shown(path),
@@ -94,48 +94,48 @@ pub enum ShardError {
     Away {
         /// The directory.
         path: PathBuf,
-        /// How long.
+        /// Waiting time.
         waited: Duration,
-        /// What the system said first.
+        /// First error.
         #[source]
         source: FileError,
     },
-    /// It was removed or is another one by now.
+    /// The directory was removed or begun again by another study.
     #[error("{} was removed or begun anew while this shard computed: nothing more of it goes there", shown(path))]
     Replaced {
         /// The directory.
         path: PathBuf,
     },
-    /// Not all chunks are there.
+    /// Chunks are missing or damaged.
     #[error("{}: {missing} of {} {} missing: {}{aside}", shown(path), counted(*total, "chunk"), are(*missing), list)]
     Missing {
         /// The directory.
         path: PathBuf,
-        /// Chunks that are not there, or damaged.
+        /// Number of missing and damaged chunks.
         missing: u64,
-        /// Chunks.
+        /// Number of chunks.
         total: u64,
-        /// Which, in words.
+        /// Their ranges.
         list: String,
-        /// Those of them that were there and were put aside, a line for each kind.
+        /// One line per kind of chunk that was set aside.
         aside: String,
     },
-    /// A thread could not be started.
+    /// The publisher thread could not be started.
     #[error("cannot start the thread that publishes chunks")]
     Thread(#[source] std::io::Error),
-    /// A file.
+    /// File error.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A table.
+    /// Table error.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The run below it.
+    /// Error of the run on this node.
     #[error(transparent)]
     Run(#[from] RunError),
 }
 
 impl ShardError {
-    /// Whether it was refused before anything was done: the same command will not do better.
+    /// Whether the command was rejected before any work, so that repeating it cannot succeed.
     #[must_use]
     pub fn is_refusal(&self) -> bool {
         match self {

@@ -1,33 +1,33 @@
-//! Which sample is in which chunk, which chunk is whose, and by which names: pure functions.
+//! Chunks of samples, shards of chunks, and file names: pure functions.
 
 use std::ffi::OsStr;
 use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// What a directory of shards is begun with, and known by.
+/// File that begins and identifies a directory of shards.
 pub const SHARDS: &str = "shards.json";
-/// Folder of the finished chunks.
+/// Folder of published chunks.
 pub const CHUNKS: &str = "chunks";
-/// Folder of hints: who is at which chunk.
+/// Folder of hints, which name the attempt that computes a chunk.
 pub const HINTS: &str = "hints";
-/// Folder of attempts: a file for each, touched as long as it lives.
+/// Folder of the heartbeat files of attempts.
 pub const ATTEMPTS: &str = "attempts";
-/// Folder of what was taken over of chunks that are not whole.
+/// Folder of reused entries of incomplete chunks.
 pub const REUSED: &str = "reused";
-/// Folder of what `submit` writes.
+/// Folder of the scripts that `submit` writes.
 pub const SCHEDULER: &str = "scheduler";
 
-/// Chunks of one folder.
+/// Number of chunks per folder.
 pub const PER_FOLDER: u64 = 1000;
-/// Most samples of a chunk: as many as are held in memory at once.
+/// Largest number of samples of a chunk, which is held in memory as a whole.
 pub const MOST_OF_CHUNK: u64 = 65_536;
-/// Most chunks of a study: a thousand folders of a thousand.
+/// Largest number of chunks of a study: a thousand folders of a thousand.
 pub const MOST_CHUNKS: u64 = 1_000_000;
-/// Most shards.
+/// Largest number of shards.
 pub const MOST_SHARDS: u64 = 100_000;
 
-/// The samples of a study in chunks of equal length, the last one shorter.
+/// Chunks of equal length; the last one may be shorter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Chunks {
     samples: u64,
@@ -35,7 +35,7 @@ pub struct Chunks {
 }
 
 impl Chunks {
-    /// `size`: samples of a chunk, at least 1.
+    /// Creates the chunks of a study; `size`: samples of a chunk, at least 1.
     #[must_use]
     pub fn new(samples: u64, size: u64) -> Self {
         Self { samples, size: size.max(1) }
@@ -53,26 +53,26 @@ impl Chunks {
         self.samples
     }
 
-    /// How many there are.
+    /// Number of chunks.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.samples.div_ceil(self.size)
     }
 
-    /// The samples of a chunk.
+    /// Range of the samples of a chunk.
     #[must_use]
     pub fn range(&self, chunk: u64) -> Range<u64> {
         let first = chunk * self.size;
         first..(first + self.size).min(self.samples)
     }
 
-    /// The chunk of a sample.
+    /// Chunk that contains a sample.
     #[must_use]
     pub fn of(&self, sample: u64) -> u64 {
         sample / self.size
     }
 
-    /// Those that hold the first samples, up to `last`: where `[stop]` ends a study at the latest.
+    /// Chunks of the first `last` samples, the latest end by `[stop]`.
     #[must_use]
     pub fn up_to(&self, last: u64) -> Self {
         Self {
@@ -81,20 +81,20 @@ impl Chunks {
         }
     }
 
-    /// The numbers of the folders that chunks lie in.
+    /// Numbers of the folders with chunks.
     #[must_use]
     pub fn folders(&self) -> Range<u64> {
         0..self.count().div_ceil(PER_FOLDER)
     }
 }
 
-/// The folder of a chunk.
+/// Number of the folder of a chunk.
 #[must_use]
 pub fn folder_of(chunk: u64) -> u64 {
     chunk / PER_FOLDER
 }
 
-/// Its name.
+/// Name of a folder of chunks.
 #[must_use]
 pub fn folder_name(folder: u64) -> String {
     format!("{folder:03}")
@@ -112,31 +112,31 @@ pub fn hint_name(chunk: u64) -> String {
     format!("chunk-{chunk:06}")
 }
 
-/// The chunk whose file has this name.
+/// Chunk whose file has this name.
 #[must_use]
 pub fn chunk_of(name: &OsStr) -> Option<u64> {
     let number = name.to_str()?.strip_prefix("chunk-")?.strip_suffix(".bin")?.parse().ok()?;
     (*chunk_name(number) == *name).then_some(number)
 }
 
-/// The chunk whose hint has this name.
+/// Chunk whose hint has this name.
 #[must_use]
 pub fn hinted(name: &OsStr) -> Option<u64> {
     let number = name.to_str()?.strip_prefix("chunk-")?.parse().ok()?;
     (*hint_name(number) == *name).then_some(number)
 }
 
-/// One of `of` shards.
+/// Shard `number` of `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// From 0.
+    /// Number, from 0.
     pub number: u64,
-    /// How many there are.
+    /// Number of shards.
     pub of: u64,
 }
 
 impl Shard {
-    /// Whether a chunk is its own.
+    /// Whether a chunk belongs to this shard.
     #[must_use]
     pub fn owns(&self, chunk: u64) -> bool {
         chunk % self.of == self.number

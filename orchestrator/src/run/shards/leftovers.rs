@@ -1,8 +1,8 @@
 //! Cleanup of unfinished tables that killed merges leave in the shared directory.
 //!
-//! Nothing on a shared disk says surely that a process of another node is dead. So a merge puts a note beside its tables that names it: a
-//! process of the same system that is gone has left them. Tables whose writer is not known, or was on another node, are removed when they
-//! have not been written to for an hour.
+//! No information on a shared disk proves that a process of another node is dead. So a merge writes a note beside its tables with
+//! its process number. Tables of a dead process of the same system are removed. Tables of unknown writers and of other nodes are
+//! removed when they have not changed for an hour.
 
 use super::super::directory::{RESULTS, TIMINGS};
 use super::shared::Shared;
@@ -15,19 +15,19 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-/// Age of a table under construction whose writer has ended.
+/// Age of an unfinished table that is removed.
 const LEFTOVER: Duration = Duration::from_secs(3600);
-/// Name that a note has as a file under construction: `merge.0123abcd.tmp`.
+/// Base name of a note, which has the form `merge.0123abcd.tmp`.
 const NOTE: &str = "merge";
-/// Largest note that is read.
+/// Largest note that is read \[bytes\].
 const MOST: u64 = 4096;
 
-/// The note of a merge in progress; removed at its end.
+/// Note of a merge in progress; dropping it removes the file.
 #[derive(Debug)]
-pub(super) struct Writing(Place);
+pub(super) struct MergeNote(Place);
 
-impl Writing {
-    /// Says that this process writes these tables.
+impl MergeNote {
+    /// Writes the note that names this process and its tables.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -41,36 +41,36 @@ impl Writing {
     }
 }
 
-impl Drop for Writing {
+impl Drop for MergeNote {
     fn drop(&mut self) {
-        // A leftover names a process that is gone.
+        // A leftover note names a process that has ended.
         let _ = self.0.remove();
     }
 }
 
-/// The processes that this one can see: by the start of the system and the container.
+/// Identity of the process table of this system: boot and container.
 fn system() -> Option<String> {
     let start = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
     let container = fs::read_link("/proc/self/ns/pid").ok()?;
     Some(format!("{} {}", start.trim(), container.to_string_lossy()))
 }
 
-/// When a process began, in ticks of its system: another one may have its number later.
+/// Start time of a process in clock ticks, because process numbers are reused.
 fn began(pid: &str) -> Option<u64> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The name in parentheses may hold anything; this is the 20th word behind it.
+    // The name in parentheses may contain any characters; this is the 20th word after it.
     stat.rsplit_once(") ")?.1.split(' ').nth(19)?.parse().ok()
 }
 
-/// Whether the process that wrote a note is surely gone.
-fn is_gone(note: &Value) -> bool {
+/// Whether the process that wrote a note has certainly ended.
+fn is_writer_gone(note: &Value) -> bool {
     let (Some(own), Some(pid), Some(start)) = (system(), note["pid"].as_u64(), note["began"].as_u64()) else {
         return false;
     };
     note["system"] == json!(own) && began(&pid.to_string()) != Some(start)
 }
 
-/// Removes the tables that killed merges have left.
+/// Removes the tables of killed merges.
 pub(super) fn remove(shared: &Shared) {
     let folder = shared.folder();
     let names = folder.names().unwrap_or_default();
@@ -79,11 +79,11 @@ pub(super) fn remove(shared: &Shared) {
         age().is_some_and(|age| age > LEFTOVER)
     };
     let is_table = |name: &std::ffi::OsStr| [RESULTS, TIMINGS].iter().any(|table| is_temporary(name, table));
-    // What cannot be removed is in nobody's way.
+    // A file that cannot be removed has no effect.
     for name in names.iter().filter(|name| is_temporary(name, NOTE)) {
         let place = folder.place(name);
         let note = place.read(MOST).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
-        if let Some(note) = note.filter(is_gone) {
+        if let Some(note) = note.filter(is_writer_gone) {
             let tables = note["tables"].as_array().into_iter().flatten().filter_map(Value::as_str);
             for table in tables.filter(|table| is_table(table.as_ref())) {
                 let _ = folder.place(table).remove();
@@ -109,15 +109,15 @@ mod tests {
     fn a_note_of_a_living_process_or_another_system_is_not_of_a_dead_one() {
         let folder = tempfile::tempdir().expect("temporary directory");
         let open = Folder::open(folder.path()).expect("opened");
-        let note = Writing::begin(&open, &[Path::new("/a/results.parquet.0123abcd.tmp")]).expect("written");
+        let note = MergeNote::begin(&open, &[Path::new("/a/results.parquet.0123abcd.tmp")]).expect("written");
         let text = note.0.read(MOST).expect("there");
         let mut said: Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(said["tables"], json!(["results.parquet.0123abcd.tmp"]));
-        assert!(!is_gone(&said), "this process lives");
+        assert!(!is_writer_gone(&said), "this process lives");
         said["began"] = json!(1);
-        assert!(is_gone(&said), "its number is another process's");
+        assert!(is_writer_gone(&said), "its number is another process's");
         said["system"] = json!("another");
-        assert!(!is_gone(&said) && !is_gone(&json!([])) && !is_gone(&json!({})));
+        assert!(!is_writer_gone(&said) && !is_writer_gone(&json!([])) && !is_writer_gone(&json!({})));
         drop(note);
         assert_eq!(fs::read_dir(folder.path()).expect("listed").count(), 0);
     }

@@ -1,4 +1,4 @@
-//! How many samples a chunk has where nobody says so: about a minute of the node that begins the directory.
+//! Default chunk size: about a minute on the node that begins the directory.
 
 use super::super::prepare::Prepared;
 use super::layout::{MOST_CHUNKS, MOST_OF_CHUNK};
@@ -8,16 +8,16 @@ use bladeoff_worker::function_solver::FunctionSolver;
 use bladeoff_worker::job_spec::JobSpec;
 use std::time::{Duration, Instant};
 
-/// What a chunk is to take.
+/// Target time of a chunk.
 const TARGET: Duration = Duration::from_secs(60);
-/// Samples that are timed: in the middle, and towards both ends.
+/// Timed samples, as quarters of the study: the middle, then towards both ends.
 const TIMED: [u64; 3] = [2, 1, 3];
-/// After this time no other sample is begun.
+/// Time after which no further sample is timed.
 const LONGEST: Duration = Duration::from_secs(10);
-/// Chunks of a shard, at least: who is done early takes over some of who is late.
+/// Smallest number of chunks per shard, so that fast shards can help slow ones.
 const LEAST_OF_SHARD: u64 = 4;
 
-/// Times a few samples.
+/// Determines the chunk size by timing a few samples.
 pub(super) fn chunk_size(prepared: &Prepared<'_>, workers: usize, shards: u64) -> u64 {
     let samples = prepared.samples;
     let begun = Instant::now();
@@ -25,9 +25,9 @@ pub(super) fn chunk_size(prepared: &Prepared<'_>, workers: usize, shards: u64) -
     let mut params = Vec::new();
     let mut machine = None;
     let mut function = None;
-    match &prepared.plan {
-        JobSpec::Machine(plan) => machine = CoreSolver::new(plan).ok(),
-        JobSpec::Function(plan) => function = FunctionSolver::new(plan).ok(),
+    match &prepared.job {
+        JobSpec::Machine(job) => machine = CoreSolver::new(job).ok(),
+        JobSpec::Function(job) => function = FunctionSolver::new(job).ok(),
     }
     for place in TIMED {
         if timed > 0 && begun.elapsed() > LONGEST {
@@ -35,7 +35,7 @@ pub(super) fn chunk_size(prepared: &Prepared<'_>, workers: usize, shards: u64) -
         }
         params.clear();
         samples.params(samples.count() * place / 4, &mut params);
-        // What it comes to is no matter here.
+        // Only the time matters here.
         guarded(|| {
             machine.as_mut().map(|solver| solver.simulate(&params).is_ok());
             function.as_mut().map(|solver| solver.outcome(&params));

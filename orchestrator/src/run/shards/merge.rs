@@ -1,26 +1,26 @@
-//! From the chunks of all shards to the tables, byte for byte those that one machine would have written with the same basis.
+//! Merge of all chunks into tables, byte for byte those of one machine with the same basis.
 //!
-//! One chunk at a time is in memory, and a row group. Every entry is checked: its checksum, its key, and that its chunk comes from this
-//! directory's program, numerics, basis and study. What is damaged is put aside, so that it is missing and computed again.
+//! One chunk and one row group are in memory at a time. Checksum, key and origin of every entry are checked. Damaged chunks are
+//! set aside, so that they are missing and computed again.
 
 use super::super::checksums::refuse_changed;
 use super::super::curves::forget_answers;
 use super::super::directory::{MANIFEST, RESULTS, TIMINGS};
-use super::super::end::{Looking, TableEnd, end_of_table};
+use super::super::end::{PrecisionCheck, TableEnd, end_of_table};
 use super::super::error::RunError;
 use super::super::manifest::{Checksums, Course, manifest, tells_complete};
 use super::super::prepare::Prepared;
 use super::super::request::Request;
 use super::super::status::StatusWriter;
-use super::super::tables::{RowsWriter, is_current, tally, told};
+use super::super::tables::{RowsWriter, end_metadata, is_current, tally};
 use super::chunk::{Chunk, ChunkError, read};
+use super::chunk_problems::{ChunkProblems, SHOWN};
 use super::error::ShardError;
 use super::freeze::prepared;
-use super::frozen::Frozen;
 use super::layout::{CHUNKS, Chunks, PER_FOLDER, chunk_name, folder_name, folder_of};
-use super::leftovers::{self, Writing};
+use super::leftovers::{self, MergeNote};
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
-use super::wrong::{SHOWN, Wrong};
 use crate::dispatch::Ended;
 use crate::schedule::RunLimits;
 use crate::terminal::Tally;
@@ -33,28 +33,28 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Attempts that are listed in a manifest, which is read whole.
+/// Largest number of attempts listed in a manifest.
 const LISTED: usize = 20_000;
 
-/// What came of a merge.
+/// Result of a merge.
 #[derive(Debug)]
 pub struct Merged {
-    /// What became of the samples in the table.
+    /// Counts of the table's samples by status.
     pub tally: Tally,
-    /// Where the table ends, if that is not where the design does, or was looked at before.
+    /// End of the table, if it is not the end of the design or interim analyses were made.
     pub end: Option<TableEnd>,
-    /// The table.
+    /// Path of the table.
     pub table: PathBuf,
-    /// Chunks that it is made of.
+    /// Number of merged chunks.
     pub chunks: u64,
-    /// Attempts that have published them; none of a table that was there.
+    /// Number of attempts that published them; 0 for an existing table.
     pub attempts: u64,
-    /// Nodes that they were on.
+    /// Number of their nodes.
     pub nodes: u64,
 }
 
-/// Merges a directory of shards. `samples`: of the study that is frozen there; `looking`: where it may end before its design does; `trusts`:
-/// also one that others could write in.
+/// Merges a directory of shards. `samples`: samples of the frozen study; `looking`: interim analyses that may end the study
+/// early; `trusts`: also accept a directory to which other users may write.
 ///
 /// # Errors
 /// [`ShardError::Missing`] where chunks are missing or damaged; files.
@@ -62,20 +62,20 @@ pub fn merge(
     path: &Path,
     trusts: bool,
     samples: &Samples,
-    looking: Option<&dyn Looking>,
+    looking: Option<&dyn PrecisionCheck>,
     note: &dyn Fn(&str),
 ) -> Result<Merged, ShardError> {
     start_threads().map_err(RunError::from)?;
     let shared = Shared::open(path)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
     shared.trusted(trusts, note)?;
-    let frozen = Frozen::read(&shared)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
+    let shards_file = ShardsFile::read(&shared)?.ok_or_else(|| ShardError::None { path: path.to_path_buf() })?;
     leftovers::remove(&shared);
-    let prepared = prepared(&shared, &frozen, samples)?;
+    let prepared = prepared(&shared, &shards_file, samples)?;
     let mut merging = Merging {
         shared: &shared,
-        frozen: &frozen,
+        shards_file: &shards_file,
         prepared: &prepared,
-        made: BTreeMap::new(),
+        shares: BTreeMap::new(),
         tally: Tally::default(),
     };
     if looking.is_none() {
@@ -88,9 +88,9 @@ pub fn merge(
     if is_there {
         note("merged already: the table is as it was written");
         let (tally, end) = (tally(path)?, end_of_table(&table)?);
-        return Ok(Merged { tally, end, table, chunks: frozen.chunks.count(), attempts: 0, nodes: 0 });
+        return Ok(Merged { tally, end, table, chunks: shards_file.chunks.count(), attempts: 0, nodes: 0 });
     }
-    // One that is there is damaged, or of a merge that was killed: nobody may take it for the whole.
+    // An existing table is damaged or of a killed merge. It must not be taken for a whole one.
     for name in [RESULTS, TIMINGS] {
         folder.place(name).remove()?;
     }
@@ -112,24 +112,24 @@ pub fn merge(
     let mut status = StatusWriter::new(folder, samples, 0).trusting(trusts);
     status.tell_end(ended, end);
     status.finish(ended.state(), None, &merging.tally, 0);
-    let (attempts, nodes) = (merging.made.len() as u64, merging.nodes().len() as u64);
-    let chunks = frozen.needed(end.map(|end| end.samples)).count();
+    let (attempts, nodes) = (merging.shares.len() as u64, merging.nodes().len() as u64);
+    let chunks = shards_file.needed(end.map(|end| end.samples)).count();
     Ok(Merged { tally: merging.tally, end, table, chunks, attempts, nodes })
 }
 
-/// What one attempt has published.
-struct Made {
+/// Chunks and samples of one attempt.
+struct AttemptShare {
     by: Value,
     chunks: u64,
     samples: u64,
 }
 
-/// A directory that is merged.
+/// Merge in progress.
 pub(super) struct Merging<'a> {
     pub(super) shared: &'a Shared,
-    pub(super) frozen: &'a Frozen,
+    pub(super) shards_file: &'a ShardsFile,
     pub(super) prepared: &'a Prepared<'a>,
-    made: BTreeMap<String, Made>,
+    shares: BTreeMap<String, AttemptShare>,
     tally: Tally,
 }
 
@@ -138,14 +138,14 @@ impl Merging<'_> {
         let folder = self.shared.folder();
         let pending = |name: &str| Pending::create(folder.place(name));
         let (results, timings) = (pending(RESULTS)?, pending(TIMINGS)?);
-        let _writing = Writing::begin(folder, &[results.temporary(), timings.temporary()])?;
-        let mut rows = RowsWriter::create(self.prepared, results, timings, &told(end))?;
-        let mut wrong = Wrong::default();
-        let last = end.map_or(self.frozen.chunks.samples(), |end| end.samples);
-        for chunk in 0..self.frozen.chunks.up_to(last).count() {
+        let _note = MergeNote::begin(folder, &[results.temporary(), timings.temporary()])?;
+        let mut rows = RowsWriter::create(self.prepared, results, timings, &end_metadata(end))?;
+        let mut problems = ChunkProblems::default();
+        let last = end.map_or(self.shards_file.chunks.samples(), |end| end.samples);
+        for chunk in 0..self.shards_file.chunks.up_to(last).count() {
             match self.read(chunk) {
-                Ok(found) if wrong.is_nothing() => {
-                    let range = self.frozen.chunks.range(chunk);
+                Ok(found) if problems.is_empty() => {
+                    let range = self.shards_file.chunks.range(chunk);
                     let range = range.start..range.end.min(last);
                     self.count(&found.by, range.end - range.start);
                     for (sample, entry) in range.zip(found.entries) {
@@ -154,11 +154,11 @@ impl Merging<'_> {
                     }
                 }
                 Ok(_) => {}
-                Err(error) => self.put_aside(chunk, error, &mut wrong, note)?,
+                Err(error) => self.set_aside(chunk, error, &mut problems, note)?,
             }
         }
-        if !wrong.is_nothing() {
-            return Err(wrong.told(self.shared, self.frozen));
+        if !problems.is_empty() {
+            return Err(problems.into_error(self.shared, self.shards_file));
         }
         forget_answers(folder)?;
         Ok(rows.finish()?)
@@ -166,7 +166,7 @@ impl Merging<'_> {
 
     pub(super) fn read(&self, chunk: u64) -> Result<Chunk, ChunkError> {
         match self.shared.chunks_in(folder_of(chunk)) {
-            Ok(Some(folder)) => read(&folder, self.frozen, self.prepared, chunk),
+            Ok(Some(folder)) => read(&folder, self.shards_file, self.prepared, chunk),
             Ok(None) => Err(ChunkError::Missing),
             Err(error) => Err(ChunkError::Io(error)),
         }
@@ -174,41 +174,42 @@ impl Merging<'_> {
 
     fn count(&mut self, by: &Value, samples: u64) {
         let attempt = by["attempt"].as_str().unwrap_or_default().to_owned();
-        let made = self.made.entry(attempt).or_insert_with(|| Made { by: by.clone(), chunks: 0, samples: 0 });
-        made.chunks += 1;
-        made.samples += samples;
+        let shares =
+            self.shares.entry(attempt).or_insert_with(|| AttemptShare { by: by.clone(), chunks: 0, samples: 0 });
+        shares.chunks += 1;
+        shares.samples += samples;
     }
 
-    /// Refuses a directory in which chunks have no file, by its folders alone; before that it looks at all others, so that everything that is
-    /// wrong is told, and computed again, at once.
+    /// Rejects a directory with missing chunk files, found by listing the folders. All other chunks are checked first, so that
+    /// all problems are reported and computed again at once.
     fn refuse_missing(&self, note: &dyn Fn(&str)) -> Result<(), ShardError> {
         let mut absent = BTreeSet::new();
-        each_missing(self.shared, &self.frozen.chunks, |chunk| {
+        each_missing(self.shared, &self.shards_file.chunks, |chunk| {
             absent.insert(chunk);
         })?;
         if absent.is_empty() {
             return Ok(());
         }
-        let mut wrong = Wrong::default();
-        for chunk in 0..self.frozen.chunks.count() {
+        let mut problems = ChunkProblems::default();
+        for chunk in 0..self.shards_file.chunks.count() {
             if absent.contains(&chunk) {
-                wrong.was(chunk, &ChunkError::Missing);
+                problems.add(chunk, &ChunkError::Missing);
             } else if let Err(error) = self.read(chunk) {
-                self.put_aside(chunk, error, &mut wrong, note)?;
+                self.set_aside(chunk, error, &mut problems, note)?;
             }
         }
-        Err(wrong.told(self.shared, self.frozen))
+        Err(problems.into_error(self.shared, self.shards_file))
     }
 
-    /// Takes the name from a chunk that is not one, so that it is computed again.
-    pub(super) fn put_aside(
+    /// Sets a rejected chunk aside, so that it is computed again.
+    pub(super) fn set_aside(
         &self,
         chunk: u64,
         error: ChunkError,
-        wrong: &mut Wrong,
+        problems: &mut ChunkProblems,
         note: &dyn Fn(&str),
     ) -> Result<(), ShardError> {
-        wrong.was(chunk, &error);
+        problems.add(chunk, &error);
         let place = || -> Result<_, FileError> {
             let number = folder_of(chunk);
             let folder = self.shared.numbered(CHUNKS, number)?;
@@ -216,7 +217,7 @@ impl Merging<'_> {
         };
         match error {
             ChunkError::Missing => Ok(()),
-            // a folder, a link, a pipe has the name of a chunk
+            // A folder, a link or a pipe has the name of a chunk.
             ChunkError::Io(source) if !place()?.is_there_but_no_file() => {
                 let path = self.shared.path().join(CHUNKS).join(folder_name(folder_of(chunk)));
                 Err(FileError::at("read", &path.join(chunk_name(chunk)))(source).into())
@@ -230,8 +231,8 @@ impl Merging<'_> {
                 let aside = place.with_suffix(&format!(".damaged-{}", unguessable()));
                 place.rename_to_free(&aside).map_err(FileError::at("rename", &place))?;
                 place.sync_parent()?;
-                // of many the first: the end tells of all
-                if wrong.aside() <= SHOWN {
+                // The first ones only: the final message counts all.
+                if problems.set_aside() <= SHOWN {
                     note(&format!("chunk {chunk} is put aside as {aside}: {error}"));
                 }
                 Ok(())
@@ -240,10 +241,10 @@ impl Merging<'_> {
     }
 
     fn nodes(&self) -> BTreeSet<&str> {
-        self.made.values().filter_map(|made| made.by["host"].as_str()).collect()
+        self.shares.values().filter_map(|shares| shares.by["host"].as_str()).collect()
     }
 
-    /// The manifest of a run, with what the shards were instead of workers.
+    /// Manifest of the merged table, with shards in place of workers.
     fn manifest(&self, path: &Path, course: &Course) -> String {
         let study = self.prepared.samples.study();
         let request = Request {
@@ -263,19 +264,19 @@ impl Merging<'_> {
         let text = manifest(&request, self.prepared.samples, &self.prepared.provenance, course);
         let mut value: Map<String, Value> = serde_json::from_str(&text).expect("an object, written just now");
         value.remove("workers");
-        let attempts = self.made.values().take(LISTED).map(|made| {
-            let mut one = made.by.as_object().cloned().unwrap_or_default();
-            one.insert("chunks".to_owned(), json!(made.chunks));
-            one.insert("samples".to_owned(), json!(made.samples));
+        let attempts = self.shares.values().take(LISTED).map(|shares| {
+            let mut one = shares.by.as_object().cloned().unwrap_or_default();
+            one.insert("chunks".to_owned(), json!(shares.chunks));
+            one.insert("samples".to_owned(), json!(shares.samples));
             Value::Object(one)
         });
         let shards = json!({
-            "shards_blake3": self.frozen.hash,
-            "program": self.frozen.program(),
-            "chunk": self.frozen.chunks.size(),
-            "chunks": self.frozen.chunks.count(),
+            "shards_blake3": self.shards_file.hash,
+            "program": self.shards_file.program(),
+            "chunk": self.shards_file.chunks.size(),
+            "chunks": self.shards_file.chunks.count(),
             "nodes": self.nodes().len(),
-            "attempts_count": self.made.len(),
+            "attempts_count": self.shares.len(),
             "attempts": attempts.collect::<Vec<_>>(),
         });
         value.insert("shards".to_owned(), shards);
@@ -285,7 +286,7 @@ impl Merging<'_> {
     }
 }
 
-/// Every one of these chunks that has no file, in ascending order; gives how many have one.
+/// Visits every chunk without a file in ascending order; returns the number of chunks with one.
 pub(super) fn each_missing(shared: &Shared, chunks: &Chunks, mut visit: impl FnMut(u64)) -> Result<u64, FileError> {
     let count = chunks.count();
     let mut there = 0;

@@ -34,17 +34,17 @@ fn put_once_by(
     link: impl FnOnce(&Place, &Place) -> io::Result<()>,
 ) -> Result<Put, FileError> {
     let place = folder.place(name);
-    let (mut file, aside) = create_beside(&place, Place::create_new)?;
-    let aside = Aside(aside);
+    let (mut file, temporary) = create_beside(&place, Place::create_new)?;
+    let name = TemporaryName(temporary);
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(FileError::at("write", &place))?;
-    let put = match link(&aside.0, &place) {
+    let put = match link(&name.0, &place) {
         Ok(()) => Put::Won,
         Err(error) => match has_the_name(&file, &place) {
             Ok(Some(put)) => put,
             Ok(None) | Err(_) => return Err(FileError::at("publish", &place)(error)),
         },
     };
-    drop(aside);
+    drop(name);
     // Also if another process won: the caller discards its own copy.
     folder.sync()?;
     Ok(put)
@@ -61,12 +61,12 @@ fn has_the_name(own: &File, place: &Place) -> io::Result<Option<Put>> {
     Ok(place.identity()?.map(|found| if found == (own.dev(), own.ino()) { Put::Won } else { Put::Lost }))
 }
 
-/// The name that a file has first, removed in the end.
-struct Aside(Place);
+/// Temporary name of a file; dropping it removes the name.
+struct TemporaryName(Place);
 
-impl Drop for Aside {
+impl Drop for TemporaryName {
     fn drop(&mut self) {
-        // A leftover is in nobody's way.
+        // A leftover file has no effect.
         let _ = self.0.remove();
     }
 }
@@ -110,7 +110,7 @@ mod tests {
         for (name, kind) in [("a", ErrorKind::AlreadyExists), ("b", ErrorKind::TimedOut)] {
             assert_eq!(put_once_by(&folder, name, b"ours", lies(kind)).expect("it happened"), Put::Won);
         }
-        // It did not happen: somebody else has the name, or nobody.
+        // The link was not made: another file has the name, or none has.
         let refuses = |_: &Place, _: &Place| Err(ErrorKind::AlreadyExists.into());
         assert_eq!(put_once_by(&folder, "a", b"later", refuses).expect("theirs"), Put::Lost);
         assert_eq!(fs::read(directory.path().join("a")).expect("there"), b"ours");

@@ -1,14 +1,14 @@
-//! The files that shards share, compared with the hashes in `shards.json`: which is damaged or missing, and from where it is restored.
+//! Shared files of a directory, compared with the hashes in `shards.json`; restoration of damaged and missing ones.
 //!
-//! A file is restored only from bytes that have its recorded hash: the study and its inputs from the files they were read from, the plan
-//! from the study, the basis computed again. So it does not matter who restores it, or how many at once.
+//! A file is restored only from bytes that have its recorded hash: the study and its inputs from the files that they were read
+//! from, the plan from the study, and the basis by computing it again. So any process may restore it, and several at once.
 
 use super::super::prepare::{Prepared, basis_of_others, new_basis};
 use super::super::provenance::empirical_key;
 use super::chunk::head;
 use super::error::ShardError;
-use super::frozen::Frozen;
 use super::layout::SHARDS;
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
 use bladeoff_study::sampling::layout::MOST_PARAMETERS;
 use bladeoff_study::{MACHINE, POINTS, STUDY, Samples, empirical};
@@ -19,37 +19,37 @@ use serde_json::Value;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Largest study, machine, points file or plan that is compared.
+/// Largest study, machine, points file or plan that is compared \[bytes\].
 const MOST_INPUT: u64 = 1 << 30;
-/// Chunks whose heads are compared with `shards.json`.
+/// Number of chunks whose heads are compared with `shards.json`.
 const LOOKED_AT: usize = 100;
-/// Files of the study, with the keys of their hashes.
+/// Files of the study and the keys of their hashes.
 const OF_STUDY: [(&str, &str); 3] = [(STUDY, "study_blake3"), (MACHINE, "machine_blake3"), (POINTS, "points_blake3")];
-/// Files that are computed from those.
+/// Files computed from those, and the keys of their hashes.
 const COMPUTED: [(&str, &str); 2] = [(BASIS_FILE, "basis_blake3"), (PLAN_FILE, "plan_blake3")];
 
-/// A published file that is not as it was written.
+/// Damaged or missing shared file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Damaged {
     name: String,
-    /// BLAKE3 that it had.
+    /// Recorded BLAKE3.
     wanted: String,
     is_missing: bool,
 }
 
 /// Names and hashes of the files of the study.
-fn of_study(frozen: &Frozen) -> Vec<(String, String)> {
+fn of_study(shards_file: &ShardsFile) -> Vec<(String, String)> {
     let own = OF_STUDY.map(|(name, key)| (name.to_owned(), key.to_owned())).into_iter();
     let of_laws = (0..MOST_PARAMETERS).map(|file| (empirical(file), empirical_key(file)));
-    own.chain(of_laws).filter_map(|(name, key)| Some((name, frozen.hash_of(&key)?))).collect()
+    own.chain(of_laws).filter_map(|(name, key)| Some((name, shards_file.hash_of(&key)?))).collect()
 }
 
-/// Names and hashes of what is computed from them.
-fn computed(frozen: &Frozen) -> Vec<(String, String)> {
-    COMPUTED.iter().filter_map(|(name, key)| Some(((*name).to_owned(), frozen.hash_of(key)?))).collect()
+/// Names and hashes of the computed files.
+fn computed(shards_file: &ShardsFile) -> Vec<(String, String)> {
+    COMPUTED.iter().filter_map(|(name, key)| Some(((*name).to_owned(), shards_file.hash_of(key)?))).collect()
 }
 
-/// The file of this name that is not as it was written, if it is not.
+/// Compares a file with its recorded hash; `None`: it is unchanged.
 ///
 /// # Errors
 /// The file cannot be read now.
@@ -59,7 +59,7 @@ fn damage(shared: &Shared, (name, wanted): (String, String)) -> Result<Option<Da
         Ok(bytes) if has_hash(&bytes, &wanted) => return Ok(None),
         Ok(_) => false,
         Err(error) if error.source.kind() == ErrorKind::NotFound => true,
-        // too long, or no regular file
+        // Too long, or no regular file.
         Err(error) if error.source.kind() == ErrorKind::InvalidInput => false,
         Err(error) => return Err(error),
     };
@@ -75,17 +75,17 @@ fn has_hash(bytes: &[u8], wanted: &str) -> bool {
 }
 
 impl Damaged {
-    /// As why nothing is done with the directory.
-    fn refused(&self, shared: &Shared, frozen: &Frozen) -> ShardError {
+    /// Error that rejects the directory.
+    fn refused(&self, shared: &Shared, shards_file: &ShardsFile) -> ShardError {
         let what = if self.is_missing { "missing" } else { "damaged: its bytes have changed since it was written" };
         let from = match self.name.as_str() {
             BASIS_FILE | PLAN_FILE => format!(
                 "`run --shard` and `merge` of the program that began the directory ({}) restore it",
-                frozen.program().unwrap_or_default()
+                shards_file.program().unwrap_or_default()
             ),
             _ => format!(
                 "`run --shard` with the study as it was, {}, restores it",
-                shown(Path::new(&frozen.study_file()))
+                shown(Path::new(&shards_file.study_file()))
             ),
         };
         let why = format!(
@@ -96,34 +96,34 @@ impl Damaged {
     }
 }
 
-/// Refuses a directory whose study, or an input of it, is not as it was published.
+/// Rejects a directory with a damaged study or input.
 ///
 /// # Errors
 /// [`ShardError::Damaged`] names the file.
-pub(super) fn refuse_damaged_study(shared: &Shared, frozen: &Frozen) -> Result<(), ShardError> {
-    refuse(shared, frozen, of_study(frozen))
+pub(super) fn refuse_damaged_study(shared: &Shared, shards_file: &ShardsFile) -> Result<(), ShardError> {
+    refuse(shared, shards_file, of_study(shards_file))
 }
 
-/// Refuses a directory whose plan or basis is not as it was published.
+/// Rejects a directory with a damaged plan or basis.
 ///
 /// # Errors
 /// [`ShardError::Damaged`] names the file.
-pub(super) fn refuse_damaged_basis(shared: &Shared, frozen: &Frozen) -> Result<(), ShardError> {
-    refuse(shared, frozen, computed(frozen))
+pub(super) fn refuse_damaged_basis(shared: &Shared, shards_file: &ShardsFile) -> Result<(), ShardError> {
+    refuse(shared, shards_file, computed(shards_file))
 }
 
-/// Refuses a directory in which no chunk was made with its `shards.json`, and one was with another of the same study, plan and basis: then
-/// that file has changed, and not the chunks.
+/// Rejects a directory whose `shards.json` has changed: no chunk was made with it, but one was made with another of the same
+/// study, plan and basis.
 ///
 /// # Errors
 /// [`ShardError::Damaged`].
-pub(super) fn refuse_other_list(shared: &Shared, frozen: &Frozen) -> Result<(), ShardError> {
-    let identity = frozen.identity();
+pub(super) fn refuse_other_list(shared: &Shared, shards_file: &ShardsFile) -> Result<(), ShardError> {
+    let identity = shards_file.identity();
     let agrees = |of: &Value, keys: &[&str]| keys.iter().all(|key| of[*key] == identity[*key]);
     let mut other = None;
     let mut left = LOOKED_AT;
-    for number in frozen.chunks.folders() {
-        // where chunks cannot be read now, the attempts to read or publish one wait for them
+    for number in shards_file.chunks.folders() {
+        // Unreadable chunks are retried by the attempts to read or publish them.
         let (Ok(names), Ok(Some(folder))) = (shared.names_in(number), shared.chunks_in(number)) else { continue };
         for chunk in names.into_iter().take(left) {
             left -= 1;
@@ -147,24 +147,24 @@ pub(super) fn refuse_other_list(shared: &Shared, frozen: &Frozen) -> Result<(), 
     Err(ShardError::Damaged { path: shared.path().join(SHARDS), why })
 }
 
-fn refuse(shared: &Shared, frozen: &Frozen, files: Vec<(String, String)>) -> Result<(), ShardError> {
+fn refuse(shared: &Shared, shards_file: &ShardsFile, files: Vec<(String, String)>) -> Result<(), ShardError> {
     match all_damaged(shared, files)?.first() {
-        Some(damaged) => Err(damaged.refused(shared, frozen)),
+        Some(damaged) => Err(damaged.refused(shared, shards_file)),
         None => Ok(()),
     }
 }
 
-/// Restores files of the study that are damaged from a study whose files have the recorded hashes. Others stay as they are.
+/// Restores damaged files of the study, if the given study has the recorded hashes.
 ///
 /// # Errors
 /// The directory cannot be written.
 pub(super) fn restore_study(
     shared: &Shared,
-    frozen: &Frozen,
+    shards_file: &ShardsFile,
     study: &Samples,
     note: &dyn Fn(&str),
 ) -> Result<(), ShardError> {
-    let damaged = all_damaged(shared, of_study(frozen))?;
+    let damaged = all_damaged(shared, of_study(shards_file))?;
     let inputs = if damaged.is_empty() { Vec::new() } else { study.study().inputs() };
     for one in &damaged {
         let text = inputs.iter().find_map(|(name, text)| text.filter(|_| *name == one.name));
@@ -173,17 +173,17 @@ pub(super) fn restore_study(
     Ok(())
 }
 
-/// Restores plan and basis where they are damaged. `samples`: of the study that is published.
+/// Restores a damaged plan and basis. `samples`: of the published study.
 ///
 /// # Errors
 /// The basis cannot be computed; the directory cannot be written.
 pub(super) fn restore_computed(
     shared: &Shared,
-    frozen: &Frozen,
+    shards_file: &ShardsFile,
     samples: &Samples,
     note: &dyn Fn(&str),
 ) -> Result<(), ShardError> {
-    for one in all_damaged(shared, computed(frozen))? {
+    for one in all_damaged(shared, computed(shards_file))? {
         let bytes = if one.name == BASIS_FILE {
             new_basis(samples)?
         } else {
@@ -191,15 +191,15 @@ pub(super) fn restore_computed(
                 Ok(bytes) if samples.study().function().is_none() => basis_of_others(samples, bytes)?,
                 _ => None,
             };
-            let plan = Prepared::with_digest(samples, basis, frozen.digest())?.plan;
-            Some(plan.text().as_bytes().to_vec())
+            let job = Prepared::with_digest(samples, basis, shards_file.digest())?.job;
+            Some(job.text().as_bytes().to_vec())
         };
         put_back(shared, &one, bytes.as_deref(), "computed again", note)?;
     }
     Ok(())
 }
 
-/// Puts bytes in the place of a damaged file, if they have its hash.
+/// Replaces a damaged file by bytes with the recorded hash.
 fn put_back(
     shared: &Shared,
     damaged: &Damaged,
@@ -217,10 +217,10 @@ fn put_back(
     Ok(())
 }
 
-/// Whether the study's files are as they were published, and whether plan and basis are.
+/// Whether the files of the study are unchanged, and whether plan and basis are.
 ///
 /// # Errors
 /// A file cannot be read now.
-pub(super) fn are_whole(shared: &Shared, frozen: &Frozen) -> Result<(bool, bool), FileError> {
-    Ok((all_damaged(shared, of_study(frozen))?.is_empty(), all_damaged(shared, computed(frozen))?.is_empty()))
+pub(super) fn are_whole(shared: &Shared, shards_file: &ShardsFile) -> Result<(bool, bool), FileError> {
+    Ok((all_damaged(shared, of_study(shards_file))?.is_empty(), all_damaged(shared, computed(shards_file))?.is_empty()))
 }

@@ -1,22 +1,22 @@
-//! Between a shard's run and the directory that all share: a thread of its own finds chunks to compute, and publishes those that are
-//! done. However long the file system takes, workers and heartbeats do not wait for it.
+//! Publisher of a shard: a thread that finds chunks to compute and publishes finished ones. A slow file system delays neither
+//! workers nor heartbeats.
 //!
 //! ```text
-//! run, by its sink      samples durable in the own record ─> publisher: chunk complete ─> file, link(2)
-//!                       more? ─> publisher: next missing chunk, hint ─> samples that its record does not have yet
+//! run, by its sink      samples durable in its own record -> publisher: chunk complete -> file, link(2)
+//!                       request for samples -> publisher: next missing chunk, hint -> samples missing in its record
 //! ```
 
 use super::super::directory::RESULTS;
 use super::super::prepare::Prepared;
-use super::super::sink::Hears;
-use super::attempt::{Attempt, Counts, RUNNING, beat, hints_in, is_at};
-use super::choose::{Choice, Chooser, Look, State};
+use super::super::sink::DurableListener;
+use super::attempt::{Attempt, Counts, RUNNING, heartbeat_interval, hinted_chunks, is_in_progress_elsewhere};
+use super::choose::{Choice, ChunkChooser, ChunkState, Lookup};
 use super::chunk::encode;
 use super::error::ShardError;
-use super::frozen::Frozen;
 use super::layout::{CHUNKS, Chunks, SHARDS, chunk_name, folder_of};
-use super::patience::Patience;
 use super::publish::{Put, put_once};
+use super::retry::Retry;
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
 use super::takeover::taken_over;
 use crate::dispatch::{More, SinkError};
@@ -33,37 +33,39 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel}
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-/// Time between two looks at chunks that others are at.
-const LOOK: Duration = Duration::from_secs(1);
+/// Interval of checks of chunks in progress elsewhere.
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// What the publisher is told.
-enum Told {
-    /// These samples are durable in the shard's own record.
+/// Message to the publisher.
+enum PublisherRequest {
+    /// Samples have become durable in the shard's own record.
     Durable(Vec<u64>),
-    /// More samples are wanted.
-    Wants,
+    /// The run asks for more samples.
+    MoreSamples,
 }
 
-/// What it answers.
-enum Given {
+/// Reply of the publisher.
+enum PublisherReply {
+    /// Samples of a chunk to compute.
     Samples(Todo),
-    Nothing,
-    /// It has given up; why, in words.
+    /// No chunk is left for this attempt.
+    NoneLeft,
+    /// The publisher has failed, with the message of its error.
     Failed(String),
 }
 
-/// The end that the run has.
-pub(super) struct Post {
-    told: Option<Sender<Told>>,
-    given: Receiver<Given>,
-    has_asked: Cell<bool>,
+/// Handle of the run to the publisher thread.
+pub(super) struct PublisherHandle {
+    requests: Option<Sender<PublisherRequest>>,
+    replies: Receiver<PublisherReply>,
+    is_request_pending: Cell<bool>,
     failed: RefCell<Option<String>>,
 }
 
-impl Post {
-    fn tell(&self, what: Told) {
-        // It ends after us, or by a panic, which is passed on when it is waited for.
-        let _ = self.told.as_ref().is_some_and(|told| told.send(what).is_ok());
+impl PublisherHandle {
+    fn send(&self, request: PublisherRequest) {
+        // The thread ends after this handle, or by a panic, which `join` passes on.
+        let _ = self.requests.as_ref().is_some_and(|requests| requests.send(request).is_ok());
     }
 
     fn failure(&self) -> Option<SinkError> {
@@ -71,36 +73,36 @@ impl Post {
         Some(SinkError { what, source: None })
     }
 
-    fn take(&self) -> Result<Option<Given>, SinkError> {
-        match self.given.try_recv() {
-            Ok(Given::Failed(why)) => {
+    fn try_reply(&self) -> Result<Option<PublisherReply>, SinkError> {
+        match self.replies.try_recv() {
+            Ok(PublisherReply::Failed(why)) => {
                 *self.failed.borrow_mut() = Some(why);
                 Err(self.failure().expect("set above"))
             }
             Ok(given) => Ok(Some(given)),
             Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Ok(Some(Given::Nothing)),
+            Err(TryRecvError::Disconnected) => Ok(Some(PublisherReply::NoneLeft)),
         }
     }
 }
 
-impl Hears for Post {
-    fn durable(&self, samples: Vec<u64>) {
-        self.tell(Told::Durable(samples));
+impl DurableListener for PublisherHandle {
+    fn samples_durable(&self, samples: Vec<u64>) {
+        self.send(PublisherRequest::Durable(samples));
     }
 
     fn more(&self) -> Result<More, SinkError> {
         if let Some(failure) = self.failure() {
             return Err(failure);
         }
-        if !self.has_asked.replace(true) {
-            self.tell(Told::Wants);
+        if !self.is_request_pending.replace(true) {
+            self.send(PublisherRequest::MoreSamples);
         }
-        Ok(match self.take()? {
+        Ok(match self.try_reply()? {
             None => More::Later,
-            Some(Given::Nothing | Given::Failed(_)) => More::Nothing,
-            Some(Given::Samples(todo)) => {
-                self.has_asked.set(false);
+            Some(PublisherReply::NoneLeft | PublisherReply::Failed(_)) => More::Nothing,
+            Some(PublisherReply::Samples(todo)) => {
+                self.is_request_pending.set(false);
                 More::Samples(todo)
             }
         })
@@ -111,188 +113,195 @@ impl Hears for Post {
     }
 }
 
-/// What a publisher works with.
-pub(super) struct Parts<'a> {
+/// Objects that a publisher uses.
+pub(super) struct PublisherContext<'a> {
     pub shared: &'a Shared,
-    pub frozen: &'a Frozen,
+    pub shards_file: &'a ShardsFile,
     pub prepared: &'a Prepared<'a>,
     pub record: &'a Reader,
     pub attempt: &'a Attempt,
-    /// Chunks that are needed at most.
+    /// Largest set of chunks that the study needs.
     pub needed: Chunks,
-    /// A merge may end the study before they are there.
+    /// Whether a merge may end the study before all chunks exist.
     pub may_end: bool,
     pub patience: Duration,
     pub note: &'a (dyn Fn(&str) + Sync),
 }
 
-/// Does the work while chunks are found and published beside. The second result: what was published, and why not more.
+/// Runs `work` while the publisher thread finds and publishes chunks. The second result has the counts of the publisher or its
+/// error.
 ///
 /// # Errors
-/// The thread cannot be started; nothing was done.
+/// The thread cannot be started; `work` was not run.
 pub(super) fn published_beside<T>(
-    parts: &Parts<'_>,
-    work: impl FnOnce(&Post) -> T,
+    context: &PublisherContext<'_>,
+    work: impl FnOnce(&PublisherHandle) -> T,
 ) -> Result<(T, Result<Counts, ShardError>), ShardError> {
     let is_over = AtomicBool::new(false);
     let is_over = &is_over;
     thread::scope(|scope| {
-        let (told, receiver) = channel();
-        let (sender, given) = channel();
-        let (has_asked, failed) = (Cell::new(false), RefCell::new(None));
-        // Dropped when the work panics, too: the thread is waited for.
-        let post = Post { told: Some(told), given, has_asked, failed };
+        let (requests, receiver) = channel();
+        let (sender, replies) = channel();
+        let (is_request_pending, failed) = (Cell::new(false), RefCell::new(None));
+        // Dropped also when the work panics: the thread is joined.
+        let handle = PublisherHandle { requests: Some(requests), replies, is_request_pending, failed };
         let body = move || {
-            let mut publisher = Publisher::new(parts, is_over);
+            let mut publisher = Publisher::new(context, is_over);
             let done = publisher.run(&receiver, &sender);
             if let Err(error) = &done {
-                // Whoever computes need not go on.
-                let _ = sender.send(Given::Failed(with_causes(error)));
+                // The run stops computing.
+                let _ = sender.send(PublisherReply::Failed(with_causes(error)));
             }
-            publisher.farewell(done.is_ok());
+            publisher.report_end(done.is_ok());
             done.map(|()| publisher.counts)
         };
         let thread =
             thread::Builder::new().name("publisher".into()).spawn_scoped(scope, body).map_err(ShardError::Thread)?;
-        let done = work(&post);
+        let done = work(&handle);
         is_over.store(true, Ordering::Relaxed);
-        drop(post);
+        drop(handle);
         let published = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         Ok((done, published))
     })
 }
 
-/// A chunk that is computed.
-struct UnderWay {
-    /// Samples that are not durable yet.
+/// Chunk in progress in this attempt.
+struct ChunkInProgress {
+    /// Number of samples that are not durable yet.
     left: u64,
-    /// Entries of another directory.
+    /// Entries reused from another directory.
     taken_over: BTreeMap<u64, Vec<u8>>,
 }
 
 struct Publisher<'a> {
-    parts: &'a Parts<'a>,
-    patience: Patience<'a>,
-    chooser: Chooser,
-    /// Chunks under way.
-    under_way: BTreeMap<u64, UnderWay>,
+    context: &'a PublisherContext<'a>,
+    patience: Retry<'a>,
+    chooser: ChunkChooser,
+    /// Chunks in progress in this attempt.
+    in_progress: BTreeMap<u64, ChunkInProgress>,
     counts: Counts,
-    /// How often it says that it lives.
-    every: Duration,
-    /// When it has said last that it lives: by this clock, and by that of the file server.
-    beat: Option<(Instant, SystemTime)>,
-    /// The own record may have been begun by an earlier attempt on this node.
-    has_earlier: bool,
-    /// The folder that was listed last, of chunks of others.
-    listed: Option<Listed>,
+    /// Interval of heartbeats.
+    heartbeat_interval: Duration,
+    /// Last heartbeat: by the clock of this process, and by that of the file server.
+    last_heartbeat: Option<(Instant, SystemTime)>,
+    /// Whether the record has entries of an earlier attempt on this node.
+    has_earlier_entries: bool,
+    /// Last listed folder with chunks of other shards.
+    listing: Option<FolderListing>,
 }
 
 impl<'a> Publisher<'a> {
-    fn new(parts: &'a Parts<'a>, is_over: &'a AtomicBool) -> Self {
+    fn new(context: &'a PublisherContext<'a>, is_over: &'a AtomicBool) -> Self {
         Self {
-            patience: Patience::new(parts.shared, parts.patience, is_over, parts.note),
-            chooser: Chooser::new(parts.attempt.shard, parts.needed.count()),
-            under_way: BTreeMap::new(),
+            patience: Retry::new(context.shared, context.patience, is_over, context.note),
+            chooser: ChunkChooser::new(context.attempt.shard, context.needed.count()),
+            in_progress: BTreeMap::new(),
             counts: Counts::default(),
-            every: beat(parts.attempt.shard.of),
-            beat: None,
-            has_earlier: parts.record.is_empty().is_ok_and(|is_empty| !is_empty),
-            listed: None,
-            parts,
+            heartbeat_interval: heartbeat_interval(context.attempt.shard.of),
+            last_heartbeat: None,
+            has_earlier_entries: context.record.is_empty().is_ok_and(|is_empty| !is_empty),
+            listing: None,
+            context,
         }
     }
 
-    fn run(&mut self, told: &Receiver<Told>, given: &Sender<Given>) -> Result<(), ShardError> {
+    fn run(
+        &mut self,
+        requests: &Receiver<PublisherRequest>,
+        replies: &Sender<PublisherReply>,
+    ) -> Result<(), ShardError> {
         let mut wants = false;
-        self.beat()?;
+        self.send_heartbeat()?;
         loop {
-            match told.recv_timeout(if wants { LOOK } else { self.every }) {
-                Ok(Told::Durable(samples)) => self.durable(&samples)?,
-                Ok(Told::Wants) => wants = true,
+            match requests.recv_timeout(if wants { POLL_INTERVAL } else { self.heartbeat_interval }) {
+                Ok(PublisherRequest::Durable(samples)) => self.count_durable(&samples)?,
+                Ok(PublisherRequest::MoreSamples) => wants = true,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
-            self.beat()?;
-            if wants && let Some(answer) = self.next()? {
+            self.send_heartbeat()?;
+            if wants && let Some(answer) = self.next_samples()? {
                 wants = false;
-                // Nobody may be there any more.
-                let _ = given.send(answer);
+                // The run may have ended.
+                let _ = replies.send(answer);
             }
         }
     }
 
-    /// The samples of the next chunk that has some left to compute; `None`: not known yet.
-    fn next(&mut self) -> Result<Option<Given>, ShardError> {
+    /// Chooses the next chunk with missing samples; `None`: not known yet.
+    fn next_samples(&mut self) -> Result<Option<PublisherReply>, ShardError> {
         loop {
             match self.choose()? {
                 Choice::Wait => return Ok(None),
-                Choice::Nothing => return Ok(Some(Given::Nothing)),
-                Choice::Take(chunk) => {
-                    if let Some(todo) = self.take(chunk)? {
-                        return Ok(Some(Given::Samples(todo)));
+                Choice::Done => return Ok(Some(PublisherReply::NoneLeft)),
+                Choice::Compute(chunk) => {
+                    if let Some(todo) = self.start_chunk(chunk)? {
+                        return Ok(Some(PublisherReply::Samples(todo)));
                     }
-                    self.beat()?;
+                    self.send_heartbeat()?;
                 }
             }
         }
     }
 
-    /// Says that it lives, if it is time to.
-    fn beat(&mut self) -> Result<(), ShardError> {
-        if self.beat.is_some_and(|(said, _)| said.elapsed() < self.every) {
+    /// Writes a heartbeat if it is due.
+    fn send_heartbeat(&mut self) -> Result<(), ShardError> {
+        if self.last_heartbeat.is_some_and(|(sent, _)| sent.elapsed() < self.heartbeat_interval) {
             return Ok(());
         }
-        let Parts { attempt, shared, .. } = self.parts;
+        let PublisherContext { attempt, shared, .. } = self.context;
         let counts = self.counts;
-        let now = self.patience.tried(|| attempt.say(shared, RUNNING, counts))?;
-        self.beat = Some((Instant::now(), now));
+        let now = self.patience.run(|| attempt.report(shared, RUNNING, counts))?;
+        self.last_heartbeat = Some((Instant::now(), now));
         Ok(())
     }
 
-    /// The last word.
-    fn farewell(&mut self, is_well: bool) {
-        let Parts { attempt, shared, .. } = self.parts;
-        self.under_way.keys().for_each(|chunk| attempt.forget(shared, *chunk));
-        let _ = attempt.say(shared, if is_well { "ended" } else { "failed" }, self.counts);
+    /// Reports the end of the attempt.
+    fn report_end(&mut self, is_well: bool) {
+        let PublisherContext { attempt, shared, .. } = self.context;
+        self.in_progress.keys().for_each(|chunk| attempt.remove_hint(shared, *chunk));
+        let _ = attempt.report(shared, if is_well { "ended" } else { "failed" }, self.counts);
     }
 
     fn choose(&mut self) -> Result<Choice, ShardError> {
-        let Parts { attempt, shared, .. } = self.parts;
-        if self.parts.may_end && shared.folder().place(RESULTS).is_file() {
-            (self.parts.note)("merged already, by its [stop]: nothing more is computed here");
-            return Ok(Choice::Nothing);
+        let PublisherContext { attempt, shared, .. } = self.context;
+        if self.context.may_end && shared.folder().place(RESULTS).is_file() {
+            (self.context.note)("merged already, by its [stop]: nothing more is computed here");
+            return Ok(Choice::Done);
         }
-        let now = self.beat.map_or_else(SystemTime::now, |(said, now)| now + said.elapsed());
-        let (chooser, patience, listed) = (&mut self.chooser, &self.patience, &mut self.listed);
-        patience.tried(|| {
-            chooser.choose(|chunk, look| {
-                if look == Look::Listed
-                    && let Some(found) = listed_as(listed, shared, chunk)?
+        let now = self.last_heartbeat.map_or_else(SystemTime::now, |(sent, now)| now + sent.elapsed());
+        let (chooser, patience, listing) = (&mut self.chooser, &self.patience, &mut self.listing);
+        patience.run(|| {
+            chooser.choose(|chunk, lookup| {
+                if lookup == Lookup::Folder
+                    && let Some(found) = state_by_listing(listing, shared, chunk)?
                 {
                     return Ok(found);
                 }
-                Ok(match is_there(shared, chunk)? {
-                    true => State::There,
-                    false if is_at(shared, chunk, attempt, now) => State::Taken,
-                    false => State::Missing,
+                Ok(match is_published(shared, chunk)? {
+                    true => ChunkState::Published,
+                    false if is_in_progress_elsewhere(shared, chunk, attempt, now) => ChunkState::InProgress,
+                    false => ChunkState::Missing,
                 })
             })
         })
     }
 
-    /// Begins a chunk: gives the samples of it that the own record does not have; `None` where it has all.
-    fn take(&mut self, chunk: u64) -> Result<Option<Todo>, ShardError> {
-        self.parts.attempt.hint(self.parts.shared, chunk);
-        let range = self.parts.frozen.chunks.range(chunk);
-        let Parts { shared, frozen, prepared, .. } = self.parts;
-        let taken_over = taken_over(shared, frozen, prepared, chunk);
-        let todo = if self.has_earlier || !taken_over.is_empty() {
-            let is_missing = |sample: &u64| !(taken_over.contains_key(sample) || self.has_earlier && self.has(*sample));
+    /// Starts a chunk; returns its samples that the record lacks, `None` if it has all of them.
+    fn start_chunk(&mut self, chunk: u64) -> Result<Option<Todo>, ShardError> {
+        self.context.attempt.put_hint(self.context.shared, chunk);
+        let range = self.context.shards_file.chunks.range(chunk);
+        let PublisherContext { shared, shards_file, prepared, .. } = self.context;
+        let taken_over = taken_over(shared, shards_file, prepared, chunk);
+        let todo = if self.has_earlier_entries || !taken_over.is_empty() {
+            let is_missing = |sample: &u64| {
+                !(taken_over.contains_key(sample) || self.has_earlier_entries && self.has_valid_entry(*sample))
+            };
             Todo::from_iter(range.filter(is_missing).map(|sample| sample..sample + 1))
         } else {
             Todo::from_iter([range])
         };
-        self.under_way.insert(chunk, UnderWay { left: todo.left(), taken_over });
+        self.in_progress.insert(chunk, ChunkInProgress { left: todo.left(), taken_over });
         if todo.left() == 0 {
             self.publish(chunk)?;
             return Ok(None);
@@ -300,9 +309,9 @@ impl<'a> Publisher<'a> {
         Ok(Some(todo))
     }
 
-    /// Whether an earlier attempt on this node has left a sample that counts.
-    fn has(&self, sample: u64) -> bool {
-        let Parts { record, prepared, .. } = self.parts;
+    /// Whether the record has a valid entry of a sample from an earlier attempt.
+    fn has_valid_entry(&self, sample: u64) -> bool {
+        let PublisherContext { record, prepared, .. } = self.context;
         let bytes = record.bytes(sample).ok().flatten();
         let head = bytes.and_then(|bytes| Head::decode(&bytes, prepared.steps).ok());
         head.is_some_and(|head| {
@@ -311,12 +320,12 @@ impl<'a> Publisher<'a> {
         })
     }
 
-    fn durable(&mut self, samples: &[u64]) -> Result<(), ShardError> {
+    fn count_durable(&mut self, samples: &[u64]) -> Result<(), ShardError> {
         for &sample in samples {
-            let chunk = self.parts.frozen.chunks.of(sample);
-            let Some(under_way) = self.under_way.get_mut(&chunk) else { continue };
-            under_way.left = under_way.left.saturating_sub(1);
-            if under_way.left == 0 {
+            let chunk = self.context.shards_file.chunks.of(sample);
+            let Some(in_progress) = self.in_progress.get_mut(&chunk) else { continue };
+            in_progress.left = in_progress.left.saturating_sub(1);
+            if in_progress.left == 0 {
                 self.publish(chunk)?;
             }
         }
@@ -324,10 +333,10 @@ impl<'a> Publisher<'a> {
     }
 
     fn publish(&mut self, chunk: u64) -> Result<(), ShardError> {
-        let Parts { shared, frozen, record, attempt, note, .. } = self.parts;
+        let PublisherContext { shared, shards_file, record, attempt, note, .. } = self.context;
         let mut entries = Vec::new();
-        let taken_over = self.under_way.get(&chunk).map(|under_way| &under_way.taken_over);
-        for sample in frozen.chunks.range(chunk) {
+        let taken_over = self.in_progress.get(&chunk).map(|in_progress| &in_progress.taken_over);
+        for sample in shards_file.chunks.range(chunk) {
             if let Some(bytes) = taken_over.and_then(|entries| entries.get(&sample)) {
                 entries.push(bytes.clone());
                 continue;
@@ -337,11 +346,15 @@ impl<'a> Publisher<'a> {
             let missing = bladeoff_record::RecordError::Missing { sample, path };
             entries.push(bytes.ok_or_else(|| super::super::error::RunError::from(missing))?);
         }
-        let bytes = encode(frozen, chunk, &attempt.by(), &entries);
-        let put = self.patience.tried(|| {
+        let bytes = encode(shards_file, chunk, &attempt.metadata(), &entries);
+        let put = self.patience.run(|| {
             let folder = shared.numbered(CHUNKS, folder_of(chunk))?;
-            // Somebody may have removed everything and begun another study here.
-            if frozen.is_it(shared)? { put_once(&folder, &chunk_name(chunk), &bytes).map(Some) } else { Ok(None) }
+            // Another process may have removed the directory and begun another study.
+            if shards_file.is_current(shared)? {
+                put_once(&folder, &chunk_name(chunk), &bytes).map(Some)
+            } else {
+                Ok(None)
+            }
         })?;
         match put {
             None => return Err(ShardError::Replaced { path: shared.path().to_path_buf() }),
@@ -354,42 +367,46 @@ impl<'a> Publisher<'a> {
                 note(&format!("chunk {chunk} was published by another attempt before: ours is dropped"));
             }
         }
-        self.under_way.remove(&chunk);
-        attempt.forget(shared, chunk);
+        self.in_progress.remove(&chunk);
+        attempt.remove_hint(shared, chunk);
         Ok(())
     }
 }
 
-/// A folder of chunks as it was.
-struct Listed {
+/// Listing of a folder of chunks.
+struct FolderListing {
     number: u64,
     there: BTreeSet<u64>,
     hinted: BTreeSet<u64>,
 }
 
-/// Whether a chunk was there, or had a hint, when its folder was listed. Who helps looks at thousands that are: two lists instead of questions
-/// for each.
-fn listed_as(listed: &mut Option<Listed>, shared: &Shared, chunk: u64) -> Result<Option<State>, FileError> {
+/// State of a chunk by the listing of its folder. A helper asks for thousands of chunks: two listings replace a question per
+/// chunk. `None`: neither file nor hint.
+fn state_by_listing(
+    listing: &mut Option<FolderListing>,
+    shared: &Shared,
+    chunk: u64,
+) -> Result<Option<ChunkState>, FileError> {
     let number = folder_of(chunk);
-    let list = match listed.take().filter(|list| list.number == number) {
+    let list = match listing.take().filter(|list| list.number == number) {
         Some(list) => list,
-        None => Listed { number, there: shared.names_in(number)?, hinted: hints_in(shared, number) },
+        None => FolderListing { number, there: shared.names_in(number)?, hinted: hinted_chunks(shared, number) },
     };
     let found = match (list.there.contains(&chunk), list.hinted.contains(&chunk)) {
-        (true, _) => Some(State::There),
-        (false, true) => Some(State::Taken),
+        (true, _) => Some(ChunkState::Published),
+        (false, true) => Some(ChunkState::InProgress),
         (false, false) => None,
     };
-    *listed = Some(list);
+    *listing = Some(list);
     Ok(found)
 }
 
 /// Whether a chunk is published.
-fn is_there(shared: &Shared, chunk: u64) -> Result<bool, FileError> {
+fn is_published(shared: &Shared, chunk: u64) -> Result<bool, FileError> {
     let path = || shared.path().join(CHUNKS).join(chunk_name(chunk));
     let folder = match shared.chunks_in(folder_of(chunk)) {
         Ok(Some(folder)) => folder,
-        // What cannot be looked at is away; what is not there is missing.
+        // An unreadable folder is an error; an absent one means that the chunk is missing.
         Ok(None) if shared.folder().place(SHARDS).identity().is_ok_and(|found| found.is_some()) => return Ok(false),
         Ok(None) => return Err(FileError::at("look into", &path())(io::ErrorKind::NotFound.into())),
         Err(error) => return Err(FileError::at("look into", &path())(error)),

@@ -1,10 +1,11 @@
-//! One shard: an ordinary run on one node, with a record of its own in scratch, fed chunk by chunk from what the shared directory lacks.
+//! Shard: an ordinary run on one node with a record of its own in scratch, which computes the missing chunks of the shared
+//! directory.
 //!
-//! The scratch directory is a result directory like any other, on a disk of the node. Its lock is the node's kernel's. One that an attempt
-//! has left that was killed is taken up by the next one on the same node: what it had computed of unfinished chunks is not lost.
+//! The scratch directory is an ordinary result directory on a disk of the node, locked by the kernel of the node. The next
+//! attempt on the same node continues the scratch directory of a killed one, so finished samples of unfinished chunks are kept.
 
 use super::super::directory::{MANIFEST, RunDirectory};
-use super::super::directory_lost::Guard;
+use super::super::directory_lost::DirectoryWatch;
 use super::super::error::RunError;
 use super::super::lock::LockError;
 use super::super::manifest::{Course, manifest};
@@ -18,10 +19,10 @@ use super::super::{interrupt, options};
 use super::attempt::{Attempt, Counts, TIME_WAS_OVER};
 use super::error::ShardError;
 use super::freeze::{freeze, refuse_refined};
-use super::frozen::Frozen;
 use super::layout::{Chunks, Shard};
 use super::measure::chunk_size;
-use super::publisher::{Parts, Post, published_beside};
+use super::publisher::{PublisherContext, PublisherHandle, published_beside};
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
 use super::takeover::{refuse_no_old, take_over};
 use crate::dispatch::{self, DispatchReport, Ended};
@@ -36,45 +37,45 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// Scratch directories of one study that are tried on one node.
+/// Largest number of scratch directories of one study on one node.
 const MOST_SCRATCH: u32 = 1000;
 
-/// What is asked of a shard.
+/// Request to compute a shard.
 #[derive(Debug, Clone)]
 pub struct ShardRequest {
-    /// As of a run; `out` is the directory that all shards share.
+    /// Request as for a run; `out` is the shared directory.
     pub run: Request,
-    /// Which shard.
+    /// Shard.
     pub shard: Shard,
-    /// Samples of a chunk, where the directory is begun.
+    /// Chunk size of a new directory.
     pub chunk: Option<u64>,
-    /// A directory whose samples are taken over.
+    /// Directory whose samples are reused.
     pub reuse: Option<PathBuf>,
-    /// Where its own record lies.
+    /// Folder of the scratch directory.
     pub scratch: PathBuf,
-    /// How long the shared directory may be away.
+    /// Longest time for retries while the shared directory is unavailable.
     pub patience: Duration,
 }
 
-/// How a shard ended.
+/// Result of a shard.
 #[derive(Debug, Clone, Copy)]
 pub struct ShardFinished {
-    /// Why; complete: nothing is left for it to do.
+    /// Reason of the end; complete: no chunk is left for this shard.
     pub ended: Ended,
-    /// Chunks that it has published.
+    /// Published chunks.
     pub published: u64,
-    /// Of these, such that are other shards'.
+    /// Published chunks of other shards.
     pub helped: u64,
-    /// Chunks that others had published before it.
+    /// Chunks that another attempt published first.
     pub lost: u64,
     /// Chunks of the study.
     pub chunks: u64,
 }
 
-/// Computes the missing chunks of a shard, and then of others, and publishes them.
+/// Computes and publishes the missing chunks of a shard, then those of others.
 ///
 /// # Errors
-/// See [`ShardError`]; what was published is there.
+/// See [`ShardError`]; published chunks remain.
 pub fn run_shard(
     request: &ShardRequest,
     samples: &Samples,
@@ -87,9 +88,9 @@ pub fn run_shard(
     let shared = Shared::claim(&request.run.out, request.run.trusts, note)?;
     let workers = request.run.workers;
     let size = |prepared: &Prepared<'_>| chunk_size(prepared, workers, request.shard.of);
-    let (frozen, prepared) = freeze(&shared, samples, (request.chunk, request.reuse.as_deref()), size, note)?;
+    let (shards_file, prepared) = freeze(&shared, samples, (request.chunk, request.reuse.as_deref()), size, note)?;
     let last = request.run.looking.as_ref().and_then(|looking| Some(looking.stages().last()?.samples));
-    let chunks = frozen.needed(last);
+    let chunks = shards_file.needed(last);
     note(&format!(
         "shard {} of {} in chunks of {}",
         request.shard,
@@ -101,11 +102,11 @@ pub fn run_shard(
     }
     let attempt = Attempt::begin(request.shard, workers)?;
     if let Some(old) = &request.reuse {
-        take_over(old, &shared, (&frozen, &prepared), &attempt, note)?;
+        take_over(old, &shared, (&shards_file, &prepared), &attempt, note)?;
     }
-    let (directory, opened) = scratch(request, &frozen, &prepared)?;
+    let (directory, opened) = scratch(request, &shards_file, &prepared)?;
     let mut own = Request { out: directory.path().to_path_buf(), ..request.run.clone() };
-    // `wall` of [stop] counts from here
+    // `wall` of [stop] counts from here.
     own.limits = own.limits.after(own.begun.elapsed());
     own.begun = Instant::now();
     let wall = request.run.looking.as_ref().and_then(|looking| looking.wall());
@@ -117,12 +118,12 @@ pub fn run_shard(
         let found = counted(found, "sample");
         note(&format!("{found} of an earlier attempt on this node, in {}", shown(session.directory.path())));
     }
-    let (report, counts) = compute(&mut session, (request, chunks), (&shared, &frozen, &attempt), note)?;
+    let (report, counts) = compute(&mut session, (request, chunks), (&shared, &shards_file, &attempt), note)?;
     let mut ended = report.ended;
     if ended == Ended::Wall && is_by_stop {
         ended = Ended::Stop;
-        // The merge waits for nobody then.
-        attempt.say(&shared, TIME_WAS_OVER, counts)?;
+        // The merge then does not wait for this shard.
+        attempt.report(&shared, TIME_WAS_OVER, counts)?;
     }
     let finished = ShardFinished {
         ended,
@@ -139,24 +140,24 @@ pub fn run_shard(
     Ok(finished)
 }
 
-/// Removes a scratch directory of which everything is published. It has another name and no files before its lock is given back: another
-/// attempt on this node begins in one of its own, and never in this.
+/// Removes a scratch directory after all its samples are published. It is renamed and emptied before its lock is released, so
+/// that another attempt on this node begins in a directory of its own.
 fn remove(directory: RunDirectory) {
     let path = directory.absolute().to_path_buf();
     let mut aside = path.clone().into_os_string();
     aside.push(format!(".done-{}", unguessable()));
-    // A leftover is in nobody's way.
+    // A leftover folder has no effect.
     let _ = fs::rename(&path, &aside).and_then(|()| fs::remove_dir_all(&aside));
     drop(directory);
 }
 
-/// A directory of its own on the node, with the record of an earlier attempt if there is one that nobody works in.
+/// Opens a scratch directory: that of an earlier attempt if no process uses it, otherwise a new one.
 fn scratch(
     request: &ShardRequest,
-    frozen: &Frozen,
+    shards_file: &ShardsFile,
     prepared: &Prepared<'_>,
 ) -> Result<(RunDirectory, Opened), ShardError> {
-    let name = format!("bladeoff-shard-{}", &frozen.hash[..16]);
+    let name = format!("bladeoff-shard-{}", &shards_file.hash[..16]);
     let mut number = 0;
     loop {
         let path = request.scratch.join(format!("{name}-{number}"));
@@ -168,7 +169,7 @@ fn scratch(
             Ok::<_, RunError>((directory, opened))
         };
         match opened() {
-            // Whoever works there, or whoever's it is: there are other names.
+            // Another process or user has this name: try the next one.
             Err(
                 RunError::Lock(LockError::Held { .. } | LockError::Theirs { .. })
                 | RunError::Foreign { .. }
@@ -180,18 +181,18 @@ fn scratch(
             Err(RunError::Lock(LockError::NotGranted { source, .. })) => {
                 return Err(ShardError::ScratchWithoutLocks { path: request.scratch.clone(), source });
             }
-            // Who has published everything in it has just removed it.
+            // Its owner has published everything and removed it.
             Err(_) if number < MOST_SCRATCH && !path.exists() => {}
             found => return Ok(found?),
         }
     }
 }
 
-/// Has the samples computed that the shared directory lacks.
+/// Computes the samples that the shared directory lacks.
 fn compute(
     session: &mut Session<'_>,
     (request, needed): (&ShardRequest, Chunks),
-    (shared, frozen, attempt): (&Shared, &Frozen, &Attempt),
+    (shared, shards_file, attempt): (&Shared, &ShardsFile, &Attempt),
     note: &(dyn Fn(&str) + Sync),
 ) -> Result<(DispatchReport, Counts), ShardError> {
     let known = Known::begin(session.request)?;
@@ -205,10 +206,12 @@ fn compute(
     let record = session.opened.record.reader().clone();
     let Session { prepared, opened, directory, .. } = session;
     let (may_end, patience) = (request.run.looking.is_some(), request.patience);
-    let parts = Parts { shared, frozen, prepared, record: &record, attempt, needed, may_end, patience, note };
-    let work = |post: &Post| {
+    let context =
+        PublisherContext { shared, shards_file, prepared, record: &record, attempt, needed, may_end, patience, note };
+    let work = |handle: &PublisherHandle| {
         let known = Rc::clone(&telling.known);
-        let mut sink = RecordSink::new(&mut opened.record, &prepared.keys, &known, post, Guard::new(directory));
+        let mut sink =
+            RecordSink::new(&mut opened.record, &prepared.keys, &known, handle, DirectoryWatch::new(directory));
         let report = dispatch::run(&options, prepared.samples, Todo::default(), &mut sink, &mut telling);
         let committed = sink.close();
         telling.progress.clear();
@@ -218,13 +221,13 @@ fn compute(
         }
         (report, committed)
     };
-    let ((report, committed), published) = published_beside(&parts, work)?;
+    let ((report, committed), published) = published_beside(&context, work)?;
     telling.progress.finish(&telling.durable(), Instant::now());
     let memory = report.map(|mut report| {
         let memory = report.memory.take();
         (report, memory)
     });
-    // Why it could not be published says more than that the run was ended by it.
+    // The error of the publisher explains more than the end of the run that it caused.
     let counts = match (published, &memory) {
         (Ok(counts), _) => counts,
         (Err(error), _) => {

@@ -1,6 +1,7 @@
-//! The directory that all shards share: opened, trusted, with the folders of chunks, hints and attempts.
+//! Shared directory of all shards: opening, permission check, folders of chunks, hints and attempts.
 //!
-//! No lock on it is trusted: on a network file system one may be granted twice, or kept by a node that is gone. Names are taken by `link(2)`.
+//! No lock on it is used: a network file system may grant a lock twice, or keep that of a dead node. Names are taken by
+//! `link(2)`.
 
 use super::super::trust::{Untrusted, check};
 use super::error::ShardError;
@@ -16,18 +17,18 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::Path;
 
-/// What is there before [`SHARDS`] is.
+/// Names that exist before [`SHARDS`].
 const FIRST: [&str; 10] = [REUSED, STUDY, MACHINE, POINTS, BASIS_FILE, PLAN_FILE, CHUNKS, HINTS, ATTEMPTS, SCHEDULER];
 
-/// A directory of shards, open.
+/// Open directory of shards.
 #[derive(Debug, Clone)]
 pub(super) struct Shared(Folder);
 
 impl Shared {
-    /// Makes the directory if it is not there; `trusts`: also works in one that others could write in.
+    /// Opens the directory and creates it if necessary; `trusts`: also accept a directory to which other users may write.
     ///
     /// # Errors
-    /// It is something else's, or cannot be used.
+    /// The directory has another purpose or cannot be used.
     pub fn claim(path: &Path, trusts: bool, note: &dyn Fn(&str)) -> Result<Self, ShardError> {
         if fs::symlink_metadata(path).is_err() {
             let made = fs::DirBuilder::new().recursive(true).mode(0o755).create(path);
@@ -41,10 +42,10 @@ impl Shared {
         Ok(shared)
     }
 
-    /// Opens one that is there, to be read; `None` if no shard has begun it.
+    /// Opens an existing directory for reading; `None`: no shard has begun it.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// A file error.
     pub fn open(path: &Path) -> Result<Option<Self>, FileError> {
         match Folder::open(path) {
             Ok(folder) if folder.place(SHARDS).is_file() => Ok(Some(Self(folder))),
@@ -54,10 +55,10 @@ impl Shared {
         }
     }
 
-    /// Whether others could write in it, and they are not trusted: then nothing is written there.
+    /// Checks that other users cannot write to the directory, or that `trusts` allows it.
     ///
     /// # Errors
-    /// As said, or it cannot be looked at.
+    /// [`ShardError::Untrusted`], or a file error.
     pub fn trusted(&self, trusts: bool, note: &dyn Fn(&str)) -> Result<(), ShardError> {
         trusted(&self.0, trusts, note)
     }
@@ -69,7 +70,7 @@ impl Shared {
         let names = self.0.names().map_err(FileError::at("read", self.path()))?;
         let is_first = |name: &OsStr| {
             FIRST.iter().any(|first| name == *first || is_temporary(name, first))
-                // begun by another one since it was looked for
+                // begun by another process since the check above
                 || name == SHARDS
                 || is_temporary(name, SHARDS)
                 || name.to_str().is_some_and(is_empirical)
@@ -80,22 +81,22 @@ impl Shared {
         }
     }
 
-    /// The directory itself.
+    /// Open folder.
     pub fn folder(&self) -> &Folder {
         &self.0
     }
 
-    /// Its path.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// Whether it was removed.
+    /// Whether the directory was removed.
     pub fn is_removed(&self) -> bool {
         self.0.standing() == Standing::Removed
     }
 
-    /// The folder of chunks, or of hints, of this number, made if it is not there.
+    /// Opens the folder of chunks or hints of this number; creates it if necessary.
     ///
     /// # Errors
     /// As [`Shared::made_below`].
@@ -103,15 +104,15 @@ impl Shared {
         self.made_below(kind, &folder_name(number))
     }
 
-    /// A folder in one of these folders, made if it is not there.
+    /// Opens a folder in one of these folders; creates it if necessary.
     ///
     /// # Errors
-    /// The system refused; something else has the name.
+    /// The system refused, or another file has the name.
     pub fn made_below(&self, kind: &str, name: &str) -> Result<Folder, FileError> {
         made_in(&made_in(&self.0, kind)?, name)
     }
 
-    /// The folder of chunks of this number, if it is there.
+    /// Opens the folder of chunks of this number; `None`: it does not exist.
     pub fn chunks_in(&self, number: u64) -> io::Result<Option<Folder>> {
         match self.0.folder(CHUNKS).and_then(|chunks| chunks.folder(&folder_name(number))) {
             Ok(folder) => Ok(Some(folder)),
@@ -120,10 +121,10 @@ impl Shared {
         }
     }
 
-    /// The chunks that have a file in the folder of this number.
+    /// Lists the published chunks in the folder of this number.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The folder cannot be read.
     pub fn names_in(&self, number: u64) -> Result<BTreeSet<u64>, FileError> {
         let names = self.chunks_in(number).and_then(|folder| folder.map_or(Ok(Vec::new()), |folder| folder.names()));
         let names = names.map_err(FileError::at("read", &self.path().join(CHUNKS).join(folder_name(number))))?;
@@ -138,7 +139,7 @@ fn made_in(folder: &Folder, name: &str) -> Result<Folder, FileError> {
         found => return found.map_err(FileError::at("use", &place)),
     }
     match place.create_folder() {
-        // Somebody was quicker.
+        // Another process has created it.
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
             return Err(FileError::at("create", &place)(error));
         }
@@ -149,8 +150,8 @@ fn made_in(folder: &Folder, name: &str) -> Result<Folder, FileError> {
     Ok(made)
 }
 
-/// On clusters a directory of the own user that his group may write is usual: a word is said. Whatever else others could write in is
-/// trusted only where the user says so.
+/// Checks who may write to the directory. A group-writable directory of the user is usual on clusters and gives a note. Any other
+/// writable directory is accepted only with `--trust-dir`.
 fn trusted(folder: &Folder, trusts: bool, note: &dyn Fn(&str)) -> Result<(), ShardError> {
     match check(folder, trusts)? {
         None => Ok(()),

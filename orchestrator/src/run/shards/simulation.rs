@@ -1,9 +1,8 @@
-//! Shards on nodes that are slow, die and come back, on a file system that takes its time: played with the very state machine that chooses
-//! chunks, without I/O. Regenerate the table of docs/cluster-methods.md with
-//! `cargo test --release --workspace --lib shards_on_failing -- --nocapture`.
+//! Simulation of shards on slow and failing nodes and a slow file system, with the state machine that chooses chunks and without
+//! I/O. Regenerate the table of docs/cluster-methods.md with
 
-use super::attempt::{beat, fresh};
-use super::choose::{Choice, Chooser, Look, State};
+use super::attempt::{heartbeat_interval, stale_after};
+use super::choose::{Choice, ChunkChooser, ChunkState, Lookup};
 use super::layout::{PER_FOLDER, Shard};
 use bladeoff_system::random::SplitMix;
 use std::cmp::Reverse;
@@ -63,7 +62,7 @@ enum Event {
 }
 
 struct Task {
-    chooser: Chooser,
+    chooser: ChunkChooser,
     shard: Shard,
     attempt: u64,
     speed: f64,
@@ -103,7 +102,7 @@ fn latest(world: &World, happened: &Happened) -> f64 {
     let by_death = longest + most * (publishing + AGAIN);
     let all_compute = (work + deaths as f64 * by_death + (tasks * each) as f64 * most * publishing) / all;
     let last = longest / least + publishing;
-    let found_again = AGAIN.max(fresh(tasks).as_secs_f64() + LOOK);
+    let found_again = AGAIN.max(stale_after(tasks).as_secs_f64() + LOOK);
     BEGIN + all_compute + last + at_last as f64 * (2.0 * last + found_again)
 }
 
@@ -118,7 +117,7 @@ fn play(world: World, seed: u64) -> Played {
         .map(|number| {
             let shard = Shard { number, of: world.tasks };
             let speed = if random.unit() < world.slow { 0.25 } else { 0.9 + 0.2 * random.unit() };
-            Task { chooser: Chooser::new(shard, chunks), shard, attempt: 0, speed, at: None, is_over: false }
+            Task { chooser: ChunkChooser::new(shard, chunks), shard, attempt: 0, speed, at: None, is_over: false }
         })
         .collect();
     let speeds = || tasks.iter().map(|task| task.speed);
@@ -138,7 +137,7 @@ fn play(world: World, seed: u64) -> Played {
                 tasks[task].attempt += 1;
                 attempts += 1;
                 deaths[task] = None;
-                tasks[task].chooser = Chooser::new(tasks[task].shard, chunks);
+                tasks[task].chooser = ChunkChooser::new(tasks[task].shard, chunks);
                 let dies = now - 3600.0 * world.failure * (1.0 - random.unit()).ln();
                 queue.push(Reverse((at(dies), Event::Dies { task, attempt: tasks[task].attempt })));
                 (task, tasks[task].attempt)
@@ -174,41 +173,41 @@ fn play(world: World, seed: u64) -> Played {
         }
         let mut listed = u64::MAX;
         let mut chooser = tasks[number].chooser.clone();
-        let choice = chooser.choose(|chunk, look| {
+        let choice = chooser.choose(|chunk, lookup| {
             let folder = chunk / PER_FOLDER;
-            if look == Look::Listed && listed != folder {
+            if lookup == Lookup::Folder && listed != folder {
                 // Chunks and hints, each by a folder in a folder.
                 (listed, operations) = (folder, operations + 4);
             }
             if there[chunk as usize] {
-                operations += u64::from(look == Look::Closely);
-                return Ok::<_, Infallible>(State::There);
+                operations += u64::from(lookup == Lookup::Single);
+                return Ok::<_, Infallible>(ChunkState::Published);
             }
-            if look == Look::Listed && hints[chunk as usize].is_some() {
-                return Ok(State::Taken);
+            if lookup == Lookup::Folder && hints[chunk as usize].is_some() {
+                return Ok(ChunkState::InProgress);
             }
             operations += 3;
             let fresh = |(task, of): (usize, u64)| {
                 let lives = tasks[task].attempt == of && deaths[task].is_none();
                 task != number
-                    && (lives || deaths[task].is_some_and(|death| now - death < fresh(world.tasks).as_secs_f64()))
+                    && (lives || deaths[task].is_some_and(|death| now - death < stale_after(world.tasks).as_secs_f64()))
             };
-            Ok(if hints[chunk as usize].is_some_and(fresh) { State::Taken } else { State::Missing })
+            Ok(if hints[chunk as usize].is_some_and(fresh) { ChunkState::InProgress } else { ChunkState::Missing })
         });
         tasks[number].chooser = chooser;
         match choice.expect("no error") {
-            Choice::Take(chunk) => {
+            Choice::Compute(chunk) => {
                 hints[chunk as usize] = Some((number, attempt));
                 tasks[number].at = Some(chunk);
                 let takes = work[chunk as usize] / tasks[number].speed + world.publishing;
                 queue.push(Reverse((at(now + takes), Event::Done { task: number, attempt, chunk })));
             }
             Choice::Wait => queue.push(Reverse((at(now + LOOK), Event::Looks { task: number, attempt }))),
-            Choice::Nothing => tasks[number].is_over = true,
+            Choice::Done => tasks[number].is_over = true,
         }
     }
     assert_eq!(left, 0, "{world:?}: every chunk is there");
-    let beats = end / beat(world.tasks).as_secs_f64() * (world.tasks * BEATING) as f64;
+    let beats = end / heartbeat_interval(world.tasks).as_secs_f64() * (world.tasks * BEATING) as f64;
     let a_second = (operations as f64 + beats) / end;
     let work = work.iter().sum();
     let at_last = died[(last % world.tasks) as usize];

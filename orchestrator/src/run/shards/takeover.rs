@@ -1,8 +1,8 @@
-//! What a new directory takes over from an old one, by the keys of the samples: of a study that has grown, or of a run of one machine.
+//! Reuse of the samples of an old directory by their keys: of a study that has grown, or of a run of one machine.
 //!
-//! A chunk of which the old one has every sample is published at once. Of others what there is goes to `reused/`, as a file like that of a
-//! chunk with fewer entries, from which whoever computes the chunk takes it. A key is what goes into a sample, numerics and basis included:
-//! the new directory takes the basis of the old one, or nothing would be equal.
+//! A chunk with all samples in the old directory is published at once. The samples of other chunks go to `reused/`, as a chunk
+//! file with fewer entries, for the attempt that computes the chunk. A key contains all inputs of a sample, including numerics
+//! and basis. So the new directory uses the old basis, otherwise no key would be equal.
 
 use super::super::directory::LEDGER;
 use super::super::error::RunError;
@@ -11,10 +11,10 @@ use super::super::reuse::{Worth, worth};
 use super::attempt::Attempt;
 use super::chunk::{encode, opened};
 use super::error::ShardError;
-use super::frozen::Frozen;
 use super::layout::{CHUNKS, REUSED, SHARDS, chunk_name, folder_name, folder_of};
 use super::merge::each_missing;
 use super::publish::put_once;
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
 use bladeoff_answers::summary::counted;
 use bladeoff_model::outcome::Status;
@@ -26,15 +26,15 @@ use bladeoff_system::shown;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Largest chunk of an old directory that is read.
+/// Largest chunk of an old directory that is read \[bytes\].
 const MOST: u64 = 512 << 20;
 
-/// The samples of an old directory by their keys, and where their entries are.
-struct Old {
+/// Index of an old directory: keys of its samples and places of their entries.
+struct OldDirectory {
     source: Source,
-    /// Key, what is known of the entry, its place; in the order of the keys.
+    /// Key, chunk or sample, and place in the chunk, in key order.
     index: Vec<(SampleKey, u64, u32)>,
-    /// The chunk that was read last.
+    /// Last chunk that was read.
     last: Option<(u64, Vec<Vec<u8>>)>,
 }
 
@@ -43,7 +43,7 @@ enum Source {
     Chunks(Folder),
 }
 
-impl Old {
+impl OldDirectory {
     fn open(path: &Path) -> Result<Self, ShardError> {
         let folder = Folder::open(path).map_err(FileError::at("open", path))?;
         let mut index = Vec::new();
@@ -54,7 +54,7 @@ impl Old {
                 let Ok(numbered) = chunks.folder(name) else { continue };
                 for file in numbered.names().map_err(FileError::at("read", numbered.path()))? {
                     let Some(chunk) = super::layout::chunk_of(&file) else { continue };
-                    // What is damaged is computed anew.
+                    // Damaged chunks are computed again.
                     let Some(entries) = entries_of(&chunks, chunk) else { continue };
                     for (place, bytes) in entries.iter().enumerate() {
                         if let Ok((key, _)) = Entry::decode(bytes) {
@@ -80,7 +80,7 @@ impl Old {
         Ok(Self { source, index, last: None })
     }
 
-    /// The entry of a sample, if there is one that a fresh run would give.
+    /// Finds the entry of a sample that a new computation would give; `None`: no entry fits.
     fn entry(&mut self, key: SampleKey, prepared: &Prepared<'_>, sample: u64) -> Result<Option<Vec<u8>>, ShardError> {
         let mut at = self.index.partition_point(|(known, ..)| *known < key);
         while let Some(&(_, place, entry)) = self.index.get(at).filter(|(known, ..)| *known == key) {
@@ -108,7 +108,7 @@ impl Old {
     }
 }
 
-/// The bytes of each entry of a chunk that is as it was written.
+/// Reads the entries of an undamaged chunk; `None`: missing or damaged.
 fn entries_of(chunks: &Folder, chunk: u64) -> Option<Vec<Vec<u8>>> {
     let folder = chunks.folder(&folder_name(folder_of(chunk))).ok()?;
     split(&folder.place(chunk_name(chunk)).read(MOST).ok()?)
@@ -125,7 +125,7 @@ fn split(bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
     Some(entries)
 }
 
-/// Refuses an old directory that has no samples, before a new one is begun.
+/// Rejects an old directory without samples, before a new one is begun.
 ///
 /// # Errors
 /// [`ShardError::None`].
@@ -137,23 +137,23 @@ pub(super) fn refuse_no_old(old: Option<&Path>) -> Result<(), ShardError> {
     }
 }
 
-/// Takes over what an old directory has of the chunks that are missing.
+/// Reuses the samples of an old directory for missing chunks.
 ///
 /// # Errors
-/// One of the directories cannot be read, or the new one not be written.
+/// The old directory cannot be read, or the new one cannot be written.
 pub(super) fn take_over(
     old: &Path,
     shared: &Shared,
-    (frozen, prepared): (&Frozen, &Prepared<'_>),
+    (shards_file, prepared): (&ShardsFile, &Prepared<'_>),
     attempt: &Attempt,
     note: &dyn Fn(&str),
 ) -> Result<(), ShardError> {
-    let mut source = Old::open(old)?;
+    let mut source = OldDirectory::open(old)?;
     let mut missing = Vec::new();
-    each_missing(shared, &frozen.chunks, |chunk| missing.push(chunk))?;
+    each_missing(shared, &shards_file.chunks, |chunk| missing.push(chunk))?;
     let (mut samples, mut whole) = (0u64, 0u64);
     for chunk in missing {
-        let range = frozen.chunks.range(chunk);
+        let range = shards_file.chunks.range(chunk);
         let mut entries = Vec::new();
         for sample in range.clone() {
             entries.extend(source.entry(prepared.keys.key(sample), prepared, sample)?);
@@ -165,22 +165,22 @@ pub(super) fn take_over(
         let is_whole = entries.len() as u64 == range.end - range.start;
         whole += u64::from(is_whole);
         let folder = shared.numbered(if is_whole { CHUNKS } else { REUSED }, folder_of(chunk))?;
-        put_once(&folder, &chunk_name(chunk), &encode(frozen, chunk, &attempt.by(), &entries))?;
+        put_once(&folder, &chunk_name(chunk), &encode(shards_file, chunk, &attempt.metadata(), &entries))?;
     }
     note(&format!(
         "{} of {} taken over from {} ({} whole)",
         samples,
-        counted(frozen.chunks.samples(), "sample"),
+        counted(shards_file.chunks.samples(), "sample"),
         shown(old),
         counted(whole, "chunk")
     ));
     Ok(())
 }
 
-/// What was taken over of a chunk that is not there: entries by sample.
+/// Reads the reused entries of a missing chunk, by sample.
 pub(super) fn taken_over(
     shared: &Shared,
-    frozen: &Frozen,
+    shards_file: &ShardsFile,
     prepared: &Prepared<'_>,
     chunk: u64,
 ) -> BTreeMap<u64, Vec<u8>> {
@@ -198,5 +198,5 @@ pub(super) fn taken_over(
         return BTreeMap::new();
     }
     let of = |sample| Some((sample, found.get(&prepared.keys.key(sample))?.clone()));
-    frozen.chunks.range(chunk).filter_map(of).collect()
+    shards_file.chunks.range(chunk).filter_map(of).collect()
 }

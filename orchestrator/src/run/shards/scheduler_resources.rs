@@ -1,17 +1,17 @@
-//! What a scheduler has given to this task: cores and memory of the node, which others share.
+//! Cores and memory that a scheduler has allotted to this task on a shared node.
 //!
-//! The system tells of affinity and of cgroups; a scheduler that uses neither tells by its variables alone.
+//! The system reports affinity and cgroups. Schedulers that use neither set environment variables.
 
 use std::path::Path;
 
-/// Cores by the variables of Slurm, PBS, LSF, HyperQueue.
+/// Variables with the number of cores: Slurm, PBS, LSF, HyperQueue.
 const CORES: [&str; 4] = ["SLURM_CPUS_ON_NODE", "NCPUS", "LSB_DJOB_NUMPROC", "HQ_CPUS_COUNT"];
-/// Memory that the first process of a task takes itself.
+/// Memory of the task's first process \[bytes\].
 const OWN: u64 = 512 << 20;
-/// Least memory of a worker that a limit is set to: less would fail samples that are none of the worst.
+/// Smallest memory limit of a worker \[bytes\]: a smaller one would fail ordinary samples.
 const LEAST: u64 = 256 << 20;
 
-/// Cores of this task: at most those that the system lets it use.
+/// Cores of this task, at most those that the system allows.
 #[must_use]
 pub fn cores(usable: usize) -> usize {
     cores_by(|name| std::env::var(name).ok(), usable)
@@ -22,8 +22,8 @@ fn cores_by(variable: impl Fn(&str) -> Option<String>, usable: usize) -> usize {
     told.map_or(usable, |told| told.min(usable)).max(1)
 }
 
-/// What a worker may allocate, where this task has a limit that all of them together would exceed otherwise: then a sample that takes
-/// too much loses its worker, and not the task all of its work.
+/// Memory limit of a worker, if the task has a limit that all workers together could exceed. A sample that needs too much memory
+/// then ends its worker and not the whole task.
 #[must_use]
 pub fn memory_of_worker(workers: usize) -> Option<u64> {
     of_worker(memory_by(|name| std::env::var(name).ok(), workers).into_iter().chain(cgroup()).min()?, workers)
@@ -34,7 +34,7 @@ fn of_worker(memory: u64, workers: usize) -> Option<u64> {
     (each >= LEAST).then_some(each)
 }
 
-/// By the variables of Slurm, in MB.
+/// Memory limit of the task by the variables of Slurm, which are in MB.
 fn memory_by(variable: impl Fn(&str) -> Option<String>, cores: usize) -> Option<u64> {
     let megabytes = |name: &str| variable(name)?.trim().parse::<u64>().ok().filter(|megabytes| *megabytes > 0);
     let of_node = megabytes("SLURM_MEM_PER_NODE");
@@ -42,7 +42,7 @@ fn memory_by(variable: impl Fn(&str) -> Option<String>, cores: usize) -> Option<
     of_node.or_else(of_cores).map(|megabytes| megabytes.saturating_mul(1 << 20))
 }
 
-/// By the control group that this process is in, and those above it.
+/// Memory limit of the control groups of this process.
 fn cgroup() -> Option<u64> {
     let own = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let own = own.lines().find_map(|line| line.strip_prefix("0::/"))?;

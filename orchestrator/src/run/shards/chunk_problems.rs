@@ -1,30 +1,30 @@
-//! What is wrong with the chunks of a directory that is merged: all of it told at once, with counts and the first of each kind.
+//! Missing and rejected chunks of a merge, reported together: counts, and the first chunk of each kind.
 
 use super::chunk::ChunkError;
 use super::error::ShardError;
-use super::frozen::Frozen;
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
 use std::fmt;
 
-/// Ranges of chunks that are listed.
+/// Largest number of listed ranges.
 pub(super) const SHOWN: usize = 20;
-/// Keys of a chunk's head that say which samples are in it.
+/// Keys of a chunk's head that name its samples.
 const PLACE: [&str; 3] = ["chunk", "first", "samples"];
 
-/// Why a chunk that has a file was put aside.
+/// Reason why a chunk file was set aside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Damaged,
     Foreign,
-    Doubled,
+    Duplicate,
 }
 
 impl Kind {
-    const ALL: [Self; 3] = [Self::Damaged, Self::Foreign, Self::Doubled];
+    const ALL: [Self; 3] = [Self::Damaged, Self::Foreign, Self::Duplicate];
 
     fn of(error: &ChunkError) -> Self {
         match error {
-            ChunkError::Other { key, .. } if PLACE.contains(&key.as_str()) => Self::Doubled,
+            ChunkError::Other { key, .. } if PLACE.contains(&key.as_str()) => Self::Duplicate,
             ChunkError::Other { .. } => Self::Foreign,
             ChunkError::Missing
             | ChunkError::Damaged(_)
@@ -38,66 +38,66 @@ impl Kind {
         match self {
             Self::Damaged => "damaged",
             Self::Foreign => "of another study, program or basis",
-            Self::Doubled => "with samples of another chunk, which would be there twice",
+            Self::Duplicate => "with samples of another chunk, which would be there twice",
         }
     }
 }
 
-/// What is wrong, by chunk.
+/// Missing and rejected chunks.
 #[derive(Debug, Default)]
-pub(super) struct Wrong {
-    /// Chunks that have no file.
-    absent: Vec<u64>,
-    /// Those that had one, and what was wrong with it.
-    aside: Vec<(u64, Kind, String)>,
+pub(super) struct ChunkProblems {
+    /// Chunks without a file.
+    missing: Vec<u64>,
+    /// Chunks whose file was set aside, with the reason.
+    set_aside: Vec<(u64, Kind, String)>,
 }
 
-impl Wrong {
-    /// These chunks are not there, and nothing is known of others.
-    pub fn absent(absent: Vec<u64>) -> Self {
-        Self { absent, aside: Vec::new() }
+impl ChunkProblems {
+    /// Missing chunks alone.
+    pub fn missing(missing: Vec<u64>) -> Self {
+        Self { missing, set_aside: Vec::new() }
     }
 
-    /// A chunk was not what it should be.
-    pub fn was(&mut self, chunk: u64, error: &ChunkError) {
+    /// Adds a chunk that could not be read.
+    pub fn add(&mut self, chunk: u64, error: &ChunkError) {
         match error {
-            ChunkError::Missing => self.absent.push(chunk),
-            error => self.aside.push((chunk, Kind::of(error), error.to_string())),
+            ChunkError::Missing => self.missing.push(chunk),
+            error => self.set_aside.push((chunk, Kind::of(error), error.to_string())),
         }
     }
 
-    /// Whether every chunk was as it should be.
-    pub fn is_nothing(&self) -> bool {
-        self.absent.is_empty() && self.aside.is_empty()
+    /// Whether all chunks were valid.
+    pub fn is_empty(&self) -> bool {
+        self.missing.is_empty() && self.set_aside.is_empty()
     }
 
-    /// Chunks that were put aside so far.
-    pub fn aside(&self) -> usize {
-        self.aside.len()
+    /// Number of chunks set aside.
+    pub fn set_aside(&self) -> usize {
+        self.set_aside.len()
     }
 
-    /// As why there is no table.
-    pub fn told(&self, shared: &Shared, frozen: &Frozen) -> ShardError {
+    /// Converts the problems to the error of the merge.
+    pub fn into_error(self, shared: &Shared, shards_file: &ShardsFile) -> ShardError {
         let mut missing: Vec<u64> =
-            self.absent.iter().copied().chain(self.aside.iter().map(|(chunk, ..)| *chunk)).collect();
+            self.missing.iter().copied().chain(self.set_aside.iter().map(|(chunk, ..)| *chunk)).collect();
         missing.sort_unstable();
         ShardError::Missing {
             path: shared.path().to_path_buf(),
             missing: missing.len() as u64,
-            total: frozen.chunks.count(),
+            total: shards_file.chunks.count(),
             list: in_words(&missing),
             aside: self.to_string(),
         }
     }
 }
 
-/// A line for each kind of what was put aside; nothing where nothing was.
-impl fmt::Display for Wrong {
+/// Prints one line per kind of rejected chunk.
+impl fmt::Display for ChunkProblems {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for kind in Kind::ALL {
             let mut chunks: Vec<u64> = Vec::new();
             let mut first = None;
-            for (chunk, _, why) in self.aside.iter().filter(|(_, found, _)| *found == kind) {
+            for (chunk, _, why) in self.set_aside.iter().filter(|(_, found, _)| *found == kind) {
                 chunks.push(*chunk);
                 first = first.or(Some((chunk, why)));
             }
@@ -111,7 +111,7 @@ impl fmt::Display for Wrong {
     }
 }
 
-/// Ascending numbers as ranges: "0-3, 7, 9-10"; of many the first.
+/// Formats ascending numbers as ranges: "0-3, 7, 9-10"; long lists are cut.
 pub(super) fn in_words(chunks: &[u64]) -> String {
     let mut ranges: Vec<(u64, u64)> = Vec::new();
     for &chunk in chunks {
@@ -137,21 +137,21 @@ mod tests {
     fn what_was_put_aside_is_told_by_kind_with_counts_and_the_first_of_each() {
         let other =
             |key: &str| ChunkError::Other { key: key.to_owned(), found: "3".to_owned(), wanted: "7".to_owned() };
-        let mut wrong = Wrong::default();
-        assert!(wrong.is_nothing() && wrong.to_string().is_empty());
-        wrong.was(1, &ChunkError::Missing);
+        let mut problems = ChunkProblems::default();
+        assert!(problems.is_empty() && problems.to_string().is_empty());
+        problems.add(1, &ChunkError::Missing);
         for chunk in 40..90 {
-            wrong.was(chunk, &other("numerics"));
+            problems.add(chunk, &other("numerics"));
         }
-        wrong.was(7, &other("chunk"));
-        wrong.was(9, &ChunkError::Damaged("it is cut off"));
+        problems.add(7, &other("chunk"));
+        problems.add(9, &ChunkError::Damaged("it is cut off"));
         assert_eq!(
-            wrong.to_string(),
+            problems.to_string(),
             "\n  1 put aside, damaged: 9 (chunk 9: damaged: it is cut off)\n  50 put aside, of another study, program or basis: 40-89 \
              (chunk 40: of another study, program or chunk: numerics is 3, not 7)\n  1 put aside, with samples of another chunk, which \
              would be there twice: 7 (chunk 7: of another study, program or chunk: chunk is 3, not 7)"
         );
-        assert_eq!((wrong.aside(), wrong.is_nothing()), (52, false));
+        assert_eq!((problems.set_aside(), problems.is_empty()), (52, false));
     }
 
     #[test]

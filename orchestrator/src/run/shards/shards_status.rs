@@ -1,16 +1,16 @@
-//! What can be seen of shards from outside: chunks on disk, attempts by what they say of themselves. What is on disk is believed.
+//! Status of a directory of shards: chunks on disk, and attempts by their reports. The chunks decide where both disagree.
 
 use super::super::directory::RESULTS;
-use super::super::status::{RunState, Seen, see as see_run};
-use super::attempt::{AttemptSeen, all};
+use super::super::status::{DirectoryStatus, RunState, directory_status as status_of_run};
+use super::attempt::{AttemptStatus, all_attempts};
 use super::chunk::read;
+use super::chunk_problems::in_words;
 use super::error::ShardError;
 use super::freeze::{prepared, samples};
-use super::frozen::Frozen;
 use super::layout::{chunk_name, folder_of};
 use super::merge::each_missing;
+use super::shards_file::ShardsFile;
 use super::shared::Shared;
-use super::wrong::in_words;
 use bladeoff_study::Samples;
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
@@ -18,42 +18,42 @@ use serde_json::{Value, json};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// Missing chunks that are kept to be listed.
-const KEPT: usize = 10_000;
+/// Largest number of missing chunks that are listed.
+const MAX_LISTED: usize = 10_000;
 
-/// A directory of shards.
+/// Status of a directory of shards.
 #[derive(Debug, Clone)]
-pub struct ShardsSeen {
+pub struct ShardsStatus {
     /// Name of the study.
     pub study: String,
-    /// The study's file as it was named.
+    /// Study file as named on the command line.
     pub study_file: String,
-    /// Samples of it.
+    /// Samples of the study.
     pub samples: u64,
     /// Samples of a chunk.
     pub chunk: u64,
     /// Chunks of the study.
     pub chunks: u64,
-    /// Chunks that are there.
+    /// Published chunks.
     pub there: u64,
-    /// Samples in them.
+    /// Samples of the published chunks.
     pub done: u64,
-    /// The first that is not.
+    /// First missing chunk.
     pub first_missing: Option<u64>,
-    /// Which are not, in words.
+    /// Ranges of the missing chunks.
     pub missing: String,
-    /// Whether its table is there.
+    /// Whether the merged table exists.
     pub is_merged: bool,
-    /// The program that began it.
+    /// Program that began the directory.
     pub program: String,
-    /// By which parts of the study.
+    /// Values of `--scale` and `--limit`.
     pub part: (Option<f64>, Option<u64>),
-    /// Who has computed and who does, the living first.
-    pub attempts: Vec<AttemptSeen>,
+    /// Attempts, live ones first.
+    pub attempts: Vec<AttemptStatus>,
 }
 
-impl ShardsSeen {
-    /// The command that goes on with it: merge, or compute what is missing.
+impl ShardsStatus {
+    /// Command that continues the study: the merge, or the computation of the missing chunks.
     #[must_use]
     pub fn go_on(&self, directory: &Path) -> String {
         let directory = call::path_word(directory);
@@ -77,31 +77,32 @@ impl ShardsSeen {
     }
 }
 
-/// Looks at a directory of shards; `None`: it is none. `last`: samples that it needs at most, by its `[stop]`.
+/// Reads the status of a directory of shards; `None`: it contains none. `last`: largest number of samples that the study needs,
+/// by its `[stop]`.
 ///
 /// # Errors
 /// It cannot be read.
-pub fn see_shards(directory: &Path, last: Option<u64>) -> Result<Option<ShardsSeen>, ShardError> {
+pub fn shards_status(directory: &Path, last: Option<u64>) -> Result<Option<ShardsStatus>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
-    let Some(frozen) = Frozen::read(&shared)? else { return Ok(None) };
+    let Some(shards_file) = ShardsFile::read(&shared)? else { return Ok(None) };
     let mut missing = Vec::new();
     let mut lacking = 0;
-    let needed = frozen.needed(last);
+    let needed = shards_file.needed(last);
     let there = each_missing(&shared, &needed, |chunk| {
-        let range = frozen.chunks.range(chunk);
+        let range = shards_file.chunks.range(chunk);
         lacking += range.end - range.start;
-        if missing.len() < KEPT {
+        if missing.len() < MAX_LISTED {
             missing.push(chunk);
         }
     })?;
-    let mut attempts = all(&shared);
-    let order = |seen: &AttemptSeen| {
-        (!seen.lives, seen.said.get("started").map(Value::to_string), seen.said["attempt"].to_string())
+    let mut attempts = all_attempts(&shared);
+    let order = |seen: &AttemptStatus| {
+        (!seen.lives, seen.report.get("started").map(Value::to_string), seen.report["attempt"].to_string())
     };
     attempts.sort_by_key(order);
-    Ok(Some(ShardsSeen {
-        study: frozen.study(),
-        study_file: frozen.study_file(),
+    Ok(Some(ShardsStatus {
+        study: shards_file.study(),
+        study_file: shards_file.study_file(),
         samples: needed.samples(),
         chunk: needed.size(),
         chunks: needed.count(),
@@ -110,60 +111,61 @@ pub fn see_shards(directory: &Path, last: Option<u64>) -> Result<Option<ShardsSe
         first_missing: missing.first().copied(),
         missing: in_words(&missing),
         is_merged: shared.folder().place(RESULTS).is_file(),
-        program: frozen.program().unwrap_or_default(),
-        part: frozen.part(),
+        program: shards_file.program().unwrap_or_default(),
+        part: shards_file.selection(),
         attempts,
     }))
 }
 
-/// What is known of any result directory, as of one machine: of shards whether somebody computes and how to go on.
+/// Reads the status of any result directory. For shards: whether an attempt is alive, and the command that continues.
 ///
 /// # Errors
 /// It cannot be read.
-pub fn see(directory: &Path) -> Result<Option<Seen>, FileError> {
-    let seen = match see_shards(directory, None) {
+pub fn directory_status(directory: &Path) -> Result<Option<DirectoryStatus>, FileError> {
+    let seen = match shards_status(directory, None) {
         Ok(Some(seen)) => seen,
-        // What is wrong with it is said by who reads it.
-        Ok(None) | Err(_) => return see_run(directory),
+        // The commands that read the shards report their errors.
+        Ok(None) | Err(_) => return status_of_run(directory),
     };
     let state = match (seen.is_merged, seen.attempts.iter().any(|attempt| attempt.lives)) {
         (true, _) => RunState::Complete,
         (false, true) => RunState::Running { holder: None, stopped: false },
         (false, false) => RunState::Ended,
     };
-    let told = json!({ "study": seen.study, "total": seen.samples, "done": seen.done, "go_on": seen.go_on(directory) });
-    Ok(Some(Seen { state, told: told.as_object().cloned(), is_counted: true }))
+    let report =
+        json!({ "study": seen.study, "total": seen.samples, "done": seen.done, "go_on": seen.go_on(directory) });
+    Ok(Some(DirectoryStatus { state, last_report: report.as_object().cloned(), is_counted: true }))
 }
 
-/// The samples of a directory of shards; `None`: it is none.
+/// Reads the samples of a directory of shards; `None`: it contains none.
 ///
 /// # Errors
-/// Its study cannot be read any more.
+/// The study cannot be read.
 pub fn samples_of(directory: &Path) -> Result<Option<Samples>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
-    let Some(frozen) = Frozen::read(&shared)? else { return Ok(None) };
-    samples(&shared, &frozen).map(Some)
+    let Some(shards_file) = ShardsFile::read(&shared)? else { return Ok(None) };
+    samples(&shared, &shards_file).map(Some)
 }
 
-/// Reads every chunk that is there and checks all of it: how many are whole, and what is wrong with the others. Nothing is written.
+/// Checks every published chunk completely; returns the number of valid ones and the errors of the others. Writes nothing.
 ///
 /// # Errors
-/// The directory, or what is published in it, cannot be read.
+/// The directory or a shared file cannot be read.
 pub fn verify_chunks(directory: &Path) -> Result<Option<(u64, Vec<String>)>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
-    let Some(frozen) = Frozen::read(&shared)? else { return Ok(None) };
-    let samples = samples(&shared, &frozen)?;
-    let prepared = prepared(&shared, &frozen, &samples)?;
+    let Some(shards_file) = ShardsFile::read(&shared)? else { return Ok(None) };
+    let samples = samples(&shared, &shards_file)?;
+    let prepared = prepared(&shared, &shards_file, &samples)?;
     let (mut whole, mut damaged) = (0, Vec::new());
-    for number in frozen.chunks.folders() {
+    for number in shards_file.chunks.folders() {
         let names = shared.names_in(number)?;
         let Ok(Some(folder)) = shared.chunks_in(number) else { continue };
         for chunk in names {
-            if chunk >= frozen.chunks.count() || folder_of(chunk) != number {
+            if chunk >= shards_file.chunks.count() || folder_of(chunk) != number {
                 damaged.push(format!("{}: no chunk of this study", chunk_name(chunk)));
                 continue;
             }
-            match read(&folder, &frozen, &prepared, chunk) {
+            match read(&folder, &shards_file, &prepared, chunk) {
                 Ok(_) => whole += 1,
                 Err(error) => damaged.push(format!("{}: {error}", chunk_name(chunk))),
             }

@@ -1,4 +1,4 @@
-//! The shared file system may be away for a while: what failed is tried again, with a word, and not for ever.
+//! Retries while the shared file system is unavailable, with a note and a time limit.
 
 use super::error::ShardError;
 use super::shared::Shared;
@@ -9,28 +9,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time between two tries.
+/// Pause between two tries.
 const STEP: Duration = Duration::from_millis(500);
 
-/// How long a shard waits for the directory that it shares.
-pub(super) struct Patience<'a> {
+/// Retries of operations on the shared directory.
+pub(super) struct Retry<'a> {
     shared: &'a Shared,
     most: Duration,
-    /// Set when the run has ended: nobody waits any more.
+    /// Set when the run has ended; retries then stop.
     is_over: &'a AtomicBool,
     note: &'a (dyn Fn(&str) + Sync),
 }
 
-impl<'a> Patience<'a> {
+impl<'a> Retry<'a> {
     pub fn new(shared: &'a Shared, most: Duration, is_over: &'a AtomicBool, note: &'a (dyn Fn(&str) + Sync)) -> Self {
         Self { shared, most, is_over, note }
     }
 
-    /// Does something with the directory, again and again until it succeeds.
+    /// Repeats an operation until it succeeds.
     ///
     /// # Errors
-    /// It did not within the time; the directory is gone.
-    pub fn tried<T>(&self, mut work: impl FnMut() -> Result<T, FileError>) -> Result<T, ShardError> {
+    /// The time limit is over, or the directory was removed.
+    pub fn run<T>(&self, mut work: impl FnMut() -> Result<T, FileError>) -> Result<T, ShardError> {
         let begun = Instant::now();
         let mut first: Option<FileError> = None;
         loop {
