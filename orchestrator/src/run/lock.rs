@@ -108,7 +108,7 @@ pub enum LockError {
     /// Another process has it.
     #[error(
         "{} {}: {by}",
-        if matches!(by, Keeper::Run(_) | Keeper::Told(_)) { "another run works in" } else { "somebody keeps the lock (run.lock) of" },
+        if matches!(by, Keeper::Run(_) | Keeper::Told(_)) { "another run works in" } else { "another process holds the lock (run.lock) of" },
         shown(directory)
     )]
     Held {
@@ -119,7 +119,7 @@ pub enum LockError {
     },
     /// A run of somebody else began the directory.
     #[error(
-        "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and they alone can go on with it; choose another --out",
+        "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and only that user can resume it; choose another --out",
         shown(directory)
     )]
     Theirs {
@@ -430,7 +430,7 @@ mod tests {
             let Err(error @ LockError::Held { .. }) = Lock::take(&folder, "lock") else { panic!("it is held") };
             let words = error.to_string();
             let own = format!("process {} (", std::process::id());
-            assert!(words.contains("somebody keeps the lock") && words.contains(&own), "{words}");
+            assert!(words.contains("another process holds the lock") && words.contains(&own), "{words}");
             stranger.unlock().expect("held");
         }
         stranger.lock().expect("free");
