@@ -1,4 +1,4 @@
-//! Measures what the exponential engine leaves and prints tables of `docs/theory/08-exponential-engine.md`:
+//! Measures what the exponential engine leaves and prints tables of `docs/theory/10-exponential-accuracy.md`:
 //! `cargo run --release --workspace --example exponential_accuracy -- TABLE`, TABLE one of `starts` (81 starts of the turbine to 6 s and of the lab rig to 0.5 s, against smaller contact steps),
 //! `places` (nine starts of both machines with `hyp1` and `hyp2-frozen`, against `reduced`, for `docs/theory/09-one-place.md`), `random` (machines drawn at random, nine starts each, against `reduced` at an eighth of its default step), `window` (one long rub of the turbine against `reduced` at 3.4 us), `modes` and `grid`.
 //! One to five minutes each on one core. The candidates on the ring are a constant of the engine: their table is `modes` built with other ones.

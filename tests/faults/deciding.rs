@@ -80,7 +80,7 @@ fn sobol_gives_the_estimates_of_salib_to_the_digit() {
     assert!(pairs.iter().zip(exact).all(|(pair, exact)| holds(&pair["second"], exact)), "{pairs:?}");
     assert_eq!(pairs[1]["between"], serde_json::json!(["a", "c"]));
     assert!(
-        out.contains("sensitivity of y, part of the variance, interactions included: a 56 % (about 95 %: "),
+        out.contains("sensitivity of y, share of the variance, interactions included: a 56 % (about 95 %: "),
         "{out}"
     );
     assert!(out.contains("a with c") && out.contains("1024 base points"), "{out}");

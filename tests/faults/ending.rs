@@ -363,7 +363,7 @@ fn what_cannot_stop_a_study_is_refused() {
         check.err
     };
     for (stop, part) in [
-        ("", "stop: says nothing to stop at"),
+        ("", "stop: has no rule to stop at"),
         ("relative = \"a\"", "stop.relative = \"a\": is no width"),
         ("relative = 5", "stop.relative = 5: is no width"),
         ("relative = \"150 %\"", "allowed: a part of the figure above 0 and below 1, such as 0.05 or \"5 %\""),

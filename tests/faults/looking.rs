@@ -56,7 +56,7 @@ fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     let done = recorded(&out);
     assert!((1..20).contains(&done), "{done}");
     let is_right = |text: &str, words: &str| {
-        assert!(text.contains(words) && text.contains("; last told at 20"), "{text}");
+        assert!(text.contains(words) && text.contains("; last report at 20"), "{text}");
         assert!(text.contains(&format!("done       {done} of 20 samples")), "{done}: {text}");
         assert!(text.contains(&format!("outcome    ok {done}")), "{text}");
     };
@@ -65,7 +65,7 @@ fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     folder.write("other.toml", &long.replace("0.9 mm", "0.8 mm"));
     assert_eq!(run(&folder.name("other.toml"), &out, &[]).code, 3);
     assert!(!fs::read_to_string(folder.path("out/run.lock")).expect("there").contains("pid"));
-    is_right(&status_text(&out), "state      killed or failed: it could not tell its end");
+    is_right(&status_text(&out), "state      killed or failed: it could not record its end");
     let seen = status(&out);
     assert_eq!((&seen["state"], &seen["done"], &seen["left"]), (&"killed".into(), &done.into(), &(20 - done).into()));
     // Without a last word the record is left.
@@ -98,7 +98,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     let text = status_text(&moved);
     assert!(text.contains("state      ended: failed") && text.contains("was moved during the run, to "), "{text}");
     assert!(text.contains(&format!("done       {done} of 20 samples")), "{done}: {text}");
-    let go_on = format!("go on      {} run {study} --out {moved}\n", crate::support::BINARY);
+    let go_on = format!("resume     {} run {study} --out {moved}\n", crate::support::BINARY);
     assert!(text.contains(&go_on), "{text}");
     let again = run(&study, &moved, &[]);
     assert_eq!(again.code, 0, "{}", again.err);

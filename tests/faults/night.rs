@@ -25,7 +25,7 @@ fn run(study: &str, out: &str, more: &[&str], fault: Option<&str>) -> Said {
 fn assert_stopped(said: &Said, out: &str, why: &str) {
     assert_eq!(said.code, 5, "{}", said.err);
     assert!(said.err.contains(&format!("ended by {why}")), "{}", said.err);
-    assert!(said.err.contains("go on with: "), "{}", said.err);
+    assert!(said.err.contains("resume with: "), "{}", said.err);
     assert!(fs::exists(format!("{out}/parts/part-000001.parquet")).expect("readable"));
     assert!(!fs::exists(format!("{out}/results.parquet")).expect("readable"));
 }
@@ -152,7 +152,7 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
     let said = run(&study, &out, &[], Some(&fault("once", "do=kill,times=99")));
     assert_eq!((said.code, fired("once")), (4, 1), "{}", said.err);
     assert!(
-        said.err.contains("1 sample whose worker was killed from outside") && bytes(&out) == given_up,
+        said.err.contains("1 sample whose worker was killed by another program") && bytes(&out) == given_up,
         "{}",
         said.err
     );

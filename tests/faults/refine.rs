@@ -347,7 +347,7 @@ fn half_way_the_answers_are_those_of_the_last_look() {
         let head = if name == "disc" {
             "Answers so far, of "
         } else {
-            "Answers so far, of all 20 points in the combinations of the last look"
+            "Answers so far, of all 20 points in the combinations of the last interim analysis"
         };
         assert!(answers.out.contains(head), "{}", answers.out);
         assert!(answers.out.contains("[refine] chose which combinations are there"), "{}", answers.out);
@@ -356,7 +356,7 @@ fn half_way_the_answers_are_those_of_the_last_look() {
         let cells = told["answers"][0]["map"]["cells"].as_array().expect("cells").len();
         assert!(told["complete"] == false && cells >= 25, "{cells}");
         let status = say(&["status", &out]);
-        assert!(status.code == 0 && status.out.contains("go on"), "{}", status.out);
+        assert!(status.code == 0 && status.out.contains("resume "), "{}", status.out);
         for command in
             [&["why", &out, "0"][..], &["export", &out, "--csv"], &["report", &out, "--out", &folder.name("r.html")]]
         {

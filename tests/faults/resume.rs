@@ -262,7 +262,7 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["total"].as_u64()), (Some("killed"), Some(24)));
     let shown = say(&["status", &out]).out;
-    assert!(shown.contains(&format!("go on      {} run {study} --out {out}", crate::support::BINARY)), "{shown}");
+    assert!(shown.contains(&format!("resume     {} run {study} --out {out}", crate::support::BINARY)), "{shown}");
     // A lock file that only looks like one, of a process that does not exist: stale, not ours to respect.
     let third = run_well(&study, &out, &[]);
     assert!(third.err.contains(&format!("process {}", holder.id())), "{}", third.err);
@@ -271,7 +271,7 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     assert!(bytes(&out) == bytes(&calm));
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["done"].as_u64()), (Some("complete"), Some(24)));
-    assert!(!say(&["status", &out]).out.contains("go on"));
+    assert!(!say(&["status", &out]).out.contains("resume "));
 }
 
 #[test]

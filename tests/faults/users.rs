@@ -160,7 +160,7 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     let line =
         "state      unknown, whether a run lives: run.lock may be read by its user (uid 0) alone; its last word, at 20";
     assert!(said.out.contains(line) && said.out.contains("done       at least "), "{}", said.out);
-    for word in ["killed", "interrupted", "did not end", "go on", "damaged"] {
+    for word in ["killed", "interrupted", "did not end", "resume ", "damaged"] {
         assert!(!said.out.contains(word), "{word}: {}", said.out);
     }
     let sample = handed_out(20, 19).to_string();
@@ -187,7 +187,7 @@ fn a_run_of_somebody_else_is_not_gone_on_with_whoever_may_write_there() {
     let refused = other.say(&run);
     assert_eq!(refused.code, 3, "{}", refused.err);
     assert!(refused.err.contains("holds a run of another user (uid 0)"), "{}", refused.err);
-    assert!(refused.err.contains("they alone can go on with it; choose another --out"), "{}", refused.err);
+    assert!(refused.err.contains("only that user can resume it; choose another --out"), "{}", refused.err);
     assert!(say(&run).err.contains("every sample is there already"), "its own user's it remains");
 }
 
@@ -254,7 +254,7 @@ fn a_directory_that_is_closed_during_a_run_is_said_to_keep_what_is_finished() {
     assert_eq!(ended.code(), Some(6), "{said}");
     assert!(said.contains("was closed to this user during the run; 20 finished samples are kept in it"), "{said}");
     assert!(said.contains("chmod u+rwx") && said.contains("because: Permission denied"), "{said}");
-    let go_on = format!("what is finished is kept; go on with: {}", command().get_program().to_string_lossy());
+    let go_on = format!("what is finished is kept; resume with: {}", command().get_program().to_string_lossy());
     assert!(said.contains(&go_on), "{go_on}: {said}");
     let again = crate::support::said(command().output().expect("it starts"));
     assert!(again.code == 0 && again.err.contains("20 of 20 samples are there already"), "{}", again.err);

@@ -269,7 +269,7 @@ fn the_bench_of_engines_tells_both_and_their_ratios() {
     let lines: Vec<&str> = said.out.lines().collect();
     assert!(lines[0].contains("load before and after") && lines[0].contains("core"), "{}", said.out);
     for name in
-        ["turbine to 6 s  ", "turbine to 6 s, hyp1", "turbine to 6 s, hyp2-frozen", "lab rig", "6 s of free flight"]
+        ["turbine to 6 s  ", "turbine to 6 s, hyp1", "turbine to 6 s, hyp2-frozen", "lab rig", "6 s of free motion"]
     {
         let line = lines.iter().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {}", said.out));
         let ratios: Vec<f64> =

@@ -271,7 +271,7 @@ fn check_comes_back_from_runs_without_end() {
     for part in [
         "timed 1 of 1 sample:",
         "of 5.00e9 steps",
-        "Its whole time is told from its steps",
+        "Its whole time is extrapolated from its steps",
         "the whole study: about ",
         " of CPU time; ",
     ] {

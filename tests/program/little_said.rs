@@ -196,7 +196,7 @@ fn a_curve_without_an_interval_promises_no_limits() {
     assert!(out.contains("no interval: saltelli points of a block depend on one another"), "{out}");
     assert!(!out.contains("the limits hold for each"), "{out}");
     let out = told(&folder, "g", &study("a + 2*b", &monte_carlo(200), asked));
-    assert!(out.contains("the limits hold for each bin by itself"), "{out}");
+    assert!(out.contains("the limits hold for each bin separately"), "{out}");
 }
 
 #[test]

@@ -267,7 +267,7 @@ fn bearings_whose_peak_loads_are_not_the_machines_are_said_wherever_loads_are() 
         .replace("reduced", "exponential")
         .replace("right.damping\"\nvalues = [1e6, 10]", "right.stiffness\"\nvalues = [1e12, 1e13]");
     let check = say(&["check", &folder.write("stiff.toml", &stiff)]);
-    let said = "of the flexibility at bearing right is in modes left out";
+    let said = "of the flexibility at bearing right is in truncated modes";
     assert!(
         check.err.contains(said) && check.err.contains("(in 4 of the study's 4 samples; most with "),
         "{}",

@@ -188,7 +188,7 @@ fn twins_of_a_share_of_the_samples_change_nothing_else() {
     let (shift, change, status) = (column("run.twin"), column("twin_bearing_load_change"), column("twin_status"));
     let twins = rows.iter().filter(|row| row[shift].parse::<f64>().expect("a number") > 0.0).count();
     assert!((1..rows.len()).contains(&twins), "{twins} of {}", rows.len());
-    let summed = format!("Twin runs: {twins} of {} rows, bearing load moved by up to ", rows.len());
+    let summed = format!("Twin runs: {twins} of {} rows, bearing load changed by up to ", rows.len());
     assert!(said.out.contains(&summed) && said.out.contains(" for 1e-6 of the initial speed."), "{}", said.out);
     let sensitive = "with a twin are sensitive (a twin shifted by run.twin changes a result by more than 2 %).";
     assert!(said.out.contains(&format!("0 of {twins} runs {sensitive}")), "{}", said.out);

@@ -224,7 +224,7 @@ fn the_time_of_a_task_is_read_as_schedulers_write_it_and_a_bare_number_is_refuse
     let unclear = dry("08:00");
     assert!(unclear.code == 2 && unclear.err.contains("write HH:MM:SS"), "{}: {}", unclear.code, unclear.err);
     for (time, minutes, told) in [
-        ("480min", 480, "each task has 8 h 00 min; it ends by itself after 7 h 50 min"),
+        ("480min", 480, "each task has 8 h 00 min; it ends after 7 h 50 min"),
         ("08:00:00", 480, "8 h 00 min"),
         ("1-00:00:00", 1440, "24 h 00 min"),
         ("1-12", 2160, "36 h 00 min"),

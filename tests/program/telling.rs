@@ -160,13 +160,13 @@ fn printed_commands_work_as_they_are_printed_however_the_program_was_called() {
         // Ended before it is complete: workers have only begun.
         let first = run_in(program, &place, path, &["run", "a study's.toml", "--out", &out, "--wall", "0.05 s"]);
         assert_eq!(first.code, 5, "{}", first.err);
-        let go_on = behind(&first.err, "go on with: ");
+        let go_on = behind(&first.err, "resume with: ");
         assert!(go_on.trim_matches('\'').starts_with(program), "{go_on}");
         if program == "./bladeoff" {
             // Whoever looks from elsewhere, by another way to the program, is told what works there.
             let looked = run_in(&absolute, &elsewhere, path, &["status", &format!("../{out}")]);
             assert_eq!(looked.code, 0, "{}", looked.err);
-            let there = behind(&looked.out, "go on ");
+            let there = behind(&looked.out, "resume ");
             assert!(there.contains(&absolute) && there.contains("--out '../out of 10'"), "{there}");
             let went_on = pasted(there, &elsewhere, path);
             assert_eq!(went_on.code, 0, "{there}: {}", went_on.err);
@@ -193,11 +193,11 @@ fn of_a_sample_without_a_row_no_command_is_told_that_needs_one() {
     assert_eq!(say(&["run", &study, "--out", &out, "--wall", "0.1 s"]).code, 5);
     let why = say(&["why", &out, "3"]);
     assert_eq!(why.code, 0, "{}", why.err);
-    assert!(why.out.contains("not finished; go on with: ") && !why.out.contains("compute it"), "{}", why.out);
+    assert!(why.out.contains("not finished; resume with: ") && !why.out.contains("compute it"), "{}", why.out);
     // Nor is a table told of that is not there, but how far it is.
     let replay = say(&["replay", &out, "--sample", "3"]);
     assert_eq!(replay.code, 3, "{}", replay.err);
-    let told = pasted(behind(&replay.err, "how to go on: "), &folder.path(""), OsStr::new("/usr/bin:/bin"));
+    let told = pasted(behind(&replay.err, "how to resume: "), &folder.path(""), OsStr::new("/usr/bin:/bin"));
     assert!(told.code == 0 && told.out.contains("state      ended"), "{}", told.err);
 }
 
@@ -259,7 +259,7 @@ fn a_sample_with_a_sign_is_no_option() {
     for (words, code, told) in [
         (&["why", "-1"][..], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
         (&["why", "runs/x", "-1"], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
-        (&["why", "--1"], 2, "error: --1 is no option; a number stands without dashes: 1\n"),
+        (&["why", "--1"], 2, "error: --1 is not an option; write the number without dashes: 1\n"),
         (&["replay", "runs/x", "5"], 2, "error: 5 is one argument too many; a sample is named by --sample 5\n"),
     ] {
         let said = say(words);
@@ -473,7 +473,7 @@ fn on_a_terminal_of_60_columns_keys_leave_no_copies_of_the_bar() {
     wait_until("the line is taken back", || run.text().matches("\x1b[A").count() == 3);
     keys.write_all(b"\x03").expect("typed");
     wait_until("its end", || run.child.try_wait().expect("a child").is_some());
-    wait_until("its last words", || run.text().contains("go on with: "));
+    wait_until("its last words", || run.text().contains("resume with: "));
     assert_eq!(run.child.wait().expect("ended").code(), Some(130), "{}", run.text());
     let rows = screen(&run.text(), 60);
     assert_eq!(bars(&run.text()), 0, "{rows:?}");

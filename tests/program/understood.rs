@@ -72,7 +72,7 @@ fn numbers_of_a_law_have_one_dimension() {
         ),
         (
             "distribution = \"empirical\"\nfile = \"good.csv\"\ncolumn = \"v\"\nupper = \"1 s\"\n",
-            "good.csv:2:1: v = \"1 mm\": the unit `mm` does not fit: other numbers of the same law are in `s`",
+            "good.csv:2:1: v = \"1 mm\": the unit `mm` does not fit: other numbers of the same distribution are in `s`",
         ),
     ] {
         let said = law(keys);

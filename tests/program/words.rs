@@ -97,7 +97,7 @@ fn a_result_directory_with_a_line_feed_is_named_in_one_line_and_its_commands_wor
         said(shell.output().expect("bash"))
     };
     let status = in_its_line(&["status", &out]);
-    assert_eq!(pasted(&status.out, "go on ").code, 0, "{}", status.out);
+    assert_eq!(pasted(&status.out, "resume ").code, 0, "{}", status.out);
     let done = in_its_line(&["run", &study, "--out", &out, "--limit", "4"]);
     assert!(done.code == 0 && done.out.contains("Table: "), "{}{}", done.out, done.err);
     let why = in_its_line(&["why", "0", "--dir", &out]);

@@ -33,7 +33,7 @@ pub enum RecordError {
     },
     /// Another process has locked it.
     #[error(
-        "the record of finished samples {} is locked by {}; when that has ended, the same command goes on",
+        "the record of finished samples {} is locked by {}; when it has ended, rerun the same command to resume",
         shown(path),
         by.as_ref().map_or("a process that this system does not name (it may be of another host or container)".to_owned(), ToString::to_string)
     )]

@@ -27,14 +27,14 @@ const MOST_SHORT: usize = 8;
 
 /// Answer the questions of a study from its results
 ///
-/// A study with a `[design]` has random points; its `[[question]]`s ask for probabilities, quantiles, means, exceedance and fragility curves,
-/// and differences of these. Each answer is a sentence with an interval that is proper to the design. Failed, invalid and quarantined
-/// runs stay in: they are counted as harmless and as harmful, and the interval covers both. So do runs beyond the model, of which
-/// what they reached is a lower bound.
+/// A study with a `[design]` has random points. Its `[[question]]`s ask for probabilities, quantiles, means, exceedance
+/// and fragility curves, differences and sensitivities. Each answer is a sentence with the interval of the design.
+/// Failed, invalid and quarantined runs are counted as harmless and as harmful, and the interval covers both. The values
+/// of runs beyond the model count as lower bounds.
 ///
-/// Of a complete study the answers are also written to answers.json in the directory, and curves to answers/NAME.parquet; `run` does the
-/// same at its end. While a study runs, and after one that is not complete, they are only printed: then the first points count, up to
-/// the one before the first that is missing, because what finishes first is not random.
+/// Answers of a complete study are also written to answers.json in the directory, and curves to answers/NAME.parquet;
+/// `run` does the same at its end. Answers of an incomplete study are only printed. They use the first points, up to the
+/// first missing one, because the points that finish first are not a random sample.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff answer
@@ -44,15 +44,15 @@ const MOST_SHORT: usize = 8;
   bladeoff answer runs/blade-off-risk \\
     --study other-questions.toml")]
 pub struct Args {
-    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
-    /// that was written to last]
+    /// Result directory of `bladeoff run` [default: the current one if it contains a study, otherwise the newest one
+    /// below runs/]
     directory: Option<PathBuf>,
 
-    /// Print what answers.json holds
+    /// Print the content of answers.json
     #[arg(long)]
     json: bool,
 
-    /// Take the [[question]]s of this study file instead of those of the directory; nothing is written then
+    /// Use the [[question]]s of this study file instead of those of the directory; then nothing is written
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
 }
@@ -99,7 +99,7 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     let done = seen.last_report.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
     let rows = read_current(directory, row_files, Table::count_rows)? as u64;
     if done > rows {
-        let how = go_on(&seen).map(|command| format!("; this writes them and goes on: {command}")).unwrap_or_default();
+        let how = go_on(&seen).map(|command| format!("; this writes them and resumes: {command}")).unwrap_or_default();
         let samples = counted(done - rows, "sample");
         remark(&format!(
             "warning: {samples} of {done} are in the record of {} and in no table yet{how}",

@@ -9,8 +9,8 @@ use std::time::Duration;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Budget")]
 pub struct BudgetArgs {
-    /// End the run after this time from the start of the program (s, min, h, d, such as 8h or 1h30m); what is finished is
-    /// recorded, and the same command resumes it later. Sleep of the machine does not count
+    /// End the run after this time, counted from the start of the program (s, min, h, d, such as 8h or 1h30m). Finished
+    /// samples are recorded, and the same command resumes later. Sleep of the computer does not count
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     wall: Option<Duration>,
 
@@ -18,27 +18,28 @@ pub struct BudgetArgs {
     #[arg(long, value_name = "HH:MM")]
     until: Option<TimeOfDay>,
 
-    /// End the run once more than N samples of the study have failed or been quarantined, those of earlier runs included: if
-    /// there are so many already, nothing is computed. `--rerun failed` takes them out
+    /// End the run once more than N samples of the study have failed or been quarantined, those of earlier runs included.
+    /// If there are more already, nothing is computed. `--rerun failed` removes them
     #[arg(long, value_name = "N")]
     max_failures: Option<u64>,
 
-    /// Quarantine a sample in which its worker has crashed N times while alone with it [default: that of the study, or 2]
+    /// Quarantine a sample if its worker has crashed N times while it computed this sample alone [default: that of the
+    /// study, or 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     crash_limit: Option<u32>,
 
-    /// Quarantine a sample in which its worker was killed from outside (by an operator, or by a system short of memory) or stopped N
-    /// times while alone with it; every later run tries such a sample once more [default: that of the study, or 5]
+    /// Quarantine a sample if its worker was killed by another program or stopped N times while it computed this sample
+    /// alone. Every later run tries such a sample once more [default: that of the study, or 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     kill_limit: Option<u32>,
 
-    /// Longest time of one sample; a longer one loses its worker, which counts for --crash-limit. Depends on the
-    /// machine: run.step_limit does not. Measured from the heartbeats of the worker, two a second: a sample may take up to
-    /// 0.7 s more [default: that of the study, or none]
+    /// Longest time of one sample. A longer sample loses its worker, which counts for --crash-limit. The limit depends on
+    /// the computer, run.step_limit does not. It is checked twice a second: a sample may take up to 0.7 s more [default:
+    /// that of the study, or none]
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     time_limit: Option<Duration>,
 
-    /// Memory that a worker may allocate, such as 2GB; beyond it the sample loses its worker, which counts for
+    /// Memory that a worker may allocate, such as 2GB. A sample that needs more loses its worker, which counts for
     /// --crash-limit [default: that of the study, or none]
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     memory_limit: Option<u64>,

@@ -24,17 +24,16 @@ use bladeoff_system::shown;
 use bladeoff_text::document::MAX_FILE_BYTES;
 use std::path::{Path, PathBuf};
 
-/// Check a study: what varies, how many samples, how long it will take; or a machine
+/// Check a study: parameters, number of samples, duration; or check a machine
 ///
-/// Says which engine computes it, and why; of a machine file that alone, when its run can start. Prints what the machine assumes, and whether
-/// contact is to be expected: the transient after the release and the unbalance response against the gap.
+/// Reads study, machine and points file and reports every problem with its place. Prints each uncertain parameter as it
+/// was interpreted, with mean and standard deviation after truncation. Builds the machine of every sample, so that
+/// impossible combinations are found before anything runs (above 100000 samples: every value and every corner). Prints
+/// the engine with the reason, the assumptions of the machine, and a forecast of contact.
 ///
-/// Reads study, machine and points file and reports every problem in them with its place. Says in words what was understood
-/// of each uncertain parameter, with mean and standard deviation after truncation. Builds the machine of every
-/// sample (of studies above 100000 samples: of every value and every corner), so that impossible combinations are
-/// found before anything runs. Then computes up to seven samples, spread over all axes and each for at most 20 s of CPU time (all
-/// together 90 s), to tell the time of the whole as a range: CPU time, and what that is with a worker on each
-/// core. Nothing is written.
+/// Then times up to seven samples, spread over all axes, each for at most 20 s of CPU time and together 90 s. From these
+/// it estimates the duration of the whole study as a range. Nothing is written. A machine file is checked alone, up to
+/// the start of its run.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less"
@@ -43,7 +42,7 @@ pub struct Args {
     /// Study file (TOML; format in docs/studies.md)
     study: PathBuf,
 
-    /// Print every sample: its number and what varies, tab-separated, in SI units; no sample is timed
+    /// Print every sample with its number and parameters, tab-separated, in SI units; no sample is timed
     #[arg(long)]
     list: bool,
 

@@ -12,14 +12,15 @@ use std::path::PathBuf;
 /// How often tables are read again that a run replaced meanwhile.
 const TRIES: usize = 3;
 
-/// Say what moved from one result to another, and whether it is within tolerances
+/// List the differences between two results and check tolerances
 ///
-/// A is the reference, B is held against it: another build, engine, setting or design. Rows match where all their inputs (what varies from
-/// sample to sample) are exactly the same; of pairs the differences B - A are told, with an interval where the study was drawn at random.
-/// Where rows have no partner, the two are compared as samples: means and quantiles.
+/// A is the reference and B the result of another build, engine, setting or design. Rows match if all their inputs
+/// (everything that differs between samples) are exactly equal. Of matching pairs the differences B - A are printed, with
+/// an interval if the study was drawn at random. Rows without a partner are compared as two samples: means and quantiles.
 ///
-/// A run that is not ok has no value to compare: pairs of another status, or bad for another cause, are counted and named. With tolerances
-/// they count as out of tolerance, and so does a row of A without partner; rows that B alone has do not.
+/// A run that is not ok has no value to compare. Pairs of different status, or failed for different causes, are counted
+/// and named. With tolerances they count as out of tolerance, and so does a row of A without a partner. Additional rows
+/// of B do not.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff compare runs/before runs/after
@@ -33,21 +34,22 @@ const TRIES: usize = 3;
 
 Exit codes: 0 compared, and within every tolerance; 4 out of tolerance.")]
 pub struct Args {
-    /// The reference: a result directory of `bladeoff run`, or a table of one (results.parquet, wherever it was copied to)
+    /// The reference: a result directory of `bladeoff run`, or its table (results.parquet, in any place)
     #[arg(value_name = "A")]
     a: PathBuf,
 
-    /// What is compared with it: likewise
+    /// The result that is compared with it: a directory or a table
     #[arg(value_name = "B")]
     b: PathBuf,
 
-    /// How far a result may move in any pair: COLUMN VALUE, in the column's SI unit, in another unit of its kind, or in % of the value of A
-    /// (of 0 nothing but 0 is within); at the bound is within. May be given several times
+    /// Largest allowed change of a result in any pair: COLUMN VALUE, in the SI unit of the column, in another unit of its
+    /// kind, or in % of the value of A (if that is 0, only 0 is allowed). May be given several times
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     tolerance: Vec<String>,
 
-    /// An input that rows do not match by: its column, its path or the end of it; may be given several times. Rows that have all other
-    /// inputs in common match in the order of their samples where both tables have as many, and not at all otherwise
+    /// Input that is ignored when rows are matched: its column, its path or the end of it. May be given several times.
+    /// Rows with equal other inputs then match in the order of their samples if both tables have equally many, otherwise
+    /// not at all
     #[arg(long, value_name = "PATH")]
     ignore: Vec<String>,
 

@@ -42,14 +42,25 @@ enum What {
     Export(ExportArgs),
 }
 
+/// The long help.
+const ABOUT: &str = "\
+Write the points of a design for SALib and Dakota
+
+The folder gets three files:
+
+  salib-problem.json   the problem with its distributions
+  salib-points.csv     one row per point, one column per
+                       variable of the problem
+  dakota.dat           annotated tabular data of Dakota,
+                       one row per sample
+
+A column is named by the full path of its parameter with the SI unit, or by the name of its variable. Numbers are in SI. \
+[points] of a study reads both tables. A distribution that SALib does not have is missing in its two files, with a message. \
+Correlations are in the points, not in the problem.";
+
 /// Write the points of a design for SALib and Dakota
-///
-/// Into a folder: salib-problem.json, the problem as SALib has it, with its distributions; salib-points.csv, a row for each point and a
-/// column for each variable of the problem; dakota.dat, Dakota's annotated tabular data, a row for each sample. A column is named by the
-/// full path of its parameter with the SI unit, or by the name of its variable; numbers are in SI. [points] of a study reads both tables. A distribution that SALib does not have is left out of its two files, and said. Correlations
-/// stand in the points, not in the problem.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(long_about = ABOUT, after_help = "Examples:
   bladeoff design export studies/blade-off-risk.toml \\
     --out design
   bladeoff design export runs/blade-off-risk --out design \\
@@ -59,12 +70,12 @@ struct ExportArgs {
     #[arg(value_name = "STUDY|DIRECTORY")]
     path: PathBuf,
 
-    /// Folder, made if it is not there; no file in it is overwritten
+    /// Folder, made if it does not exist; no file in it is overwritten
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 
-    /// A column of the results as a response of dakota.dat; may be given several times. Empty cells, and those of runs that are not ok,
-    /// are nan
+    /// Column of the results as a response of dakota.dat; may be given several times. Empty cells and those of runs that
+    /// are not ok are nan
     #[arg(long, value_name = "COLUMN")]
     response: Vec<String>,
 

@@ -138,7 +138,7 @@ pub enum CliError {
         "{}",
         if path.join(LEDGER).exists() {
             let status = call::command([OsStr::new("status"), call::path_word(path).as_os_str()]);
-            format!("{} has no table yet; how far it is and how to go on: {status}", shown(path))
+            format!("{} has no table yet; progress and how to resume: {status}", shown(path))
         } else {
             format!("{} is not a result directory: it has no results.parquet{}", shown(path), meant(path))
         }

@@ -81,7 +81,7 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     }
     if timed.iter().any(|one| one.cut) {
         text.push_str(&format!(
-            "A sample is stopped after {} of CPU time (all together after {}). Its whole time is told from its steps up to run.end_time: steps in contact take longer, \
+            "A sample is stopped after {} of CPU time (all together after {}). Its whole time is extrapolated from its steps up to run.end_time: steps in contact take longer, \
              a rotor that stops ends sooner.\n",
             duration(LONGEST),
             duration(PATIENCE)
@@ -96,7 +96,7 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         // At the end all wait for the last.
         let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
         text.push_str(&format!(
-            "{}: about {} of CPU time; {} with {} on cores that nobody else uses\n",
+            "{}: about {} of CPU time; {} with {} on idle cores\n",
             extent.name,
             range([low, high]),
             range(wall),

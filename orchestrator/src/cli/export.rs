@@ -17,10 +17,10 @@ use std::path::{Path, PathBuf};
 
 /// Write the table of a result directory as CSV
 ///
-/// One header line with the column names (unit included), one line per sample; numbers with all their digits, nothing
-/// between the separators for null. The Parquet file itself is read directly by pandas, Polars and DuckDB. Of a study that is
-/// not complete the rows finished so far are written, as they were finished and not in the order of their numbers. A table that
-/// is not as it was written (manifest.json has its BLAKE3) is refused: `bladeoff run` with the same study makes it again.
+/// One header line with the column names (unit included), then one line per sample. Numbers have all their digits; null
+/// is an empty cell. pandas, Polars and DuckDB read the Parquet file itself. Of an incomplete study the finished rows are
+/// written, in the order in which they were finished. A table that differs from its checksum in manifest.json is
+/// rejected; `bladeoff run` with the same study writes it again.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  bladeoff export runs/first-look --csv > first-look.csv\n  bladeoff export runs/first-look --csv --out first-look.csv"
@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(long, required = true)]
     csv: bool,
 
-    /// `;` between cells and decimal commas, as spreadsheets of many countries read them; [points] reads both styles
+    /// `;` between cells and decimal commas, for spreadsheets that use them; [points] reads both styles
     #[arg(long)]
     decimal_comma: bool,
 

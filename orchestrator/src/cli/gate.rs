@@ -14,15 +14,16 @@ use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
-/// Say by the exit code whether probabilities are small enough
+/// Check probability limits; the exit code is the result
 ///
-/// A gate is `P(CONDITION) < BOUND`. It passes where the upper limit of the probability, bad runs counted as harmful, is below the bound; it
-/// fails where the lower limit, bad runs counted as harmless, is at or above it; otherwise it is open, and how many more points would
-/// decide it is said, or that bad runs prevent a decision. Limits are exact and one-sided, so the design has to be "monte-carlo". Every
-/// group of values of [[vary]] has to pass; of several gates and groups a failed one goes before an open one.
+/// A gate is `P(CONDITION) < BOUND`. It passes if the upper limit of the probability, with failed and invalid runs
+/// counted as harmful, is below the bound. It fails if the lower limit, with these runs counted as harmless, is at or
+/// above the bound. Otherwise it is open; the message has the number of points that would decide, or reports that failed
+/// runs prevent a decision. Limits are exact and one-sided, so the design has to be "monte-carlo". Every combination of
+/// [[vary]] has to pass. A failed gate has precedence over an open one.
 ///
-/// While a study is not complete, the first 256, 512, 1024 ... points are judged, each look at a stricter level: looking often does not
-/// make it likelier to pass.
+/// In an incomplete study the first 256, 512, 1024 ... points are judged. Each interim analysis uses a stricter level, so
+/// that repeated analyses do not make it easier to pass.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff run studies/ci-night.toml && \\
@@ -34,11 +35,11 @@ use std::path::{Path, PathBuf};
 
 Exit codes: 0 every gate passed, 4 one failed, 5 none failed and one is open.")]
 pub struct Args {
-    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
-    /// that was written to last]
+    /// Result directory of `bladeoff run` [default: the current one if it contains a study, otherwise the newest one
+    /// below runs/]
     directory: Option<PathBuf>,
 
-    /// A gate, in place of the [[gate]]s of the study; may be given several times
+    /// A gate, instead of the [[gate]]s of the study; may be given several times
     #[arg(long, value_name = "GATE", conflicts_with = "study")]
     require: Vec<String>,
 
@@ -46,11 +47,12 @@ pub struct Args {
     #[arg(long, value_name = "NUMBER", requires = "require", value_parser = part)]
     confidence: Option<f64>,
 
-    /// Also write the decisions to this file, as JUnit's XML: a testcase for each gate and group; a file that is there is replaced
+    /// Also write the decisions to this file as JUnit XML: a test case for each gate and combination. An existing file is
+    /// replaced
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
 
-    /// Take the [[gate]]s of this study file instead of those of the directory
+    /// Use the [[gate]]s of this study file instead of those of the directory
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
 }

@@ -26,13 +26,13 @@ pub(super) fn hint(command: &clap::Command, arguments: &[String], refused: &str)
             && option == "--set"
             && !path.contains('=')
         {
-            return Some(format!("hint: the value stands behind `=`: --set {}", word(format!("{path}={refused}"))));
+            return Some(format!("hint: the value follows `=`: --set {}", word(format!("{path}={refused}"))));
         }
         if refused.contains('=') {
             return Some(format!("hint: a parameter is set with --set {}", word(refused)));
         }
     }
-    takes("out").then(|| format!("hint: where to write is said with --out {}", word(refused)))
+    takes("out").then(|| format!("hint: --out {} chooses the file", word(refused)))
 }
 
 #[cfg(test)]
@@ -52,10 +52,7 @@ mod tests {
         for (line, meant) in [
             (&["new", "machine", "mine.toml"][..], "where to write is said with --out mine.toml"),
             (&["simulate", "m.toml", "run.step=1e-5"], "a parameter is set with --set run.step=1e-5"),
-            (
-                &["simulate", "m.toml", "--set", "run.step", "1 us"],
-                "the value stands behind `=`: --set 'run.step=1 us'",
-            ),
+            (&["simulate", "m.toml", "--set", "run.step", "1 us"], "the value follows `=`: --set 'run.step=1 us'"),
             (&["simulate", "m.toml", "-set", "run.step=1"], "options have two dashes: --set"),
             (&["run", "s.toml", "-workers=3"], "options have two dashes: --workers=3"),
             (&["run", "s.toml", "runs/mine"], "where to write is said with --out runs/mine"),

@@ -23,8 +23,9 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "History")]
 pub struct HistoryArgs {
-    /// Write the run's history to FILE: .mcap (Foxglove, PlotJuggler), .csv or .parquet by its extension. A file of that name is
-    /// replaced when the history is whole, which is said. A history that cannot be written is a warning, never a failed run
+    /// Write the run's history to FILE: .mcap (Foxglove, PlotJuggler), .csv or .parquet by its extension. An existing
+    /// file is replaced when the history is complete, with a message. A history that cannot be written is a warning and
+    /// does not change the run
     #[arg(long = "history", value_name = "FILE")]
     history: Option<PathBuf>,
 

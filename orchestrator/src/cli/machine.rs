@@ -13,8 +13,8 @@ pub struct MachineArgs {
     /// Machine file (TOML; format in docs/machines.md)
     pub machine: PathBuf,
 
-    /// Override a parameter: a path of `bladeoff paths MACHINE`, or its ending where only one path ends so. A number
-    /// is SI, a unit is written behind it. May be given several times; the last one counts
+    /// Override a parameter, named by a path of `bladeoff paths MACHINE` or its unique ending. A number is SI; a unit
+    /// follows the number. May be given several times; the last value counts
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
 }

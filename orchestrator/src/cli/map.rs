@@ -18,17 +18,19 @@ use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
-/// Draw a map of a study: a column, or how probable an event is, over two parameters
+/// Draw a column, or the probability of an event, over two parameters of a study
 ///
-/// Colour is the column or the probability, lines are its levels, orange edges part the regimes of rub. Each combination of values of the
-/// other `[[vary]]` axes has a panel; where the contact detection varies, the difference between its values at the same inputs is drawn, too.
+/// Colours show the column or the probability, lines its levels, orange edges the boundaries of rub regimes. Each
+/// combination of values of the other `[[vary]]` axes has a panel. If the contact detection varies, the difference
+/// between its values at the same inputs is drawn as well.
 ///
-/// Where both parameters vary over given values, each combination is a cell: the median and the 95 % value of its starts (points of the
-/// `[design]`, release angles), or the share of them where the event happened. Otherwise samples are scattered, and smoothed: the picture
-/// beside has the half width of the limits. Nothing is drawn where no sample is. Bad runs stay in their cells, which are marked and split:
-/// lower left as if they had been harmless, upper right as if harmful.
+/// If both parameters vary over given values, each combination is a cell. It shows the median and the 95 % value of its
+/// runs (points of the `[design]`, release angles), or the share of runs in which the event happened. Otherwise samples
+/// are scattered and smoothed, and a second picture has the half width of the limits. Areas without samples stay empty.
+/// Cells with failed or invalid runs are marked and split: lower left counts these runs as harmless, upper right as
+/// harmful.
 ///
-/// Without --x, --y and --of the maps that the study asks for are drawn.
+/// Without --x, --y and --of the maps of the study file are drawn.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff map runs/gap-friction-map \\
@@ -40,8 +42,8 @@ use std::path::{Path, PathBuf};
   bladeoff map runs/gap-friction-map \\
     --question loads --out map.png")]
 pub struct Args {
-    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
-    /// that was written to last]
+    /// Result directory of `bladeoff run` [default: the current one if it contains a study, otherwise the newest one
+    /// below runs/]
     directory: Option<PathBuf>,
 
     /// Parameter along the picture: its path, its short name or its column
@@ -56,15 +58,15 @@ pub struct Args {
     #[arg(long, value_name = "COLUMN|P(EXPR)", requires = "x", requires = "y")]
     of: Option<String>,
 
-    /// A map of this name in the study file
+    /// Name of a map of the study file
     #[arg(long, value_name = "NAME", conflicts_with_all = ["x", "y", "of", "confidence"])]
     question: Option<String>,
 
-    /// Of the limits
+    /// Confidence of the limits
     #[arg(long, value_name = "NUMBER", requires = "x", default_value_t = 0.95)]
     confidence: f64,
 
-    /// File: .svg, .png, or .html with zoom and the numbers of each cell; one that is there is replaced
+    /// File: .svg, .png, or .html with zoom and the numbers of each cell; an existing file is replaced
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
@@ -122,7 +124,7 @@ fn refuse_other_formats(out: &Path) -> Result<(), CliError> {
     }
     Err(CliError::Argument {
         argument: format!("--out {}", shown(out)),
-        message: "a map is one file, of a kind that its ending says".to_owned(),
+        message: "a map is one file, of the kind that its extension names".to_owned(),
         allowed: Some(".svg, .png or .html".to_owned()),
     })
 }

@@ -13,14 +13,14 @@ use std::path::PathBuf;
 
 /// Make the table of a study that was computed in shards
 ///
-/// Checks that every sample is there once and that all of them come from one study, program and basis, writes results.parquet,
-/// timings.parquet and manifest.json (with the nodes and attempts) into the directory, and ends as `run` does: with the summary, the
-/// answers, and its exit codes. The table is, byte for byte, the one that one machine would have written with the same basis.
+/// Checks that every sample exists once and that all samples come from one study, program and basis. Writes
+/// results.parquet, timings.parquet and manifest.json (with nodes and attempts) into the directory. Ends like `run`, with
+/// summary, answers and its exit codes. The table is, byte for byte, the one of a single computer with the same basis.
 ///
-/// If chunks are missing it says which, and the exit code is 5: run the shards again (`bladeoff submit` again submits what is missing). A
-/// damaged chunk is put aside and counts as missing. Where a study with `[stop]` ends is decided here, at the looks of one machine: as soon as
-/// the chunks up to a look are there that is precise enough, the others are not needed. Until then `status`, `why`, `answer`, `gate`, `replay` and `export` work with what is
-/// there.
+/// If chunks are missing, they are listed and the exit code is 5: run the shards again, or `bladeoff submit` again. A
+/// damaged chunk is put aside and counts as missing. The end of a study with `[stop]` is determined here, at the interim
+/// analyses of a single computer. Chunks beyond the first analysis that is precise enough are not needed. Before the
+/// merge, `status`, `why`, `answer`, `gate`, `replay` and `export` work with the published chunks.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  bladeoff merge runs/night")]
 pub struct Args {

@@ -200,7 +200,7 @@ fn refuse(error: &clap::Error) -> ! {
         let takes_samples =
             named.is_some_and(|command| command.get_arguments().any(|arg| arg.get_long() == Some("sample")));
         let told = match (word.starts_with('-'), takes_samples) {
-            (true, _) => Some(format!("{word} is no option; a number stands without dashes: {number}")),
+            (true, _) => Some(format!("{word} is not an option; write the number without dashes: {number}")),
             (false, true) => Some(format!("{word} is one argument too many; a sample is named by --sample {number}")),
             (false, false) => None,
         };

@@ -20,13 +20,20 @@ use std::path::PathBuf;
 
 /// Whirl frequencies and damping, critical speeds, ring frequencies
 ///
-/// For each speed the damped lateral modes of the shaft line on its bearings with gyroscopic effect: frequency, damping
-/// ratio (negative: unstable; 0 within the rounding of the eigenvalue problem), logarithmic decrement and sense of whirl. The sense is forward, backward, mixed (nodes disagree) or
-/// planar (a straight line); the share beside it is +1 for forward circles, -1 for backward ones. A mode keeps its number at all
-/// speeds: it is followed from rest by its shape. Motions with a damping ratio from 0.9 (or no frequency at all) are overdamped: they are listed apart
-/// and have no critical speed. A warning names the speeds, up to 1.2 times the initial speed (the first critical speed where that is
-/// higher) and to those asked for, between which a whirl mode is unstable. Then the critical speeds (spin = whirl frequency), the free torsional and axial frequencies of the
-/// shaft line, and the frequencies of each flexible diaphragm with their nodal diameters.
+/// For each speed: the damped lateral modes of the shaft line on its bearings with gyroscopic effect. Each has a
+/// frequency, damping ratio, logarithmic decrement and sense of whirl. A negative damping ratio means unstable; 0 is
+/// within the rounding of the eigenvalue problem.
+///
+/// The sense is forward, backward, mixed (nodes disagree) or planar (a straight line). The share beside it is +1 for
+/// forward circles and -1 for backward ones. A mode keeps its number at all speeds: it is followed from rest by its
+/// shape. Motions with a damping ratio from 0.9, or without a frequency, are overdamped. They are listed separately and
+/// have no critical speed.
+///
+/// A warning names ranges of speed in which a whirl mode is unstable. The range that is checked goes up to 1.2 times the
+/// initial speed, or to the first critical speed or a requested speed if that is higher.
+///
+/// Then follow the critical speeds (spin = whirl frequency), the free torsional and axial frequencies of the shaft line,
+/// and the frequencies of each flexible diaphragm with their nodal diameters.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff modes studies/machines/lp_turbine.toml

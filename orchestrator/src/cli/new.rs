@@ -11,8 +11,8 @@ use std::path::PathBuf;
 
 /// Write a commented template of a machine or study file
 ///
-/// The template is a complete, valid file: change what is different for you and delete what you do not need. A file
-/// that is already there is not overwritten.
+/// The template is a complete, valid file: change what differs and delete what you do not need. An existing file is not
+/// overwritten.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  bladeoff new machine --out studies/machines/my_rig.toml\n  bladeoff new study > studies/my-study.toml\n  bladeoff new study --kind risk > studies/my-risk.toml"
@@ -22,7 +22,7 @@ pub struct Args {
     #[arg(value_enum)]
     what: What,
 
-    /// Which study: a `grid` of values, or uncertain parameters with the question of a `risk` [default: grid]
+    /// Kind of study: a `grid` of values, or uncertain parameters with a `risk` question [default: grid]
     #[arg(long, value_enum)]
     kind: Option<StudyKind>,
 

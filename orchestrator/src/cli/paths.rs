@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 
 /// List every parameter path of a machine with its value, unit and meaning
 ///
-/// These are the paths that `[set]` and `[[vary]]` of a study and `--set` of simulate and modes take. Any ending of a
-/// path that no other path shares does as well: `contact.gap` for `diaphragms.seal.contact.gap`.
+/// `[set]` and `[[vary]]` of a study and `--set` of simulate and modes accept these paths, and any unique ending of a
+/// path: `contact.gap` for `diaphragms.seal.contact.gap`.
 ///
-/// Columns: path, value as it stands (or its default), unit, what is allowed, meaning: one line for each parameter, as `grep` wants
-/// it. On a terminal that is too narrow for that, path and value come first and the rest below them.
+/// Columns: path, value (or default), unit, allowed values, meaning. Each parameter is one line, for `grep`. On a narrow
+/// terminal path and value come first and the rest below them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff paths studies/machines/lab_rig.toml

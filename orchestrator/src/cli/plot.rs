@@ -15,15 +15,15 @@ use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
 ///
-/// `time` draws the channels of one kind (same name after the last dot) in one panel, one line for each channel and file, so
-/// that several runs lie over one another in one figure; energies that are 0 all the time are left out, which is said. `orbit` draws the rotor centre inside the clearance at instants, one
-/// figure for each file: record MCAP or Parquet with `--channels rotor,contact,ring` for the deformed ring (CSV has no
-/// geometry). `spectrogram` and `order` draw one map for each channel and file.
+/// `time` has one panel for each kind of channel (same name after the last dot) and one line for each channel and file.
+/// Several runs are therefore in one figure. Energies that are always 0 are left out, with a message. `orbit` draws the
+/// rotor centre inside the clearance, one figure per file. For the deformed ring record MCAP or Parquet with `--channels
+/// rotor,contact,ring`; CSV has no geometry. `spectrogram` and `order` draw one map for each channel and file.
 ///
 /// In a directory a figure is named after its file: turbine.mcap gives turbine-time, turbine-orbit,
-/// turbine-order-bearing-rear-y; files of the same name are told apart by their directories, and the figure of several files
-/// has the names of all (of more than three: of the first, and how many more). A figure of that name that is there already
-/// is replaced, which is said.
+/// turbine-order-bearing-rear-y. Files of the same name get the names of their directories. The figure of several files
+/// has the names of all, of more than three that of the first and the number of the others. An existing figure is
+/// replaced, with a message.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff plot turbine.mcap --out figures
@@ -61,7 +61,7 @@ pub struct Args {
     #[arg(long, value_name = "TIME")]
     at: Vec<String>,
 
-    /// Highest frequency of a spectrogram in Hz, or highest order [default: a fifth of what the records carry; 10]
+    /// Highest frequency of a spectrogram in Hz, or highest order [default: a fifth of the highest recorded; 10]
     #[arg(long, value_name = "NUMBER", value_parser = above_zero)]
     top: Option<f64>,
 

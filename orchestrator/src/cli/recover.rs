@@ -9,16 +9,16 @@ use bladeoff_system::shown;
 use bladeoff_text::document::units::format_quantity;
 use std::path::{Path, PathBuf};
 
-/// Make a whole MCAP file from one whose writer died
+/// Recover the MCAP history of a killed run
 ///
-/// A history is written to FILE.mcap.tmp and renamed when it is whole. If the run was killed, the .tmp is left: this copies
-/// every complete message of it, up to where it breaks off, into a whole file that Foxglove and PlotJuggler open.
+/// A history is written to FILE.mcap.tmp and renamed when it is complete. If the run was killed, the .tmp file is left.
+/// This command copies its complete messages into a valid file that Foxglove and PlotJuggler open.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff recover turbine.mcap.tmp
   bladeoff recover turbine.mcap.tmp --out saved.mcap")]
 pub struct Args {
-    /// The file that was left behind
+    /// The incomplete file, FILE.mcap.tmp
     file: PathBuf,
 
     /// The file to write [default: FILE without .tmp, or with .recovered.mcap if it does not end in .tmp]

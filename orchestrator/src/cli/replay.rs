@@ -25,12 +25,13 @@ use std::path::{Path, PathBuf};
 
 /// Compute one sample of a study again and compare it with its row
 ///
-/// The sample is computed from the machine, overrides and basis that are frozen in the result directory, with the parameters
-/// of its row. Every column of the row is compared bit for bit; a difference is listed and the exit code is 1: the same build
-/// on the same inputs gives the same bytes, so another build of the program (or a bug) made it.
+/// The sample is computed from the machine, overrides and basis that are frozen in the result directory, with the
+/// parameters of its row. Every column is compared with the row, bit for bit. Differences are listed, and the exit code
+/// is then 1. The same build gives the same bytes, so a difference comes from another build of the program, or from a
+/// bug.
 ///
-/// With --set the sample is computed with changed values, and row and outcome are printed side by side, differences marked. Nothing is
-/// written, and the exit code is 0 whatever differs.
+/// With --set the sample is computed with changed values, and row and result are printed side by side with the
+/// differences marked. Nothing is written, and the exit code is 0.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff replay runs/first-look --sample 17
@@ -42,15 +43,15 @@ use std::path::{Path, PathBuf};
   Of the last study:
   bladeoff replay --worst max_bearing_load_N")]
 pub struct Args {
-    /// Result directory of a study [default: the current one if a study was run there, otherwise the one below runs/ that was
-    /// written to last]
+    /// Result directory of a study [default: the current one if it contains a study, otherwise the newest one below
+    /// runs/]
     directory: Option<PathBuf>,
 
     /// Sample number, as in the column `sample`
     #[arg(long, value_name = "N")]
     sample: Option<u64>,
 
-    /// The sample with the largest value of this column among the rows that are ok
+    /// Select the sample with the largest value of this column among the rows that are ok
     #[arg(long, value_name = "COLUMN", conflicts_with = "sample")]
     worst: Option<String>,
 

@@ -16,14 +16,14 @@ use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
 
-/// Write one HTML page about a study, to hand over
+/// Write one HTML page about a study
 ///
-/// Answers as sentences, curves with their limits, where runs fail, the worst runs with the commands that compute them again, and where all of it
-/// comes from. The page needs nothing else: no network, no other file; without scripts and printed it shows the same figures. It is the same,
-/// byte for byte, whenever it is made of the same results.
+/// Answers as sentences, curves with their limits, failed runs by cause, the worst runs with the commands that compute
+/// them again, and the provenance. The page needs no network and no other file. Without scripts, and in print, it shows
+/// the same figures. The same results give the same page, byte for byte.
 ///
-/// Works on a study that is not complete, too, and says so on top of the page. Of a table with many rows some are drawn, all of those that failed by a
-/// rare cause; every number is from all rows.
+/// An incomplete study is reported as such at the top of the page. If a table has many rows, some are drawn, and all that
+/// failed by a rare cause. Every number is from all rows.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff report runs/blade-off-risk
@@ -32,15 +32,15 @@ use std::path::{Path, PathBuf};
   bladeoff report runs/blade-off-risk \\
     --study other-questions.toml")]
 pub struct Args {
-    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
-    /// that was written to last]
+    /// Result directory of `bladeoff run` [default: the current one if it contains a study, otherwise the newest one
+    /// below runs/]
     directory: Option<PathBuf>,
 
-    /// Write the page to this file; one that is there is replaced
+    /// Write the page to this file; an existing file is replaced
     #[arg(long, value_name = "FILE", default_value = "report.html")]
     out: PathBuf,
 
-    /// Take the [[question]]s and [[gate]]s of this study file instead of those of the directory
+    /// Use the [[question]]s and [[gate]]s of this study file instead of those of the directory
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
 }

@@ -37,41 +37,42 @@ use std::time::{Duration, Instant};
 const ABOUT: &str = "\
 Compute a study on all cores and write its result directory
 
-The study is checked whole before anything runs. Worker processes compute its samples; each result is on disk before it counts. At the \
-end there is a summary, and in the result directory:
+The whole study is checked before anything runs. Worker processes compute its samples. A result counts only when it is on \
+disk. The run ends with a summary. The result directory contains:
 
   results.parquet   one row per sample: parameters, status,
                     cause, quantities; the unit is in each
                     column's name
   study.toml, machine.toml, points.csv
-                    the inputs as they were
+                    copies of the inputs
   timings.parquet   CPU time, worker, attempt of each sample
   answers.json, answers/NAME.parquet
                     answers to the questions of the study,
                     and their curves
   manifest.json     versions, build, host, dates, command,
                     BLAKE3 of the tables
-  status.json       what `status` shows
+  status.json       data of `status`
   workers.log       messages of the worker processes
-  layout.json, basis.bin
-                    what the workers read
-  ledger.redb       the durable record: the tables are made
-                    from it and a run is continued by it
-  run.lock          who works in the directory
+  plan.json, basis.bin
+                    input of the workers
+  ledger.redb       the durable record, from which tables
+                    are made and runs are resumed
+  run.lock          lock of the running process
 
-The same study gives the same bytes of results.parquet, whatever the number of workers and whatever happened to them.
+The same study gives the same bytes of results.parquet, regardless of the number of workers and of interruptions.
 
-A result directory that is there is continued: what is finished is kept, the rest is computed, and the table is the one that an \
-undisturbed run would have written. So after Ctrl-C, a crash or a full disk the same command goes on. The study may have grown \
-meanwhile (more points, a larger --limit or run.step_limit, other [limits]); one that has changed is refused with the difference.
+Rerun the same command to resume after Ctrl-C, a crash or a full disk. An existing result directory keeps its finished \
+samples, and the table is the one that an undisturbed run would have written. The study may have grown meanwhile: more \
+points, a larger --limit or run.step_limit, other [limits]. A study that has changed otherwise is rejected with the \
+differences.
 
-While it runs, and after Ctrl-C, SIGTERM or the end of a budget (--wall, --until, --max-failures), the rows finished so far are in \
-parts/*.parquet: files that never change, with the columns of the table and each row once, to be read together (DuckDB: \
-read_parquet('DIR/parts/*.parquet')). They go when results.parquet is there. `status` tells how far it is. A second Ctrl-C does not \
-wait for the samples in work. `s` and Enter, or SIGUSR1, print what each worker is doing.
+Rows of a study in progress are in parts/*.parquet. These files never change. They have the columns of the table and contain \
+each finished row once; read them together (DuckDB: read_parquet('DIR/parts/*.parquet')). They are removed when \
+results.parquet exists. `status` shows the progress. `s` and Enter, or SIGUSR1, print what each worker is doing. A second \
+Ctrl-C does not wait for samples in progress.
 
-A folder that no run began is refused, and so is one that belongs to another user or that others can write in (--trust-dir insists). \
-A directory that is removed during the run stops it; what was finished is then kept in DIR.kept.";
+A folder that no run began is rejected. So is a directory that belongs to another user or that others can write in, unless \
+--trust-dir is given. If the directory is removed during the run, the run stops and keeps the finished samples in DIR.kept.";
 
 /// Examples, and when it fails.
 const EXAMPLES: &str = "\
@@ -80,7 +81,7 @@ Examples:
   bladeoff run studies/first-look.toml \\
     --out look --workers 2
 
-  Every axis thinned, its end points kept:
+  A part of every axis, both ends included:
   bladeoff run studies/gap-friction-map.toml --scale 0.3
 
   50 samples over the study; then all, keeping those 50:
@@ -90,14 +91,15 @@ Examples:
   Failed and quarantined samples again:
   bladeoff run studies/gap-friction-map.toml --rerun failed
 
-  Until the morning; to resume, the same command again:
+  Until the morning; rerun the same command to resume:
   bladeoff run studies/gap-friction-map.toml --until 06:30
 
-  What happens, for programs:
+  Events for programs:
   bladeoff run studies/first-look.toml --json-events | jq .
 
-The exit code is 5 when a budget ended the run, 4 when more samples failed, were invalid or beyond the model than [limits] of the study allows (default: \
-no sample may fail, any number may be invalid or beyond the model; of a study with questions or gates any number may fail, their answers carry them).";
+The exit code is 5 if a budget ended the run. It is 4 if more samples failed, were invalid or beyond the model than [limits] allows. \
+By default no sample may fail, and any number may be invalid or beyond the model. In a study with questions or gates any number may fail, \
+because their answers include such samples.";
 
 /// Compute a study on all cores and write its result directory
 #[derive(Debug, clap::Args)]
@@ -114,17 +116,18 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = workers)]
     workers: Option<NonZeroUsize>,
 
-    /// Compute finished samples again: `failed` (and quarantined) ones, or `cause=WORD[,WORD]` those of these causes
+    /// Compute finished samples again: `failed` (failed and quarantined ones), or `cause=WORD[,WORD]` (those with these
+    /// causes)
     #[arg(long, value_name = "WHICH", value_parser = rerun)]
     rerun: Option<Rerun>,
 
-    /// Time between two parts of finished rows (parts/part-N.parquet) while the study runs; every 65536 rows are a part in any
-    /// case, and with 0 only they
+    /// Time between two parts of finished rows (parts/part-N.parquet) while the study runs. Every 65536 rows are a part
+    /// in any case; 0 writes only these
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = refresh)]
     refresh: Duration,
 
-    /// Work in a result directory that belongs to another user or that others can write in: they could change what the run
-    /// writes and reads there. A run that another user has begun stays theirs
+    /// Work in a result directory that belongs to another user or that others can write in. They could change what the
+    /// run writes and reads there. A run that another user has begun can be resumed only by that user
     #[arg(long)]
     trust_dir: bool,
 
@@ -137,7 +140,7 @@ pub struct Args {
     #[command(flatten)]
     shard: ShardArgs,
 
-    /// Say what happens on standard output, one JSON object per line (docs/events.md); the summary goes to standard error
+    /// Print events on standard output, one JSON object per line (docs/events.md); the summary goes to standard error
     #[arg(long)]
     json_events: bool,
 }
@@ -145,13 +148,13 @@ pub struct Args {
 /// Which part of a study.
 #[derive(Debug, clap::Args)]
 pub struct PartArgs {
-    /// Take N samples only: the first N of a shuffle that depends on the study's seed; of a [design] its first N points, with all
-    /// combinations of [[vary]] at each
+    /// Compute only N samples: the first N of a shuffle that depends on the seed of the study. Of a [design]: its first N
+    /// points, with all combinations of [[vary]]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     limit: Option<u64>,
 
-    /// Thin every axis to this part of its points, at least two; its end points are kept. A [design] keeps this part of its points, a
-    /// power of two where it needs one
+    /// Keep only this fraction of the values of each axis, at least two, with both ends. Of a [design]: this fraction of
+    /// its points, a power of two if the design needs one
     #[arg(long, value_name = "F", value_parser = scale)]
     scale: Option<f64>,
 }
@@ -304,7 +307,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
     }
     let trust = if args.trust_dir { TRUST } else { "" };
     let go_on_in =
-        |out: &Path| remark(&format!("what is finished is kept; go on with: {}{trust}", go_on(out, &samples)));
+        |out: &Path| remark(&format!("what is finished is kept; resume with: {}{trust}", go_on(out, &samples)));
     let go_on = || go_on_in(&out);
     let finished = run(&request, &samples, &remark).inspect_err(|error| {
         if let RunError::Lost(lost) = error {

@@ -15,25 +15,27 @@ use std::time::Duration;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Shards (docs/cluster.md)")]
 pub struct ShardArgs {
-    /// Compute shard I of N (0 <= I < N) and publish its chunks in the directory that all shards share. The first one publishes study,
-    /// plan and basis there. When its own are done it helps with missing ones of others. `bladeoff merge DIR` makes the table
+    /// Compute shard I of N (0 <= I < N) and publish its chunks in the directory that all shards share. The first shard
+    /// publishes study, plan and basis there. A shard that has finished its own chunks computes missing ones of others.
+    /// `bladeoff merge DIR` makes the table
     #[arg(long, value_name = "I/N", requires = "out", conflicts_with_all = ["rerun", "json_events", "refresh", "max_failures"])]
     pub shard: Option<Shard>,
 
-    /// Samples of a chunk, the unit that is published; fixed when the directory is begun [default: about a minute of this node]
+    /// Samples per chunk, the unit that is published; fixed when the directory is begun [default: about a minute of a
+    /// node]
     #[arg(long, value_name = "N", requires = "shard", value_parser = clap::value_parser!(u64).range(1..))]
     chunk: Option<u64>,
 
-    /// Take over what this result directory, or directory of shards, has of the study, by the keys of its samples: of a study that has grown. It
-    /// stays as it is
+    /// Reuse finished samples of this result directory, or directory of shards, by their keys, for a study that has
+    /// grown. That directory is not changed
     #[arg(long, value_name = "OLD", requires = "shard")]
     reuse: Option<PathBuf>,
 
-    /// Where the shard's own record lies: on a disk of this node, not on a shared one [default: $TMPDIR, or /tmp]
+    /// Folder for the record of the shard: on a disk of this node, not on a shared one [default: $TMPDIR, or /tmp]
     #[arg(long, value_name = "DIR", requires = "shard")]
     scratch: Option<PathBuf>,
 
-    /// How long the shared directory may be away before the shard gives up with exit code 6
+    /// Longest time that the shared directory may be unavailable before the shard ends with exit code 6
     #[arg(long, value_name = "TIME", default_value = "10 min", requires = "shard", value_parser = parse_duration)]
     patience: Duration,
 }
@@ -54,7 +56,7 @@ impl ShardArgs {
             ShardRequest { run, shard, chunk: self.chunk, reuse: self.reuse.clone(), scratch, patience: self.patience };
         let finished = run_shard(&request, samples, &|text| remark(text)).inspect_err(|error| {
             if !error.is_refusal() {
-                remark(&format!("what is published is kept; go on with: {again}"));
+                remark(&format!("what is published is kept; resume with: {again}"));
             }
         })?;
         remark(&in_words(&finished));
@@ -62,7 +64,7 @@ impl ShardArgs {
             Ended::Complete | Ended::Stop => Exit::Ok,
             Ended::Signalled(signal) => signal.into(),
             Ended::Wall | Ended::Until | Ended::TooManyFailures => {
-                remark(&format!("some of its chunks are missing; go on with: {again}"));
+                remark(&format!("some of its chunks are missing; resume with: {again}"));
                 Exit::Incomplete
             }
         })

@@ -23,18 +23,25 @@ use bladeoff_system::call::word;
 use bladeoff_text::document::units::format_quantity;
 use std::time::Instant;
 
-/// Compute one blade-off transient and say what came out
-///
-/// The run ends when the rotor has stopped, at `run.end_time`, at `run.end_speed`, at a limit of the model or with a
-/// failure. A run that exceeds a limit (`run.limit`) is `beyond`: a warning names it, and the exit code is 0. A run that
-/// finished but breaks the validity guard (slip reversal, energy, penetration) is `invalid`: its values are shown, a
-/// warning says why they are not to be believed, and the exit code is 0. A run that ended early is `failed`: the values
-/// up to then are shown and the exit code is 4.
-///
-/// Of a run that takes longer, standard error shows how far it is: a bar on a terminal, otherwise a line after 5 s and
-/// every 30 s; nothing with --json.
+/// The long help.
+const ABOUT: &str = "\
+Compute one blade-off transient and print its results
+
+The run ends when the rotor has stopped, at `run.end_time`, at `run.end_speed`, at a limit of the model or with a failure.
+
+  ok        exit code 0
+  beyond    exceeded a limit (`run.limit`); a warning
+            names it; exit code 0
+  invalid   finished, but a numerical check failed; a
+            warning names it; exit code 0
+  failed    ended early; values up to then; exit code 4
+
+The progress of a longer run is printed on standard error: a bar on a terminal, otherwise a line after 5 s and every 30 s; \
+nothing with --json.";
+
+/// Compute one blade-off transient and print its results
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(long_about = ABOUT, after_help = "Examples:
   bladeoff simulate studies/machines/lab_rig.toml
   bladeoff simulate studies/machines/lab_rig.toml \\
     --set contact.gap=\"0.4 mm\" --detection hyp1
@@ -48,9 +55,9 @@ pub struct Args {
     #[command(flatten)]
     machine: MachineArgs,
 
-    /// Engine, instead of the machine's: `reduced` has modes of rotor and ring, `full` all finite-element degrees of
-    /// freedom, `exponential` the modes, propagated exactly, with contact by impulses (fast; flexible rings
-    /// only); `auto` takes `exponential` where it covers the machine, otherwise `reduced`
+    /// Engine, instead of the machine's. `reduced`: modes of rotor and ring. `full`: all finite-element degrees of
+    /// freedom. `exponential`: the modes, propagated exactly, with contact by impulses (fast; flexible rings only).
+    /// `auto`: `exponential` where it covers the machine, otherwise `reduced`
     #[arg(long, value_parser = Engine::CHOICES)]
     engine: Option<String>,
 
@@ -58,7 +65,7 @@ pub struct Args {
     #[arg(long, value_parser = Detection::WORDS)]
     detection: Option<String>,
 
-    /// Time step, in seconds or with a unit ("2 us"); refused with the largest allowed one when it is too large
+    /// Time step, in seconds or with a unit ("2 us"). A step that is too large is rejected with the largest allowed one
     #[arg(long, value_name = "STEP")]
     step: Option<String>,
 

@@ -20,37 +20,50 @@ use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Show how far a study is
-///
-/// Works while the study runs and afterwards, from any terminal, and disturbs nothing: finished samples, pace, time
-/// left (a range: from a tenth of the run on the truth lies inside about 95 of 100 times, as long as others load
-/// the machine as before), failures by cause, what each worker does; whether somebody works in the directory, or the last run was
-/// interrupted or killed; and the command that goes on. The figures of a running study are at most about a second old.
-///
-/// State is one of: running; stopped (the process is, by SIGSTOP or Ctrl-Z); killed (the last run did not end in order, or
-/// could not tell its end: finished samples are kept); ended (in order, before it was complete: interrupted, terminated, by
-/// wall, until or max_failures, or failed); complete; unknown (somebody else's run, whose lock may not be looked at, or a lock that
-/// no run holds: then its last word is told). Samples count when they are on disk: those of a running study as of its
-/// last word, otherwise those of the record.
+/// The long help.
+const ABOUT: &str = "\
+Show the progress of a study
+
+Works while the study runs and afterwards, from any terminal, without disturbing it. Shows finished samples, pace, remaining \
+time, failures by cause, the task of each worker, the state of the run, and the command that resumes it. The remaining time \
+is a range that contains the true time in about 95 of 100 cases, from a tenth of the run on, if the load of the computer does \
+not change. The data of a running study are at most about a second old.
+
+The state is one of:
+
+  running    the process lives
+  stopped    the process is suspended (SIGSTOP, Ctrl-Z)
+  killed     the last run could not record its end;
+             finished samples are kept
+  ended      ended in order before it was complete:
+             interrupted, terminated, wall, until,
+             max_failures, failed
+  complete   the table exists
+  unknown    a run of another user whose lock cannot be
+             read, or a lock that no run holds
+
+Samples count when they are on disk.";
+
+/// Show the progress of a study
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(long_about = ABOUT, after_help = "Examples:
   bladeoff status
   bladeoff status runs/first-look
   bladeoff status runs/first-look --json
   bladeoff status runs/first-look --verify
   watch bladeoff status runs/gap-friction-map")]
 pub struct Args {
-    /// Result directory of `bladeoff run` [default: the current one if a study was run there, otherwise the one below runs/
-    /// that was written to last]
+    /// Result directory of `bladeoff run` [default: the current one if it contains a study, otherwise the newest one
+    /// below runs/]
     directory: Option<PathBuf>,
 
-    /// Print one JSON object: that of status.json in the directory, with the state as it is now
+    /// Print one JSON object: the content of status.json with the present state
     #[arg(long)]
     json: bool,
 
-    /// Also compare every file that results are read or made from with what was written: tables and inputs by their BLAKE3 in
-    /// manifest.json, answers by those in answers.b3sum, the record of finished samples page by page. Exit code 6 if one is damaged;
-    /// `bladeoff run` with the same study makes all but the record again from the record, and computes again what the record has lost
+    /// Also compare every file with its checksum: tables and inputs by the BLAKE3 in manifest.json, answers by
+    /// answers.b3sum, the record page by page. Exit code 6 if one is damaged. `bladeoff run` with the same study then
+    /// writes all files again except the record, and computes samples that the record has lost
     #[arg(long)]
     verify: bool,
 }
@@ -188,7 +201,7 @@ fn as_text(
     let mut lines = vec![format!("{:<10} {}", "state", visible(&state(seen, end, word).replace('\n', " ")))];
     let mut line = |name: &str, text: String| lines.push(format!("{name:<10} {}", visible(&text)));
     if seen.last_report.is_none() {
-        line("done", "unknown: the run has not told yet".to_owned());
+        line("done", "unknown: the run has not reported yet".to_owned());
     } else {
         line("study", word("study").unwrap_or("unknown").to_owned());
         line("done", done(seen, report));
@@ -218,7 +231,7 @@ fn as_text(
         } else if let Some(command) =
             word("go_on").filter(|_| !matches!(seen.state, RunState::Complete | RunState::Unknown { .. }))
         {
-            line("go on", command.to_owned());
+            line("resume", command.to_owned());
         }
     }
     lines.push(String::new());
@@ -228,17 +241,17 @@ fn as_text(
 fn state<'a>(seen: &DirectoryStatus, end: Option<&str>, word: impl Fn(&str) -> Option<&'a str>) -> String {
     let by =
         |holder: &Option<crate::run::Holder>| holder.as_ref().map(|holder| format!(": {holder}")).unwrap_or_default();
-    let last = || word("updated").map(|time| format!("; last told at {time}")).unwrap_or_default();
+    let last = || word("updated").map(|time| format!("; last report at {time}")).unwrap_or_default();
     match &seen.state {
         RunState::Running { holder, stopped: false } => format!("running{}", by(holder)),
         RunState::Running { holder, stopped: true } => {
-            format!("stopped{}; it goes on after SIGCONT (`fg`, `kill -CONT`)", by(holder))
+            format!("stopped{}; it continues after SIGCONT (`fg`, `kill -CONT`)", by(holder))
         }
         RunState::Killed(Some(holder)) => {
             format!("killed: {holder}, did not end in order; finished samples are kept{}", last())
         }
         RunState::Killed(None) => {
-            format!("killed or failed: it could not tell its end; finished samples are kept{}", last())
+            format!("killed or failed: it could not record its end; finished samples are kept{}", last())
         }
         RunState::Complete => match end {
             Some(end) => format!("complete: {end}"),
@@ -247,7 +260,7 @@ fn state<'a>(seen: &DirectoryStatus, end: Option<&str>, word: impl Fn(&str) -> O
         RunState::Unknown { why } => {
             let last = match (word("updated"), word("state")) {
                 (Some(time), Some(said)) => format!("its last word, at {time}, was: {said}"),
-                _ => "it has told nothing".to_owned(),
+                _ => "it has reported nothing".to_owned(),
             };
             format!("unknown, whether a run lives: {why}; {last}")
         }

@@ -15,17 +15,17 @@ use bladeoff_system::shown;
 use std::path::{Path, PathBuf, absolute};
 use std::time::Duration;
 
-/// Hand the shards of a study to a scheduler
+/// Compute the shards of a study with a scheduler
 ///
-/// Checks the study whole, begins the directory that the shards share (study, plan, basis, chunks), writes the scripts into
-/// DIR/scheduler and hands them in: a task for each shard that has something to do, then the merge. Each task is an ordinary
-/// `bladeoff run --shard` on one node; the scripts are made to be read and edited, and one that was edited is kept.
+/// Checks the whole study, begins the directory that the shards share, writes the scripts into DIR/scheduler and submits
+/// them: one task for each shard with missing chunks, then the merge. Each task is an ordinary `bladeoff run --shard` on
+/// one node. You can read and edit the scripts; an edited script is kept.
 ///
-/// Submitting again submits what is missing, with any number of shards: everything that is published is used.
-/// `bladeoff status DIR` shows chunks and attempts, and what the scheduler says. docs/cluster.md leads from one machine to sixteen.
+/// Submitting again submits what is missing, with any number of shards. Published chunks are used. `bladeoff status DIR`
+/// shows chunks, attempts and the state of the scheduler. docs/cluster.md is the guide.
 ///
-/// slurm and parallel (GNU parallel, over ssh with --hosts) are run in our tests. pbs, lsf and hyperqueue are templates: they are written,
-/// and the commands that hand them in are printed.
+/// slurm and parallel (GNU parallel, over ssh with --hosts) are tested. pbs, lsf and hyperqueue are templates: the
+/// scripts are written, and the commands that submit them are printed.
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "bladeoff submit [OPTIONS] --scheduler <NAME>\n       --shards <N> --out <DIR> <STUDY>",
@@ -44,10 +44,10 @@ use std::time::Duration;
     --hosts blue,red,green,black"
 )]
 pub struct Args {
-    /// Study file; every node must see it under this name
+    /// Study file; every node needs it under this path
     study: PathBuf,
 
-    /// Who runs the tasks: slurm, parallel, pbs, lsf, hyperqueue
+    /// Scheduler: slurm, parallel, pbs, lsf, hyperqueue
     #[arg(long, value_name = "NAME")]
     scheduler: Scheduler,
 
@@ -59,7 +59,8 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Wall time of a task, such as 8h, 480min or 08:00:00: a little before it ends, the task publishes what it has, and is submitted again (slurm)
+    /// Wall time of a task, such as 8h, 480min or 08:00:00. A task ends a little earlier, publishes its chunks and is
+    /// submitted again (slurm)
     #[arg(long, value_name = "TIME", value_parser = parse_task_time)]
     time: Option<Duration>,
 
@@ -71,7 +72,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME", value_parser = plain)]
     account: Option<String>,
 
-    /// Cores of a task [default: what the scheduler gives]
+    /// Cores of a task [default: those that the scheduler gives]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     cpus: Option<u64>,
 
@@ -79,15 +80,17 @@ pub struct Args {
     #[arg(long, value_name = "HOSTS", value_parser = plain, value_delimiter = ',')]
     hosts: Vec<String>,
 
-    /// Samples of a chunk, the unit that is published; fixed when the directory is begun [default: about a minute of a node]
+    /// Samples per chunk, the unit that is published; fixed when the directory is begun [default: about a minute of a
+    /// node]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     chunk: Option<u64>,
 
-    /// Take over what this result directory, or directory of shards, has of the study, by the keys of its samples: of a study that has grown
+    /// Reuse finished samples of this result directory, or directory of shards, by their keys, for a study that has
+    /// grown. That directory is not changed
     #[arg(long, value_name = "OLD")]
     reuse: Option<PathBuf>,
 
-    /// Where the record of a shard lies on its node [default: $TMPDIR, or /tmp, of the node]
+    /// Folder for the record of a shard on its node [default: $TMPDIR, or /tmp, of the node]
     #[arg(long, value_name = "DIR")]
     scratch: Option<PathBuf>,
 
@@ -98,7 +101,7 @@ pub struct Args {
     #[arg(long)]
     trust_dir: bool,
 
-    /// Write the scripts, print the commands, and hand nothing in
+    /// Write the scripts and print the commands, but submit nothing
     #[arg(long)]
     dry_run: bool,
 }
@@ -135,7 +138,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let of = counted(args.shards, "shard");
     if let Some(time) = job.time.filter(|_| !job.todo.is_empty()) {
         let own = job.wall().unwrap_or(time);
-        remark(&format!("each task has {}; it ends by itself after {}", duration(time), duration(own)));
+        remark(&format!("each task has {}; it ends after {}", duration(time), duration(own)));
     }
     remark(&if job.todo.is_empty() {
         "every chunk is there: the merge alone is left".to_owned()

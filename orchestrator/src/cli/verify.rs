@@ -11,8 +11,9 @@ use bladeoff_core::verification::{Check, verify};
 /// Recompute reference cases and compare them with published numbers
 ///
 /// Whirl frequencies, critical speeds and unbalance responses of published rotors, ring frequencies, passages through
-/// resonance with prescribed and with free spin, rub closed forms, small probabilities: each beside its reference, with the tolerance that the
-/// source supports (of a probability: four standard errors of 131 072 points). No file is read; it takes some seconds on one core.
+/// resonance with prescribed and with free spin, closed forms of rubs, small probabilities. Each is printed beside its
+/// reference, with the tolerance that the source supports (of a probability: four standard errors of 131 072 points). No
+/// file is read. It takes some seconds on one core.
 ///
 /// Exit code 0 if every case holds, else 1.
 #[derive(Debug, clap::Args)]

@@ -42,14 +42,13 @@ const MOST_MANIFEST: u64 = 16 << 20;
 /// End of the workers' log that is searched; one run writes 16 MB at most.
 const MOST_LOG: u64 = 64 << 20;
 
-/// Tell all that is known of one sample
+/// Print everything recorded about one sample
 ///
-/// Its parameters; whether it may be believed; why not, what that means and what can be done; when the run of it ended;
-/// which worker computed it in how many attempts; what the workers' log says of it; the command that computes it again;
-/// and its results, as `simulate` shows them.
+/// Parameters, status, cause with its meaning and advice, end of the run, worker and attempts, lines of the workers' log,
+/// the command that computes the sample again, and the results as `simulate` prints them.
 ///
-/// Without a directory it is the current one if a study was run there, otherwise the one below runs/ that was written to
-/// last; which one is said.
+/// Without a directory the current one is used if it contains a study, otherwise the newest one below runs/. The output
+/// names it.
 #[derive(Debug, clap::Args)]
 #[command(
     override_usage = "bladeoff why [DIRECTORY] SAMPLE\n       bladeoff why SAMPLE --dir DIRECTORY",
@@ -59,7 +58,7 @@ const MOST_LOG: u64 = 64 << 20;
   bladeoff why 17 --dir runs/first-look"
 )]
 pub struct Args {
-    /// Sample number, as in the column `sample`; a result directory may stand before it
+    /// Sample number, as in the column `sample`, optionally after a result directory
     #[arg(value_name = "SAMPLE", required = true, num_args = 1..=2, allow_negative_numbers = true)]
     words: Vec<String>,
 
@@ -347,7 +346,7 @@ fn status_in_words(status: Status, notes: CauseSet) -> String {
         Status::Beyond => {
             "beyond the model: it exceeded a limit of the physical model; its numerical checks passed, and its largest values are lower bounds"
         }
-        Status::Invalid => "invalid: it finished, but is not to be believed; its values are kept",
+        Status::Invalid => "invalid: it finished, but a numerical check failed; its values are kept",
         Status::Failed => "failed: it ended early; its values are those up to then",
         Status::Quarantined => "quarantined: given up, it has no values",
     };
@@ -364,7 +363,7 @@ fn unfinished(
     sample: u64,
     go_on: Option<&str>,
 ) -> String {
-    let go_on = go_on.map(|command| format!("; go on with: {command}")).unwrap_or_default();
+    let go_on = go_on.map(|command| format!("; resume with: {command}")).unwrap_or_default();
     match state {
         RunState::Running { .. } => {
             let workers = said.and_then(|said| said.get("workers")).and_then(Value::as_array);

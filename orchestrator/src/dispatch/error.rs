@@ -19,14 +19,14 @@ pub enum DispatchError {
     #[error("the connection to the workers failed")]
     Link(#[from] LinkError),
     /// The thread that exchanges messages hangs.
-    #[error("no message could be exchanged for {seconds} s; what was recorded is kept, run again to go on")]
+    #[error("no message could be exchanged for {seconds} s; what was recorded is kept; rerun the command to resume")]
     Stuck {
         /// For how long.
         seconds: u64,
     },
     /// Shared memory could not be made in any time.
     #[error(
-        "making shared memory does not end: after {seconds} s something still waits. Somebody else's files under its name: {}",
+        "making shared memory does not end: after {seconds} s something still waits. Files of other users under its name: {}",
         list(foreign)
     )]
     MemoryStuck {
@@ -37,7 +37,7 @@ pub enum DispatchError {
     },
     /// Somebody takes every name.
     #[error(
-        "somebody else takes the names of this run's shared memory ({tries} were tried), the last time with {}",
+        "another user takes the names of this run's shared memory ({tries} were tried), the last time with {}",
         list(foreign)
     )]
     NamesTaken {

@@ -242,7 +242,7 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
         list.group(&format!("node{node}"), false)
             .add("x_m", "m", Source::Displacement(u), "displacement of the node along X")
             .add("y_m", "m", Source::Displacement(v), "displacement of the node along Y")
-            .add("twist_rad", "rad", Source::Twist(node), "twist of the node against the mean spin angle");
+            .add("twist_rad", "rad", Source::Twist(node), "torsion angle of the node relative to the mean spin angle");
     }
     for (diaphragm, found) in machine.diaphragms.iter().enumerate() {
         let DiaphragmKind::Flexible(stator) = &found.kind else { continue };

@@ -159,8 +159,7 @@ fn scatter(seen: &Seen, shown: &[Shown]) -> Figure {
         Series { name: name.clone(), colour, shape: Shape::Dots(points, Vec::new(), symbol) }
     });
     let chart = Chart { x: axis(x), y: axis(y), series: series.collect(), height: 340 };
-    let mut figure =
-        chart.figure("Each point is a run; those that may not be believed are marked by their cause.", None);
+    let mut figure = chart.figure("Each point is a run; runs that are not ok are marked by their cause.", None);
     figure.plot = Some(Plot::Explorer(Explorer {
         columns: shown.iter().map(|of| (of.label.clone(), of.values.clone())).collect(),
         words: shown.iter().map(|of| of.words.clone()).collect(),

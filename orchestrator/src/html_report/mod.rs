@@ -132,7 +132,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     add("failures", "Where runs fail", failing::failures(&seen, subject));
     add("worst", "The worst runs", worst::worst(&seen, subject));
     add("provenance", "Where it comes from", provenance::provenance(subject));
-    add("limits", "What it cannot tell", provenance::limits(samples));
+    add("limits", "What this page does not cover", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);
     lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
@@ -170,7 +170,7 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
             let mut counts = rows::ByStatus::new();
             seen.kinds.iter().for_each(|of| *counts.entry(of.kind.0.clone()).or_default() += of.count);
             let beyond = counts.get(Status::Beyond.word()).copied().unwrap_or_default();
-            let how = if looked.is_some() { "Each answer says how it counts them: see" } else { "See" };
+            let how = if looked.is_some() { "Each answer reports how it counts them: see" } else { "See" };
             Block::Text(format!(
                 "{runs}: {}.{} {how} \u{201c}Where runs fail\u{201d}.",
                 words::by_status(&counts),

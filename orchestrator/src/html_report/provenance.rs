@@ -20,7 +20,7 @@ pub const LIMITS: [&str; 5] = [
     "One diaphragm that touches, planar (no axial or tilting motion of the ring), with a rigid rotor section; dry Coulomb friction with one coefficient, no heat, no wear, no breaking blades.",
     "The lost blade leaves at once; what it does to its neighbours and to the casing is not covered.",
     "Heavy rubs are sensitive: valid discretisations differ by some tenths of a per cent over many impacts, single cases by more. `run.twin` measures it for a run.",
-    "Intervals are about the number of points alone. A law that is wrong, or a correlation left out, is not in them.",
+    "Intervals cover the number of points only. They do not cover a wrong distribution or a missing correlation.",
 ];
 
 /// Study, hashes, versions, times.

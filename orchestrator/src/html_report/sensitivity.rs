@@ -103,7 +103,7 @@ fn bars(name: &str, found: &Sensitivities, (kinds, what): (&[Kind], &str), scale
         series,
         height: 30 + 34 * parameters.len() as u32,
     };
-    chart.figure(format!("{name}: which parameter decides {}.", found.output), Some(table)).into()
+    chart.figure(format!("{name}: drivers of {}.", found.output), Some(table)).into()
 }
 
 /// mu* against sigma: to the right what matters, upwards what does so not in proportion or not alone.

@@ -11,7 +11,7 @@ pub fn told(answering: &Answering) -> String {
     let Answering { answers, points, of, .. } = answering;
     let mut text = match (answering.is_design, answering.is_open && points == of) {
         (true, true) => format!(
-            "Answers so far, of all {} in the combinations of the last look; [refine] may add others:\n",
+            "Answers so far, of all {} in the combinations of the last interim analysis; [refine] may add others:\n",
             counted(*of, "point")
         ),
         (true, false) => head("Answers", *points, *of),

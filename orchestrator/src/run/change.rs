@@ -102,7 +102,7 @@ fn compare_rest(found: &mut Vec<Change>, header: &BTreeMap<String, String>, pres
     let mut hashed: Vec<(String, String)> = hashed.map(|(key, shown)| (key.to_owned(), shown.to_owned())).into();
     let files = header.keys().chain(present.keys()).filter(|key| key.starts_with("empirical_"));
     let files: BTreeSet<&String> = files.collect();
-    hashed.extend(files.into_iter().map(|key| (key.clone(), format!("file of an empirical law ({key})"))));
+    hashed.extend(files.into_iter().map(|key| (key.clone(), format!("file of an empirical distribution ({key})"))));
     // finally the file itself, which contains everything
     hashed.push(("study_blake3".to_owned(), "study file".to_owned()));
     for (key, shown) in &hashed {

@@ -142,7 +142,7 @@ pub enum Lost {
     #[error(
         "{} was moved during the run, {}: the run has stopped; {} {} in it",
         shown(path),
-        to.as_ref().map_or("nobody knows where to".to_owned(), |to| format!("to {}", shown(to))),
+        to.as_ref().map_or("to an unknown place".to_owned(), |to| format!("to {}", shown(to))),
         counted(*done, "finished sample"),
         are(*done)
     )]
@@ -156,7 +156,7 @@ pub enum Lost {
     },
     /// The directory is in place, but its permissions are missing.
     #[error(
-        "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`), and the same command goes on",
+        "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`), and the same command resumes",
         shown(path),
         counted(*done, "finished sample"),
         are(*done)

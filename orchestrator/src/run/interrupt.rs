@@ -17,7 +17,10 @@ pub(super) fn end_at_once_when_told(already: bool, faults: &dyn Faults, memory: 
             // Errors do not matter here: the next run removes the remains.
             memory.iter().for_each(|address| drop(discard(address)));
             give_back(Ended::Signalled(signal));
-            let _ = writeln!(std::io::stderr(), "ended; every finished sample is recorded, the same command goes on");
+            let _ = writeln!(
+                std::io::stderr(),
+                "ended; every finished sample is recorded; rerun the same command to resume"
+            );
             std::process::exit(match signal {
                 Signal::Interrupt => 130,
                 Signal::Terminate => 143,

@@ -109,7 +109,7 @@ pub enum LockError {
     /// Another process holds the lock.
     #[error(
         "{} {}: {by}",
-        if matches!(by, LockKeeper::Run(_) | LockKeeper::Recorded(_)) { "another run works in" } else { "somebody keeps the lock (run.lock) of" },
+        if matches!(by, LockKeeper::Run(_) | LockKeeper::Recorded(_)) { "another run works in" } else { "another process holds the lock (run.lock) of" },
         shown(directory)
     )]
     Held {
@@ -120,7 +120,7 @@ pub enum LockError {
     },
     /// A run of another user began the directory.
     #[error(
-        "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and they alone can go on with it; choose another --out",
+        "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and only that user can resume it; choose another --out",
         shown(directory)
     )]
     Theirs {
@@ -436,7 +436,7 @@ mod tests {
             let Err(error @ LockError::Held { .. }) = Lock::take(&folder, "lock") else { panic!("it is held") };
             let words = error.to_string();
             let own = format!("process {} (", std::process::id());
-            assert!(words.contains("somebody keeps the lock") && words.contains(&own), "{words}");
+            assert!(words.contains("another process holds the lock") && words.contains(&own), "{words}");
             stranger.unlock().expect("held");
         }
         stranger.lock().expect("free");

@@ -57,7 +57,7 @@ pub(super) fn open<'a>(
         claimed => claimed?,
     };
     if let Some(holder) = directory.left_by() {
-        note(&format!("the last run here ({holder}) did not end in order; going on from its record"));
+        note(&format!("the last run here ({holder}) did not end in order; resuming from its record"));
     }
     let basis = new_basis.map_or_else(|| frozen_basis(samples, directory.open(), note), Ok)?;
     let prepared = Prepared::new(samples, basis)?;

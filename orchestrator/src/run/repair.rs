@@ -61,7 +61,7 @@ pub(super) fn put_in_order(
     } else if let Some(text) = mended(&path, tables, &prepared.provenance) {
         write_whole(&path, text.as_bytes())?;
         if tables == checksums {
-            note(&format!("{MANIFEST} told of other inputs than these: it is corrected"));
+            note(&format!("{MANIFEST} named other inputs than these: it is corrected"));
         }
     }
     if !status::tells_complete(directory.open()) {

@@ -278,9 +278,11 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
     }
     match found.suspects.len() {
         0 => {}
-        1 => notes.push("1 sample whose worker was killed from outside (worker_killed) is tried once more".to_owned()),
-        many => notes
-            .push(format!("{many} samples whose workers were killed from outside (worker_killed) are tried once more")),
+        1 => notes
+            .push("1 sample whose worker was killed by another program (worker_killed) is tried once more".to_owned()),
+        many => notes.push(format!(
+            "{many} samples whose workers were killed by another program (worker_killed) are tried once more"
+        )),
     }
     Ok(Comparison { record: Continuation::Old { old, taken }, found, notes })
 }

@@ -26,7 +26,7 @@ pub(super) fn scripts(job: &Job) -> Vec<Script> {
 # The shards of the study by GNU parallel, then the merge. All hosts must see the paths below under the same names, and this user must
 # reach them by ssh without a password. It may be ended and started again at any time: what is published is kept.
 {shards}
-# Exit code 5: chunks are missing, named here; the same script, or `bladeoff submit` again, goes on.
+# Exit code 5: chunks are missing, named here; the same script, or `bladeoff submit` again, resumes.
 exec {}
 ",
         job.merge()

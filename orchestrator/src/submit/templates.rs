@@ -115,7 +115,7 @@ fn scripts(
         "#!/bin/bash
 {}
 # A template that was reviewed and not run by us: read it before you hand it in. One task: one shard of the study, on one node. It may be
-# killed and started again at any time: what it has published is kept. Exit code 5: its time was over; `bladeoff submit` again goes on.
+# killed and started again at any time: what it has published is kept. Exit code 5: its time was over; `bladeoff submit` again resumes.
 {}
 for _ in 1 2 3 4; do
   {}; code=$?

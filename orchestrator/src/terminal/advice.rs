@@ -57,7 +57,7 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
         Cause::EnergyBalance | Cause::NormalWork | Cause::Penetration => of_contact(cause, ran),
         Cause::Diverged | Cause::NonFinite => with(
             format!(
-                "look at its history (replay): what grew, if anything; another `{step}` shows whether the numbers or the machine are the reason{compared}"
+                "draw its history (`replay --history`) to see what grew; another `{step}` shows whether the step or the machine is the reason{compared}"
             ),
             HALF,
         ),
@@ -134,7 +134,7 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             HALF,
         ),
         (Cause::EnergyBalance, ..) => (
-            "a smaller `run.step`; if the error falls with it, the step was the reason, otherwise look at its history (replay)",
+            "a smaller `run.step`; if the error falls with it, the step was the reason, otherwise draw its history (`replay --history`)",
             HALF,
         ),
         // a rotor that its ring stops at once has the right normal work at a finer step, and more of it
@@ -148,7 +148,7 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             Change::Set("contact.points", "several"),
         ),
         (Cause::NormalWork, ..) => (
-            "a smaller `run.step`; if the work falls with it, the step was the reason, otherwise look at its history (replay)",
+            "a smaller `run.step`; if the work falls with it, the step was the reason, otherwise draw its history (`replay --history`)",
             HALF,
         ),
         (Cause::Penetration, Engine::Exponential, true) => (

@@ -85,11 +85,11 @@ impl BearingNote {
         let (name, share) = (&self.bearing, format!("{:.0} %", 100.0 * self.share));
         match self.beyond {
             Beyond::Stiff if !self.follows => format!(
-                "{share} of the flexibility at bearing {name} is in modes left out, and nothing stands for them (`run.static_residual = \"off\"`, or \
+                "{share} of the flexibility at bearing {name} is in truncated modes, and nothing replaces them (`run.static_residual = \"off\"`, or \
                  bearings of indefinite stiffness): its load is too small by what they carry; use more `run.rotor_modes`, or `run.engine = \"full\"`"
             ),
             Beyond::Stiff => format!(
-                "{share} of the flexibility at bearing {name} is in modes left out: its load follows a force at once, without swinging beyond it after a \
+                "{share} of the flexibility at bearing {name} is in truncated modes: its load follows a force at once, without swinging beyond it after a \
                  sudden one (up to twice that); more `run.rotor_modes`, or `run.engine = \"full\"`, have the swing"
             ),
             Beyond::Held => format!(

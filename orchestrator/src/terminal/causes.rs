@@ -28,15 +28,17 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::StepLimit => "more steps than `run.step_limit`",
         Cause::Panicked => "the solver stopped with an internal error: a bug",
         Cause::TimeLimit => "longer than the time limit",
-        Cause::WorkerKilled => "its worker process was killed from outside again and again while computing it alone",
+        Cause::WorkerKilled => {
+            "other programs killed its worker process several times while it computed this sample alone"
+        }
         Cause::WorkerCrashed => "its worker process crashed more than once while computing it alone",
         Cause::OutOfMemory => "its worker process ran out of memory",
-        Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm: what would follow is no rub",
+        Cause::OutsideRing => "the rotor's centre left the ring of the diaphragm, where the model ends",
         Cause::ModalBasis => {
-            "the modes kept are too few for the contact: those left out would not follow its force at once, as is assumed of them"
+            "too few modes are kept for the contact: the truncated modes would not follow its force at once, as the model assumes"
         }
         Cause::NoBasis => {
-            "at its start or at a speed that it came to, the exponential engine has no basis of the run's motions: whirl motions that are nearly one, or unbalances that its steps do not hold"
+            "the exponential engine has no modal basis at the start or at a speed of the run: two whirl motions are nearly identical, or its steps cannot resolve an unbalance"
         }
         Cause::RingDisplacement => {
             "the rotor pushed the ring out farther than the small-displacement ring model covers (`run.limit.ring_displacement`)"

@@ -162,7 +162,7 @@ fn status_line(outcome: &Outcome) -> String {
             "beyond the model: the run ended at a limit; its values are lower bounds of what would follow".to_owned()
         }
         Status::Beyond => "beyond the model: values after `beyond_s` are not those of this machine".to_owned(),
-        Status::Invalid => "invalid: finished, but not to be believed".to_owned(),
+        Status::Invalid => "invalid: finished, but a numerical check failed".to_owned(),
         Status::Failed => "failed: ended early; the values are those up to then".to_owned(),
         Status::Quarantined => "quarantined: given up".to_owned(),
     }

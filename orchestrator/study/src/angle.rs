@@ -178,8 +178,8 @@ impl FixedAngle {
         };
         let lines = [
             said,
-            format!("{} {is} not the same all round, so this angle decides where", listed(&self.because)),
-            "rotor and ring meet, and can move the loads by tens of per cent and reverse trends. Let it vary,"
+            format!("{} {is} not the same all round, so this angle determines where", listed(&self.because)),
+            "rotor and ring meet, and can change the loads by tens of per cent and reverse trends. Let it vary,"
                 .to_owned(),
             format!("several starts a cell, and compare median and worst{instead}:"),
             "  [[vary]]".to_owned(),

@@ -31,7 +31,7 @@ pub(super) fn is_function(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Opti
             problems.add(entry.name_span.clone(), &entry.name, message);
         }
     } else if let Some(entry) = keys.get("function") {
-        let message = "stands without model = \"function\"";
+        let message = "is given without model = \"function\"";
         problems.add(entry.name_span.clone(), "function", message).allowed =
             Some("model = \"function\" and [function], or `machine`".to_owned());
     }

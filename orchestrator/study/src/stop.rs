@@ -56,7 +56,7 @@ impl StopDef {
         };
         if known.iter().all(|key| keys.get(key).is_none()) {
             let allowed = "half_width = 0.01, relative = \"5 %\", samples = 4096, wall = \"8 h\"";
-            refuse(entry, "stop", "says nothing to stop at".to_owned(), allowed);
+            refuse(entry, "stop", "has no rule to stop at".to_owned(), allowed);
             return None;
         }
         if !has_design {

@@ -11,7 +11,7 @@ schema = 1
 name = "my-study"                          # results go to runs/<name>; default: the name of this file
 machine = "machines/lab_rig.toml"          # relative to this file
 seed = 1                                   # of the shuffle from which `--limit N` takes its samples; default 0
-# twin_share = "5 %"                       # so many samples run twice, the second time 1e-6 faster: how far does the load move?
+# twin_share = "5 %"                       # so many samples run twice, the second time 1e-6 faster: how much does the load change?
 
 # Fixed overrides: any path of `bladeoff paths MACHINE`, or its ending where only one path ends so.
 # A number is SI, a string has its unit.
@@ -30,7 +30,7 @@ count = 3
 path = "contact.detection"
 values = ["hyp1", "hyp2", "hyp2-frozen"]
 
-# Several starts a cell. The angle at which the blade leaves decides where rotor and ring meet first, and with that the loads: by
+# Several starts a cell. The angle at which the blade leaves determines where rotor and ring meet first, and with that the loads: by
 # tens of per cent on this rig, in no order that a trend would survive. Nobody knows it, so it is uncertain, and no cell is one run:
 # compare the median and the worst of its starts, as the summary of `run` does. Every cell has the same starts, so what differs
 # between two cells is not the luck of their starts.
@@ -68,7 +68,7 @@ upper = "360 deg"
 "#;
 
 /// A risk study of the lab rig that runs as it is when it lies in `studies/`.
-pub const RISK_TEMPLATE: &str = r#"# Question: how probable is it that <what must not happen>, and how sure are we?
+pub const RISK_TEMPLATE: &str = r#"# Question: how probable is it that <what must not happen>, and with which interval?
 #
 #   bladeoff check FILE            what was understood of each uncertain parameter, how long it takes
 #   bladeoff run FILE              computes the samples, then answers
@@ -88,7 +88,7 @@ seed = 1                                   # of everything that is drawn
 # something is decided. "sobol" and "latin-hypercube" need fewer points for a mean (`replicates` = 16 or more give an interval).
 [design]
 kind = "monte-carlo"
-samples = 256                              # more can be added later: no point moves, what is computed is kept
+samples = 256                              # more can be added later: existing points and finished samples are kept
 
 # One table for each uncertain parameter: `path` and a `distribution` with its keys:
 #   normal mean sd | lognormal median cv | uniform lower upper | log-uniform lower upper | triangular lower mode upper
@@ -104,7 +104,7 @@ cv = 0.2
 lower = "4 g"
 upper = "20 g"
 
-# Nobody knows where the blade is when it goes.
+# The angle of the blade at its release is unknown.
 [[uncertain]]
 path = "blade_off.phase"
 as = "release_angle"

@@ -324,7 +324,7 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
     let (info, is_variable, place) = match (keys.get("path"), keys.get("name")) {
         (None, Some(name)) => (keys.text(name, problems).map(variable_info), true, name.node.span.clone()),
         (Some(_), Some(name)) => {
-            problems.add(name.name_span.clone(), keys.key("name"), "stands beside `path`").allowed =
+            problems.add(name.name_span.clone(), keys.key("name"), "is given together with `path`").allowed =
                 Some("`path` of a parameter, or `name` of a variable for formulas; a short name is `as`".to_owned());
             return None;
         }
@@ -337,7 +337,7 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
     let range = ["from", "to", "count", "spacing"].into_iter().find_map(|name| keys.get(name));
     let values = match (keys.get("values"), range) {
         (Some(_), Some(other)) => {
-            problems.add(other.name_span.clone(), keys.key(&other.name), "stands beside `values`").allowed =
+            problems.add(other.name_span.clone(), keys.key(&other.name), "is given together with `values`").allowed =
                 Some("either `values`, or `from`, `to` and `count`".to_owned());
             None
         }

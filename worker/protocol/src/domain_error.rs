@@ -55,7 +55,7 @@ pub enum DomainError {
     },
     /// The base directory belongs to someone else or is open to others.
     #[error(
-        "{} ({}) must be a directory of user {uid} that nobody else may enter, mode 700; it is {kind} of user {owner}, mode {mode:o}",
+        "{} ({}) must be a directory of user {uid} with permissions 700; it is {kind} of user {owner}, mode {mode:o}",
         shown(path),
         RUNTIME_VARIABLE
     )]

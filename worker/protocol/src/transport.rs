@@ -45,7 +45,7 @@ pub enum PortError {
     #[error("request {} is unknown, answered, or its worker is gone", .0.0)]
     UnknownTicket(Ticket),
     /// The directory of the run is not there.
-    #[error("{} is gone: the run has ended, or somebody cleaned that folder", shown(root))]
+    #[error("{} is gone: the run has ended, or another program cleaned that folder", shown(root))]
     RootGone {
         /// Where it was.
         root: PathBuf,

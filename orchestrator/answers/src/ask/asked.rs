@@ -293,7 +293,7 @@ impl<'a> Asked<'a> {
             if method == Method::Band {
                 answer.notes.push("the limits hold for all levels at once".to_owned());
             } else if method != Method::Without {
-                answer.notes.push("the limits hold for each level by itself".to_owned());
+                answer.notes.push("the limits hold for each level separately".to_owned());
             }
             note_empty(&mut answer.notes, empty, NO_LEVEL);
             answer.sentence = of_curve(&answer, &format!("exceedance of {column}"), &curve, (unit, "level"), &bad);
@@ -364,7 +364,7 @@ impl<'a> Asked<'a> {
                 });
             }
             if answer.method != Method::Without {
-                answer.notes.push(format!("the limits hold for each {what} by itself"));
+                answer.notes.push(format!("the limits hold for each {what} separately"));
             }
             note_empty(&mut answer.notes, empty, CONDITION);
             self.note_along(path, &mut answer.notes);

@@ -40,7 +40,7 @@ impl SensitivityMethod {
             (Self::Morris, _) => needs(DesignKind::Morris.word()),
             (Self::Sobol, _) => needs(DesignKind::Saltelli.word()),
             (Self::GivenData, DesignKind::Morris | DesignKind::OneAtATime | DesignKind::Saltelli) => {
-                Err(format!("method {:?} needs a sample of the laws, such as \"monte-carlo\"", self.word()))
+                Err(format!("method {:?} needs a sample of the distributions, such as \"monte-carlo\"", self.word()))
             }
             (Self::GivenData, DesignKind::Sobol | DesignKind::Halton) if replicates < FEWEST_REPLICATES => {
                 return Err(format!(

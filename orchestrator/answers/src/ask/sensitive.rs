@@ -269,8 +269,8 @@ impl Words<'_> {
         let Self { wanted, answer, .. } = self;
         let (what, unit_of, has_unit) = match wanted.method {
             SensitivityMethod::Morris => ("mean size of elementary effects", "trajectory", true),
-            SensitivityMethod::Sobol => ("part of the variance, interactions included", "base point", false),
-            SensitivityMethod::GivenData => ("part of the variance that a parameter makes alone", "row", false),
+            SensitivityMethod::Sobol => ("share of the variance, interactions included", "base point", false),
+            SensitivityMethod::GivenData => ("share of the variance of each parameter alone", "row", false),
         };
         let show = |value: f64| if has_unit { self.number(value, true) } else { percent(value) };
         let about = if answer.approximate { "about " } else { "" };

@@ -60,10 +60,10 @@ impl Scheme {
         }
         if design.replicates < FEWEST_REPLICATES {
             let told = match design.replicates {
-                1 => "1 replicate tells".to_owned(),
-                count => format!("{count} replicates tell"),
+                1 => "1 replicate shows".to_owned(),
+                count => format!("{count} replicates show"),
             };
-            return without(format!("no interval: {told} too little of the scatter, {FEWEST_REPLICATES} do"));
+            return without(format!("no interval: {told} too little of the scatter, {FEWEST_REPLICATES} are enough"));
         }
         let counts = counts();
         if counts.contains(&0) {

@@ -143,7 +143,10 @@ impl Gate {
         let (n, (low, high)) = (decision.n, decision.events);
         let mut text = format!("{}{}: ", prefix(&decision.group), self.text);
         if n == 0 {
-            return text + &format!("open, the first look is at {FIRST_LOOK} points, or when the study is complete");
+            return text
+                + &format!(
+                    "open, the first interim analysis is at {FIRST_LOOK} points, or when the study is complete"
+                );
         }
         let (sure, bound) = (percent(1.0 - decision.level), percent_given(self.bound));
         text += &match decision.verdict {

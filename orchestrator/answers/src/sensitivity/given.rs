@@ -107,7 +107,7 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
     let mut scatter = (parts >= PARTS).then(|| Scatter { parts, t: student(parts as f64 - 1.0, alpha) });
     if parts > 0 && parts < PARTS {
         let parts = counted(parts, "replicates");
-        notes.push(format!("no interval: {parts} tell too little of the scatter, {PARTS} do"));
+        notes.push(format!("no interval: {parts} show too little of the scatter, {PARTS} are enough"));
     } else if parts > 0 && n < FEWEST_ROWS {
         let rows = counted(n, "rows");
         notes.push(format!("no interval: {rows}, {FEWEST_ROWS} say something of their scatter"));
@@ -123,7 +123,7 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
         without = Some("one row does not vary");
     } else if output.is_constant() {
         without = Some("the output does not vary");
-        notes.push("the output does not vary: nothing decides it".to_owned());
+        notes.push("the output does not vary: it has no drivers".to_owned());
     } else {
         r2 = ranked(given, (&inputs, &output), (&part, scatter.as_ref()), &mut found, &mut notes);
         let left_out = matches!(given.parts, Parts::Replicates(..));

@@ -51,7 +51,7 @@ pub fn warning(regimes: &[Regime]) -> Option<String> {
     let told: Vec<String> = regimes.iter().map(|regime| format!("{} {}", regime.word, percent(regime.share))).collect();
     (regimes.len() > 1).then(|| {
         format!(
-            "runs are of {} regimes ({}): indices over all of them tell much of what decides the regime, and may tell little of what decides the output within one",
+            "runs belong to {} regimes ({}): indices over all of them describe mainly what determines the regime, and may describe little of the output within one",
             regimes.len(),
             told.join(", ")
         )

@@ -116,7 +116,7 @@ pub(super) fn told(blocks: usize, alpha: f64, name: &str, notes: &mut Vec<String
     }
     let (count, place) = resamples(alpha);
     if place == 0 {
-        notes.push(format!("no interval: {count} resamples tell nothing of limits that rare"));
+        notes.push(format!("no interval: {count} resamples cannot give limits that rare"));
         return "none";
     }
     "bootstrap"

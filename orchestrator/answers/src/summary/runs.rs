@@ -318,7 +318,7 @@ impl Twins {
         ))
     }
 
-    /// "Twin runs: 5 of 108 rows, bearing load moved by up to 6 % (median 0.01 %) for 1e-6 of the initial speed."
+    /// "Twin runs: 5 of 108 rows, bearing load changed by up to 6 % (median 0.01 %) for 1e-6 of the initial speed."
     fn text(&self, rows: u64) -> String {
         if self.count == 0 {
             return String::new();
@@ -331,7 +331,7 @@ impl Twins {
             let (most, middle) = (percent(changes.most), percent(changes.median));
             let shifts: Vec<&str> = self.shifts.iter().map(String::as_str).collect();
             let shifts = if shifts.is_empty() { TWIN.to_owned() } else { shifts.join(", ") };
-            write!(text, ", bearing load moved by up to {most} (median {middle}) for {shifts} of the initial speed")
+            write!(text, ", bearing load changed by up to {most} (median {middle}) for {shifts} of the initial speed")
                 .expect("writing to a String cannot fail");
         }
         text += ".\n";
@@ -453,7 +453,7 @@ mod tests {
             assert!(!summary.go_on(), "few are kept");
             summary.with_twin([2e-6, 0.02]).text(None)
         };
-        let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load moved by up to 6 % (median 3 %) for";
+        let said = "Twin runs: 3 of 4 rows, 1 of them failed, bearing load changed by up to 6 % (median 3 %) for";
         let (own, machine) = (with(Some(1e-6)), with(None));
         assert!(own.contains(&format!("{said} 1e-6 of the initial speed.")), "{own}");
         let sensitive =

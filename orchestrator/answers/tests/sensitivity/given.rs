@@ -169,7 +169,7 @@ fn replicates_tell_the_scatter_where_there_are_sixteen() {
     assert!(first[0].estimate == first[1].estimate && first[0].low != first[1].low, "{first:?}");
     let few: Vec<u32> = (0..640).map(|row| row % 4).collect();
     let found = given_data(&table(Parts::Replicates(&few, 4)), 0.05).expect("figures");
-    assert!(found.interval == "none" && found.notes[0].contains("4 replicates tell too little"), "{:?}", found.notes);
+    assert!(found.interval == "none" && found.notes[0].contains("4 replicates show too little"), "{:?}", found.notes);
     assert_eq!(figure(&found, 0, |of| of.spearman).low, None);
     let none = given_data(&table(Parts::Without("no sample".to_owned())), 0.05).expect("figures");
     assert!(none.notes[0] == "no sample" && figure(&none, 0, |of| of.first).high.is_none());

@@ -84,7 +84,7 @@ fn replicates_have_an_interval_from_sixteen_on() {
         assert!(none.high.unwrap() > 0.003);
         let few = one(&replicated(values(), kind, 8), probability("y > 50"));
         assert_eq!((few.low, few.high, few.method), (None, None, Method::Without));
-        assert!(few.notes[0].contains("8 replicates tell too little"), "{:?}", few.notes);
+        assert!(few.notes[0].contains("8 replicates show too little"), "{:?}", few.notes);
         assert!(few.estimate.is_some());
     }
     let plain = Made { scrambled: false, ..replicated(values(), DesignKind::Sobol, 16) };

@@ -90,7 +90,7 @@ fn half_way_the_last_look_counts() {
     let half_way = |events, points| Made { complete: false, ..study(events, points) };
     let early = judged(&gate("0.05"), &half_way(0, 100));
     assert_eq!((early.verdict, early.n), (Verdict::Open, 0));
-    assert!(early.sentence.contains("the first look is at 256 points"));
+    assert!(early.sentence.contains("the first interim analysis is at 256 points"));
     let found = judged(&gate("0.05"), &half_way(0, 300));
     assert_eq!((found.verdict, found.n), (Verdict::Passed, 256));
     assert!((found.level - 0.025).abs() < 1e-15);

@@ -171,8 +171,7 @@ fn indices_without_an_interval_are_not_ranked() {
     let asked =
         || QuestionDef { sensitivity: Some("y".into()), method: Some("given-data".into()), ..QuestionDef::default() };
     let few = one(&ramp(100), asked());
-    let says =
-        "part of the variance that a parameter makes alone: no ranking, since no index has an interval, 100 rows";
+    let says = "share of the variance of each parameter alone: no ranking, since no index has an interval, 100 rows";
     assert!(few.sentence.contains(says), "{}", few.sentence);
     assert_eq!(few.most_decisive(), None);
     assert!(few.lines.iter().any(|line| line.starts_with("u  ")), "{:?}", few.lines);

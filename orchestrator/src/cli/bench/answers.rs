@@ -15,11 +15,12 @@ use serde_json::json;
 use std::fs;
 use std::path::Path;
 
-/// Time and memory of all figures of a large table: probabilities, quantiles, means, curves, differences, a gate
+/// Time and memory of all answers of a large table: probabilities, quantiles, means, curves, differences, a gate
 ///
-/// The tables of two studies of formulas are made in a temporary folder, of independent points and of replicated Sobol points, each with two values of
-/// what varies and one run in a hundred failed. Then a process of its own reads each table, compares it with its checksum and answers eleven questions
-/// (and judges a gate, where the points are independent), as `bladeoff answer` and `gate` do. CPU time, since other work on the machine lengthens the rest.
+/// The tables of two studies of formulas are made in a temporary folder: independent points and replicated Sobol points.
+/// Each has two values of a varied parameter, and one run in a hundred failed. A separate process reads each table,
+/// compares it with its checksum and answers eleven questions, as `bladeoff answer` and `gate` do. With independent
+/// points it also judges a gate. CPU time is printed, because other programs affect only the wall time.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Rows of each table, at least; Sobol points are powers of two

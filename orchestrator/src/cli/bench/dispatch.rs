@@ -21,13 +21,16 @@ use std::time::Duration;
 
 /// Overhead per durable sample, idle CPU, memory, start-up, resume and tables, with samples that compute nothing
 ///
-/// Worker processes answer with 40 numbers at once, samples are handed out in the order of a run; every result goes through the real messages and the real record
-/// with its syncs. Where there is a python3, its ProcessPoolExecutor returns as many numbers from as many processes in
-/// the same run (without a record of anything). Then a result directory with as many recorded results is taken up, its rows
-/// are written as parts, as tables and summed up, and it is taken over into a study of twice the size; each of these in
-/// a process of its own, whose peak memory is shown. At last samples that keep a core busy for 10 us to 1 s are handed out in batches, as a run does, and
-/// one by one. This takes some 3 kB of temporary disk a sample. Figures depend on the load of the machine: it
-/// is shown before and after.
+/// Worker processes answer with 40 numbers at once, and samples are assigned in the order of a run. Every result uses the
+/// real messages and the real record with its syncs. If there is a python3, its ProcessPoolExecutor returns as many
+/// numbers from as many processes in the same run, without a record.
+///
+/// Then a result directory with as many recorded results is resumed, its rows are written as parts and tables and summed
+/// up, and it is taken over into a study of twice the size. Each of these is a process of its own with its peak memory.
+/// At last samples that keep a core busy for 10 us to 1 s are assigned in batches, as in a run, and one by one.
+///
+/// The command needs about 3 kB of temporary disk per sample. Results depend on the load of the computer, which is shown
+/// before and after.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Samples

@@ -18,27 +18,28 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
-/// What a transient costs on the engines "reduced" and "exponential", side by side
+/// Cost of a transient on the engines "reduced" and "exponential", side by side
 ///
-/// Nominal turbine to 6 s with each of the three detections, lab rig, and 6 s of free motion of the turbine without its diaphragm; alternately on both
-/// engines. CPU time, since other work on the machine lengthens the rest; but that, too, is longer on a busy one: take figures of a quiet machine, and
-/// ratios of a busy one with care. A run of a study shares matrices, modes and bases with others, so they are told apart: "set-up". With --against the runs of
-/// "reduced" are those of another bladeoff program, without the CPU time of its start.
+/// Transients: the turbine to 6 s with each of the three detections, the lab rig, and 6 s of free motion of the turbine
+/// without its diaphragm, alternately on both engines. CPU time is printed. It is longer on a busy computer: measure on a
+/// quiet one, and use ratios of a busy one with care. Runs of a study share matrices, modes and bases, so the set-up is
+/// printed separately. With --against, the runs of "reduced" are computed by another bladeoff program, without the CPU
+/// time of its start.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Another bladeoff program, which computes the runs of "reduced" by its command `simulate`
     #[arg(long, value_name = "BINARY")]
     against: Option<PathBuf>,
 
-    /// Runs of "reduced" of each transient; of "exponential" there are five times as many
+    /// Runs of "reduced" per transient; "exponential" has five times as many
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     repeats: u32,
 
-    /// Begin no further run after so many minutes; each transient has one of each engine in any case
+    /// Begin no further run after this many minutes; each transient has at least one run of each engine
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = minutes)]
     minutes: f64,
 
-    /// Take this part of each transient only, from its beginning, where nothing may touch
+    /// Compute only this fraction of each transient, from its beginning, where contact may not occur
     #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = part)]
     part: f64,
 
@@ -80,7 +81,7 @@ fn cases() -> [Case; 5] {
         Case { name: "turbine to 6 s, hyp1", text: detected("hyp1"), touches: true },
         Case { name: "turbine to 6 s, hyp2-frozen", text: detected("hyp2-frozen"), touches: true },
         Case { name: "lab rig", text: RIG.to_owned(), touches: true },
-        Case { name: "6 s of free flight", text: flight, touches: false },
+        Case { name: "6 s of free motion", text: flight, touches: false },
     ]
 }
 

@@ -13,7 +13,7 @@ mod stand_in;
 use super::error::CliError;
 use super::exit::Exit;
 
-/// Measure what the program costs beside the simulations
+/// Measure the cost of the program apart from the simulations
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff bench dispatch

@@ -87,7 +87,7 @@ pub enum ShardError {
     },
     /// The shared file system stayed unavailable.
     #[error(
-        "{} could not be written for {}: given up; what was finished there is kept, and the same command goes on",
+        "{} could not be written for {}: given up; what was finished there is kept, and the same command resumes",
         shown(path),
         bladeoff_answers::summary::duration(*waited)
     )]

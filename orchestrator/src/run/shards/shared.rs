@@ -158,7 +158,7 @@ fn trusted(folder: &Folder, trusts: bool, note: &dyn Fn(&str)) -> Result<(), Sha
         Some(Untrusted::Mode { path, mode }) if mode & 0o002 == 0 => {
             let path = bladeoff_system::shown(&path).to_string();
             note(&format!(
-                "{path} can be written by its group (mode {mode:04o}): whoever is in it could change the results there"
+                "{path} can be written by its group (mode {mode:04o}): members of the group could change the results there"
             ));
             Ok(())
         }

@@ -53,7 +53,7 @@ pub enum CorrelationError {
     },
     /// These two laws cannot have such a linear correlation.
     #[error(
-        "`linear` = {given}: the laws of {a} and {b} can have from {low:.6} to {high:.6}; allowed: between these, or `rank`"
+        "`linear` = {given}: the distributions of {a} and {b} can have from {low:.6} to {high:.6}; allowed: between these, or `rank`"
     )]
     Unreachable {
         /// Which table.

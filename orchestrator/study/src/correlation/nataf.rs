@@ -50,7 +50,7 @@ impl<'a> Nataf<'a> {
     pub fn normal(&mut self, a: usize, b: usize, rho: f64) -> Result<f64, Refused> {
         let heavy = Refused::Unresolved {
             bound: f64::INFINITY,
-            reason: "the tails of a law are too heavy, or it is nearly a step",
+            reason: "the tails of a distribution are too heavy, or it is nearly a step",
         };
         let Some(series) = self.series(a, b) else { return Err(heavy) };
         let [low, high] = series.ends();

@@ -132,7 +132,7 @@ fn pair(
 fn strength(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Strength> {
     let given: Vec<&Entry> = ["rank", "linear", "normal"].iter().filter_map(|name| keys.get(name)).collect();
     let [entry] = given[..] else {
-        let message = if given.is_empty() { "says not how strongly" } else { "says how strongly more than once" };
+        let message = if given.is_empty() { "has no strength" } else { "has more than one strength" };
         let key = given.last().map_or_else(|| keys.key("rank"), |entry| keys.key(&entry.name));
         problems.add(keys.span(), key, message).allowed = Some(STRENGTHS.to_owned());
         return None;

@@ -34,7 +34,7 @@ fn table(number: usize, item: &Node, paths: &PathTable<'_>, problems: &mut Colle
         (None, Some(name)) => (variable_info(keys.text(name, problems)?), true, name.node.span.clone()),
         (_, name) => {
             let (span, message) = match name {
-                Some(name) => (name.name_span.clone(), "stands beside `path`"),
+                Some(name) => (name.name_span.clone(), "is given together with `path`"),
                 None => (keys.span(), MISSING),
             };
             let key = keys.key(if name.is_some() { "name" } else { "path" });

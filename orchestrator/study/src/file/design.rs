@@ -14,7 +14,7 @@ use bladeoff_text::document::{Collector, Entry, Node, Value, cut};
 pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
     let mut pair = |has: &str, needs: &str, allowed: &str| {
         if let (Some(entry), None) = (keys.get(has), keys.get(needs)) {
-            problems.add(entry.name_span.clone(), has, format!("stands without [{needs}]")).allowed =
+            problems.add(entry.name_span.clone(), has, format!("is given without [{needs}]")).allowed =
                 Some(allowed.to_owned());
         }
     };
@@ -22,7 +22,7 @@ pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
     pair("design", "uncertain", "one table [[uncertain]] for each uncertain parameter");
     pair("correlation", "uncertain", "one table [[uncertain]] for each uncertain parameter");
     if let (Some(design), Some(_)) = (keys.get("design"), keys.get("points")) {
-        problems.add(design.name_span.clone(), "design", "stands beside [points]").allowed =
+        problems.add(design.name_span.clone(), "design", "is given together with [points]").allowed =
             Some("[design] draws the points, [points] reads them: one of them".to_owned());
     }
 }

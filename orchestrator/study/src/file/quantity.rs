@@ -44,7 +44,10 @@ impl Quantities {
             Some((first, _)) if first == unit => Ok(number),
             Some((first, measure)) if Measure::of_unit(unit).is_none_or(|found| !found.fits(measure)) => {
                 let [unit, first] = [unit, first].map(|unit| cut(unit, 60));
-                Err((format!("the unit `{unit}` does not fit: other numbers of the same law are in `{first}`"), None))
+                Err((
+                    format!("the unit `{unit}` does not fit: other numbers of the same distribution are in `{first}`"),
+                    None,
+                ))
             }
             Some(_) => Ok(number),
             None => {

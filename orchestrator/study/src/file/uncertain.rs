@@ -66,7 +66,7 @@ fn named(
         }
         (None, Some(name)) => Some((variable_info(keys.text(name, problems)?), true, name.node.span.clone())),
         (Some(_), Some(name)) => {
-            problems.add(name.name_span.clone(), keys.key("name"), "stands beside `path`").allowed =
+            problems.add(name.name_span.clone(), keys.key("name"), "is given together with `path`").allowed =
                 Some("`path` of a parameter, or `name` of a variable for formulas; a short name is `as`".to_owned());
             None
         }

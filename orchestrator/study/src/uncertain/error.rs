@@ -23,7 +23,7 @@ pub enum UncertainError {
         distribution: Distribution,
     },
     /// Two keys that say the same.
-    #[error("`{key}` stands beside `{other}`, which says the same: one of them")]
+    #[error("`{key}` and `{other}` are both given: only one of them is allowed")]
     Both {
         /// The later one.
         key: String,

@@ -176,7 +176,7 @@ pub enum LayoutError {
     },
     /// A first point at the ends of laws that have none.
     #[error(
-        "`scramble` = false puts the first point at the lowest value of every parameter, and {name} has none; allowed: `scramble` = true, or laws with a `lower`"
+        "`scramble` = false puts the first point at the lowest value of every parameter, and {name} has none; allowed: `scramble` = true, or distributions with a `lower`"
     )]
     Unbounded {
         /// The parameter.

@@ -232,7 +232,7 @@ impl SamplingLayout {
         match self.kind {
             LayoutKind::MonteCarlo => Standing::Independent,
             LayoutKind::OneAtATime => Standing::NoInterval("points of a one-at-a-time design are not random"),
-            LayoutKind::Morris => Standing::NoInterval("points of a morris design are no sample of the laws"),
+            LayoutKind::Morris => Standing::NoInterval("points of a morris design are no sample of the distributions"),
             LayoutKind::Saltelli => Standing::NoInterval("points of a saltelli design depend on one another"),
             _ if !self.is_scrambled() => Standing::NoInterval("points that are not scrambled are not random"),
             _ if self.replicates < FEWEST_REPLICATES => Standing::NoInterval("fewer than 16 replicates"),
