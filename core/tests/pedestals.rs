@@ -8,7 +8,8 @@ mod common;
 
 use bladeoff_core::modal::{report, unbalance_response, whirl_modes};
 use bladeoff_model::machine::{Engine, Machine};
-use common::{Every, Row, close, machine, machine_with, run_seen};
+use bladeoff_model::outcome::{Group, Part};
+use common::{Every, Row, close, machine, machine_with, run_seen, study_machine};
 
 /// Shaft of 1 m with two discs; both ends have the same bearing on the same pedestal.
 fn text(mass: &str, tail: &str) -> String {
@@ -32,14 +33,12 @@ fn text(mass: &str, tail: &str) -> String {
 
 const MASS: &str = "[40.0, 60.0]";
 
+/// A constant speed.
+const CONSTANT: &str = "[rotor.speed_law]\nacceleration = 0\n";
+
 /// 0.3 s at a constant speed of 350 rad/s.
 fn blade_off(gravity: &str) -> String {
-    text(
-        MASS,
-        &format!(
-            "[rotor]\ninitial_speed = 350\ngravity = {gravity}\n[rotor.speed_law]\nacceleration = 0\n[run]\nend_time = 0.3\n"
-        ),
-    )
+    text(MASS, &format!("[rotor]\ninitial_speed = 350\ngravity = {gravity}\n{CONSTANT}[run]\nend_time = 0.3\n"))
 }
 
 fn at_rest(mass: &str) -> Machine {
@@ -253,6 +252,76 @@ fn blade_off_has_the_peaks_of_the_reference() {
     }
 }
 
+/// With an unknown spin, which the exponential engine needs.
+#[test]
+fn the_exponential_engine_has_the_forces_of_the_full_one() {
+    for gravity in ["[0.0, 0.0]", "[3.0, -4.0]"] {
+        let text = blade_off(gravity).replace(CONSTANT, "");
+        let row = |changes: &[(&str, &str)]| run_seen(machine_with(&text, changes), &mut Every(|_| ()));
+        let full = row(&[("run.engine", "full"), ("run.step", "2 us")]);
+        let exponential = row(&[("run.engine", "exponential")]);
+        assert_eq!(exponential.outcome.status.word(), "ok");
+        for column in bladeoff_core::record::columns(&full.machine) {
+            if column.part == Part::Peak && column.group == Group::BearingLoads {
+                // the norm of a bearing's load is not refined between two steps
+                let tolerance = if column.name.starts_with("max_bearing_load") { 1e-4 } else { 2e-5 };
+                close(&column.name, exponential.value(&column.name), full.value(&column.name), tolerance);
+            }
+        }
+        assert!(exponential.value("energy_error") < 1e-8, "{}", exponential.value("energy_error"));
+    }
+}
+
+/// Rub of the lab rig on pedestals, one bearing with skew stiffness: forces of contact steps too, and the power of pedestal dampers in the energy balance.
+#[test]
+fn a_rub_on_pedestals_has_the_forces_of_the_reduced_engine() {
+    let pedestal = "[rotor.bearings.left.pedestal]\nmass = [2.0, 3.0]\nstiffness = [2e6, 4e6]\ndamping = 500\n\
+                    [rotor.bearings.right.pedestal]\nmass = 1.0\nstiffness = 3e6\ndamping = [300, 200]\n[rotor.unbalances.blade_off]";
+    let text = study_machine("lab_rig")
+        .replacen("\"2e6 N/m\"", "[[2e6, 3e5], [-1e5, 1.7e6]]", 1)
+        .replace("gravity = [0.0, 0.0]", "gravity = [0.0, -9.81]")
+        .replace("[rotor.unbalances.blade_off]", pedestal);
+    let row = |engine, step| {
+        run_seen(machine_with(&text, &[("run.end_time", "0.12 s"), ("run.engine", engine), step]), &mut Every(|_| ()))
+    };
+    let reduced = row("reduced", ("run.step", "1.7 us"));
+    let exponential = row("exponential", ("run.contact_step", "1.7 us"));
+    for row in [&reduced, &exponential] {
+        assert!(row.value("impacts") > 0.0, "touches");
+        println!("energy error {:e}", row.value("energy_error"));
+        assert!(row.value("energy_error") < 1e-6, "{}", row.value("energy_error"));
+    }
+    for column in bladeoff_core::record::columns(&reduced.machine) {
+        if column.part == Part::Peak && column.group == Group::BearingLoads {
+            println!(
+                "{}: {:.1e}",
+                column.name,
+                close(&column.name, exponential.value(&column.name), reduced.value(&column.name), 5e-3)
+            );
+        }
+    }
+}
+
+/// All that the supports take is theirs: a shaft without damping of its own takes nothing.
+#[test]
+fn the_dampers_of_pedestals_take_energy_from_the_balance() {
+    for engine in ["full", "reduced", "exponential"] {
+        let text = blade_off("[0.0, 0.0]").replace(CONSTANT, "");
+        let mut last = None;
+        let row = run_seen(
+            machine_with(&text, &[("run.engine", engine), ("run.end_time", "0.1 s")]),
+            &mut Every(|frame| last = Some(frame.energies)),
+        );
+        let energies = last.expect("a frame");
+        assert!(energies.bearings > 0.1, "{engine}: {}", energies.bearings);
+        // the exponential engine integrates both by rules of their own
+        let share = if engine == "exponential" { 1e-4 } else { 1e-9 };
+        println!("{engine}: structure {:e} of {:e}", energies.structure, energies.bearings);
+        assert!(energies.structure.abs() < share * energies.bearings, "{engine}: {}", energies.structure);
+        assert!(row.value("energy_error") < 1e-8, "{engine}");
+    }
+}
+
 /// Real and imaginary part of the lowest eigenvalues at 200 rad/s.
 const MASSLESS: [[f64; 2]; 6] = [
     [-881.6713202223334, 178.09828443271954],
@@ -263,11 +332,11 @@ const MASSLESS: [[f64; 2]; 6] = [
     [-87.16950094252192, 1388.391910325299],
 ];
 const MASSLESS_PEAKS: [(&str, f64); 2] = [("left", 2463.4535296265), ("right", 2869.9633475239)];
-/// Forces (x, y) of the left, right and middle bearing \[N\].
+/// Forces (x, y) of the middle, left and right bearing \[N\], by one static solution of all degrees of freedom.
 const SEAT_LOADS: [[f64; 2]; 3] = [
+    [-633.4312638290654, 2059.2716315155485],
     [475.0734478717993, -1544.4537236366702],
     [158.3578159572675, -514.8179078788907],
-    [-633.4312638290654, 2059.2716315155485],
 ];
 
 /// Massless pedestals: the exact eigenvalues are those of a first-order motion of the pedestals, by a generalised eigenproblem with a singular mass matrix.
@@ -276,8 +345,13 @@ fn a_pedestal_without_mass_follows_its_springs_and_dampers() {
     let (speed, modes) = whirl_modes(&at_rest("0"), &[200.0]).expect("solvable").remove(0);
     for (found, wanted) in modes.iter().zip(MASSLESS) {
         let what = format!("{} at {speed} rad/s", wanted[1]);
-        println!("{}", close(&what, found.frequency, wanted[1], 1e-5));
-        println!("{}", close(&what, found.damping_ratio, -wanted[0] / wanted[0].hypot(wanted[1]), 1e-4));
+        // the mass that such a pedestal gets has a frequency of 1e5 rad/s between its springs
+        let (size, tolerance) = (wanted[0].hypot(wanted[1]), (wanted[0].hypot(wanted[1]) / 1e5).powi(2));
+        let errors = [
+            close(&what, found.frequency, wanted[1], tolerance),
+            close(&what, found.damping_ratio, -wanted[0] / size, tolerance),
+        ];
+        println!("{what}: {errors:?} of {tolerance:.1e}");
     }
     for engine in [Engine::Full, Engine::Reduced] {
         let text = blade_off("[0.0, -9.81]").replace(MASS, "0");
@@ -288,7 +362,7 @@ fn a_pedestal_without_mass_follows_its_springs_and_dampers() {
             // without inertia the pedestal passes on what the bearing carries
             for what in ["bearing", "pedestal"] {
                 let column = format!("max_{what}_load_{name}_N");
-                println!("{column}: {:.1e}", close(&column, row.value(&column), wanted, 1e-5));
+                println!("{column}: {:.1e}", close(&column, row.value(&column), wanted, 2e-5));
             }
         }
     }
@@ -298,16 +372,11 @@ fn a_pedestal_without_mass_follows_its_springs_and_dampers() {
 #[test]
 fn a_seat_off_the_bearing_line_moves_the_rotor_and_bends_a_third_bearing_into_load() {
     // all seats at one place: the rotor is there, without load
-    let same = |machine: &mut Machine| {
-        for bearing in &mut machine.rotor.bearings {
-            bearing.elevation = [2e-4, -3e-4];
-        }
-        machine.rotor.unbalances.clear();
-    };
     for engine in [Engine::Full, Engine::Reduced] {
         let base = machine_with(&blade_off("[0.0, 0.0]"), &[("run.engine", engine.word()), ("run.end_time", "1 ms")]);
         let mut shifted = base.clone();
-        same(&mut shifted);
+        shifted.rotor.bearings.iter_mut().for_each(|bearing| bearing.elevation = [2e-4, -3e-4]);
+        shifted.rotor.unbalances.clear();
         let mut place = [0.0; 2];
         let row = run_seen(shifted, &mut Every(|frame| place = [frame.displacement[4], frame.displacement[14]]));
         close("x", place[0], 2e-4, 1e-9);

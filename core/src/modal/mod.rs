@@ -3,6 +3,7 @@
 mod basis;
 mod codec;
 mod contact_forecast;
+mod equilibrium;
 mod follow;
 mod key;
 mod looks;
@@ -18,6 +19,7 @@ mod whirl;
 pub(crate) use basis::largest_share;
 pub use basis::{Basis, BasisError, DEFAULT_RING_MODES, DEFAULT_ROTOR_MODES, ModeSet};
 pub use contact_forecast::{ContactForecast, contact_forecasts};
+pub use equilibrium::{Equilibrium, equilibrium};
 pub(crate) use key::{is_key_of, modal_key};
 pub use looks::ModesError;
 pub use quadratic::{QuadraticModes, quadratic_modes, quadratic_values};

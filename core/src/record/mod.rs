@@ -180,6 +180,7 @@ impl Recorders {
     #[inline(always)]
     pub fn see_steps(&mut self, steps: usize, at: At, loads: Loads<'_>, ring: Option<&RingInstant<'_>>) {
         self.loads.see(loads, at);
+        self.loads.see_between(loads, at, ring.is_none_or(|ring| ring.touch.is_none()));
         self.monitors.see(loads.monitors, at);
         self.limits.see_journals(loads.journals, at);
         if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {

@@ -336,13 +336,9 @@ impl RotorMatrices {
         dense
     }
 
-    /// Weight of rotor and pedestals per place: `M` times a uniform field \[N\].
-    #[must_use]
-    pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
-        let mut field = self.uniform(gravity);
-        for pedestal in &self.pedestals {
-            pedestal.push(gravity, &mut field);
-        }
+    /// Weight of the rotor per node and direction: `M` times a uniform field \[N\].
+    fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
+        let field = self.uniform(gravity);
         let mut weight = vec![0.0; field.len()];
         bladeoff_numerics::linalg::mul_vec(&self.mass, &field, &mut weight);
         weight
@@ -358,6 +354,10 @@ impl RotorMatrices {
         for (site, bearing) in self.bearings.iter().zip(&rotor.bearings) {
             if bearing.elevation != [0.0; 2] {
                 site.push(site.seat_force(bearing.elevation), &mut force);
+            }
+            if let (Some(places), Some(pedestal)) = (site.base, &bearing.pedestal) {
+                // of the mass that the machine gives, which may be none
+                (0..2).for_each(|axis| force[places[axis]] += pedestal.mass[axis] * rotor.gravity[axis]);
             }
         }
         force

@@ -18,10 +18,12 @@ use crate::start_check::placed;
 use crate::terminal::{Stability, bearings_beyond, matrices_of, unstable, with_word};
 use bladeoff_answers::summary::{Align, TextTable, counted, wrapped};
 use bladeoff_core::engine::speeds_of_run;
-use bladeoff_model::machine::{MachineDef, ParamValue};
+use bladeoff_core::modal::equilibrium;
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue};
 use bladeoff_study::{Axis, Fixed, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
 use bladeoff_system::shown;
 use bladeoff_text::document::MAX_FILE_BYTES;
+use bladeoff_text::document::units::format_digits;
 use std::path::{Path, PathBuf};
 
 /// Check a study: parameters, number of samples, duration; or check a machine
@@ -104,13 +106,32 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
     let mut stability = Stability::with(structure.clone());
     let more = forecast::of_machine(&definition, &machine, &mut stability, width());
-    tell(&format!("{}: a machine whose run can start\n{choice}{more}", definition.name()))?;
+    let rest = at_rest(&machine);
+    tell(&format!("{}: a machine whose run can start\n{choice}{rest}{more}", definition.name()))?;
     let step = engine::time_step(&machine, &structure)?.step;
     bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
     implausible(&machine).iter().for_each(|text| remark(&format!("warning: {text}")));
     let unstable = unstable(&machine, &structure, speeds_of_run(&machine));
     unstable.iter().for_each(|range| remark(&format!("warning: {range}")));
     Ok(Exit::Ok)
+}
+
+/// Sag and reactions before the run; empty where nothing acts on the rotor at rest.
+fn at_rest(machine: &Machine) -> String {
+    let Some(found) = equilibrium(machine) else { return String::new() };
+    let place = found.position.map(|z| format!(" at {}", format_digits(z, "m", 4))).unwrap_or_default();
+    let mut lines =
+        vec![format!("Static equilibrium: largest displacement {}{place}", format_digits(found.sag, "m", 4))];
+    let mut pedestals = found.pedestals.iter();
+    let components =
+        |[x, y]: &[f64; 2]| format!("{} along X, {} along Y", format_digits(*x, "N", 4), format_digits(*y, "N", 4));
+    for (bearing, force) in machine.rotor.bearings.iter().zip(&found.bearings) {
+        lines.push(format!("  force on bearing {}: {}", bearing.name, components(force)));
+        if let Some(force) = bearing.pedestal.and_then(|_| pedestals.next()) {
+            lines.push(format!("  force of its pedestal on the ground: {}", components(force)));
+        }
+    }
+    lines.join("\n") + "\n"
 }
 
 fn describe(samples: &Samples) -> String {

@@ -35,6 +35,8 @@ enum Source {
     Twist(usize),
     Load { bearing: usize, axis: usize },
     LoadNorm(usize),
+    PedestalLoad { pedestal: usize, axis: usize },
+    PedestalLoadNorm(usize),
     Contact { diaphragm: usize, read: fn(&ContactFrame<'_>) -> f64 },
     PeakForce(usize),
     FilteredForce(usize),
@@ -106,6 +108,10 @@ impl Channel {
             Source::Twist(node) => frame.torsion_angles[node],
             Source::Load { bearing, axis } => frame.bearing_loads[bearing][axis],
             Source::LoadNorm(bearing) => frame.bearing_loads[bearing][0].hypot(frame.bearing_loads[bearing][1]),
+            Source::PedestalLoad { pedestal, axis } => frame.pedestal_loads[pedestal][axis],
+            Source::PedestalLoadNorm(pedestal) => {
+                frame.pedestal_loads[pedestal][0].hypot(frame.pedestal_loads[pedestal][1])
+            }
             Source::Contact { diaphragm, read } => read(&frame.contacts[diaphragm]),
             Source::PeakForce(diaphragm) => context.forces[diaphragm].peak,
             Source::FilteredForce(diaphragm) => context.forces[diaphragm].filtered,
@@ -146,8 +152,8 @@ impl List {
 const ENERGIES: [(&str, fn(&Energies) -> f64, &str); 12] = [
     ("kinetic_J", |e| e.kinetic, "kinetic energy of rotor and ring"),
     ("strain_J", |e| e.strain, "strain energy of shaft, bearings and ring"),
-    ("gravity_J", |e| e.gravity, "potential energy in gravity"),
-    ("bearings_J", |e| e.bearings, "energy dissipated by the bearings so far"),
+    ("gravity_J", |e| e.gravity, "potential energy in gravity and of bearing seats off the bearing line"),
+    ("bearings_J", |e| e.bearings, "energy dissipated by bearings and pedestals so far"),
     ("structure_J", |e| e.structure, "energy dissipated by the shaft's structural damping so far"),
     ("stator_J", |e| e.stator, "energy dissipated by the diaphragm's damping so far"),
     ("braking_J", |e| e.braking, "energy taken by braking so far"),
@@ -207,6 +213,21 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
         list.group(&format!("monitor.{}", plain(&monitor.name)), true)
             .add("x_m", "m", Source::Displacement(u), "displacement of the shaft at the monitor along X")
             .add("y_m", "m", Source::Displacement(v), "displacement of the shaft at the monitor along Y");
+    }
+    let on_pedestals = machine.rotor.bearings.iter().filter(|bearing| bearing.pedestal.is_some());
+    for (pedestal, (bearing, site)) in on_pedestals.zip(&rotor.pedestals).enumerate() {
+        let [u, v] = site.places;
+        list.group(&format!("pedestal.{}", plain(&bearing.name)), true)
+            .add("x_m", "m", Source::Displacement(u), "displacement of the pedestal along X")
+            .add("y_m", "m", Source::Displacement(v), "displacement of the pedestal along Y")
+            .add("load_x_N", "N", Source::PedestalLoad { pedestal, axis: 0 }, "pedestal force on the ground along X")
+            .add("load_y_N", "N", Source::PedestalLoad { pedestal, axis: 1 }, "pedestal force on the ground along Y")
+            .add(
+                "load_N",
+                "N",
+                Source::PedestalLoadNorm(pedestal),
+                "pedestal force on the ground, norm in the X-Y plane",
+            );
     }
     for (diaphragm, found) in machine.diaphragms.iter().enumerate() {
         list.group(&of_ring("contact", machine, found), true);

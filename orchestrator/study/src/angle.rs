@@ -117,7 +117,15 @@ fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
         }
     }
     for bearing in &machine.rotor.bearings {
-        if !(is_isotropic(&bearing.stiffness) && is_isotropic(&bearing.damping)) {
+        let is_round = |[x, y]: [f64; 2]| x.to_bits() == y.to_bits();
+        let pedestal = bearing.pedestal.as_ref();
+        let pedestal_is_round =
+            pedestal.is_none_or(|p| is_round(p.mass) && is_round(p.stiffness) && is_round(p.damping));
+        if bearing.elevation != [0.0, 0.0] {
+            all_around = 1;
+            add(format!("the elevation of bearing {}", bearing.name), 1);
+        }
+        if !(is_isotropic(&bearing.stiffness) && is_isotropic(&bearing.damping) && pedestal_is_round) {
             all_around = gcd(all_around, 2);
             add(format!("bearing {}", bearing.name), 2);
         }

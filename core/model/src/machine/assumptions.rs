@@ -66,7 +66,18 @@ fn metres(acceleration: f64) -> String {
 }
 
 fn bearings(bearings: &[Bearing]) -> String {
-    let linear = "linear stiffness and damping without clearance; the journal moves as far as the load takes it";
+    let on_pedestals = bearings.iter().filter(|one| one.pedestal.is_some()).count();
+    let ground = match on_pedestals {
+        0 => String::new(),
+        all if all == bearings.len() => ", on pedestals with mass, spring and damper".to_owned(),
+        some => format!(
+            ", {some} of {} on pedestals with mass, spring and damper, the others on rigid ground",
+            bearings.len()
+        ),
+    };
+    let linear = format!(
+        "linear stiffness and damping without clearance{ground}; the journal moves as far as the load takes it"
+    );
     let given: Vec<String> = bearings
         .iter()
         .filter_map(|one| Some(format!("{} {}", one.name, format_digits(one.clearance?, "m", 3))))
