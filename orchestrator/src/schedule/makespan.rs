@@ -131,7 +131,7 @@ impl Play<'_> {
     fn receive(&mut self, worker: WorkerId, message: ToWorker) {
         let state = self.workers.get_mut(&worker).expect("a worker");
         let waited = std::mem::take(&mut state.waits);
-        match told {
+        match message {
             ToWorker::Work(batch, attempt, samples) => {
                 (state.batch, state.queue, state.sent) = (Some((batch, attempt)), samples.into(), self.now);
                 self.begin(worker);

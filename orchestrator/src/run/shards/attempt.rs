@@ -252,7 +252,7 @@ mod tests {
         let first = attempt("0/2", "7");
         let now = first.report(&shared, RUNNING, Counts::default()).expect("written");
         first.put_hint(&shared, 3);
-        let is_at = |own: &Attempt, now| is_at(&shared, 3, own, now);
+        let is_at = |own: &Attempt, now| is_in_progress_elsewhere(&shared, 3, own, now);
         assert!(is_at(&attempt("1/2", "7"), now), "another shard");
         assert!(is_at(&attempt("0/2", "8"), now), "the same in another job: both may live");
         assert!(!is_at(&attempt("0/2", "7"), now), "requeued: the first is dead");
