@@ -9,7 +9,7 @@ use bladeoff_answers::estimate::mean::mean;
 use bladeoff_answers::estimate::proportion::{Tally, proportion};
 use bladeoff_answers::estimate::quantile::quantile;
 use bladeoff_answers::estimate::scheme::Scheme;
-use bladeoff_answers::stop::{StopRule, looks};
+use bladeoff_answers::stop::{StopRule, interim_analyses};
 use bladeoff_numerics::probability::normal_quantile;
 use bladeoff_study::correlation::Copula;
 use bladeoff_study::sampling::layout::{LayoutDef, LayoutKind, SamplingLayout};
@@ -110,7 +110,7 @@ impl Case {
     /// Whether the interval at the end of a study covers the true value, and the points of the study; `spends`: by error spending.
     fn end(&self, values: &mut Vec<f64>, layout: &SamplingLayout, spends: bool) -> (bool, u64) {
         let rule = StopRule { relative: Some(self.relative), ..StopRule::default() };
-        for look in looks(MOST, ALPHA) {
+        for look in interim_analyses(MOST, ALPHA) {
             for index in values.len() as u64..look.points {
                 let mut point = [0.0; 2];
                 layout.fill(index, &mut point);
