@@ -70,7 +70,7 @@ fn a_machine_is_drawn() {
         &["frequency [Hz]", "spin speed [rpm]", "forward whirl", "critical, forward", "running speed"],
     );
     looked_at(&figures, "machine", &["Z [m]", "radius [m]", "diaphragm seal"]);
-    looked_at(&figures, "mode-shapes", &["position [m]", "twist"]);
+    looked_at(&figures, "mode-shapes", &["position [m]", "torsion"]);
     looked_at(&figures, "ring-modes", &["mode 1", "n = 0", "nodal diameters"]);
     looked_at(&figures, "unbalance-response", &["bearing load, 0 to peak", "spin speed [rpm]", "without contact\n"]);
     // without damping the peaks would be infinite: they are cut off, and the rest is seen

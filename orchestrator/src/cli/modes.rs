@@ -176,7 +176,7 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
     }
     text.push_str(&table.render("  "));
     text.push_str(excited(&report.critical_speeds));
-    for (name, frequencies) in [("twist, free", &report.twist), ("axial", &report.axial)] {
+    for (name, frequencies) in [("torsion, free", &report.twist), ("axial", &report.axial)] {
         let list: Vec<String> = frequencies.iter().take(count).map(|frequency| shown(hertz(*frequency))).collect();
         let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
         writeln!(text, "\n{name} Hz{}: {list}", more(frequencies.len(), count)).expect(STRING);

@@ -46,7 +46,7 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
     lines.push(Line::marked("bearings", bearings, Mark::Dots(4), GREY));
     let panel =
         |label: &str, lines| Panel { y_label: label.to_owned(), lines, y_range: Some((-1.15, 1.15)), thin: false };
-    let both = [panel("lateral, X [−]", lines), panel("twist [−]", twist.collect())];
+    let both = [panel("lateral, X [−]", lines), panel("torsion [−]", twist.collect())];
     let title = format!("Undamped mode shapes of {} at rest, largest displacement 1", machine.name);
     panels(&title, "position [m]", &both).map(Some)
 }

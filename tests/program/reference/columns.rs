@@ -10,6 +10,8 @@ use std::fs;
 
 pub fn page() -> String {
     let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("shipped");
+    // with a pedestal, which has columns of its own
+    let text = format!("{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n");
     let machine = MachineDef::parse("lp_turbine.toml", &text).and_then(|def| def.build()).expect("valid");
     let bearings: Vec<String> = machine.rotor.bearings.iter().map(|bearing| bearing.name.clone()).collect();
     let all = columns(&machine);

@@ -18,7 +18,7 @@ const BLADES: &str = "count = 8\n";
 /// The whole diaphragm is replaced.
 const DIAPHRAGM: &str = "";
 
-const FEATURES: [Feature; 27] = [
+const FEATURES: [Feature; 29] = [
     ("detection `hyp2`, flexible ring", DETECTION, "detection = \"hyp2\"\n"),
     ("detection `hyp1`", DETECTION, "detection = \"hyp1\"\n"),
     ("detection `hyp2-frozen`", DETECTION, "detection = \"hyp2-frozen\"\n"),
@@ -51,6 +51,16 @@ const FEATURES: [Feature; 27] = [
         "clearance of a bearing, as a limit",
         LEFT,
         "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\nclearance = \"0.2 mm\"\naxial_stiffness = \"1e6 N/m\"\n",
+    ),
+    (
+        "bearing on a pedestal",
+        "[rotor.unbalances.blade_off]\n",
+        "[rotor.bearings.left.pedestal]\nmass = \"5 kg\"\nstiffness = \"1e7 N/m\"\n\n[rotor.unbalances.blade_off]\n",
+    ),
+    (
+        "bearing off the bearing line (elevation)",
+        LEFT,
+        "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\nelevation = [\"0 mm\", \"0.1 mm\"]\naxial_stiffness = \"1e6 N/m\"\n",
     ),
     ("gravity", "gravity = [0.0, 0.0]\n", "gravity = [0.0, -9.81]\n"),
     ("lost mass of a disc", "phase = \"0 deg\"\n", "phase = \"0 deg\"\nkind = \"lost\"\ndisc = \"right\"\n"),
@@ -114,10 +124,6 @@ fn changed(rig: &str, from: &str, to: &str) -> String {
         assert!(rig.contains(from), "the rig has {from}");
         rig.replacen(from, to, 1)
     };
-    assert!(
-        ENGINES.iter().any(|engine| build(&text, engine.word()).is_ok()) || to.contains("diaphragms.other"),
-        "{to}: {:?}",
-        build(&text, "reduced")
-    );
+    assert!(ENGINES.iter().any(|engine| build(&text, engine.word()).is_ok()), "{to}: {:?}", build(&text, "reduced"));
     text
 }

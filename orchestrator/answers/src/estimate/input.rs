@@ -93,7 +93,9 @@ pub struct Column<'a> {
 #[must_use]
 pub fn plain_name(channel: &str, unit: &str) -> String {
     let suffix = format!("_{}", unit.replace(' ', "").replace('/', "_"));
-    channel.strip_suffix(&suffix).unwrap_or(channel).replace(['.', '_'], " ")
+    let words = channel.strip_suffix(&suffix).unwrap_or(channel).replace(['.', '_'], " ");
+    // the term of the field for the quantity of `max_filtered_contact_force_N` and `contact.filtered_force_N`
+    words.replace("filtered contact force", "contact force, 1 ms mean").replace("filtered force", "force, 1 ms mean")
 }
 
 /// A value of a varied parameter.
