@@ -405,3 +405,22 @@ fn a_seat_off_the_bearing_line_moves_the_rotor_and_bends_a_third_bearing_into_lo
         assert!(row.value("energy_error") < 1e-9);
     }
 }
+
+/// A rotor without a preferred direction: its modes at rest and at a tiny spin are those at a small spin, where the general problem is solved.
+#[test]
+fn round_pedestals_have_round_modes_at_rest() {
+    let text = text("50", "[rotor]\ninitial_speed = 0\n[run]\nend_time = 1\n")
+        .replace(
+            "stiffness = [[4e7, 1e7], [-2e7, 8e7]]\ndamping = [[6e4, 0.0], [0.0, 9e4]]",
+            "stiffness = 4e7\ndamping = 1e4",
+        )
+        .replace("stiffness = [3e7, 8e7]\ndamping = [5e3, 8e3]", "stiffness = 3e7\ndamping = 5e3");
+    let found = whirl_modes(&machine(&text), &[0.0, 1e-9, 0.2]).expect("solvable");
+    for (_, modes) in &found[..2] {
+        assert_eq!(modes.len(), found[2].1.len());
+        for (at_rest, turning) in modes.iter().zip(&found[2].1) {
+            close("frequency", at_rest.frequency, turning.frequency, 1e-3);
+            close("damping ratio", at_rest.damping_ratio, turning.damping_ratio, 1e-2);
+        }
+    }
+}

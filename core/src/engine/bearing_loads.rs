@@ -46,7 +46,7 @@ impl BearingLoads {
         });
         let weight = line.nodal_weight();
         let bearings = machine.rotor.bearings.iter().enumerate();
-        let seat = |(site, bearing): (&BearingSite, &Bearing)| [bearing.elevation, site.seat_force(bearing.elevation)];
+        let seat = |(bearing, force): (&Bearing, [f64; 2])| [bearing.elevation, force];
         let limited: Vec<usize> = bearings.filter(|(_, of)| of.clearance.is_some()).map(|(place, _)| place).collect();
         Self {
             rows,
@@ -54,7 +54,7 @@ impl BearingLoads {
             weight,
             loads: vec![[0.0; 2]; rotor.supports().count()],
             bearings: rotor.bearings.len(),
-            seats: rotor.bearings.iter().zip(&machine.rotor.bearings).map(seat).collect(),
+            seats: machine.rotor.bearings.iter().zip(rotor.seat_forces(&machine.rotor)).map(seat).collect(),
             journals: vec![[0.0; 2]; limited.len()],
             limited,
             monitors: vec![[0.0; 2]; monitor_sites.len()],
@@ -74,6 +74,10 @@ impl BearingLoads {
                 x[1] += dot(&rows[1], &self.force);
             }
             self.loads[i] = site.load(x, v);
+            if let Some(change) = line.tables.change(i) {
+                let changed = change.load(x, v);
+                (0..2).for_each(|axis| self.loads[i][axis] += changed[axis]);
+            }
             let Some([elevation, force]) = self.seats.get(i) else { continue };
             (0..2).for_each(|axis| self.loads[i][axis] -= force[axis]);
             if let Some(at) = self.limited.iter().position(|&place| place == i) {
@@ -103,6 +107,10 @@ impl BearingLoads {
             let (x, v) = line.across(site);
             let (skew, damping) = (site.skew_force(x), site.load([0.0; 2], v));
             site.push([skew[0] - damping[0], skew[1] - damping[1]], &mut self.force);
+        }
+        for change in line.tables.changes() {
+            // its damping is among the driving forces
+            change.push(change.load(line.across(change).0, [0.0; 2]).map(|part| -part), &mut self.force);
         }
         for (node, force) in pressed {
             line.rotor.add_at(node, force, &mut self.force);

@@ -59,7 +59,7 @@ impl<'a> Motion<'a> {
 
     /// The step without contact.
     pub fn predict(&mut self) -> Result<(), Cause> {
-        self.line.prepare();
+        self.line.prepare(self.speed);
         self.rubs.iter_mut().for_each(Rub::prepare);
         self.contacts.fill(None);
         self.predictor.predict(&mut self.line, self.time, &mut self.d)

@@ -93,6 +93,10 @@ impl<'a> Run<'a> {
         if self.motion.is_outside() {
             return Err(Cause::OutsideRing);
         }
+        if !stopped && !self.motion.line.is_in_tables(self.motion.speed) {
+            self.recorders.guard(step, self.machine, self.structure);
+            return Ok(Some(self.ended().unwrap_or(EndCause::TableRange)));
+        }
         self.recorders.guard(step, self.machine, self.structure);
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
     }

@@ -12,9 +12,11 @@ use super::beginning::projected;
 use super::exponential::GridSpacing;
 use super::shaft_line::{masses, sites};
 use crate::modal::{Damping, DampingGrid, UnstableRange, least_damping, quadratic_values, unstable_ranges};
+use crate::rotor::RotorMatrices;
 use crate::structure::{Coordinates, Structure};
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::{EigenError, Matrix, Vector, add_outer, project};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -34,6 +36,8 @@ struct Whirl {
     damping: Matrix,
     gyroscopic: Matrix,
     stiffness: Matrix,
+    /// Shaft line with bearing tables, and shapes that its matrices are projected on (`None`: nodal coordinates).
+    tables: Option<(RotorMatrices, Option<Matrix>)>,
 }
 
 impl Whirl {
@@ -45,6 +49,7 @@ impl Whirl {
                 damping: part.damping.clone(),
                 gyroscopic: projected(structure, &rotor.gyroscopic()),
                 stiffness: &part.stiffness + projected(structure, &rotor.skew_stiffness()),
+                tables: (!rotor.tables.is_empty()).then(|| (rotor.clone(), part.coordinates.shapes().cloned())),
             };
         }
         // a full model, whose solutions would take the cube of all its degrees of freedom
@@ -62,12 +67,24 @@ impl Whirl {
             damping: project(&rotor.damping, shapes),
             gyroscopic: project(&rotor.gyroscopic(), shapes),
             stiffness: diagonal + project(&rotor.skew_stiffness(), shapes),
+            tables: (!rotor.tables.is_empty()).then(|| (rotor.clone(), Some(shapes.clone()))),
         }
     }
 
     fn at(&self, speed: f64) -> Result<Option<Damping>, EigenError> {
-        let velocity = &self.damping + &self.gyroscopic * speed;
-        Ok(least_damping(&quadratic_values(&self.mass, &velocity, &self.stiffness, "whirl at one speed")?))
+        let mut velocity = &self.damping + &self.gyroscopic * speed;
+        let mut stiffness = Cow::Borrowed(&self.stiffness);
+        if let Some((rotor, shapes)) = &self.tables
+            && let Some(changes) = rotor.change_at(speed)
+        {
+            let [k, c] = changes.map(|change| match shapes {
+                Some(shapes) => project(&change, shapes),
+                None => change,
+            });
+            velocity += c;
+            stiffness = Cow::Owned(&self.stiffness + k);
+        }
+        Ok(least_damping(&quadratic_values(&self.mass, &velocity, &stiffness, "whirl at one speed")?))
     }
 }
 

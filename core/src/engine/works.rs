@@ -17,6 +17,13 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
         }
     }
     now.bearings += bearings;
+    for site in line.tables.changes() {
+        let (x, v) = line.across(site);
+        let force = site.skew_force(x);
+        now.bearings += dt * site.damping_power(v);
+        now.skew += dt * (force[0] * v[0] + force[1] * v[1]);
+    }
+    now.tables += line.tables.put_in(&line.lateral.x, &line.lateral.previous);
     now.structure +=
         line.lateral.stepper.damping_work(&d.lateral) - bearings + line.twist.stepper.damping_work(&d.twist);
     let spin = line.centred_spin(&d.twist);
@@ -44,6 +51,7 @@ pub(super) fn write_stores(now: &mut Energies, motion: &Motion<'_>) {
     let (lateral, twist) = (&line.lateral.stepper, &line.twist.stepper);
     now.kinetic = lateral.kinetic_energy(&d.lateral) + twist.kinetic_energy(&d.twist) + coupling;
     now.strain = lateral.strain_energy(&d.lateral) + twist.strain_energy(&d.twist);
+    now.strain += line.tables.stored(&line.lateral.x, &line.lateral.d);
     for rub in rubs {
         let (kinetic, strain) = rub.ring_energies();
         now.kinetic += kinetic;

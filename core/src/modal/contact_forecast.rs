@@ -190,8 +190,12 @@ fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])])
     }
     let h = TAU / speed / STEPS as f64;
     let steps = ((machine.run.end_time / h).ceil() as usize).min(TURNS * STEPS);
-    let damping = &rotor.matrices.damping + &rotor.gyroscopic * speed;
-    let system: Matrix = &rotor.mass + &damping * (0.5 * h) + &rotor.stiffness * (0.25 * h * h);
+    let (mut damping, mut stiffness) = (&rotor.matrices.damping + &rotor.gyroscopic * speed, rotor.stiffness.clone());
+    if let Some([k, c]) = rotor.matrices.change_at(speed) {
+        stiffness += k;
+        damping += c;
+    }
+    let system: Matrix = &rotor.mass + &damping * (0.5 * h) + &stiffness * (0.25 * h * h);
     let force = |angle: f64, speed: f64| {
         let mut force = vec![0.0; size];
         for site in &rotor.sites {
@@ -204,7 +208,7 @@ fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])])
     let mut product = vec![0.0; size];
     let mut rest = |force: Vec<f64>, x: &[f64], v: &[f64]| {
         let mut rest = force;
-        for (matrix, of) in [(&rotor.stiffness, x), (&damping, v)] {
+        for (matrix, of) in [(&stiffness, x), (&damping, v)] {
             mul_vec(matrix, of, &mut product);
             rest.iter_mut().zip(&product).for_each(|(rest, product)| *rest -= product);
         }

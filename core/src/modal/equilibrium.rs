@@ -1,7 +1,7 @@
 //! Static equilibrium before a run: sag, and forces of bearings and pedestals under gravity and on seats off the bearing line.
 //!
 //! ```text
-//! (K + K_skew) q = w        w: weight of rotor, pedestals and residual unbalances, and forces K e of the seats
+//! (K + K_skew) q = w        w: weight of rotor, pedestals and residual unbalances, and forces of the seats
 //! ```
 //! The same system gives the start of a run (`engine::beginning`), there in the coordinates of the engine. Limits: no speed in it, so a spinning rotor on
 //! damped cross-coupled bearings rests where this one does. Verified by `the_equilibrium_carries_the_weight`.
@@ -39,8 +39,8 @@ pub fn equilibrium(machine: &Machine) -> Option<Equilibrium> {
     let sags = (0..matrices.nodes).map(|node| (node, libm::hypot(place(node)[0], place(node)[1])));
     let (node, sag) = sags.fold((0, 0.0), |largest, sag| if sag.1 > largest.1 { sag } else { largest });
     let load = |site: &crate::rotor::BearingSite| site.load(site.across(rest.as_slice()), [0.0; 2]);
-    let bearings = matrices.bearings.iter().zip(&machine.rotor.bearings).map(|(site, bearing)| {
-        let (load, seat) = (load(site), site.seat_force(bearing.elevation));
+    let bearings = matrices.bearings.iter().zip(matrices.seat_forces(&machine.rotor)).map(|(site, seat)| {
+        let load = load(site);
         [load[0] - seat[0], load[1] - seat[1]]
     });
     Some(Equilibrium {

@@ -56,8 +56,17 @@ fn text(machine: &Machine) -> String {
         RotorKind::Shaft(shaft) => of_shaft(&mut text, shaft),
     }
     for bearing in bearings {
-        let Bearing { name: _, node, stiffness, damping: _, axial_stiffness: _, clearance: _, elevation: _, pedestal } =
-            bearing;
+        let Bearing {
+            name: _,
+            node,
+            stiffness,
+            damping: _,
+            axial_stiffness: _,
+            clearance: _,
+            elevation: _,
+            pedestal,
+            table: _,
+        } = bearing;
         text.word("bearing").count(*node).numbers(stiffness.as_flattened()).end();
         if let Some(Pedestal { mass, stiffness, damping: _ }) = pedestal {
             text.word("pedestal").numbers(mass).numbers(stiffness).end();

@@ -85,8 +85,12 @@ impl LinearRotor {
             force[v] += amplitude * sin;
             force[size + v] -= amplitude * cos;
         }
-        let dynamic = &self.stiffness - &self.mass * (speed * speed);
-        let velocity = (&self.matrices.damping + &self.gyroscopic * speed) * speed;
+        let mut dynamic = &self.stiffness - &self.mass * (speed * speed);
+        let mut velocity = (&self.matrices.damping + &self.gyroscopic * speed) * speed;
+        if let Some([stiffness, damping]) = self.matrices.change_at(speed) {
+            dynamic += stiffness;
+            velocity += damping * speed;
+        }
         let mut system = Matrix::zeros(2 * size, 2 * size);
         system.view_mut((0, 0), (size, size)).copy_from(&dynamic);
         system.view_mut((size, size), (size, size)).copy_from(&dynamic);
@@ -109,10 +113,14 @@ impl LinearRotor {
             let imaginary = bearing.load([u[1], v[1]], [speed * u[0], speed * v[0]]);
             major([real[0], imaginary[0]], [real[1], imaginary[1]])
         };
+        let mut bearings = rotor.bearings.clone();
+        for (place, change) in rotor.table_changes(speed) {
+            bearings[place] = bearings[place].changed_by(&change);
+        }
         Some(UnbalanceResponse {
             speed,
             nodes,
-            bearings: rotor.bearings.iter().map(load).collect(),
+            bearings: bearings.iter().map(load).collect(),
             pedestals: rotor.pedestals.iter().map(load).collect(),
         })
     }

@@ -1,6 +1,8 @@
 //! Whirl of the shaft line on its bearings at a speed, in the full finite-element model: frequencies, damping, sense. Unbalance masses
 //! are not in it, except for a point mass, which may have no other.
 
+use std::borrow::Cow;
+
 use super::quadratic::{QuadraticModes, quadratic_modes};
 use super::sense::{Whirl, excited_by_unbalance, orbits, sense};
 use super::shape::Mode;
@@ -138,7 +140,8 @@ impl Lateral {
         }
         let stiffness = &rotor.stiffness + rotor.skew_stiffness();
         let gyroscopic = rotor.gyroscopic();
-        let isotropic = Self::all_alike(&rotor, &[&mass, &stiffness, &rotor.damping, &gyroscopic]);
+        let isotropic =
+            rotor.tables.is_empty() && Self::all_alike(&rotor, &[&mass, &stiffness, &rotor.damping, &gyroscopic]);
         Self { rotor, mass, stiffness, gyroscopic, isotropic }
     }
 
@@ -158,8 +161,13 @@ impl Lateral {
                 return Ok(all);
             }
         }
-        let velocity = &self.rotor.damping + &self.gyroscopic * speed;
-        let found = quadratic_modes(&self.mass, &velocity, &self.stiffness, "the spinning rotor")?;
+        let mut velocity = &self.rotor.damping + &self.gyroscopic * speed;
+        let mut stiffness = Cow::Borrowed(&self.stiffness);
+        if let Some([k, c]) = self.rotor.change_at(speed) {
+            velocity += c;
+            stiffness = Cow::Owned(&self.stiffness + k);
+        }
+        let found = quadratic_modes(&self.mass, &velocity, &stiffness, "the spinning rotor")?;
         let mut all = Vec::new();
         for (j, &[re, im]) in found.values.iter().enumerate() {
             let least = APERIODIC * libm::hypot(re, im);
@@ -186,13 +194,15 @@ impl Lateral {
     /// ```
     /// Of lambda that are double but for rounding the whole matrices' shapes come out wrong.
     fn barely_turning(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
-        let half = self.mass.nrows() / 2;
-        let plane = |a: &Matrix| a.view((0, 0), (half, half)).into_owned();
+        let [xz, _] = self.rotor.planes();
+        let plane = |a: &Matrix| a.select_rows(&xz).select_columns(&xz);
         let (mass, damping, stiffness) = (plane(&self.mass), plane(&self.rotor.damping), plane(&self.stiffness));
         let found = quadratic_modes(&mass, &damping, &stiffness, "the resting rotor")?;
         let both = |shapes: &Matrix| {
-            let mut both = Matrix::zeros(2 * half, shapes.ncols());
-            both.rows_mut(0, half).copy_from(shapes);
+            let mut both = Matrix::zeros(self.mass.nrows(), shapes.ncols());
+            for (row, &place) in xz.iter().enumerate() {
+                both.set_row(place, &shapes.row(row));
+            }
             both
         };
         let (real, imaginary) = (both(&found.real), both(&found.imaginary));
@@ -295,6 +305,7 @@ impl Lateral {
     /// pair may then be combined at will, and an eigenvector's sense is an accident.
     pub fn plane_motion(&self, speed: f64) -> bool {
         speed == 0.0
+            && self.rotor.tables.is_empty()
             && self.rotor.bearings.iter().all(|b| b.skew == 0.0 && b.damping[0][1] == 0.0 && b.damping[1][0] == 0.0)
     }
 }

@@ -33,6 +33,8 @@ pub struct Energies {
     pub skew: f64,
     /// Put in by the drive of a prescribed speed.
     pub drive: f64,
+    /// Put in by bearing tables, whose stiffness changes with the speed.
+    pub tables: f64,
 }
 
 impl Energies {
@@ -47,6 +49,7 @@ impl Energies {
         self.bearings + self.structure + self.stator + self.braking + self.friction + self.normal + self.model
             - self.skew
             - self.drive
+            - self.tables
     }
 }
 

@@ -6,7 +6,7 @@ use super::limits::LimitRecorder;
 use super::ring::RingRecorders;
 use crate::structure::{MAX_TRUNCATION_ERROR, Structure};
 use bladeoff_model::machine::{DiaphragmKind, FrictionLaw, Machine, OnExceed};
-use bladeoff_model::outcome::{Cause, CauseSet, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Status};
 
 /// Status of a run, with its first cause and all causes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,9 @@ impl Verdict {
             causes.insert(Cause::ModalBasis);
         }
         let first_cause = failure.or_else(|| causes.iter().next());
-        let beyond = limits.beyond().map(|(limit, _)| limit.cause());
+        let left = (end.cause == EndCause::TableRange).then_some(Cause::TableRange);
+        left.into_iter().for_each(|cause| causes.insert(cause));
+        let beyond = limits.beyond().map(|(limit, _)| limit.cause()).or(left);
         limits.exceeded(OnExceed::Beyond).iter().for_each(|cause| causes.insert(cause));
         let status = match (failure, first_cause, beyond) {
             (Some(_), ..) => Status::Failed,

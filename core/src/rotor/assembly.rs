@@ -1,116 +1,11 @@
 //! Assembly of the shaft line.
 
-use super::{GyroSite, UnbalanceSite, shaft_blocks};
-use bladeoff_model::machine::{Pedestal, Rotor, RotorKind, Shaft};
+use super::{BearingSite, GyroSite, shaft_blocks};
+use bladeoff_model::machine::{BearingTable, Pedestal, Rotor, RotorKind, Shaft};
 use bladeoff_numerics::linalg::Matrix;
 
 /// Highest frequency of a pedestal alone between its springs \[rad/s\]: a pedestal with less mass, or none, has the mass of this frequency.
 const PEDESTAL_RATE: f64 = 1e5;
-
-/// A spring and damper of the lateral motion: a bearing between its node and its pedestal or the ground, or a pedestal on the ground. The stiffness is split into
-/// the part with a potential and the part without.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BearingSite {
-    /// Node of the bearing.
-    pub node: usize,
-    /// Places of its moving end along X and Y in the lateral vector: journal or pedestal.
-    pub places: [usize; 2],
-    /// Places of the pedestal on which a bearing stands; `None`: the ground.
-    pub base: Option<[usize; 2]>,
-    /// K as given \[N/m\].
-    pub stiffness: [[f64; 2]; 2],
-    /// `(kxy - kyx)/2` [N/m]: the skew part, whose work is a term of its own.
-    pub skew: f64,
-    /// C as given \[N s/m\].
-    pub damping: [[f64; 2]; 2],
-}
-
-impl BearingSite {
-    /// A spring of unit stiffness to the ground, whose load is the displacement of its moving end.
-    #[must_use]
-    pub fn unit(node: usize, places: [usize; 2]) -> Self {
-        let stiffness = [[1.0, 0.0], [0.0, 1.0]];
-        Self { node, places, base: None, stiffness, skew: 0.0, damping: [[0.0; 2]; 2] }
-    }
-
-    /// Displacement or velocity of the moving end against the base.
-    #[inline]
-    #[must_use]
-    pub fn across(&self, x: &[f64]) -> [f64; 2] {
-        let moving = [x[self.places[0]], x[self.places[1]]];
-        match self.base {
-            None => moving,
-            Some([u, v]) => [moving[0] - x[u], moving[1] - x[v]],
-        }
-    }
-
-    /// Adds a force on the moving end, and its opposite on the base.
-    #[inline]
-    pub fn push(&self, force: [f64; 2], f: &mut [f64]) {
-        for axis in 0..2 {
-            f[self.places[axis]] += force[axis];
-            if let Some(base) = self.base {
-                f[base[axis]] -= force[axis];
-            }
-        }
-    }
-
-    /// Rows of [`BearingSite::across`] for X and Y: what `row` makes of a place, less the same of the base.
-    #[must_use]
-    pub fn rows(&self, row: impl Fn(usize) -> Vec<f64>) -> [Vec<f64>; 2] {
-        [0, 1].map(|axis| {
-            let mut moving = row(self.places[axis]);
-            if let Some(base) = self.base {
-                moving.iter_mut().zip(row(base[axis])).for_each(|(part, base)| *part -= base);
-            }
-            moving
-        })
-    }
-
-    /// Force that the seat at a place `elevation` \[m\] from the bearing line adds to the moving end, `K e` \[N\].
-    #[must_use]
-    pub fn seat_force(&self, elevation: [f64; 2]) -> [f64; 2] {
-        self.load(elevation, [0.0; 2])
-    }
-
-    /// Adds one of its 2 x 2 matrices to a nodal matrix.
-    fn add_to(&self, value: &[[f64; 2]; 2], nodal: &mut Matrix) {
-        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            nodal[(self.places[i], self.places[j])] += value[i][j];
-            if let Some(base) = self.base {
-                nodal[(base[i], base[j])] += value[i][j];
-                nodal[(self.places[i], base[j])] -= value[i][j];
-                nodal[(base[i], self.places[j])] -= value[i][j];
-            }
-        }
-    }
-
-    /// Load K x + C x' \[N\]; the force on the rotor is its opposite.
-    #[inline]
-    #[must_use]
-    pub fn load(&self, x: [f64; 2], v: [f64; 2]) -> [f64; 2] {
-        let (k, c) = (&self.stiffness, &self.damping);
-        [
-            k[0][0] * x[0] + k[0][1] * x[1] + c[0][0] * v[0] + c[0][1] * v[1],
-            k[1][0] * x[0] + k[1][1] * x[1] + c[1][0] * v[0] + c[1][1] * v[1],
-        ]
-    }
-
-    /// Power that the damping takes, `v^T C v` \[W\] (negative where the damping is not dissipative).
-    #[inline]
-    #[must_use]
-    pub fn damping_power(&self, v: [f64; 2]) -> f64 {
-        let c = &self.damping;
-        v[0] * (c[0][0] * v[0] + c[0][1] * v[1]) + v[1] * (c[1][0] * v[0] + c[1][1] * v[1])
-    }
-
-    /// Force of the skew stiffness on the rotor \[N\]: `-[[0, s], [-s, 0]] x`.
-    #[inline]
-    #[must_use]
-    pub fn skew_force(&self, x: [f64; 2]) -> [f64; 2] {
-        [-self.skew * x[1], self.skew * x[0]]
-    }
-}
 
 /// Finite-element matrices of the shaft line; unbalances are not in them (they differ from sample to sample).
 #[derive(Debug, Clone, PartialEq)]
@@ -139,6 +34,8 @@ pub struct RotorMatrices {
     pub gyro: Vec<GyroSite>,
     /// Bearings in the machine's order.
     pub bearings: Vec<BearingSite>,
+    /// Bearings with coefficients over the speed, by their place among the bearings: a site among `bearings` has the constant part of its table.
+    pub tables: Vec<(usize, BearingTable)>,
     /// Pedestals on the ground, in the order of the bearings that have one. Their displacements stand behind those of all nodes in the lateral vector, X and Y of
     /// each side by side.
     pub pedestals: Vec<BearingSite>,
@@ -183,6 +80,7 @@ impl RotorMatrices {
             axial_stiffness: single,
             gyro: Vec::new(),
             bearings: Vec::new(),
+            tables: Vec::new(),
             pedestals: Vec::new(),
             spin_weights: Vec::new(),
         }
@@ -205,6 +103,9 @@ impl RotorMatrices {
             self.axial_stiffness[(bearing.node, bearing.node)] += bearing.axial_stiffness;
             if let (Some(pedestal), Some(places)) = (&bearing.pedestal, site.base) {
                 self.add_pedestal(pedestal, &site, places);
+            }
+            if let Some(table) = &bearing.table {
+                self.tables.push((self.bearings.len(), table.clone()));
             }
             self.bearings.push(site);
         }
@@ -337,30 +238,12 @@ impl RotorMatrices {
     }
 
     /// Weight of the rotor per node and direction: `M` times a uniform field \[N\].
-    fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
+    #[must_use]
+    pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
         let field = self.uniform(gravity);
         let mut weight = vec![0.0; field.len()];
         bladeoff_numerics::linalg::mul_vec(&self.mass, &field, &mut weight);
         weight
-    }
-
-    /// Constant forces per place \[N\]: weight of rotor, pedestals and some unbalances, and the forces of bearing seats that are not on the bearing line.
-    #[must_use]
-    pub fn constant_force(&self, rotor: &Rotor, unbalances: &[UnbalanceSite]) -> Vec<f64> {
-        let mut force = self.weight(rotor.gravity);
-        for site in unbalances {
-            self.add_at(site.node, rotor.gravity.map(|g| site.mass * g), &mut force);
-        }
-        for (site, bearing) in self.bearings.iter().zip(&rotor.bearings) {
-            if bearing.elevation != [0.0; 2] {
-                site.push(site.seat_force(bearing.elevation), &mut force);
-            }
-            if let (Some(places), Some(pedestal)) = (site.base, &bearing.pedestal) {
-                // of the mass that the machine gives, which may be none
-                (0..2).for_each(|axis| force[places[axis]] += pedestal.mass[axis] * rotor.gravity[axis]);
-            }
-        }
-        force
     }
 }
 

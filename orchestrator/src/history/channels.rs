@@ -251,6 +251,10 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     for (field, read, meaning) in ENERGIES {
         list.add(field, "J", Source::Energy(read), meaning);
     }
+    if !rotor.tables.is_empty() {
+        let meaning = "energy put in so far by bearing tables, whose stiffness changes with the speed";
+        list.add("tables_J", "J", Source::Energy(|energies| energies.tables), meaning);
+    }
     if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
         for section in 0..ShaftStresses::new(shaft).sections() {
             list.group(&format!("section{section}"), true)

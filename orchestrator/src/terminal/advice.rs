@@ -115,6 +115,9 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
         Cause::UnstableRotor => {
             plain("check the bearings' cross-coupled stiffness and damping (`bladeoff modes` lists unstable speeds)")
         }
+        Cause::TableRange => {
+            plain("extend the bearing's table, or set `run.end_speed` inside it; the values up to the end are lower bounds")
+        }
         Cause::UnderResolved => {
             with(format!("a fifth of `{step}`: a finer step also finds shorter impacts, so the ratio of the numbers above is not enough"), FIFTH)
         }

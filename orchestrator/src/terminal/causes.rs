@@ -58,6 +58,7 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
         Cause::UnstableRotor => {
             "a whirl mode of the rotor grows at a speed of the run: the linear bearings or the rotor's damping drive it (`run.limit.unstable_rotor`)"
         }
+        Cause::TableRange => "the speed left the table of a bearing, which has no coefficients there",
         Cause::UnderResolved => "impacts are shorter than the step resolves (`run.guard.impact_steps`)",
     }
 }

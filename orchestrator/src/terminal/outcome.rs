@@ -41,6 +41,7 @@ pub fn end_cause_in_words(cause: EndCause) -> &'static str {
         EndCause::EndTime => "`run.end_time` was reached",
         EndCause::EndSpeed => "the spin fell to `run.end_speed`",
         EndCause::Failure => "the run failed",
+        EndCause::TableRange => "the speed left the table of a bearing",
         EndCause::Limit => "a limit of the model was exceeded",
         EndCause::Evaluated => "the formulas were evaluated",
     }

@@ -75,8 +75,19 @@ fn bearings(bearings: &[Bearing]) -> String {
             bearings.len()
         ),
     };
+    let tables = bearings.iter().filter(|one| one.table.is_some()).count();
+    let over_speed = match tables {
+        0 => String::new(),
+        all if all == bearings.len() => {
+            " from tables over the speed, tangents at the static point of each speed,".to_owned()
+        }
+        some => format!(
+            " ({some} of {} from tables over the speed, tangents at the static point of each speed)",
+            bearings.len()
+        ),
+    };
     let linear = format!(
-        "linear stiffness and damping without clearance{ground}; the journal moves as far as the load takes it"
+        "linear stiffness and damping{over_speed} without clearance{ground}; the journal moves as far as the load takes it"
     );
     let given: Vec<String> = bearings
         .iter()

@@ -23,8 +23,12 @@ use super::schema::{CONTACT_STEP, ENGINE, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
 
 /// Keys that a machine of an earlier build has not: without a value of its own, such a key does not count.
-const LATER: [&str; 5] = [
+const LATER: [&str; 9] = [
     CONTACT_STEP,
+    "rotor.bearings.NAME.kind",
+    "rotor.bearings.NAME.interpolation",
+    "rotor.bearings.NAME.stiffness_factor",
+    "rotor.bearings.NAME.damping_factor",
     "rotor.bearings.NAME.elevation",
     "rotor.bearings.NAME.pedestal.mass",
     "rotor.bearings.NAME.pedestal.stiffness",

@@ -195,18 +195,19 @@ impl Layout {
 
     /// The `kind` slot a condition looks at, and the word it wants.
     pub fn condition(&self, path: &str, when: When) -> Option<(usize, &'static str)> {
-        let of_diaphragm = || {
-            let mut steps = path.match_indices('.');
-            steps.next();
-            let end = steps.next()?.0;
+        // `kind` of the table with so many steps: `diaphragms.NAME`, `rotor.bearings.NAME`
+        let of_table = |steps: usize| {
+            let end = path.match_indices('.').nth(steps - 1)?.0;
             self.find(&format!("{}.kind", &path[..end]))
         };
         match when {
             When::Always => None,
             When::Shaft => Some((self.find("rotor.kind")?, "shaft")),
             When::PointMass => Some((self.find("rotor.kind")?, "point-mass")),
-            When::Flexible => Some((of_diaphragm()?, "flexible")),
-            When::RadialSpring => Some((of_diaphragm()?, "radial-spring")),
+            When::Flexible => Some((of_table(2)?, "flexible")),
+            When::RadialSpring => Some((of_table(2)?, "radial-spring")),
+            When::LinearBearing => Some((of_table(3)?, "linear")),
+            When::TableBearing => Some((of_table(3)?, "table")),
         }
     }
 }

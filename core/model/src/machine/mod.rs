@@ -6,6 +6,7 @@
 //! ```
 
 mod assumptions;
+mod bearing_table;
 mod build;
 mod def;
 mod engine;
@@ -22,6 +23,7 @@ mod words;
 mod write;
 
 pub use assumptions::Assumption;
+pub use bearing_table::{BearingTable, Coefficients, Interpolation};
 pub use build::{MOST_LOST, Overdrawn, overdrawn};
 pub use def::MachineDef;
 pub use engine::{EngineChoice, EngineReason, NotCovered, decides_engine};

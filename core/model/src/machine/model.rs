@@ -3,6 +3,7 @@
 //! `MachineDef` (what a file says) becomes a [`Machine`] once all its checks hold; nothing behind it checks again.
 //! Angles in rad, speeds in rad/s. Frame OXYZ of `docs/theory/01-shaft-line.md`: Z along the shaft, spin positive about +Z.
 
+use super::bearing_table::BearingTable;
 use crate::outcome::Limit;
 
 /// One machine, ready for the solver.
@@ -232,6 +233,8 @@ pub struct Bearing {
     pub elevation: [f64; 2],
     /// Pedestal between bearing and ground; `None`: rigid ground.
     pub pedestal: Option<Pedestal>,
+    /// Coefficients over the speed; `stiffness` and `damping` are then the table's constant part.
+    pub table: Option<BearingTable>,
 }
 
 impl Bearing {

@@ -73,6 +73,15 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("run.guard.energy_balance", "1e-6"),
     ("run.guard.impact_steps", "64"),
     ("rotor.bearings.NAME.clearance", "\"0.3 mm\""),
+    ("rotor.bearings.NAME.speeds", "[\"100 rpm\", \"1600 rpm\"]"),
+    ("rotor.bearings.NAME.kxx", "[9e8, 5e8]"),
+    ("rotor.bearings.NAME.kxy", "[3e8, 1e8]"),
+    ("rotor.bearings.NAME.kyx", "[-6e8, -4e8]"),
+    ("rotor.bearings.NAME.kyy", "[5e8, 7e8]"),
+    ("rotor.bearings.NAME.cxx", "[6e6, 1e6]"),
+    ("rotor.bearings.NAME.cxy", "[-5e5, -1e5]"),
+    ("rotor.bearings.NAME.cyx", "[-5e5, -1e5]"),
+    ("rotor.bearings.NAME.cyy", "[4e6, 1e6]"),
     ("rotor.bearings.NAME.pedestal.mass", "[\"8 t\", \"10 t\"]"),
     ("rotor.bearings.NAME.pedestal.stiffness", "[\"1e9 N/m\", \"3e9 N/m\"]"),
     ("rotor.bearings.NAME.pedestal.damping", "\"1e5 N s/m\""),
@@ -133,7 +142,7 @@ fn line(out: &mut String, assignment: &str, key: &Key) {
         }
         _ => {}
     }
-    if matches!(key.when, When::PointMass | When::RadialSpring) {
+    if matches!(key.when, When::PointMass | When::RadialSpring | When::TableBearing) {
         write!(comment, "; only with {}", key.when.words()).expect("writing to a string cannot fail");
     }
     writeln!(out, "{assignment:<38} # {comment}").expect("writing to a string cannot fail");

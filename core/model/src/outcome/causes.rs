@@ -101,6 +101,8 @@ words! {
         UnstableRotor = 21, "unstable_rotor";
         /// Impacts shorter than the step resolves, above the guard.
         UnderResolved = 22, "under_resolved";
+        /// Limit of the model: the speed left the table of a bearing.
+        TableRange = 23, "table_range";
     }
 }
 
@@ -119,6 +121,8 @@ words! {
         Evaluated = 4, "evaluated";
         /// A limit of the physical model was exceeded; see `cause`.
         Limit = 5, "limit";
+        /// The speed left the table of a bearing.
+        TableRange = 6, "table_range";
     }
 }
 
@@ -207,9 +211,17 @@ mod tests {
             (20, "journal_clearance"),
             (21, "unstable_rotor"),
             (22, "under_resolved"),
+            (23, "table_range"),
         ];
-        let end_causes =
-            [(0, "stopped"), (1, "end_time"), (2, "end_speed"), (3, "failure"), (4, "evaluated"), (5, "limit")];
+        let end_causes = [
+            (0, "stopped"),
+            (1, "end_time"),
+            (2, "end_speed"),
+            (3, "failure"),
+            (4, "evaluated"),
+            (5, "limit"),
+            (6, "table_range"),
+        ];
         assert_eq!(statuses.map(|(code, _)| Status::from_code(code).map(Status::word)), statuses.map(|(_, w)| Some(w)));
         assert_eq!(causes.map(|(code, _)| Cause::from_code(code).map(Cause::word)), causes.map(|(_, w)| Some(w)));
         let ends = end_causes.map(|(code, _)| EndCause::from_code(code).map(EndCause::word));
@@ -225,8 +237,8 @@ mod tests {
             assert_eq!((set.words().as_deref(), set.bits()), (Some(word), 1 << code));
         }
         // One that a newer build may have given is none of ours.
-        assert_eq!((Status::from_code(5), Cause::from_code(23), EndCause::from_code(6)), (None, None, None));
-        assert_eq!(CauseSet::from_bits(1 << 23), None);
+        assert_eq!((Status::from_code(5), Cause::from_code(24), EndCause::from_code(7)), (None, None, None));
+        assert_eq!(CauseSet::from_bits(1 << 24), None);
     }
 
     #[test]

@@ -48,7 +48,15 @@ pub(in crate::engine) fn initial_motion(
     let size = part.coordinates.size();
     let before: Vec<UnbalanceSite> =
         rotor.unbalances.iter().filter(|u| u.presence == Presence::Before).map(UnbalanceSite::new).collect();
-    let stiffness = || &part.stiffness + projected(structure, &structure.rotor.skew_stiffness());
+    let changes = structure
+        .rotor
+        .change_at(rotor.initial_speed)
+        .map(|changes| changes.map(|change| projected(structure, &change)));
+    let stiffness = || {
+        let constant = &part.stiffness + projected(structure, &structure.rotor.skew_stiffness());
+        changes.iter().fold(constant, |sum, [stiffness, _]| sum + stiffness)
+    };
+    let damping = || changes.iter().fold(part.damping.clone(), |sum, [_, damping]| sum + damping);
     let (mut q, mut v) = (vec![0.0; size], vec![0.0; size]);
 
     if rotor.gravity != [0.0; 2] || rotor.bearings.iter().any(|bearing| bearing.elevation != [0.0; 2]) {
@@ -62,7 +70,8 @@ pub(in crate::engine) fn initial_motion(
 
     let speed = rotor.initial_speed;
     if !before.is_empty() && speed > 0.0 {
-        let (real, imaginary) = steady_state(structure, &before, &stiffness(), speed, rotor.initial.angle)?;
+        let (real, imaginary) =
+            steady_state(structure, &before, [&stiffness(), &damping()], speed, rotor.initial.angle)?;
         for i in 0..size {
             q[i] += real[i];
             v[i] -= speed * imaginary[i];
@@ -101,7 +110,7 @@ pub(in crate::engine) fn projected(structure: &Structure, nodal: &Matrix) -> Mat
 pub(in crate::engine) fn steady_state(
     structure: &Structure,
     before: &[UnbalanceSite],
-    stiffness: &Matrix,
+    [stiffness, damping]: [&Matrix; 2],
     speed: f64,
     angle: f64,
 ) -> Result<(Vec<f64>, Vec<f64>), StartError> {
@@ -124,7 +133,7 @@ pub(in crate::engine) fn steady_state(
     }
     // [K - W^2 M] X_r - W [C + W G] X_i = F_r;  W [C + W G] X_r + [K - W^2 M] X_i = F_i
     let dynamic = stiffness - &mass * (speed * speed);
-    let velocity = (&part.damping + &gyroscopic * speed) * speed;
+    let velocity = (damping + &gyroscopic * speed) * speed;
     let mut system = Matrix::zeros(2 * size, 2 * size);
     system.view_mut((0, 0), (size, size)).copy_from(&dynamic);
     system.view_mut((size, size), (size, size)).copy_from(&dynamic);

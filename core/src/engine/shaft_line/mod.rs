@@ -14,6 +14,7 @@ mod masses;
 mod prescribed;
 mod spin;
 mod stepper;
+mod tables;
 mod unbalances;
 
 pub(crate) use increments::Increments;
@@ -22,6 +23,7 @@ pub(crate) use stepper::Stepper;
 
 use field::Field;
 use spin::Spin;
+use tables::Tables;
 use unbalances::Unbalances;
 
 use crate::rotor::{BearingSite, RotorMatrices, UnbalanceSite};
@@ -50,6 +52,7 @@ pub(crate) struct ShaftLine<'a> {
     gyro_x: Vec<f64>,
     weight: Weight,
     has_skew: bool,
+    pub tables: Tables,
     /// Contact forces of the step that [`ShaftLine::respond`] adds: those of the diaphragms that are not being solved.
     pub others: Option<OtherForces>,
 }
@@ -103,7 +106,8 @@ impl<'a> ShaftLine<'a> {
             unbalances: Unbalances::new(machine, sites),
             gyro_x: vec![0.0; 8 * rotor.gyro.len()],
             weight: Weight { nodal, projected },
-            has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0),
+            has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0) || !rotor.tables.is_empty(),
+            tables: Tables::new(rotor, machine.rotor.initial_speed),
             lateral,
             twist,
             others: None,
@@ -147,8 +151,9 @@ impl<'a> ShaftLine<'a> {
         self.twist.project();
     }
 
-    /// Begins the step from n.
-    pub fn prepare(&mut self) {
+    /// Begins the step from n at a mean spin \[rad/s\].
+    pub fn prepare(&mut self, speed: f64) {
+        self.tables.at_speed(self.rotor, speed);
         if self.has_skew {
             self.lateral.force.fill(0.0);
             self.add_skew_forces();
@@ -230,6 +235,7 @@ impl<'a> ShaftLine<'a> {
             site.spread(torque, &mut twist.force);
         }
         self.unbalances.push(self.rotor, &lateral.a, &mut lateral.force, &mut twist.force);
+        self.tables.add_damping_forces(&lateral.v, &mut lateral.force);
     }
 
     /// The same in an instant.
@@ -238,11 +244,17 @@ impl<'a> ShaftLine<'a> {
         self.evaluate();
     }
 
-    /// Adds the forces of skew bearing stiffness at n.
+    /// Adds the forces at n of skew bearing stiffness, and of what tables differ from their constant stiffness.
     fn add_skew_forces(&mut self) {
         for bearing in &self.rotor.bearings {
             bearing.push(bearing.skew_force(bearing.across(&self.lateral.x)), &mut self.lateral.force);
         }
+        self.tables.add_stiffness_forces(&self.lateral.x, &mut self.lateral.force);
+    }
+
+    /// Whether all bearing tables have a value at a speed \[rad/s\].
+    pub fn is_in_tables(&self, speed: f64) -> bool {
+        Tables::cover(self.rotor, speed)
     }
 
     /// Mean spin at n, centred \[rad/s\].

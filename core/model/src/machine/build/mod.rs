@@ -1,6 +1,7 @@
 //! From slots to the validated [`Machine`]: missing keys, and every check across keys. All problems are gathered, so a
 //! check runs as far as the values it needs are known.
 
+mod bearing_table;
 mod covered;
 mod diaphragm;
 mod factor;

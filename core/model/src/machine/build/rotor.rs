@@ -1,5 +1,6 @@
 //! `[rotor]`: what the rotor is made of, what it carries, how it starts.
 
+use super::bearing_table::bearing_table;
 use super::lost::{MOST_LOST, overdrawn};
 use super::path::{below, joined};
 use super::places::{self, Nodes};
@@ -198,15 +199,25 @@ fn discs(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Disc>> {
 fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &str) -> Option<Bearing> {
     let node = places::node(reader, nodes, table);
     let pedestal = pedestal(reader, &below(table, "pedestal"));
+    let over_speed =
+        if reader.word(&below(table, "kind"))? == "table" { Some(bearing_table(reader, table)?) } else { None };
+    let (stiffness, damping) = match &over_speed {
+        Some(over_speed) => {
+            let constant = over_speed.constant_part();
+            (constant.stiffness, constant.damping)
+        }
+        None => (reader.matrix(&below(table, "stiffness"))?, reader.matrix(&below(table, "damping"))?),
+    };
     Some(Bearing {
         name: name.to_owned(),
         node: node?,
-        stiffness: reader.matrix(&below(table, "stiffness"))?,
-        damping: reader.matrix(&below(table, "damping"))?,
+        stiffness,
+        damping,
         axial_stiffness: reader.number(&below(table, "axial_stiffness"))?,
         clearance: reader.number(&below(table, "clearance")),
         elevation: reader.vector(&below(table, "elevation"))?,
         pedestal: pedestal?,
+        table: over_speed,
     })
 }
 

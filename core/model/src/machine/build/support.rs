@@ -137,6 +137,7 @@ mod tests {
             clearance: None,
             elevation: [0.0; 2],
             pedestal: None,
+            table: None,
         }
     }
 

@@ -70,6 +70,10 @@ pub enum When {
     Flexible,
     /// `kind = "radial-spring"` of its diaphragm.
     RadialSpring,
+    /// `kind = "linear"` of its bearing.
+    LinearBearing,
+    /// `kind = "table"` of its bearing.
+    TableBearing,
 }
 
 impl When {
@@ -82,6 +86,8 @@ impl When {
             When::PointMass => "rotor.kind = \"point-mass\"",
             When::Flexible => "kind = \"flexible\"",
             When::RadialSpring => "kind = \"radial-spring\"",
+            When::LinearBearing => "kind = \"linear\"",
+            When::TableBearing => "kind = \"table\"",
         }
     }
 }

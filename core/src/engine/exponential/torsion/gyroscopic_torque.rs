@@ -101,7 +101,10 @@ fn share(machine: &Machine, structure: &Structure, spin: &Spin) -> f64 {
     }
     let stiffness = &structure.lateral.stiffness + projected(structure, &rotor.skew_stiffness());
     // an undamped resonance has no steady whirl
-    let Ok((real, imaginary)) = steady_state(structure, &sites, &stiffness, speed, 0.0) else { return f64::INFINITY };
+    let Ok((real, imaginary)) = steady_state(structure, &sites, [&stiffness, &structure.lateral.damping], speed, 0.0)
+    else {
+        return f64::INFINITY;
+    };
     let [x, y] = [real, imaginary].map(|q| {
         let mut nodal = vec![0.0; rotor.lateral_size()];
         structure.lateral.coordinates.expand(&q, &mut nodal);

@@ -1,0 +1,128 @@
+//! A spring and damper between two places of the lateral motion, or between one and the ground.
+
+use bladeoff_numerics::linalg::Matrix;
+
+/// A spring and damper of the lateral motion: a bearing between its node and its pedestal or the ground, or a pedestal on the ground. The stiffness is split into
+/// the part with a potential and the part without.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BearingSite {
+    /// Node of the bearing.
+    pub node: usize,
+    /// Places of its moving end along X and Y in the lateral vector: journal or pedestal.
+    pub places: [usize; 2],
+    /// Places of the pedestal on which a bearing stands; `None`: the ground.
+    pub base: Option<[usize; 2]>,
+    /// K as given \[N/m\].
+    pub stiffness: [[f64; 2]; 2],
+    /// `(kxy - kyx)/2` [N/m]: the skew part, whose work is a term of its own.
+    pub skew: f64,
+    /// C as given \[N s/m\].
+    pub damping: [[f64; 2]; 2],
+}
+
+impl BearingSite {
+    /// A spring of unit stiffness to the ground, whose load is the displacement of its moving end.
+    #[must_use]
+    pub fn unit(node: usize, places: [usize; 2]) -> Self {
+        let stiffness = [[1.0, 0.0], [0.0, 1.0]];
+        Self { node, places, base: None, stiffness, skew: 0.0, damping: [[0.0; 2]; 2] }
+    }
+
+    /// Displacement or velocity of the moving end against the base.
+    #[inline]
+    #[must_use]
+    pub fn across(&self, x: &[f64]) -> [f64; 2] {
+        let moving = [x[self.places[0]], x[self.places[1]]];
+        match self.base {
+            None => moving,
+            Some([u, v]) => [moving[0] - x[u], moving[1] - x[v]],
+        }
+    }
+
+    /// The site with coefficients that differ by those of another one at the same places.
+    #[must_use]
+    pub fn changed_by(&self, change: &Self) -> Self {
+        let sum = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| [0, 1].map(|i| [0, 1].map(|j| a[i][j] + b[i][j]));
+        Self {
+            stiffness: sum(&self.stiffness, &change.stiffness),
+            skew: self.skew + change.skew,
+            damping: sum(&self.damping, &change.damping),
+            ..*self
+        }
+    }
+
+    /// Symmetric part of the stiffness between two displacements, `x^T K y` \[J\].
+    #[must_use]
+    pub fn stiffness_form(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
+        let k = &self.stiffness;
+        let cross = 0.5 * (k[0][1] + k[1][0]);
+        x[0] * (k[0][0] * y[0] + cross * y[1]) + x[1] * (cross * y[0] + k[1][1] * y[1])
+    }
+
+    /// Adds a force on the moving end, and its opposite on the base.
+    #[inline]
+    pub fn push(&self, force: [f64; 2], f: &mut [f64]) {
+        for axis in 0..2 {
+            f[self.places[axis]] += force[axis];
+            if let Some(base) = self.base {
+                f[base[axis]] -= force[axis];
+            }
+        }
+    }
+
+    /// Rows of [`BearingSite::across`] for X and Y: what `row` makes of a place, less the same of the base.
+    #[must_use]
+    pub fn rows(&self, row: impl Fn(usize) -> Vec<f64>) -> [Vec<f64>; 2] {
+        [0, 1].map(|axis| {
+            let mut moving = row(self.places[axis]);
+            if let Some(base) = self.base {
+                moving.iter_mut().zip(row(base[axis])).for_each(|(part, base)| *part -= base);
+            }
+            moving
+        })
+    }
+
+    /// Force that the seat at a place `elevation` \[m\] from the bearing line adds to the moving end, `K e` \[N\].
+    #[must_use]
+    pub fn seat_force(&self, elevation: [f64; 2]) -> [f64; 2] {
+        self.load(elevation, [0.0; 2])
+    }
+
+    /// Adds one of its 2 x 2 matrices to a nodal matrix.
+    pub(super) fn add_to(&self, value: &[[f64; 2]; 2], nodal: &mut Matrix) {
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            nodal[(self.places[i], self.places[j])] += value[i][j];
+            if let Some(base) = self.base {
+                nodal[(base[i], base[j])] += value[i][j];
+                nodal[(self.places[i], base[j])] -= value[i][j];
+                nodal[(base[i], self.places[j])] -= value[i][j];
+            }
+        }
+    }
+
+    /// Load K x + C x' \[N\]; the force on the rotor is its opposite.
+    #[inline]
+    #[must_use]
+    pub fn load(&self, x: [f64; 2], v: [f64; 2]) -> [f64; 2] {
+        let (k, c) = (&self.stiffness, &self.damping);
+        [
+            k[0][0] * x[0] + k[0][1] * x[1] + c[0][0] * v[0] + c[0][1] * v[1],
+            k[1][0] * x[0] + k[1][1] * x[1] + c[1][0] * v[0] + c[1][1] * v[1],
+        ]
+    }
+
+    /// Power that the damping takes, `v^T C v` \[W\] (negative where the damping is not dissipative).
+    #[inline]
+    #[must_use]
+    pub fn damping_power(&self, v: [f64; 2]) -> f64 {
+        let c = &self.damping;
+        v[0] * (c[0][0] * v[0] + c[0][1] * v[1]) + v[1] * (c[1][0] * v[0] + c[1][1] * v[1])
+    }
+
+    /// Force of the skew stiffness on the rotor \[N\]: `-[[0, s], [-s, 0]] x`.
+    #[inline]
+    #[must_use]
+    pub fn skew_force(&self, x: [f64; 2]) -> [f64; 2] {
+        [-self.skew * x[1], self.skew * x[0]]
+    }
+}
