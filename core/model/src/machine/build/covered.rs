@@ -95,7 +95,7 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
         let kind = path(".kind");
         match reader.word(&kind) {
             Some("rigid") => gap(&kind, "a rigid ring", "flexible"),
-            Some("radial-spring") => gap(&kind, "a radial spring", "flexible"),
+            Some("radial-spring") => {}
             _ => {
                 let (elements, blades) = (path(".ring.elements"), path(".blades.count"));
                 if reader.number(&elements).is_some_and(|count| count > MOST_RING_ELEMENTS) {

@@ -7,7 +7,8 @@
 //! k_s - (r_s+ - r_s)/h                                     torque of unbalance s on the torsional modes over the step                   (4)
 //! f_s   in the middle of the step                          with h psi'' = predicted psi'(n+1) - psi'(n)                                 (5)
 //! D_s   = psi'(n+1) - predicted psi'(n+1)                  acts as an impulse on the lateral motion at n+1                              (6)
-//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau                   contact impulse with the angular impulse tau at n                            (7)
+//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau + D_w             contact impulse with the angular impulse tau at n                            (7)
+//! D_w   = -sum_s m d Im(c_s e^{-i psi_s})/J                 c_s: jump of the velocity of unbalance s by it; on a radial spring
 //! brakes dissipate -T times their turn over the step       h (W(n+) + W(n+1))/2 and that of the torsion                                 (8)
 //! ```
 //! W: spin \[rad/s\]; Phi: its angle; e: amplitudes of the torsional modes, t: their rows at a node; J: inertia of the loaded
@@ -72,8 +73,9 @@ pub(crate) struct Spin {
     pub(super) gravity: [f64; 2],
     pub(super) unbalances: Vec<Unbalance>,
     pub(super) torsion: TorsionalModes,
-    /// Angular impulse of the contact in the last step \[N m s\].
+    /// Angular impulse of the contact in the last step \[N m s\], and D_w of (7) \[rad/s\].
     pub(super) impulse_torque: f64,
+    pub(super) speed_jump: f64,
     /// Energy that brakes have dissipated so far, (8) \[J\].
     pub(super) braking_work: f64,
     /// Predicted angle \[rad\] and spin \[rad/s\] at n+1.
@@ -81,11 +83,13 @@ pub(crate) struct Spin {
     pub(super) next_speed: f64,
 }
 
-/// Impulse on the first diaphragm's node at n \[N s\], and its angular impulse \[N m s\].
+/// Impulse on the first diaphragm's node at n \[N s\], its angular impulse \[N m s\], and the jump of the spin that it makes
+/// through the unbalances, D_w of (7) \[rad/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ContactImpulse {
     pub impulse: [f64; 2],
     pub torque: f64,
+    pub speed_jump: f64,
 }
 
 /// Tables of a step: its length h \[s\] and those of the torsional modes.
@@ -146,6 +150,7 @@ impl Spin {
             unbalances: unbalances.zip(&rows).map(|(unbalance, row)| with_compliance(unbalance, row)).collect(),
             torsion: TorsionalModes::new(&loaded_modes.modes, &rows, acting),
             impulse_torque: 0.0,
+            speed_jump: 0.0,
             braking_work: 0.0,
             next_angle: angle,
             next_speed: speed,
@@ -205,7 +210,7 @@ impl Spin {
         self.next_speed = self.speed + h.min(self.max_extrapolation * self.last_step) * self.slope_without_impulse;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
         self.torsion.propagate_free(&step.torsion);
-        self.impulse_torque = 0.0;
+        (self.impulse_torque, self.speed_jump) = (0.0, 0.0);
         let over = step.over;
         for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
             let [torsion, rate] = self.torsion.predicted_at_row(s);
@@ -226,20 +231,24 @@ impl Spin {
     pub fn apply_impulse(
         &mut self,
         step: &SpinStep,
-        ContactImpulse { impulse: [u, v], torque }: ContactImpulse,
+        ContactImpulse { impulse: [u, v], torque, speed_jump }: ContactImpulse,
         velocities: &[[[f64; 2]; 2]],
     ) {
         let SpinStep { h, over, .. } = *step;
         self.momentum += torque;
-        self.impulse_torque = torque;
+        (self.impulse_torque, self.speed_jump) = (torque, speed_jump);
         self.torsion.apply_impulse(&step.torsion, torque);
-        let jump = torque / self.loaded_modes.inertia;
+        let jump = torque / self.loaded_modes.inertia + speed_jump;
         self.next_speed += jump;
         self.next_angle += h * jump;
         for (s, (unbalance, [x, y])) in self.unbalances.iter_mut().zip(velocities).enumerate() {
             let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
             unbalance.torque -= unbalance.moment * unbalance.rate * (velocity * unbalance.unit.conj()).re;
-            let ([torsion, rate], jump) = (self.torsion.predicted_at_row(s), unbalance.compliance * torque);
+            if speed_jump != 0.0 {
+                unbalance.jump_torque(unbalance.compliance * torque + speed_jump, self.gravity);
+            }
+            let ([torsion, rate], jump) =
+                (self.torsion.predicted_at_row(s), unbalance.compliance * torque + speed_jump);
             let next_angle = self.next_angle + torsion + unbalance.phase;
             unbalance.next_rate = self.next_speed + rate;
             let middle = unbalance.phasor.at(0.5 * (unbalance.angle + next_angle));
@@ -255,14 +264,24 @@ impl Spin {
     /// Jump of the velocity of the first diaphragm's node at n by the unbalances' response to an angular impulse \[m/s\];
     /// `velocities` as in [`Spin::apply_impulse`].
     #[inline(always)]
-    pub fn contact_velocity_jump(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
+    pub fn contact_velocity_jump(&self, torque: f64, speed_jump: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
         let mut jump = [0.0; 2];
         for (unbalance, [x, y]) in self.unbalances.iter().zip(velocities) {
-            let impulse = unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance * torque);
+            let impulse = unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance * torque + speed_jump);
             // reciprocity: the response at the contact to an impulse here is the response here to one at the contact
             jump = [0, 1].map(|i| jump[i] + x[i] * impulse.re + y[i] * impulse.im);
         }
         jump
+    }
+
+    /// D_w of (7) for a contact impulse \[N s\]; `velocities` as in [`Spin::apply_impulse`].
+    pub fn speed_jump(&self, [u, v]: [f64; 2], velocities: &[[[f64; 2]; 2]]) -> f64 {
+        let mut momentum = 0.0;
+        for (unbalance, [x, y]) in self.unbalances.iter().zip(velocities) {
+            let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
+            momentum -= unbalance.moment * (velocity * unbalance.unit.conj()).im;
+        }
+        momentum / self.loaded_modes.inertia
     }
 
     /// Impulses of each unbalance on the lateral motion at n and n+1, by the contact impulse that was added \[N s\].
@@ -305,7 +324,7 @@ impl Spin {
     #[inline(always)]
     pub fn finish_step(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let SpinStep { h, over, .. } = *step;
-        let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia;
+        let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia + self.speed_jump;
         // the braking torque keeps its sign until the rotor has stopped
         let [start_speed, end_speed] = [speed_after_impulse, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
         let brake = 0.5 * (braking_torque(&self.braking, start_speed) + braking_torque(&self.braking, end_speed));
