@@ -78,12 +78,6 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     if reader.number("rotor.initial_speed") == Some(0.0) {
         gap("rotor.initial_speed", "a rotor at rest", "a speed above 0");
     }
-    for law in ["acceleration", "times", "speeds"] {
-        let path = joined(&["rotor.speed_law.", law]);
-        if reader.is_given(&path) {
-            gap(&path, "a prescribed speed", "none");
-        }
-    }
     if reader.word("run.force_location") == Some("current") {
         gap("run.force_location", "forces at the place of step n", "next");
     }

@@ -196,6 +196,7 @@ impl EnergyBalance {
 /// Adds the works of a step. `ring_before`: energy of the ring at n \[J\] where the step was free; damping alone has taken what is missing behind it.
 pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Option<f64>, transient: &Transient) {
     now.braking = transient.free_motion.spin().braking_work();
+    now.drive = transient.free_motion.spin().drive_work();
     if let Some(impact) = &result.impact {
         now.friction += impact.friction_work;
         now.normal += impact.normal_work;

@@ -70,6 +70,9 @@ pub(crate) struct Transient {
     last_doublings: usize,
     /// Time of the last contact, in contact steps.
     last_contact: Option<u64>,
+    /// Times at which the slope of a prescribed speed changes, in contact steps. The torsional modes ring behind them, as the
+    /// shaft does behind a contact, and no step of free motion goes beyond one.
+    corners: Vec<u64>,
     /// Whether the run starts with an initial disturbance. All shaft modes ring then, so every step is one contact step: longer
     /// steps would sample the dissipation of the fast modes too seldom.
     pub disturbed: bool,
@@ -157,6 +160,7 @@ impl Transient {
                 .collect(),
             last_doublings: 0,
             last_contact: None,
+            corners: corners(machine, settings.step),
             lengths,
             free_motion,
             contact,
@@ -214,6 +218,7 @@ impl Transient {
             max_doublings,
             last_doublings,
             last_contact,
+            corners,
             end,
             end_speed,
             ..
@@ -232,13 +237,14 @@ impl Transient {
             }
             displacement = Some((x, clearance));
         }
-        let steps_left = end.saturating_sub(free_motion.contact_steps()).max(1);
+        let now = free_motion.contact_steps();
+        let passed = corners.partition_point(|corner| *corner <= now);
+        let steps_left = corners.get(passed).unwrap_or(end).min(end).saturating_sub(now).max(1);
+        let last_event = (*last_contact).max(passed.checked_sub(1).map(|last| corners[last]));
         // at most twice the last step: the slope of the spin is known over that length
-        let max_doublings = match last_contact {
-            _ if free_motion.contact_steps() < STARTING_STEPS => 0,
-            Some(contact) if free_motion.contact_steps() - *contact < RINGING_STEPS => {
-                RINGING_DOUBLINGS.min(*max_doublings)
-            }
+        let max_doublings = match last_event {
+            _ if now < STARTING_STEPS => 0,
+            Some(event) if now - event < RINGING_STEPS => RINGING_DOUBLINGS.min(*max_doublings),
             _ => *max_doublings,
         };
         let mut longest =
@@ -344,6 +350,12 @@ fn stator_of(
     }
     let points = ring_points_of(machine, structure, h)?;
     Ok(StatorContact::of_ring(axes, ContactStep::new(diaphragm, structure, 0, &points, h)?))
+}
+
+/// Times at which the slope of a prescribed speed changes, in contact steps of `h` \[s\].
+fn corners(machine: &Machine, h: f64) -> Vec<u64> {
+    let times = machine.rotor.speed_law.iter().flat_map(|law| &law.times);
+    times.filter(|time| **time > 0.0).map(|time| libm::floor(time / h) as u64).collect()
 }
 
 /// Peaks of the displacements of journals in bearings with a clearance. Where the clearance limit ends the run, its first excess

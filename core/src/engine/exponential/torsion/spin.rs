@@ -35,6 +35,7 @@
 //! step. In the gyroscopic moments on the lateral motion all sites turn with W. Gyroscopic torques act on the torsional modes
 //! only where they matter ([`super::gyroscopic_torque`]). The rotor must turn. Verified by `tests/exponential.rs`.
 
+use super::drive::Drive;
 use super::loaded_modes::LoadedModes;
 use super::phasor::Phasor;
 use super::torsional_modes::{TorsionalModes, TorsionalStep};
@@ -69,6 +70,8 @@ pub(crate) struct Spin {
     /// Slope without the jump by the contact impulse of the step, used for the prediction \[rad/s2\].
     pub(super) slope_without_impulse: f64,
     pub(super) loaded_modes: LoadedModes,
+    /// `None` where the spin is an unknown.
+    pub(super) drive: Option<Drive>,
     pub(super) braking: Braking,
     pub(super) gravity: [f64; 2],
     pub(super) unbalances: Vec<Unbalance>,
@@ -136,7 +139,12 @@ impl Spin {
                 rows.get(acting).map_or(0.0, |contact| 1.0 / loaded_modes.inertia + dot(contact, row));
             unbalance
         };
+        let drive = machine.rotor.speed_law.clone().map(|law| {
+            let inertias = loaded_modes.unbalance_inertias.clone();
+            Drive::new(law, angle, structure.rotor.twist_mass.sum(), inertias)
+        });
         let mut spin = Self {
+            drive,
             angle,
             speed,
             momentum: 0.0,
@@ -162,7 +170,7 @@ impl Spin {
 
     /// Sets the momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum \[kg m2/s\].
     pub fn start(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let mut momentum = self.loaded_modes.inertia * self.speed + gyroscopic;
+        let mut momentum = self.mean_momentum(self.speed) + gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
             let compliance_part = self.compliance_momentum(s, |unbalance| unbalance.rate);
             let unbalance = &mut self.unbalances[s];
@@ -173,6 +181,15 @@ impl Spin {
             momentum += unbalance.momentum;
         }
         self.momentum = momentum;
+    }
+
+    /// Angular momentum of the mean rotation at a spin \[kg m2/s\].
+    #[inline(always)]
+    fn mean_momentum(&self, speed: f64) -> f64 {
+        match &self.drive {
+            None => self.loaded_modes.inertia * speed,
+            Some(drive) => drive.momentum(speed, self.unbalances.iter().map(|unbalance| unbalance.rate)),
+        }
     }
 
     /// Takes the slope of a spin that has gone a short step from here.
@@ -209,6 +226,9 @@ impl Spin {
         let h = step.h;
         self.next_speed = self.speed + h.min(self.max_extrapolation * self.last_step) * self.slope_without_impulse;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
+        if let Some(drive) = &self.drive {
+            [self.next_angle, self.next_speed] = drive.after(h);
+        }
         self.torsion.propagate_free(&step.torsion);
         (self.impulse_torque, self.speed_jump) = (0.0, 0.0);
         let over = step.over;
@@ -343,14 +363,24 @@ impl Spin {
             self.momentum += torque_impulse;
             momentum_sum += new_momentum;
         }
+        if let Some(drive) = &self.drive {
+            let slope = (self.next_speed - self.speed) * over;
+            for s in 0..velocities.len() {
+                self.torsion.torques()[s] -= drive.unbalance_inertia(s) * slope;
+            }
+        }
         self.torsion.torques()[velocities.len()] = brake;
         self.torsion.apply_torques(&step.torsion);
-        let speed = (self.momentum - momentum_sum) / self.loaded_modes.inertia;
+        let speed = match &self.drive {
+            None => (self.momentum - momentum_sum) / self.loaded_modes.inertia,
+            Some(_) => self.next_speed,
+        };
         self.braking_work -= brake * (0.5 * h * (speed_after_impulse + speed) + self.torsion.turn(velocities.len()));
         self.slope_rate = ((speed - self.next_speed).abs() * (over * over))
             .max((1.0 - SLOPE_RATE_DECAY * h * self.speed.abs()).max(0.0) * self.slope_rate);
         (self.last_step, self.slope, self.slope_without_impulse) =
             (h, (speed - self.speed) * over, (speed - speed_after_impulse) * over);
+        let (turn, start_speed) = (self.next_angle - self.angle, self.speed);
         (self.angle, self.speed) = (self.next_angle, speed);
         for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
             let [torsion, rate] = self.torsion.at_row(s);
@@ -358,6 +388,14 @@ impl Spin {
             unbalance.correction_impulse =
                 unbalance.rate_jump_impulse(unbalance.phasor.unit, unbalance.rate - unbalance.next_rate);
             unbalance.force = unbalance.force(unbalance.phasor.unit, unbalance.rate, self.slope);
+        }
+        if self.drive.is_some() {
+            momentum_sum += self.mean_momentum(speed);
+        }
+        if let Some(drive) = &mut self.drive {
+            let momentum = momentum_sum;
+            drive.finish_step(h, [momentum - self.momentum, self.impulse_torque], [start_speed, turn]);
+            self.momentum = momentum;
         }
     }
 
