@@ -82,7 +82,7 @@ fn driven_rotors_rub_as_on_the_reference_engine() {
     }
 }
 
-/// A rotor that its law stops and starts again goes on, through the speeds at which its basis changes.
+/// A law that stops and restarts the rotor: the basis changes at the same speeds twice.
 #[test]
 fn a_law_may_rest_and_start_again() {
     let law = "times = [0, 0.1, 0.15, 0.25]\nspeeds = [\"3000 rpm\", \"0 rpm\", \"0 rpm\", \"1000 rpm\"]";
