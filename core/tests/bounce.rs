@@ -25,7 +25,7 @@ impl Stream {
 }
 
 /// Mass, stiffness and clearance 1; the spring 3 to 30 000 times as stiff. `run`: further lines of `[run]`.
-fn text(random: &mut Stream, beta: f64, end: f64, run: &str) -> String {
+fn text(random: &mut Stream, inertia: f64, beta: f64, end: f64, run: &str) -> String {
     let speed_law = random.choice(&["", "[rotor.speed_law]\nacceleration = 0\n"]);
     format!(
         "schema = 1\nname = \"bounce\"\n[run]\nend_time = {end:?}\n{run}\n\
@@ -34,7 +34,7 @@ fn text(random: &mut Stream, beta: f64, end: f64, run: &str) -> String {
          [rotor.bearings.spring]\nstiffness = 1\ndamping = {:?}\n[rotor.unbalances.mass]\nmass = 1\nradius = {:?}\n\
          [diaphragms.ring]\nkind = \"radial-spring\"\nstiffness = {beta:?}\n\
          [diaphragms.ring.contact]\nrotor_radius = {:?}\ngap = 1\nfriction = {:?}\n",
-        random.decades(1.0, 30.0),
+        inertia * random.decades(1.0, 30.0),
         0.7 + 0.8 * random.next(),
         2.0 * random.next() - 1.0,
         2.0 * random.next() - 1.0,
@@ -47,21 +47,28 @@ fn text(random: &mut Stream, beta: f64, end: f64, run: &str) -> String {
 
 #[test]
 fn bouncing_rubs_keep_their_energy_at_the_default_step() {
-    let mut random = Stream(7);
-    let (mut touched, mut impacts, mut worst) = (0, 0.0, 0.0_f64);
-    for case in 0..45 {
-        let beta = random.decades(3.0, 3e4);
-        let text = text(&mut random, beta, 80.0, "");
-        let row = run(machine(&text));
-        assert_eq!(row.outcome.status, Status::Ok, "case {case}: {:?}\n{text}", row.outcome.causes.words());
-        let error = row.value("energy_error");
-        assert!(error < 1e-7, "case {case}: {error}\n{text}");
-        touched += u32::from(row.value("impacts") > 0.0);
-        impacts += row.value("impacts");
-        worst = worst.max(error);
+    // the exponential engine predicts the spin: an unbalance as heavy as the spin's inertia is of first order in its step
+    for (engine, inertia, bound) in [("reduced", 1.0, 1e-7), ("exponential", 10.0, 1e-5)] {
+        let mut random = Stream(7);
+        let (mut touched, mut impacts, mut worst) = (0, 0.0, 0.0_f64);
+        for case in 0..45 {
+            let beta = random.decades(3.0, 3e4);
+            let text = text(&mut random, inertia, beta, 80.0, &format!("engine = \"{engine}\""));
+            if engine == "exponential" && text.contains("speed_law") {
+                continue;
+            }
+            let row = run(machine(&text));
+            let causes = row.outcome.causes.words();
+            assert_eq!(row.outcome.status, Status::Ok, "{engine}, case {case}: {causes:?}\n{text}");
+            let error = row.value("energy_error");
+            assert!(error < bound, "{engine}, case {case}: {error}\n{text}");
+            touched += u32::from(row.value("impacts") > 0.0);
+            impacts += row.value("impacts");
+            worst = worst.max(error);
+        }
+        println!("{engine}: {touched} bouncing rubs, {impacts} impacts, largest energy error {worst:.1e}");
+        assert!(touched >= 15 && impacts > 150.0, "contact happened: {touched}, {impacts}");
     }
-    println!("{touched} bouncing rubs, {impacts} impacts, largest energy error {worst:.1e}");
-    assert!(touched >= 30 && impacts > 300.0, "contact happened: {touched}, {impacts}");
 }
 
 #[test]
@@ -72,7 +79,7 @@ fn a_bounce_keeps_its_energy_at_any_stable_step() {
         let beta = random.decades(3.0, 3e3);
         // of the limit of the run in contact
         let step = 2.0 / (1.0 + beta).sqrt() * random.choice(&[0.1, 0.4, 0.8, 0.95]);
-        let text = text(&mut random, beta, 400.0 * step, &format!("step = {:?}", step.min(0.1)));
+        let text = text(&mut random, 1.0, beta, 400.0 * step, &format!("step = {:?}", step.min(0.1)));
         let row = run(machine(&text));
         touched += u32::from(row.value("impacts") > 0.0);
         assert!(row.outcome.status != Status::Failed, "case {case}: {:?}\n{text}", row.outcome.causes.words());
@@ -91,7 +98,7 @@ fn a_bounce_on_a_spring_converges_with_order_two() {
         // where the rotor is after its bounces
         let place = |step: f64| {
             let mut random = Stream(seed);
-            let text = text(&mut random, 100.0, 9.0, &format!("step = {step:?}"));
+            let text = text(&mut random, 1.0, 100.0, 9.0, &format!("step = {step:?}"));
             // sticking is a condition on the step, of first order
             let (head, _) = text.rsplit_once("friction = ").expect("the last line");
             let text = format!("{head}friction = 0.05\nfriction_law = \"slip\"\n");

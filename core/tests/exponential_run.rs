@@ -308,7 +308,6 @@ fn what_is_not_covered_is_refused_at_its_key() {
         ("run.force_location", "current"),
         ("run.step", "1 us"),
         ("rotor.initial_speed", "0 rad/s"),
-        ("rotor.speed_law.acceleration", "-10 rad/s2"),
         ("run.contact_step", "1 s"),
     ] {
         let said = refused(&[engine, (path, value)]);

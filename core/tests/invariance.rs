@@ -8,7 +8,7 @@ use bladeoff_core::engine::TimeStep;
 use bladeoff_core::modal::DEFAULT_ROTOR_MODES;
 use bladeoff_core::record::columns;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{DiaphragmKind, Machine};
 use common::{Row, machine_with, run, study_machine};
 
 fn turn_vector([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
@@ -148,6 +148,21 @@ fn turning_machine_and_frame_changes_no_scalar_of_the_exponential_engine() {
         for angle in [0.7, 2.9] {
             let (all, _) = turned_difference("exponential", detection, law, 0.02, angle);
             assert!(all < 1e-8, "{all}");
+        }
+    }
+}
+
+#[test]
+fn turning_machine_and_frame_changes_no_scalar_on_a_radial_spring() {
+    for law in ["slip", "stick-slip"] {
+        let mut base = rig("exponential", "hyp2", law, 0.2);
+        base.diaphragms[0].kind = DiaphragmKind::RadialSpring { stiffness: 1e6 };
+        for angle in [0.7, 2.9] {
+            let (a, b) = (run(base.clone()), run(turned(&base, angle)));
+            assert!(a.value("contact_impulse_Ns") > 0.0 && a.value("impacts") >= 10.0, "contact happened");
+            let (all, at) = difference(&a, &b, &[]);
+            println!("{law}, turned by {angle}: {all:.1e} ({at})");
+            assert!(all < 1e-8, "{all} ({at})");
         }
     }
 }

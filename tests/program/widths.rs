@@ -27,6 +27,31 @@ fn a_row_is_the_same_at_every_width() {
     }
 }
 
+/// A radial spring with a prescribed speed.
+#[test]
+fn a_rub_on_a_spring_is_the_same_at_every_width() {
+    let folder = Folder::new();
+    let rig = std::fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
+    let (head, tail) = rig.split_once("[diaphragms.seal]").expect("a diaphragm");
+    let contact = tail.split_once("[diaphragms.seal.contact]").expect("a contact").1;
+    let stator = "[diaphragms.seal]\nkind = \"radial-spring\"\nstiffness = 1e6\n[diaphragms.seal.contact]";
+    let head = head.replace("[rotor.damping]", "[rotor.speed_law]\nacceleration = -50\n[rotor.damping]");
+    let machine = folder.write("machines/sprung.toml", &format!("{head}{stator}{contact}"));
+    let mut rows = Vec::new();
+    for width in Width::ALL.into_iter().filter(|&width| width <= Width::widest()) {
+        let mut command = bladeoff(&["simulate", &machine, "--json"]);
+        for setting in ["blade_off.mass=25 g", "contact.gap=0.4 mm", "run.engine=exponential"] {
+            command.args(["--set", setting]);
+        }
+        let row = said(command.env(WIDTH_VARIABLE, width.to_string()).output().expect("the binary starts"));
+        let impacts = json(&row.out)["impacts"].as_f64();
+        assert!(impacts.is_some_and(|impacts| impacts > 0.0), "touches: {} {}", row.out, row.err);
+        rows.push(row.out);
+    }
+    assert!(!rows.is_empty());
+    assert!(rows.iter().all(|row| *row == rows[0]), "{rows:?}");
+}
+
 /// Eigenvalues and vectors of all kinds: of undamped and of damped motions at several speeds.
 #[test]
 fn modes_are_the_same_at_every_width() {

@@ -25,6 +25,8 @@ pub(super) const CONTACT_FRACTION: f64 = 0.9;
 /// Fraction of `2/omega_max` that is the contact step of `hyp2-frozen` when the machine names none. The nearest point is found before the impulses are known, and what penetrates beside it
 /// falls with the step. At this fraction the penetration is that of the reduced engine at its default step.
 const FROZEN_CONTACT_FRACTION: f64 = 0.5;
+/// Fraction of `2/omega_max` of the rotor held by a radial spring that is the contact step when the machine names none.
+const SPRING_CONTACT_FRACTION: f64 = 0.25;
 /// The default contact step of a machine with a ring divides the same period into at least so many parts: a flight of sixteen is then an eighth of a radian. Without one it is the same as for other
 /// engines: twist peaks between two flights.
 const CONTACT_PARTS: f64 = 800.0;
@@ -119,8 +121,8 @@ pub enum StartError {
     },
     /// The contact step is larger than what contact and spin are computed with.
     #[error(
-        "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, and a {PARTS_LEAST}th of the shortest of a \
-         revolution and the lowest mode's period)",
+        "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, or of the rotor held by a radial spring, and \
+         a {PARTS_LEAST}th of the shortest of a revolution and the lowest mode's period)",
         seconds(*.step), seconds(below(*.limit))
     )]
     ContactStepTooLarge {
@@ -194,8 +196,7 @@ impl TimeStep {
         let largest_step = 2.0 / highest_frequency;
         let step = match machine.run.step {
             None => {
-                let bends = machine.diaphragms.iter().any(|d| matches!(d.kind, DiaphragmKind::RadialSpring { .. }));
-                let parts = if bends { SPRING_PARTS } else { PARTS };
+                let parts = if has_spring(machine) { SPRING_PARTS } else { PARTS };
                 let resolved = 2.0 * std::f64::consts::PI / (parts * slowest_to_resolve(machine, structure));
                 floor_to_digits((DEFAULT_FRACTION * largest_step).min(resolved), 2).min(machine.run.end_time)
             }
@@ -213,17 +214,23 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
-    /// That of the exponential engine: contact needs the ring's frequencies alone.
+    /// That of the exponential engine: contact needs the frequencies of the ring alone, or those of the rotor held by a radial
+    /// spring.
     fn of_contact(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
-        let highest_frequency = rings.fold(0.0, f64::max);
+        let held = if has_spring(machine) { rotor_limit(machine, structure)? } else { 0.0 };
+        let highest_frequency = rings.fold(held, f64::max);
         let period = 2.0 * std::f64::consts::PI / slowest_to_resolve(machine, structure);
         let largest_step = (2.0 / highest_frequency).min(period / PARTS_LEAST);
         let step = match machine.run.contact_step {
             None => {
-                let parts = if machine.diaphragms.is_empty() { PARTS } else { CONTACT_PARTS };
                 let is_frozen = machine.diaphragms.iter().any(|ring| ring.contact.detection == Detection::Hyp2Frozen);
-                let fraction = if is_frozen { FROZEN_CONTACT_FRACTION } else { CONTACT_FRACTION };
+                let (fraction, parts) = match () {
+                    () if machine.diaphragms.is_empty() => (CONTACT_FRACTION, PARTS),
+                    () if has_spring(machine) => (SPRING_CONTACT_FRACTION, SPRING_PARTS),
+                    () if is_frozen => (FROZEN_CONTACT_FRACTION, CONTACT_PARTS),
+                    () => (CONTACT_FRACTION, CONTACT_PARTS),
+                };
                 let chosen = (fraction * 2.0 / highest_frequency).min(period / parts);
                 floor_to_digits(chosen, 2).min(machine.run.end_time)
             }
@@ -248,6 +255,11 @@ impl TimeStep {
         }
         Ok(self)
     }
+}
+
+/// Whether a diaphragm is a radial spring.
+fn has_spring(machine: &Machine) -> bool {
+    machine.diaphragms.iter().any(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::RadialSpring { .. }))
 }
 
 /// The larger of the highest spin speed and the lowest lateral frequency \[rad/s\].

@@ -5,15 +5,23 @@ use super::machine::{stepping, vertex, watch};
 use bladeoff_model::machine::Engine;
 
 pub(super) fn add(checks: &mut Vec<Check>) {
+    for engine in [Engine::Reduced, Engine::Exponential] {
+        ramps(checks, engine);
+    }
+    free_spin(checks, Engine::Reduced);
+    free_spin(checks, Engine::Exponential);
+}
+
+fn ramps(checks: &mut Vec<Check>, engine: Engine) {
     let published = [(0.0, 1e-3, [47.155, 45.656]), (0.02, 5e-3, [14.000, 12.735]), (0.05, 1e-2, [7.781, 6.754])];
     for (zeta, rate, peaks) in published {
         for (acceleration, reference) in [(rate, peaks[0]), (-rate, peaks[1])] {
             let from = if acceleration > 0.0 { 0.2 } else { 1.8 };
             let tail = format!("initial_speed = {from}\n[rotor.speed_law]\nacceleration = {acceleration:e}\n");
-            let ours = passage(Engine::Reduced, zeta, 1.0, 0.005, 1.6 / rate, &tail).map(|found| found.peak);
+            let ours = passage(engine, zeta, 1.0, 0.005, 1.6 / rate, &tail).map(|found| found.peak);
             let case = Case {
                 name: "Jeffcott ramp",
-                engine: Engine::Reduced.word(),
+                engine: engine.word(),
                 unit: "e",
                 source: "integration of q'' + 2 zeta q' + q = (W^2 - i W') exp(i phi)",
                 // half a unit of the last digit
@@ -22,9 +30,6 @@ pub(super) fn add(checks: &mut Vec<Check>) {
             case.check(checks, format!("max |q|, zeta {zeta}, a {acceleration}"), ours, reference);
         }
     }
-    // a prescribed speed is not covered by the exponential engine
-    free_spin(checks, Engine::Reduced);
-    free_spin(checks, Engine::Exponential);
 }
 
 fn free_spin(checks: &mut Vec<Check>, engine: Engine) {

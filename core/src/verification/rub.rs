@@ -1,14 +1,19 @@
-//! Contact of the Jeffcott rotor (m = k = 1, clearance 1) with a massless radial spring, which the exponential engine does not cover: its
-//! closed form is that of a ring with a mass (`annular`).
+//! Contact of the Jeffcott rotor (m = k = 1, clearance 1) with a massless radial spring.
 
 use super::case::{Case, Check};
-use super::machine::watch;
+use super::machine::{stepping, watch};
 use bladeoff_model::machine::Engine;
 
 pub(super) fn add(checks: &mut Vec<Check>) {
+    for engine in [Engine::Reduced, Engine::Exponential] {
+        rubs(checks, engine);
+    }
+}
+
+fn rubs(checks: &mut Vec<Check>, engine: Engine) {
     let case = Case {
         name: "full annular rub",
-        engine: Engine::Reduced.word(),
+        engine: engine.word(),
         unit: "gap",
         source: "closed form, [(1-W^2)r + b(r-1)]^2 + [2zWr + mu b(r-1)]^2 = (eW^2)^2",
         // half a unit of the last digit
@@ -17,29 +22,31 @@ pub(super) fn add(checks: &mut Vec<Check>) {
     for (speed, reference) in [(0.9, 1.131_250), (1.0, 1.400_000), (1.1, 1.797_607), (1.2, 2.377_023)] {
         let rotor = Rotor { zeta: 0.1, beta: 1.0, mu: 0.05, e: 0.5, radius: 1.0, start: None, speed, end: 200.0 };
         // order 2 in the step (tests/rub.rs): extrapolated
-        let ours = rotor.run(0.005).zip(rotor.run(0.0025)).map(|(c, f)| f.radius + (f.radius - c.radius) / 3.0);
+        let [coarse, fine] = [0.005, 0.0025].map(|step| rotor.run(engine, step));
+        let ours = coarse.zip(fine).map(|(c, f)| f.radius + (f.radius - c.radius) / 3.0);
         case.check(checks, format!("radius at W = {speed}"), ours, reference);
     }
     let case = Case {
         name: "dry-friction backward whirl",
-        engine: Engine::Reduced.word(),
+        engine: engine.word(),
         unit: "gap",
         source: "closed form, b/(b+1-w^2), w = z/mu + sqrt(1+(z/mu)^2)",
         tolerance: 1e-5,
     };
-    case.check(checks, "threshold radius", threshold(), 1.190_614);
+    case.check(checks, "threshold radius", threshold(engine), 1.190_614);
     let speed = Case { unit: "rad/s", tolerance: 2e-5, ..case };
     let whip = Rotor { start: Some(1.190_614), end: 5.0, ..WHIP };
-    speed.check(checks, "whirl speed, slipping", whip.run(0.001).map(|orbit| -orbit.turned / orbit.time), 1.280_776);
+    let whirl = whip.run(engine, 0.001).map(|orbit| -orbit.turned / orbit.time);
+    speed.check(checks, "whirl speed, slipping", whirl, 1.280_776);
     let case = Case {
         name: "backward rolling",
-        engine: Engine::Reduced.word(),
+        engine: engine.word(),
         unit: "gap",
         source: "closed form, r^2 (1 + b(r-1)/r) = (R W)^2",
         tolerance: 1e-5,
     };
     let rolling = Rotor { start: Some(1.22), speed: 0.3, end: 400.0, ..WHIP };
-    case.check(checks, "radius at R W = 3, b = 4", rolling.run(0.002).map(|orbit| orbit.radius), 1.8);
+    case.check(checks, "radius at R W = 3, b = 4", rolling.run(engine, 0.002).map(|orbit| orbit.radius), 1.8);
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +62,7 @@ struct Rotor {
     end: f64,
 }
 
-const WHIP: Rotor = Rotor { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, start: None, speed: 1e6, end: 250.0 };
+const WHIP: Rotor = Rotor { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, start: None, speed: 1.0, end: 250.0 };
 
 /// What a run came to.
 #[derive(Debug, Clone, Copy, Default)]
@@ -71,18 +78,19 @@ struct Orbit {
 }
 
 impl Rotor {
-    fn run(&self, step: f64) -> Option<Orbit> {
+    fn run(&self, engine: Engine, step: f64) -> Option<Orbit> {
         let whirl = self.zeta / self.mu + (1.0 + (self.zeta / self.mu) * (self.zeta / self.mu)).sqrt();
         let start = self.start.map_or(String::new(), |r| {
             format!("[rotor.initial]\ndisplacement = [{r:?}, 0.0]\nvelocity = [0.0, {:?}]\n", -whirl * r)
         });
         let text = format!(
-            "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {step:?}\n\
+            "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\n{}\
              [rotor.bearings.spring]\nstiffness = 1\ndamping = {:?}\n[rotor.unbalances.mass]\nmass = 1\nradius = {:?}\n\
              [diaphragms.ring]\nkind = \"radial-spring\"\nstiffness = {:?}\n[diaphragms.ring.contact]\n\
              rotor_radius = {:?}\ngap = 1\nfriction = {:?}\n[rotor]\nkind = \"point-mass\"\nmass = 0\n\
              polar_inertia = 1\ninitial_speed = {:?}\n[rotor.speed_law]\nacceleration = 0\n{start}",
             self.end,
+            stepping(engine, step),
             2.0 * self.zeta,
             self.e,
             self.beta,
@@ -114,11 +122,11 @@ impl Rotor {
 }
 
 /// Radius between decay and growth of the slipping whirl, by bisection.
-fn threshold() -> Option<f64> {
+fn threshold(engine: Engine) -> Option<f64> {
     let (mut low, mut high) = (1.17, 1.22);
     while high - low > 1e-6 {
         let middle = 0.5 * (low + high);
-        let orbit = Rotor { start: Some(middle), ..WHIP }.run(0.005)?;
+        let orbit = Rotor { start: Some(middle), ..WHIP }.run(engine, 0.005)?;
         if orbit.left? > 1.0 {
             high = middle;
         } else {

@@ -19,6 +19,7 @@ mod unbalances;
 
 pub(crate) use increments::Increments;
 pub(crate) use masses::{masses, sites};
+pub(crate) use prescribed::{angle_of, speed_of};
 pub(crate) use stepper::Stepper;
 
 use field::Field;

@@ -52,7 +52,7 @@ impl Prescribed {
 }
 
 /// Angle turned by a prescribed speed until `time` \[rad\], exact for the piecewise linear law.
-fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
+pub(crate) fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
     let mut angle = 0.0;
     for k in 0..law.times.len() {
         let (t0, w0) = (law.times[k], law.speeds[k]);
@@ -67,7 +67,7 @@ fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
 }
 
 /// A prescribed speed at `time` \[rad/s\].
-fn speed_of(law: &SpeedLaw, time: f64) -> f64 {
+pub(crate) fn speed_of(law: &SpeedLaw, time: f64) -> f64 {
     let last = law.times.iter().rposition(|&start| time >= start).unwrap_or(0);
     law.speeds[last] + slope_of(law, time) * (time - law.times[last])
 }

@@ -78,12 +78,6 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     if reader.number("rotor.initial_speed") == Some(0.0) {
         gap("rotor.initial_speed", "a rotor at rest", "a speed above 0");
     }
-    for law in ["acceleration", "times", "speeds"] {
-        let path = joined(&["rotor.speed_law.", law]);
-        if reader.is_given(&path) {
-            gap(&path, "a prescribed speed", "none");
-        }
-    }
     if reader.word("run.force_location") == Some("current") {
         gap("run.force_location", "forces at the place of step n", "next");
     }
@@ -101,7 +95,7 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
         let kind = path(".kind");
         match reader.word(&kind) {
             Some("rigid") => gap(&kind, "a rigid ring", "flexible"),
-            Some("radial-spring") => gap(&kind, "a radial spring", "flexible"),
+            Some("radial-spring") => {}
             _ => {
                 let (elements, blades) = (path(".ring.elements"), path(".blades.count"));
                 if reader.number(&elements).is_some_and(|count| count > MOST_RING_ELEMENTS) {

@@ -27,17 +27,19 @@ mod conditions;
 use super::broad_phase::BroadPhase;
 use super::contact_point::{ContactPoint, PressedPoint};
 use super::contact_predictor::ContactPredictor;
-use super::contact_step_result::{ContactStepResult, FreeStep, SurfaceTurn};
+use super::contact_step_result::{ContactStepResult, FreeStep, MeanMotion, SurfaceTurn};
 use super::delassus_operator::DelassusOperator;
 use super::impulsed_ring::{ImpulsedRing, RingPropagator, STATIC_WEIGHT};
 use super::penetration::PenetrationSearch;
 use super::ring_kernels::{PointRows, add_scaled_rows, products_with};
 use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
+use super::stator_axes::StatorAxes;
 use crate::contact::ContactReaction;
 use crate::contact::complementarity::{self, Coupled, POINTS};
 use crate::eight::{Eight, by_width};
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::plane::{across, product, turned};
+use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Detection, Diaphragm, FrictionLaw};
 use bladeoff_numerics::linalg::lanes::Lane;
@@ -49,10 +51,7 @@ const PENETRATION_RATIO: f64 = 1e-4;
 
 /// Ring of a diaphragm, and the solver of its contact steps.
 pub(crate) struct ContactStep {
-    /// Sine and cosine of the stator's angle.
-    pub(super) angle: (f64, f64),
-    /// Centre of the stator in the machine's axes \[m\].
-    offset: [f64; 2],
+    pub axes: StatorAxes,
     /// Radial gap of the ring at rest, and radius of the rotor \[m\].
     gap: f64,
     pub(super) radius: f64,
@@ -107,20 +106,18 @@ impl ContactStep {
         let modes = modal_parameters(part);
         let ring = ImpulsedRing::new(&modes, h);
         let dofs = structure.rotor.plane_places(contact.node);
-        let angle = libm::sincos(diaphragm.angle);
+        let axes = StatorAxes::new(diaphragm);
         let [corrected_compliance, static_correction] = ring.compliance();
         let extrapolated =
             |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (STATIC_WEIGHT - 1.0) * k.1.0[i]));
         let compliance: Vec<Lane> = corrected_compliance.iter().zip(&static_correction).map(extrapolated).collect();
         let zeros = vec![Lane::default(); compliance.len()];
         let rows = PointRows::new(POINTS, compliance.len());
-        let rotor_truncated_flexibility = structure
-            .lateral_residual
-            .as_ref()
-            .map_or([[0.0; 2]; 2], |all| turned(angle, &dofs.map(|row| dofs.map(|column| all[(row, column)] / h))));
+        let rotor_truncated_flexibility = structure.lateral_residual.as_ref().map_or([[0.0; 2]; 2], |all| {
+            turned(axes.angle, &dofs.map(|row| dofs.map(|column| all[(row, column)] / h)))
+        });
         Ok(Self {
-            angle,
-            offset: contact.offset,
+            axes,
             gap: contact.gap,
             radius: contact.rotor_radius,
             law: contact.friction_law,
@@ -157,21 +154,10 @@ impl ContactStep {
         !self.pressed.is_empty()
     }
 
-    /// Displacement of the rotor from the ring's centre \[m\], for one in the machine's axes from their origin.
-    pub fn displacement_from_centre(&self, displacement: [f64; 2]) -> [f64; 2] {
-        [displacement[0] - self.offset[0], displacement[1] - self.offset[1]]
-    }
-
     /// Distance of the rotor's centre from the ring's below which no contact is possible, whatever the phases of the ring's modes
     /// \[m\].
     pub fn clearance(&self) -> f64 {
         self.gap - self.ring.reach(&self.ring_points.reach)
-    }
-
-    /// Displacement of the rotor from the ring's centre in the stator's axes \[m\], for one in the machine's axes from their
-    /// origin.
-    pub fn displacement_in_stator_axes(&self, displacement: [f64; 2]) -> [f64; 2] {
-        self.to_stator_axes(self.displacement_from_centre(displacement))
     }
 
     /// Takes the ring over a step of free motion of `h = 2^doublings` contact steps \[s\].
@@ -206,7 +192,7 @@ impl ContactStep {
         self.ring.propagate_free::<V>();
         self.current = 1 - self.current;
         let operator = DelassusOperator::new(
-            self.angle,
+            self.axes.angle,
             self.rotor_truncated_flexibility,
             free.response,
             self.radius * self.radius * free.rolling,
@@ -281,13 +267,13 @@ impl ContactStep {
         free: &FreeStep<'_>,
         operator: &DelassusOperator,
     ) -> Option<([f64; 2], [f64; 2])> {
-        let static_correction = turned(self.angle, &free.response.static_correction);
+        let static_correction = turned(self.axes.angle, &free.response.static_correction);
         self.predictor.predict::<V>(
             &self.ring.displacement,
             &self.ring.travel,
             [&operator.rotor_response, &static_correction, &self.rotor_truncated_flexibility],
         );
-        let ([x, y], [dx, dy]) = (self.displacement_in_stator_axes(free.end), self.predictor.rotor_displacement);
+        let ([x, y], [dx, dy]) = (self.axes.place(free.end), self.predictor.rotor_displacement);
         let rotor = [x + dx, y + dy];
         self.points.clear();
         if self.detection == Detection::Hyp2 {
@@ -358,18 +344,16 @@ impl ContactStep {
             pressed.push(PressedPoint { position: point.position, force: *force, slot: point.slot });
         }
         ring.apply_impulses::<V>(impulses);
-        let impulse = self.to_machine_axes(rotor_impulse);
+        let impulse = self.axes.to_machine(rotor_impulse);
         // works (3): mean rates before and after the impulses
-        let (jump, unbalance_jump) =
-            (free.response.velocity_jump, free.spin.contact_velocity_jump(torque, &free.response.at_unbalances));
-        let velocity = self
-            .to_stator_axes([0, 1].map(|i| free.velocity[i] + 0.5 * (product(jump[i], impulse) + unbalance_jump[i])));
-        let rate = free.rate + 0.5 * free.jump * torque;
-        let surface_rate = self.surface_turn.take(free.surface_turn + free.rolling * torque, self.h).unwrap_or(rate);
+        let MeanMotion { velocity, rate, surface_rate } =
+            free.mean_motion(ContactImpulse { impulse, torque, speed_jump: 0.0 }, &mut self.surface_turn, self.h);
+        let velocity = self.axes.to_stator(velocity);
         let rolling = self.radius * surface_rate;
         let mut impact = ContactStepResult {
             impulse,
             torque,
+            speed_jump: 0.0,
             normal: 0.0,
             tangential: 0.0,
             friction_work: 0.0,
@@ -413,20 +397,6 @@ impl ContactStep {
     /// Distance of the rotor's centre from the ring's centre at which the rotor has left the ring \[m\].
     pub fn ring_radius(&self) -> f64 {
         self.radius + self.gap
-    }
-
-    /// Components in the stator's axes of a vector in the machine's axes.
-    #[inline(always)]
-    pub fn to_stator_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angle;
-        [cos * x + sin * y, cos * y - sin * x]
-    }
-
-    /// Components in the machine's axes of a vector in the stator's axes.
-    #[inline(always)]
-    fn to_machine_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angle;
-        [cos * x - sin * y, sin * x + cos * y]
     }
 }
 

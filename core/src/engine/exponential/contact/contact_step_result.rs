@@ -25,7 +25,8 @@
 //! `coarse_and_fine_steps_agree_where_both_are_ok` (`tests/rolling.rs`).
 
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
-use crate::engine::exponential::torsion::spin::Spin;
+use crate::engine::exponential::plane::product;
+use crate::engine::exponential::torsion::spin::{ContactImpulse, Spin};
 
 /// Result of a contact step: sums of its impulses, their works, and the contact with the largest normal impulse.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +34,8 @@ pub(crate) struct ContactStepResult {
     /// Impulse on the rotor in the machine's axes \[N s\], and angular impulse of friction on it \[N m s\].
     pub impulse: [f64; 2],
     pub torque: f64,
+    /// Jump of the spin that the impulse makes through the unbalances, where it is foreseen \[rad/s\].
+    pub speed_jump: f64,
     /// Sums of the normal and of the tangential impulses \[N s\].
     pub normal: f64,
     pub tangential: f64,
@@ -70,6 +73,29 @@ pub(crate) struct FreeStep<'a> {
     pub jump: f64,
     /// Spin and torsion.
     pub spin: &'a Spin,
+}
+
+/// Motion of the rotor's surface at n: means of the rates before and after the impulses.
+pub(crate) struct MeanMotion {
+    /// Velocity of the rotor's centre in the machine's axes \[m/s\].
+    pub velocity: [f64; 2],
+    /// Rate of turn of its section, and that of (2), which friction works on \[rad/s\].
+    pub rate: f64,
+    pub surface_rate: f64,
+}
+
+impl FreeStep<'_> {
+    /// Motion at n under a contact impulse, in contact steps of `h` \[s\].
+    #[inline(always)]
+    pub fn mean_motion(&self, contact: ContactImpulse, turn: &mut SurfaceTurn, h: f64) -> MeanMotion {
+        let ContactImpulse { impulse, torque, speed_jump } = contact;
+        let jump = self.response.velocity_jump;
+        let unbalance_jump = self.spin.contact_velocity_jump(torque, speed_jump, &self.response.at_unbalances);
+        let velocity = [0, 1].map(|i| self.velocity[i] + 0.5 * (product(jump[i], impulse) + unbalance_jump[i]));
+        let rate = self.rate + 0.5 * (self.jump * torque + speed_jump);
+        let surface_rate = turn.take(self.surface_turn + self.rolling * torque, h).unwrap_or(rate);
+        MeanMotion { velocity, rate, surface_rate }
+    }
 }
 
 /// Turn of the rotor's section over the last contact step \[rad\]; `None` after a step of free motion.

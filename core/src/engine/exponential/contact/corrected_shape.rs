@@ -38,7 +38,7 @@ impl ContactStep {
             (alpha, position.polar.map(|part| part * force.normal / self.h))
         };
         let static_correction =
-            response.map_or([[0.0; 2]; 2], |response| turned(self.angle, &response.static_correction));
+            response.map_or([[0.0; 2]; 2], |response| turned(self.axes.angle, &response.static_correction));
         let deflection = self.predictor.static_deflection([&static_correction, &self.rotor_truncated_flexibility]);
         CorrectedShape {
             amplitudes,

@@ -1,4 +1,4 @@
-//! Contact of one ring with the rotor inside it.
+//! Contact of one stator with the rotor inside it.
 //!
 //! - [`ring_points`]: points of the ring at fixed angles, with the mode shapes and the residual flexibility there
 //! - [`impulsed_ring`]: the ring's modes under impulses at the beginning of each contact step
@@ -8,6 +8,7 @@
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points
 //! - [`single_place`]: the place of a step where contact acts at one place (`hyp1`, `hyp2-frozen`)
 //! - [`contact_step`]: the step that uses all of these; [`contact_step_result`] is its result
+//! - [`radial_spring`]: a massless radial spring in place of a ring; [`stator`] is either of them, [`stator_axes`] its place
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
 pub(crate) mod broad_phase;
@@ -20,6 +21,9 @@ pub(crate) mod delassus_operator;
 pub(crate) mod gap_minimum;
 pub(crate) mod impulsed_ring;
 pub(crate) mod penetration;
+pub(crate) mod radial_spring;
 pub(crate) mod ring_kernels;
 pub(crate) mod ring_points;
 pub(crate) mod single_place;
+pub(crate) mod stator;
+pub(crate) mod stator_axes;

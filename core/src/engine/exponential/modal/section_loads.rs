@@ -274,7 +274,9 @@ mod tests {
         for round in 0..40 {
             let impulse = [0.3 * f64::from(round).sin(), 0.2 * f64::from(round).cos()];
             free_motion.propagate(0).expect("goes on");
-            free_motion.complete_step(0, Some(ContactImpulse { impulse, torque: 1e-3 })).expect("goes on");
+            free_motion
+                .complete_step(0, Some(ContactImpulse { impulse, torque: 1e-3, speed_jump: 0.0 }))
+                .expect("goes on");
             observe(&machine, &structure, &mut free_motion, impulse);
             (0..30).for_each(|_| free_motion.advance(1).expect("goes on"));
         }

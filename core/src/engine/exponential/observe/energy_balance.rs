@@ -10,6 +10,8 @@
 use super::dissipated_energy::{DampingPowers, DissipatedEnergy};
 use super::energy_terms::EnergyTerms;
 use super::observation_schedule::Due;
+use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
+use crate::engine::exponential::contact::stator::StatorContact;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
 use crate::engine::exponential::stepping::motion_quantities::LateralState;
 use crate::engine::exponential::stepping::transient::{StepResult, Transient};
@@ -39,9 +41,14 @@ pub(crate) struct EnergyBalance {
     rates: Vec<f64>,
 }
 
+/// Modes of the ring; `None` without a flexible ring.
+fn ring_of(transient: &Transient) -> Option<&ImpulsedRing> {
+    transient.contact.as_ref().and_then(|contact| Some(&contact.stator.ring()?.ring))
+}
+
 /// Energy of the ring's modes \[J\]; 0 without a ring.
 pub(crate) fn ring_energy(transient: &Transient) -> f64 {
-    transient.contact.as_ref().map_or(0.0, |contact| contact.contact_step.ring.energies().iter().sum())
+    ring_of(transient).map_or(0.0, |ring| ring.energies().iter().sum())
 }
 
 impl EnergyBalance {
@@ -115,8 +122,10 @@ impl EnergyBalance {
     /// Takes the energies at n one by one.
     pub fn take_terms(&mut self, transient: &mut Transient, structure: &Structure) -> &mut EnergyTerms {
         let terms = self.terms.get_or_insert_with(|| Box::new(EnergyTerms::new(structure, transient)));
-        let ring = transient.contact.as_ref().map(|contact| &contact.contact_step.ring);
-        terms.take_stores(&mut transient.free_motion, ring, structure);
+        let stator = transient.contact.as_ref().map(|contact| &contact.stator);
+        let (ring, spring) =
+            (stator.and_then(|stator| Some(&stator.ring()?.ring)), stator.map_or(0.0, StatorContact::spring_energy));
+        terms.take_stores(&mut transient.free_motion, ring, spring, structure);
         terms.keep(&transient.free_motion);
         terms
     }
@@ -154,7 +163,7 @@ impl EnergyBalance {
         let Self { outputs, terms, dissipated, .. } = self;
         let terms = terms.as_mut()?;
         let powers = DampingPowers::in_free_motion(&mut ahead.free_motion, outputs);
-        terms.take_stores(&mut ahead.free_motion, ahead.ring.as_ref(), structure);
+        terms.take_stores(&mut ahead.free_motion, ahead.ring.as_ref(), 0.0, structure);
         terms.take_works(&dissipated.until(contact_steps, &powers, works));
         Some(terms.energies)
     }
@@ -172,24 +181,32 @@ impl EnergyBalance {
         let motion = &transient.free_motion;
         let shift = motion.gyroscopic_speed_shift(stored.gyroscopic);
         let [turning, twisted] = motion.spin().energies(shift, motion.unbalance_velocities());
-        let ring = transient.contact.as_ref().map_or([0.0; 2], |contact| contact.contact_step.ring.energies());
-        stored.energy + (motion.spin().speed + shift) * stored.gyroscopic + turning + twisted + ring[0] + ring[1]
+        let ring = ring_of(transient).map_or([0.0; 2], ImpulsedRing::energies);
+        let spring = transient.contact.as_ref().map_or(0.0, |contact| contact.stator.spring_energy());
+        stored.energy
+            + (motion.spin().speed + shift) * stored.gyroscopic
+            + turning
+            + twisted
+            + ring[0]
+            + ring[1]
+            + spring
     }
 }
 
 /// Adds the works of a step. `ring_before`: energy of the ring at n \[J\] where the step was free; damping alone has taken what is missing behind it.
 pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Option<f64>, transient: &Transient) {
     now.braking = transient.free_motion.spin().braking_work();
+    now.drive = transient.free_motion.spin().drive_work();
     if let Some(impact) = &result.impact {
         now.friction += impact.friction_work;
         now.normal += impact.normal_work;
         now.model += impact.model_work;
         now.structure += impact.damped_work;
     }
-    if let Some(contact) = &transient.contact {
+    if let Some(ring) = ring_of(transient) {
         now.stator += match result.doublings {
             Some(_) => ring_before.map_or(0.0, |before| before - ring_energy(transient)),
-            None => contact.contact_step.ring.step_dissipation(),
+            None => ring.step_dissipation(),
         };
     }
 }

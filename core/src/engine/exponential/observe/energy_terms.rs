@@ -36,8 +36,15 @@ impl EnergyTerms {
         self.damped = free_motion.spin().torsional_dissipation();
     }
 
-    /// Takes the kinetic energy of shaft, spin and ring, the strain energy, and the potential of the weight, at the present instant.
-    pub fn take_stores(&mut self, free_motion: &mut FreeMotion, ring: Option<&ImpulsedRing>, structure: &Structure) {
+    /// Takes the kinetic energy of shaft, spin and ring, the strain energy with that of a radial spring \[J\], and the potential of
+    /// the weight, at the present instant.
+    pub fn take_stores(
+        &mut self,
+        free_motion: &mut FreeMotion,
+        ring: Option<&ImpulsedRing>,
+        spring: f64,
+        structure: &Structure,
+    ) {
         self.motion.take(free_motion, structure);
         let gyroscopic = free_motion.gyroscopic_momentum();
         let shift = free_motion.gyroscopic_speed_shift(gyroscopic);
@@ -49,7 +56,7 @@ impl EnergyTerms {
         let ring = ring.map_or([0.0; 2], ImpulsedRing::energies);
         self.energies = Energies {
             kinetic: kinetic + turning + ring[0],
-            strain: strain + twisted + ring[1],
+            strain: strain + twisted + ring[1] + spring,
             gravity: -bladeoff_numerics::linalg::dot(model.outputs.weight(), q),
             ..self.energies
         };

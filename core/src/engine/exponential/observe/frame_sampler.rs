@@ -8,11 +8,22 @@ use crate::engine::exponential::contact::contact_step::ContactStep;
 use crate::engine::exponential::contact::contact_step_result::ContactStepResult;
 use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
+use crate::engine::exponential::contact::stator_axes::StatorAxes;
+use crate::engine::exponential::plane::length;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::record::{ContactFrame, Energies, Follower, Frame, Loads};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
+
+/// Stator without degrees of freedom, and the rotor in it.
+struct Circle {
+    axes: StatorAxes,
+    /// Radial gap \[m\].
+    gap: f64,
+    /// Centre of the rotor from that of the stator \[m\].
+    place: [f64; 2],
+}
 
 /// Sampler of frames.
 pub(crate) struct FrameSampler<'a> {
@@ -21,6 +32,8 @@ pub(crate) struct FrameSampler<'a> {
     /// Lateral velocities of all nodes, in the machine's axes [m/s, rad/s].
     velocity: Vec<f64>,
     ring: Option<RingClearance<'a>>,
+    /// `None` with a flexible ring, and without a stator.
+    circle: Option<Circle>,
     /// Time \[s\], angle of rotation \[rad\] and spin \[rad/s\] of the sampled instant.
     time: f64,
     angle: f64,
@@ -34,6 +47,9 @@ impl<'a> FrameSampler<'a> {
             motion: NodalMotion::new(structure, transient.free_motion.spin(), transient.contact_step()),
             velocity: vec![0.0; structure.lateral.coordinates.nodal_size()],
             ring: RingClearance::new(machine, structure),
+            circle: machine.diaphragms.first().filter(|_| structure.rings.iter().flatten().next().is_none()).map(
+                |diaphragm| Circle { axes: StatorAxes::new(diaphragm), gap: diaphragm.contact.gap, place: [0.0; 2] },
+            ),
             structure,
             time: 0.0,
             angle: 0.0,
@@ -43,8 +59,8 @@ impl<'a> FrameSampler<'a> {
 
     /// Samples the present instant of a run.
     pub fn sample(&mut self, transient: &mut Transient) {
-        let ring = transient.contact.as_ref().map(|contact| (&contact.contact_step, &contact.contact_step.ring));
-        self.take(&mut transient.free_motion, ring, true);
+        let ring = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
+        self.take(&mut transient.free_motion, ring.map(|ring| (ring, &ring.ring)), true);
     }
 
     /// Takes an instant. `is_pressed`: the last impulses are still those of the step before.
@@ -52,8 +68,11 @@ impl<'a> FrameSampler<'a> {
         (self.time, self.angle, self.speed) = (free_motion.time(), free_motion.angle(), free_motion.speed());
         self.motion.take(free_motion, self.structure);
         self.structure.lateral.coordinates.expand(self.motion.rates(), &mut self.velocity);
+        if let Some(circle) = &mut self.circle {
+            circle.place = circle.axes.place(free_motion.contact_displacement(0));
+        }
         if let (Some(clearance), Some((contact_step, modes))) = (&mut self.ring, ring) {
-            let place = contact_step.displacement_in_stator_axes(free_motion.contact_displacement(0));
+            let place = contact_step.axes.place(free_motion.contact_displacement(0));
             let settled = if is_pressed {
                 contact_step.corrected_shape(place, free_motion.impulse_response())
             } else {
@@ -71,15 +90,22 @@ impl<'a> FrameSampler<'a> {
         energies: Energies,
         follower: &mut dyn Follower,
     ) {
-        let contact = self.ring.as_ref().map(|ring| ContactFrame {
-            rotor: ring.place,
-            gap: ring.gap.map_or(0.0, |gap| gap.value),
-            angle: ring.gap.map_or(0.0, |gap| gap.place.alpha),
+        let of_ring = self.ring.as_ref().map(|ring| {
+            let (gap, angle) = ring.gap.map_or((0.0, 0.0), |gap| (gap.value, gap.place.alpha));
+            (ring.place, gap, angle, ring.displacement, Some(ring.field.as_slice()))
+        });
+        let of_circle = self.circle.as_ref().map(|Circle { gap, place, .. }| {
+            (*place, gap - length(*place), libm::atan2(place[1], place[0]), [0.0; 2], None)
+        });
+        let contact = of_ring.or(of_circle).map(|(rotor, gap, angle, ring, field)| ContactFrame {
+            rotor,
+            gap,
+            angle,
             normal_force: impact.map_or(0.0, |(impact, h)| impact.normal / h),
             friction_force: impact.map_or(0.0, |(impact, h)| impact.tangential / h),
             slip: impact.map_or(0.0, |(impact, _)| impact.slip),
-            ring: ring.displacement,
-            field: Some(&ring.field),
+            ring,
+            field,
         });
         follower.see(&Frame {
             time: self.time,
@@ -111,7 +137,7 @@ impl MotionAhead {
     pub fn of(transient: &Transient) -> Self {
         Self {
             free_motion: transient.free_motion.clone(),
-            ring: transient.contact.as_ref().map(|contact| contact.contact_step.ring.clone()),
+            ring: transient.contact.as_ref().and_then(|contact| Some(contact.stator.ring()?.ring.clone())),
             loads: [transient.loads().bearings, transient.loads().pedestals].concat(),
             bearings: transient.loads().bearings.len(),
         }
@@ -142,7 +168,7 @@ impl MotionAhead {
         for (bearing, load) in self.loads.iter_mut().enumerate() {
             *load = self.free_motion.load(bearing);
         }
-        let contact_step = transient.contact.as_ref().map(|contact| &contact.contact_step);
+        let contact_step = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
         frames.take(&mut self.free_motion, contact_step.zip(self.ring.as_ref()), false);
         let (bearings, pedestals) = self.loads.split_at(self.bearings);
         frames.show(Loads { bearings, pedestals, journals: &[], monitors: &[] }, None, energies, follower);

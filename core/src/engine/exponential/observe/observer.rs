@@ -213,9 +213,10 @@ impl<'a> Observer<'a> {
         }
         self.energy.keep_motion(transient);
         let contact_steps = transient.free_motion.contact_steps();
-        let place = transient.contact.as_ref().map(|contact| {
-            contact.contact_step.displacement_in_stator_axes(transient.free_motion.contact_displacement(0))
-        });
+        let place = transient
+            .contact
+            .as_ref()
+            .map(|contact| contact.stator.axes.place(transient.free_motion.contact_displacement(0)));
         // a limit of steps ends a run between two steps
         let goes_on = matches!(end.failure, None | Some(Cause::StepLimit));
         let impact = if goes_on { transient.solve_next_contact() } else { None };
@@ -277,15 +278,16 @@ impl<'a> Observer<'a> {
             ring_stresses.reset();
         }
         let is_watched = !step.due.motion && step.watch.ring;
-        let observed = transient.contact.as_ref().filter(|_| (step.due.motion || is_watched) && self.has_touched);
-        let coordinates = observed.and_then(|contact| ring_stresses.coordinates(&contact.contact_step, recorders));
+        let ring = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
+        let observed = ring.filter(|_| (step.due.motion || is_watched) && self.has_touched);
+        let coordinates = observed.and_then(|ring| ring_stresses.coordinates(ring, recorders));
         if let (true, Some(coordinates), Some(watch)) = (is_watched, coordinates, yield_watch) {
             recorders.watch_ring(watch.ring_limits(), coordinates, step.at);
         }
         let ring = transient.contact.as_ref().map(|contact| RingInstant {
             angle: step.angle,
-            place: contact.contact_step.displacement_in_stator_axes(result.displacement),
-            velocity: contact.contact_step.to_stator_axes(result.velocity),
+            place: contact.stator.axes.place(result.displacement),
+            velocity: contact.stator.axes.to_stator(result.velocity),
             touch,
             ring: coordinates.filter(|_| step.due.motion),
         });
@@ -340,6 +342,7 @@ impl<'a> Observer<'a> {
                 }
                 let mut works = self.recorders.energies.now;
                 works.braking = ahead.free_motion.spin().braking_work();
+                works.drive = ahead.free_motion.spin().drive_work();
                 if let (Some(ring), true) = (&ahead.ring, self.has_touched) {
                     works.stator += ring_before - ring.energies().iter().sum::<f64>();
                 }

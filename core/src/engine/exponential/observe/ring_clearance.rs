@@ -90,11 +90,12 @@ impl<'a> RingClearance<'a> {
             angle if angle < fine_angle => FINE_SAMPLE_INTERVAL,
             _ => SAMPLE_INTERVAL,
         };
-        let Some(contact) = transient.contact.as_ref().filter(|_| self.impacts.is_multiple_of(interval)) else {
+        let ring = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
+        let Some(ring) = ring.filter(|_| self.impacts.is_multiple_of(interval)) else {
             return impact.gap;
         };
-        let place = contact.contact_step.displacement_in_stator_axes(transient.free_motion.contact_displacement(0));
-        self.update(place, &contact.contact_step.corrected_shape(place, transient.free_motion.impulse_response()));
+        let place = ring.axes.place(transient.free_motion.contact_displacement(0));
+        self.update(place, &ring.corrected_shape(place, transient.free_motion.impulse_response()));
         self.gap.map_or(impact.gap, |gap| gap.value.min(impact.gap))
     }
 

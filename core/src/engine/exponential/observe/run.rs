@@ -77,7 +77,7 @@ impl Run<'_> {
         if observer.recorders.limits.is_newly_beyond() {
             observer.recorders.judge(machine, self.structure);
         }
-        let has_stopped = speed <= 0.0;
+        let has_stopped = speed <= 0.0 && !transient.free_motion.spin().is_driven();
         observer.speed = if has_stopped { 0.0 } else { speed };
         if transient.is_outside() {
             return Err(Cause::OutsideRing);

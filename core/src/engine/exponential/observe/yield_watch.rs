@@ -60,8 +60,9 @@ impl YieldWatch {
         let below = |i: usize| ratios[i].is_some_and(|peak| peak.value.unwrap_or(0.0) <= self.limits[i]);
         let [ring, blades, shaft] = [0, 1, 2].map(below);
         let mut watch = WatchResult { shaft: false, ring: ring || blades, max_doublings: usize::MAX };
-        if let (true, Some(contact)) = (watch.ring, &transient.contact) {
-            contact.contact_step.ring.free_amplitudes(&mut self.amplitudes);
+        let stator = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
+        if let (true, Some(contact_step)) = (watch.ring, stator) {
+            contact_step.ring.free_amplitudes(&mut self.amplitudes);
             let bounds = recorders.ring_ratio_bounds(&self.amplitudes);
             if (ring && bounds[0] > self.limits[0]) || (blades && bounds[1] > self.limits[1]) {
                 watch.max_doublings = 0;

@@ -4,6 +4,7 @@
 use super::free_motion::FreeMotion;
 use super::transient::{SHORT_STEP_DOUBLINGS, Transient};
 use crate::engine::exponential::contact::ring_points::{BLOCK, ring_points};
+use crate::engine::exponential::contact::stator::Stator;
 use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
@@ -27,7 +28,7 @@ impl Stream {
 /// Takes a contact step with an impulse \[N s\] and an angular impulse \[N m s\] on the rotor.
 fn step_with_impulse(motion: &mut FreeMotion, impulse: [f64; 2], torque: f64) {
     motion.propagate(0).expect("has a basis");
-    motion.complete_step(0, Some(ContactImpulse { impulse, torque })).expect("has a basis");
+    motion.complete_step(0, Some(ContactImpulse { impulse, torque, speed_jump: 0.0 })).expect("has a basis");
 }
 
 #[test]
@@ -52,8 +53,11 @@ fn free_motion_never_reaches_a_ringing_ring() {
             let random_impulse = [impulse * random.sign(), impulse * random.sign()];
             step_with_impulse(&mut transient.free_motion, random_impulse, torque * random.sign());
             // one to three ring modes vibrate, so far that the clearance is at most what a long step needs
-            let contact = transient.contact.as_mut().expect("a diaphragm");
-            let modes = &mut contact.contact_step.ring;
+            let Some(Stator::Ring(contact)) = transient.contact.as_mut().map(|contact| &mut contact.stator.stator)
+            else {
+                panic!("a ring")
+            };
+            let modes = &mut contact.ring;
             let count = modes.amplitudes().len();
             modes.displacement.fill(Lane::default());
             modes.velocity.fill(Lane::default());
@@ -61,9 +65,9 @@ fn free_motion_never_reaches_a_ringing_ring() {
                 let j = (random.next() * count as f64) as usize;
                 modes.displacement[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
-            let x = contact.contact_step.displacement_from_centre(transient.free_motion.contact_displacement(0));
-            let reach = contact.contact_step.ring.reach(&ring.reach);
-            let static_clearance = contact.contact_step.clearance() + reach - length(x);
+            let x = contact.axes.from_centre(transient.free_motion.contact_displacement(0));
+            let reach = contact.ring.reach(&ring.reach);
+            let static_clearance = contact.clearance() + reach - length(x);
             let velocity = transient.free_motion.bound_states();
             // doublings of the longest steps, or of the common ones
             let limit = if round % 2 == 0 { max_doublings } else { SHORT_STEP_DOUBLINGS };
@@ -71,9 +75,9 @@ fn free_motion_never_reaches_a_ringing_ring() {
             let travel = longest * length(velocity) + transient.free_motion.max_deviation(limit);
             let wanted = static_clearance - 1.5 * travel * random.next();
             let scale = wanted.max(0.0) / reach;
-            contact.contact_step.ring.displacement.iter_mut().flat_map(|lane| &mut lane.0).for_each(|q| *q *= scale);
+            contact.ring.displacement.iter_mut().flat_map(|lane| &mut lane.0).for_each(|q| *q *= scale);
             // the choice of `Transient::next_step_doublings`, without its bound of peaks
-            let clearance_now = contact.contact_step.clearance();
+            let clearance_now = contact.clearance();
             let Some(doublings) = transient
                 .free_motion
                 .longest_step_within(&lengths, [x, velocity], clearance_now, limit)
@@ -83,13 +87,13 @@ fn free_motion_never_reaches_a_ringing_ring() {
                 continue;
             };
             steps_taken[doublings] += 1;
-            let contact_step = &transient.contact.as_ref().expect("a diaphragm").contact_step;
+            let contact_step = transient.contact.as_ref().and_then(|contact| contact.stator.ring()).expect("a ring");
             let (mut motion, mut vibrating_ring) = (transient.free_motion.clone(), contact_step.ring.clone());
             let step = vibrating_ring.propagator(h);
             for _ in 0..1 << doublings {
                 motion.advance(0).expect("has a basis");
                 vibrating_ring.propagate(&step);
-                let x = contact_step.displacement_in_stator_axes(motion.contact_displacement(0));
+                let x = contact_step.axes.place(motion.contact_displacement(0));
                 for block in 0..ring.count() / BLOCK {
                     let radial = rows_times(ring.radial(block), vibrating_ring.amplitudes());
                     for (k, v) in radial.into_iter().enumerate() {

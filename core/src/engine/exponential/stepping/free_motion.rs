@@ -78,9 +78,6 @@ impl FreeMotion {
         if machine.run.engine == Engine::Full {
             return Err(ExponentialError::NotCovered { what: "finite-element coordinates (run.engine = \"full\")" });
         }
-        if machine.rotor.speed_law.is_some() {
-            return Err(ExponentialError::NotCovered { what: "a prescribed speed (rotor.speed_law)" });
-        }
         let (q, velocity) = initial_motion(machine, structure)?;
         let shared = SharedModel::of(machine, structure, settings)?;
         let mut spin = Spin::new(machine, structure)?;

@@ -17,6 +17,9 @@ use super::shared_model::ring_points_of;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::contact_step::ContactStep;
 use crate::engine::exponential::contact::contact_step_result::{ContactStepResult, FreeStep};
+use crate::engine::exponential::contact::radial_spring::RadialSpring;
+use crate::engine::exponential::contact::stator::StatorContact;
+use crate::engine::exponential::contact::stator_axes::StatorAxes;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
@@ -24,7 +27,9 @@ use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::engine::time_step::{StartError, slowest_to_resolve};
 use crate::record::Loads;
 use crate::structure::Structure;
-use bladeoff_model::machine::{ContactPoints, Diaphragm, ForceLocation, InitialState, Machine, OnExceed};
+use bladeoff_model::machine::{
+    ContactPoints, Diaphragm, DiaphragmKind, ForceLocation, InitialState, Machine, OnExceed,
+};
 use bladeoff_model::outcome::Limit;
 
 /// Doublings up to which a step is limited by contact and peaks alone. The error of such a step falls with the contact step.
@@ -47,8 +52,8 @@ const STARTING_STEPS: u64 = 8;
 /// State of a run: the shaft line, and the ring around it.
 pub(crate) struct Transient {
     pub free_motion: FreeMotion,
-    /// Ring and contact; `None` for a machine without diaphragm.
-    pub contact: Option<RingContact>,
+    /// Contact with the stator; `None` for a machine without diaphragm.
+    pub contact: Option<RotorContact>,
     /// Loads of the bearings at n, in the machine's order, and of the pedestals \[N\], then displacements of the journals in bearings with a clearance
     /// and of the monitors \[m\].
     loads: Vec<[f64; 2]>,
@@ -65,6 +70,9 @@ pub(crate) struct Transient {
     last_doublings: usize,
     /// Time of the last contact, in contact steps.
     last_contact: Option<u64>,
+    /// Times at which the slope of a prescribed speed changes, in contact steps. The torsional modes ring behind them, as the
+    /// shaft does behind a contact, and no step of free motion goes beyond one.
+    corners: Vec<u64>,
     /// Whether the run starts with an initial disturbance. All shaft modes ring then, so every step is one contact step: longer
     /// steps would sample the dissipation of the fast modes too seldom.
     pub disturbed: bool,
@@ -74,10 +82,10 @@ pub(crate) struct Transient {
     end_speed: f64,
 }
 
-/// Ring of the first diaphragm, with the compliance of the spin at the contact.
-pub(crate) struct RingContact {
-    /// Ring, and the solver of its contact steps.
-    pub contact_step: ContactStep,
+/// Stator of the first diaphragm, with the compliance of the spin at the contact.
+pub(crate) struct RotorContact {
+    /// Stator, and the solver of its contact steps.
+    pub stator: StatorContact,
     /// Turn of the rotor's section at the contact over a contact step, per angular impulse at its beginning \[rad/(N m s)\].
     rolling: f64,
     /// Jump of that section's rate of turn per angular impulse \[1/(kg m2)\].
@@ -113,13 +121,12 @@ impl Transient {
             None => None,
             Some(diaphragm) => {
                 starts_inside(diaphragm, free_motion.contact_displacement(0))?;
-                let points = ring_points_of(machine, structure, settings.step)?;
                 let spin = free_motion.spin();
                 let row = spin.rotation_row(structure, diaphragm.contact.node);
-                Some(RingContact {
+                Some(RotorContact {
                     rolling: spin.contact_turn_compliance(&spin.step(settings.step)),
                     jump: spin.rate_jump(&row),
-                    contact_step: ContactStep::new(diaphragm, structure, 0, &points, settings.step)?,
+                    stator: stator_of(machine, structure, &free_motion, settings.step)?,
                 })
             }
         };
@@ -153,6 +160,7 @@ impl Transient {
                 .collect(),
             last_doublings: 0,
             last_contact: None,
+            corners: corners(machine, settings.step),
             lengths,
             free_motion,
             contact,
@@ -164,9 +172,7 @@ impl Transient {
 
     /// Whether the rotor's centre is farther from the ring's centre than the ring's radius: the rotor has left the ring.
     pub fn is_outside(&self) -> bool {
-        let Some(contact) = &self.contact else { return false };
-        let [x, y] = contact.contact_step.displacement_in_stator_axes(self.free_motion.contact_displacement(0));
-        x * x + y * y > contact.contact_step.ring_radius() * contact.contact_step.ring_radius()
+        self.contact.as_ref().is_some_and(|contact| contact.stator.is_outside(self.free_motion.contact_displacement(0)))
     }
 
     /// Length of a contact step \[s\].
@@ -198,7 +204,7 @@ impl Transient {
     /// Doublings of the next step of free motion; `None` for a contact step.
     fn free_step_doublings(&mut self) -> Option<usize> {
         // the loads of the last contact step include its impulses
-        if self.contact.as_ref().is_some_and(|contact| contact.contact_step.in_contact()) {
+        if self.contact.as_ref().is_some_and(|contact| contact.stator.in_contact()) {
             self.update_load_peaks();
         }
         self.evaluate_loads();
@@ -212,31 +218,33 @@ impl Transient {
             max_doublings,
             last_doublings,
             last_contact,
+            corners,
             end,
             end_speed,
             ..
         } = self;
         let mut displacement = None;
-        if let (Some(RingContact { contact_step, .. }), Some(peak)) = (contact, watched.last_mut()) {
-            let x = contact_step.displacement_from_centre(free_motion.contact_displacement(0));
+        if let (Some(RotorContact { stator, .. }), Some(peak)) = (contact, watched.last_mut()) {
+            let x = stator.axes.from_centre(free_motion.contact_displacement(0));
             peak.update(x);
             // a place that pressed in the last step will probably press again: the bounds are not worth their time
-            if !*takes_long_steps || contact_step.in_contact() {
+            if !*takes_long_steps || stator.in_contact() {
                 return None;
             }
-            let clearance = contact_step.clearance();
+            let clearance = stator.clearance();
             if length(x) >= clearance {
                 return None;
             }
             displacement = Some((x, clearance));
         }
-        let steps_left = end.saturating_sub(free_motion.contact_steps()).max(1);
+        let now = free_motion.contact_steps();
+        let passed = corners.partition_point(|corner| *corner <= now);
+        let steps_left = corners.get(passed).unwrap_or(end).min(end).saturating_sub(now).max(1);
+        let last_event = (*last_contact).max(passed.checked_sub(1).map(|last| corners[last]));
         // at most twice the last step: the slope of the spin is known over that length
-        let max_doublings = match last_contact {
-            _ if free_motion.contact_steps() < STARTING_STEPS => 0,
-            Some(contact) if free_motion.contact_steps() - *contact < RINGING_STEPS => {
-                RINGING_DOUBLINGS.min(*max_doublings)
-            }
+        let max_doublings = match last_event {
+            _ if now < STARTING_STEPS => 0,
+            Some(event) if now - event < RINGING_STEPS => RINGING_DOUBLINGS.min(*max_doublings),
             _ => *max_doublings,
         };
         let mut longest =
@@ -279,7 +287,7 @@ impl Transient {
     /// contact adds its impulses to the loads at n.
     pub fn step(&mut self, doublings: Option<usize>) -> Result<StepResult, ExponentialError> {
         let Self { free_motion, contact, loads, lengths, last_contact, .. } = self;
-        let Some(RingContact { contact_step, rolling, jump }) = contact else {
+        let Some(RotorContact { stator, rolling, jump }) = contact else {
             free_motion.advance(doublings.unwrap_or(0))?;
             return Ok(StepResult { doublings, displacement: [0.0; 2], velocity: [0.0; 2], impact: None });
         };
@@ -287,7 +295,7 @@ impl Transient {
         let mut result = StepResult { doublings, displacement, velocity, impact: None };
         if let Some(doublings) = doublings {
             free_motion.advance(doublings)?;
-            contact_step.propagate_ring(doublings, lengths[doublings]);
+            stator.propagate(doublings, lengths[doublings]);
             return Ok(result);
         }
         let h = lengths[0];
@@ -306,7 +314,7 @@ impl Transient {
             jump: *jump,
             spin: free_motion.spin(),
         };
-        result.impact = contact_step.solve(&free)?;
+        result.impact = stator.solve(&free)?;
         if let Some(impact) = &result.impact {
             *last_contact = Some(free_motion.contact_steps());
             for (bearing, (load, correction)) in loads.iter_mut().zip(&response.loads).enumerate() {
@@ -316,11 +324,38 @@ impl Transient {
                 }
             }
         }
-        let contact_impulse =
-            result.impact.map(|impact| ContactImpulse { impulse: impact.impulse, torque: impact.torque });
+        let contact_impulse = result.impact.map(|ContactStepResult { impulse, torque, speed_jump, .. }| {
+            ContactImpulse { impulse, torque, speed_jump }
+        });
         free_motion.complete_step(0, contact_impulse)?;
         Ok(result)
     }
+}
+
+/// Contact with the stator of the first diaphragm, in contact steps of `h` \[s\].
+fn stator_of(
+    machine: &Machine,
+    structure: &Structure,
+    free_motion: &FreeMotion,
+    h: f64,
+) -> Result<StatorContact, ExponentialError> {
+    let diaphragm = &machine.diaphragms[0];
+    let (axes, contact) = (StatorAxes::new(diaphragm), &diaphragm.contact);
+    if let (DiaphragmKind::RadialSpring { stiffness }, Some(response)) =
+        (&diaphragm.kind, free_motion.impulse_response())
+    {
+        let start = (free_motion.contact_displacement(0), response);
+        let spring = RadialSpring::new((axes, contact, *stiffness), structure, h, start);
+        return Ok(StatorContact::of_spring(axes, spring, contact.gap));
+    }
+    let points = ring_points_of(machine, structure, h)?;
+    Ok(StatorContact::of_ring(axes, ContactStep::new(diaphragm, structure, 0, &points, h)?))
+}
+
+/// Times at which the slope of a prescribed speed changes, in contact steps of `h` \[s\].
+fn corners(machine: &Machine, h: f64) -> Vec<u64> {
+    let times = machine.rotor.speed_law.iter().flat_map(|law| &law.times);
+    times.filter(|time| **time > 0.0).map(|time| libm::floor(time / h) as u64).collect()
 }
 
 /// Peaks of the displacements of journals in bearings with a clearance. Where the clearance limit ends the run, its first excess
@@ -338,9 +373,13 @@ fn journal_peaks(machine: &Machine, supports: usize, free_motion: &FreeMotion) -
     clearances.enumerate().map(peak).collect()
 }
 
-/// Checks that a rotor with this initial displacement in the machine's axes is inside its ring, without contact.
+/// Checks that a rotor with this initial displacement in the machine's axes is inside its ring, without contact. A radial spring
+/// may start pressed.
 fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartError> {
     let contact = &diaphragm.contact;
+    if matches!(diaphragm.kind, DiaphragmKind::RadialSpring { .. }) {
+        return Ok(());
+    }
     let eccentricity = length([place[0] - contact.offset[0], place[1] - contact.offset[1]]);
     let radius = contact.rotor_radius + contact.gap;
     let name = || diaphragm.name.clone();
@@ -403,7 +442,8 @@ mod tests {
             // an impulse between the rounds, so that states of every kind occur
             free_motion.propagate(0).expect("has a basis");
             let turn = f64::from(round);
-            let impulse = ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3 };
+            let impulse =
+                ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3, speed_jump: 0.0 };
             free_motion.complete_step(0, Some(impulse)).expect("has a basis");
             (0..50).for_each(|_| free_motion.advance(1).expect("has a basis"));
         }

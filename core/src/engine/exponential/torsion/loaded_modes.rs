@@ -32,8 +32,10 @@ const ELASTIC: f64 = 1e-6;
 /// Loaded torsional modes (3).
 #[derive(Debug, Clone)]
 pub(crate) struct LoadedModes {
-    /// Inertia of the mean angle Phi: shaft line and unbalances \[kg m2\].
+    /// Inertia of the mean angle Phi: shaft line and unbalances \[kg m2\]. Infinite where the speed is prescribed: then Phi is phi.
     pub inertia: f64,
+    /// sum_t A_st of (2), by unbalance s \[kg m2\].
+    pub unbalance_inertias: Vec<f64>,
     /// Square of the frequency \[1/s2\] and damping \[1/s\] of each mode, up to a multiple of eight.
     pub modes: Vec<(f64, f64)>,
     /// Compliance inertia Q \[kg m2\], `Q_st` in column s.
@@ -97,6 +99,11 @@ impl LoadedModes {
         if inertia <= 0.0 {
             return Err(ExponentialError::Singular { part: "the twist" });
         }
+        if machine.rotor.speed_law.is_some() {
+            inertia = f64::INFINITY;
+        }
+        let unbalance_inertias =
+            (0..sites.len()).map(|s| (0..sites.len()).map(|t| residual_inertia(s, t)).sum()).collect();
         // the rest less its coupling to Phi
         let (mut mass, mut stiffness) = (mass, Matrix::zeros(count, count));
         for i in 0..count {
@@ -115,7 +122,7 @@ impl LoadedModes {
         };
         let mut modes: Vec<(f64, f64)> = (0..count).map(|j| (squares[j], damping(j))).collect();
         modes.resize(count.next_multiple_of(LANES), (1.0, 0.0));
-        Ok(Self { inertia, modes, compliance_inertia, elastic_indices, bare_amplitudes, shift })
+        Ok(Self { inertia, unbalance_inertias, modes, compliance_inertia, elastic_indices, bare_amplitudes, shift })
     }
 
     /// Largest number of last steps over which the slope of the spin may be extrapolated. The predicted psi' acts on the rotor,

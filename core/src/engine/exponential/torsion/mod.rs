@@ -4,11 +4,13 @@
 //! - `unbalance`: force of an unbalance on the lateral motion, and its exchange of angular momentum with the spin
 //! - [`loaded_modes`]: torsional modes of the shaft line that carries its unbalances
 //! - [`torsional_modes`], [`oscillators`]: these modes over a step, in closed form
+//! - `drive`: a prescribed speed
 //! - [`gyroscopic_torque`]: gyroscopic torques on the torsional modes, for machines where they matter
 //! - [`phasor`]: e^{i psi} for small changes of psi; `spin_quantities`: what other modules read of the spin
 
+mod drive;
 pub(crate) mod gyroscopic_torque;
-pub(crate) mod loaded_modes;
+mod loaded_modes;
 pub(crate) mod oscillators;
 pub(crate) mod phasor;
 pub(crate) mod spin;

@@ -7,7 +7,8 @@
 //! k_s - (r_s+ - r_s)/h                                     torque of unbalance s on the torsional modes over the step                   (4)
 //! f_s   in the middle of the step                          with h psi'' = predicted psi'(n+1) - psi'(n)                                 (5)
 //! D_s   = psi'(n+1) - predicted psi'(n+1)                  acts as an impulse on the lateral motion at n+1                              (6)
-//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau                   contact impulse with the angular impulse tau at n                            (7)
+//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau + D_w             contact impulse with the angular impulse tau at n                            (7)
+//! D_w   = -sum_s m d Im(c_s e^{-i psi_s})/J                 c_s: jump of the velocity of unbalance s by it; on a radial spring
 //! brakes dissipate -T times their turn over the step       h (W(n+) + W(n+1))/2 and that of the torsion                                 (8)
 //! ```
 //! W: spin \[rad/s\]; Phi: its angle; e: amplitudes of the torsional modes, t: their rows at a node; J: inertia of the loaded
@@ -34,6 +35,7 @@
 //! step. In the gyroscopic moments on the lateral motion all sites turn with W. Gyroscopic torques act on the torsional modes
 //! only where they matter ([`super::gyroscopic_torque`]). The rotor must turn. Verified by `tests/exponential.rs`.
 
+use super::drive::Drive;
 use super::loaded_modes::LoadedModes;
 use super::phasor::Phasor;
 use super::torsional_modes::{TorsionalModes, TorsionalStep};
@@ -68,12 +70,15 @@ pub(crate) struct Spin {
     /// Slope without the jump by the contact impulse of the step, used for the prediction \[rad/s2\].
     pub(super) slope_without_impulse: f64,
     pub(super) loaded_modes: LoadedModes,
+    /// `None` where the spin is an unknown.
+    pub(super) drive: Option<Drive>,
     pub(super) braking: Braking,
     pub(super) gravity: [f64; 2],
     pub(super) unbalances: Vec<Unbalance>,
     pub(super) torsion: TorsionalModes,
-    /// Angular impulse of the contact in the last step \[N m s\].
+    /// Angular impulse of the contact in the last step \[N m s\], and D_w of (7) \[rad/s\].
     pub(super) impulse_torque: f64,
+    pub(super) speed_jump: f64,
     /// Energy that brakes have dissipated so far, (8) \[J\].
     pub(super) braking_work: f64,
     /// Predicted angle \[rad\] and spin \[rad/s\] at n+1.
@@ -81,11 +86,13 @@ pub(crate) struct Spin {
     pub(super) next_speed: f64,
 }
 
-/// Impulse on the first diaphragm's node at n \[N s\], and its angular impulse \[N m s\].
+/// Impulse on the first diaphragm's node at n \[N s\], its angular impulse \[N m s\], and the jump of the spin that it makes
+/// through the unbalances, D_w of (7) \[rad/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ContactImpulse {
     pub impulse: [f64; 2],
     pub torque: f64,
+    pub speed_jump: f64,
 }
 
 /// Tables of a step: its length h \[s\] and those of the torsional modes.
@@ -132,7 +139,12 @@ impl Spin {
                 rows.get(acting).map_or(0.0, |contact| 1.0 / loaded_modes.inertia + dot(contact, row));
             unbalance
         };
+        let drive = machine.rotor.speed_law.clone().map(|law| {
+            let inertias = loaded_modes.unbalance_inertias.clone();
+            Drive::new(law, angle, structure.rotor.twist_mass.sum(), inertias)
+        });
         let mut spin = Self {
+            drive,
             angle,
             speed,
             momentum: 0.0,
@@ -146,6 +158,7 @@ impl Spin {
             unbalances: unbalances.zip(&rows).map(|(unbalance, row)| with_compliance(unbalance, row)).collect(),
             torsion: TorsionalModes::new(&loaded_modes.modes, &rows, acting),
             impulse_torque: 0.0,
+            speed_jump: 0.0,
             braking_work: 0.0,
             next_angle: angle,
             next_speed: speed,
@@ -157,7 +170,7 @@ impl Spin {
 
     /// Sets the momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum \[kg m2/s\].
     pub fn start(&mut self, velocities: &[[f64; 2]], gyroscopic: f64) {
-        let mut momentum = self.loaded_modes.inertia * self.speed + gyroscopic;
+        let mut momentum = self.mean_momentum(self.speed) + gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
             let compliance_part = self.compliance_momentum(s, |unbalance| unbalance.rate);
             let unbalance = &mut self.unbalances[s];
@@ -168,6 +181,15 @@ impl Spin {
             momentum += unbalance.momentum;
         }
         self.momentum = momentum;
+    }
+
+    /// Angular momentum of the mean rotation at a spin \[kg m2/s\].
+    #[inline(always)]
+    fn mean_momentum(&self, speed: f64) -> f64 {
+        match &self.drive {
+            None => self.loaded_modes.inertia * speed,
+            Some(drive) => drive.momentum(speed, self.unbalances.iter().map(|unbalance| unbalance.rate)),
+        }
     }
 
     /// Takes the slope of a spin that has gone a short step from here.
@@ -204,8 +226,11 @@ impl Spin {
         let h = step.h;
         self.next_speed = self.speed + h.min(self.max_extrapolation * self.last_step) * self.slope_without_impulse;
         self.next_angle = self.angle + 0.5 * h * (self.speed + self.next_speed);
+        if let Some(drive) = &self.drive {
+            [self.next_angle, self.next_speed] = drive.after(h);
+        }
         self.torsion.propagate_free(&step.torsion);
-        self.impulse_torque = 0.0;
+        (self.impulse_torque, self.speed_jump) = (0.0, 0.0);
         let over = step.over;
         for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
             let [torsion, rate] = self.torsion.predicted_at_row(s);
@@ -226,20 +251,24 @@ impl Spin {
     pub fn apply_impulse(
         &mut self,
         step: &SpinStep,
-        ContactImpulse { impulse: [u, v], torque }: ContactImpulse,
+        ContactImpulse { impulse: [u, v], torque, speed_jump }: ContactImpulse,
         velocities: &[[[f64; 2]; 2]],
     ) {
         let SpinStep { h, over, .. } = *step;
         self.momentum += torque;
-        self.impulse_torque = torque;
+        (self.impulse_torque, self.speed_jump) = (torque, speed_jump);
         self.torsion.apply_impulse(&step.torsion, torque);
-        let jump = torque / self.loaded_modes.inertia;
+        let jump = torque / self.loaded_modes.inertia + speed_jump;
         self.next_speed += jump;
         self.next_angle += h * jump;
         for (s, (unbalance, [x, y])) in self.unbalances.iter_mut().zip(velocities).enumerate() {
             let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
             unbalance.torque -= unbalance.moment * unbalance.rate * (velocity * unbalance.unit.conj()).re;
-            let ([torsion, rate], jump) = (self.torsion.predicted_at_row(s), unbalance.compliance * torque);
+            if speed_jump != 0.0 {
+                unbalance.jump_torque(unbalance.compliance * torque + speed_jump, self.gravity);
+            }
+            let ([torsion, rate], jump) =
+                (self.torsion.predicted_at_row(s), unbalance.compliance * torque + speed_jump);
             let next_angle = self.next_angle + torsion + unbalance.phase;
             unbalance.next_rate = self.next_speed + rate;
             let middle = unbalance.phasor.at(0.5 * (unbalance.angle + next_angle));
@@ -255,14 +284,24 @@ impl Spin {
     /// Jump of the velocity of the first diaphragm's node at n by the unbalances' response to an angular impulse \[m/s\];
     /// `velocities` as in [`Spin::apply_impulse`].
     #[inline(always)]
-    pub fn contact_velocity_jump(&self, torque: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
+    pub fn contact_velocity_jump(&self, torque: f64, speed_jump: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
         let mut jump = [0.0; 2];
         for (unbalance, [x, y]) in self.unbalances.iter().zip(velocities) {
-            let impulse = unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance * torque);
+            let impulse = unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance * torque + speed_jump);
             // reciprocity: the response at the contact to an impulse here is the response here to one at the contact
             jump = [0, 1].map(|i| jump[i] + x[i] * impulse.re + y[i] * impulse.im);
         }
         jump
+    }
+
+    /// D_w of (7) for a contact impulse \[N s\]; `velocities` as in [`Spin::apply_impulse`].
+    pub fn speed_jump(&self, [u, v]: [f64; 2], velocities: &[[[f64; 2]; 2]]) -> f64 {
+        let mut momentum = 0.0;
+        for (unbalance, [x, y]) in self.unbalances.iter().zip(velocities) {
+            let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
+            momentum -= unbalance.moment * (velocity * unbalance.unit.conj()).im;
+        }
+        momentum / self.loaded_modes.inertia
     }
 
     /// Impulses of each unbalance on the lateral motion at n and n+1, by the contact impulse that was added \[N s\].
@@ -305,7 +344,7 @@ impl Spin {
     #[inline(always)]
     pub fn finish_step(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let SpinStep { h, over, .. } = *step;
-        let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia;
+        let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia + self.speed_jump;
         // the braking torque keeps its sign until the rotor has stopped
         let [start_speed, end_speed] = [speed_after_impulse, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
         let brake = 0.5 * (braking_torque(&self.braking, start_speed) + braking_torque(&self.braking, end_speed));
@@ -324,14 +363,24 @@ impl Spin {
             self.momentum += torque_impulse;
             momentum_sum += new_momentum;
         }
+        if let Some(drive) = &self.drive {
+            let slope = (self.next_speed - self.speed) * over;
+            for s in 0..velocities.len() {
+                self.torsion.torques()[s] -= drive.unbalance_inertia(s) * slope;
+            }
+        }
         self.torsion.torques()[velocities.len()] = brake;
         self.torsion.apply_torques(&step.torsion);
-        let speed = (self.momentum - momentum_sum) / self.loaded_modes.inertia;
+        let speed = match &self.drive {
+            None => (self.momentum - momentum_sum) / self.loaded_modes.inertia,
+            Some(_) => self.next_speed,
+        };
         self.braking_work -= brake * (0.5 * h * (speed_after_impulse + speed) + self.torsion.turn(velocities.len()));
         self.slope_rate = ((speed - self.next_speed).abs() * (over * over))
             .max((1.0 - SLOPE_RATE_DECAY * h * self.speed.abs()).max(0.0) * self.slope_rate);
         (self.last_step, self.slope, self.slope_without_impulse) =
             (h, (speed - self.speed) * over, (speed - speed_after_impulse) * over);
+        let (turn, start_speed) = (self.next_angle - self.angle, self.speed);
         (self.angle, self.speed) = (self.next_angle, speed);
         for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
             let [torsion, rate] = self.torsion.at_row(s);
@@ -339,6 +388,14 @@ impl Spin {
             unbalance.correction_impulse =
                 unbalance.rate_jump_impulse(unbalance.phasor.unit, unbalance.rate - unbalance.next_rate);
             unbalance.force = unbalance.force(unbalance.phasor.unit, unbalance.rate, self.slope);
+        }
+        if self.drive.is_some() {
+            momentum_sum += self.mean_momentum(speed);
+        }
+        if let Some(drive) = &mut self.drive {
+            let momentum = momentum_sum;
+            drive.finish_step(h, [momentum - self.momentum, self.impulse_torque], [start_speed, turn]);
+            self.momentum = momentum;
         }
     }
 

@@ -34,7 +34,10 @@ impl Spin {
     /// their masses on the nodes do not have. `velocities`: those of their nodes \[m/s\].
     pub fn energies(&self, shift: f64, velocities: &[[f64; 2]]) -> [f64; 2] {
         let speed = self.speed + shift;
-        let mut kinetic = 0.5 * self.loaded_modes.inertia * speed * speed;
+        let mut kinetic = match &self.drive {
+            None => 0.5 * self.loaded_modes.inertia * speed * speed,
+            Some(drive) => drive.energy(speed, self.unbalances.iter().map(|unbalance| unbalance.rate)),
+        };
         let mut potential = 0.0;
         for (s, (unbalance, &velocity)) in self.unbalances.iter().zip(velocities).enumerate() {
             let unit = unbalance.phasor.at(unbalance.angle).unit;
@@ -112,6 +115,16 @@ impl Spin {
     /// Energy that brakes have dissipated so far \[J\].
     pub fn braking_work(&self) -> f64 {
         self.braking_work
+    }
+
+    /// Work of the drive of a prescribed speed so far \[J\].
+    pub fn drive_work(&self) -> f64 {
+        self.drive.as_ref().map_or(0.0, |drive| drive.work)
+    }
+
+    /// Whether the speed is prescribed.
+    pub fn is_driven(&self) -> bool {
+        self.drive.is_some()
     }
 
     /// Number of unbalances.

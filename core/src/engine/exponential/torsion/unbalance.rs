@@ -56,6 +56,12 @@ impl Unbalance {
         Complex::new(jump * turn.im, -jump * turn.re)
     }
 
+    /// Takes a jump of psi' into the torque (4) at n, whose node has its velocity after the impulse.
+    pub(super) fn jump_torque(&mut self, jump: f64, gravity: [f64; 2]) {
+        let weight = self.moment * (gravity[1] * self.unit.re - gravity[0] * self.unit.im);
+        self.torque = weight + (self.torque - weight) * (1.0 + jump / self.rate);
+    }
+
     /// First term of (3) and torque (4), for a unit vector, a rate and the node's velocity.
     #[inline(always)]
     pub(super) fn exchange(&self, unit: Complex<f64>, rate: f64, velocity: [f64; 2], gravity: [f64; 2]) -> [f64; 2] {

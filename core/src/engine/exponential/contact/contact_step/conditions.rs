@@ -51,7 +51,7 @@ impl ContactStep {
         );
         let self_coupling = operator.coupling(ring_points, &position, &acting, sums.coupling);
         let closure = DelassusOperator::previous_truncated_response(ring_points, &position, pressed);
-        let step = self.to_stator_axes([free.end[0] - free.start[0], free.end[1] - free.start[1]]);
+        let step = self.axes.to_stator([free.end[0] - free.start[0], free.end[1] - free.start[1]]);
         let tangent = across(position.normal);
         let slip = product(tangent, step) + free.surface_turn * self.radius - sums.travel_along_tangent;
         let free_gap_slip = [
