@@ -57,7 +57,11 @@ fn a_machine_is_drawn() {
     assert_figure(&figures, "machine", &["Z [m]", "radius [m]", "diaphragm seal"]);
     assert_figure(&figures, "mode-shapes", &["position [m]", "torsion"]);
     assert_figure(&figures, "ring-modes", &["mode 1", "n = 0", "nodal diameters"]);
-    assert_figure(&figures, "unbalance-response", &["bearing load, 0 to peak", "spin speed [rpm]", "without contact\n"]);
+    assert_figure(
+        &figures,
+        "unbalance-response",
+        &["bearing load, 0 to peak", "spin speed [rpm]", "without contact\n"],
+    );
     // without damping the peaks would be infinite: they are cut off, and the rest is seen
     let rig = std::fs::read_to_string(folder.path("machines/rig.toml")).expect("there");
     let rig = ["600 N s/m", "5 1/s", "2e-5 s"].iter().fold(rig, |rig, value| rig.replace(&format!("\"{value}\""), "0"));
