@@ -2,14 +2,13 @@
 //! nothing, directories that cannot be written, files that are lost beside the record.
 
 use crate::running::{Running, STUDY, signal, wait_until};
-use crate::support::{Folder, Said, alone, said, say};
+use crate::support::read_only::ReadOnly;
+use crate::support::{Folder, Said, alone, say};
 use bladeoff_record::Reader;
 use std::collections::BTreeMap;
 use std::fs;
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::Command;
 
 fn run(study: &str, out: &str, more: &[&str]) -> Said {
     say(&[&["run", study, "--out", out, "--workers", "2"], more].concat())
@@ -169,26 +168,10 @@ fn a_directory_that_cannot_be_written_is_compared_all_the_same() {
     let other = folder.write("other.toml", &STUDY.replace("0.5 mm", "0.6 mm"));
     let out = folder.name("out");
     assert_eq!(run(&study, &out, &[]).code, 0);
-    // Root may write everywhere: somebody else tries then, with a program that they may read.
-    let binary = folder.path("bladeoff");
-    crate::support::copy_binary(&binary);
-    let set = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("set");
-    set(&folder.path(""), 0o755);
-    set(Path::new(&out), 0o555);
-    for entry in fs::read_dir(&out).expect("readable").flatten() {
-        set(&entry.path(), 0o444);
-    }
+    let read_only = ReadOnly::new(&folder, &out);
     let before = files(Path::new(&out));
-    let run = |study: &str| {
-        let mut command = Command::new(&binary);
-        command.args(["run", study, "--out", &out, "--workers", "1"]).current_dir(folder.path(""));
-        if fs::metadata("/proc/self").expect("Linux").uid() == 0 {
-            command.uid(65_534).gid(65_534);
-        }
-        said(command.output().expect("it starts"))
-    };
-    let (complete, refused, incomplete) = (run(&study), run(&other), run(&grown));
-    set(Path::new(&out), 0o755);
+    let [complete, refused, incomplete] = [&study, &other, &grown].map(|study| read_only.run(study));
+    drop(read_only);
     assert_eq!((complete.code, refused.code, incomplete.code), (0, 3, 6), "{}", complete.err);
     assert!(
         complete.err.contains("nothing is computed") && complete.out.contains("20 of 20 samples"),

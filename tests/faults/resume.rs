@@ -2,11 +2,11 @@
 //! full disks. Whatever happens, the table is the one of an undisturbed run.
 
 use crate::running::handed_out;
+use crate::support::read_only::ReadOnly;
 use crate::support::{Folder, RUNTIME_VARIABLE, Said, alone, bladeoff, runtime, said, say, table};
 use bladeoff::run::directory::row_files;
 use std::fs;
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -430,22 +430,9 @@ fn a_directory_that_cannot_be_written_is_exit_6() {
     run_well(&study, &out, &["--limit", "3"]);
     let nowhere = run(&study, "/proc/nowhere", &[]);
     assert_eq!(nowhere.code, 6, "{}", nowhere.err);
-    // Root may write everywhere: somebody else tries then, with a program that they may read.
-    let binary = folder.path("bladeoff");
-    crate::support::copy_binary(&binary);
-    let set = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("set");
-    set(&folder.path(""), 0o755);
-    set(Path::new(&out), 0o555);
-    for entry in fs::read_dir(&out).expect("readable").flatten() {
-        set(&entry.path(), 0o444);
-    }
-    let mut command = Command::new(&binary);
-    command.args(["run", &study, "--out", &out, "--workers", "1"]).current_dir(folder.path(""));
-    if fs::metadata("/proc/self").expect("Linux").uid() == 0 {
-        command.uid(65_534).gid(65_534);
-    }
-    let ran = said(command.output().expect("it starts"));
-    set(Path::new(&out), 0o755);
+    let read_only = ReadOnly::new(&folder, &out);
+    let ran = read_only.run(&study);
+    drop(read_only);
     assert_eq!(ran.code, 6, "{}", ran.err);
     assert!(ran.err.contains("Permission denied") && ran.err.contains(&out), "{}", ran.err);
     assert_eq!(table(&out).1.len(), 3, "nothing was touched");

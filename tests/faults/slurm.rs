@@ -339,10 +339,16 @@ fn controller_is_killed(slurm: &Slurm) {
     stopped(&slurm.world.name("controller")).iter().for_each(|pid| assert!(signal(*pid, "CONT")));
     let all = (60 / CHUNK) as usize;
     slurm.does(&["start"]);
-    // What it has forgotten nobody starts again: then it is submitted again, as its user would.
+    // No task that it has forgotten is started again: then the study is submitted again, as its user would.
     let begun = Instant::now();
-    while slurm.chunks("controller") < all && begun.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(200));
+    let is_idle = || {
+        let queue = slurm.asks("squeue", &["--noheader", "--states=PENDING,RUNNING,COMPLETING", "--format=%A"]);
+        queue.status.success() && queue.stdout.is_empty()
+    };
+    let mut idle = 0;
+    while slurm.chunks("controller") < all && idle < 3 && begun.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_secs(1));
+        idle = if is_idle() { idle + 1 } else { 0 };
     }
     for node in 1..=4 {
         // Drained for tasks that it did not know any more.

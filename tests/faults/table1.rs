@@ -1,23 +1,8 @@
 //! The paper's Table 1, its study, and the page from a blade-off to an answer, which shows it.
 
+use crate::support::pictures::{assert_figure, text};
 use crate::support::{Folder, bladeoff, root, said, say, says_the_same};
 use std::fs;
-use std::path::Path;
-
-/// A figure is there in both formats, with its labels.
-fn looked_at(directory: &Path, name: &str, labels: &[&str]) {
-    let svg =
-        fs::read_to_string(directory.join(format!("{name}.svg"))).unwrap_or_else(|error| panic!("{name}: {error}"));
-    for label in labels {
-        assert!(svg.contains(label), "{name} has no {label:?}");
-    }
-    let png = fs::read(directory.join(format!("{name}.png"))).expect("the PNG beside it");
-    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000, "{name}: {} bytes", png.len());
-}
-
-fn text(path: &Path) -> String {
-    path.display().to_string()
-}
 
 #[test]
 fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
@@ -35,7 +20,7 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
     ] {
         assert!(said.out.contains(part), "{part:?} in\n{}", said.out);
     }
-    looked_at(&out, "fig07-speed", &["hyp1", "hyp2", "hyp2-frozen", "speed [rpm]"]);
+    assert_figure(&out, "fig07-speed", &["hyp1", "hyp2", "hyp2-frozen", "speed [rpm]"]);
     // The three agree to a hair here: each has a panel of its own, or two would be hidden.
     let svg = fs::read_to_string(out.join("fig07-speed.svg")).expect("the figure");
     assert_eq!(svg.matches("speed [rpm]").count(), 3, "a panel for each detection");

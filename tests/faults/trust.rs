@@ -2,6 +2,7 @@
 //! that no run began, directories of others, and those that are taken away under a run. Every command is under a watchdog.
 
 use crate::running::{Running, STUDY, WATCHDOG, handed_out, signal, wait_until};
+use crate::support::shared_studies::two_samples;
 use crate::support::{Folder, Said, alone, bladeoff, say};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -100,14 +101,7 @@ struct Case {
 impl Case {
     fn new() -> Self {
         let folder = Folder::new();
-        folder.write("p.csv", "blade_off.mass\n3 g\n5 g\n");
-        let study = folder.write(
-            "s.toml",
-            "schema = 1\nname = \"d\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.002 s\"\n\
-             [points]\nfile = \"p.csv\"\n",
-        );
-        let made = say(&["run", &study, "--out", &folder.name("whole"), "--workers", "1"]);
-        assert_eq!(made.code, 0, "{}", made.err);
+        let study = two_samples(&folder, "whole");
         folder.write("mine/letter.txt", "dear all\n");
         folder.write("mine/folder/part-000001.parquet", "of the user");
         folder.write("mine/folder/notes.txt", "of the user, too");

@@ -1,32 +1,9 @@
 //! Questions and gates of studies, end to end: what is asked, answered, written and refused.
 
+use crate::support::shared_studies::NORMAL_STUDY;
 use crate::support::{Folder, json, say};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-
-/// 2000 points of a standard normal number and its double: P(g < 0) = 0.0228.
-const STUDY: &str = r#"schema = 1
-model = "function"
-seed = 5
-
-[function]
-g = "2 - x"
-h = "x * w"
-
-[[uncertain]]
-name = "x"
-distribution = "normal"
-mean = 0
-sd = 1
-
-[[vary]]
-name = "w"
-values = [1, 2]
-
-[design]
-kind = "monte-carlo"
-samples = 2000
-"#;
 
 const QUESTIONS: &str = r#"
 [[question]]
@@ -56,7 +33,7 @@ fn metadata(directory: &str, key: &str) -> Option<String> {
 #[test]
 fn questions_are_answered_at_the_end_of_a_run_and_later() {
     let folder = Folder::new();
-    let study = folder.write("s.toml", &format!("{STUDY}{QUESTIONS}"));
+    let study = folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}"));
     let (one, two) = (folder.name("one"), folder.name("two"));
     let ran = say(&["run", &study, "--out", &one, "--workers", "1"]);
     assert_eq!(ran.code, 0, "{}", ran.err);
@@ -93,7 +70,7 @@ fn questions_are_answered_at_the_end_of_a_run_and_later() {
 #[test]
 fn other_questions_compute_nothing_and_are_taken_over() {
     let folder = Folder::new();
-    let study = folder.write("s.toml", &format!("{STUDY}{QUESTIONS}"));
+    let study = folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}"));
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let record = fs::read(folder.path("out/timings.parquet")).expect("written");
@@ -106,7 +83,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     assert!(
         !answered.out.contains("answers.json") && fs::read(folder.path("out/answers.json")).expect("there") == before
     );
-    let study = folder.write("s.toml", &format!("{STUDY}{others}"));
+    let study = folder.write("s.toml", &format!("{NORMAL_STUDY}{others}"));
     let ran = say(&["run", &study, "--out", &out]);
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.err.contains("0 are computed"), "{}", ran.err);
@@ -117,7 +94,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     assert!(!folder.path("out/answers").exists(), "the curve of a question that is gone");
     assert_eq!(fs::read(folder.path("out/timings.parquet")).expect("written"), record, "nothing was computed");
     // none: no answers are left
-    let study = folder.write("s.toml", STUDY);
+    let study = folder.write("s.toml", NORMAL_STUDY);
     let ran = say(&["run", &study, "--out", &out]);
     assert!(ran.code == 0 && !ran.out.contains("Answers"), "{}", ran.out);
     assert!(!folder.path("out/answers.json").exists() && metadata(&out, "bladeoff.questions").is_none());
@@ -129,7 +106,8 @@ fn other_questions_compute_nothing_and_are_taken_over() {
 
 /// Ten of hundred points fail.
 fn failing(folder: &Folder) -> String {
-    let text = STUDY.replace("h = \"x * w\"", "h = \"sqrt(1.28 - x)\"").replace("samples = 2000", "samples = 20000");
+    let text =
+        NORMAL_STUDY.replace("h = \"x * w\"", "h = \"sqrt(1.28 - x)\"").replace("samples = 2000", "samples = 20000");
     folder.write("s.toml", &format!("{text}{QUESTIONS}"))
 }
 
@@ -168,7 +146,7 @@ fn half_way_the_first_points_answer_and_nothing_is_written() {
 #[test]
 fn a_gate_is_an_exit_code_and_a_file_for_build_servers() {
     let folder = Folder::new();
-    let study = folder.write("s.toml", &format!("{STUDY}{QUESTIONS}"));
+    let study = folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}"));
     let (out, xml) = (folder.name("out"), folder.name("gate.xml"));
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let gate = |require: &str| say(&["gate", &out, "--require", require, "--junit", &xml]);
@@ -208,7 +186,7 @@ fn a_gate_is_an_exit_code_and_a_file_for_build_servers() {
 fn every_mistake_of_a_file_is_told_at_its_place_at_once() {
     let folder = Folder::new();
     let text = format!(
-        "{STUDY}{}",
+        "{NORMAL_STUDY}{}",
         r#"
 [[question]]
 name = "a b"
@@ -267,7 +245,7 @@ require = "P(hh > 1) < 2"
     let told = say(&["check", &folder.write("grid.toml", grid)]);
     assert!(told.code == 3 && told.err.contains("they need a [design]"), "{}", told.err);
     // exact limits are those of independent points
-    let sobol = STUDY.replace("monte-carlo", "sobol").replace("2000", "2048") + QUESTIONS;
+    let sobol = NORMAL_STUDY.replace("monte-carlo", "sobol").replace("2000", "2048") + QUESTIONS;
     let told = say(&["check", &folder.write("sobol.toml", &sobol)]);
     assert!(told.code == 3 && told.err.contains("gate[0].require"), "{}", told.err);
 }
@@ -378,7 +356,7 @@ probability = "max_bearing_load_N > 1 GN"
 #[test]
 fn where_others_could_write_answers_are_only_told() {
     let folder = Folder::new();
-    let (study, out) = (folder.write("s.toml", &format!("{STUDY}{QUESTIONS}")), folder.name("out"));
+    let (study, out) = (folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}")), folder.name("out"));
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     fs::remove_file(folder.path("out/answers.json")).expect("removed");
     fs::set_permissions(folder.path("out"), fs::Permissions::from_mode(0o777)).expect("own");
@@ -465,7 +443,7 @@ fn what_bad_runs_leave_open_is_told_of_each_group() {
 #[test]
 fn every_gate_of_the_command_line_is_told_its_mistakes() {
     let folder = Folder::new();
-    let (study, out) = (folder.write("s.toml", &format!("{STUDY}{QUESTIONS}")), folder.name("out"));
+    let (study, out) = (folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}")), folder.name("out"));
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let said = say(&["gate", &out, "--require", "P(gg < 0) < 5 %", "--require", "P(g < 0) < 2", "--require", "Q"]);
     assert_eq!(said.code, 3, "{}", said.err);
@@ -479,13 +457,13 @@ fn every_gate_of_the_command_line_is_told_its_mistakes() {
 #[test]
 fn one_mistake_is_told_once() {
     let folder = Folder::new();
-    let twice = format!("{STUDY}\n[[derived]]\nname = \"x\"\nformula = \"w\"\n{QUESTIONS}");
+    let twice = format!("{NORMAL_STUDY}\n[[derived]]\nname = \"x\"\nformula = \"w\"\n{QUESTIONS}");
     let told = say(&["check", &folder.write("s.toml", &twice)]);
     assert!(told.code == 3 && told.err.contains("`x` names x already"), "{}", told.err);
     assert_eq!(told.err.matches("  × ").count(), 1, "{}", told.err);
     assert!(told.err.contains("s.toml:24:8: derived[0]"), "{}", told.err);
     // a parameter that is there by two tables with mistakes elsewhere is one
-    let other = STUDY.replace("sd = 1\n", "sd = -1\n")
+    let other = NORMAL_STUDY.replace("sd = 1\n", "sd = -1\n")
         + "\n[[question]]\nname = \"f\"\nfragility = \"x\"\nprobability = \"g < 0\"\n";
     let told = say(&["check", &folder.write("s.toml", &other)]);
     assert!(told.err.contains("uncertain[0].sd") && !told.err.contains("could be"), "{}", told.err);

@@ -1,26 +1,12 @@
 //! Histories, figures and the paper's table from the command line; the commands of the documentation page.
 
+use crate::support::pictures::{assert_figure, text};
 use crate::support::{Folder, say};
 use bladeoff::history::read;
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::Stdio;
-
-/// A figure is there in both formats, with its labels.
-fn looked_at(directory: &Path, name: &str, labels: &[&str]) {
-    let svg =
-        fs::read_to_string(directory.join(format!("{name}.svg"))).unwrap_or_else(|error| panic!("{name}: {error}"));
-    for label in labels {
-        assert!(svg.contains(label), "{name} has no {label:?}");
-    }
-    let png = fs::read(directory.join(format!("{name}.png"))).expect("the PNG beside it");
-    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000, "{name}: {} bytes", png.len());
-}
-
-fn text(path: &Path) -> String {
-    path.display().to_string()
-}
 
 #[test]
 fn a_run_its_history_and_its_pictures_from_one_command_each() {
@@ -44,9 +30,9 @@ fn a_run_its_history_and_its_pictures_from_one_command_each() {
         let said = say(&["plot", &history, "--kind", kind, "--out", &out]);
         assert_eq!(said.code, 0, "{kind}: {}", said.err);
     }
-    looked_at(&figures, "rig-time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
-    looked_at(&figures, "rig-orbit", &["x [µm]", "clearance at t", "gap at rest", "orbit of the last turn"]);
-    looked_at(&figures, "rig-spectrogram-bearing-left-y", &["frequency [Hz]", "dB re"]);
+    assert_figure(&figures, "rig-time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
+    assert_figure(&figures, "rig-orbit", &["x [µm]", "clearance at t", "gap at rest", "orbit of the last turn"]);
+    assert_figure(&figures, "rig-spectrogram-bearing-left-y", &["frequency [Hz]", "dB re"]);
     // 8 turns are too few for order tracking: said, not drawn
     let said = say(&["plot", &history, "--kind", "order", "--out", &out]);
     assert_eq!(said.code, 3);
@@ -64,22 +50,26 @@ fn a_machine_is_drawn() {
     let figures = folder.path("figures");
     let said = say(&["modes", &text(&folder.path("machines/rig.toml")), "--figures", &text(&figures)]);
     assert_eq!(said.code, 0, "{}", said.err);
-    looked_at(
+    assert_figure(
         &figures,
         "campbell",
         &["frequency [Hz]", "spin speed [rpm]", "forward whirl", "critical, forward", "running speed"],
     );
-    looked_at(&figures, "machine", &["Z [m]", "radius [m]", "diaphragm seal"]);
-    looked_at(&figures, "mode-shapes", &["position [m]", "torsion"]);
-    looked_at(&figures, "ring-modes", &["mode 1", "n = 0", "nodal diameters"]);
-    looked_at(&figures, "unbalance-response", &["bearing load, 0 to peak", "spin speed [rpm]", "without contact\n"]);
+    assert_figure(&figures, "machine", &["Z [m]", "radius [m]", "diaphragm seal"]);
+    assert_figure(&figures, "mode-shapes", &["position [m]", "torsion"]);
+    assert_figure(&figures, "ring-modes", &["mode 1", "n = 0", "nodal diameters"]);
+    assert_figure(
+        &figures,
+        "unbalance-response",
+        &["bearing load, 0 to peak", "spin speed [rpm]", "without contact\n"],
+    );
     // without damping the peaks would be infinite: they are cut off, and the rest is seen
     let rig = std::fs::read_to_string(folder.path("machines/rig.toml")).expect("there");
     let rig = ["600 N s/m", "5 1/s", "2e-5 s"].iter().fold(rig, |rig, value| rig.replace(&format!("\"{value}\""), "0"));
     let figures = folder.path("undamped");
     let said = say(&["modes", &folder.write("undamped.toml", &rig), "--figures", &text(&figures)]);
     assert_eq!(said.code, 0, "{}", said.err);
-    looked_at(&figures, "unbalance-response", &["; undamped peaks cut off\n", "amplitude, 0 to peak [mm]"]);
+    assert_figure(&figures, "unbalance-response", &["; undamped peaks cut off\n", "amplitude, 0 to peak [mm]"]);
 }
 
 /// Two discs on a bearing that is softer along Y: the first critical speeds are of modes that are neither forward nor backward.
@@ -94,7 +84,7 @@ fn mixed_and_planar_modes_are_named_listed_and_drawn() {
     assert!(said.out.contains("do not filter by `forward` alone"), "{}", said.out);
     assert!(!said.err.contains("unstable"), "{}", said.err);
     let words = ["mixed whirl", "planar whirl", "critical, mixed", "critical, planar", "critical, backward"];
-    looked_at(&figures, "campbell", &words);
+    assert_figure(&figures, "campbell", &words);
     let said = say(&["modes", &text(&machine), "--json"]);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     let critical = report["critical_speeds"].as_array().expect("a list");
@@ -143,7 +133,7 @@ fn overdamped_motions_are_listed_apart_and_not_drawn() {
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.out.contains("overdamped at 3000 rpm: no whirl (damping ratio from 0.9)"), "{}", said.out);
     assert!(said.out.contains("log decrement"), "{}", said.out);
-    looked_at(&figures, "campbell", &["overdamped motions are not drawn", "forward whirl", "critical, forward"]);
+    assert_figure(&figures, "campbell", &["overdamped motions are not drawn", "forward whirl", "critical, forward"]);
     let said = say(&[&words[..], &["--json"]].concat());
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     for speed in report["whirl"].as_array().expect("speeds") {
@@ -340,7 +330,7 @@ fn figures_of_several_files_have_names_of_their_own() {
     let again = plot(&[&b]);
     assert!(again.err.contains("run-time.svg is replaced"), "{}", again.err);
     assert_eq!(named(&plot(&[&a, &b])), ["a-run-b-run-time"], "one figure, the files over one another");
-    looked_at(&folder.path("figures"), "a-run-b-run-time", &["a-run", "b-run"]);
+    assert_figure(&folder.path("figures"), "a-run-b-run-time", &["a-run", "b-run"]);
     let orbits = plot(&[&a, &b, &csv, "--kind", "orbit"]);
     assert_eq!(named(&orbits), ["a-run-orbit", "b-run-orbit", "other-orbit"]);
     assert!(orbits.err.contains("a-run: without the channels of the ring"), "{}", orbits.err);

@@ -1,6 +1,6 @@
 //! Maps of studies, end to end: asked in a file or on the command line, drawn, refused.
 
-use crate::support::{Folder, say};
+use crate::support::{Folder, json, say};
 use std::fs;
 
 /// A step along x, a plane along y, on a grid without a design; where x is largest nothing has a value.
@@ -62,10 +62,6 @@ name = "over"
 map = ["x", "y"]
 of = "P(z > 1.5)"
 "#;
-
-fn json(text: &str) -> serde_json::Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
 
 #[test]
 fn a_grid_is_drawn_as_it_is() {

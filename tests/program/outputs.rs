@@ -2,6 +2,7 @@
 //! is replaced is said when it is.
 
 use crate::support::processes::STUDY;
+use crate::support::shared_studies::two_samples;
 use crate::support::skipped::skipped;
 use crate::support::{Folder, Said, bladeoff, said, say};
 use std::collections::BTreeSet;
@@ -22,14 +23,7 @@ struct Case(Folder);
 impl Case {
     fn new() -> Self {
         let folder = Folder::new();
-        folder.write("p.csv", "blade_off.mass\n3 g\n5 g\n");
-        let study = folder.write(
-            "s.toml",
-            "schema = 1\nname = \"d\"\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"0.002 s\"\n\
-             [points]\nfile = \"p.csv\"\n",
-        );
-        let made = say(&["run", &study, "--out", &folder.name("runs"), "--workers", "1"]);
-        assert_eq!(made.code, 0, "{}", made.err);
+        two_samples(&folder, "runs");
         let case = Self(folder);
         assert!(case.record("h.mcap").err.contains(" instants, every "));
         case

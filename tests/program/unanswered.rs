@@ -1,31 +1,8 @@
 //! Answers where something is missing: values of bad runs, tables, the study, a place to write to.
 
+use crate::support::shared_studies::NORMAL_STUDY;
 use crate::support::{Folder, json, say};
 use std::fs;
-
-/// 2000 points of a standard normal number and its double: P(g < 0) = 0.0228.
-const STUDY: &str = r#"schema = 1
-model = "function"
-seed = 5
-
-[function]
-g = "2 - x"
-h = "x * w"
-
-[[uncertain]]
-name = "x"
-distribution = "normal"
-mean = 0
-sd = 1
-
-[[vary]]
-name = "w"
-values = [1, 2]
-
-[design]
-kind = "monte-carlo"
-samples = 2000
-"#;
 
 const QUESTIONS: &str = r#"
 [[question]]
@@ -39,7 +16,7 @@ require = "P(g < 0) < 5 %"
 #[test]
 fn what_is_recorded_and_in_no_table_is_said_to_be_there() {
     let folder = Folder::new();
-    let study = folder.write("s.toml", &format!("{STUDY}{QUESTIONS}"));
+    let study = folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}"));
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     fs::remove_file(folder.path("out/results.parquet")).expect("removed");
@@ -79,7 +56,7 @@ fn a_run_that_has_written_no_study_yet_is_beginning() {
 #[test]
 fn answers_that_cannot_be_written_are_a_failure() {
     let folder = Folder::new();
-    let study = folder.write("s.toml", &format!("{STUDY}{QUESTIONS}"));
+    let study = folder.write("s.toml", &format!("{NORMAL_STUDY}{QUESTIONS}"));
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     fs::remove_dir_all(folder.path("out/answers")).expect("removed");
@@ -96,7 +73,7 @@ fn answers_that_cannot_be_written_are_a_failure() {
 #[test]
 fn a_derived_variable_that_does_not_exist_decides_no_gate() {
     let folder = Folder::new();
-    let text = STUDY.replace("h = \"x * w\"", "h = \"2 * v\"").replace("values = [1, 2]", "values = [1]");
+    let text = NORMAL_STUDY.replace("h = \"x * w\"", "h = \"2 * v\"").replace("values = [1, 2]", "values = [1]");
     let derived = "\n[[derived]]\nname = \"v\"\nformula = \"ln(x)\"\n";
     let study = folder.write("s.toml", &format!("{text}{derived}"));
     let out = folder.name("out");
@@ -156,7 +133,7 @@ probability = "first_contact_s > 1 s"
 #[test]
 fn the_example_of_a_gate_can_be_judged_by_a_study_of_formulas() {
     let folder = Folder::new();
-    let (study, out) = (folder.write("s.toml", STUDY), folder.name("out"));
+    let (study, out) = (folder.write("s.toml", NORMAL_STUDY), folder.name("out"));
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let said = say(&["gate", &out]);
     assert!(said.code == 3 && !said.err.contains("max_bearing_load_N"), "{} {}", said.code, said.err);

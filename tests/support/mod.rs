@@ -4,8 +4,11 @@
 
 pub mod docs;
 pub mod hooks;
+pub mod pictures;
 pub mod processes;
+pub mod read_only;
 pub mod screen;
+pub mod shared_studies;
 pub mod skipped;
 
 pub use bladeoff_protocol::runtime::RUNTIME_VARIABLE;

@@ -1,4 +1,4 @@
-//! The command line by which the orchestrator starts a worker; not for people, hence without help.
+//! Command line of a worker, written by the orchestrator; not for people, so without help.
 
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
@@ -6,28 +6,28 @@ use std::path::PathBuf;
 use bladeoff_protocol::domain::Address;
 use bladeoff_protocol::messages::{RunId, WorkerId};
 
-/// What a worker is told when it starts.
+/// Arguments of a worker.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WorkerArgs {
-    /// Where the run's shared memory is.
+    /// Place of the run's shared memory.
     pub address: Address,
     /// The run.
     pub run: RunId,
-    /// Its own number.
+    /// Number of this worker.
     pub worker: WorkerId,
-    /// Process id of the orchestrator, with whom it ends; `None` when started by hand.
+    /// Process id of the orchestrator, with which the worker ends; `None`: started by hand.
     pub parent: Option<u32>,
     /// Result directory.
     pub run_dir: PathBuf,
     /// blake3 of the plan in it.
     pub plan_hash: String,
-    /// Memory it may allocate after its start \[bytes\].
+    /// Memory limit after the start \[bytes\].
     pub memory_limit: Option<u64>,
-    /// Compute nothing, for this many microseconds a sample: for measurements of the dispatch and for tests.
+    /// Time that each sample takes without computing \[us\], for measurements of the dispatch and for tests.
     pub noop: Option<u64>,
 }
 
-/// Why a worker's command line was refused.
+/// Error of a worker's command line.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum ArgsError {
     /// An option that does not exist.
@@ -41,10 +41,10 @@ pub enum ArgsError {
     Value {
         /// The option.
         option: &'static str,
-        /// What stands there.
+        /// Value found.
         value: Option<OsString>,
     },
-    /// An option that must be there.
+    /// A required option is missing.
     #[error("option {option} is missing; `bladeoff worker` is started by `bladeoff run`, not by hand")]
     Missing {
         /// The option.
@@ -86,7 +86,7 @@ impl WorkerArgs {
     /// Reads the arguments after `bladeoff worker`.
     ///
     /// # Errors
-    /// The first one that is wrong.
+    /// The first wrong argument.
     pub fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Self, ArgsError> {
         let mut values: [Option<OsString>; OPTIONS.len()] = Default::default();
         let mut args = args.into_iter();

@@ -1,7 +1,7 @@
-//! The desk of a batch: where a solver says what it begins and hands in what came out.
+//! Recorder of a batch: a solver reports here which sample it begins and its outcome.
 //!
-//! It keeps the book of who is under way and who is done, which the heartbeat, the hooks of tests and the CPU time of each sample go by,
-//! and looks at every outcome before it may leave.
+//! The recorder knows which samples are in progress and which are done. Heartbeats, fault hooks and the CPU time of each sample
+//! use that. It checks every outcome before it is sent.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -16,41 +16,43 @@ use crate::process::thread_cpu_time;
 /// A sample to compute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
-    /// Its number.
+    /// Sample number.
     pub number: u64,
-    /// Its values, in the order of the plan.
+    /// Parameter values, in the order of the plan.
     pub params: &'a [f64],
 }
 
-/// A sample under way, given by [`BatchRecorder::begin`] and taken by [`BatchRecorder::finish`]: so none is finished twice, or without having been begun.
+/// Sample in progress, created by [`BatchRecorder::begin`] and consumed by [`BatchRecorder::finish`], so that no sample is
+/// finished twice or without a beginning.
 #[derive(Debug)]
 #[must_use = "a sample that is begun has to be finished"]
 pub struct Begun<'a> {
     at: usize,
-    /// Which it is.
+    /// Place of the sample in the batch.
     pub sample: Sample<'a>,
 }
 
-/// The run is over for this worker, or the rest of the batch is with others: nothing that is handed in from now on is taken. Only a desk says so.
+/// Signal that no further outcome is accepted: the run is over for this worker, or the rest of the batch belongs to others. Only
+/// a recorder creates it.
 #[derive(Debug)]
 pub struct Stopped(());
 
-/// Where finished samples go; `Break` if no more are taken.
+/// Destination of finished samples; `Break` if no more are accepted.
 type HandIn<'a> = &'a mut dyn FnMut(SampleReport) -> ControlFlow<()>;
 
-/// The book of one batch.
+/// Recorder of one batch.
 pub struct BatchRecorder<'a> {
     batch: BatchId,
     samples: &'a [Sample<'a>],
-    /// Those that the solver has been given this time, by their places in the batch.
+    /// Samples of the present call of the solver, by their places in the batch.
     call: Vec<usize>,
     is_done: Vec<bool>,
     n_left: usize,
-    /// Begun and not finished, in this order.
+    /// Samples in progress, in the order of their beginning.
     under_way: Vec<usize>,
-    /// CPU time \[s\] of each sample while it was under way.
+    /// CPU time \[s\] of each sample in progress.
     spent: Vec<f64>,
-    /// CPU time \[s\] of each sample while none was.
+    /// CPU time \[s\] of each sample from times without any sample in progress.
     between: f64,
     last: Duration,
     heartbeat: &'a Heartbeat,
@@ -87,13 +89,13 @@ impl<'a> BatchRecorder<'a> {
         }
     }
 
-    /// A sample is in work from now on; `index` is its place among those that the solver was given. Several may be under way: the
-    /// heartbeat names the one begun last, and CPU time is shared out evenly among them. CPU time in which none is under way (a
-    /// preparation) is shared by all that have no outcome yet.
+    /// Begins a sample; `index` is its place among those of the present call. Several samples may be in progress: the heartbeat
+    /// names the last one, and CPU time is shared evenly among them. CPU time without a sample in progress (a preparation) is
+    /// shared by all samples without outcome.
     ///
     /// # Panics
-    /// For a sample that is under way or done, and for an index beyond the last: faults of the solver, which cost it what any
-    /// panic costs (see [`Solver`](crate::Solver)).
+    /// The sample is in progress or done, or the index is too large: faults of the solver, which have the effect of any panic
+    /// (see [`Solver`](crate::Solver)).
     pub fn begin(&mut self, index: usize) -> Begun<'a> {
         let at = self.call[index];
         let sample = self.samples[at];
@@ -106,10 +108,10 @@ impl<'a> BatchRecorder<'a> {
         Begun { at, sample }
     }
 
-    /// A sample has its outcome. One that may not leave (a value that is not finite, too many of them) is made a failure.
+    /// Finishes a sample with its outcome. An invalid one (a value that is not finite, too many values) becomes a failure.
     ///
     /// # Errors
-    /// [`Stopped`]: the solver is to return; what is not finished yet is computed by another worker or run.
+    /// [`Stopped`]: the solver must return; another worker or run computes the unfinished samples.
     pub fn finish(&mut self, begun: Begun<'a>, outcome: Outcome) -> Result<(), Stopped> {
         let outcome = presentable(begun.sample.number, outcome);
         self.conclude(begun.at, outcome)
@@ -131,7 +133,7 @@ impl<'a> BatchRecorder<'a> {
         if self.has_stopped { Err(Stopped(())) } else { Ok(()) }
     }
 
-    /// CPU time since this was called before goes to whom it was used for.
+    /// Assigns the CPU time since the last call to the samples that used it.
     fn account(&mut self) {
         let now = thread_cpu_time();
         let used = now.saturating_sub(self.last).as_secs_f64();
@@ -150,17 +152,17 @@ impl<'a> BatchRecorder<'a> {
         }
     }
 
-    /// Samples of the batch.
+    /// Number of samples of the batch.
     pub(crate) fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// The number of a sample.
+    /// Number of a sample.
     pub(crate) fn number(&self, at: usize) -> u64 {
         self.samples[at].number
     }
 
-    /// These samples are what the solver is given next; none of them is under way.
+    /// Sets the samples of the next call of the solver; none of them is in progress.
     pub(crate) fn open(&mut self, call: &[usize]) -> Vec<Sample<'a>> {
         self.account();
         self.under_way.clear();
@@ -168,29 +170,29 @@ impl<'a> BatchRecorder<'a> {
         call.iter().map(|&at| self.samples[at]).collect()
     }
 
-    /// Samples under way, and all that were given to the solver and have no outcome.
+    /// Returns the samples in progress, and all samples of the call without outcome.
     pub(crate) fn unfinished(&self) -> (Vec<usize>, Vec<usize>) {
         (self.under_way.clone(), self.call.iter().copied().filter(|&at| !self.is_done[at]).collect())
     }
 
-    /// A sample that the solver has no outcome of.
+    /// Gives up a sample without outcome of the solver.
     pub(crate) fn give_up(&mut self, at: usize) {
-        // Whether it is still taken is seen by `has_stopped`.
+        // `has_stopped` reports whether the outcome was accepted.
         let _ = self.conclude(at, failed(Cause::Panicked));
     }
 
-    /// Whether nothing more is taken.
+    /// Whether no further outcome is accepted.
     pub(crate) fn has_stopped(&self) -> bool {
         self.has_stopped
     }
 
-    /// Whether a panic came from under the desk, so that it is none of the solver.
+    /// Whether a panic came from the recorder and not from the solver.
     pub(crate) fn is_handing_in(&self) -> bool {
         self.is_handing_in
     }
 }
 
-/// An outcome that messages can carry.
+/// Converts an outcome to one that messages can carry.
 fn presentable(sample: u64, outcome: Outcome) -> Outcome {
     if outcome.values.iter().flatten().any(|value| !value.is_finite()) {
         eprintln!("sample {sample}: the solver returned a value that is not finite");
@@ -203,7 +205,7 @@ fn presentable(sample: u64, outcome: Outcome) -> Outcome {
     outcome
 }
 
-/// A result without values.
+/// Creates an outcome without values.
 pub(crate) fn failed(cause: Cause) -> Outcome {
     let mut causes = CauseSet::default();
     causes.insert(cause);

@@ -1,4 +1,4 @@
-//! The solver of the product: a sample's parameters into the machine, the machine through the core.
+//! Solver of machines: sets the parameters of a sample in the machine and simulates it.
 
 use bladeoff_core::engine::{self, StartError};
 use bladeoff_core::modal::{Basis, BasisError};
@@ -12,12 +12,12 @@ use crate::batch_recorder::{BatchRecorder, Sample, Stopped, failed};
 use crate::job_spec::MachineJob;
 use crate::solver::Solver;
 
-/// Computes samples of a plan.
+/// Solver for the samples of a plan.
 pub struct CoreSolver {
     def: MachineDef,
     varied: Vec<Parameter>,
     basis: Option<Basis>,
-    /// Of the last sample; most samples of a study share it.
+    /// Structure of the last sample; most samples of a study share it.
     structure: Option<Structure>,
 }
 
@@ -26,34 +26,34 @@ struct Parameter {
     choices: Option<Vec<String>>,
 }
 
-/// Why a plan or a sample of it cannot be computed. A study is checked before it runs, so this is a fault of ours or a
-/// plan that was not made by `bladeoff run`.
+/// Error of a plan or of a sample. A study is checked before it runs, so the cause is a defect of this program or a plan that
+/// `bladeoff run` did not write.
 #[derive(Debug, thiserror::Error)]
 pub enum SolverError {
-    /// The machine file, or the machine that the parameters make of it.
+    /// Invalid machine file, or invalid machine with the parameters.
     #[error("{0}")]
     Machine(Problems),
-    /// A path of the plan.
+    /// Invalid path of the plan.
     #[error("{0}")]
     Path(PathError),
-    /// A value.
+    /// Invalid value.
     #[error("{0}")]
     Value(ValueError),
-    /// The basis, or the model built with it.
+    /// Error of the basis or of the model built with it.
     #[error("{0}")]
     Basis(BasisError),
-    /// A run that cannot be started.
+    /// Run that cannot start.
     #[error("{0}")]
     Start(StartError),
-    /// Other than the plan's number of parameters.
+    /// Wrong number of parameters.
     #[error("{found} parameters, the plan has {expected}")]
     Count {
-        /// In the sample.
+        /// Number in the sample.
         found: usize,
-        /// In the plan.
+        /// Number in the plan.
         expected: usize,
     },
-    /// A number that is no index into the choices.
+    /// Number that is no index into the choices.
     #[error("{path}: {value} is not a number from 0 to {last}")]
     Choice {
         /// The parameter.
@@ -66,10 +66,10 @@ pub enum SolverError {
 }
 
 impl CoreSolver {
-    /// A solver for a plan.
+    /// Creates the solver of a plan.
     ///
     /// # Errors
-    /// What is wrong with the plan.
+    /// An invalid plan.
     pub fn new(job: &MachineJob) -> Result<Self, SolverError> {
         let mut def = MachineDef::parse(&job.machine_file, &job.machine_toml).map_err(SolverError::Machine)?;
         for (path, value) in &job.fixed {
@@ -92,13 +92,13 @@ impl CoreSolver {
     /// Computes one sample.
     ///
     /// # Errors
-    /// A sample that makes no machine or cannot be started.
+    /// A sample without a valid machine, or a run that cannot start.
     pub fn simulate(&mut self, params: &[f64]) -> Result<Outcome, SolverError> {
         let (machine, structure) = self.prepare(params)?;
         engine::simulate(&machine, structure, &mut NoHistory).map_err(SolverError::Start)
     }
 
-    /// The same as a row: what cannot be computed is a failure.
+    /// Computes one sample as an outcome; an error becomes a failure.
     fn outcome(&mut self, sample: Sample<'_>) -> Outcome {
         self.simulate(sample.params).unwrap_or_else(|error| {
             eprintln!("sample {} cannot be computed: {error}", sample.number);
@@ -112,12 +112,12 @@ impl CoreSolver {
         })
     }
 
-    /// The table column of each parameter, in their order.
+    /// Lists the table column of each parameter, in order.
     pub fn parameter_columns(&self) -> impl Iterator<Item = String> + '_ {
         self.varied.iter().map(|parameter| parameter.path.column())
     }
 
-    /// Machine and structure of one sample.
+    /// Builds machine and structure of one sample.
     ///
     /// # Errors
     /// A sample that makes no machine.
@@ -125,7 +125,8 @@ impl CoreSolver {
         self.prepare_changed(params, |_| Ok(()))
     }
 
-    /// Machine and structure of one sample, of which `change` changes further values. They stay changed: this solver computes no other sample.
+    /// Builds machine and structure of one sample after `change` has set further values. These stay set: the solver computes no
+    /// other sample.
     ///
     /// # Errors
     /// A sample that makes no machine; what `change` returns.
@@ -146,7 +147,7 @@ impl CoreSolver {
         let structure = match self.structure.take() {
             Some(structure) if structure.fits(&machine) => self.structure.insert(structure),
             last => {
-                // A sample that changes what the basis was computed from has its own.
+                // A sample that changes inputs of the basis has a basis of its own.
                 let structure = match (Structure::build(&machine, self.basis.as_ref()), last) {
                     (Err(BasisError::OtherStructure { .. }), Some(last)) => last.rebuilt(&machine),
                     (Err(BasisError::OtherStructure { .. }), None) => Structure::build(&machine, None),
@@ -172,7 +173,7 @@ impl Parameter {
 }
 
 impl Solver for CoreSolver {
-    /// One after the other, in their order: the reference has nothing to gain from several.
+    /// Computes the samples one after the other: computing several together has no advantage here.
     fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped> {
         for index in 0..samples.len() {
             let begun = recorder.begin(index);

@@ -1,4 +1,4 @@
-//! The worker process from its command line to its exit code.
+//! Worker process, from its command line to its exit code.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -20,28 +20,28 @@ use crate::noop::NoopSolver;
 use crate::process::{self, EXIT_CONNECTION, EXIT_PLAN, EXIT_USAGE, ProcessError};
 use crate::serve::{ServeError, serve};
 
-/// Why a worker ended without being told to.
+/// Error that ends a worker.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
-    /// Its command line.
+    /// Command line.
     #[error(transparent)]
     Args(#[from] ArgsError),
-    /// Its set-up as a process.
+    /// Set-up of the process.
     #[error(transparent)]
     Process(#[from] ProcessError),
-    /// The plan.
+    /// Plan.
     #[error(transparent)]
     Plan(#[from] JobSpecError),
-    /// The solver for the plan.
+    /// Solver of the plan.
     #[error(transparent)]
     Solver(#[from] SolverError),
-    /// The solver of formulas for the plan.
+    /// Solver of the formulas of the plan.
     #[error(transparent)]
     Function(#[from] FunctionSolverError),
-    /// The connection.
+    /// Connection to the orchestrator.
     #[error(transparent)]
     Connection(#[from] PortError),
-    /// What was said over it.
+    /// Invalid message.
     #[error(transparent)]
     Serve(#[from] ServeError),
 }

@@ -1,4 +1,4 @@
-//! The solver of studies without a machine: formulas of the sample's parameters.
+//! Solver of studies without a machine: evaluates formulas of the parameters.
 
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::{MAX_PARAMS, MAX_VALUES};
@@ -8,7 +8,7 @@ use crate::batch_recorder::{BatchRecorder, Sample, Stopped, failed};
 use crate::job_spec::FunctionJob;
 use crate::solver::Solver;
 
-/// Evaluates the formulas of a plan.
+/// Solver for the formulas of a plan.
 #[derive(Debug)]
 pub struct FunctionSolver {
     n_variables: usize,
@@ -16,37 +16,37 @@ pub struct FunctionSolver {
     stack: Vec<f64>,
 }
 
-/// Why a plan cannot be computed. A study is checked before it runs, so this is a fault of ours or a plan that was not made by
-/// `bladeoff run`.
+/// Error of a plan. A study is checked before it runs, so the cause is a defect of this program or a plan that `bladeoff run` did
+/// not write.
 #[derive(Debug, thiserror::Error)]
 pub enum FunctionSolverError {
-    /// A formula.
+    /// Invalid formula.
     #[error("{name} = {formula:?}, from byte {}: {source}", source.place.start)]
     Formula {
-        /// Its name.
+        /// Name.
         name: String,
-        /// Its text.
+        /// Text.
         formula: String,
-        /// What is wrong with it.
+        /// Defect.
         source: FormulaError,
     },
-    /// More than a message holds.
+    /// More variables or formulas than a message holds.
     #[error("{found} {what}, at most {most} fit")]
     TooMany {
         /// Variables or formulas.
         what: &'static str,
-        /// In the plan.
+        /// Number in the plan.
         found: usize,
-        /// Most.
+        /// Largest number.
         most: usize,
     },
 }
 
 impl FunctionSolver {
-    /// A solver for a plan.
+    /// Creates the solver of a plan.
     ///
     /// # Errors
-    /// What is wrong with the plan.
+    /// An invalid plan.
     pub fn new(job: &FunctionJob) -> Result<Self, FunctionSolverError> {
         let variables = &job.variables;
         let counts = [("variables", variables.len(), MAX_PARAMS), ("formulas", job.formulas.len(), MAX_VALUES)];
@@ -64,8 +64,8 @@ impl FunctionSolver {
         Ok(Self { n_variables: variables.len(), programs, stack: Vec::new() })
     }
 
-    /// The outcome of a sample with these values of the variables: a failure where one of them, or what a formula gives, is no finite
-    /// number; what is finite stays.
+    /// Computes the outcome of a sample: a failure if a variable or the result of a formula is not finite; finite values are
+    /// kept.
     pub fn outcome(&mut self, params: &[f64]) -> Outcome {
         if params.len() != self.n_variables {
             eprintln!("{} parameters, the plan has {}", params.len(), self.n_variables);

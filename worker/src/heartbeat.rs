@@ -1,7 +1,7 @@
-//! The heartbeat thread: says twice a second what is in work, and ends a process whose parent has ended.
+//! Heartbeat thread: reports twice a second the sample in progress, and ends a process whose parent has ended.
 //!
-//! The kernel kills a worker with its parent (see [`process::end_with_parent`](crate::process::end_with_parent)), idle
-//! workers see the end in their wait; this thread is the net below both.
+//! The kernel kills a worker with its parent (see [`process::end_with_parent`](crate::process::end_with_parent)), and idle
+//! workers notice the end while they wait; this thread is the safeguard for both.
 
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
@@ -18,11 +18,11 @@ use crate::process::signal_self;
 
 /// Time between heartbeats.
 pub const BEAT_EVERY: Duration = Duration::from_millis(500);
-/// Time for an orderly end after the parent's.
+/// Time for an orderly end after the end of the parent.
 const FAREWELL: Duration = Duration::from_secs(1);
 const NONE: u64 = u64::MAX;
 
-/// What is in work, shared with the heartbeat thread.
+/// Sample in progress, shared with the heartbeat thread.
 #[derive(Debug, Clone)]
 pub struct Heartbeat(Arc<State>);
 
@@ -39,19 +39,19 @@ impl Default for Heartbeat {
 }
 
 impl Heartbeat {
-    /// A sample begins.
+    /// Takes the beginning of a sample.
     pub fn working(&self, batch: BatchId, sample: u64) {
         self.0.batch.store(batch.0, Ordering::Relaxed);
         self.0.sample.store(sample, Ordering::Relaxed);
     }
 
-    /// The batch is over.
+    /// Takes the end of a batch.
     pub fn waiting(&self) {
         self.0.sample.store(NONE, Ordering::Relaxed);
         self.0.batch.store(0, Ordering::Relaxed);
     }
 
-    /// What the next heartbeat says.
+    /// Contents of the next heartbeat.
     #[must_use]
     pub fn beat(&self) -> Beat {
         let sample = self.0.sample.load(Ordering::Relaxed);
@@ -64,7 +64,7 @@ impl Heartbeat {
     /// The thread could not be started.
     pub fn start(&self, parent: Option<OwnedFd>) -> std::io::Result<()> {
         let stdout = std::io::stdout();
-        // A reader that is stopped must not stop us: a heartbeat that finds the pipe full is lost.
+        // A stopped reader must not stop this process: a heartbeat that finds the pipe full is lost.
         if let Ok(flags) = rustix::fs::fcntl_getfl(&stdout) {
             let _ = rustix::fs::fcntl_setfl(&stdout, flags | OFlags::NONBLOCK);
         }

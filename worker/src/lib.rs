@@ -1,11 +1,10 @@
-//! A worker process: serves samples of a study with the core solver.
+//! Worker process: computes samples of a study with the core solver.
 //!
-//! It is started by the orchestrator as `bladeoff worker ...` (so their versions never differ), reads the frozen
-//! [`job_spec`] of the result directory and checks its hash, connects, and then asks, computes, reports ([`serve()`])
-//! until it is told to stop or its parent ends. A batch goes as a whole to a [`solver`], which gives a [`batch_recorder`] the outcome of
-//! each sample. A [`heartbeat`] thread beats and sees the parent's end also while a sample is
-//! computed. [`process`] holds what concerns the process as such, [`fault`] the hooks by which tests kill it at a known
-//! state.
+//! The orchestrator starts it as `bladeoff worker ...`, so their versions never differ. It reads the frozen [`job_spec`] of the
+//! result directory, checks its hash and connects. Then it asks, computes and reports ([`serve()`]) until it gets the order to
+//! stop or its parent ends. A batch goes as a whole to a [`solver`], which passes the outcome of each sample to a
+//! [`batch_recorder`]. A [`heartbeat`] thread reports progress and notices the end of the parent also while a sample is computed.
+//! [`process`] has the functions of the process itself, [`fault`] the hooks by which tests kill it at a known state.
 
 pub mod args;
 pub mod batch_recorder;

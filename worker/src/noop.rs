@@ -1,4 +1,4 @@
-//! A solver that computes nothing: for measurements of the dispatch and for tests of it.
+//! Solver that computes nothing, for measurements and tests of the dispatch.
 
 use std::time::{Duration, Instant};
 
@@ -7,17 +7,17 @@ use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use crate::batch_recorder::{BatchRecorder, Sample, Stopped};
 use crate::solver::Solver;
 
-/// Values in an outcome, about as many as a machine with two bearings has.
+/// Number of values of an outcome, about that of a machine with two bearings.
 pub const NOOP_VALUES: usize = 40;
 
-/// Answers with numbers made from the sample's number and parameters, after a given time.
+/// Solver whose values follow from the sample's number and parameters, after a given time.
 #[derive(Debug, Clone, Copy)]
 pub struct NoopSolver {
-    /// How long each sample keeps a core busy.
+    /// CPU time of each sample.
     pub busy: Duration,
 }
 
-/// The outcome of a sample, the same wherever it is computed.
+/// Computes the outcome of a sample, the same in every process.
 #[must_use]
 pub fn noop_outcome(sample: u64, params: &[f64]) -> Outcome {
     let seed = params.iter().fold(sample as f64, |sum, value| sum + value);

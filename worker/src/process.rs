@@ -1,4 +1,4 @@
-//! What concerns the worker as a process: ending with its parent, memory limit, program identity, exit codes.
+//! Worker as a process: end with its parent, memory limit, program identity, exit codes.
 
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::MetadataExt;
@@ -6,19 +6,19 @@ use std::time::Duration;
 
 use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal};
 
-/// Exit code: command line refused.
+/// Exit code: invalid command line.
 pub const EXIT_USAGE: u8 = 2;
-/// Exit code: the plan cannot be read, is not the one expected, or no solver can be made from it.
+/// Exit code: plan unreadable or unexpected, or no solver for it.
 pub const EXIT_PLAN: u8 = 3;
-/// Exit code: no connection to the orchestrator, or it broke.
+/// Exit code: no connection to the orchestrator, or a broken one.
 pub const EXIT_CONNECTION: u8 = 6;
-/// What a worker writes last when an allocation fails, by Rust's own handler before it aborts.
+/// Last message of a worker when an allocation fails, from Rust's own handler before the abort.
 pub const OUT_OF_MEMORY_WORDS: &str = "memory allocation of";
 
-/// Why a worker could not be set up as a process.
+/// Error of the set-up of a worker's process.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The parent is not who it should be: it has ended in the meantime.
+    /// The parent has ended meanwhile.
     #[error("the orchestrator (process {expected}) has ended")]
     ParentGone {
         /// Its process id.
@@ -27,7 +27,7 @@ pub enum ProcessError {
     /// The system refused.
     #[error("{doing} failed")]
     System {
-        /// What was being done.
+        /// Failed action.
         doing: &'static str,
         /// Why.
         #[source]
@@ -58,7 +58,7 @@ pub fn end_with_parent(expected: u32) -> Result<OwnedFd, ProcessError> {
 /// the address space does not count shared memory and files, and unlike resident memory needs no watching.
 ///
 /// # Errors
-/// What the system refused.
+/// An error of the system.
 pub fn limit_memory(bytes: u64) -> Result<(), ProcessError> {
     let status = std::fs::read_to_string("/proc/self/status").map_err(system("reading /proc/self/status"))?;
     let in_use = status
@@ -72,7 +72,7 @@ pub fn limit_memory(bytes: u64) -> Result<(), ProcessError> {
         .map_err(system("limiting memory"))
 }
 
-/// Shows this process as a worker of ours in `ps` and `top`; started as the running file, it would be called `exe`.
+/// Names this process as a worker in `ps` and `top`; started as the running file, it would be called `exe`.
 pub fn take_name() {
     // Only a matter of display.
     let _ = std::fs::write("/proc/self/comm", "bladeoff-worker");
@@ -95,7 +95,7 @@ pub fn signal_self(signal: Signal) {
     unsafe { libc::raise(signal.as_raw()) };
 }
 
-/// Sends a signal to another process; says whether it was there.
+/// Sends a signal to another process; returns whether the process existed.
 #[must_use]
 pub fn signal(pid: u32, signal: Signal) -> bool {
     i32::try_from(pid)
@@ -111,13 +111,13 @@ pub fn fail_writes_beyond_the_limit() {
     unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }
 
-/// CPU time the calling thread has used.
+/// CPU time of the calling thread.
 #[must_use]
 pub fn thread_cpu_time() -> Duration {
     cpu_time(libc::CLOCK_THREAD_CPUTIME_ID)
 }
 
-/// CPU time all threads of this process have used, those that have ended included.
+/// CPU time of all threads of this process, ended ones included.
 #[must_use]
 pub fn process_cpu_time() -> Duration {
     cpu_time(libc::CLOCK_PROCESS_CPUTIME_ID)

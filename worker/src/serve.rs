@@ -1,9 +1,9 @@
-//! The worker's loop: ask, compute, report.
+//! Loop of a worker: ask, compute, report.
 //!
-//! Results leave with the request for the next batch, or during the batch when [`REPORT_EVERY`] has passed or the message
-//! is full. A report during the batch is not waited for: its answer is taken when it is there, and the next report needs
-//! it, so that at most one request is ever open. The answer to any report can be the order to stop, or to leave the rest of the batch to others:
-//! after a long sample it is waited for, because by then that has become likely.
+//! Results are sent with the request for the next batch, or during the batch when [`REPORT_EVERY`] has passed or the message is
+//! full. The worker does not wait for the answer to a report during the batch. It takes the answer when it has arrived; the next
+//! report needs it, so at most one request is open. The answer to any report can be the order to stop, or to leave the rest of
+//! the batch to others. After a long sample the worker waits for the answer, because such an order has become likely.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -17,31 +17,31 @@ use crate::fault::{At, Faults};
 use crate::heartbeat::Heartbeat;
 use crate::solver::{Solver, solve_all};
 
-/// A finished result is held back at most this long, plus the sample after it.
+/// Longest time for which a finished result is held back, plus the sample after it.
 pub const REPORT_EVERY: Duration = Duration::from_millis(100);
-/// The answer to a report is waited for when nothing was reported for so long: an exchange of some ten microseconds.
+/// Time without a report after which the worker waits for the answer: an exchange takes some ten microseconds.
 const WAIT_FROM: Duration = Duration::from_millis(400);
 
-/// Why a worker ended without being told to.
+/// Error that ends a worker.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The connection, or a message that may not be believed.
+    /// Broken connection or invalid message.
     #[error(transparent)]
     Link(#[from] LinkError),
-    /// An answer that does not belong to the request.
+    /// Answer that does not belong to the request.
     #[error("the orchestrator answered {answer} to {request}")]
     Answer {
-        /// What it answered.
+        /// Answer.
         answer: &'static str,
-        /// To what.
+        /// Request.
         request: &'static str,
     },
 }
 
-/// Serves samples until told to stop.
+/// Serves samples until the order to stop.
 ///
 /// # Errors
-/// A broken connection, or an answer that makes no sense: the process should end.
+/// A broken connection or an invalid answer: the process should end.
 pub fn serve<P: WorkerPort, S: Solver>(
     mut link: WorkerLink<P>,
     hello: Hello,
@@ -100,7 +100,7 @@ struct BatchRun<'a, P> {
 }
 
 impl<P: WorkerPort> BatchRun<'_, P> {
-    /// Computes the samples of a batch; what is not reported at the end is left in `report`.
+    /// Computes the samples of a batch; unreported results remain in `report`.
     fn compute<S: Solver>(&mut self, batch: &Batch, solver: &mut S) -> Result<Next, ServeError> {
         if !self.faults.is_empty() {
             batch.samples.iter().for_each(|&sample| self.faults.reached(At::Claimed, sample, None));
@@ -119,12 +119,12 @@ impl<P: WorkerPort> BatchRun<'_, P> {
         end.unwrap_or_else(|| self.settle(true))
     }
 
-    /// Takes a result, and sends those at hand when it is time.
+    /// Takes a result; sends all results if it is time.
     fn hand_in(&mut self, done: SampleReport) -> Result<Next, ServeError> {
         if !self.report.has_room(done.outcome.values.len()) {
             match self.settle(true)? {
                 Next::GoOn => self.flush()?,
-                // Told to leave: so it was taken back, and is computed by another.
+                // The sample was taken back and is computed by another worker.
                 next => return Ok(next),
             }
         }
@@ -141,7 +141,7 @@ impl<P: WorkerPort> BatchRun<'_, P> {
         if since >= WAIT_FROM { self.settle(true) } else { Ok(Next::GoOn) }
     }
 
-    /// Sends what is finished, without waiting for the answer.
+    /// Sends finished results without waiting for the answer.
     fn flush(&mut self) -> Result<(), ServeError> {
         send(self.link, &mut self.report, self.faults)?;
         self.answer_is_open = true;
@@ -149,14 +149,14 @@ impl<P: WorkerPort> BatchRun<'_, P> {
         Ok(())
     }
 
-    /// Takes the answer to the last report, if one is open and there or to be waited for.
+    /// Takes the answer to the last report, if it has arrived or must be waited for.
     fn settle(&mut self, wait: bool) -> Result<Next, ServeError> {
         if !self.answer_is_open {
             return Ok(Next::GoOn);
         }
         let mut answer = self.link.try_receive()?;
         if answer.is_none() && wait {
-            // Should the answer be lost, the heartbeat has to say so.
+            // If the answer is lost, the heartbeats show the waiting.
             self.heartbeat.waiting();
             answer = Some(self.link.receive()?);
         }
@@ -165,7 +165,7 @@ impl<P: WorkerPort> BatchRun<'_, P> {
             None | Some(ToWorker::Continue) => Ok(Next::GoOn),
             Some(ToWorker::Leave) => Ok(Next::Leave),
             Some(ToWorker::Stop) => {
-                // What is finished is kept; nobody answers any more.
+                // Finished results are kept; no further answer comes.
                 if !self.report.samples.is_empty() {
                     send(self.link, &mut self.report, self.faults)?;
                 }

@@ -1,36 +1,36 @@
-//! What computes samples, and how a batch is brought through it whatever happens.
+//! Solvers, and the treatment of panics and omitted samples in a batch.
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use crate::batch_recorder::{BatchRecorder, Sample, Stopped};
 
-/// Computes samples, a batch at a time.
+/// Solver of samples, a batch at a time.
 pub trait Solver {
-    /// Computes samples: any number from one on, in whatever way and order, alone or several at once. What it keeps between
-    /// them is its own matter, but the outcome of each depends on nothing but its parameters and the plan: not on the others,
-    /// their order, or what was computed before.
+    /// Computes at least one sample, in any way and order, singly or together. Each outcome depends only on the sample's
+    /// parameters and the plan: not on other samples, their order or earlier calls.
     ///
-    /// Every sample is begun at the desk before it is computed and finished there once, as soon as it can be: what is finished
-    /// leaves within moments, what is held back is lost with the process. In between it is in work for heartbeats and
-    /// time limits, so no more should be begun than are computed together. Where the desk says that no more is taken, this returns.
+    /// Each sample is begun at the recorder before it is computed and finished there once, as early as possible: finished samples
+    /// are sent within moments, others are lost with the process. Between both it is in progress for heartbeats and time limits,
+    /// so only samples that are computed together should be in progress together. The solver returns when the recorder accepts no
+    /// more outcomes.
     ///
-    /// A panic is the failure of the sample that was under way; of several, or when none was and it is not known whose it is, each is tried
-    /// alone, and one that panics alone fails. A sample that is left out is tried alone, too, and fails if it is left out again.
-    /// The others are given anew, without those that are finished. All of this stands in the log.
+    /// A panic is a failure of the sample in progress. If several samples or none were in progress, each is computed alone, and
+    /// one that panics alone fails. An omitted sample is computed alone as well and fails if it is omitted again. The other
+    /// samples are passed again, without the finished ones. All of this is logged.
     ///
     /// # Errors
-    /// What [`BatchRecorder::finish`] said.
+    /// The result of [`BatchRecorder::finish`].
     fn solve_batch(&mut self, samples: &[Sample<'_>], recorder: &mut BatchRecorder<'_>) -> Result<(), Stopped>;
 
-    /// Called after a panic in [`Solver::solve_batch`], or a sample that it left out: forget whatever may be half done.
+    /// Discards unfinished state, after a panic in [`Solver::solve_batch`] or an omitted sample.
     fn recover(&mut self) {}
 }
 
-/// Gives the samples of a desk to the solver until each has its outcome, or no more is taken.
+/// Passes the samples of a recorder to the solver until each has an outcome, or no more are accepted.
 pub(crate) fn solve_all<S: Solver>(solver: &mut S, recorder: &mut BatchRecorder<'_>) {
     let mut calls = VecDeque::from([(0..recorder.len()).collect::<Vec<_>>()]);
-    // Ends: of every call that leaves something over, a sample is given up, or the next calls have a single one.
+    // The loop ends: each incomplete call gives up a sample, or the next calls have a single one.
     while !recorder.has_stopped()
         && let Some(call) = calls.pop_front()
     {
@@ -48,7 +48,7 @@ pub(crate) fn solve_all<S: Solver>(solver: &mut S, recorder: &mut BatchRecorder<
             continue;
         }
         solver.recover();
-        // The panic's own message is in the log already.
+        // The message of the panic is in the log already.
         let is_known = call.len() == 1 || (panic && under_way.len() == 1);
         let suspects = if under_way.is_empty() || !panic { left.clone() } else { under_way };
         match suspects[..] {

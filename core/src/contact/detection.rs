@@ -4,7 +4,7 @@
 //! root of `d.P_alpha`, one-sided at element ends where the curvature of the cubic elements jumps (a minimum may stand in such
 //! a kink). Several minima exist in heavy rub; the lowest counts. Source: docs/theory/03-contact.md, Hyp 2.
 //! Verified by `detection_equals_brute_force_on_two_thousand_deformed_rings`, many with several minima
-//! (`tests/detection.rs`).
+//! (`tests/contact/detection.rs`).
 
 use super::gap::Place;
 use crate::stator::{Sample, Surface};

@@ -5,7 +5,7 @@
 //! the forces f on the shaft (R as at the contact, `docs/theory/05-reduction.md`): weight, unbalance, gyroscopic moments, contact, damping
 //! and skew stiffness of the bearings. Without it a bearing that is stiff against the shaft loses its load: what a force next to it puts
 //! into it is in the modes left out. Inertia of these is not covered: after a sudden force the true load swings about this one.
-//! Verified by `stiff_bearings_carry_what_stands_on_them` in `tests/engines.rs`.
+//! Verified by `stiff_bearings_carry_what_stands_on_them` in `tests/runs/engines.rs`.
 
 use super::shaft_line::ShaftLine;
 use crate::record::Loads;

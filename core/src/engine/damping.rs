@@ -7,7 +7,7 @@
 //! is, but from `x = 1` on with alternating sign, while the true motion is over within the step. What then excites the
 //! node (a release, an impact) rings in the bearing load from step to step, up to twice too high.
 //! Source: the scheme of `shaft_line::stepper`, on `M q'' + C q' = 0`. Limits: one bearing node at a time; structural damping is not in it, which
-//! alternates in modes that hardly move a bearing. Verified by `tests/stepping.rs`: `damping_beyond_the_step_is_told`.
+//! alternates in modes that hardly move a bearing. Verified by `tests/runs/stepping.rs`: `damping_beyond_the_step_is_told`.
 
 use super::shaft_line::{masses, sites};
 use crate::rotor::BearingSite;

@@ -6,7 +6,7 @@
 //! These are the matrices that `exponential` and `reduced` integrate; `full` has more modes, which whirl faster than those of the basis. The
 //! exponential engine has the solutions of (1) in the stations of its grid ([`super::exponential`]). The other two engines solve (1) at every second
 //! of these speeds, every fourth where the grid closes in towards rest, and keep the solutions with the structure. Definition:
-//! [`crate::modal::least_damping`]. Verified by `tests/stability.rs`.
+//! [`crate::modal::least_damping`]. Verified by `tests/rotor/stability.rs`.
 
 use super::beginning::projected;
 use super::exponential::GridSpacing;

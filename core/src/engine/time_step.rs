@@ -20,7 +20,7 @@ const PARTS: f64 = 1000.0;
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
 /// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: on machines drawn at random, means over nine starts, rubs are then off by
-/// a quarter of what the reduced engine is off by at its default step (`core/tests/exponential_random.rs`), and no whip of 1260 runs of a turbine breaks a guard.
+/// a quarter of what the reduced engine is off by at its default step (`core/tests/exponential/exponential_random.rs`), and no whip of 1260 runs of a turbine breaks a guard.
 pub(super) const CONTACT_FRACTION: f64 = 0.9;
 /// Fraction of `2/omega_max` that is the contact step of `hyp2-frozen` when the machine names none. The nearest point is found before the impulses are known, and what penetrates beside it
 /// falls with the step. At this fraction the penetration is that of the reduced engine at its default step.

@@ -9,7 +9,7 @@
 //!
 //! A diaphragm without contact force changes no digit: (2) looks at it and adds nothing.
 //! Source: block Gauss-Seidel iteration on the Delassus operator of all diaphragms. Limits: the modes that `reduced` leaves out follow
-//! the forces at their own seat alone. Verified by `core/tests/two_diaphragms.rs`.
+//! the forces at their own seat alone. Verified by `core/tests/contact/two_diaphragms.rs`.
 
 use super::motion::Motion;
 use super::rub::StepContact;

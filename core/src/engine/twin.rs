@@ -6,7 +6,7 @@
 //! A run without rub answers a shift of its speed in proportion. In heavy rub neighbouring runs part from impact to impact
 //! until their peaks are two draws of one distribution. A single value is then a sample of it, and the twin shows how wide it is. Bearing loads alone do not: an unbalance may determine them while
 //! contact impulses differ by a factor of two.
-//! Verified by `tests/twin.rs`.
+//! Verified by `tests/runs/twin.rs`.
 
 use super::choice::run;
 use super::time_step::TimeStep;

@@ -73,7 +73,7 @@ pub enum BasisError {
 pub const DEFAULT_ROTOR_MODES: usize = 24;
 /// More are kept where a bearing has more than this part of its static flexibility in the others: what is left out there
 /// follows a force without inertia, and its load with it. Verified by `stiff_bearings_carry_what_stands_on_them` in
-/// `tests/engines.rs`.
+/// `tests/runs/engines.rs`.
 const LEFT_OUT_AT_BEARINGS: f64 = 0.02;
 /// But none that would govern the step: none above the rings' highest, or without a ring above so many times the highest of
 /// the default ones.
@@ -154,8 +154,8 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
 
 /// How many of the lowest modes hold the static flexibility of every bearing, in every direction, but for
 /// [`LEFT_OUT_AT_BEARINGS`] of it; modes that are not stiff (bearings whose symmetric part is indefinite) count with the size of
-/// their omega^2. Verified by `as_many_modes_are_kept_however_bearings_are_turned` in `tests/invariance.rs`,
-/// `stiff_journal_bearings_keep_as_many_modes_as_others` in `tests/modal_basis.rs`.
+/// their omega^2. Verified by `as_many_modes_are_kept_however_bearings_are_turned` in `tests/rotor/invariance.rs`,
+/// `stiff_journal_bearings_keep_as_many_modes_as_others` in `tests/rotor/modal_basis.rs`.
 fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -> usize {
     let least = f64::EPSILON * values.last().map_or(0.0, |square| square.abs());
     let enough = |[u, v]: [usize; 2]| {

@@ -8,7 +8,7 @@
 //! Source: the equations of motion of docs/theory/01-shaft-line.md, in which braking alone slows the spin (`G` at the initial speed), integrated by Newmark's average acceleration
 //! (N. M. Newmark, ASCE J. Eng. Mech. 85, 1959), which neither gains nor loses energy. Limits: the release is followed for the first
 //! turns only ([`TURNS`]); a rotor that passes a critical speed quickly stays below its steady response. Verified by `a_sudden_unbalance_has_the_closed_form_of_a_jeffcott_rotor`
-//! and, against complete runs of the shipped machines, by `tests/contact_forecast.rs`.
+//! and, against complete runs of the shipped machines, by `tests/contact/contact_forecast.rs`.
 
 use super::unbalance::LinearRotor;
 use bladeoff_model::machine::{Machine, Presence};

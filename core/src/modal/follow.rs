@@ -2,7 +2,7 @@
 //!
 //! From speed to speed each mode goes on as the one that is most like it ([`Mode::alike`]). Where that is not clear, or one
 //! becomes overdamped or ceases to be, the step of the speed is halved. So lines cross where modes do and keep apart where they
-//! only come near. A way is worth only so many looks ([`Looks`]). Verified by `tests/modes.rs`, critical speeds also by `tests/outside.rs`, `tests/linear_rotors.rs`.
+//! only come near. A way is worth only so many looks ([`Looks`]). Verified by `tests/rotor/modes.rs`, critical speeds also by `tests/rotor/outside.rs`, `tests/rotor/linear_rotors.rs`.
 
 use super::looks::{Looks, ModesError};
 use super::shape::Mode;

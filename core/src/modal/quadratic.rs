@@ -59,7 +59,7 @@ const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 /// # Errors
 /// [`EigenError`] if M is singular or the iteration does not converge.
 /// # Verified by
-/// `both_forms_agree`, the whirl frequencies of `tests/linear_rotors.rs`
+/// `both_forms_agree`, the whirl frequencies of `tests/rotor/linear_rotors.rs`
 pub fn quadratic_modes(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<QuadraticModes, EigenError> {
     let symmetric = (k + k.transpose()) * 0.5;
     match cholesky(&symmetric) {

@@ -36,7 +36,7 @@ pub struct ModesReport {
 /// ```text
 /// M x'' + (C + W G) x' + (K + K_skew) x = 0,  x = Re(phi e^{lambda t}),  W_crit: Im lambda(W) = W
 /// ```
-/// Source: conventions of the reference data (`tests/data`). Verified by `tests/linear_rotors.rs`, `tests/ring.rs`.
+/// Source: conventions of the reference data (`tests/data`). Verified by `tests/rotor/linear_rotors.rs`, `tests/contact/ring.rs`.
 ///
 /// # Errors
 /// [`ModesError`].

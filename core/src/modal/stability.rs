@@ -10,7 +10,7 @@
 //! speeds of a [`DampingGrid`] (2) is taken as linear in the speed; its error is of second order in their distance.
 //!
 //! Source: the definition of the damping ratio; (3) is the inverse of the logarithmic decrement. Limits: the linear rotor, with the masses of
-//! the unbalances at their nodes and all bearings linear; contact and friction are not in it. Verified by the tests below, by `tests/stability.rs`.
+//! the unbalances at their nodes and all bearings linear; contact and friction are not in it. Verified by the tests below, by `tests/rotor/stability.rs`.
 
 use super::whirl::{APERIODIC, OVERDAMPED};
 

@@ -4,7 +4,7 @@
 //! [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i a},  F_v = -i F_u
 //! ```
 //! Source: the synchronous part of the equations of motion at constant speed; the same system starts a run with residual
-//! unbalance ([`crate::engine`]), which `tests/linear_rotors.rs` holds against the reference. The unbalance masses are not
+//! unbalance ([`crate::engine`]), which `tests/rotor/linear_rotors.rs` holds against the reference. The unbalance masses are not
 //! in M (except of a point mass, which may have no other). Verified by `a_jeffcott_rotor_responds_in_closed_form`.
 
 use crate::rotor::{RotorMatrices, UnbalanceSite};

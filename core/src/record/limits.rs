@@ -12,7 +12,7 @@
 //!
 //! The planar ring and the linear bearing are small-displacement models, and all materials are elastic: beyond these limits a run
 //! describes another machine. A limit does not change the motion; with `run.end_beyond` it ends the run. Several rings or bearings share
-//! one limit: the largest ratio counts. Verified by `core/tests/limits.rs`.
+//! one limit: the largest ratio counts. Verified by `core/tests/runs/limits.rs`.
 
 use super::peak::{At, Sum};
 use super::row::Row;

@@ -5,7 +5,7 @@
 //! ```
 //! x: displacement of the shaft from the bearing line. Limits: a monitor touches nothing. A step of free motion of the exponential
 //! engine is up to 0.075 rad of the spin and of the lowest mode, so T has an error of second order in that length.
-//! Verified by `core/tests/monitors.rs`.
+//! Verified by `core/tests/runs/monitors.rs`.
 
 use super::peak::{At, Peak, Sum};
 use super::row::Row;

@@ -10,7 +10,7 @@
 //! Source: ours. Measured on a rotor that hits a ring for 33 us (`docs/theory/convergence.md`): the exponential engine loses 21, 10,
 //! 5 and 0.8 % of the impulse with n = 8, 12, 17 and 39; `reduced` 20, 6.5 and 3 % with n = 15, 49 and 96.
 //! Limits: a rigid stator takes an impact in one step, whatever the step: n tells nothing there. Verified by the tests below and
-//! `core/tests/short_impacts.rs`.
+//! `core/tests/contact/short_impacts.rs`.
 
 /// Steps without a force that end a phase.
 const APART: usize = 2;

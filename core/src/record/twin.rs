@@ -3,7 +3,7 @@
 //! ```text
 //! change = (twin - own)/own,   sensitive = |change| > run.twin_limit for any quantity, or one run has a quantity that the other lacks
 //! ```
-//! Verified by the tests below and `tests/twin.rs`.
+//! Verified by the tests below and `tests/runs/twin.rs`.
 
 use super::row::Row;
 use bladeoff_model::machine::{TWIN, TWIN_LIMIT};

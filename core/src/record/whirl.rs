@@ -17,7 +17,7 @@
 //! Source: common usage (Muszynska 2005, ch. 6: partial and full annular rub, dry whip); the numbers 0.5 and 0.9 are ours.
 //! The last, incomplete window counts where the rotor stopped (it never completes a turn), and in a run that a failure or a limit ended in contact.
 //! A run cut by `end_time` or `end_speed` leaves that window out.
-//! Limits: such a window may be short, but not shorter than the filter of 1 ms unless the rotor stopped. Verified by the tests below and `tests/stresses.rs`.
+//! Limits: such a window may be short, but not shorter than the filter of 1 ms unless the rotor stopped. Verified by the tests below and `tests/runs/stresses.rs`.
 
 use super::filter::FILTER;
 use super::peak::At;

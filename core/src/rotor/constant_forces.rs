@@ -1,7 +1,7 @@
 //! What bearings add to the constant matrices: coefficients over the speed, and constant forces.
 //!
 //! A table is the tangent at a static point that moves with the speed, so displacements count from there: weight acts on the shaft between such bearings, and on
-//! them as a constant force. Verified by `tests/bearing_tables.rs`, `tests/pedestals.rs`.
+//! them as a constant force. Verified by `tests/rotor/bearing_tables.rs`, `tests/rotor/pedestals.rs`.
 
 use super::{BearingSite, RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Presence, Rotor};

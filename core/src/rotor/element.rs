@@ -47,7 +47,7 @@ pub(crate) const GAUSS4: [(f64, f64); 4] = [
 /// # Limits
 /// Round section, small rotations; no axial-force or torque-bending coupling (third order, dropped as in the paper).
 /// # Verified by
-/// `rigid_motions_cost_nothing_and_carry_the_section_s_inertia`, `reference_rotors_*` in `tests/linear_rotors.rs`
+/// `rigid_motions_cost_nothing_and_carry_the_section_s_inertia`, `reference_rotors_*` in `tests/rotor/linear_rotors.rs`
 #[must_use]
 pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
     let pi = std::f64::consts::PI;

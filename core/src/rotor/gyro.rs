@@ -10,7 +10,7 @@
 //! form, equal to it to third order, because the paper's is not invariant under rotation of the frame.
 //! Written with the skew operator `S` of one site, (1) reads `1/2 Omega x'^T S x`, (2) `Omega S x' + 1/2 Omega' S x`.
 //! Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
-//! `tests/linear_rotors.rs`.
+//! `tests/rotor/linear_rotors.rs`.
 
 use bladeoff_numerics::linalg::Matrix;
 

@@ -35,7 +35,7 @@ pub(super) fn hermite(xi: f64, l: f64) -> [[f64; 4]; 3] {
 /// # Limits
 /// Thin ring (Euler-Bernoulli), small displacements; coarse thin rings lock by some per cent.
 /// # Verified by
-/// `rotation_has_no_strain_energy`, `free_ring_*` and `pinched_ring_*` in `tests/ring.rs`
+/// `rotation_has_no_strain_energy`, `free_ring_*` and `pinched_ring_*` in `tests/contact/ring.rs`
 pub(super) fn ring_element(stator: &FlexibleStator) -> (Matrix8, Matrix8) {
     let Ring { mean_radius: r, thickness, width, elements } = stator.ring;
     let area = thickness * width;

@@ -20,7 +20,7 @@ use bladeoff_numerics::linalg::Matrix;
 /// Nominal: no stress concentration at root or fillet, no centrifugal or steam load, no bending out of the ring's plane. The axial strain is constant
 /// in an element: the inertia of a blade that is one element long enters at its foot alone.
 /// # Verified by
-/// `a_blade_under_a_turned_ring_has_its_textbook_stress`, `a_blade_under_a_tip_load_has_both_stresses`, `tests/stresses.rs`
+/// `a_blade_under_a_turned_ring_has_its_textbook_stress`, `a_blade_under_a_tip_load_has_both_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct BladeStresses {
     /// Bending alone, and with the axial stress: two fibres at each place.

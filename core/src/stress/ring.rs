@@ -23,7 +23,7 @@ use bladeoff_numerics::linalg::Matrix;
 /// `R/(R +- h/2)` of a curved bar's bending stress is not in it, its `M/(A R)` is. Under a load inside an element the bending moment lacks up to `F l/8` (l: length of an element).
 /// In a reduced engine stresses beside the contact lack the modes left out.
 /// # Verified by
-/// `a_pinched_ring_has_timoshenko_s_stresses`, `tests/stresses.rs`
+/// `a_pinched_ring_has_timoshenko_s_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct RingStresses {
     pairs: Pairs,

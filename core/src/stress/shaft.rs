@@ -64,7 +64,7 @@ struct Element {
 /// refine the mesh where that matters. In the reduced engine moments beside the contact lack the modes left out.
 /// # Verified by
 /// `a_cantilever_has_its_textbook_moment`, `a_twisted_bar_has_its_textbook_stress`, `bending_and_torsion_make_the_von_mises_stress_of_a_point`,
-/// `tests/stresses.rs`
+/// `tests/runs/stresses.rs`
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShaftStresses {
     elements: Vec<Element>,

@@ -12,7 +12,7 @@
 //! beside it is in modes left out. (3): what moves so fast that a step of 1/rate sees little of it. Nothing is left out, (1) and (2) 0, of a full model.
 //!
 //! Source: residual flexibility (MacNeal 1971), W as in `truncation_error`. Limits: (2) takes the dampers of the node alone, and the largest of their principal values.
-//! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`; by `report::bearings` of the program.
+//! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/rotor/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`; by `report::bearings` of the program.
 
 use super::Structure;
 use super::truncation_error::{Plane, TruncationError, share};

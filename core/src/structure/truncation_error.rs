@@ -28,7 +28,7 @@
 //! | 24 (default) | 0.005 %, 0.2 % | 0.29 %, 0.1 % |
 //!
 //! Between 1.8 and 5.4 % lies [`MAX_TRUNCATION_ERROR`]. Limits: of ring modes (3) is a bound and no estimate, see `docs/theory/05-reduction.md`.
-//! Verified by `tests/modal_basis.rs`.
+//! Verified by `tests/rotor/modal_basis.rs`.
 
 use super::part::Part;
 use crate::modal::{ModeSet, largest_share};
@@ -99,8 +99,8 @@ impl TruncatedFlexibility {
     ///
     /// The plain difference, unless that is rounding: of a rotor on bearings of 0.01 N/m nothing of it is left.
     /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the truncated modes follow a force at once. Used by
-    /// the contact and bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/engines.rs`,
-    /// `a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine` in `tests/modal_basis.rs`.
+    /// the contact and bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/runs/engines.rs`,
+    /// `a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine` in `tests/rotor/modal_basis.rs`.
     fn residual(&self, whole: &FullPart<'_>, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
         if !stiff(modes) {
             return None;

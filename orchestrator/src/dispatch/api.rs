@@ -1,4 +1,4 @@
-//! What the caller of [`run`](super::run) gives and gets: plain data and three traits.
+//! Interface of [`run`](super::run): plain data and three traits.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ use bladeoff_worker::fault::{Faults, NoFaults};
 use crate::schedule::{Ended, KillReason, Settings, Snapshot, Todo};
 use bladeoff_record::Entry;
 
-/// How a study is run.
+/// Options of a dispatch.
 #[derive(Debug, Clone)]
 pub struct DispatchOptions {
-    /// Worker processes, what they and the run may take.
+    /// Workers, limits of the run and of a sample.
     pub schedule: Settings,
     /// Program and first arguments of a worker, e.g. [`self_command`](super::self_command); `worker` arguments follow.
     pub worker_command: Vec<OsString>,
@@ -28,13 +28,13 @@ pub struct DispatchOptions {
     pub flush_every: Duration,
     /// Identity of the program that workers must be, see [`build_id`](bladeoff_worker::process::build_id); `None`: any.
     pub build: Option<u64>,
-    /// Workers compute nothing, for this many microseconds a sample; for measurements and tests of the dispatch.
+    /// Time that each sample takes without computing \[us\], for measurements and tests of the dispatch.
     pub noop: Option<u64>,
-    /// Whoever types `s` and Enter asks what the workers do, where standard input is a terminal.
+    /// Whether `s` and Enter on a terminal print what the workers do.
     pub keyboard: bool,
-    /// Directory below which the run has its sockets, and cleans up after dead ones; `None`: as the environment says.
+    /// Directory for the sockets of the run, in which it also cleans up after dead runs; `None`: by the environment.
     pub runtime: Option<PathBuf>,
-    /// Faults of the orchestrator, as the binary passes them in.
+    /// Fault hooks of the orchestrator, passed in by the binary.
     pub faults: &'static dyn Faults,
 }
 
@@ -59,38 +59,39 @@ impl DispatchOptions {
     }
 }
 
-/// The parameters of every sample of a study, by number.
+/// Parameters of the samples of a study.
 pub trait Parameters {
-    /// Appends those of a sample to `out`, always the same number of them: values in SI, or the index into the choices of the plan.
+    /// Appends the parameters of a sample to `out`, always the same number: values in SI, or the index into the choices of the
+    /// plan.
     fn params(&self, sample: u64, out: &mut Vec<f64>);
 }
 
-/// Why a sink could not take a result; ends the run.
+/// Error of a sink; ends the run.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}")]
 pub struct SinkError {
-    /// What the sink was doing.
+    /// Failed action.
     pub what: String,
-    /// Why it failed.
+    /// Cause.
     #[source]
     pub source: Option<Box<dyn std::error::Error + Send + Sync>>,
 }
 
-/// What there is to do beyond what was given at first.
+/// Further samples of a run that is fed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum More {
-    /// These samples, none of which was given before.
+    /// Further samples, none of which was supplied before.
     Samples(Todo),
-    /// Not known yet: to be asked again.
+    /// Not known yet: ask again.
     Later,
-    /// Nothing any more.
+    /// No further samples.
     Nothing,
 }
 
-/// Where results go. Every sample is recorded exactly once.
+/// Destination of results. Every sample is recorded exactly once.
 pub trait Sink {
-    /// Takes the end of one sample; it counts once [`flush`](Sink::flush) has returned. Of a quarantined one: status, cause, no values,
-    /// no CPU time.
+    /// Takes an ended sample; it counts when [`flush`](Sink::flush) has returned. A quarantined one has status and cause, no
+    /// values and no CPU time.
     ///
     /// # Errors
     /// Ends the run.
@@ -110,7 +111,8 @@ pub trait Sink {
     /// Ends the run.
     fn flush(&mut self) -> Result<(), SinkError>;
 
-    /// Asked where [`Settings::is_fed`](crate::schedule::Settings::is_fed) says so, when what waits is done within moments. Does not wait.
+    /// Supplies further samples if [`Settings::is_fed`](crate::schedule::Settings::is_fed) is set and the waiting samples are
+    /// done soon. Does not block.
     ///
     /// # Errors
     /// Ends the run.
@@ -118,7 +120,7 @@ pub trait Sink {
         Ok(More::Nothing)
     }
 
-    /// Called five times a second: whether results still have a place to go to.
+    /// Checks five times a second whether results can still be recorded.
     ///
     /// # Errors
     /// Ends the run.
@@ -127,7 +129,7 @@ pub trait Sink {
     }
 }
 
-/// Sees how the run goes.
+/// Observer of a run.
 pub trait Observer {
     /// Called about ten times a second at most, and once at the end.
     fn progress(&mut self, snapshot: &Snapshot);
@@ -137,16 +139,16 @@ pub trait Observer {
         let _ = snapshot;
     }
 
-    /// Called when a line was typed, before what it asks for: a terminal that shows what is typed has gone to its next line.
+    /// Called when a line was typed, before its request is handled: a terminal with echo is then on its next line.
     fn typed(&mut self) {}
 
-    /// Called when something has happened that is not a result.
+    /// Called at every event that is not a result.
     fn noticed(&mut self, notice: &Notice) {
         let _ = notice;
     }
 }
 
-/// What happened to the workers and to the run.
+/// Event of the workers or of the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Notice {
     /// A process was started.
@@ -156,7 +158,7 @@ pub enum Notice {
         /// Process id.
         pid: u32,
     },
-    /// A process is being killed by us.
+    /// A process is killed by this program.
     WorkerKilled {
         /// Which.
         worker: u32,
@@ -169,39 +171,39 @@ pub enum Notice {
         worker: u32,
         /// Exit code or signal, in words.
         how: String,
-        /// It should have lived.
+        /// Whether it had no order to stop.
         died: bool,
     },
     /// No sample is assigned any more, though the run is not complete.
     Stopping(Ended),
-    /// Shared memory could not be given back whole.
+    /// Shared memory could not be removed completely.
     NotRemoved {
-        /// What is left, and why.
+        /// Remaining files and the reason.
         what: String,
     },
 }
 
-/// How a run went.
+/// Report of a dispatch.
 #[derive(Debug)]
 pub struct DispatchReport {
     /// Samples recorded in this run.
     pub done: u64,
-    /// Why it ended.
+    /// Reason of the end.
     pub ended: Ended,
-    /// Workers that died or were killed while they should have lived.
+    /// Workers that died or were killed without an order to stop.
     pub worker_deaths: u64,
-    /// Messages that were not ours, damaged, late or duplicated.
+    /// Foreign, damaged, late and duplicate messages.
     pub dropped_messages: u64,
     /// Wall time \[s\].
     pub wall_s: f64,
-    /// From the start of the run until the first worker asked for work \[s\].
+    /// Time from the start of the run until the first worker requested work \[s\].
     pub first_ask_s: f64,
-    /// Its shared memory, for [`give_back`](super::give_back): so that whatever has to be written is written first.
+    /// Shared memory, for [`give_back`](super::give_back) after everything is written.
     pub memory: Option<Domain>,
 }
 
 impl DispatchReport {
-    /// Of a run that had no reason to begin.
+    /// Report of a run that needed no worker.
     #[must_use]
     pub fn nothing(ended: Ended) -> Self {
         Self { done: 0, ended, worker_deaths: 0, dropped_messages: 0, wall_s: 0.0, first_ask_s: 0.0, memory: None }

@@ -1,4 +1,4 @@
-//! A worker process: started, listened to, waited for.
+//! Worker process: start, output, end.
 
 use std::os::unix::process::ExitStatusExt;
 use std::process::{ExitStatus, Stdio};
@@ -18,10 +18,10 @@ use super::event::{ChildEvent, Event};
 use super::log::LONGEST_LINE;
 use crate::schedule::Death;
 
-/// How long an ended worker's last words are waited for.
+/// Time for which the output of an ended worker is read.
 const LAST_WORDS: Duration = Duration::from_secs(2);
 
-/// The loop's hold on a worker process; dropping it kills the process.
+/// Handle of the loop to a worker process; dropping it kills the process.
 pub(super) struct Child {
     pub pid: u32,
     kill: UnboundedSender<()>,
@@ -76,7 +76,7 @@ async fn supervise(
     let words = tokio::spawn(read_lines(worker, stderr, events.clone()));
     let status = tokio::select! {
         status = child.wait() => status,
-        // Also when the loop has let go of the child.
+        // Also when the loop has dropped the child.
         _ = killed.recv() => {
             let _ = child.start_kill();
             child.wait().await
@@ -93,15 +93,14 @@ async fn supervise(
     let _ = events.send(Event::Child(worker, ChildEvent::Exited(status, death)));
 }
 
-/// Whether it was ended by a signal that somebody sends (an operator, the kernel short of memory), and not by one that a program brings
-/// upon itself, nor by its own exit.
+/// Whether another process ended it by a signal (an operator, the kernel short of memory), and not the worker itself.
 fn is_from_outside(status: ExitStatus) -> bool {
     const OWN: [i32; 7] =
         [libc::SIGILL, libc::SIGTRAP, libc::SIGABRT, libc::SIGBUS, libc::SIGFPE, libc::SIGSEGV, libc::SIGSYS];
     status.signal().is_some_and(|signal| !OWN.contains(&signal))
 }
 
-/// Heartbeats; what is not one is skipped byte by byte, so that a stray print does not hide those after it.
+/// Reads heartbeats; other bytes are skipped, so that printed text does not hide later heartbeats.
 async fn read_beats(worker: WorkerId, mut stdout: ChildStdout, events: UnboundedSender<Event>) {
     let mut bytes = Vec::with_capacity(16 * BEAT_BYTES);
     while stdout.read_buf(&mut bytes).await.is_ok_and(|n| n > 0) {
@@ -123,7 +122,7 @@ async fn read_beats(worker: WorkerId, mut stdout: ChildStdout, events: Unbounded
     }
 }
 
-/// Lines of standard error, cut to a sane length; returns whether a failed allocation was among them.
+/// Reads lines of standard error, cut to a limited length; returns whether a failed allocation was among them.
 async fn read_lines(worker: WorkerId, stderr: ChildStderr, events: UnboundedSender<Event>) -> bool {
     let mut reader = BufReader::new(stderr);
     let mut out_of_memory = false;

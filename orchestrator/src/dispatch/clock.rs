@@ -1,11 +1,11 @@
-//! The clocks of the system, where the standard library has none: time since the machine was started, the local time of the day.
+//! Clocks that the standard library lacks: time since the start of the machine, local time of day.
 
 use crate::schedule::{Moment, TimeOfDay, Until};
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, ToSpan, civil};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// What the clocks say.
+/// Reads the clocks.
 pub(super) fn now() -> Moment {
     let wall = match SystemTime::now().duration_since(UNIX_EPOCH) {
         Ok(since) => i64::try_from(since.as_millis()).unwrap_or(i64::MAX / 4),
@@ -14,13 +14,13 @@ pub(super) fn now() -> Moment {
     Moment { boot: boot(), wall }
 }
 
-/// The next time that the local clock shows `time`.
+/// Next time at which the local clock shows `time`.
 #[must_use]
 pub fn next(time: TimeOfDay) -> Until {
     Until::next(time, now(), local)
 }
 
-/// How long it is until then.
+/// Time until then.
 #[must_use]
 pub fn left(until: &Until) -> Duration {
     Duration::from_millis(u64::try_from(until.left(now())).unwrap_or(0))

@@ -1,4 +1,4 @@
-//! The loop itself: events in, effects out. What it needs is made in `start`.
+//! Dispatch loop: takes events, executes effects. `start` creates its parts.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -23,12 +23,12 @@ use super::log::Log;
 use super::processes::Processes;
 use crate::schedule::{Effect, Ended, KillReason, Scheduler};
 
-/// Time between looks at timers, progress and the sink.
+/// Interval of timers, progress and checks of the sink.
 const TICK: Duration = Duration::from_millis(200);
-/// Events handled between two looks at the clock.
+/// Largest number of events between two readings of the clock.
 const EVENTS_AT_ONCE: usize = 64;
 
-/// What a run is made of.
+/// Parts of a run.
 pub(super) struct Parts<'a> {
     pub options: &'a DispatchOptions,
     pub parameters: &'a dyn Parameters,
@@ -41,7 +41,7 @@ pub(super) struct Parts<'a> {
     pub send: UnboundedSender<Event>,
 }
 
-/// Tells the scheduler what happens, and does what it says.
+/// Passes events to the scheduler and executes its effects.
 pub(super) struct Driver<'a> {
     parts: Parts<'a>,
     scheduler: Scheduler,
@@ -52,7 +52,7 @@ pub(super) struct Driver<'a> {
     first_ask: Option<Duration>,
     /// Messages that the hub refused.
     refused: u64,
-    /// How many workers in a row did not start, and what the last of them said.
+    /// Number of workers in a row that did not start, and the last message of the last one.
     gave_up: Option<(u32, String)>,
     /// Workers last shown as stale.
     stale: BTreeSet<u32>,
@@ -174,7 +174,7 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// Tells the scheduler what a worker said; returns the results in it.
+    /// Passes a worker's message to the scheduler; returns its accepted results.
     fn on_message(
         &mut self,
         incoming: Incoming,
@@ -230,7 +230,7 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// Gets more samples, where they are wanted and there are some.
+    /// Requests further samples if needed.
     fn feed(&mut self) -> Result<(), DispatchError> {
         while self.scheduler.wants_more() {
             let (now, mut effects) = (self.now(), Vec::new());
@@ -255,8 +255,8 @@ impl<'a> Driver<'a> {
         self.parts.observer.progress(&snapshot);
     }
 
-    /// Does what the scheduler says: first what workers wait for, then the records, so that they compute meanwhile, at last what is told
-    /// after the samples that led to it.
+    /// Executes the effects of the scheduler: first answers to workers, then records, so that workers compute meanwhile, then the
+    /// notices about these samples.
     fn carry_out(&mut self, effects: &mut Vec<Effect>, results: Vec<SampleReport>) -> Result<(), DispatchError> {
         let (mut spawned, mut stopping) = (Vec::new(), None);
         for effect in effects.iter_mut() {

@@ -1,4 +1,4 @@
-//! From what the scheduler accepts to the entries of the record.
+//! Entries of the record made of accepted results.
 
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};
 use bladeoff_protocol::messages::SampleReport;
@@ -6,8 +6,8 @@ use bladeoff_protocol::messages::SampleReport;
 use crate::schedule::Effect;
 use bladeoff_record::Entry;
 
-/// The accepted results of one message, which come from one worker, and the samples that are quarantined, in the order of
-/// the effects.
+/// Collects the accepted results of one message, which come from one worker, and the quarantined samples, in the order of the
+/// effects.
 pub(super) fn entries(effects: &[Effect], results: Vec<SampleReport>) -> Vec<(u64, Entry)> {
     let mut results: Vec<Option<SampleReport>> = results.into_iter().map(Some).collect();
     let record = |effect: &Effect| match effect {

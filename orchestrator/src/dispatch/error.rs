@@ -1,4 +1,4 @@
-//! Why the samples could not be computed to their end.
+//! Errors of a dispatch.
 
 use std::io;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use bladeoff_system::shown;
 
 use super::api::SinkError;
 
-/// Why a run could not be carried out. What was recorded before stays recorded.
+/// Error of a dispatch. Samples recorded before remain recorded.
 #[derive(Debug, thiserror::Error)]
 pub enum DispatchError {
     /// Shared memory.
@@ -18,42 +18,42 @@ pub enum DispatchError {
     /// The connection to the workers, or a sample whose parameters cannot be sent.
     #[error("the connection to the workers failed")]
     Link(#[from] LinkError),
-    /// The thread that exchanges messages hangs.
+    /// The hub thread does not answer.
     #[error("no message could be exchanged for {seconds} s; what was recorded is kept; rerun the command to resume")]
     Stuck {
-        /// For how long.
+        /// Waiting time.
         seconds: u64,
     },
-    /// Shared memory could not be made in any time.
+    /// Shared memory could not be created in time.
     #[error(
         "making shared memory does not end: after {seconds} s something still waits. Files of other users under its name: {}",
         list(foreign)
     )]
     MemoryStuck {
-        /// For how long.
+        /// Waiting time.
         seconds: u64,
-        /// Files that are not ours under the run's name.
+        /// Foreign files with the name of the run.
         foreign: Vec<String>,
     },
-    /// Somebody takes every name.
+    /// Another process takes every name.
     #[error(
         "another user takes the names of this run's shared memory ({tries} were tried), the last time with {}",
         list(foreign)
     )]
     NamesTaken {
-        /// How many.
+        /// Number of names or workers tried.
         tries: u32,
-        /// Files that are not ours under the last name.
+        /// Foreign files with the last name.
         foreign: Vec<String>,
-        /// What failed.
+        /// Failed action.
         source: LinkError,
     },
     /// Workers do not start.
     #[error("{deaths} workers in a row ended before they asked for work; the last one said: {last_words}")]
     WorkersDoNotStart {
-        /// How many.
+        /// Number of workers tried.
         deaths: u32,
-        /// The last line of the last of them, or how it ended.
+        /// Last line of the last worker's output, or its exit.
         last_words: String,
     },
     /// A worker process could not be started.
@@ -71,11 +71,11 @@ pub enum DispatchError {
         bladeoff_protocol::messages::MAX_PARAMS
     )]
     Parameters {
-        /// Which sample.
+        /// Sample.
         sample: u64,
-        /// Its parameters.
+        /// Number of its parameters.
         found: usize,
-        /// Those of the first sample.
+        /// Number of parameters of the first sample.
         expected: usize,
     },
     /// Results could not be recorded.
@@ -90,10 +90,10 @@ pub enum DispatchError {
         #[source]
         source: io::Error,
     },
-    /// The system refused what every program needs: threads, timers, signals.
+    /// The system refused threads, timers or signals.
     #[error("{doing} failed")]
     System {
-        /// What was being done.
+        /// Failed action.
         doing: &'static str,
         /// Why.
         #[source]

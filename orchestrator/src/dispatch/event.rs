@@ -1,4 +1,4 @@
-//! What the loop waits for.
+//! Events of the dispatch loop.
 
 use std::process::ExitStatus;
 
@@ -8,34 +8,34 @@ use bladeoff_protocol::messages::WorkerId;
 
 use crate::schedule::{Death, Signal};
 
-/// What happens to the loop.
+/// Event of the dispatch loop.
 pub(super) enum Event {
     Hub(HubEvent),
     Child(WorkerId, ChildEvent),
     Signal(Signal),
-    /// The user asks what the workers do.
+    /// The user requests the activities of the workers.
     Asked,
     /// The user has ended a line: the terminal has shown it.
     Typed,
 }
 
-/// What a child does, as events.
+/// Event of a child process.
 pub(super) enum ChildEvent {
     Beat(Beat),
     Line(String),
-    /// It has ended, and everything it wrote has been handed over.
+    /// End of the process, after all its output has been read.
     Exited(ExitStatus, Death),
 }
 
-/// What the hub tells the loop.
+/// Event of the hub.
 pub(super) enum HubEvent {
     Message(Incoming),
-    /// So many messages were dropped; why the last of them was.
+    /// Number of discarded messages, and the reason of the last one.
     Refused(Refusal, u64),
-    /// Everything this ended worker sent has been handed over.
+    /// All messages of this ended worker have been passed on.
     Drained(WorkerId),
     /// The answer to a ping.
     Pong,
-    /// Nothing can be exchanged any more.
+    /// The connection to the workers has failed.
     Failed(LinkError),
 }

@@ -1,10 +1,10 @@
-//! When recorded results become durable, and the hooks of tests that wait for it.
+//! Time of the next flush of recorded results, and fault hooks at it.
 
 use std::time::{Duration, Instant};
 
 use bladeoff_worker::fault::{At, Faults};
 
-/// What has been recorded since the last flush.
+/// Results recorded since the last flush.
 pub(super) struct Flushing {
     last: Instant,
     count: u64,
@@ -17,7 +17,7 @@ impl Flushing {
         Self { last: Instant::now(), count: 0, samples: Vec::new() }
     }
 
-    /// So many samples were recorded; `samples`: which, where hooks are to be told.
+    /// Takes recorded samples; `samples`: sample numbers for fault hooks.
     pub fn recorded(&mut self, count: usize, samples: impl IntoIterator<Item = (u64, Option<u32>)>) {
         self.count += count as u64;
         self.samples.extend(samples);
@@ -28,7 +28,7 @@ impl Flushing {
         self.count > 0 && self.last.elapsed() >= every
     }
 
-    /// All of it is durable.
+    /// Takes a completed flush.
     pub fn flushed(&mut self, faults: &dyn Faults) {
         (self.last, self.count) = (Instant::now(), 0);
         for (sample, pid) in std::mem::take(&mut self.samples) {

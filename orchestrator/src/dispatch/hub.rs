@@ -1,4 +1,4 @@
-//! The thread that owns the iceoryx2 ports.
+//! Hub: thread that owns the iceoryx2 ports.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
@@ -15,26 +15,26 @@ use tokio::sync::mpsc::UnboundedSender;
 use super::error::DispatchError;
 use super::event::{Event, HubEvent};
 
-/// Making the ports takes milliseconds, and letting go of them some ten. But iceoryx2 waits for a file that somebody has made under a name of
-/// ours and never fills.
+/// Time limit for creating and dropping the ports. Creation takes milliseconds and dropping about ten, but iceoryx2 waits for a
+/// file with one of our names that another process has created and never fills.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What the loop asks of the hub.
+/// Command to the hub.
 pub(super) enum Command {
     Answer(Ticket, WorkerId, ToWorker),
     Forget(Ticket),
-    /// The worker's process has ended: hand over what it sent, say so, then release what it held.
+    /// The worker's process has ended: pass its messages on, report that, then release its resources.
     Drain(WorkerId),
-    /// Answer, to show that the thread is not stuck.
+    /// Answer, as proof that the thread runs.
     Ping,
 }
 
-/// The loop's hold on the hub thread; dropping it ends the thread and releases the ports.
+/// Handle of the loop to the hub thread; dropping it ends the thread and releases the ports.
 pub(super) struct Hub {
     commands: Option<Sender<Command>>,
     waker: Waker,
     thread: Option<JoinHandle<()>>,
-    /// Nothing comes here; it closes with the thread.
+    /// Closed with the thread.
     ended: Receiver<()>,
 }
 
@@ -60,7 +60,7 @@ impl Hub {
             .map_err(|source| DispatchError::System { doing: "starting the thread for messages", source })?;
         let waker = match is_ready.recv_timeout(PATIENCE) {
             Ok(waker) => waker.map_err(LinkError::Port)?,
-            // The thread ended without a word: it panicked, and that says why on standard error.
+            // The thread panicked; the reason is on standard error.
             Err(RecvTimeoutError::Disconnected) => return Err(LinkError::Port(PortError::OrchestratorGone).into()),
             Err(RecvTimeoutError::Timeout) => {
                 return Err(DispatchError::MemoryStuck {
@@ -72,14 +72,14 @@ impl Hub {
         Ok(Self { commands: Some(commands), waker, thread: Some(thread), ended })
     }
 
-    /// Hands a command over; it is carried out after all before it.
+    /// Sends a command; commands are executed in order.
     pub fn send(&self, command: Command) {
-        // A hub that has ended has said why, and the loop is about to read it.
+        // An ended hub has sent its error, which the loop will read.
         let _ = self.commands.as_ref().map(|commands| commands.send(command));
         (self.waker)();
     }
 
-    /// Gives the thread up: it is stuck and cannot be waited for.
+    /// Abandons a stuck thread.
     pub fn abandon(&mut self) {
         self.thread = None;
     }
@@ -90,7 +90,7 @@ impl Drop for Hub {
         self.commands = None;
         (self.waker)();
         let Some(thread) = self.thread.take() else { return };
-        // One that does not end goes down with the process; results are recorded without it.
+        // A thread that does not end is ended with the process; the results are recorded.
         if !matches!(self.ended.recv_timeout(PATIENCE), Err(RecvTimeoutError::Timeout)) {
             let _ = thread.join();
         }
@@ -139,7 +139,7 @@ fn serve(mut link: HubLink<IpcHub>, commands: &Receiver<Command>, events: &Unbou
     }
 }
 
-/// Carries out all commands and takes all messages; false when the loop has let go.
+/// Executes all commands and takes all messages; returns false when the loop has dropped the hub.
 fn exchange(
     link: &mut HubLink<IpcHub>,
     commands: &Receiver<Command>,

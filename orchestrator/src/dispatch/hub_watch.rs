@@ -1,4 +1,4 @@
-//! Keeps the hub from waiting for the dead, and ends a run whose hub hangs all the same.
+//! Watch of the hub: removes unfinished memory of dead workers, and ends a run whose hub does not answer.
 
 use std::time::Duration;
 
@@ -9,16 +9,16 @@ use super::error::DispatchError;
 use super::hub::{Command, Hub};
 use super::log::Log;
 
-/// Ticks between two looks at unfinished memory and at the hub, about a second.
+/// Ticks between two checks of unfinished memory and of the hub, about a second.
 const TICKS_PER_CHECK: u32 = 5;
-/// Ticks after which a hub that does not answer is given up, about a minute. Ticks do not pass while we are stopped.
+/// Ticks after which a silent hub is given up, about a minute. Ticks do not pass while this process is stopped.
 const STUCK_TICKS: u32 = 300;
 
-/// Looks after the hub, tick by tick.
+/// Watch of the hub.
 pub(super) struct HubWatch {
     unfinished: Unfinished,
     ticks: u32,
-    /// Tick at which the hub was asked for an answer that has not come yet.
+    /// Tick of a request that the hub has not answered.
     pinged: Option<u32>,
 }
 
@@ -27,12 +27,12 @@ impl HubWatch {
         Self { unfinished: Unfinished::new(domain.address()), ticks: 0, pinged: None }
     }
 
-    /// The hub has answered.
+    /// Takes an answer of the hub.
     pub fn pong(&mut self) {
         self.pinged = None;
     }
 
-    /// A tick of the loop.
+    /// Takes a tick of the loop.
     ///
     /// # Errors
     /// [`DispatchError::Stuck`]; the log cannot be written.

@@ -1,4 +1,4 @@
-//! A key for whoever watches: `s` and Enter ask what each worker does, as SIGUSR1 does.
+//! Keyboard: `s` and Enter print what each worker does, as SIGUSR1 does.
 
 use std::io::{BufRead, IsTerminal};
 
@@ -8,8 +8,8 @@ use tokio::sync::mpsc::UnboundedSender;
 
 use super::event::Event;
 
-/// Listens on standard input while the receiver is there; nothing where it is no terminal. A run in the background of a shell leaves
-/// what is typed to whoever is in the foreground: to read it would stop us (SIGTTIN).
+/// Reads standard input while the receiver lives, if it is a terminal. A background process does not read: reading would stop it
+/// (SIGTTIN).
 pub(super) fn watch(events: &UnboundedSender<Event>) {
     let stdin = std::io::stdin();
     if !stdin.is_terminal() {

@@ -1,4 +1,4 @@
-//! The worker log: what workers write to standard error and what happened to them, one line each.
+//! Worker log: standard error of the workers and events of their lives, one line each.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,14 +14,14 @@ use crate::schedule::KillReason;
 
 /// Longest line kept.
 pub(super) const LONGEST_LINE: usize = 4096;
-/// A log grows to this and no further in one run, so that a sample that complains at every step does not fill the disk.
+/// Largest growth of a log in one run, so that a sample with a message at every step does not fill the disk.
 const LONGEST_LOG: u64 = 16 << 20;
 
 pub(super) struct Log {
     path: PathBuf,
     file: File,
     written: u64,
-    /// What each worker said last, or was said of it before it ended.
+    /// Last line of each worker, or about it before its end.
     words: BTreeMap<WorkerId, String>,
 }
 
@@ -34,7 +34,7 @@ impl Log {
         }
     }
 
-    /// Writes a line, the worker's number before it.
+    /// Writes a line after the number of its worker.
     pub fn line(&mut self, worker: Option<WorkerId>, text: &str) -> Result<(), DispatchError> {
         // Whatever a library wrote there: it is read in terminals.
         let text = &*visible(text);
@@ -45,7 +45,7 @@ impl Log {
         self.write(worker, text)
     }
 
-    /// Writes why a worker is about to be killed.
+    /// Writes the reason of a kill.
     pub fn killed(&mut self, worker: WorkerId, why: KillReason) -> Result<(), DispatchError> {
         let words = match why {
             KillReason::TimeLimit => "killed: its sample exceeds the time limit",
@@ -56,20 +56,20 @@ impl Log {
         self.line(Some(worker), words)
     }
 
-    /// Writes that so many messages were dropped, and why the last of them was.
+    /// Writes the number of discarded messages and the reason of the last one.
     pub fn dropped(&mut self, count: u64, why: &impl std::fmt::Display) -> Result<(), DispatchError> {
         let what =
             if count == 1 { "message dropped".to_owned() } else { format!("{count} messages dropped, the last") };
         self.line(None, &format!("{what}: {why}"))
     }
 
-    /// Writes how a worker has ended; its last words, if it had none.
+    /// Writes the end of a worker, if it left no message.
     pub fn ended(&mut self, worker: WorkerId, text: &str) -> Result<(), DispatchError> {
         self.words.entry(worker).or_insert_with(|| text.to_owned());
         self.write(Some(worker), text)
     }
 
-    /// The last words of a worker that has ended, once.
+    /// Returns the last line of an ended worker, once.
     pub fn last_words(&mut self, worker: WorkerId) -> Option<String> {
         self.words.remove(&worker)
     }

@@ -1,14 +1,14 @@
-//! Runs a study's samples on worker processes: the loop between the scheduler and the world.
+//! Dispatch: runs the samples of a study on worker processes; the loop between scheduler and system.
 //!
 //! ```text
 //! hub thread          iceoryx2 ports, poll           ┐
 //! children            wait, heartbeats, stderr       ├─ events ─> loop ─> schedule ─> effects ─> hub, children, sink
 //! signals, timers     tokio                          ┘
 //! ```
-//! The loop tells [`schedule`](crate::schedule) what happened and does what it says; it decides nothing. iceoryx2's ports
-//! cannot leave the thread that made them, and releasing what a dead worker held takes some ten milliseconds, so they live
-//! on a thread of their own. Everything else runs on the calling thread, which must live as long as the run: the
-//! kernel kills workers with the thread that started them.
+//! The loop passes events to [`schedule`](crate::schedule) and executes its effects; it decides nothing. iceoryx2's ports cannot
+//! leave their thread, and releasing the resources of a dead worker takes about ten milliseconds, so they have a thread of their
+//! own. Everything else runs on the calling thread, which must live as long as the run: the kernel kills workers with the thread
+//! that started them.
 //!
 //! Signals during a run: SIGINT, SIGTERM, and SIGHUP unless it is ignored, end it in order, a second one at once; SIGUSR1
 //! asks what the workers do. They stay caught afterwards, so that the table is written to its end; [`watch_afterwards`] answers them
@@ -51,7 +51,7 @@ pub use error::DispatchError;
 pub use preparation::{limit_preparation, nothing_to_compute};
 pub use signals::{watch_afterwards, watch_before};
 
-/// Says before a study begins whether its workers would have shared memory.
+/// Checks before a study begins whether its workers would have shared memory.
 ///
 /// # Errors
 /// [`DispatchError::Domain`].
@@ -59,8 +59,8 @@ pub fn preflight(workers: usize) -> Result<(), DispatchError> {
     Ok(Domain::check(workers)?)
 }
 
-/// The command that starts this very program as a worker. It goes by the running file and not by its path, so that
-/// workers started late are the same build even when the path has been overwritten meanwhile.
+/// Command that starts this program as a worker. It uses the running file instead of its path, so that late workers are of the
+/// same build even if the path was overwritten.
 ///
 /// # Errors
 /// The system does not say what is running.
@@ -120,7 +120,7 @@ pub fn run(
     Ok(DispatchReport { memory: Some(domain), ..result? })
 }
 
-/// Removes the shared memory of a run. What cannot be removed is told, and no error of the run: its results are there.
+/// Removes the shared memory of a run. Remaining files are reported and are no error of the run.
 pub fn give_back(memory: Option<Domain>, observer: &mut dyn Observer) {
     for left in memory.map(Domain::close).unwrap_or_default() {
         observer.noticed(&Notice::NotRemoved { what: left.to_string() });

@@ -1,4 +1,4 @@
-//! The preparation of a run: from the start of the program until its workers are started. A signal or a limit of the run ends it.
+//! Preparation of a run, until its workers are started. A signal or a limit of the run ends it.
 
 use super::clock;
 use crate::schedule::{Ended, RunLimits};
@@ -6,16 +6,16 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time that a preparation has after a limit of the run.
+/// Time that a preparation has after a limit of the run is reached.
 const GRACE: Duration = Duration::from_secs(5);
-/// Time between two looks at the clocks.
+/// Interval of clock readings.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
-/// Nothing is computed yet.
+/// Preparation.
 const PREPARES: u8 = 0;
-/// Nothing is left to compute: no limit of the run counts, a signal does.
+/// Complete study: limits of the run do not count, signals do.
 const COMPLETE: u8 = 1;
-/// A run computes, and answers signals and limits.
+/// Run that handles signals and limits itself.
 const COMPUTES: u8 = 2;
 /// The process ends.
 const ENDS: u8 = 3;
@@ -26,7 +26,7 @@ fn change(from: u8, to: u8) -> bool {
     STATE.compare_exchange(from, to, Ordering::SeqCst, Ordering::SeqCst).is_ok()
 }
 
-/// A run computes from now on. Does not return where the process ends already.
+/// Begins the run. Does not return if the process is already ending.
 pub(super) fn is_over() {
     if !change(PREPARES, COMPUTES) && !change(COMPLETE, COMPUTES) {
         while STATE.load(Ordering::SeqCst) == ENDS {
@@ -35,12 +35,12 @@ pub(super) fn is_over() {
     }
 }
 
-/// Every sample is there: no limit ends what is still done.
+/// Marks the study as complete: no limit ends the remaining work.
 pub fn nothing_to_compute() {
     change(PREPARES, COMPLETE);
 }
 
-/// Whether the caller, and no other, is to end the process, because no run computes yet.
+/// Whether the caller must end the process, because no run computes yet.
 pub(super) fn end() -> bool {
     change(PREPARES, ENDS) || change(COMPLETE, ENDS)
 }

@@ -1,4 +1,4 @@
-//! The workers' processes and their open requests.
+//! Worker processes and their open requests.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use super::child::Child;
 use super::hub::{Command, Hub};
 use crate::schedule::Death;
 
-/// Every worker that has not ended, or whose end has not been told yet.
+/// Workers that have not ended, or whose end has not been reported.
 #[derive(Default)]
 pub(super) struct Processes {
     pub children: BTreeMap<WorkerId, Child>,
-    /// Ended workers whose last messages are still on their way, and how they ended.
+    /// Ended workers with messages in transit, and their ends.
     pub exits: BTreeMap<WorkerId, (Death, String)>,
     /// The open request of each worker.
     pub tickets: BTreeMap<WorkerId, Ticket>,

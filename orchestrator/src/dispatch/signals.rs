@@ -9,7 +9,7 @@ use super::preparation;
 use crate::schedule::Signal;
 use bladeoff_system::guarded::guarded;
 
-/// Until a run answers signals: hands each to `on_signal`, on a thread of its own.
+/// Passes each signal to `on_signal` on a thread of its own until a run handles signals.
 pub fn watch_before(on_signal: impl Fn(Signal) + Send + 'static) {
     watch_afterwards(move |signal| {
         if preparation::end() {
@@ -28,8 +28,8 @@ pub(super) fn watch(events: &UnboundedSender<Event>) -> Result<(), DispatchError
     forward(SignalKind::user_defined1(), events, || Event::Asked)
 }
 
-/// After a run, until the process ends: hands every further signal to `on_signal`, on a thread of its own. Without it they would be
-/// caught and forgotten.
+/// Passes each further signal to `on_signal` on a thread of its own, from the end of a run to the end of the process. Otherwise
+/// the signals would be ignored.
 pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
     let (listening, listens) = std::sync::mpsc::channel::<()>();
     let body = move || {

@@ -1,4 +1,4 @@
-//! What a run needs: settings, shared memory and hub, the event loop.
+//! Parts of a run: settings, shared memory and hub, event loop.
 
 use bladeoff_protocol::domain::{Domain, foreign_files};
 use bladeoff_protocol::messages::{MAX_PARAMS, batch_capacity};
@@ -11,7 +11,7 @@ use super::event::Event;
 use super::hub::Hub;
 use crate::schedule::Settings;
 
-/// Names that are tried where somebody takes them.
+/// Largest number of names tried if another process takes them.
 const TRIES: u32 = 20;
 
 /// Timers, signals and child processes.
@@ -22,8 +22,8 @@ pub(super) fn event_loop() -> Result<Runtime, DispatchError> {
         .map_err(|source| DispatchError::System { doing: "starting timers and signals", source })
 }
 
-/// Shared memory and the hub in it. Whoever watches /dev/shm can take the names of a run as soon as its first file betrays them:
-/// then another run's names are tried.
+/// Creates shared memory and the hub in it. A process that watches /dev/shm can take the names of a run after its first file:
+/// then new names are tried.
 pub(super) fn connect(
     options: &DispatchOptions,
     workers: usize,
@@ -51,7 +51,7 @@ pub(super) fn connect(
     }
 }
 
-/// What the scheduler goes by, with batches that fit into a message.
+/// Settings of the scheduler, with batches that fit into a message.
 pub(super) fn settings(options: &DispatchOptions, n_params: usize) -> Settings {
     let mut settings = options.schedule.clone();
     settings.workers = settings.workers.max(1);

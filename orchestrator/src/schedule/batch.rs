@@ -1,46 +1,46 @@
-//! How many samples a worker gets at once. What this guesses wrong among samples of very different length, `relief` sets right.
+//! Size of batches. `work_stealing` corrects wrong estimates among samples of very different length.
 
 use std::time::Duration;
 
 use bladeoff_protocol::messages::BatchId;
 
-/// Computing time of a batch aimed at: long against the cost of a message, short against a second.
+/// Target computing time of a batch: long against the cost of a message, short against a second.
 pub const BATCH_TARGET: Duration = Duration::from_millis(75);
 /// Weight of the newest batch in the measured cost.
 const NEWEST: f64 = 0.3;
-/// A batch is at most so many times as long as the one measured before.
+/// Largest ratio of the length of a batch to that of the last measured one.
 const GROWTH: usize = 4;
 
-/// Measures what samples cost and sizes the next batch by it; numbers them.
+/// Measures the cost of samples, sizes the next batch and numbers it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Batches {
-    /// Seconds per sample.
+    /// Cost of a sample \[s\].
     cost: Option<f64>,
     measured: usize,
-    /// Batches made so far.
+    /// Number of batches so far.
     made: u64,
 }
 
 impl Batches {
-    /// The number of a new batch.
+    /// Number of a new batch.
     pub fn number(&mut self) -> BatchId {
         self.made += 1;
         BatchId(self.made)
     }
 
-    /// A batch of `size` samples took so long.
+    /// Takes the time of a batch of `size` samples.
     pub fn measured(&mut self, size: usize, took: Duration) {
         let cost = took.as_secs_f64() / size.max(1) as f64;
         self.cost = Some(self.cost.map_or(cost, |old| old + NEWEST * (cost - old)));
         self.measured = size;
     }
 
-    /// How many samples a worker computes in this time: two at least, by what samples cost so far.
+    /// Number of samples that a worker computes in this time, by their cost so far; at least two.
     pub fn within(&self, time: Duration) -> u64 {
         self.cost.map_or(2, |cost| ((time.as_secs_f64() / cost.max(1e-9)) as u64).max(2))
     }
 
-    /// Size of the next batch: at least 1, at most `most`, and no more than a fair half of what is left.
+    /// Size of the next batch: at least 1, at most `most`, and at most half of a fair share of the remaining samples.
     pub fn next(&self, most: usize, left: u64, workers: usize) -> usize {
         let Some(cost) = self.cost else { return 1 };
         let wanted = BATCH_TARGET.as_secs_f64() / cost.max(1e-9);

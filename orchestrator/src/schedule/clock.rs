@@ -1,8 +1,8 @@
-//! Attended time: what passes while nobody looks counts for little.
+//! Attended time: the time in which the dispatch loop ran; longer gaps count as a short one.
 
 use std::time::Duration;
 
-/// The longest time between two events that counts as a whole. The dispatch loop ticks many times in it.
+/// Longest time between two events that counts in full. The dispatch loop ticks many times in it.
 pub const LONGEST_STEP: Duration = Duration::from_secs(2);
 
 /// Turns the time of events into attended time.

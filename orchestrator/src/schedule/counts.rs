@@ -1,4 +1,4 @@
-//! What has become of the samples and the workers of a run, in numbers.
+//! Counts of the samples and workers of a run.
 
 use bladeoff_model::outcome::{Cause, Status};
 
@@ -7,13 +7,13 @@ use bladeoff_model::outcome::{Cause, Status};
 pub(super) struct Counts {
     /// Samples of the run.
     pub total: u64,
-    /// Those that have ended.
+    /// Ended samples.
     pub done: u64,
     pub by_status: [u64; Status::ALL.len()],
     pub by_cause: [u64; Cause::ALL.len()],
-    /// Workers that died or were killed while they should have lived.
+    /// Workers that died or were killed without an order to stop.
     pub worker_deaths: u64,
-    /// Results and requests that were late, doubled or lies.
+    /// Late, duplicate and invalid messages.
     pub dropped: u64,
 }
 
@@ -23,7 +23,7 @@ impl Counts {
         Self { total, done: 0, by_status, by_cause, worker_deaths: 0, dropped: 0 }
     }
 
-    /// A sample has ended.
+    /// Counts an ended sample.
     pub fn add(&mut self, status: Status, cause: Option<Cause>) {
         self.done += 1;
         self.by_status[usize::from(status.code())] += 1;
@@ -32,7 +32,7 @@ impl Counts {
         }
     }
 
-    /// Samples that have failed or were quarantined.
+    /// Failed and quarantined samples.
     pub fn failed(&self) -> u64 {
         let of = |status: Status| self.by_status[usize::from(status.code())];
         of(Status::Failed) + of(Status::Quarantined)

@@ -1,11 +1,11 @@
-//! Why a run ends, and how far it is with that.
+//! Reasons of the end of a run, and its progress towards the end.
 
 use std::time::Duration;
 
 use super::settings::RunLimits;
 use super::until::Until;
 
-/// A signal that ended a run.
+/// Signal that ended a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
     /// Ctrl-C.
@@ -14,14 +14,14 @@ pub enum Signal {
     Terminate,
 }
 
-/// Why a run ended.
+/// Reason of the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
     /// Every sample is done.
     Complete,
-    /// As many as `[stop]` of the study asks for: complete as well.
+    /// As many samples are done as `[stop]` of the study requires: complete as well.
     Stop,
-    /// A signal came.
+    /// Signal.
     Signalled(Signal),
     /// `wall` was reached.
     Wall,
@@ -32,7 +32,7 @@ pub enum Ended {
 }
 
 impl Ended {
-    /// The word of it, the same in events, status and manifest.
+    /// Word for events, status and manifest.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -54,7 +54,7 @@ impl Ended {
         matches!(self, Ended::Complete | Ended::Stop)
     }
 
-    /// The option of the command line that ended it, if one did.
+    /// Command-line option that ended the run, if any.
     #[must_use]
     pub fn by_option(self) -> Option<&'static str> {
         match self {
@@ -65,23 +65,23 @@ impl Ended {
         }
     }
 
-    /// The state that it leaves a study in: `complete`, or why it is not.
+    /// State in which the study is left: `complete`, or the reason why not.
     #[must_use]
     pub fn state(self) -> &'static str {
         if self.is_complete() { Ended::Complete.word() } else { self.word() }
     }
 }
 
-/// How far a run is with ending.
+/// Progress of a run towards its end.
 #[derive(Debug)]
 pub(super) struct Ending {
-    /// The end by the clock on the wall, which moves when that clock is set.
+    /// End by the wall clock, which moves when that clock is set.
     pub until: Option<Until>,
-    /// What made it end before it was complete.
+    /// Reason of an end before the study is complete.
     pub why: Option<Ended>,
-    /// No assignments any more; what is unfinished is killed then.
+    /// Time at which unfinished samples are killed; no samples are assigned any more.
     pub deadline: Option<Duration>,
-    /// Worker after worker died before it asked.
+    /// Workers in a row died before they asked for work.
     pub has_given_up: bool,
 }
 
@@ -90,7 +90,7 @@ impl Ending {
         Self { until: limits.until, why: None, deadline: None, has_given_up: false }
     }
 
-    /// Whether no sample is assigned any more.
+    /// Whether assignments have ended.
     pub fn has_begun(&self) -> bool {
         self.deadline.is_some()
     }

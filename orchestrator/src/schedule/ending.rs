@@ -7,32 +7,33 @@ use super::scheduler::Scheduler;
 use super::slot::{Effect, KillReason, State};
 use super::until::Moment;
 
-/// Time for a worker that was told to stop.
+/// Time for a worker to obey the order to stop.
 const FAREWELL: Duration = Duration::from_secs(5);
 
 impl Scheduler {
-    /// Why the run ended or is ending; `None` as long as it is not, and where its workers did not start.
+    /// Reason of the end; `None` before it, and when the workers did not start.
     #[must_use]
     pub fn ended(&self) -> Option<Ended> {
         if self.is_complete() { Some(Ended::Complete) } else { self.ending.why }
     }
 
-    /// A signal: the run is to end before it is complete. What is in work may finish within the grace; a second call ends it at once.
+    /// Handles a signal that ends the run early. Samples in progress may finish within the grace time; a second signal ends the
+    /// run at once.
     pub fn on_stop(&mut self, now: Duration, signal: Signal, effects: &mut Vec<Effect>) {
         self.stop(now, Ended::Signalled(signal), effects);
     }
 
-    /// Ends the run at its time by either clock. `now` is real time: that it slept prolongs no run.
+    /// Ends the run at its time by either clock. `now` is real time, so sleep of the machine does not prolong a run.
     pub(super) fn check_time(&mut self, now: Duration, moment: Moment, effects: &mut Vec<Effect>) {
         let is_past_wall = self.settings.run.wall.is_some_and(|wall| now >= wall);
-        // Asked each time, so that a clock that is set is seen.
+        // Read at each call, so that a change of the clock is noticed.
         let is_past_until = self.ending.until.as_mut().is_some_and(|until| until.is_reached(moment));
         if (is_past_wall || is_past_until) && self.ended().is_none() {
             self.stop(now, if is_past_wall { Ended::Wall } else { Ended::Until }, effects);
         }
     }
 
-    /// Ends the run in order; at once, if it is ending already.
+    /// Ends the run in order, or at once if it is already ending.
     fn stop(&mut self, now: Duration, why: Ended, effects: &mut Vec<Effect>) {
         let now = self.clock.advance(now);
         self.say_why(why, effects);
@@ -43,7 +44,7 @@ impl Scheduler {
         }
     }
 
-    /// The first reason is the one; a complete run needs none.
+    /// Sets the reason of the end; the first one counts, and a complete run needs none.
     fn say_why(&mut self, why: Ended, effects: &mut Vec<Effect>) {
         if self.ended().is_none() {
             self.ending.why = Some(why);
@@ -51,7 +52,7 @@ impl Scheduler {
         }
     }
 
-    /// Ends the run: no worker is started or given work any more, and what lives is killed.
+    /// Ends the run: starts no worker, assigns nothing and kills all live workers.
     pub(super) fn end_now(&mut self, effects: &mut Vec<Effect>) {
         self.ending.deadline = Some(Duration::ZERO);
         self.close_gone();
@@ -61,8 +62,7 @@ impl Scheduler {
     fn begin_ending(&mut self, deadline: Duration, effects: &mut Vec<Effect>) {
         self.ending.deadline = Some(deadline);
         self.close_gone();
-        // Whoever is starting is told when it says hello: to kill it in the middle of making its memory is what the hub
-        // likes least.
+        // A starting worker gets the order when it connects: a kill while it creates its shared memory would disturb the hub.
         for at in 0..self.slots.len() {
             if matches!(self.slots[at].state, State::Idle) {
                 self.tell_to_stop(at, effects);
@@ -70,7 +70,7 @@ impl Scheduler {
         }
     }
 
-    /// Slots whose worker has died stay empty.
+    /// Leaves the slots of dead workers empty.
     pub(super) fn close_gone(&mut self) {
         for slot in &mut self.slots {
             if matches!(slot.state, State::Gone { .. }) {
@@ -91,7 +91,7 @@ impl Scheduler {
         effects.push(Effect::Stop(slot.worker));
     }
 
-    /// After the last sample nobody is needed.
+    /// Stops idle workers after the last sample.
     pub(super) fn end_if_complete(&mut self, effects: &mut Vec<Effect>) {
         if self.is_complete() && !self.ending.has_begun() {
             self.begin_ending(self.clock.now() + FAREWELL, effects);
@@ -109,7 +109,7 @@ impl Scheduler {
         }
     }
 
-    /// Kills what has not left in time.
+    /// Kills the workers that have not stopped in time.
     pub(super) fn check_ending(&mut self, effects: &mut Vec<Effect>) {
         let now = self.clock.now();
         let Some(deadline) = self.ending.deadline else { return };

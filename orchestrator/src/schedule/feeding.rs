@@ -1,4 +1,4 @@
-//! Samples that come while the run goes on: of a shard, chunk by chunk, because others may take what it has not begun.
+//! Samples added during a run: chunks of a shard, because other shards may compute those that have not begun.
 
 use std::time::Duration;
 
@@ -6,11 +6,11 @@ use super::scheduler::Scheduler;
 use super::slot::Effect;
 use super::todo::Todo;
 
-/// Work that is to wait for the workers, so that none of them does.
+/// Computing time that should be waiting, so that no worker is idle.
 const AHEAD: Duration = Duration::from_secs(2);
 
 impl Scheduler {
-    /// Whether more samples are wanted: those that wait are done within moments.
+    /// Whether more samples are needed, because the waiting ones are done soon.
     #[must_use]
     pub fn wants_more(&self) -> bool {
         let workers = self.settings.workers.max(1) as u64;
@@ -19,7 +19,7 @@ impl Scheduler {
             && self.queue.todo.left() < self.batches.within(AHEAD).saturating_mul(workers)
     }
 
-    /// Here are more. None of them may have been given before.
+    /// Adds samples. None of them may have been added before.
     pub fn on_more(&mut self, now: Duration, more: Todo, effects: &mut Vec<Effect>) {
         self.clock.advance(now);
         self.counts.total += more.left();
@@ -27,7 +27,7 @@ impl Scheduler {
         self.give_work_to_all(effects);
     }
 
-    /// No more will come.
+    /// Ends the supply of samples.
     pub fn on_no_more(&mut self, now: Duration, effects: &mut Vec<Effect>) {
         self.clock.advance(now);
         self.settings.is_fed = false;

@@ -1,4 +1,4 @@
-//! Random histories of the scheduler in worlds of different badness, played by `simulation`.
+//! Random histories of the scheduler in environments with various rates of faults, by `simulation`.
 
 use std::collections::BTreeSet;
 use std::time::Duration;

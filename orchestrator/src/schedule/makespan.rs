@@ -1,9 +1,9 @@
-//! How long a study of short and long samples takes with batches, against samples handed out one by one at no cost: what may be lost is
-//! time at the end, when a worker has several long ones in its batch and others have nothing.
+//! Time of a study of short and long samples with batches, compared with free assignment of single samples. Time may be lost at
+//! the end, when one worker has several long samples and others have none.
 //!
-//! Workers behave as `bladeoff_worker::serve` does: they report when a batch is over, or when [`REPORT_EVERY`] has passed since the last
-//! report, and wait for the answer after a long sample; a heartbeat every half second; a message takes 50 us. Without heartbeats nobody is known
-//! to be in a long sample and nothing is taken back: that is what it is compared with.
+//! Workers behave as `bladeoff_worker::serve` does. They report when a batch is over or [`REPORT_EVERY`] has passed since the
+//! last report, and wait for the answer after a long sample. A heartbeat comes every half second; a message takes 50 us. Without
+//! heartbeats no long sample is known and no work is taken back: that is the reference.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, VecDeque};
@@ -40,7 +40,7 @@ enum ToWorker {
 #[derive(Default)]
 struct Worker {
     batch: Option<(u64, u32)>,
-    /// The first is in work, unless it waits for an answer.
+    /// Samples of the batch; the first one is in progress unless the worker waits for an answer.
     queue: VecDeque<u64>,
     finished: Vec<u64>,
     sent: Duration,
@@ -75,7 +75,7 @@ impl Play<'_> {
                     let mut effects = Vec::new();
                     assert!(self.scheduler.on_hello(self.now, worker, worker.0, &mut effects));
                     self.after(Duration::ZERO, Event::Says(worker, Vec::new(), None, true));
-                    // Not all at the same time.
+                    // Workers start at different times.
                     if self.has_heartbeats {
                         self.after(BEAT_EVERY * (worker.0 % 7) / 7, Event::Beat(worker));
                     }
@@ -172,9 +172,9 @@ impl Play<'_> {
     }
 }
 
-/// Time until the last result is there, messages, workers that were told to leave their batch.
+/// Returns the time of the last result, the messages, and the workers that had to leave their batch.
 fn play(costs: &[Duration], workers: usize, has_heartbeats: bool) -> (Duration, u64, u64) {
-    // Silence is borne: there are runs without heartbeats.
+    // No worker is replaced: some runs have no heartbeats.
     let settings = Settings { replace_after: Duration::from_secs(3600), ..Settings::new(workers) };
     let scheduler = Scheduler::new(settings, Todo::from(costs.len() as u64));
     let (now, events) = (Duration::ZERO, BinaryHeap::new());
@@ -202,7 +202,7 @@ fn play(costs: &[Duration], workers: usize, has_heartbeats: bool) -> (Duration, 
     (play.now, play.messages, play.relieved)
 }
 
-/// The same with samples handed out one by one, at no cost.
+/// Time with samples assigned singly without cost.
 fn one_by_one(costs: &[Duration], workers: usize) -> Duration {
     let mut free: BinaryHeap<_> = (0..workers).map(|_| Reverse(Duration::ZERO)).collect();
     for &cost in costs {
@@ -212,7 +212,7 @@ fn one_by_one(costs: &[Duration], workers: usize) -> Duration {
     free.into_iter().map(|Reverse(at)| at).max().unwrap_or_default()
 }
 
-/// Samples, each of which is long in so many of ten thousand cases; costs differ by 15 % to both sides.
+/// Creates samples of which so many of ten thousand are long; costs differ by 15 % to both sides.
 fn study(samples: u64, long_of_10000: u64, short: Duration, long: Duration, seed: u64) -> Vec<Duration> {
     let random = |index: u64| blake3::hash(&[seed.to_le_bytes(), index.to_le_bytes()].concat());
     let word = |index| u64::from_le_bytes(random(index).as_bytes()[..8].try_into().expect("eight bytes"));

@@ -1,4 +1,4 @@
-//! Samples per second, for whoever watches.
+//! Rate of samples for the display.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -8,25 +8,25 @@ use std::time::Duration;
 pub(super) struct Rate {
     /// Times and counts, about one a second.
     points: VecDeque<(Duration, u64)>,
-    /// When samples were assigned first, in attended time.
+    /// Attended time of the first assignment.
     begun: Option<Duration>,
 }
 
-/// Span of the rate, in points.
+/// Number of points of the rate.
 const RATE_POINTS: usize = 15;
 
 impl Rate {
-    /// Samples are assigned; the first time counts.
+    /// Takes an assignment; the first one counts.
     pub fn begin(&mut self, now: Duration) {
         self.begun.get_or_insert(now);
     }
 
-    /// Time since samples were assigned first.
+    /// Attended time since the first assignment.
     pub fn computing(&self, now: Duration) -> Duration {
         self.begun.map_or(Duration::ZERO, |begun| now.saturating_sub(begun))
     }
 
-    /// So many samples are done at that time.
+    /// Takes the number of done samples at a time.
     pub fn note(&mut self, now: Duration, done: u64) {
         let is_due = self.points.back().is_none_or(|(last, _)| now.saturating_sub(*last) >= Duration::from_secs(1));
         if is_due {
@@ -37,7 +37,7 @@ impl Rate {
         }
     }
 
-    /// Of the last seconds, where so many are done now.
+    /// Rate over the last seconds, with the present number of done samples.
     pub fn per_second(&self, now: Duration, done: u64) -> f64 {
         let Some(&(since, before)) = self.points.front() else { return 0.0 };
         let span = now.saturating_sub(since).as_secs_f64();

@@ -1,4 +1,4 @@
-//! The state machine: samples, reports, assignments. Workers' lives are in `workers`, the end in `ending`.
+//! State machine of a run: samples, reports, assignments. `workers` has the life of workers, `ending` the end.
 
 use std::time::Duration;
 
@@ -14,8 +14,8 @@ use super::settings::Settings;
 use super::slot::{Effect, Slot, Starts, State, Work};
 use super::todo::Todo;
 
-/// Assigns the samples of one run. Every method that is told an event takes its time, which never influences results, and
-/// appends what is to be done to `effects`, in order.
+/// Assigns the samples of one run. Event methods take the time of their event, which never influences results, and append the
+/// actions to `effects` in order.
 #[derive(Debug)]
 pub struct Scheduler {
     pub(super) settings: Settings,
@@ -30,7 +30,7 @@ pub struct Scheduler {
 }
 
 impl Scheduler {
-    /// A scheduler for these samples. Nothing happens before [`Scheduler::start`].
+    /// Creates the scheduler of these samples. It does nothing before [`Scheduler::start`].
     #[must_use]
     pub fn new(settings: Settings, todo: Todo) -> Self {
         Self {
@@ -46,13 +46,13 @@ impl Scheduler {
         }
     }
 
-    /// Whether every process has ended and none will be started.
+    /// Whether all processes have ended and no other one will be started.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.slots.iter().all(|slot| matches!(slot.state, State::Closed))
     }
 
-    /// Whether every sample is done, and no more come.
+    /// Whether all samples are done and no more will be added.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.counts.done == self.counts.total && !self.settings.is_fed
@@ -64,20 +64,19 @@ impl Scheduler {
         self.counts.done
     }
 
-    /// Workers that died or were killed while they should have lived.
+    /// Number of workers that died or were killed without an order to stop.
     #[must_use]
     pub fn worker_deaths(&self) -> u64 {
         self.counts.worker_deaths
     }
 
-    /// Results and requests that were late, doubled or lies.
+    /// Number of late, duplicate and invalid messages.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.counts.dropped
     }
 
-    /// A worker reports, asks, or both. Returns whether its request is to be answered, now or later; if not, it is to be
-    /// dropped.
+    /// Takes a report, a request, or both. Returns whether the request will be answered; otherwise it is to be discarded.
     pub fn on_report(&mut self, now: Duration, worker: WorkerId, report: &Report, effects: &mut Vec<Effect>) -> bool {
         let now = self.clock.advance(now);
         let Some(at) = self.slot_of(worker) else { return self.drop_report(report) };
@@ -93,7 +92,7 @@ impl Scheduler {
             }
             (State::Leaving { work: Some(work) }, Some(named)) if named == (work.batch, work.attempt) => {
                 self.take_results(at, report, effects);
-                // Told to stop already, unless it was killed before it could be.
+                // The worker has the order to stop, unless it was killed before.
                 false
             }
             _ => return self.drop_report(report),
@@ -122,12 +121,12 @@ impl Scheduler {
         false
     }
 
-    /// Records the results that are due and drops the others.
+    /// Records the expected results and discards the others.
     fn take_results(&mut self, at: usize, report: &Report, effects: &mut Vec<Effect>) {
         for (index, result) in report.samples.iter().enumerate() {
             let slot = &mut self.slots[at];
             let (State::Busy(work) | State::Leaving { work: Some(work) }) = &mut slot.state else { return };
-            // They come in the order of the batch, so it is nearly always the first.
+            // Results come in the order of the batch, so it is nearly always the first one.
             let Some(found) = work.left.iter().position(|&sample| sample == result.sample) else {
                 if let Some(taken) = work.taken_back.iter().position(|&sample| sample == result.sample) {
                     work.taken_back.remove(taken);
@@ -145,7 +144,7 @@ impl Scheduler {
         }
     }
 
-    /// A worker says its batch is over: measures it, and retries what it left out.
+    /// Ends a batch: measures its cost and retries the samples without result.
     fn finish_batch(&mut self, at: usize) {
         let State::Busy(work) = &self.slots[at].state else { return };
         let took = self.clock.now().saturating_sub(work.assigned);
@@ -159,9 +158,9 @@ impl Scheduler {
         }
     }
 
-    /// Gives an idle worker the next samples, if there are any.
+    /// Assigns the next samples to an idle worker.
     pub(super) fn give_work(&mut self, at: usize, effects: &mut Vec<Effect>) {
-        // Whoever is being killed only finishes dying.
+        // A worker that is being killed gets no samples.
         if !matches!(self.slots[at].state, State::Idle) || self.slots[at].killed.is_some() {
             return;
         }
@@ -191,7 +190,7 @@ impl Scheduler {
         effects.push(Effect::Assign { worker, batch, attempt, samples });
     }
 
-    /// Gives work to whoever waits for it.
+    /// Assigns samples to all waiting workers.
     pub(super) fn give_work_to_all(&mut self, effects: &mut Vec<Effect>) {
         self.relieve();
         for at in 0..self.slots.len() {

@@ -1,4 +1,4 @@
-//! What the scheduler goes by: what the run may take, what each sample may take, how long silence is borne.
+//! Settings of the scheduler: limits of the run, limits of a sample, allowed silence.
 
 use std::time::Duration;
 
@@ -7,19 +7,19 @@ use bladeoff_study::SampleLimits;
 
 use super::until::Until;
 
-/// What a run may take: the same from the command line to the loop and the scheduler.
+/// Limits of a run, the same in command line, dispatch loop and scheduler.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RunLimits {
-    /// No sample is assigned after this time by the monotonic clock; what is in work finishes within the grace.
+    /// Time by the monotonic clock after which no sample is assigned; samples in progress finish within the grace time.
     pub wall: Option<Duration>,
-    /// No sample is assigned once the clock on the wall says so.
+    /// Time by the wall clock after which no sample is assigned.
     pub until: Option<Until>,
-    /// More failed or quarantined samples of the study than this stop the run, those of earlier runs included.
+    /// Number of failed and quarantined samples that the study may have, those of earlier runs included.
     pub max_failures: Option<u64>,
 }
 
 impl RunLimits {
-    /// Limits that are left after so much time.
+    /// Remaining limits after some time.
     #[must_use]
     pub fn after(self, passed: Duration) -> Self {
         Self { wall: self.wall.map(|wall| wall.saturating_sub(passed)), ..self }
@@ -32,31 +32,31 @@ impl RunLimits {
     }
 }
 
-/// What the scheduler goes by.
+/// Settings of the scheduler.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Slots for workers, at least 1.
     pub workers: usize,
     /// Longest batch, at least 1 and at most what a message holds; 1 sends samples one by one.
     pub max_batch: usize,
-    /// What one sample may take.
+    /// Limits of a sample.
     pub sample: SampleLimits,
-    /// What the run may take.
+    /// Limits of the run.
     pub run: RunLimits,
-    /// Samples of the study that have failed before this run.
+    /// Failed samples of earlier runs of the study.
     pub failed_before: u64,
-    /// More samples come while the run goes on.
+    /// Whether samples are added during the run.
     pub is_fed: bool,
     /// Silence of a worker after which it is shown as stale.
     pub stale_after: Duration,
     /// Silence of a worker after which it is replaced.
     pub replace_after: Duration,
-    /// After the order to stop: how long samples in work may finish before their workers are killed.
+    /// Time after the order to stop in which samples in progress may finish.
     pub grace: Duration,
 }
 
 impl Settings {
-    /// Without limits of the run, and otherwise as documented: a sample's usual limits, stale after 5 s, replaced after 30 s, grace 2 s.
+    /// Default settings without limits of the run: usual limits of a sample, stale after 5 s, replaced after 30 s, grace 2 s.
     #[must_use]
     pub fn new(workers: usize) -> Self {
         Self {

@@ -1,5 +1,6 @@
-//! The scheduler against random histories: workers that are slow, die, stop, fall silent, lose and double messages, report
-//! late, and lie. After every step the books must balance; at the end every sample has ended exactly once (tests in `histories`).
+//! Simulation of the scheduler with random histories: workers that are slow, die, stop, fall silent, lose and duplicate messages,
+//! report late, and send invalid reports. After every step each sample is in exactly one place; at the end each has ended exactly
+//! once (tests in `histories`).
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -24,20 +25,20 @@ impl Random {
     }
 }
 
-/// A worker process as the world has it.
+/// State of a simulated worker process.
 #[derive(Default)]
 struct Process {
     batch: Option<(BatchId, u32)>,
     work: VecDeque<u64>,
-    /// Waits for an answer to its request.
+    /// Whether it waits for an answer to its request.
     waits: bool,
     greeted: bool,
     silent: bool,
-    /// In its sample until then, where that is a long one.
+    /// Time until which it is in a long sample.
     inside: Option<Duration>,
 }
 
-/// How bad the world is, in percent per step.
+/// Rates of faults, in percent per step.
 #[derive(Clone, Copy)]
 pub(super) struct World {
     pub(super) death: u64,
@@ -46,7 +47,7 @@ pub(super) struct World {
     pub(super) doubles: u64,
     pub(super) losses: u64,
     pub(super) poison: u64,
-    /// Samples that bring somebody to kill the worker, as one that takes all memory does.
+    /// Samples that cause a kill of their worker, for example by using all memory.
     pub(super) doom: u64,
 }
 
@@ -56,35 +57,35 @@ pub(super) struct Simulation {
     pub(super) scheduler: Scheduler,
     pub(super) now: Duration,
     processes: BTreeMap<WorkerId, Process>,
-    /// Reports on their way, some of them late or copies of others.
+    /// Reports in transit, some of them late or duplicates.
     under_way: VecDeque<(WorkerId, Report)>,
     copies: VecDeque<(WorkerId, Report)>,
-    /// Whether answers go to nobody: whoever sent a message has one request open.
+    /// Workers whose request is open.
     is_copy: bool,
-    /// Whether things follow each other so quickly that batches have several samples.
+    /// Whether events follow so quickly that batches have several samples.
     is_quick: bool,
     /// Samples that take a second.
     long: BTreeSet<u64>,
     pub(super) poisoned: BTreeSet<u64>,
     pub(super) doomed: BTreeSet<u64>,
-    /// Doomed ones that are so in the eyes of an earlier run.
+    /// Samples that an earlier run has quarantined.
     pub(super) suspects: BTreeSet<u64>,
     pub(super) recorded: BTreeMap<u64, u64>,
     pub(super) quarantined: BTreeSet<u64>,
-    /// Crashes and kills of workers that had just this sample.
+    /// Crashes and kills of workers that had only this sample.
     deaths_alone: BTreeMap<u64, [u32; 2]>,
     total: u64,
     crash_limit: u32,
     kill_limit: u32,
     pub(super) gave_up: bool,
-    /// Why nothing is assigned any more, as it was told, when, and the tick before.
+    /// Reason and time of the end of assignments, and the tick before.
     pub(super) stopped: Option<(Ended, Duration, Duration)>,
-    /// What the clock on the wall shows at the beginning \[ms\].
+    /// Wall clock at the beginning \[ms\].
     pub(super) wall_clock: i64,
     last_tick: Duration,
-    /// Workers told to leave what was taken back.
+    /// Workers that must leave samples that were taken back.
     pub(super) relieved: u64,
-    /// Told to stop or killed, still there for a moment.
+    /// Workers with the order to stop or killed, still alive for a moment.
     dying: Vec<WorkerId>,
 }
 
@@ -93,7 +94,7 @@ impl Simulation {
         Self::limited(seed, world, RunLimits::default())
     }
 
-    /// A run that has limits.
+    /// Creates a run with limits.
     pub(super) fn limited(seed: u64, world: World, run: RunLimits) -> Self {
         let mut random = Random(SplitMix(seed));
         let total = random.below(60);
@@ -113,7 +114,7 @@ impl Simulation {
         let poisoned: BTreeSet<u64> = (0..total).filter(|_| random.happens(world.poison)).collect();
         let is_doomed = |sample: &u64, random: &mut Random| random.happens(world.doom) && !poisoned.contains(sample);
         let doomed: BTreeSet<u64> = (0..total).filter(|sample| is_doomed(sample, &mut random)).collect();
-        // The last samples are what an earlier run gave up, some of it without need.
+        // The last samples are those that an earlier run gave up, some of them without need.
         let known = if world.doom > 0 { total - random.below(total.min(6) + 1) } else { total };
         let suspects: BTreeSet<u64> = (known..total).collect();
         let cut = random.below(known + 1);
@@ -167,7 +168,7 @@ impl Simulation {
                     let is_lost = self.random.happens(self.world.losses);
                     if let Some(process) = self.processes.get_mut(&worker).filter(|_| !is_lost) {
                         assert!(process.waits || self.world.lies > 0, "work for a worker that did not ask");
-                        // One that asked in a lie does not expect an answer.
+                        // A worker with an invalid request does not expect an answer.
                         if process.waits {
                             (process.waits, process.inside) = (false, None);
                             process.batch = Some((batch, attempt));
@@ -222,7 +223,7 @@ impl Simulation {
         self.check();
     }
 
-    /// A process ends, in order: its messages that arrive at all arrive before the news.
+    /// Ends a process: its messages arrive before the news of its end, if they arrive at all.
     fn exit(&mut self, worker: WorkerId, death: Death) {
         if self.processes.remove(&worker).is_none() {
             return;
@@ -231,7 +232,7 @@ impl Simulation {
         self.under_way = others;
         let mine: VecDeque<_> = mine;
         for (from, report) in mine {
-            // Some only after the news, so late.
+            // Some arrive late, after the news.
             if self.random.happens(50) { self.deliver(from, &report) } else { self.under_way.push_back((from, report)) }
         }
         let slot = self.scheduler.slots.iter().find(|slot| slot.worker == worker && slot.lives());
@@ -258,11 +259,11 @@ impl Simulation {
         self.carry_out(effects, Some(report));
     }
 
-    /// One thing happens.
+    /// Simulates one event.
     pub(super) fn step(&mut self) {
         let is_short = self.is_quick && self.random.happens(95);
         let pause = self.random.below(if is_short { 8 } else { 400 });
-        // Now and then we sleep for an hour ourselves.
+        // Sometimes the orchestrator sleeps for an hour.
         self.now += if self.random.happens(1) { Duration::from_secs(3600) } else { Duration::from_millis(pause) };
         for worker in std::mem::take(&mut self.dying) {
             if self.random.happens(50) { self.exit(worker, Death::default()) } else { self.dying.push(worker) }
@@ -297,7 +298,7 @@ impl Simulation {
         self.last_tick = self.now;
     }
 
-    /// A worker does something.
+    /// Simulates one action of a worker.
     fn live(&mut self, worker: WorkerId) {
         if self.random.happens(self.world.death) {
             let death = Death { out_of_memory: self.random.happens(10), from_outside: self.random.happens(50) };
@@ -331,7 +332,7 @@ impl Simulation {
         self.work(worker);
     }
 
-    /// A worker computes up to two samples and reports.
+    /// Simulates a worker that computes up to two samples and reports.
     fn work(&mut self, worker: WorkerId) {
         let is_long = self.random.happens(50);
         let Some(process) = self.processes.get_mut(&worker) else { return };
@@ -367,12 +368,12 @@ impl Simulation {
         self.under_way.push_back((worker, Report { batch, samples, asks }));
     }
 
-    /// Anything a confused worker could say.
+    /// Simulates an invalid report.
     fn lie(&mut self) -> Report {
         let batch =
             self.random.happens(70).then(|| (BatchId(1 + self.random.below(20)), 1 + self.random.below(3) as u32));
         let samples = (0..self.random.below(4)).map(|_| result(self.random.below(self.total + 5))).collect();
-        // Without results of its own batch it would ask for work it has not finished: covered by asks = false here and by
+        // Without results of its own batch it would request work before the end of the batch: covered by asks = false here and by
         // lost messages elsewhere.
         Report { batch: batch.filter(|(batch, _)| !self.is_current(*batch)), samples, asks: self.random.happens(50) }
     }
@@ -381,7 +382,7 @@ impl Simulation {
         self.scheduler.slots.iter().any(|slot| slot.work().is_some_and(|work| work.batch == batch))
     }
 
-    /// Every sample is in exactly one place, and no batch is with two workers.
+    /// Checks that every sample is in exactly one place and no batch has two workers.
     fn check(&self) {
         let scheduler = &self.scheduler;
         let in_work: Vec<u64> = scheduler.slots.iter().filter_map(|p| p.work()).flat_map(|w| w.left.clone()).collect();
@@ -404,7 +405,7 @@ impl Simulation {
         assert!(!idle_despite_work || scheduler.ending.has_begun(), "a worker waits although there is work");
     }
 
-    /// Plays until everything is over; panics when it never is.
+    /// Simulates until the run is over; panics if it does not end.
     pub(super) fn play(&mut self) {
         let mut effects = Vec::new();
         self.scheduler.start(self.now, &mut effects);

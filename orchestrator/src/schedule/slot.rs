@@ -1,4 +1,4 @@
-//! The scheduler's data: slots for workers, effects.
+//! Data of the scheduler: slots for workers, and effects.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -8,18 +8,18 @@ use bladeoff_protocol::messages::{BatchId, WorkerId};
 
 use super::ended::Ended;
 
-/// What the dispatch loop has to do.
+/// Action of the dispatch loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
     /// Start a worker process with this number.
     Spawn(WorkerId),
     /// Answer the worker's request with these samples.
     Assign {
-        /// To whom.
+        /// Worker.
         worker: WorkerId,
         /// Number of the batch.
         batch: BatchId,
-        /// 1 for the first.
+        /// Attempt number, 1 for the first.
         attempt: u32,
         /// Sample numbers.
         samples: Vec<u64>,
@@ -30,9 +30,9 @@ pub enum Effect {
     Leave(WorkerId),
     /// Answer the worker's request with `stop`.
     Stop(WorkerId),
-    /// Record the sample at this index of the report just given.
+    /// Record a sample of the present report.
     Record {
-        /// Index into its samples.
+        /// Index of the sample in the report.
         index: usize,
         /// Attempt that succeeded.
         attempt: u32,
@@ -57,21 +57,21 @@ pub enum Effect {
         /// Why.
         why: KillReason,
     },
-    /// Tell that no sample is assigned any more, though the run is not complete.
+    /// Report that no sample is assigned any more, although the study is not complete.
     Stopping(Ended),
-    /// Workers do not start: end the run.
+    /// End the run because workers do not start.
     GiveUp {
-        /// How many in a row died before they asked for work.
+        /// Number of workers in a row that died before they asked for work.
         deaths: u32,
     },
 }
 
-/// Why a worker is killed.
+/// Reason of a kill.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KillReason {
     /// Its sample takes longer than the time limit.
     TimeLimit,
-    /// Nothing was heard of it.
+    /// No heartbeat came from it.
     Silent,
     /// It waits although it has work: a message was lost.
     Lost,
@@ -79,12 +79,12 @@ pub enum KillReason {
     Ending,
 }
 
-/// How a worker's process ended.
+/// End of a worker's process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Death {
     /// An allocation had failed.
     pub out_of_memory: bool,
-    /// By a signal that somebody sent, not by one that a program brings upon itself.
+    /// Ended by a signal of another process.
     pub from_outside: bool,
 }
 
@@ -93,44 +93,44 @@ pub struct Death {
 pub struct Trouble {
     /// Attempts that ended without a result.
     pub attempts: u32,
-    /// Those among them in which the worker had nothing else, and ended by itself or because of the sample.
+    /// Attempts in which the worker had only this sample and ended by itself or because of the sample.
     pub crashes: u32,
-    /// Those in which it had nothing else, and somebody ended it.
+    /// Attempts in which the worker had only this sample and was killed by another process.
     pub kills: u32,
 }
 
-/// A batch with a worker.
+/// Batch of a worker.
 #[derive(Debug, Clone)]
 pub(super) struct Work {
     pub batch: BatchId,
     pub attempt: u32,
-    /// Samples it had at first.
+    /// Number of samples at first.
     pub size: usize,
     /// Samples without a result yet.
     pub left: VecDeque<u64>,
-    /// Taken back for others (`relief`): what this worker still says of them counts for nothing.
+    /// Samples taken back for other workers (`work_stealing`): later results of this worker do not count.
     pub taken_back: Vec<u64>,
     pub assigned: Duration,
-    /// Sample in work by the heartbeats, and since when.
+    /// Sample in progress by the heartbeats, and its begin.
     pub current: Option<(u64, Duration)>,
-    /// Since when heartbeats say that the worker waits.
+    /// Time since which heartbeats report that the worker waits.
     pub waiting: Option<Duration>,
 }
 
-/// State of the worker of a slot.
+/// State of a slot's worker.
 #[derive(Debug, Clone)]
 pub(super) enum State {
-    /// Has not asked for work yet; whether it has said hello.
+    /// Has not requested work; whether it has connected.
     Starting { greeted: bool },
     /// Its request for work is open.
     Idle,
     /// Computes.
     Busy(Work),
-    /// Was told to stop or killed; results of its batch are still taken.
+    /// Has the order to stop or was killed; results of its batch are still accepted.
     Leaving { work: Option<Work> },
-    /// Has ended; the next one is due then.
+    /// Has ended; time of the start of the next one.
     Gone { due: Duration },
-    /// Has ended and none will follow.
+    /// Has ended without a successor.
     Closed,
 }
 
@@ -139,12 +139,12 @@ pub(super) struct Slot {
     pub worker: WorkerId,
     pub pid: Option<u32>,
     pub state: State,
-    /// Since when it is in this state.
+    /// Time since which it is in this state.
     pub since: Duration,
-    /// Last sign of life.
+    /// Time of the last message or heartbeat.
     pub heard: Duration,
     pub killed: Option<KillReason>,
-    /// Deaths in a row without a result between them.
+    /// Deaths in a row without a result.
     pub deaths: u32,
 }
 
@@ -156,7 +156,7 @@ impl Slot {
         }
     }
 
-    /// Whether there is a process.
+    /// Whether a process exists.
     pub fn lives(&self) -> bool {
         !matches!(self.state, State::Gone { .. } | State::Closed)
     }
@@ -170,9 +170,9 @@ impl Slot {
 /// Processes that were started.
 #[derive(Debug, Default)]
 pub(super) struct Starts {
-    /// How many.
+    /// Number of started processes.
     made: u32,
-    /// How many in a row died before they asked.
+    /// Number in a row that died before they asked for work.
     pub failed: u32,
 }
 

@@ -1,4 +1,4 @@
-//! What the scheduler shows of itself: plain data for progress lines, `status` and events.
+//! State of a run as plain data for progress lines, `status` and events.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use bladeoff_protocol::messages::WorkerId;
 use super::scheduler::Scheduler;
 use super::slot::State;
 
-/// The state of a run at one moment.
+/// State of a run at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// Time since the run began.
@@ -25,15 +25,15 @@ pub struct Snapshot {
     pub by_cause: [u64; Cause::ALL.len()],
     /// Samples per second over the last seconds.
     pub rate: f64,
-    /// Workers that died or were killed while they should have lived.
+    /// Workers that died or were killed without an order to stop.
     pub worker_deaths: u64,
-    /// Messages dropped.
+    /// Discarded messages.
     pub dropped_messages: u64,
     /// The workers, in the order of their slots.
     pub workers: Vec<WorkerView>,
 }
 
-/// What one worker is doing.
+/// State of a worker for the display.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkerView {
     /// Number over all workers started.
@@ -42,16 +42,16 @@ pub struct WorkerView {
     pub pid: Option<u32>,
     /// Its state.
     pub activity: Activity,
-    /// Not heard of for longer than `stale_after`.
+    /// Whether no heartbeat has come for `stale_after`.
     pub stale: bool,
-    /// For how long it has been in this state (on this sample, when one is known).
+    /// Time in this state, or in the present sample if it is known.
     pub since: Duration,
 }
 
-/// The state of one worker.
+/// Activity of a worker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activity {
-    /// Started, has not asked yet.
+    /// Started, without a request for work.
     Starting,
     /// Waits for work.
     Idle,
@@ -62,14 +62,14 @@ pub enum Activity {
         /// Samples of the batch not yet reported.
         left: usize,
     },
-    /// Was told to stop, or killed.
+    /// Has the order to stop, or was killed.
     Leaving,
     /// Died; the next one starts after a pause.
     Gone,
 }
 
 impl Scheduler {
-    /// The sample a worker was last heard to be in, or has alone.
+    /// Sample in progress by the last heartbeat, or the worker's only one.
     #[must_use]
     pub fn sample_of(&self, worker: WorkerId) -> Option<u64> {
         let work = self.slots[self.slot_of(worker)?].work()?;
@@ -77,7 +77,7 @@ impl Scheduler {
         work.current.map(|(sample, _)| sample).or(alone)
     }
 
-    /// What the run looks like.
+    /// Creates the snapshot.
     #[must_use]
     pub fn snapshot(&self, now: Duration) -> Snapshot {
         let attended = self.clock.now();

@@ -8,18 +8,18 @@ use std::ops::Range;
 pub struct Todo {
     ranges: VecDeque<Range<u64>>,
     left: u64,
-    /// Samples that were given up because their workers were killed: after all others, alone, and for one such death.
+    /// Samples that were given up because their workers were killed: assigned singly after all others, for one attempt.
     suspects: Vec<u64>,
 }
 
 impl Todo {
-    /// How many are left, without suspects.
+    /// Number of samples left, without suspects.
     #[must_use]
     pub fn left(&self) -> u64 {
         self.left
     }
 
-    /// How many there are in all.
+    /// Number of samples.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.left + self.suspects.len() as u64
@@ -31,7 +31,7 @@ impl Todo {
         self.ranges.front().map(|range| range.start).or(self.suspects.first().copied())
     }
 
-    /// With these samples, none of which is among the others, to be tried once more.
+    /// Adds suspects, none of which is among the other samples; each is tried once more.
     #[must_use]
     pub fn with_suspects(mut self, suspects: Vec<u64>) -> Self {
         self.suspects = suspects;
@@ -54,7 +54,7 @@ impl Todo {
         self.cut(n as u64).into_iter().flatten().collect()
     }
 
-    /// Samples that were taken and are to be assigned anew, before the others.
+    /// Returns taken samples to the front.
     pub fn put_back(&mut self, samples: &[u64]) {
         samples.iter().rev().for_each(|&sample| self.ranges.push_front(sample..sample + 1));
         self.left += samples.len() as u64;

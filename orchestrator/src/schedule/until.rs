@@ -1,10 +1,10 @@
-//! `--until 06:30`: the end of a run by the clock on the wall, whatever happens to that clock.
+//! `--until 06:30`: end of a run by the wall clock, also when that clock is set.
 //!
-//! The boot clock counts real time, sleep of the machine included; nobody sets it. While the wall clock keeps its distance to the
-//! boot clock, the run ends when the wall clock says so, also when that is found after a sleep. When somebody sets
-//! the wall clock (a distance that changes by [`SET`] or more), the new clock is believed, and the run ends at that of its 06:30s which
-//! is nearest to the end planned before: so no jump, of a minute or of fifty years, moves the end by more than about half a
-//! day, and a clock put from 6:00 to 6:45 ends the run instead of prolonging it to tomorrow.
+//! The boot clock counts real time, sleep of the machine included, and cannot be set. While the difference of both clocks stays
+//! the same, the run ends when the wall clock shows the time, also if this is noticed after a sleep. When the difference changes
+//! by [`SET`] or more, the wall clock was set and the new one counts: the run ends at the 06:30 that is nearest to the planned
+//! end. So no change, of a minute or of fifty years, moves the end by more than about half a day, and a clock set from 6:00 to
+//! 6:45 ends the run instead of prolonging it to the next day.
 
 use std::str::FromStr;
 
@@ -22,7 +22,7 @@ pub struct TimeOfDay {
     pub second: u8,
 }
 
-/// Why a text is no time of the day.
+/// Error of a text that is no time of the day.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{text:?} is not a time of the day such as 06:30 or 22:15:30")]
 pub struct TimeOfDayError {
@@ -56,7 +56,7 @@ impl std::fmt::Display for TimeOfDay {
     }
 }
 
-/// What both clocks say at one moment \[ms\].
+/// Readings of both clocks \[ms\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moment {
     /// Since the machine was started, sleep included.

@@ -1,21 +1,22 @@
-//! Samples that wait behind a long one go to workers that have nothing to do.
+//! Work stealing: samples behind a long one go to idle workers.
 //!
-//! A batch is sized by what samples cost on average; among free flights of ten milliseconds a rub may take ten seconds. While there is other
-//! work, what waits behind it loses nothing. At the end of a run it would: two long ones in a batch, one after the other, while others
-//! wait. So it is taken back, to be assigned anew, and the worker is told to leave it when it next reports. What it may have
-//! begun of it meanwhile (a solver may have several under way) is computed twice, and counts once: from whom it is assigned to.
+//! The size of a batch follows from the mean cost of samples, but among free runs of ten milliseconds a rub may take ten seconds.
+//! While other work waits, nothing is lost. At the end of a run two long samples in one batch would be computed one after the
+//! other while other workers idle. So waiting samples are taken back and assigned again, and the worker is ordered to leave them
+//! at its next report. Samples that it has begun meanwhile are computed twice and count once, for the worker to which they are
+//! assigned.
 
 use std::time::Duration;
 
 use super::scheduler::Scheduler;
 use super::slot::State;
 
-/// So long in one sample by heartbeats, what is behind it is taken back. Longer than from one heartbeat to the next, of which the second
-/// confirms the first; many times what a whole batch is to take.
+/// Time in one sample, by heartbeats, after which the samples behind it are taken back. It is longer than two heartbeats and many
+/// times the target of a batch.
 const LONG: Duration = Duration::from_millis(600);
 
 impl Scheduler {
-    /// Takes back what waits behind long samples, if somebody has nothing to do and there is nothing else to give.
+    /// Takes back the samples that wait behind long ones if a worker is idle and no other sample waits.
     pub(super) fn relieve(&mut self) {
         let is_idle = self.slots.iter().any(|slot| matches!(slot.state, State::Idle) && slot.killed.is_none());
         if !is_idle || !self.queue.is_used_up() || self.ending.has_begun() {

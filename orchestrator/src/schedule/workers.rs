@@ -1,4 +1,4 @@
-//! The lives of workers: start, signs of life, death, replacement.
+//! Life of workers: start, heartbeats, death, replacement.
 
 use std::time::Duration;
 
@@ -10,16 +10,16 @@ use super::scheduler::Scheduler;
 use super::slot::{Death, Effect, KillReason, Slot, State};
 use super::until::Moment;
 
-/// How long heartbeats may say that a worker waits while a batch of it is open. An answer takes microseconds.
+/// Time for which heartbeats may report waiting while a batch is open. An answer takes microseconds.
 const LOST_AFTER: Duration = Duration::from_secs(10);
 /// Pause before the second replacement in a row; doubled with every further one.
 const FIRST_PAUSE: Duration = Duration::from_millis(100);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-/// Workers in a row that die before they ask, at least, before the run is given up.
+/// Number of workers in a row that must die before they ask for work to end the run.
 const FAILED_STARTS: u32 = 4;
 
 impl Scheduler {
-    /// The run begins: as many workers as there is use for.
+    /// Begins the run with as many workers as can be used.
     pub fn start(&mut self, now: Duration, effects: &mut Vec<Effect>) {
         let now = self.clock.advance(now);
         let useful = if self.settings.is_fed { u64::MAX } else { self.counts.total };
@@ -33,7 +33,7 @@ impl Scheduler {
         }
     }
 
-    /// A worker's process was started.
+    /// Takes the start of a worker's process.
     pub fn on_spawned(&mut self, now: Duration, worker: WorkerId, pid: u32) {
         let now = self.clock.advance(now);
         if let Some(at) = self.slot_of(worker) {
@@ -42,7 +42,7 @@ impl Scheduler {
         }
     }
 
-    /// A worker has connected and says who it is. Returns whether it is answered; if not, it is nobody we started.
+    /// Takes the greeting of a worker. Returns whether it is answered; an unknown worker is not.
     pub fn on_hello(&mut self, now: Duration, worker: WorkerId, pid: u32, effects: &mut Vec<Effect>) -> bool {
         let now = self.clock.advance(now);
         let found = self.slot_of(worker).filter(|&at| self.slots[at].pid == Some(pid));
@@ -68,7 +68,7 @@ impl Scheduler {
         }
     }
 
-    /// A heartbeat.
+    /// Takes a heartbeat.
     pub fn on_beat(&mut self, now: Duration, worker: WorkerId, beat: Beat) {
         let now = self.clock.advance(now);
         let Some(at) = self.slot_of(worker) else { return };
@@ -77,14 +77,14 @@ impl Scheduler {
         let State::Busy(work) = &mut slot.state else { return };
         let waits = beat.batch == BatchId(0) && beat.sample.is_none();
         work.waiting = if waits { work.waiting.or(Some(now)) } else { None };
-        // What it says of another batch is old; what it says of a sample that is not its own is a lie.
+        // A heartbeat about another batch is old; one about another worker's sample is invalid.
         let sample = beat.sample.filter(|sample| beat.batch == work.batch && work.left.contains(sample));
         if work.current.map(|(sample, _)| sample) != sample {
             work.current = sample.map(|sample| (sample, now));
         }
     }
 
-    /// A worker's process has ended, and everything it sent has been given to [`Scheduler::on_report`].
+    /// Takes the end of a worker's process, after all its messages have been passed to [`Scheduler::on_report`].
     pub fn on_exit(&mut self, now: Duration, worker: WorkerId, death: Death, effects: &mut Vec<Effect>) {
         let now = self.clock.advance(now);
         let Some(at) = self.slot_of(worker) else { return };
@@ -100,7 +100,7 @@ impl Scheduler {
                 if is_to_blame {
                     let cause = match killed {
                         Some(KillReason::TimeLimit) => Cause::TimeLimit,
-                        // Heartbeats come from a thread of their own: silent is who was stopped, or got no time at all.
+                        // Heartbeats come from a thread of their own: a silent worker was stopped or got no CPU time.
                         Some(KillReason::Silent) => Cause::WorkerKilled,
                         _ if death.out_of_memory => Cause::OutOfMemory,
                         _ if death.from_outside => Cause::WorkerKilled,
@@ -138,14 +138,14 @@ impl Scheduler {
         self.give_work_to_all(effects);
     }
 
-    /// A death counts against a sample that was alone with its worker.
+    /// Counts a death against a sample that was alone with its worker.
     fn blame(&mut self, sample: u64, cause: Cause, worker: WorkerId, effects: &mut Vec<Effect>) {
         let Some(attempt) = self.queue.blame(sample, cause, &self.settings.sample) else { return };
         self.counts.add(Status::Quarantined, Some(cause));
         effects.push(Effect::Quarantine { sample, cause, worker, attempt });
     }
 
-    /// Time passes; called several times a second. `moment`: what the clocks of the system say.
+    /// Advances the time; called several times a second. `moment`: readings of the system clocks.
     pub fn on_tick(&mut self, now: Duration, moment: Moment, effects: &mut Vec<Effect>) {
         self.rate.note(now, self.counts.done);
         self.check_time(now, moment, effects);
@@ -169,7 +169,7 @@ impl Scheduler {
                         None
                     }
                 }
-                // It greeted and fell silent in between, by heartbeats alive: a message was lost.
+                // It connected and only sends heartbeats: a message was lost.
                 State::Starting { .. } if now.saturating_sub(slot.since) >= self.settings.replace_after => {
                     Some(KillReason::Lost)
                 }

@@ -1,40 +1,40 @@
-//! The plan of a study of formulas.
+//! Plan of a study of formulas.
 
 use serde::{Deserialize, Serialize};
 
 pub(super) const FORMAT: &str = "bladeoff function plan";
 pub(super) const VERSION: u32 = 1;
 
-/// What all samples of a study of formulas share.
+/// Data shared by all samples of a study of formulas.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FunctionJob {
-    /// What formulas name, in the order of the parameters of a sample.
+    /// Variables, in the order of the parameters of a sample.
     pub variables: Vec<Variable>,
-    /// What is computed, in the order of the values of an outcome.
+    /// Formulas, in the order of the values of an outcome.
     pub formulas: Vec<Formula>,
 }
 
-/// A variable.
+/// Variable of formulas.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variable {
     /// Its name.
     pub name: String,
-    /// The short one, if it has one.
+    /// Short name, if any.
     pub short: Option<String>,
 }
 
-/// What is computed, from its text.
+/// Formula.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Formula {
     /// Its name.
     pub name: String,
-    /// As in the study.
+    /// Text, as in the study.
     pub formula: String,
 }
 
-/// The plan as it is in the file.
+/// Plan in the form of the file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanFile {
@@ -57,7 +57,7 @@ impl FunctionJob {
         text
     }
 
-    /// A plan of this format and version.
+    /// Reads a plan of this format and version.
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, serde_json::Error> {
         let PlanFile { variables, formulas, .. } = serde_json::from_slice(bytes)?;
         Ok(Self { variables, formulas })

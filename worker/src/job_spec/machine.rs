@@ -1,4 +1,4 @@
-//! The plan of a study of a machine.
+//! Plan of a study of a machine.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use super::{BASIS_FILE, JobSpecError, MOST_BASIS, MOST_PLAN, PLAN_FILE, hash, re
 pub(super) const FORMAT: &str = "bladeoff work plan";
 pub(super) const VERSION: u32 = 1;
 
-/// What all samples of a study of a machine share.
+/// Data shared by all samples of a study of a machine.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MachineJob {
     /// Name of the machine file, for messages.
@@ -20,23 +20,23 @@ pub struct MachineJob {
     pub machine_toml: String,
     /// Overrides of the whole study: full path and value.
     pub fixed: Vec<(String, ParamValue)>,
-    /// What varies, in the order of the parameters of a sample.
+    /// Varied parameters, in the order of the parameters of a sample.
     pub varied: Vec<Varied>,
-    /// The reduced basis as bytes; `None` if no sample needs one.
+    /// Reduced basis as bytes; `None`: no sample needs one.
     pub basis: Option<Vec<u8>>,
 }
 
-/// A parameter that differs from sample to sample.
+/// Varied parameter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Varied {
     /// Full path in the machine.
     pub path: String,
-    /// The words a number stands for, by index; `None` for a number in SI.
+    /// Words that a number represents, by index; `None`: a number in SI.
     pub choices: Option<Vec<String>>,
 }
 
-/// The plan as it is in the file. Numbers are text in Rust's shortest form that reads back exactly.
+/// Plan in the form of the file. Numbers are text in Rust's shortest form that reads back exactly.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanFile {
@@ -82,7 +82,7 @@ impl MachineJob {
         text
     }
 
-    /// A plan of this format and version, with the basis beside it.
+    /// Reads a plan of this format and version, with the basis beside it.
     pub(super) fn from_bytes(bytes: &[u8], dir: &Folder, path: &Path) -> Result<Self, JobSpecError> {
         let refused = |source| JobSpecError::NotAPlan { path: path.to_path_buf(), source };
         let file: PlanFile = serde_json::from_slice(bytes).map_err(|source| refused(Some(source)))?;
@@ -107,15 +107,15 @@ impl MachineJob {
     }
 }
 
-/// The hash of the basis that the plan of a directory was written with; `None` where there is no such plan.
+/// Hash of the basis in the plan of a directory; `None`: no such plan.
 #[must_use]
 pub fn planned_basis(dir: &Folder) -> Option<String> {
     let text = dir.place(PLAN_FILE).read(MOST_PLAN).ok()?;
     serde_json::from_slice::<PlanFile>(&text).ok()?.basis_blake3
 }
 
-/// The engine that the plan of a directory has where its machine file names none; `None`: there is no such plan. A plan that says nothing is of `reduced`, as those
-/// are that were made before there was a choice.
+/// Engine in the plan of a directory whose machine file names none; `None`: no such plan. A plan without an engine means
+/// `reduced`, as before the choice existed.
 #[must_use]
 pub fn planned_engine(dir: &Folder) -> Option<Engine> {
     let text = dir.place(PLAN_FILE).read(MOST_PLAN).ok()?;

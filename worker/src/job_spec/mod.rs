@@ -1,10 +1,10 @@
-//! The frozen work plan: everything a worker needs beside sample numbers and parameter values.
+//! Frozen plan of a study: all that a worker needs besides sample numbers and parameter values.
 //!
-//! The orchestrator writes it into the result directory before the first worker starts; every worker checks its hash, which
-//! it was given on its command line, and with it that of the basis file. So all samples of a result directory come from
-//! one plan, whatever happens to the files a study was read from.
+//! The orchestrator writes it into the result directory before the first worker starts. Every worker checks its hash against its
+//! command line, and with it the hash of the basis. So all samples of a result directory come from one plan, even if the study's
+//! files change.
 //!
-//! There are two kinds, each a format with a version of its own: of a machine, and of formulas.
+//! Two kinds of plans, each a format with its own version: of a machine, and of formulas.
 
 mod function;
 mod machine;
@@ -29,7 +29,7 @@ const MOST_PLAN: u64 = 64 << 20;
 /// Largest basis that is read.
 pub const MOST_BASIS: u64 = 256 << 20;
 
-/// What all samples of a study share.
+/// Data shared by all samples of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub enum JobSpec {
     /// Transients of a machine.
@@ -38,23 +38,23 @@ pub enum JobSpec {
     Function(FunctionJob),
 }
 
-/// Why a plan could not be written, or read as the one expected.
+/// Error of writing or reading a plan.
 #[derive(Debug, thiserror::Error)]
 pub enum JobSpecError {
     /// A file operation failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The file is not the one the run was started with.
+    /// The file is not that of the run.
     #[error("{} has changed: blake3 {found}, expected {expected}", shown(path))]
     Changed {
         /// The file.
         path: PathBuf,
-        /// Its hash.
+        /// Hash found.
         found: String,
-        /// The hash it should have.
+        /// Expected hash.
         expected: String,
     },
-    /// The file is not a plan of a version that is read.
+    /// The file is not a plan of a known version.
     #[error(
         "{} is not a {} of version {}, nor a {} of version {}",
         shown(path),
@@ -66,7 +66,7 @@ pub enum JobSpecError {
     NotAPlan {
         /// The file.
         path: PathBuf,
-        /// Where reading failed; `None` if it is another format or version.
+        /// Place of the error; `None`: another format or version.
         #[source]
         source: Option<serde_json::Error>,
     },
@@ -75,12 +75,12 @@ pub enum JobSpecError {
     Number {
         /// The file.
         path: PathBuf,
-        /// What stands there.
+        /// Text found.
         text: String,
     },
 }
 
-/// What every plan begins with.
+/// Beginning of every plan.
 #[derive(Deserialize)]
 struct Head {
     format: String,
@@ -92,13 +92,13 @@ fn hash(bytes: &[u8]) -> String {
 }
 
 impl JobSpec {
-    /// The hash [`write`](JobSpec::write) would return: the same for the same plan.
+    /// Hash that [`write`](JobSpec::write) returns: the same for the same plan.
     #[must_use]
     pub fn hash(&self) -> String {
         hash(self.text().as_bytes())
     }
 
-    /// What [`write`](JobSpec::write) puts into the file.
+    /// Contents of the file of [`write`](JobSpec::write).
     #[must_use]
     pub fn text(&self) -> String {
         match self {
@@ -107,7 +107,7 @@ impl JobSpec {
         }
     }
 
-    /// The reduced basis that goes with it; `None` if no sample needs one.
+    /// Reduced basis of the plan; `None`: no sample needs one.
     #[must_use]
     pub fn basis(&self) -> Option<&[u8]> {
         match self {
@@ -132,12 +132,12 @@ impl JobSpec {
     /// Reads the plan of a result directory, which must be the one with this hash.
     ///
     /// # Errors
-    /// A file that is not there, has changed, or is of another version.
+    /// The file is missing, has changed, or is of another version.
     pub fn read(dir: &Path, expected: &str) -> Result<Self, JobSpecError> {
         Self::read_in(&Folder::open(dir).map_err(FileError::at("open", dir))?, expected)
     }
 
-    /// The same in an open directory.
+    /// Reads the plan of an open directory, as [`JobSpec::read`].
     ///
     /// # Errors
     /// As [`JobSpec::read`].

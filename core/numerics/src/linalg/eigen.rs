@@ -38,7 +38,7 @@ pub enum EigenError {
 /// # Errors
 /// [`EigenError`] if M is not positive definite or the iteration fails.
 /// # Verified by
-/// the tests below, `tests/linear_rotors.rs`, `tests/ring.rs`
+/// the tests below, `tests/rotor/linear_rotors.rs`, `tests/contact/ring.rs`
 pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Result<(Vec<f64>, Matrix), EigenError> {
     let size = m.nrows();
     let mass_factor = cholesky(m).ok_or(EigenError::MassNotDefinite { what, size })?;

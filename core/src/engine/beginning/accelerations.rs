@@ -20,7 +20,7 @@ pub(super) struct Accelerations {
 ///
 /// The forces depend on the accelerations where an unbalance turns with the spin and where a disc tilts: a round gains
 /// a factor of about `m e^2/(J + m e^2)`. Below the rounding of the forces it settles to nothing.
-/// Verified by `a_start_that_does_not_settle_is_said`, `a_start_that_does_not_settle_fails` in `tests/rub.rs`.
+/// Verified by `a_start_that_does_not_settle_is_said`, `a_start_that_does_not_settle_fails` in `tests/contact/rub.rs`.
 pub(super) fn accelerations(
     line: &mut ShaftLine<'_>,
     structure: &Structure,

@@ -9,8 +9,8 @@
 //! (2) where (1) does not settle: a light node under strong damping. What f does depend on (stick, the brake, gyroscopic moments)
 //! comes in by secants, Broyden's second method.
 //! Source: the scheme of `stepper`; Broyden, Math. Comp. 19 (1965), 577-593.
-//! Verified by `dry_whip_threshold_converges_with_order_two`, `a_loaded_start_has_the_velocity_asked_for` in `tests/rub.rs`,
-//! `a_light_damped_node_starts_with_the_velocity_asked_for` in `tests/stresses.rs`.
+//! Verified by `dry_whip_threshold_converges_with_order_two`, `a_loaded_start_has_the_velocity_asked_for` in `tests/contact/rub.rs`,
+//! `a_light_damped_node_starts_with_the_velocity_asked_for` in `tests/runs/stresses.rs`.
 
 use super::centring::Centring;
 use crate::engine::motion::Motion;

@@ -20,7 +20,7 @@ use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, solve};
 /// ```
 /// Source: docs/theory/04-time-integration.md. The steady state is that of constant speed: the small ripple of
 /// speed and twist it would cause on an anisotropic support is not in it. Verified by `a_residual_unbalance_starts_steady`
-/// and the Jeffcott cases of `tests/jeffcott.rs`.
+/// and the Jeffcott cases of `tests/rotor/jeffcott.rs`.
 ///
 /// Returns whether the accelerations settled: a start that did not is no start.
 ///

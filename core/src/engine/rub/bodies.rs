@@ -119,7 +119,7 @@ impl Bodies<'_> {
     /// What rounding of the gap, the difference of two radii, makes of the normal force \[N\]: a contact of small compliance, as that of
     /// full finite elements over a short step, turns the last digit of the radius into more than what the force settles to, and the
     /// iteration then takes turns between two neighbouring gaps.
-    /// Verified by `a_small_gap_settles_in_both_engines` in `tests/small_gap.rs`.
+    /// Verified by `a_small_gap_settles_in_both_engines` in `tests/contact/small_gap.rs`.
     pub fn rounding_of_force(&self) -> f64 {
         GAP_ROUNDINGS * f64::EPSILON * (self.section.radius + self.stator.gap) / self.scale()
     }

@@ -10,7 +10,7 @@
 //! [`complementarity`].
 //! Source: docs/theory/03-contact.md ("the true remedy ... several contact points per ring"); the exchange method for
 //! semi-infinite conditions. Verified by `several_points_leave_no_penetration`, `high_friction_invents_no_energy`
-//! (`core/tests/whip.rs`).
+//! (`core/tests/contact/whip.rs`).
 
 use super::axes::{directions, on_rotor};
 use super::bodies::Bodies;

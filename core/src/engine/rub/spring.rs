@@ -13,7 +13,7 @@
 //! Limits: e turns the force from the centre by `r'' dt^2/2`-like angles, which cancel over a bounce: the moment about the centre is kept to
 //! second order, not to the last digit.
 //! Verified by `bouncing_rubs_keep_their_energy_at_the_default_step` and `a_bounce_on_a_spring_converges_with_order_two` in
-//! `tests/bounce.rs`, `annular_rub_radius_converges_with_order_two` in `tests/rub.rs`.
+//! `tests/contact/bounce.rs`, `annular_rub_radius_converges_with_order_two` in `tests/contact/rub.rs`.
 
 use super::axes::{directions, on_rotor};
 use super::bodies::Bodies;

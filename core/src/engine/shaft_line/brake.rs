@@ -14,7 +14,7 @@
 //! whatever x is; they settle where `T = T(W)`.
 //! Source: Coulomb friction as in the contact's own stick, in the increments of docs/theory/04-time-integration.md. Limits: torques of a
 //! contact act after it, so c0 holds them one step late; a rotor that stops within its first step has at t = 0 the kinetic
-//! energy of the fictitious step before, up to four times its own. Verified by `tests/outside.rs`: `a_braked_rotor_stops_*`,
+//! energy of the fictitious step before, up to four times its own. Verified by `tests/rotor/outside.rs`: `a_braked_rotor_stops_*`,
 //! `a_rotor_at_rest_*`, `brakes_that_stop_a_rotor_within_a_step_*`.
 
 use crate::rotor::{braking_torque, constant_torque};

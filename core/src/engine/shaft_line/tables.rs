@@ -8,7 +8,7 @@
 //! put in   x_n^T (dKs_n - dKs_{n-1}) x_{n-1}/2    by the change of the stiffness with the speed, where the journal is                            (3)
 //! ```
 //! W_n is the spin that the steps before reached, of second order. Source: (2), (3) follow from (1) by the telescoping sum of `x^T K x` over the steps.
-//! Limits: the moving static point does no work. Verified by `tests/bearing_tables.rs`.
+//! Limits: the moving static point does no work. Verified by `tests/rotor/bearing_tables.rs`.
 
 use crate::rotor::{BearingSite, RotorMatrices};
 

@@ -8,7 +8,7 @@
 //! (1) is the consistent mass of the Timoshenko beam, translation and rotary inertia, with the static shape functions integrated in closed
 //! form. The solver integrates the same functions numerically.
 //! Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 11. Verified by `what_a_node_has_is_that_of_the_matrices`
-//! (`tests/twist.rs` of the core) against that quadrature, and the tests below.
+//! (`tests/rotor/twist.rs` of the core) against that quadrature, and the tests below.
 
 use std::f64::consts::PI;
 

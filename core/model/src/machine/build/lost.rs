@@ -14,7 +14,7 @@
 //!
 //! It is a check of the file and not of the solver: a machine that breaks it is none, so that whoever builds one is told, together with
 //! every other mistake of the file. M and J are the masses of the shaft's elements ([`super::inertia`]).
-//! Source: Schur complements of T. Verified by `tests/twist.rs` of the core, which also has it side by side with the matrices of a run.
+//! Source: Schur complements of T. Verified by `tests/rotor/twist.rs` of the core, which also has it side by side with the matrices of a run.
 
 use super::factor::Symmetric;
 use super::inertia::{element_mass, element_twist_mass};

@@ -4,7 +4,7 @@
 //! stay finite and above zero, counts of steps and entries stay whole numbers. Without them a file could ask for a rotor of
 //! 1e300 rad/s, whose first square is infinite.
 //!
-//! Verified by `extremes_end_with_a_word` (`core/tests/extremes.rs`).
+//! Verified by `extremes_end_with_a_word` (`core/tests/runs/extremes.rs`).
 
 /// Smallest number above zero, and largest.
 const BOUNDS: &[(&str, f64, f64)] = &[

@@ -15,7 +15,7 @@
 //!
 //! Limits: where the ring's modes bend it inwards, the gap between two points is smaller by (|x| + v'') d^2/8; such a minimum may
 //! be found only after a penetration of v'' d^2/8 (below a micrometre on the turbine). Verified by
-//! `no_candidate_in_reach_is_missed`, `tests/exponential_rub.rs`.
+//! `no_candidate_in_reach_is_missed`, `tests/exponential/exponential_rub.rs`.
 
 pub(super) mod minimum;
 

@@ -15,7 +15,7 @@
 //! acts as damping in proportion to the step: loads and impulses at the beginning of rubs were too small on every machine.
 //!
 //! Limits: the truncated modes of the ring are not in (2). Verified by `whip_is_that_of_the_reduced_engine`
-//! (`tests/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
+//! (`tests/exponential/exponential_run.rs`), `random_machines_rub_as_in_the_reduced_engine`.
 
 use super::gap_minimum::GapMinimum;
 use super::impulsed_ring::STATIC_WEIGHT;

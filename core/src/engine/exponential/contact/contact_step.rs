@@ -20,7 +20,7 @@
 //! 4. The impulses are applied to the ring here, and to the rotor by the caller.
 //!
 //! An impulse acts along normal and tangent of its point at n where that point pressed in the last step, otherwise along those at
-//! n+1. This makes the direction of second order in the step. Verified by `tests/exponential_rub.rs`.
+//! n+1. This makes the direction of second order in the step. Verified by `tests/exponential/exponential_rub.rs`.
 
 mod conditions;
 

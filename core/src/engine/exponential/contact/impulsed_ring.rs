@@ -38,7 +38,7 @@ pub(crate) const STATIC_WEIGHT: f64 = 2.0;
 ///
 /// Source: first two terms of 1/(w^2 + i W c - W^2) in W, with c = b w^2. Limits: the last two impulses cannot show a delay above
 /// h; the truncated modes are then undamped. Mass-proportional damping a has a delay of a/w^2, which is neglected. Verified by
-/// `tests/exponential_fine_steps.rs`.
+/// `tests/exponential/exponential_fine_steps.rs`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StaticCorrection {
     /// Contact step \[s\].

@@ -10,7 +10,7 @@
 //! whose clearances along the radii stay open by bounds of the response, sagitta |x| d^2/8 included, are skipped. A gap
 //! is never below its clearance; (1) is low by at most the square of the tangential response over 2R (picometres).
 //!
-//! Verified by `what_remains_is_the_least_of_all`, `whip_is_that_of_the_reduced_engine` (`tests/exponential_run.rs`).
+//! Verified by `what_remains_is_the_least_of_all`, `whip_is_that_of_the_reduced_engine` (`tests/exponential/exponential_run.rs`).
 
 use super::broad_phase::BroadPhase;
 use super::contact_point::{ContactPoint, PressedPoint};

@@ -17,7 +17,7 @@
 //!
 //! Source: impulses of a potential that is integrated along straight lines (discrete variational integrators), with the static
 //! correction of [`super::impulsed_ring`]. Limits: the step is below `2/omega_max` of the rotor held by the spring. Friction has
-//! the direction of the slip over the step that it would have without friction. Verified by `tests/radial_spring.rs`.
+//! the direction of the slip over the step that it would have without friction. Verified by `tests/exponential/radial_spring.rs`.
 
 use super::contact_step_result::{ContactStepResult, FreeStep, SurfaceTurn};
 use super::stator_axes::StatorAxes;

@@ -9,7 +9,7 @@
 //! mode j; V, U: its shape; x: displacement of the rotor's centre; R_r: radius of the rotor; g: gap \[m\].
 //!
 //! Contact is a condition g >= 0 at all points (collocation of docs/theory/03-contact.md). No closest point has to be iterated
-//! for. The points near the rotor are found by [`super::broad_phase`]. Verified by `tests/exponential_rub.rs`.
+//! for. The points near the rotor are found by [`super::broad_phase`]. Verified by `tests/exponential/exponential_rub.rs`.
 
 use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;

@@ -15,7 +15,7 @@
 //!
 //! Source: forward-increment Lagrange multipliers (docs/theory/04-time-integration.md), docs/theory/09-one-place.md. Limits: the
 //! nearest point under the impulses is another one than P; the penetration there falls with the step
-//! ([`ContactStep::remaining_gap`]). Verified by `tests/one_place.rs`.
+//! ([`ContactStep::remaining_gap`]). Verified by `tests/contact/one_place.rs`.
 
 use super::broad_phase::minimum::minimum_at;
 use super::contact_step::ContactStep;

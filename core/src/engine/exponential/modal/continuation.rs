@@ -16,7 +16,7 @@
 //! strong damping changed by 1e-5 with the last digits of a machine.
 //! Limits: there is no continuation if N is not small, or if the iteration does not halve its changes: where planes cross or merge. A coupling of the known basis remains in the new one.
 //! Source: Stewart, Error and perturbation bounds for subspaces, SIAM Review 15, 1973; (2) is its equation for one subspace, written for each plane.
-//! Verified by the tests below and `loads_of_soft_bearings_do_not_hang_on_last_digits` (`tests/exponential_edges.rs`).
+//! Verified by the tests below and `loads_of_soft_bearings_do_not_hang_on_last_digits` (`tests/exponential/exponential_edges.rs`).
 
 use super::plane_block::PlaneBlock;
 use bladeoff_numerics::linalg::lanes::kernel;

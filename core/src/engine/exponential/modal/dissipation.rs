@@ -23,7 +23,7 @@
 //!
 //! The integrals use Gauss-Legendre quadrature with six points on each of four pieces, which become shorter towards the impulse: a plane may decay within a hundredth of the step.
 //! D and Q are computed at the modal bases and interpolated linearly, as all quantities of a speed interval.
-//! Verified by `free_motion_dissipates_its_loss_of_energy`, `forced_motion_dissipates_the_integral_of_the_power`, `dissipation_is_linear_between_bases` (`speed_grid.rs`) and the energy balances of `tests/exponential_run.rs`.
+//! Verified by `free_motion_dissipates_its_loss_of_energy`, `forced_motion_dissipates_the_integral_of_the_power`, `dissipation_is_linear_between_bases` (`speed_grid.rs`) and the energy balances of `tests/exponential/exponential_run.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::{PlaneBlock, SplitBlock, block_norm};

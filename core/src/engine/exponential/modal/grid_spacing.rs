@@ -8,7 +8,7 @@
 //!
 //! (2) is for anisotropic bearings. There the orbits change from planar to circular within some rad/s of rest, but hardly change at high speed.
 //! A turbine on such bearings that whips until it stops lost 2e-4 of its energy with (1) and D = 4 rad/s, and 2.5e-6 with (2) (8e-6 with N instead of 2N). An isotropic shaft line has circular orbits
-//! at any speed. Verified by the test below and `whips_on_anisotropic_bearings_balance_their_energies` (`tests/exponential_run.rs`).
+//! at any speed. Verified by the test below and `whips_on_anisotropic_bearings_balance_their_energies` (`tests/exponential/exponential_run.rs`).
 
 use bladeoff_model::machine::Machine;
 

@@ -9,7 +9,7 @@
 //! `l`: input vector of the node, `B`: plane blocks, `O`: output rows, `h`: contact step \[s\], `J`: impulse \[N s\].
 //!
 //! A steady train of impulses deflects the shaft less at n than the constant force of the same mean. The static correction is the difference of the two in (1) per impulse.
-//! The correction is added to displacements and bearing loads, as for the ring (`contact::impulsed_ring`). Verified by `tests/exponential_rub.rs`.
+//! The correction is added to displacements and bearing loads, as for the ring (`contact::impulsed_ring`). Verified by `tests/exponential/exponential_rub.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::PlaneBlock;

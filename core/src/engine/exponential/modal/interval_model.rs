@@ -5,7 +5,7 @@
 //! ```
 //! `y`: modal state, entries k and n + k of plane k; `B`: plane blocks; `b_i`: input vector of force i; `o`: outputs (`outputs`).
 //! The model is that of a modal basis, or the linear interpolation of two. Verified by `impulses_reach_the_states_and_their_outputs` and, with all
-//! quantities derived from it, by `tests/exponential.rs`.
+//! quantities derived from it, by `tests/exponential/exponential.rs`.
 
 use super::plane_block::PlaneBlock;
 use super::quadratic_form::OutputMatrix;

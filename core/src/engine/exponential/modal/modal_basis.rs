@@ -18,7 +18,7 @@
 //!
 //! Limits: a basis is refused above a condition of 1e4, where a state of the size of the rotor's energy is a difference of modal states 1e4 times larger. It is also
 //! refused if (1) leaves more than rounding between two planes, because planes that are not invariant are propagated wrongly.
-//! Verified by `a_continued_basis_equals_that_of_its_eigenvalue_problem` (`continuation.rs`) and `tests/exponential.rs`.
+//! Verified by `a_continued_basis_equals_that_of_its_eigenvalue_problem` (`continuation.rs`) and `tests/exponential/exponential.rs`.
 
 use super::continuation::continued_basis;
 use super::dissipation::Dissipation;

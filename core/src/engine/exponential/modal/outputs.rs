@@ -18,7 +18,7 @@
 //!
 //! At a given spin W all outputs are linear in q, q', the forces of the unbalances and the contact: output rows plus a direct feedthrough of the forces and a constant.
 //! (1) is the load of the reduced engine. Limit: the term W'/2 of the gyroscopic moments is not in its static part (1e-4 of that part).
-//! Source: docs/theory/05-reduction.md, "Bearing loads". Verified by `tests/exponential.rs`.
+//! Source: docs/theory/05-reduction.md, "Bearing loads". Verified by `tests/exponential/exponential.rs`.
 
 use super::state_space::StateSpace;
 use crate::engine::shaft_line::sites;

@@ -9,7 +9,7 @@
 //!
 //! A motion leaves its chord by h^2/8 times its second derivative at most, and an oscillating one by twice its amplitude. A step is as long as one of two conditions holds: (2) is below a
 //! thousandth of the largest value so far, or v with (3) stays below that value. The step may miss this much of a peak. A quantity that rotates with the unbalance has no w' and does not shorten the step.
-//! Limit: w' is that at n. Verified by `peaks_of_free_motion_are_those_of_contact_steps` (`tests/exponential_rub.rs`).
+//! Limit: w' is that at n. Verified by `peaks_of_free_motion_are_those_of_contact_steps` (`tests/exponential/exponential_rub.rs`).
 
 use super::displacement_bound::weighted;
 use super::interval_model::IntervalModel;

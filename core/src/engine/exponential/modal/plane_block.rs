@@ -19,7 +19,7 @@
 //! The two branches of (3) meet at delta = 0, so conjugate, real and double eigenvalues are one case. The phase of the force is taken in the middle of the
 //! step: a small error of W then has an effect of second order in `W h`.
 //! Source: Sylvester's formula (1), variation of constants (4). Limits: none on the length of the step. Verified by the tests below and the closed forms of
-//! `tests/exponential.rs`.
+//! `tests/exponential/exponential.rs`.
 
 use nalgebra::Complex;
 

@@ -7,7 +7,7 @@
 //! `l_u`, `l_v`: its input vectors along u and v; `c_s`: its response; `c_w`: response to the weight.
 //!
 //! With one unbalance a plane costs eight products, whatever the length of the step. Eight planes are computed together, from one row of a table.
-//! Verified by `a_step_of_the_table_is_that_of_each_plane_block` and the closed forms of `tests/exponential.rs`.
+//! Verified by `a_step_of_the_table_is_that_of_each_plane_block` and the closed forms of `tests/exponential/exponential.rs`.
 
 use super::interval_model::IntervalModel;
 use super::plane_block::{Harmonic, PlaneBlock, SplitBlock};

@@ -12,7 +12,7 @@
 //! No moment exceeds (1). An observation therefore computes only the moments whose bound exceeds the largest moment of their section so far.
 //! The part of a bearing in `lost` has rank two; the part of the shaft's own damping needs all velocities. All rows are linear between two modal bases, as Z is,
 //! so the interpolation of two bounds is a bound of the interpolated rows.
-//! Verified by `no_moment_exceeds_its_bound`, `stored_energy_and_bearing_powers_are_those_of_the_motion`, and the energy balances of `tests/exponential_run.rs`.
+//! Verified by `no_moment_exceeds_its_bound`, `stored_energy_and_bearing_powers_are_those_of_the_motion`, and the energy balances of `tests/exponential/exponential_run.rs`.
 
 use super::quadratic_form::QuadraticForm;
 use super::row_batch::RowBatch;

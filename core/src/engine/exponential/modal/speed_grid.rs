@@ -12,7 +12,7 @@
 //!
 //! The bases form a chain that begins at the anchor near the initial speed and continues upwards and downwards, each basis aligned with the one before.
 //! A basis therefore depends neither on the path of a run through the speeds nor on earlier runs.
-//! Verified by the tests below and `tests/exponential.rs`.
+//! Verified by the tests below and `tests/exponential/exponential.rs`.
 
 use super::basis_change::BasisChange;
 use super::grid_spacing::GridSpacing;

@@ -1,7 +1,7 @@
 //! Speed interval of the grid: the lateral motion for spins about one speed, and everything that a run derives from it.
 //!
 //! The model of an interval is the linear interpolation of its two modal bases (`speed_grid`, equation (1)). All other quantities follow from the model, for
-//! one contact step, and are computed when they are first used. Verified with `speed_grid` and by `tests/exponential.rs`.
+//! one contact step, and are computed when they are first used. Verified with `speed_grid` and by `tests/exponential/exponential.rs`.
 
 use super::basis_change::BasisChange;
 use super::dissipation::{Dissipation, ForcedDissipation};

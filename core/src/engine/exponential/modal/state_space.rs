@@ -18,7 +18,7 @@
 //! | `x` | state vector, `2n` entries; condition numbers of modal bases are taken in it |
 //!
 //! Source: docs/theory/01-shaft-line.md; docs/theory/08-exponential-engine.md, "Whirl states". Limits: all gyroscopic sites have one spin (the rate
-//! of the elastic torsion is neglected), and no coefficient depends on the displacements. Verified by `tests/exponential.rs` against the reduced engine.
+//! of the elastic torsion is neglected), and no coefficient depends on the displacements. Verified by `tests/exponential/exponential.rs` against the reduced engine.
 
 use crate::engine::beginning::projected;
 use crate::engine::shaft_line::{masses, sites};

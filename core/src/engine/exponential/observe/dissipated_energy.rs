@@ -5,7 +5,7 @@
 //! the rest    trapezoidal rule over the power of all damping less (1), at each observation of the dissipation, and the energy taken by torsional damping
 //! ```
 //! In a contact step the power of all damping is the mean over the step behind n ([`crate::engine::exponential::modal::dissipation`]), which is the power half a step later.
-//! Verified by the balances of `tests/exponential_run.rs`, `energies_of_shown_instants_balance` (there).
+//! Verified by the balances of `tests/exponential/exponential_run.rs`, `energies_of_shown_instants_balance` (there).
 
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::record::Energies;

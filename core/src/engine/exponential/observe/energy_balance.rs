@@ -5,7 +5,7 @@
 //! ```
 //! Works of contact, of braking, and of the damping of ring and torsion are added in each step. The stored energy and the dissipation of the shaft are quadratic forms of the whole
 //! motion: they are evaluated when an observation is due ([`super::observation_schedule`]). Where the impulse at n is not known yet, the observation is completed behind the step.
-//! Verified by the balances of `tests/exponential_run.rs`.
+//! Verified by the balances of `tests/exponential/exponential_run.rs`.
 
 use super::dissipated_energy::{DampingPowers, DissipatedEnergy};
 use super::energy_terms::EnergyTerms;

@@ -3,7 +3,7 @@
 //! Loads, the rotor in the ring, and contact are recorded in every step. Stresses and energies are observed when they are due ([`super::observation_schedule`]), stresses also where their
 //! bound exceeds a limit ([`super::yield_watch`]).
 //!
-//! Limits: peaks of stresses between two observations are missed, unless a limit watches them. Verified by `tests/exponential_run.rs`.
+//! Limits: peaks of stresses between two observations are missed, unless a limit watches them. Verified by `tests/exponential/exponential_run.rs`.
 
 use super::damping_watch::DampingWatch;
 use super::energy_balance::{EnergyBalance, Pending, add_works, ring_energy};

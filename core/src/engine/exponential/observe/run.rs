@@ -1,7 +1,7 @@
 //! One run of the exponential engine from its start to its end.
 //!
 //! Each step is observed at n, chosen in size, done, and recorded. The motion ([`Transient`]) does not depend on what is observed of it ([`Observer`]).
-//! Verified by `tests/exponential_run.rs`.
+//! Verified by `tests/exponential/exponential_run.rs`.
 
 use super::observer::Observer;
 use crate::engine::exponential::error::ExponentialError;

@@ -8,7 +8,7 @@
 //! Observations of the motion are at least eight contact steps apart, and a free step covers many. Where a bound at n is above a limit that has not been exceeded, stresses are evaluated in
 //! this contact step as well. Where (1) or (3) may be exceeded in a free step, free steps are single contact steps. (3) is a margin, not a bound: whirl modes grow evenly under a force. A
 //! machine without yield strengths has no watch, and a limit that was exceeded is not watched any more.
-//! Verified by `tests/yield_times.rs`, which evaluates every step of a history, and `yield_strengths_are_watched_whoever_follows` (`tests/exponential_run.rs`): a follower changes no time.
+//! Verified by `tests/runs/yield_times.rs`, which evaluates every step of a history, and `yield_strengths_are_watched_whoever_follows` (`tests/exponential/exponential_run.rs`): a follower changes no time.
 
 use crate::engine::exponential::modal::section_loads::SECTIONS_AT_ONCE;
 use crate::engine::exponential::stepping::transient::Transient;

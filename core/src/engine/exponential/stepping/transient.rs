@@ -10,7 +10,7 @@
 //! - a_j: amplitude of ring mode j in free vibration; reach_j: largest displacement of the ring per unit of a_j
 //!
 //! Verified by `the_bound_of_the_way_is_one`, `free_motion_never_reaches_a_ringing_ring` and `free_motion_misses_no_contact`
-//! (`tests/exponential_rub.rs`).
+//! (`tests/exponential/exponential_rub.rs`).
 
 use super::free_motion::FreeMotion;
 use super::shared_model::ring_points_of;

@@ -10,7 +10,7 @@
 //! whose mean angle is held, and its inertia is infinite for all forces. The part a_s W' of the unbalances' inertia is a torque on
 //! the torsional modes.
 //!
-//! Source: docs/theory/01-shaft-line.md, with the mean angle as a constraint. Verified by `tests/prescribed_speed.rs`.
+//! Source: docs/theory/01-shaft-line.md, with the mean angle as a constraint. Verified by `tests/exponential/prescribed_speed.rs`.
 
 use crate::engine::shaft_line::{angle_of, speed_of};
 use bladeoff_model::machine::SpeedLaw;

@@ -14,7 +14,7 @@
 //!
 //! Source: docs/theory/01-shaft-line.md. Limits: the torsional rates e_j' do not act on the lateral motion. Whether the torques
 //! are taken is decided at the start, from the whirl at the initial speed. Verified by the tests below and
-//! `core/tests/torsion.rs`.
+//! `core/tests/rotor/torsion.rs`.
 
 use super::spin::Spin;
 use crate::engine::beginning::{projected, steady_state};

@@ -17,7 +17,7 @@
 //! Source: (1) and (2) are the Lagrangian of docs/theory/01-shaft-line.md. Limits: (2) has the whole response of the rotor to a
 //! jump of psi'; the part of it that a step does not resolve feeds back ([`super::spin`]). Damping must be proportional to
 //! stiffness, as that of the torsion is, to stay diagonal in (3). Verified by the tests below and
-//! `unbalances_on_a_bare_shaft_do_not_shake_it` (`tests/exponential.rs`).
+//! `unbalances_on_a_bare_shaft_do_not_shake_it` (`tests/exponential/exponential.rs`).
 
 use crate::engine::exponential::error::ExponentialError;
 use crate::engine::shaft_line::{masses, sites};

@@ -33,7 +33,7 @@
 //!
 //! Source: equations of Phi and of the torsion of docs/theory/01-shaft-line.md, integrated once. Limits: second order in the
 //! step. In the gyroscopic moments on the lateral motion all sites turn with W. Gyroscopic torques act on the torsional modes
-//! only where they matter ([`super::gyroscopic_torque`]). The rotor must turn. Verified by `tests/exponential.rs`.
+//! only where they matter ([`super::gyroscopic_torque`]). The rotor must turn. Verified by `tests/exponential/exponential.rs`.
 
 use super::drive::Drive;
 use super::loaded_modes::LoadedModes;

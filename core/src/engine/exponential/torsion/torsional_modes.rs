@@ -14,7 +14,7 @@
 //!
 //! The functions are inlined into the kernels of `stepping/step_kernels.rs`. Lists have a multiple of eight entries. Verified by
 //! `damping_dissipates_the_work_less_the_energy`, `a_steady_train_of_blows_makes_the_static_turn` and the energy balances of
-//! `tests/exponential_run.rs`.
+//! `tests/exponential/exponential_run.rs`.
 
 use super::oscillators::{OscillatorLanes, OscillatorStep};
 use crate::engine::exponential::modal::plane_block::SplitBlock;

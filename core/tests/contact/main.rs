@@ -1,0 +1,17 @@
+//! Contact of the rotor with rings: laws at a point, detection, rubs, impacts, whips.
+
+mod bounce;
+#[path = "../common/mod.rs"]
+mod common;
+mod contact_forecast;
+mod detection;
+mod one_place;
+mod places;
+mod ring;
+mod rolling;
+mod rub;
+mod rub_regime;
+mod short_impacts;
+mod small_gap;
+mod two_diaphragms;
+mod whip;

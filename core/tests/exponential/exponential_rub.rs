@@ -1,0 +1,111 @@
+//! Contact of the exponential engine: against the reduced engine at a fine step, and against itself.
+
+use crate::common::{machine_with, run, study_machine};
+use bladeoff_core::engine::exponential::{ExponentialError, RubbingRun, StepSettings, rubbing_run};
+use bladeoff_core::structure::Structure;
+
+fn rub(name: &str, changes: &[(&str, &str)], step: f64, flies: bool) -> RubbingRun {
+    let machine = machine_with(&study_machine(name), changes);
+    let structure = Structure::build(&machine, None).expect("buildable");
+    let found = rubbing_run(&machine, &structure, StepSettings::of_step(step), flies).expect("goes on");
+    assert!(found.first_contact.is_some() && found.impulse > 0.0, "touches");
+    found
+}
+
+/// Asserts that each is within its relative tolerance of the reduced engine's.
+#[track_caller]
+fn near(found: &RubbingRun, fine: &crate::common::Row, names: &[&str], within: [f64; 6]) {
+    let mut loads = 0.0_f64;
+    for (ours, name) in found.largest_loads.iter().zip(names) {
+        loads = loads.max((ours / fine.value(&format!("max_bearing_load_{name}_N")) - 1.0).abs());
+    }
+    let of = |ours: f64, name: &str| (ours / fine.value(name) - 1.0).abs();
+    let errors = [
+        loads,
+        of(found.largest_filtered_force, "max_filtered_contact_force_N"),
+        of(found.impulse, "contact_impulse_Ns"),
+        of(found.friction_energy, "friction_energy_J"),
+        of(found.eccentricity, "max_eccentricity_m"),
+        of(found.end_speed, "end_speed_rad_s"),
+    ];
+    for (k, (error, within)) in errors.iter().zip(within).enumerate() {
+        assert!(
+            *error < within,
+            "{k} of loads, filtered, impulse, friction, eccentricity, speed: {errors:?}, allowed {within:.1e}"
+        );
+    }
+}
+
+#[test]
+fn one_long_rub_of_the_turbine_is_that_of_the_reduced_engine() {
+    // at an eighth of the default step: its own error, of first order, is 4e-4 of the impulse and 3e-4 of the force (docs/theory/convergence.md)
+    let fine = run(machine_with(&study_machine("lp_turbine"), &[("run.end_time", "3.4 s"), ("run.step", "3.4e-6 s")]));
+    assert!(fine.value("impacts") > 0.0, "touches");
+    let names = ["front", "rear"];
+    let change = [("run.end_time", "3.4 s")];
+    near(&rub("lp_turbine", &change, 1.25e-5, true), &fine, &names, [3e-4, 1e-3, 1e-3, 1e-3, 2e-4, 5e-5]);
+    near(&rub("lp_turbine", &change, 5e-5, true), &fine, &names, [1e-3, 3e-3, 2e-3, 2e-3, 4e-4, 5e-5]);
+}
+
+#[test]
+fn the_lab_rig_rubs_as_in_the_reduced_engine() {
+    let change = [("run.end_time", "0.2 s")];
+    let fine = run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.2 s"), ("run.step", "8.5e-7 s")]));
+    assert!(fine.value("impacts") > 0.0, "touches");
+    near(&rub("lab_rig", &change, 3.4e-6, true), &fine, &["left", "right"], [2e-3, 3e-3, 2e-3, 2e-3, 2e-4, 1e-4]);
+}
+
+#[test]
+fn free_motion_misses_no_contact() {
+    let change = [("run.end_time", "3.2 s")];
+    let (flying, stepping) = (rub("lp_turbine", &change, 5e-5, true), rub("lp_turbine", &change, 5e-5, false));
+    assert!(flying.steps[2] > 1000 && stepping.steps[2] == 0, "one flies");
+    assert!((flying.impulse / stepping.impulse - 1.0).abs() < 2e-3, "{flying:?} {stepping:?}");
+    assert!((flying.end_speed / stepping.end_speed - 1.0).abs() < 1e-6, "{flying:?} {stepping:?}");
+    let first = |run: &RubbingRun| run.first_contact.expect("touches");
+    assert!((first(&flying) - first(&stepping)).abs() < 2e-4, "{flying:?} {stepping:?}");
+}
+
+/// A release rings in every mode, and the rub after it: loads of a run that flies are those of one that takes contact steps alone.
+#[test]
+fn peaks_of_free_motion_are_those_of_contact_steps() {
+    for (name, end, step) in [("lab_rig", "0.16 s", 3.4e-6), ("lp_turbine", "3.2 s", 5e-5)] {
+        let change = [("run.end_time", end)];
+        let (flying, stepping) = (rub(name, &change, step, true), rub(name, &change, step, false));
+        assert!(flying.steps[2] > 1000 && stepping.steps[2] == 0, "one flies");
+        let eccentricity = (flying.eccentricity, stepping.eccentricity);
+        for (ours, all) in
+            flying.largest_loads.iter().zip(&stepping.largest_loads).map(|(a, b)| (*a, *b)).chain([eccentricity])
+        {
+            println!("{name}: {ours} {all} {:.1e}", ours / all - 1.0);
+            assert!((ours / all - 1.0).abs() < 1e-3, "{name}: {ours} {all}");
+        }
+    }
+}
+
+#[test]
+fn contact_that_is_not_covered_is_refused_by_name() {
+    for change in [("contact.points", "one"), ("run.force_location", "current")] {
+        let machine = machine_with(&study_machine("lab_rig"), &[change]);
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let refused = rubbing_run(&machine, &structure, StepSettings::of_step(1e-5), true).expect_err("refused");
+        assert!(matches!(refused, ExponentialError::NotCovered { .. }), "{change:?}: {refused}");
+    }
+}
+
+/// The table of docs/theory/08-exponential-engine.md in short: more cells between two stations bring a rub nearer to that of a fine grid.
+#[test]
+fn a_rub_converges_with_the_cells_of_the_grid() {
+    let machine = machine_with(&study_machine("lp_turbine"), &[("run.end_time", "3.4 s")]);
+    let structure = Structure::build(&machine, None).expect("buildable");
+    let of = |spacing: f64, cells: u32| {
+        let settings = StepSettings { spacing: Some(spacing), cells, ..StepSettings::of_step(1.3e-5) };
+        let found = rubbing_run(&machine, &structure, settings, true).expect("goes on");
+        assert!(found.impulse > 0.0, "touches");
+        found.impulse
+    };
+    let exact = of(0.5, 80);
+    let errors = [2, 10].map(|cells| (of(1.0, cells) / exact - 1.0).abs());
+    println!("impulse with 2 and 10 cells: {errors:?}");
+    assert!(errors[1] < 0.5 * errors[0] && errors[1] < 1e-4, "{errors:?}");
+}

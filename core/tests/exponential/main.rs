@@ -1,0 +1,16 @@
+//! The exponential engine against closed forms, independent programs and the reduced engine; its instruction counts.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod exponential;
+mod exponential_edges;
+mod exponential_fine_steps;
+mod exponential_outside;
+mod exponential_random;
+mod exponential_rub;
+mod exponential_run;
+mod instructions;
+mod prescribed_speed;
+mod radial_spring;
+#[path = "../common/random.rs"]
+mod random;

@@ -1,0 +1,17 @@
+//! Shaft lines, modes and their laws: closed forms, published cases, independent programs, invariance.
+
+mod bearing_tables;
+#[path = "../common/mod.rs"]
+mod common;
+mod disc_mass;
+mod invariance;
+mod jeffcott;
+mod laws;
+mod linear_rotors;
+mod modal_basis;
+mod modes;
+mod outside;
+mod pedestals;
+mod stability;
+mod torsion;
+mod twist;
