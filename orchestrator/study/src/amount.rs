@@ -20,7 +20,7 @@ const SIZES: [(&str, u64); 7] = [
 /// A time: with its unit (`8h`), of several units (`1h30m`, `1d 12h`), as a clock shows it (`08:00:00`, `1-00:00:00`), or in seconds.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// Error of the text.
 pub fn parse_duration(text: &str) -> Result<Duration, String> {
     let known = match clock(text.trim()) {
         Some(clock) => Some(clock?),
@@ -99,7 +99,7 @@ fn of_units(text: &str) -> Option<f64> {
 /// A number of bytes with its unit.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// Error of the text.
 pub fn parse_memory(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let shown = cut(text, 40);

@@ -47,7 +47,7 @@ pub struct AskedQuestion {
     pub fragility: Option<Placed<String>>,
     /// `map`: two parameters.
     pub map: Option<Placed<[String; 2]>>,
-    /// It has a `map`, which may not have been read.
+    /// Whether it has a `map`, valid or not.
     pub has_map: bool,
     /// `difference`, as texts.
     pub difference: Option<Placed<[String; 2]>>,
@@ -58,7 +58,7 @@ pub struct AskedQuestion {
 }
 
 impl AskedQuestion {
-    /// Where a key stands; the header where it does not.
+    /// Place of a key; without it, of the header.
     #[must_use]
     pub fn place(&self, key: &str) -> Range<usize> {
         let text = |placed: &Option<Placed<String>>| placed.as_ref().map(|placed| placed.span.clone());

@@ -12,7 +12,7 @@ pub const MOST_VARIED: usize = 128;
 /// Parameters that advance together, position by position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// What it is: a parameter's path, the name of a zip group, or the points file.
+    /// Name: a parameter's path, the name of a zip group, or the points file.
     pub name: String,
     /// Its parameters, at least one.
     pub varied: Vec<Varied>,
@@ -36,7 +36,7 @@ pub struct Varied {
 }
 
 impl Varied {
-    /// As a parameter of the study.
+    /// Parameter of the study.
     #[must_use]
     pub(super) fn parameter(&self, origin: Origin) -> Parameter {
         Parameter {

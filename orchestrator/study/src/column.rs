@@ -1,6 +1,6 @@
 //! A column that a study gives to a table.
 
-/// What a column of the study holds in a table; whole numbers, words and texts come as [`ParamValue`](bladeoff_model::machine::ParamValue), too.
+/// Kind of a column of the study in a table; whole numbers, words and texts are [`ParamValue`](bladeoff_model::machine::ParamValue) as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Numbers.
@@ -18,8 +18,8 @@ pub struct Column {
     pub name: String,
     /// SI unit, "" for none.
     pub unit: String,
-    /// What it means, one sentence.
+    /// Meaning in one sentence.
     pub meaning: String,
-    /// What it holds.
+    /// Kind of its values.
     pub kind: ColumnKind,
 }

@@ -8,7 +8,7 @@
 //! quoted cells                        may have line breaks (RFC 4180)
 //! header of Dakota                    begins with `%`, which is no part of the first name
 //! ```
-//! What may be read in two ways is refused with its line, never guessed.
+//! Ambiguous text is rejected with its line, never guessed.
 
 use bladeoff_text::document::units::parse_any_quantity;
 use bladeoff_text::document::{BYTE_ORDER_MARK, Collector};
@@ -24,7 +24,7 @@ pub(super) struct Csv<'a> {
     pub text: &'a str,
     /// The separator of its cells; a blank stands for any number of blanks and tabs.
     pub separator: char,
-    /// Where its lines begin.
+    /// Beginnings of the lines.
     start: usize,
 }
 
@@ -86,7 +86,7 @@ impl<'a> Csv<'a> {
         })
     }
 
-    /// Where the line that begins at `start` ends.
+    /// End of the line that begins at `start`.
     fn line_end(self, start: usize) -> usize {
         let ends = self.text[start..].match_indices('\n').map(|(at, _)| start + at).chain([self.text.len()]);
         let mut ends = ends.take(1 + MOST_BREAKS);
@@ -194,7 +194,7 @@ impl Cell<'_> {
     }
 }
 
-/// What a quoted cell says (`None` if it never ends) and its length in bytes, the closing quote included.
+/// Text of a quoted cell (`None`: it never ends), and its length in bytes with the closing quote.
 fn quoted(rest: &str) -> (Option<String>, usize) {
     let mut content = String::new();
     let mut characters = rest.char_indices().peekable();
@@ -213,7 +213,7 @@ fn quoted(rest: &str) -> (Option<String>, usize) {
     (None, rest.len())
 }
 
-/// Which decimal sign the file writes, once a cell has shown it.
+/// Decimal sign of the file, once a cell has shown it.
 #[derive(Default)]
 pub(super) struct DecimalSign {
     /// First cell with a point, first cell with a comma.

@@ -25,11 +25,11 @@ pub struct Study {
     pub name: String,
     /// Seed of everything that is drawn.
     pub seed: u64,
-    /// What each sample computes.
+    /// Subject of each sample.
     pub subject: Subject,
-    /// What varies, the slowest axis first.
+    /// Axes, the slowest one first.
     pub axes: Vec<Axis>,
-    /// What differs from sample to sample, and how its values are drawn and derived.
+    /// Values that differ from sample to sample, with their distributions and formulas.
     pub sampled: SampledTables,
     /// Bytes of `[design]`.
     pub design_place: Range<usize>,
@@ -39,19 +39,19 @@ pub struct Study {
     pub empirical_texts: Vec<String>,
     /// Columns of the points file, which is the first axis, that stand in the table as they are.
     pub extra_columns: Vec<ExtraColumn>,
-    /// How many failed, invalid and beyond samples are acceptable.
+    /// Acceptable numbers of failed, invalid and beyond samples.
     pub limits: Limits,
     /// Questions and gates, which are no part of what is computed.
     pub asked: Asked,
     /// When it is precise enough to end before its design does, likewise.
     pub stop: Option<StopDef>,
-    /// Which map is refined, likewise.
+    /// Map to refine, likewise.
     pub refine: Option<RefineDef>,
-    /// Which samples have a twin run; `None`: as the machine says.
+    /// Samples with a twin run; `None`: by the machine.
     pub twin: Option<TwinShare>,
 }
 
-/// What each sample of a study computes.
+/// Subject of a study: a machine or formulas.
 #[derive(Debug, Clone)]
 pub enum Subject {
     /// The transient of a machine.
@@ -69,7 +69,7 @@ pub struct MachineSubject {
     pub text: String,
     /// The machine with the overrides of `[set]`, and the engine of all samples.
     pub def: MachineDef,
-    /// That engine, and why; `None`: `run.engine` varies.
+    /// Engine with the reason; `None`: `run.engine` varies.
     pub engine: Option<EngineChoice>,
     /// The overrides of `[set]`.
     pub fixed: Vec<Fixed>,
@@ -78,7 +78,7 @@ pub struct MachineSubject {
 /// A value of `[set]`.
 #[derive(Debug, Clone)]
 pub struct Fixed {
-    /// Of which parameter.
+    /// Parameter.
     pub info: PathInfo,
     /// Value.
     pub value: ParamValue,
@@ -96,7 +96,7 @@ impl Study {
         }
     }
 
-    /// What is computed, in a word: the machine's file as the study names it, or `function`.
+    /// Name of the subject: the machine file as the study names it, or `function`.
     #[must_use]
     pub fn subject_name(&self) -> &str {
         self.machine().map_or("function", |machine| &machine.file)
@@ -127,7 +127,7 @@ impl Study {
         }
     }
 
-    /// Where the study file gives a parameter its values.
+    /// Place in the study file that gives a parameter its values.
     #[must_use]
     pub fn place_of(&self, path: &str) -> Option<Range<usize>> {
         let varied = self.parameters().iter().find(|one| one.info.path == path).map(|one| &one.place);

@@ -50,7 +50,7 @@ fn choose(machine: &MachineDef, axes: &[Axis], sampled: &SampledTables) -> Optio
 /// Values that samples have at once.
 type Along<'a> = Vec<(&'a PathInfo, ParamValue)>;
 
-/// Those along an axis that may decide, each once where they are words.
+/// Values along an axis that may affect the choice, each word once.
 fn along(axis: &Axis) -> Vec<Along<'_>> {
     let deciding: Vec<_> = axis.varied.iter().filter(|varied| decides_engine(&varied.info.path)).collect();
     if deciding.is_empty() {
@@ -80,7 +80,7 @@ fn of_law<'a>(parameter: &'a Parameter, sampled: &SampledTables) -> Vec<Along<'a
     values.into_iter().map(|value| vec![(&parameter.info, value)]).collect()
 }
 
-/// What the machine refuses is told of elsewhere.
+/// Values that the machine rejects are reported elsewhere.
 fn set(machine: &mut MachineDef, values: &Along<'_>) {
     for (info, value) in values {
         let _ = machine.set(info, value);

@@ -32,7 +32,7 @@ enum Values {
 }
 
 impl ExtraColumn {
-    /// What the table says of it.
+    /// Meaning of the column in the table.
     #[must_use]
     pub fn column(&self) -> Column {
         Column {

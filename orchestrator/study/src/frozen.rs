@@ -1,4 +1,4 @@
-//! What of a study's inputs lies beside its results, byte for byte, and by which names.
+//! Copies of a study's inputs beside its results, byte for byte, and their names.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub fn is_empirical(name: &str) -> bool {
         .is_some_and(|number| number > 0 && empirical(number - 1) == name)
 }
 
-/// Where the files are that a study froze.
+/// Places of the files that a study froze.
 #[derive(Debug, Clone)]
 pub struct FrozenFiles {
     folder: PathBuf,

@@ -24,44 +24,44 @@ pub struct Output {
     pub name: String,
     /// The formula as it stands in the file.
     pub text: String,
-    /// The same, to be evaluated.
+    /// Formula as a program.
     pub program: Program,
 }
 
-/// What a function study computes of each sample.
+/// Formulas of a function study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FunctionModel {
     /// In the order of the file, at least one.
     pub outputs: Vec<Output>,
 }
 
-/// What is wrong with `[function]`; [`FunctionError::output`] says with which of its keys.
+/// Error of `[function]`, with its key by [`FunctionError::output`].
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FunctionError {
     /// A formula that cannot be read, or names what is not there.
     #[error("{message}")]
     Formula {
-        /// Which formula.
+        /// Name of the formula.
         output: usize,
-        /// Where in it (bytes).
+        /// Place in the formula \[bytes\].
         place: Range<usize>,
         /// Why.
         message: String,
     },
-    /// It names a variable whose values are words.
+    /// A formula with a variable whose values are words.
     #[error("`{name}` holds words, not numbers")]
     Words {
-        /// Which formula.
+        /// Name of the formula.
         output: usize,
         /// The variable.
         name: String,
     },
-    /// Not a word of a formula.
+    /// A name that is no word of formulas.
     #[error(
         "{name:?} cannot be a name; allowed: letters of the English alphabet, digits and `_`, the first no digit, at most 64"
     )]
     Letters {
-        /// Which output.
+        /// Output.
         output: usize,
         /// The name, cut.
         name: String,
@@ -69,7 +69,7 @@ pub enum FunctionError {
     /// A word that formulas have already.
     #[error("`{name}` is a word of formulas; allowed: another name")]
     Reserved {
-        /// Which output.
+        /// Output.
         output: usize,
         /// The name.
         name: String,
@@ -77,11 +77,11 @@ pub enum FunctionError {
     /// A column of that name is there already.
     #[error("{what} has the name `{name}`; allowed: another name, for each output is a column of the table")]
     Taken {
-        /// Which output.
+        /// Output.
         output: usize,
         /// The name.
         name: String,
-        /// What has it.
+        /// Holder of the name.
         what: String,
     },
     /// There is nothing to compute.
@@ -90,13 +90,13 @@ pub enum FunctionError {
     /// More formulas than a message has room for.
     #[error("{count} formulas; allowed: at most {MOST_OUTPUTS}")]
     TooMany {
-        /// How many.
+        /// Number found.
         count: usize,
     },
     /// More variables than a message has room for.
     #[error("{count} variables; allowed: at most {MOST_VARIED}")]
     TooManyVariables {
-        /// How many.
+        /// Number found.
         count: usize,
     },
 }
@@ -165,7 +165,7 @@ impl FunctionModel {
         cut(&hasher)
     }
 
-    /// What the value of a variable adds to it (wrapping) in the identity of a sample, as with the parameters of a machine.
+    /// Term of a variable's value in the identity of a sample (wrapping sum), as for the parameters of a machine.
     #[must_use]
     pub fn identity_of(variable: &str, value: &ParamValue) -> u128 {
         let mut hasher = blake3::Hasher::new();

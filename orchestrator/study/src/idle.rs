@@ -5,7 +5,7 @@ use super::parameter::Origin;
 use super::samples::Samples;
 use bladeoff_model::machine::Machine;
 
-/// What is said of every angle whose levels repeat.
+/// Warning for an angle whose levels repeat.
 #[must_use]
 pub fn idle_levels(samples: &Samples) -> Vec<String> {
     let Some(trajectories) = samples.layout().and_then(|layout| layout.trajectories()) else { return Vec::new() };
@@ -24,7 +24,7 @@ pub fn idle_levels(samples: &Samples) -> Vec<String> {
         .collect()
 }
 
-/// What is said of these levels of an angle \[rad\].
+/// Warning for the levels of an angle \[rad\].
 fn said(machine: &Machine, path: &str, levels: &[f64]) -> Option<String> {
     let period = |a: f64, b: f64| period_between(machine, path, [a, b]);
     let degrees =

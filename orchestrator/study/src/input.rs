@@ -39,7 +39,7 @@ pub enum InputError {
         /// Largest allowed.
         limit: u64,
     },
-    /// Not text.
+    /// A file that is no text.
     #[error("{} is neither UTF-8 text (byte {at}) nor UTF-16 with its byte order mark: save it as UTF-8", shown(path))]
     NotText {
         /// The file.
@@ -50,9 +50,9 @@ pub enum InputError {
     /// A path in a study file that leads elsewhere than a study should.
     #[error("{named:?} leads outside the study's surroundings: {reason}")]
     Escapes {
-        /// As written.
+        /// Text found.
         named: String,
-        /// Which rule it breaks.
+        /// Rule that it breaks.
         reason: &'static str,
     },
     /// The system refused.
@@ -60,7 +60,7 @@ pub enum InputError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         #[source]
         source: io::Error,
     },
@@ -105,7 +105,7 @@ fn did_you_mean(nearest: Option<&Path>) -> String {
     nearest.map_or_else(String::new, |path| format!("; did you mean {}?", shown(path)))
 }
 
-/// The same of a file that a study froze in its result directory.
+/// Reads a file that a study froze in its result directory.
 ///
 /// # Errors
 /// See [`InputError`].

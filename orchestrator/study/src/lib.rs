@@ -7,7 +7,7 @@
 //! ```
 //! The format is described in `docs/studies.md`.
 //!
-//! What the samples of a `[design]` are, pure functions of (study, seed, index):
+//! Values of the samples of a `[design]`, pure functions of (study, seed, index):
 //!
 //! ```text
 //! the tables          file          from the file to all that follows

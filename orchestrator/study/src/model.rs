@@ -5,7 +5,7 @@ use super::function::{FunctionError, FunctionModel};
 use super::table::Keys;
 use bladeoff_text::document::{Collector, cut};
 
-/// What a study without a machine has no use for.
+/// Tables that a study without a machine does not use.
 const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];
 
 /// `model`: whether the study computes formulas instead of a machine. `None`: the reason is among the problems.

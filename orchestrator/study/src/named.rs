@@ -5,18 +5,18 @@ use super::input::{InputError, beside, read_frozen, read_input};
 use bladeoff_text::document::{Collector, Entry, cut};
 use std::path::Path;
 
-/// Which file is wanted.
+/// File of a study.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Which {
     /// The machine.
     Machine,
     /// The points.
     Points,
-    /// That of an empirical law, by its number.
+    /// File of an empirical distribution, by its number.
     Empirical(usize),
 }
 
-/// Where the files of a study lie.
+/// Places of the files of a study.
 #[derive(Debug)]
 pub(super) struct NamedFiles<'a> {
     /// The study file.

@@ -1,4 +1,4 @@
-//! What differs from sample to sample: parameters of the machine, and variables that only formulas know.
+//! Parameters that differ from sample to sample: those of the machine, and variables of formulas.
 
 use super::column::{Column, ColumnKind};
 use super::derived::Variable;
@@ -6,7 +6,7 @@ use bladeoff_model::machine::{self, ParamValue, PathInfo, PathKind, is_detection
 use bladeoff_text::document::Collector;
 use std::ops::Range;
 
-/// Where the values of a parameter come from.
+/// Origin of the values of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
     /// `[[uncertain]]`: number of the law.
@@ -28,7 +28,7 @@ pub struct Parameter {
     pub has_words: bool,
     /// Whether no machine has it: a variable of formulas.
     pub is_variable: bool,
-    /// Where its values come from.
+    /// Origin of its values.
     pub origin: Origin,
     /// Bytes of the study file that name it.
     pub place: Range<usize>,
@@ -94,7 +94,7 @@ impl Parameter {
         !self.is_variable && (self.info.path.ends_with(".phase") || self.info.path.ends_with(".angle"))
     }
 
-    /// What a formula sees of it.
+    /// Value for formulas.
     #[must_use]
     pub fn variable(&self) -> Variable {
         let (name, short) = (self.info.path.clone(), self.short.clone());

@@ -6,14 +6,14 @@ use super::table::{Keys, wrong_type};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::ops::Range;
 
-/// What `[refine]` asks for.
+/// Requests of `[refine]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefineDef {
-    /// Which question of the file has the map.
+    /// Question of the file with the map.
     pub question: usize,
     /// Samples of the table at most.
     pub max_samples: u64,
-    /// How many values of each axis come first, evenly spread; `None`: every fourth.
+    /// Number of first values of each axis, evenly spread; `None`: every fourth.
     pub first: Option<[u64; 2]>,
     /// Bytes of the table's header.
     pub span: Range<usize>,

@@ -12,12 +12,12 @@ use crate::sampling::layout::SamplingLayout;
 use crate::uncertain::Uncertain;
 use bladeoff_model::machine::ParamValue;
 
-/// How samples are drawn.
+/// Values of samples, drawn and derived.
 #[derive(Debug, Clone)]
 pub struct SampleValues {
     laws: Vec<Uncertain>,
     copula: Copula,
-    /// None where nothing is uncertain.
+    /// Layout of the points; `None` without uncertain inputs.
     layout: Option<SamplingLayout>,
     derived: Derived,
     /// Samples drawn so far, by all clones.
@@ -35,7 +35,7 @@ pub struct Scratch {
 }
 
 impl SampleValues {
-    /// Of sound parts. The variables of `derived` are the uncertain ones, those of `[[vary]]`, the derived ones.
+    /// Combines valid parts. The variables of `derived` are the uncertain ones, those of `[[vary]]` and the derived ones.
     #[must_use]
     pub fn new(laws: Vec<Uncertain>, copula: Copula, layout: Option<SamplingLayout>, derived: Derived) -> Self {
         assert_eq!(layout.is_none(), laws.is_empty(), "what is uncertain is planned");
@@ -65,7 +65,7 @@ impl SampleValues {
         self.copula.is_independent()
     }
 
-    /// Where the points lie; `None` where nothing is uncertain.
+    /// Layout of the points; `None` without uncertain inputs.
     #[must_use]
     pub fn layout(&self) -> Option<&SamplingLayout> {
         self.layout.as_ref()

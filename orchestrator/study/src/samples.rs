@@ -35,7 +35,7 @@ fn common_factor(mut a: u64, mut b: u64) -> u64 {
 pub struct Samples {
     study: Study,
     combinations: Combinations,
-    /// As the study's, with fewer points after `--scale`.
+    /// Values of the study's samples, with fewer points after `--scale`.
     values: SampleValues,
     table: ValueTable,
     scale: Option<f64>,
@@ -78,7 +78,7 @@ impl Samples {
         self.draw_into(TABLE_BYTES)
     }
 
-    /// How often a sample was drawn.
+    /// Number of drawn samples.
     #[cfg(test)]
     pub(crate) fn drawn(&self) -> u64 {
         self.values.drawn.load(std::sync::atomic::Ordering::Relaxed)
@@ -131,13 +131,13 @@ impl Samples {
         self.limit
     }
 
-    /// Where the points lie; `None` without a `[design]`.
+    /// Layout of the points; `None` without a `[design]`.
     #[must_use]
     pub fn layout(&self) -> Option<&SamplingLayout> {
         self.values.layout()
     }
 
-    /// How many points of the design are taken; 0 without a `[design]`.
+    /// Number of points of the design; 0 without a `[design]`.
     #[must_use]
     pub fn points(&self) -> u64 {
         if self.layout().is_some() { self.combinations.kept()[0] } else { 0 }
@@ -196,7 +196,7 @@ impl Samples {
         }
     }
 
-    /// The same at any point and positions on the axes.
+    /// Values at any point and positions on the axes.
     pub(super) fn values_at(&self, point: u64, positions: &[u64]) -> Vec<ParamValue> {
         let mut own = Vec::new();
         self.own_at(point, positions, &mut Scratch::default(), &mut own);
@@ -294,13 +294,13 @@ impl Samples {
         Some(twin.shift_of(number))
     }
 
-    /// What varies in a sample, as a person reads it: "diaphragms.seal.contact.gap = 0.4 mm, ...".
+    /// Describes the varied values of a sample: "diaphragms.seal.contact.gap = 0.4 mm, ...".
     #[must_use]
     pub fn describe(&self, sample: u64) -> String {
         self.describe_values(&self.values(sample))
     }
 
-    /// The same of any values.
+    /// Describes any values.
     pub(super) fn describe_values(&self, values: &[ParamValue]) -> String {
         let pairs = self.parameters().iter().zip(values);
         let shown = pairs.map(|(parameter, value)| format!("{} = {}", parameter.shown(), show(&parameter.info, value)));
@@ -422,7 +422,7 @@ impl Samples {
             .collect()
     }
 
-    /// What is carried along with a sample: names of columns, and cells.
+    /// Extra columns of a sample: names and cells.
     pub fn extra_columns(&self, sample: u64) -> impl Iterator<Item = (&str, Option<ParamValue>)> {
         // The points are the first axis.
         let position = if self.study.extra_columns.is_empty() { 0 } else { self.combinations.positions(sample)[0] };

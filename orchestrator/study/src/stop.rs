@@ -11,12 +11,12 @@ use std::time::Duration;
 /// Points of the first look; each further one is at twice as many.
 pub const FIRST_LOOK: u64 = 256;
 
-/// What `[stop]` asks for; both widths have to be reached where both are given, and whatever comes first ends the study.
+/// Requests of `[stop]`. If both widths are given, both must be reached; the first fulfilled condition ends the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopDef {
     /// Half of every interval at most, in the unit of its figure.
     pub half_width: Option<f64>,
-    /// The same as a part of the figure.
+    /// Half width relative to the figure.
     pub relative: Option<f64>,
     /// Points at most; trajectories of a Morris design, base points of a Saltelli design.
     pub samples: Option<u64>,

@@ -16,7 +16,7 @@ use bladeoff_text::document::{Collector, Entry, Value};
 const SHIFT: f64 = 1e-6;
 const ALLOWED: &str = "a share such as \"5 %\", or a number from 0 to 1";
 
-/// Which samples have a twin.
+/// Samples with a twin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwinShare {
     share: f64,

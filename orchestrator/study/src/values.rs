@@ -11,7 +11,7 @@ pub enum ValueList {
     Words {
         /// The words of the parameter.
         known: &'static [&'static str],
-        /// Which of them, position by position.
+        /// Index of the value at each position.
         chosen: Vec<u8>,
     },
     /// `count` >= 2 real numbers from the first to the last, evenly spaced or in constant ratio.

@@ -1,4 +1,4 @@
-//! What is wrong with `[[correlation]]`.
+//! Errors of `[[correlation]]`.
 
 use thiserror::Error;
 
@@ -8,15 +8,15 @@ pub enum CorrelationError {
     /// A parameter with itself.
     #[error("`between` names {name} twice; allowed: two different parameters")]
     Itself {
-        /// Which table.
+        /// Number of the table.
         pair: usize,
         /// The parameter.
         name: String,
     },
-    /// The same two again.
+    /// A repeated pair.
     #[error("the correlation of {a} and {b} is given by table {} already", first + 1)]
     Repeated {
-        /// Which table.
+        /// Number of the table.
         pair: usize,
         /// The earlier one.
         first: usize,
@@ -25,16 +25,16 @@ pub enum CorrelationError {
         /// The other.
         b: String,
     },
-    /// Not between -1 and 1.
+    /// A value that is not between -1 and 1.
     #[error(
         "`{key}` = {given}; allowed: above -1 and below 1 (a parameter that follows another wholly is a [[derived]] one)"
     )]
     Value {
-        /// Which table.
+        /// Number of the table.
         pair: usize,
         /// The key.
         key: &'static str,
-        /// As given.
+        /// Value given.
         given: f64,
     },
     /// `rank` or `linear` of values that have no place in a continuous order.
@@ -42,7 +42,7 @@ pub enum CorrelationError {
         "`{key}` of {name}, which is {law}; allowed: `normal`, the correlation of the normal numbers behind the values"
     )]
     NotContinuous {
-        /// Which table.
+        /// Number of the table.
         pair: usize,
         /// The key.
         key: &'static str,
@@ -56,9 +56,9 @@ pub enum CorrelationError {
         "`linear` = {given}: the distributions of {a} and {b} can have from {low:.6} to {high:.6}; allowed: between these, or `rank`"
     )]
     Unreachable {
-        /// Which table.
+        /// Number of the table.
         pair: usize,
-        /// As given.
+        /// Value given.
         given: f64,
         /// The parameters.
         a: String,
@@ -69,14 +69,14 @@ pub enum CorrelationError {
         /// The largest.
         high: f64,
     },
-    /// It could not be computed with the accuracy that is promised.
+    /// A correlation that could not be computed with the promised accuracy.
     #[error(
         "`linear` = {given} of {a} and {b} cannot be computed to 1e-8 (only to {bound:.0e}): {reason}; allowed: `rank`"
     )]
     Unresolved {
-        /// Which table.
+        /// Number of the table.
         pair: usize,
-        /// As given.
+        /// Value given.
         given: f64,
         /// The parameters.
         a: String,
@@ -109,9 +109,9 @@ pub struct Possible {
     pub names: [String; 2],
     /// In which sense: `rank`, `linear` or `normal`.
     pub key: &'static str,
-    /// As given.
+    /// Value given.
     pub given: Option<f64>,
-    /// What could be.
+    /// Value that is possible.
     pub nearest: f64,
 }
 

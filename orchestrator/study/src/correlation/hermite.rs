@@ -24,7 +24,7 @@ use bladeoff_numerics::probability::{normal_quantile, normal_tails};
 const MOST: usize = 4000;
 /// Nodes times coefficients at most.
 const WORK: usize = 200_000_000;
-/// What may be left of the variance where no further coefficient is needed.
+/// Share of the variance that may remain after the last coefficient.
 const SPENT: f64 = 1e-15;
 /// Largest error of mean and standard deviation, in parts of the latter: a law that rises faster than the panels see is refused.
 const OFF: f64 = 1e-10;
@@ -52,7 +52,7 @@ fn cuts(law: &Uncertain) -> Vec<f64> {
 }
 
 impl Expansion {
-    /// Of a parameter with a standard deviation; `None`: its tails are too heavy, or it is nearly a step.
+    /// Coefficients of a parameter with a standard deviation; `None`: its tails are too heavy, or it is nearly a step.
     pub fn new(law: &Uncertain) -> Option<Self> {
         let cuts = cuts(law);
         let values: Vec<(f64, f64, f64)> = Rule::new(&cuts)

@@ -25,7 +25,7 @@ use bladeoff_numerics::probability::{normal_quantile, normal_tails};
 use core::f64::consts::PI;
 use nataf::{Nataf, Refused};
 
-/// How strongly two parameters are correlated, and in which sense.
+/// Correlation of two parameters: value and measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Strength {
     /// Spearman's correlation of the ranks.
@@ -53,25 +53,25 @@ impl Strength {
 pub struct Pair {
     /// The parameters, by number.
     pub between: [usize; 2],
-    /// How strongly.
+    /// Value.
     pub strength: Strength,
 }
 
-/// What makes coordinates dependent.
+/// Gaussian copula: makes coordinates dependent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Copula {
-    /// Of each parameter the entries of L that are not 0, the diagonal one last; empty: it keeps its coordinate.
+    /// Nonzero entries of L for each parameter, the diagonal one last; empty: the parameter keeps its coordinate.
     rows: Vec<Vec<(usize, f64)>>,
 }
 
 impl Copula {
-    /// Of parameters that do not depend on one another.
+    /// Copula of independent parameters.
     #[must_use]
     pub fn independent(count: usize) -> Self {
         Self { rows: vec![Vec::new(); count] }
     }
 
-    /// Of these parameters and pairs.
+    /// Copula of these parameters and pairs.
     ///
     /// # Errors
     /// Every pair that cannot be; where each can, that all together cannot.

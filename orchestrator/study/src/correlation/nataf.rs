@@ -26,7 +26,7 @@ pub(super) struct Nataf<'a> {
 pub(super) enum Refused {
     /// Beyond what the laws can have.
     Unreachable { low: f64, high: f64 },
-    /// Not to the accuracy.
+    /// The accuracy was not reached.
     Unresolved { bound: f64, reason: &'static str },
 }
 

@@ -12,23 +12,23 @@ use bladeoff_text::formula::{Kind, Program, parse_measured};
 use std::ops::Range;
 use thiserror::Error;
 
-/// What is wrong with a formula; [`DerivedError::formula`] says which.
+/// Error of a formula, which [`DerivedError::formula`] names.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DerivedError {
-    /// It cannot be read, or names what is not there.
+    /// An invalid formula or unknown name.
     #[error("{message}")]
     Formula {
-        /// Which formula.
+        /// Name of the formula.
         formula: usize,
-        /// Where in it (bytes).
+        /// Place in the formula \[bytes\].
         place: Range<usize>,
         /// Why.
         message: String,
     },
-    /// It names a variable whose values are words.
+    /// A formula with a variable whose values are words.
     #[error("`{name}` holds words, not numbers")]
     Words {
-        /// Which formula.
+        /// Name of the formula.
         formula: usize,
         /// The variable.
         name: String,
@@ -73,7 +73,7 @@ pub struct Derived {
     /// All variables, the derived ones last.
     variables: Vec<Variable>,
     programs: Vec<Program>,
-    /// Which to compute first.
+    /// Order of the computation.
     order: Vec<usize>,
 }
 

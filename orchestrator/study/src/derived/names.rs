@@ -48,7 +48,7 @@ impl Variable {
 /// Why a name cannot be.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum NameError {
-    /// Not a word of a formula.
+    /// A name that is no word of formulas.
     #[error(
         "{name:?} cannot be a name; allowed: letters of the English alphabet, digits and `_`, the first no digit, at most 64"
     )]
@@ -73,7 +73,7 @@ pub enum NameError {
         variable: usize,
         /// The name.
         name: String,
-        /// What has it.
+        /// Holder of the name.
         first: String,
     },
 }

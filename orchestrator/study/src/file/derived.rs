@@ -13,7 +13,7 @@ use std::ops::Range;
 pub(super) struct Formula {
     pub parameter: Parameter,
     pub text: String,
-    /// Where the formula stands.
+    /// Place of the formula.
     span: Range<usize>,
 }
 

@@ -12,7 +12,7 @@ const MOST_VALUES: usize = 1_000_000;
 /// Largest file.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// Where a law's values stand.
+/// Place of the values of an empirical distribution.
 pub(crate) struct Source<'a> {
     pub file: &'a Entry,
     pub column: &'a Entry,
@@ -29,7 +29,7 @@ pub(crate) struct Files<'r, 'o> {
 }
 
 impl<'r, 'o> Files<'r, 'o> {
-    /// None yet.
+    /// Creates an empty list.
     pub fn new(named: &'r NamedFiles<'r>, others: &'o mut Vec<Problems>) -> Self {
         Self { named, texts: Vec::new(), others }
     }

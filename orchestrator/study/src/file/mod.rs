@@ -24,18 +24,18 @@ use super::uncertain::Uncertain;
 use super::vary::PathTable;
 use bladeoff_text::document::{Collector, Node, Value};
 
-/// What the tables of a study come to.
+/// Contents of the tables of a study.
 #[derive(Debug, Clone)]
 pub struct SampledTables {
     /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
     pub parameters: Vec<Parameter>,
     /// The values of a sample by its index.
     pub values: SampleValues,
-    /// What `check` says of each uncertain parameter, mean and standard deviation after truncation included.
+    /// Descriptions of the uncertain parameters for `check`, with mean and standard deviation after truncation.
     pub distributions: Vec<String>,
-    /// What a reader of the answers should know of the design.
+    /// Notes about the design for readers of the answers.
     pub notes: Vec<String>,
-    /// What `check` says of each `[[correlation]]`.
+    /// Descriptions of the correlations for `check`.
     pub correlated: Vec<String>,
     /// Texts of `[[derived]]`.
     pub formulas: Vec<String>,

@@ -8,7 +8,7 @@ use bladeoff_text::formula::Measure;
 pub(super) struct Quantities {
     /// SI unit of the parameter; `None`: a variable, which has the unit that it is given.
     unit: Option<&'static str>,
-    /// Of a variable: the first unit that stands at a number.
+    /// Unit of a variable: the first one that a number has.
     first: Option<(String, Measure)>,
 }
 
@@ -25,7 +25,7 @@ impl Quantities {
         }
     }
 
-    /// The same, or a bare number, which is SI.
+    /// Reads a number with a unit, or a number without one, which is in SI.
     pub fn cell(&mut self, text: &str) -> Result<f64, (String, Option<String>)> {
         match self.unit {
             Some(unit) => parse_bare_or_quantity(text, unit).map_err(|error| error.parts()),

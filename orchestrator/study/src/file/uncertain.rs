@@ -53,7 +53,7 @@ fn table(
     Draft { parameter: Some(parameter), law, sentence }
 }
 
-/// What is uncertain: a parameter, or a variable; and where the file names it.
+/// Uncertain input, a parameter or a variable, and its place in the file.
 fn named(
     keys: &Keys<'_>,
     paths: &PathTable<'_>,

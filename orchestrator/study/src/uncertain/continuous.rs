@@ -46,7 +46,7 @@ impl Continuous {
         &self.law
     }
 
-    /// Where it is truncated.
+    /// Limits of the truncation.
     pub(super) fn cut(&self) -> [Option<f64>; 2] {
         [self.lower, self.upper]
     }

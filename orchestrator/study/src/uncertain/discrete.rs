@@ -20,7 +20,7 @@ pub struct Discrete {
 }
 
 impl Discrete {
-    /// Of different values with weights >= 0, not all 0.
+    /// Creates the distribution from different values with weights >= 0, not all 0.
     pub(super) fn new(values: Values, weights: &[f64]) -> Self {
         // the largest first: their sum may be beyond the numbers
         let largest = weights.iter().fold(0.0f64, |largest, weight| largest.max(*weight));
@@ -76,7 +76,7 @@ impl Discrete {
         }
     }
 
-    /// Which value, from both tails; never one without probability.
+    /// Index of the value, from both tails; never one without probability.
     #[must_use]
     pub fn place(&self, p: f64, q: f64) -> usize {
         let place = if p <= q {

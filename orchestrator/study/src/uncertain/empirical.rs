@@ -22,7 +22,7 @@ pub struct Empirical {
 }
 
 impl Empirical {
-    /// Of sorted values, at least one, truncated; the part that is left may be 0 or less.
+    /// Creates the truncated distribution of sorted values, at least one; the remaining part may be 0 or less.
     pub(super) fn new(sorted: Vec<f64>, lower: Option<f64>, upper: Option<f64>) -> Self {
         let bounds = [lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY)];
         let mut law = Self { sorted, from: 0.0, to: 1.0, bounds };

@@ -1,4 +1,4 @@
-//! What is wrong with the keys of an uncertain parameter.
+//! Errors of the keys of an uncertain parameter.
 
 use super::keys::Distribution;
 use thiserror::Error;
@@ -11,7 +11,7 @@ pub enum UncertainError {
     Missing {
         /// One of these.
         keys: &'static [&'static str],
-        /// Of this.
+        /// Key that requires another one.
         distribution: Distribution,
     },
     /// A key that the distribution does not have.
@@ -19,7 +19,7 @@ pub enum UncertainError {
     Surplus {
         /// The key.
         key: String,
-        /// Not of this.
+        /// Distribution without the key.
         distribution: Distribution,
     },
     /// Two keys that say the same.
@@ -35,9 +35,9 @@ pub enum UncertainError {
     Value {
         /// The key.
         key: String,
-        /// As given, with its unit.
+        /// Value given, with its unit.
         given: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// A value of a list that cannot be.
@@ -47,9 +47,9 @@ pub enum UncertainError {
         key: &'static str,
         /// Position in the list, from 0.
         position: usize,
-        /// As given.
+        /// Value given.
         given: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// A list of another length.
@@ -59,7 +59,7 @@ pub enum UncertainError {
         key: &'static str,
         /// Its length.
         given: usize,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// Truncation leaves nothing.
@@ -81,7 +81,7 @@ pub enum UncertainError {
         key: &'static str,
         /// Their probability.
         probability: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// Values that are no numbers any more.
@@ -91,11 +91,11 @@ pub enum UncertainError {
     TooWide {
         /// The key that says how wide it is.
         key: String,
-        /// As given.
+        /// Value given.
         given: String,
         /// The law in words.
         law: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
 }

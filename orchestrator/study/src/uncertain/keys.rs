@@ -1,4 +1,4 @@
-//! Which keys a distribution has.
+//! Keys of the distributions.
 
 /// The distributions of `[[uncertain]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub enum Distribution {
     Periodic,
 }
 
-/// What a key holds.
+/// Kind of the value of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Holds {
     /// A number in the unit of the parameter.
@@ -108,7 +108,7 @@ impl Distribution {
         KEYS.iter().map(|(key, _)| *key)
     }
 
-    /// What a key of any distribution holds; `None`: no distribution has it.
+    /// Kind of the value of a key; `None`: no distribution has this key.
     #[must_use]
     pub fn holds(key: &str) -> Option<Holds> {
         KEYS.iter().find(|(known, _)| *known == key).map(|(_, holds)| *holds)

@@ -9,7 +9,7 @@
 const REACH: f64 = 37.0;
 /// Width of a panel.
 const PANEL: f64 = 0.125;
-/// What the ends may have of the variance: more says that the tails go on.
+/// Largest share of the variance in the end panels; a larger one means that the tails continue.
 pub(crate) const AT_ENDS: f64 = 1e-25;
 
 /// Nodes and weights, phi not among them.

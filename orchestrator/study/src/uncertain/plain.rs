@@ -23,7 +23,7 @@ pub enum Plain {
 }
 
 impl Uncertain {
-    /// The same law as other programs have it; `None`: it is none of these.
+    /// Distribution in the form of other programs; `None`: they do not have it.
     #[must_use]
     pub fn plain(&self) -> Option<Plain> {
         let law = match self {

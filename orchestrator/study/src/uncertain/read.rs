@@ -51,7 +51,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Which keys are there.
+    /// Keys present.
     fn keys(&mut self) {
         let takes = self.distribution.takes();
         let names = self.written.names(self.distribution);
@@ -210,7 +210,7 @@ impl Reader<'_> {
         self.written.number(key)
     }
 
-    /// What keys say of one another; each for itself is sound.
+    /// Checks relations between keys that are valid by themselves.
     fn relations(&mut self) {
         let (Some(lower), Some(upper)) = (self.number("lower"), self.number("upper")) else { return };
         if lower >= upper {

@@ -1,4 +1,4 @@
-//! What `check` says of an uncertain parameter: "normal, mean 1 mm, sd 0.1 mm, cut at 0.7 mm and 1.3 mm: mean 1 mm, sd 98.66 um".
+//! Description of an uncertain parameter for `check`: "normal, mean 1 mm, sd 0.1 mm, cut at 0.7 mm and 1.3 mm: mean 1 mm, sd 98.66 um".
 
 use super::Uncertain;
 use super::keys::{Distribution, Holds, Values, Written};

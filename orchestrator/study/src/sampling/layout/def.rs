@@ -133,7 +133,7 @@ pub enum LayoutError {
     Missing {
         /// The key.
         key: &'static str,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// A key that the kind does not have.
@@ -151,9 +151,9 @@ pub enum LayoutError {
     Value {
         /// The key.
         key: &'static str,
-        /// As given.
+        /// Value given.
         given: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// A value of a list that cannot be.
@@ -163,15 +163,15 @@ pub enum LayoutError {
         key: &'static str,
         /// Position in the list, from 0.
         position: usize,
-        /// As given.
+        /// Value given.
         given: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// More uncertain parameters than there may be, or none.
     #[error("the design has {given} uncertain parameters; allowed: 1 to {MOST_PARAMETERS}")]
     Parameters {
-        /// How many.
+        /// Number found.
         given: usize,
     },
     /// A first point at the ends of laws that have none.
