@@ -18,7 +18,7 @@ const BLADES: &str = "count = 8\n";
 /// The whole diaphragm is replaced.
 const DIAPHRAGM: &str = "";
 
-const FEATURES: [Feature; 29] = [
+const FEATURES: [Feature; 30] = [
     ("detection `hyp2`, flexible ring", DETECTION, "detection = \"hyp2\"\n"),
     ("detection `hyp1`", DETECTION, "detection = \"hyp1\"\n"),
     ("detection `hyp2-frozen`", DETECTION, "detection = \"hyp2-frozen\"\n"),
@@ -56,6 +56,11 @@ const FEATURES: [Feature; 29] = [
         "bearing on a pedestal",
         "[rotor.unbalances.blade_off]\n",
         "[rotor.bearings.left.pedestal]\nmass = \"5 kg\"\nstiffness = \"1e7 N/m\"\n\n[rotor.unbalances.blade_off]\n",
+    ),
+    (
+        "monitor of the displacement at a place without contact",
+        "[rotor.unbalances.blade_off]\n",
+        "[monitors.oil_seal]\nposition = \"0.1 m\"\ngap = \"0.5 mm\"\n\n[rotor.unbalances.blade_off]\n",
     ),
     (
         "bearing off the bearing line (elevation)",
