@@ -411,7 +411,8 @@ fn a_run_without_a_basis_is_a_row_with_that_cause() {
     let first = causes.iter().position(|cause| cause == "no_basis").expect("one").to_string();
     let why = say(&["why", &first, "--dir", &out]);
     assert!(
-        why.out.contains("has no basis of the run's motions") && why.out.contains("run.engine = \"reduced\""),
+        why.out.contains("has no modal basis at the start or at a speed of the run")
+            && why.out.contains("run.engine = \"reduced\""),
         "{}",
         why.out
     );

@@ -16,9 +16,9 @@ const MOST: u64 = 1 << 20;
 
 /// Limits of the model, as in the README.
 pub const LIMITS: [&str; 5] = [
-    "Linear bearings with constant coefficients (cross terms allowed), no oil film; a linear shaft and a linear ring: displacements beyond a few per cent of the ring's radius, and stresses beyond yield, say \"too much\" and not how much.",
-    "One diaphragm that touches, planar (no axial or tilting motion of the ring), with a rigid rotor section; dry Coulomb friction with one coefficient, no heat, no wear, no breaking blades.",
-    "The lost blade leaves at once; what it does to its neighbours and to the casing is not covered.",
+    "Bearings are linear about their static point, with constant coefficients or a table over the speed; there is no oil film. Shaft and rings are linear: displacements beyond a few per cent of the ring's radius, and stresses beyond yield, show that a value is too large, not how large.",
+    "Diaphragms that touch are planar (no axial or tilting motion of the ring) and coupled by the shaft alone, with a rigid rotor section. Friction is dry with one coefficient; heat, wear and breaking blades are not modelled.",
+    "The lost blade leaves at once; its impact on neighbours and casing is not covered.",
     "Heavy rubs are sensitive: valid discretisations differ by some tenths of a per cent over many impacts, single cases by more. `run.twin` measures it for a run.",
     "Intervals cover the number of points only. They do not cover a wrong distribution or a missing correlation.",
 ];

@@ -155,8 +155,8 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             HALF,
         ),
         (Cause::Penetration, Engine::Exponential, true) => (
-            "in heavy backward whirl a smaller `run.contact_step` does not reduce the overlap: more modes of the ring (`run.ring_modes`), or compare with \
-             `run.engine = \"full\"`; use what was reached while all guards held as a lower bound",
+            "in heavy backward whirl a smaller `run.contact_step` does not reduce the overlap. Use more modes of the ring (`run.ring_modes`), or compare \
+             with `run.engine = \"full\"`. Values reached while all guards held are lower bounds",
             Change::Set(ENGINE, Engine::Full.word()),
         ),
         (Cause::Penetration, Engine::Exponential, false) => (

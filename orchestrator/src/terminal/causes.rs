@@ -18,8 +18,8 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
             "the normal contact force did more work than `run.guard.normal_work` allows: impacts lose or create energy"
         }
         Cause::Penetration => {
-            "rotor and ring overlap at the end of a converged step by more than the part of the gap that `run.guard.penetration` allows: what a \
-             contact place moves within a step, or the rounding of a gap that is next to none"
+            "rotor and ring overlap at the end of a converged step by more than `run.guard.penetration` allows: the contact place changed within the \
+             step, or the gap is so small that rounding matters"
         }
         Cause::SlipReversal => {
             "the slip velocity changed sign; the friction model only slides, so what follows is not physical"

@@ -10,8 +10,10 @@ use std::fs;
 
 pub fn page() -> String {
     let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("shipped");
-    // with a pedestal, which has columns of its own
-    let text = format!("{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n");
+    // with a pedestal and a monitor, which have columns of their own
+    let text = format!(
+        "{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n[monitors.NAME]\nposition = \"1 m\"\ngap = \"1 mm\"\n"
+    );
     let machine = MachineDef::parse("lp_turbine.toml", &text).and_then(|def| def.build()).expect("valid");
     let bearings: Vec<String> = machine.rotor.bearings.iter().map(|bearing| bearing.name.clone()).collect();
     let all = columns(&machine);

@@ -6,7 +6,7 @@ use bladeoff_study::uncertain::Distribution;
 use bladeoff_study::{STUDY_KEYS, STUDY_TABLES};
 
 /// Begin of a path, and its heading; the longest begin that fits counts.
-const SECTIONS: [(&str, &str); 15] = [
+const SECTIONS: [(&str, &str); 16] = [
     ("", "The file"),
     ("run.", "`[run]`: end, engine, steps, modes"),
     ("run.guard.", "`[run.guard]`: numerical checks"),
@@ -19,6 +19,7 @@ const SECTIONS: [(&str, &str); 15] = [
     ("rotor.damping.", "`[rotor.damping]`"),
     ("rotor.speed_law.", "`[rotor.speed_law]`: a prescribed speed"),
     ("rotor.initial.", "`[rotor.initial]`: motion at the start"),
+    ("monitors.", "`[monitors.NAME]`: displacement at places without contact"),
     ("braking.", "`[braking]`: torques that slow the rotor"),
     ("diaphragms.", "`[diaphragms.NAME]`: ring and blades"),
     ("diaphragms.NAME.contact.", "`[diaphragms.NAME.contact]`"),

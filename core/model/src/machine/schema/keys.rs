@@ -214,7 +214,7 @@ pub(super) const KEYS: &[Key] = &[
         "place of the bearing's seat from the bearing line: its force is zero where the journal is there"),
     key("rotor.bearings.NAME.pedestal.mass", Kind::Diagonal("kg"), Need::Optional("0"), Range::NOT_NEGATIVE, When::Always,
         "mass of the pedestal between bearing and ground, the same in both directions or [x, y]; gravity acts on it"),
-    key("rotor.bearings.NAME.pedestal.stiffness", Kind::Diagonal("N/m"), Need::Optional("the bearing stands on rigid ground"), Range::POSITIVE, When::Always,
+    key("rotor.bearings.NAME.pedestal.stiffness", Kind::Diagonal("N/m"), Need::Optional("the bearing is on rigid ground"), Range::POSITIVE, When::Always,
         "stiffness of the pedestal to ground, the same in both directions or [x, y]"),
     key("rotor.bearings.NAME.pedestal.damping", Kind::Diagonal("N s/m"), Need::Optional("0"), Range::NOT_NEGATIVE, When::Always,
         "damping of the pedestal to ground, the same in both directions or [x, y]"),
