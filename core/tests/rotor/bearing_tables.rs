@@ -148,7 +148,7 @@ const PCHIP_CRITICAL: [[f64; 2]; 2] = [[314.8462958128103, -8.26485555903676], [
 fn text(interpolation: &str, tail: &str) -> String {
     let bearing = |name: &str, position: f64, axial: &str| {
         format!(
-            "[rotor.bearings.{name}]\nposition = {position:?}\n{axial}kind = \"table\"\ninterpolation = \"{interpolation}\"\n\
+            "[rotor.bearings.{name}]\nposition = {position:?}\n{axial}kind = \"table\"\ninterpolation = \"{interpolation}\"\n[rotor.bearings.{name}.coefficients]\n\
              speeds = [100, 200, 300, 450, 700]\nkxx = [9e7, 7e7, 6e7, 5e7, 4.4e7]\nkxy = [3e7, 2.5e7, 2e7, 1.6e7, 1.2e7]\n\
              kyx = [-6e7, -5e7, -4.6e7, -4.2e7, -4e7]\nkyy = [5e7, 5.5e7, 6e7, 6.6e7, 7.5e7]\n\
              cxx = [6e5, 3.4e5, 2.4e5, 1.7e5, 1.2e5]\ncxy = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\n\
@@ -305,9 +305,10 @@ fn a_table_that_the_run_may_leave_is_rejected() {
     assert!(descending.contains("not a list of ascending speeds"), "{descending}");
     let short = problem(AT_CONSTANT_SPEED, "kyy = [5e7, ", "kyy = [");
     assert!(short.contains("4 values for 5 speeds"), "{short}");
-    let missing = problem(AT_CONSTANT_SPEED, "kyy = ", "elevation = [0, 0]\n#");
-    assert!(missing.contains("elevation") && missing.contains("only with kind = \"linear\""), "{missing}");
-    assert!(missing.contains("rotor.bearings.left.kyy"), "{missing}");
+    let missing = problem(AT_CONSTANT_SPEED, "kyy = ", "#");
+    assert!(missing.contains("rotor.bearings.left.coefficients.kyy"), "{missing}");
+    let seat = problem(AT_CONSTANT_SPEED, "kind = \"table\"", "kind = \"table\"\nelevation = [0, 0]");
+    assert!(seat.contains("elevation") && seat.contains("only with kind = \"linear\""), "{seat}");
     let constant = problem(AT_CONSTANT_SPEED, "kind = \"table\"", "kind = \"linear\"");
     assert!(constant.contains("only with kind = \"table\""), "{constant}");
 }

@@ -20,7 +20,9 @@ use bladeoff_answers::summary::{Align, TextTable, counted, wrapped};
 use bladeoff_core::engine::speeds_of_run;
 use bladeoff_core::modal::equilibrium;
 use bladeoff_model::machine::{Machine, MachineDef, ParamValue};
-use bladeoff_study::{Axis, Fixed, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show};
+use bladeoff_study::{
+    Axis, Fixed, Origin, Samples, StudyError, fixed_angle, idle_levels, read_input, show, with_tables,
+};
 use bladeoff_system::shown;
 use bladeoff_text::document::MAX_FILE_BYTES;
 use bladeoff_text::document::units::format_digits;
@@ -95,7 +97,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 
 /// A machine alone: that it makes a machine whose run can start, and the engine.
 fn machine(path: &Path) -> Result<Exit, CliError> {
-    let text = read_input(path, MAX_FILE_BYTES as u64)?;
+    let text = with_tables(path, read_input(path, MAX_FILE_BYTES as u64)?)?;
     let mut definition = MachineDef::parse(&path.to_string_lossy(), &text)?;
     let mut machine = definition.build()?;
     let words = matrices_of(&machine);

@@ -2,7 +2,7 @@
 
 use super::error::CliError;
 use bladeoff_model::machine::{Machine, MachineDef, ValueError};
-use bladeoff_study::{FileKind, OfRoss, StudyError, kind_of, read_input, show};
+use bladeoff_study::{FileKind, OfRoss, StudyError, kind_of, read_input, show, with_tables};
 use bladeoff_system::call::word;
 use bladeoff_text::document::{MAX_FILE_BYTES, Problems};
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ pub struct MachineArgs {
 impl MachineArgs {
     /// The definition with its overrides.
     pub fn load(&self) -> Result<MachineDef, CliError> {
-        let text = read_input(&self.machine, MAX_FILE_BYTES as u64)?;
+        let text = with_tables(&self.machine, read_input(&self.machine, MAX_FILE_BYTES as u64)?)?;
         let parsed = MachineDef::parse(&self.machine.to_string_lossy(), &text);
         let mut machine = parsed.map_err(|problems| match kind_of(&text) {
             Some(FileKind::Study(machine)) => CliError::AStudy { path: self.machine.clone(), machine },

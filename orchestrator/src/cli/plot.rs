@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::output::{print, remark};
 use crate::history::{HistoryError, read, unknown_in};
 use bladeoff_answers::figures::{
-    Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, ring_of, spectrogram,
+    Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, response_spectrum, ring_of, spectrogram,
 };
 use bladeoff_answers::history::{History, Series};
 use bladeoff_system::files::FileError;
@@ -13,12 +13,14 @@ use bladeoff_system::shown;
 use bladeoff_text::document::units::{format_quantity, parse_bare_or_quantity};
 use std::path::{Path, PathBuf};
 
-/// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders
+/// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders, response spectra
 ///
 /// `time` has one panel for each kind of channel (same name after the last dot) and one line for each channel and file.
 /// Several runs are therefore in one figure. Energies that are always 0 are left out, with a message. `orbit` draws the
 /// rotor centre inside the clearance, one figure per file. For the deformed ring record MCAP or Parquet with `--channels
 /// rotor,contact,ring`; CSV has no geometry. `spectrogram` and `order` draw one map for each channel and file.
+/// `response-spectrum` draws the largest response of oscillators to the pedestal forces (or to other channels) over the
+/// frequency of the oscillator, one figure for each file.
 ///
 /// In a directory a figure is named after its file: turbine.mcap gives turbine-time, turbine-orbit,
 /// turbine-order-bearing-rear-y. Files of the same name get the names of their directories. The figure of several files
@@ -34,19 +36,22 @@ use std::path::{Path, PathBuf};
   bladeoff plot turbine.mcap --kind spectrogram \\
     --channels bearing.rear.y --top 100 --out figures
   bladeoff plot turbine.mcap --kind order \\
-    --channels bearing.rear.y --out figures")]
+    --channels bearing.rear.y --out figures
+  bladeoff plot turbine.mcap --kind response-spectrum \\
+    --damping 0.02 --top 200 --out spectrum.svg")]
 pub struct Args {
     /// Histories (.mcap, .csv, .parquet)
     #[arg(required = true)]
     files: Vec<PathBuf>,
 
     /// Channels, separated by commas: names, beginnings of names ("contact.gap") or patterns ("bearing.*.load*") [default:
-    /// speed, bearing loads, eccentricity, gap, filtered contact force; for maps the first bearing's y]
+    /// speed, bearing loads, eccentricity, gap, filtered contact force; for maps the first bearing's y; for response
+    /// spectra the pedestal forces along X and Y]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     channels: Vec<String>,
 
     /// What to draw
-    #[arg(long, value_parser = ["time", "orbit", "spectrogram", "order"], default_value = "time")]
+    #[arg(long, value_parser = ["time", "orbit", "spectrogram", "order", "response-spectrum"], default_value = "time")]
     kind: String,
 
     /// Only from this time on, in seconds or with a unit
@@ -61,9 +66,14 @@ pub struct Args {
     #[arg(long, value_name = "TIME")]
     at: Vec<String>,
 
-    /// Highest frequency of a spectrogram in Hz, or highest order [default: a fifth of the highest recorded; 10]
+    /// Highest frequency of a spectrogram or response spectrum in Hz, or highest order [default: a fifth of the highest
+    /// frequency in the records; a twentieth of the record rate, which is also the most; 10]
     #[arg(long, value_name = "NUMBER", value_parser = above_zero)]
     top: Option<f64>,
+
+    /// Damping ratio of the oscillators of a response spectrum
+    #[arg(long, value_name = "NUMBER", value_parser = damping_ratio, default_value_t = 0.05)]
+    damping: f64,
 
     /// A file (.svg or .png) for one figure, or a directory, which gets each figure as SVG and PNG
     #[arg(long, value_name = "DIR|FILE")]
@@ -112,6 +122,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let figures = match args.kind.as_str() {
         "orbit" => orbit(args, &histories)?,
         "spectrogram" | "order" => maps(args, &histories)?,
+        "response-spectrum" => response_spectra(args, &histories)?,
         _ => vec![(format!("{}-time", together(&histories)), over_time(args, &histories)?)],
     };
     print(&save(&figures, &args.out)?)?;
@@ -345,6 +356,27 @@ fn maps(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliEr
         }
     }
     Ok(figures)
+}
+
+fn response_spectra(args: &Args, histories: &[Named]) -> Result<Vec<(String, Figure)>, CliError> {
+    let mut figures = Vec::new();
+    for named in histories {
+        let channels = chosen(&named.history, &args.channels, &["pedestal.*.load_x_N", "pedestal.*.load_y_N"])?;
+        if channels.is_empty() {
+            return Err(unknown_in(&named.history, "pedestal.*.load_x_N").into());
+        }
+        let figure = response_spectrum(&named.history, &named.name, &channels, args.damping, args.top)?;
+        figures.push((format!("{}-response-spectrum", named.name), figure));
+    }
+    Ok(figures)
+}
+
+/// A damping ratio of an oscillator.
+fn damping_ratio(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(ratio) if (0.0..1.0).contains(&ratio) => Ok(ratio),
+        _ => Err("allowed: a number from 0 to below 1, such as 0.05".to_owned()),
+    }
 }
 
 /// Whether a name is that of one figure.

@@ -46,7 +46,7 @@ pub fn unbalance_response(
     let largest = |values: &dyn Fn(&UnbalanceResponse) -> f64| seen.iter().map(|one| values(one)).fold(0.0, f64::max);
     let cut = if seen.len() < found.len() { "; undamped peaks cut off" } else { "" };
     let length = Scale::of("m", largest_displacement(&seen, &places));
-    let load = Scale::of("N", largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max)));
+    let load = Scale::of("N", largest(&|r| r.bearings.iter().chain(&r.pedestals).copied().fold(0.0, f64::max)));
     let mut displacement: Vec<Line> = places
         .iter()
         .map(|(name, node)| {
@@ -56,6 +56,7 @@ pub fn unbalance_response(
             )
         })
         .collect();
+    let on_pedestals = machine.rotor.bearings.iter().filter(|bearing| bearing.pedestal.is_some());
     let loads = machine
         .rotor
         .bearings
@@ -64,6 +65,10 @@ pub fn unbalance_response(
         .map(|(i, of)| {
             Line::new(&bearing(&of.name), found.iter().map(|r| (rpm(r.speed), r.bearings[i] * load.factor)).collect())
         })
+        .chain(on_pedestals.enumerate().map(|(i, of)| {
+            let points = found.iter().map(|r| (rpm(r.speed), r.pedestals[i] * load.factor)).collect();
+            Line::new(&format!("pedestal of {}", of.name), points)
+        }))
         .collect();
     let mut displacement_top = length.factor * largest_displacement(&seen, &places);
     for diaphragm in &machine.diaphragms {
@@ -74,7 +79,7 @@ pub fn unbalance_response(
     }
     let running = rpm(machine.rotor.initial_speed);
     let mut load_lines: Vec<Line> = loads;
-    let load_top = load.factor * largest(&|r| r.bearings.iter().copied().fold(0.0, f64::max));
+    let load_top = load.factor * largest(&|r| r.bearings.iter().chain(&r.pedestals).copied().fold(0.0, f64::max));
     for (lines, high) in [(&mut displacement, displacement_top), (&mut load_lines, load_top)] {
         if running > 0.0 {
             let points = vec![(running, 0.0), (running, 1.05 * high)];

@@ -2,6 +2,7 @@
 
 use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
+use super::bearing_files::with_tables;
 use super::definition::{Fixed, MachineSubject, Study, Subject};
 use super::engine::{refuse_auto, settle};
 use super::error::{OfRoss, StudyError};
@@ -330,6 +331,13 @@ impl Loader<'_> {
         let named = keys.text(entry, &mut self.problems)?;
         let wanted = (Which::Machine, MAX_FILE_BYTES as u64);
         let (path, text) = self.files.read(entry, ("machine", named), wanted, &mut self.problems)?;
+        let text = match with_tables(Path::new(&path), text) {
+            Ok(text) => text,
+            Err(problems) => {
+                self.others.push(problems);
+                return None;
+            }
+        };
         let (def, partly) = match MachineDef::parse_partly(&path, &text) {
             Ok(def) => (Some(def), false),
             Err(_) if kind_of(&text) == Some(FileKind::Ross) => {

@@ -72,6 +72,11 @@ const FEATURES: [Feature; 31] = [
         LEFT,
         "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\nelevation = [\"0 mm\", \"0.1 mm\"]\naxial_stiffness = \"1e6 N/m\"\n",
     ),
+    (
+        "bearing table over the speed",
+        LEFT,
+        "kind = \"table\"\ncoefficients = { speeds = [\"0 rpm\", \"4000 rpm\"], kxx = [2e6, 3e6], kyy = [2e6, 3e6], cxx = [600, 500], cyy = [600, 500] }\naxial_stiffness = \"1e6 N/m\"\n",
+    ),
     ("gravity", "gravity = [0.0, 0.0]\n", "gravity = [0.0, -9.81]\n"),
     ("lost mass of a disc", "phase = \"0 deg\"\n", "phase = \"0 deg\"\nkind = \"lost\"\ndisc = \"right\"\n"),
     (

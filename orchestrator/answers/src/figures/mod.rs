@@ -1,7 +1,7 @@
 //! Figures: SVG and PNG from one drawing code.
 //!
 //! ```text
-//! data -> a function of panels, rings, orbit, spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
+//! data -> a function of panels, rings, orbit, spectrum, response_spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
 //! ```
 //! plotters lays out and draws the SVG, resvg renders it to PNG; both measure and draw text with the font embedded here, so
 //! that no font of the system is needed and every machine draws the same picture. Colours tell apart with any kind of colour
@@ -13,6 +13,7 @@ mod machine;
 mod maps;
 mod orbit;
 mod panels;
+mod response_spectrum;
 mod rings;
 mod spectrum;
 mod style;
@@ -22,6 +23,7 @@ pub use machine::machine;
 pub use maps::{maps, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
 pub use panels::{Line, Mark, Panel, panels, tall_panel};
+pub use response_spectrum::response_spectrum;
 pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};
 pub use style::{COLOURS, GREY, Scale, plain_name};

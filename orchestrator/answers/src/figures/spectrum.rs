@@ -67,7 +67,7 @@ fn window_of(samples: usize) -> usize {
 }
 
 /// Records at even intervals: all but the last, which is the run's end, where that lies off the interval.
-fn even(time: &[f64]) -> usize {
+pub(super) fn even(time: &[f64]) -> usize {
     let &[.., before, last] = time else { return time.len() };
     let interval = time[1] - time[0];
     if ((last - before) / interval - 1.0).abs() < 1e-6 { time.len() } else { time.len() - 1 }

@@ -20,15 +20,27 @@ const KEYS: [(&str, bool); COEFFICIENTS] = [
 ];
 
 /// The table of a bearing; `None`: something was reported.
-pub(super) fn bearing_table(reader: &mut Reader<'_>, table: &str) -> Option<BearingTable> {
+pub(super) fn bearing_table(reader: &mut Reader<'_>, bearing: &str) -> Option<BearingTable> {
+    let (table, file) = (below(bearing, "coefficients"), below(bearing, "table"));
+    let table = &*table;
+    // who reads machine files puts the lists in the place of the file's name
+    if reader.text(&file).is_some() {
+        reader.fail(
+            &file,
+            "the file of the table has not been read",
+            "a CSV file beside the machine file, or lists in coefficients",
+        );
+        return None;
+    }
     let speeds = list(reader, table, "speeds", true)?;
     let path = below(table, "speeds");
     if speeds.len() < 2 || speeds.windows(2).any(|pair| pair[0] >= pair[1]) {
         reader.fail(&path, "not a list of ascending speeds", "two or more speeds, each above the one before");
         return None;
     }
-    let factors = [reader.number(&below(table, "stiffness_factor"))?, reader.number(&below(table, "damping_factor"))?];
-    let interpolation = if reader.word(&below(table, "interpolation"))? == "pchip" {
+    let factors =
+        [reader.number(&below(bearing, "stiffness_factor"))?, reader.number(&below(bearing, "damping_factor"))?];
+    let interpolation = if reader.word(&below(bearing, "interpolation"))? == "pchip" {
         Interpolation::Pchip
     } else {
         Interpolation::Linear
@@ -62,7 +74,7 @@ fn list(reader: &mut Reader<'_>, table: &str, key: &'static str, is_needed: bool
     let path = below(table, key);
     let found = reader.list(&path)?;
     if found.is_empty() && is_needed {
-        reader.missing_here(&path, &format!("rotor.bearings.NAME.{key}"));
+        reader.missing_here(&path, &format!("rotor.bearings.NAME.coefficients.{key}"));
         return None;
     }
     Some(found)

@@ -1,0 +1,302 @@
+//! CSV files that a machine file names for its bearing tables: their lists take the place of the name.
+//!
+//! ```text
+//! [rotor.bearings.front]                      [rotor.bearings.front]
+//! kind = "table"                              kind = "table"
+//! table = "front.csv"              ->         (blank)
+//! ...                                         ...
+//!                                             [rotor.bearings.front.coefficients]      at the end of the file
+//!                                             speeds = [...]
+//! ```
+//! So the lines of the file keep their numbers, and all that follows knows one form of a table: results, workers and a replay need no further file, and the
+//! identity of the machine contains the content of the file.
+
+use crate::csv::Csv;
+use crate::input::read_input;
+use bladeoff_text::document::units::parse_quantity;
+use bladeoff_text::document::{Collector, Entry, Problems, Value, cut, parse_toml};
+use std::fmt::Write;
+use std::ops::Range;
+use std::path::{Component, Path};
+
+/// Largest file of a table.
+const MOST_BYTES: u64 = 1 << 20;
+/// Names of the column of speeds, and key of the list.
+const SPEEDS: ([&str; 2], &str) = (["speed", "frequency"], "speeds");
+/// Columns of coefficients, whose lists have the same names.
+const COEFFICIENTS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
+
+/// The text of a machine file with the lists of the tables that it names. `path`: of the machine file, beside which the tables are.
+///
+/// # Errors
+/// A file that is missing, too large, or no table.
+pub fn with_tables(path: &Path, text: String) -> Result<String, Problems> {
+    let shown = path.to_string_lossy();
+    // what cannot be read as TOML is reported by the reader of machine files
+    let Ok((document, mut problems)) = parse_toml(&shown, &text) else { return Ok(text) };
+    let mut lists = Vec::new();
+    for bearing in named(document.value.as_table().unwrap_or_default(), &["rotor", "bearings"]) {
+        let entries = bearing.node.value.as_table().unwrap_or_default();
+        let Some(entry) = entries.iter().find(|entry| entry.name == "table") else { continue };
+        let Value::Text(name) = &entry.node.value else { continue };
+        let key = format!("rotor.bearings.{}.table", cut(&bearing.name, 80));
+        if text[bearing.node.span.clone()].starts_with('{') {
+            let problem =
+                problems.add(entry.node.span.clone(), key, "a bearing with a table in a file is a table with a header");
+            problem.allowed = Some("[rotor.bearings.NAME]".to_owned());
+            continue;
+        }
+        if entries.iter().any(|entry| entry.name == "coefficients") {
+            let problem = problems.add(entry.node.span.clone(), key, "the bearing has a table of its own");
+            problem.allowed = Some("table = \"FILE.csv\", or [rotor.bearings.NAME.coefficients]".to_owned());
+        } else if let Some(block) = read_table(path, name, entry, &key, &mut problems) {
+            lists.push((entry.name_span.start..entry.node.span.end, bearing.name.clone(), block));
+        }
+    }
+    problems.finish()?;
+    Ok(replaced(text, lists))
+}
+
+/// The entries of a table within tables.
+fn named<'a>(mut entries: &'a [Entry], path: &[&str]) -> &'a [Entry] {
+    for step in path {
+        let found = entries.iter().find(|entry| entry.name == *step);
+        entries = found.and_then(|entry| entry.node.value.as_table()).unwrap_or_default();
+    }
+    entries
+}
+
+/// The lists in the place of the names.
+fn replaced(mut text: String, lists: Vec<(Range<usize>, String, String)>) -> String {
+    for (span, bearing, block) in lists {
+        let blank = " ".repeat(span.len());
+        text.replace_range(span, &blank);
+        write!(text, "\n[rotor.bearings.{bearing}.coefficients]\n{block}").expect("writing to a string cannot fail");
+    }
+    text
+}
+
+/// The lists of one file.
+fn read_table(machine: &Path, name: &str, entry: &Entry, key: &str, problems: &mut Collector<'_>) -> Option<String> {
+    let span = entry.node.span.clone();
+    let mut fail = |message: String, allowed: &str| {
+        let problem = problems.add(span.clone(), key, message);
+        problem.value = Some(format!("{:?}", cut(name, 120)));
+        problem.allowed = Some(allowed.to_owned());
+    };
+    let is_below = Path::new(name).components().all(|step| matches!(step, Component::Normal(_)));
+    if name.is_empty() || !is_below {
+        fail(
+            "leads out of the directory of the machine file".to_owned(),
+            "a name relative to the machine file, without `..`",
+        );
+        return None;
+    }
+    let file = machine.parent().unwrap_or(Path::new("")).join(name);
+    let text = match read_input(&file, MOST_BYTES) {
+        Ok(text) => text,
+        Err(error) => {
+            fail(error.to_string(), "a CSV file beside the machine file");
+            return None;
+        }
+    };
+    match lists(&text) {
+        Ok(lists) => Some(lists),
+        Err(NotATable { line, message }) => {
+            fail(
+                format!("line {line}: {message}"),
+                "columns speed, kxx, kyy and further coefficients, a row for each speed",
+            );
+            None
+        }
+    }
+}
+
+/// Why a file is no table.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {message}")]
+struct NotATable {
+    line: usize,
+    message: String,
+}
+
+/// One column that is read: its key, its place in a row, its unit and its numbers.
+struct Column {
+    key: &'static str,
+    place: usize,
+    unit: Option<String>,
+    numbers: Vec<f64>,
+}
+
+/// The lists of a file as TOML.
+fn lists(text: &str) -> Result<String, NotATable> {
+    let line_of = |at: usize| 1 + text[..at].matches('\n').count();
+    let mut problems = Collector::new("", text);
+    let no_header = || NotATable { line: 1, message: "no header with the column kxx".to_owned() };
+    let csv = Csv::new(text, &mut problems).ok_or_else(no_header)?;
+    let mut columns: Vec<Column> = Vec::new();
+    let mut rows = 0;
+    for line in csv.lines() {
+        let number = line_of(line.start);
+        let cells: Vec<String> = csv.header(line).into_iter().map(|cell| cell.text.trim().to_owned()).collect();
+        if columns.is_empty() {
+            columns = header(&cells).map_err(|message| NotATable { line: number, message })?;
+            continue;
+        }
+        if rows == 0 && is_units(&columns, &cells) {
+            for column in &mut columns {
+                column.unit = cells.get(column.place).filter(|unit| !unit.is_empty()).cloned();
+            }
+            continue;
+        }
+        rows += 1;
+        for column in &mut columns {
+            let cell = cells.get(column.place).map_or("", String::as_str);
+            let value = value(column, cell).map_err(|message| NotATable { line: number, message })?;
+            column.numbers.push(value);
+        }
+    }
+    if columns.is_empty() {
+        return Err(no_header());
+    }
+    let mut block = String::new();
+    for Column { key, numbers, .. } in columns {
+        let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+        writeln!(block, "{key} = [{}]", numbers.join(", ")).expect("writing to a string cannot fail");
+    }
+    Ok(block)
+}
+
+/// The columns that are read, by a header; none of a line before it.
+fn header(cells: &[String]) -> Result<Vec<Column>, String> {
+    let parts: Vec<(String, Option<String>)> = cells
+        .iter()
+        .map(|cell| match cell.split_once('[') {
+            Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim_end_matches(']').trim().to_owned())),
+            None => (cell.to_lowercase(), None),
+        })
+        .collect();
+    if !parts.iter().any(|(name, _)| name == "kxx") {
+        return Ok(Vec::new());
+    }
+    let mut columns: Vec<Column> = Vec::new();
+    for (place, (name, unit)) in parts.into_iter().enumerate() {
+        let key = if SPEEDS.0.contains(&name.as_str()) {
+            SPEEDS.1
+        } else if let Some(key) = COEFFICIENTS.into_iter().find(|key| *key == name) {
+            key
+        } else {
+            continue;
+        };
+        if columns.iter().any(|column| column.key == key) {
+            return Err(format!("two columns for {key}"));
+        }
+        columns.push(Column { key, place, unit, numbers: Vec::new() });
+    }
+    if columns.iter().all(|column| column.key != SPEEDS.1) {
+        return Err("no column speed or frequency".to_owned());
+    }
+    Ok(columns)
+}
+
+/// Whether a row has units instead of numbers.
+fn is_units(columns: &[Column], cells: &[String]) -> bool {
+    columns.iter().all(|column| {
+        cells.get(column.place).is_some_and(|cell| !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)))
+    }) && columns.iter().any(|column| cells.get(column.place).is_some_and(|cell| !cell.is_empty()))
+}
+
+/// A number of a column in SI.
+fn value(column: &Column, cell: &str) -> Result<f64, String> {
+    let unit = match column.key.as_bytes()[0] {
+        b's' => "rad/s",
+        b'k' => "N/m",
+        _ => "N s/m",
+    };
+    let number: f64 = match cell.replace(',', ".").parse() {
+        Ok(number) if f64::is_finite(number) => number,
+        _ => return Err(format!("{} is no number: {cell:?}", column.key)),
+    };
+    let Some(given) = &column.unit else { return Ok(number) };
+    // in tables of bearings lb is a force
+    let given = if unit == "rad/s" { given.clone() } else { given.replace("lb", "lbf").replace("lbff", "lbf") };
+    parse_quantity(&format!("{number:e} {given}"), unit).map_err(|error| format!("{}: {error}", column.key))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    const MACHINE: &str = "schema = 1\nname = \"m\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 1\n\
+        initial_speed = 10\n[rotor.bearings.one]\nkind = \"table\"\ntable = \"tables/one.csv\"\ninterpolation = \"pchip\"\n[braking]\nlinear = 1\n";
+
+    #[test]
+    fn lists_stand_in_the_place_of_the_name() {
+        let directory = tempfile::tempdir().expect("a directory");
+        std::fs::create_dir(directory.path().join("tables")).expect("made");
+        let (machine, file) = (directory.path().join("m.toml"), directory.path().join("tables/one.csv"));
+        std::fs::write(&file, "# by a film\nSpeed,Kxx,Kyy,Cxx,Mxx,Cyy\nrpm,lb/in,N/m,N-s/m,kg,lb-s/in\n0,10,1e3,5,7,1\n300,20,3e3,6,7,2\n").expect("written");
+        let text = with_tables(&machine, MACHINE.to_owned()).expect("a table");
+        assert_eq!(text.lines().count(), MACHINE.lines().count() + 7);
+        let lines = |text: &str| text.lines().position(|line| line == "[braking]");
+        assert_eq!(lines(&text), lines(MACHINE));
+        let built = MachineDef::parse("m.toml", &text)
+            .unwrap_or_else(|problems| panic!("{problems}\n{text}"))
+            .build()
+            .expect("valid");
+        let table = built.rotor.bearings[0].table.as_ref().expect("a table");
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
+        close(table.range()[1], 300.0 * std::f64::consts::PI / 30.0);
+        let at = table.at(table.range()[1]);
+        // 1 lbf/in = 175.12683524647636 N/m
+        close(at.stiffness[0][0], 20.0 * 175.12683524647636);
+        close(at.stiffness[1][1], 3e3);
+        close(at.damping[0][0], 6.0);
+        close(at.damping[1][1], 2.0 * 175.12683524647636);
+        // other content, other machine; the same content under another name, the same machine
+        let identity = |text: &str| MachineDef::parse("m.toml", text).expect("valid").identity();
+        std::fs::write(directory.path().join("tables/two.csv"), std::fs::read(&file).expect("read")).expect("written");
+        let two = with_tables(&machine, MACHINE.replace("one.csv", "two.csv")).expect("a table");
+        assert_eq!(identity(&text), identity(&two));
+        std::fs::write(&file, "speed [rpm];kxx;kyy\n0;1;2\n300;1,5;2\n").expect("written");
+        let other = with_tables(&machine, MACHINE.to_owned()).expect("a table");
+        assert!(other.contains("kxx = [1.0, 1.5]"), "{other}");
+        assert_ne!(identity(&text), identity(&other));
+    }
+
+    #[test]
+    fn files_that_are_no_tables_are_reported_where_they_are_named() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let machine = directory.path().join("m.toml");
+        std::fs::create_dir(directory.path().join("tables")).expect("made");
+        let problem = |text: &str| with_tables(&machine, text.to_owned()).expect_err("a problem").to_string();
+        assert!(
+            problem(MACHINE).contains("m.toml:12:9: rotor.bearings.one.table = \"tables/one.csv\": there is no file"),
+            "{}",
+            problem(MACHINE)
+        );
+        for name in ["../one.csv", "/one.csv", ""] {
+            let found = problem(&MACHINE.replace("tables/one.csv", name));
+            assert!(found.contains("leads out of the directory"), "{found}");
+        }
+        for (content, message) in [
+            ("a,b\n1,2\n", "no header with the column kxx"),
+            ("kxx,kyy\n1,2\n", "line 1: no column speed or frequency"),
+            ("speed,frequency,kxx\n1,2,3\n", "line 1: two columns for speeds"),
+            ("speed,kxx\n1,2\n\n3,x\n", "line 4: kxx is no number: \"x\""),
+            ("speed,kxx [kg]\n1,2\n", "line 2: kxx: "),
+        ] {
+            std::fs::write(directory.path().join("tables/one.csv"), content).expect("written");
+            assert!(problem(MACHINE).contains(message), "{content}: {}", problem(MACHINE));
+        }
+        // a bearing in braces, two sources, and no table at all
+        let braces = "[rotor.bearings]\none = { kind = \"table\", table = \"tables/one.csv\" }\n";
+        assert!(problem(braces).contains("is a table with a header"), "{}", problem(braces));
+        let both = format!("{MACHINE}[rotor.bearings.one.coefficients]\nspeeds = [0, 20]\n");
+        assert!(problem(&both).contains("the bearing has a table of its own"));
+        let plain = MACHINE.replace("table = \"tables/one.csv\"\n", "");
+        assert_eq!(with_tables(&machine, plain.clone()).expect("untouched"), plain);
+        assert_eq!(with_tables(&machine, "not toml [".to_owned()).expect("untouched"), "not toml [");
+    }
+}
