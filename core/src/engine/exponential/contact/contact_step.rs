@@ -58,8 +58,8 @@ pub(crate) struct ContactStep {
     law: FrictionLaw,
     /// Hypothesis of the contact: several points for `hyp2`, otherwise one place per step ([`super::single_place`]).
     pub(super) detection: Detection,
-    /// v_alpha/|x| at the place of `hyp1`.
-    pub(super) model_slope: f64,
+    /// v_alpha/|x| at the place of `hyp1` of the last step, and of this one.
+    pub(super) model_slopes: [f64; 2],
     /// Contact step \[s\].
     pub(super) h: f64,
     pub(super) ring_points: Arc<RingPoints>,
@@ -122,7 +122,7 @@ impl ContactStep {
             radius: contact.rotor_radius,
             law: contact.friction_law,
             detection: contact.detection,
-            model_slope: 0.0,
+            model_slopes: [0.0; 2],
             h,
             rotor_truncated_flexibility,
             broad_phase: BroadPhase::new(ring_points, contact.rotor_radius + contact.gap, contact.rotor_radius),
@@ -377,7 +377,7 @@ impl ContactStep {
             let opening = rates[0] - product(acting.normal, velocity);
             let slip = product(across(acting.normal), velocity) + rolling - rates[1];
             impact.friction_work += force.tangential * slip;
-            let model_work = self.model_work(force.normal, acting.normal, velocity);
+            let model_work = self.model_work(point, velocity);
             impact.model_work += model_work;
             impact.normal_work -= force.normal * opening + model_work;
             impact.normal += force.normal;

@@ -5,6 +5,7 @@
 //! hyp2-frozen   g = |P - x| - R_r                       at the point P that is nearest without impulses, normal along P - x       (2)
 //! impulse       g + W J_n = 0,  |J_t| <= mu J_n         condition at the place of n+1, one unknown where the surface slides       (3)
 //! model work    J_n v_alpha/|x| (e_theta.x')            of (1): the place turns with the rotor, its gap opens by v_alpha gamma'   (4)
+//!                                                       all at the place of n, where the impulse acts
 //! ```
 //! Symbols of [`super::ring_points`]; v_alpha: slope of the ring's radial displacement \[m/rad\]; mu: friction coefficient; W: change
 //! of the gap by the impulse and its friction ([`super::delassus_operator`]).
@@ -18,6 +19,7 @@
 //! ([`ContactStep::remaining_gap`]). Verified by `tests/contact/one_place.rs`.
 
 use super::broad_phase::minimum::minimum_at;
+use super::contact_point::ContactPoint;
 use super::contact_step::ContactStep;
 use super::delassus_operator::DelassusOperator;
 use super::gap_minimum::{GapMinimum, parabola_offset};
@@ -39,7 +41,7 @@ impl ContactStep {
         if self.detection == Detection::Hyp1 {
             let clearance = broad_phase.radius - broad_phase.rotor_radius;
             let (place, slope) = place_at_rotor_angle::<V>(ring_points, clearance, x, &predictor.ring);
-            self.model_slope = slope;
+            self.model_slopes = [self.model_slopes[1], slope];
             return Some(place);
         }
         // P on the motion without impulses
@@ -74,19 +76,19 @@ impl ContactStep {
     pub(super) fn remaining_gap<V: Eight>(&mut self, x: [f64; 2], operator: &DelassusOperator) -> f64 {
         let Self { ring_points, predictor, broad_phase, impulses: response, points, pressed, .. } = self;
         let Some(point) = points.first() else { return 0.0 };
-        let (place, force) = (&point.position, &point.force);
+        let (place, acting, force) = (&point.position, &point.acting, &point.force);
         // ring and rotor under the impulses
         for (response, predicted) in response.iter_mut().zip(&predictor.ring) {
             (V::load(response) + V::load(predicted)).store(response);
         }
-        let rotor = operator.rotor_displacement(&point.acting, force.normal, force.tangential);
+        let rotor = operator.rotor_displacement(acting, force.normal, force.tangential);
         let x = [0, 1].map(|i| x[i] - predictor.rotor_correction[i] - rotor[i]);
         let radii = [broad_phase.radius, broad_phase.rotor_radius];
         let gap = match self.detection {
             Detection::Hyp1 => place_at_rotor_angle::<V>(ring_points, radii[0] - radii[1], x, response).0.gap,
             _ => nearest_from(ring_points, radii, place.index, x, response).gap,
         };
-        let own = by_rows(&ring_points.truncated_response(place.index, place.index), place.polar);
+        let own = by_rows(&ring_points.truncated_response(place.index, acting.index), acting.polar);
         let truncated = force.normal * product(place.polar, own)
             - DelassusOperator::previous_truncated_response(ring_points, place, pressed);
         (gap + truncated).min(0.0)
@@ -94,9 +96,12 @@ impl ContactStep {
 
     /// Work (4) of a normal impulse where the rotor has this velocity in the stator's axes \[J\]; 0 but for `hyp1`.
     #[inline(always)]
-    pub(super) fn model_work(&self, normal_impulse: f64, normal: [f64; 2], velocity: [f64; 2]) -> f64 {
+    pub(super) fn model_work(&self, point: &ContactPoint, velocity: [f64; 2]) -> f64 {
         match self.detection {
-            Detection::Hyp1 => normal_impulse * self.model_slope * product(across(normal), velocity),
+            Detection::Hyp1 => {
+                let slope = self.model_slopes[usize::from(point.acting_slot.is_none())];
+                point.force.normal * slope * product(across(point.acting.normal), velocity)
+            }
             Detection::Hyp2 | Detection::Hyp2Frozen => 0.0,
         }
     }

@@ -16,9 +16,7 @@ use bladeoff_numerics::linalg::{axpy, column_of};
 const SAMPLE_INTERVAL: u64 = 384;
 /// Phase of the ring's highest mode in a contact step \[rad\] below which the step is fine (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
 const FINE_STEP_ANGLE: f64 = 1.5;
-/// Phase of the ring's highest mode below which a step of `hyp2-frozen` is fine \[rad\] (1.0 by default).
-const FINE_FROZEN_STEP_ANGLE: f64 = 0.83;
-/// Impacts per evaluation at a fine step.
+/// Impacts per evaluation at a fine step, and with `hyp2-frozen`: its place leaves more penetration elsewhere on the ring.
 const FINE_SAMPLE_INTERVAL: u64 = 8;
 
 /// The whole ring and the rotor in it.
@@ -81,14 +79,11 @@ impl<'a> RingClearance<'a> {
     pub fn least_gap(&mut self, impact: &ContactStepResult, transient: &Transient) -> f64 {
         self.impacts += 1;
         let h = transient.contact_step();
-        let fine_angle = match self.detection {
-            Detection::Hyp2Frozen => FINE_FROZEN_STEP_ANGLE,
-            Detection::Hyp1 | Detection::Hyp2 => FINE_STEP_ANGLE,
-        };
-        let interval = match h * self.highest_frequency {
+        let interval = match self.detection {
             _ if h < self.damping_time => 1,
-            angle if angle < fine_angle => FINE_SAMPLE_INTERVAL,
-            _ => SAMPLE_INTERVAL,
+            Detection::Hyp2Frozen => FINE_SAMPLE_INTERVAL,
+            _ if h * self.highest_frequency < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
+            Detection::Hyp1 | Detection::Hyp2 => SAMPLE_INTERVAL,
         };
         let ring = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
         let Some(ring) = ring.filter(|_| self.impacts.is_multiple_of(interval)) else {
