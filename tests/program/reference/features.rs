@@ -18,7 +18,7 @@ const BLADES: &str = "count = 8\n";
 /// The whole diaphragm is replaced.
 const DIAPHRAGM: &str = "";
 
-const FEATURES: [Feature; 31] = [
+const FEATURES: [Feature; 30] = [
     ("detection `hyp2`, flexible ring", DETECTION, "detection = \"hyp2\"\n"),
     ("detection `hyp1`", DETECTION, "detection = \"hyp1\"\n"),
     ("detection `hyp2-frozen`", DETECTION, "detection = \"hyp2-frozen\"\n"),
@@ -61,11 +61,6 @@ const FEATURES: [Feature; 31] = [
         "monitor of the displacement at a place without contact",
         "[rotor.unbalances.blade_off]\n",
         "[monitors.oil_seal]\nposition = \"0.1 m\"\ngap = \"0.5 mm\"\n\n[rotor.unbalances.blade_off]\n",
-    ),
-    (
-        "bearing table over the speed",
-        LEFT,
-        "kind = \"table\"\nspeeds = [\"0 rpm\", \"4000 rpm\"]\nkxx = [\"2e6 N/m\", \"3e6 N/m\"]\nkyy = [\"2e6 N/m\", \"3e6 N/m\"]\naxial_stiffness = \"1e6 N/m\"\n",
     ),
     (
         "bearing off the bearing line (elevation)",
