@@ -128,7 +128,7 @@ fn check_says_what_it_understood_of_the_risk_template() {
     for part in [
         "lognormal, median 10 g, cv 0.2, cut at 4 g and 20 g: mean 10.2 g, sd 2.033 g",
         "periodic, lower 0 deg, upper 360 deg: uniform, both ends are the same",
-        "  = cold_gap - growth\ncold_gap and growth: rank correlation 0.3\n\nEngine: reduced (run.engine names it)\n\nFixed by [set]:",
+        "  = cold_gap - growth\ncold_gap and growth: rank correlation 0.3\n\nEngine: exponential (run.engine = \"auto\": it covers every sample)\n\nFixed by [set]:",
         "\n\nQuestions:\n  overload",
         "\n\nGates:\n  P(max_bearing_load_N > 200 N) < 0.05 (confidence 95 %)\n",
     ] {
