@@ -51,6 +51,7 @@ fn auto_is_the_exponential_engine_but_for_a_short_list() {
         choice("detection = \"hyp2\"", "detection = \"hyp2-frozen\""),
         choice("friction = 0.15", "friction = 0.15\nfriction_law = \"slip\""),
         choice("[rotor.damping]", law),
+        choice("initial_speed = \"3000 rpm\"", "initial_speed = 0\nspeed_law = { acceleration = 50 }"),
         stator("kind = \"radial-spring\"\nstiffness = 1e6"),
     ];
     for (case, found) in covered.into_iter().enumerate() {

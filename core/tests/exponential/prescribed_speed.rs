@@ -96,3 +96,16 @@ fn a_law_may_rest_and_start_again() {
         close(column, coarse.value(column), fine.value(column), 1e-4);
     }
 }
+
+/// A law may begin at rest.
+#[test]
+fn a_law_starts_a_rotor_at_rest_as_on_the_reference_engine() {
+    let changes = [
+        ("rotor.initial_speed", "0 rpm"),
+        ("run.end_time", "0.35 s"),
+        ("contact.gap", "2 mm"),
+        ("braking.constant", "0 N m"),
+    ];
+    let row = compare("lab_rig", "acceleration = 1000", &changes, [1e-3, 1e-2]);
+    assert!((row.value("end_speed_rad_s") - 350.0).abs() < 0.01, "{}", row.value("end_speed_rad_s"));
+}

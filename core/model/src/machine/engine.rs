@@ -12,6 +12,7 @@ use std::fmt;
 pub fn decides_engine(path: &str) -> bool {
     let of_ring = [".kind", ".contact.detection", ".contact.points", ".ring.elements", ".blades.count"];
     [STEP, CONTACT_STEP, "rotor.initial_speed", "run.force_location"].contains(&path)
+        || path.starts_with("rotor.speed_law.")
         || of_ring.iter().any(|ending| path.ends_with(ending))
 }
 

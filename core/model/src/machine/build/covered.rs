@@ -75,7 +75,9 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     let mut gap = |path: &str, what: &str, instead: &'static str| {
         gaps.push(Gap { not_covered: NotCovered { path: path.to_owned(), what: what.to_owned() }, instead });
     };
-    if reader.number("rotor.initial_speed") == Some(0.0) {
+    let is_driven =
+        ["acceleration", "times", "speeds"].iter().any(|law| reader.is_given(&joined(&["rotor.speed_law.", law])));
+    if reader.number("rotor.initial_speed") == Some(0.0) && !is_driven {
         gap("rotor.initial_speed", "a rotor at rest", "a speed above 0");
     }
     if reader.word("run.force_location") == Some("current") {

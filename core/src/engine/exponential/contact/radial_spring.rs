@@ -76,7 +76,7 @@ impl RadialSpring {
         let mut spring = Self {
             axes,
             stiffness,
-            contact: contact.clone(),
+            contact: *contact,
             h,
             truncated_flexibility: truncated,
             energy: 0.0,

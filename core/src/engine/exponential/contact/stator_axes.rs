@@ -18,26 +18,26 @@ impl StatorAxes {
     }
 
     /// Displacement of the rotor from the stator's centre \[m\], in the machine's axes, for one from their origin.
-    pub fn from_centre(&self, displacement: [f64; 2]) -> [f64; 2] {
+    pub fn displacement_from_centre(self, displacement: [f64; 2]) -> [f64; 2] {
         [displacement[0] - self.offset[0], displacement[1] - self.offset[1]]
     }
 
     /// Displacement of the rotor from the stator's centre in the stator's axes \[m\], for one in the machine's axes from their
     /// origin.
-    pub fn place(&self, displacement: [f64; 2]) -> [f64; 2] {
-        self.to_stator(self.from_centre(displacement))
+    pub fn place(self, displacement: [f64; 2]) -> [f64; 2] {
+        self.to_stator(self.displacement_from_centre(displacement))
     }
 
     /// Components in the stator's axes of a vector in the machine's axes.
     #[inline(always)]
-    pub fn to_stator(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn to_stator(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x + sin * y, cos * y - sin * x]
     }
 
     /// Components in the machine's axes of a vector in the stator's axes.
     #[inline(always)]
-    pub fn to_machine(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn to_machine(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.angle;
         [cos * x - sin * y, sin * x + cos * y]
     }

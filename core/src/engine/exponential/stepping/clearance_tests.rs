@@ -65,7 +65,7 @@ fn free_motion_never_reaches_a_ringing_ring() {
                 let j = (random.next() * count as f64) as usize;
                 modes.displacement[j / LANES].0[j % LANES] = random.sign() / flat(&ring.reach)[j];
             }
-            let x = contact.axes.from_centre(transient.free_motion.contact_displacement(0));
+            let x = contact.axes.displacement_from_centre(transient.free_motion.contact_displacement(0));
             let reach = contact.ring.reach(&ring.reach);
             let static_clearance = contact.clearance() + reach - length(x);
             let velocity = transient.free_motion.bound_states();

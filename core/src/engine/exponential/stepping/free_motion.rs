@@ -24,7 +24,7 @@ use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_numerics::linalg::dot;
 use std::sync::Arc;
 
-/// Turn of the rotor at its initial speed between two evaluations of the gyroscopic momentum \[rad\]. This momentum is a
+/// Turn of the rotor at its initial speed, or the highest one of a prescribed speed, between two evaluations of the gyroscopic momentum \[rad\]. This momentum is a
 /// quadratic form of all modal states, 1e-5 of the spin's momentum, and changes slowly. Its change between two evaluations shifts
 /// the spin until the next one; these shifts do not add up.
 const GYROSCOPIC_STEP: f64 = 0.2;
@@ -69,6 +69,12 @@ pub struct FreeMotion {
     gyroscopic_torque: Option<(Arc<GyroscopicTorque>, GyroscopicMomenta)>,
 }
 
+/// Initial speed, or the highest one of a prescribed speed \[rad/s\].
+fn highest_speed(machine: &Machine) -> f64 {
+    let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
+    law.fold(machine.rotor.initial_speed.abs(), f64::max)
+}
+
 impl FreeMotion {
     /// Creates the motion of a machine at t = 0.
     ///
@@ -98,7 +104,7 @@ impl FreeMotion {
             tables: IntervalTables::default(),
             modal_state,
             gyroscopic: (0, 0.0),
-            gyroscopic_steps: (GYROSCOPIC_STEP / (spin.speed.abs() * settings.step)) as u64,
+            gyroscopic_steps: (GYROSCOPIC_STEP / (highest_speed(machine) * settings.step)) as u64,
             spin: spin.clone(),
             gyroscopic_torque: None,
             shared,

@@ -225,7 +225,7 @@ impl Transient {
         } = self;
         let mut displacement = None;
         if let (Some(RotorContact { stator, .. }), Some(peak)) = (contact, watched.last_mut()) {
-            let x = stator.axes.from_centre(free_motion.contact_displacement(0));
+            let x = stator.axes.displacement_from_centre(free_motion.contact_displacement(0));
             peak.update(x);
             // a place that pressed in the last step will probably press again: the bounds are not worth their time
             if !*takes_long_steps || stator.in_contact() {
