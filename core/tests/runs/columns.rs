@@ -195,6 +195,11 @@ fn the_order_of_the_columns_stays() {
         expected.push(format!("limit_ratio_{name}"));
     }
     expected.push("steps_per_impact".to_owned());
+    let forces = ["left", "right"].iter().flat_map(|bearing| {
+        ["bearing_force_x", "bearing_force_y", "upward_bearing_force"].map(|name| format!("max_{name}_{bearing}"))
+    });
+    let forces: Vec<String> = forces.collect();
+    expected.extend(forces.iter().flat_map(|name| ["N", "at_s", "at_rad_s"].map(|unit| format!("{name}_{unit}"))));
     // behind all others, in the same order
     let guarded = "first_contact_s beyond_s max_bearing_load_N max_bearing_load_left_N max_bearing_load_right_N \
         max_contact_force_N max_filtered_contact_force_N contact_impulse_Ns contact_time_s stick_time_s impacts \
@@ -211,6 +216,7 @@ fn the_order_of_the_columns_stays() {
     {
         expected.push(format!("guarded_limit_ratio_{name}"));
     }
+    expected.extend(forces.iter().map(|name| format!("guarded_{name}_N")));
     let rig = machine_with(&study_machine("lab_rig"), &[]);
     let found: Vec<String> = columns(&rig).into_iter().map(|column| column.name).collect();
     assert_eq!(found, expected);
