@@ -147,8 +147,7 @@ impl WhirlRecorder {
 
     /// Takes what another ring had: the worse regime, the times of both.
     pub fn include(&mut self, other: &Self) {
-        let latest = |own: Option<f64>, others: Option<f64>| own.into_iter().chain(others).reduce(f64::max);
-        self.last_contact = latest(self.last_contact, other.last_contact);
+        self.last_contact = self.last_contact.into_iter().chain(other.last_contact).reduce(f64::max);
         self.heavy |= other.heavy;
         self.backward |= other.backward;
         self.with_spin_time += other.with_spin_time;
