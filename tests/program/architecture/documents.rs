@@ -47,11 +47,12 @@ fn targets() -> BTreeSet<String> {
     files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).filter_map(stem).collect()
 }
 
-/// Names of the modules of the end-to-end tests: `cargo test --test faults resume::` runs those of one.
+/// Names of the modules of the tests in folders: `cargo test --test faults resume::` runs those of one.
 fn test_modules() -> BTreeSet<String> {
     let name = |path: PathBuf| path.with_extension("").file_name().map(|name| name.to_string_lossy().into_owned());
-    let folders = fs::read_dir(root().join("tests")).expect("readable").map(|entry| entry.expect("readable").path());
-    let entries = folders.flat_map(|folder| fs::read_dir(folder).expect("a folder"));
+    let inside = |folder: &str| fs::read_dir(root().join(folder)).expect("readable");
+    let folders = inside("tests").chain(inside("core/tests")).map(|entry| entry.expect("readable").path());
+    let entries = folders.filter(|folder| folder.is_dir()).flat_map(|folder| fs::read_dir(folder).expect("a folder"));
     entries.filter_map(|entry| name(entry.expect("readable").path())).collect()
 }
 

@@ -17,7 +17,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     for entry in fs::read_dir(folder).expect("readable") {
         let path = entry.expect("readable").path();
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-        if name.starts_with('.') || name == "target" || name == "runs" {
+        if name.starts_with('.') || name == "target" || path == root().join("runs") {
             continue;
         }
         if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }

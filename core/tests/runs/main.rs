@@ -1,0 +1,15 @@
+//! Whole runs: engines side by side, columns, guards, limits, stresses, steps, twins, extreme machines.
+
+mod columns;
+#[path = "../common/mod.rs"]
+mod common;
+mod engines;
+mod extremes;
+mod guarded;
+mod limits;
+mod monitors;
+mod stepping;
+mod stresses;
+mod twin;
+mod verification;
+mod yield_times;
