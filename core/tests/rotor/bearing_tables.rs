@@ -2,7 +2,7 @@
 //!
 //! The references were computed outside this program: Timoshenko elements of their own (six Gauss points), each of the eight coefficients interpolated on its own,
 //! eigenvalues of the first-order system in double precision, the response to unbalance by a complex solution.
-#![expect(clippy::unreadable_literal, clippy::excessive_precision, reason = "reference values as they were computed")]
+#![expect(clippy::unreadable_literal, reason = "reference values as they were computed")]
 
 use crate::common::{Every, Row, close, machine, machine_with, run_seen};
 use bladeoff_core::modal::{equilibrium, report, unbalance_response, whirl_modes};

@@ -255,7 +255,7 @@ mod tests {
         close(at.damping[0][0], 6.0);
         close(at.damping[1][1], 2.0 * 175.12683524647636);
         // other content, other machine; the same content under another name, the same machine
-        let identity = |text: &str| MachineDef::parse("m.toml", text).expect("valid").identity();
+        let identity = |text: &str| MachineDef::parse("m.toml", text).expect("valid").identity(0);
         std::fs::write(directory.path().join("tables/two.csv"), std::fs::read(&file).expect("read")).expect("written");
         let two = with_tables(&machine, MACHINE.replace("one.csv", "two.csv")).expect("a table");
         assert_eq!(identity(&text), identity(&two));
