@@ -237,7 +237,7 @@ fn a_changed_basis_or_manifest_is_made_again_and_nothing_is_refused() {
         fs::write(complete.path("manifest.json"), changed).expect("written");
         assert_eq!(say(&["status", &complete.out, "--verify"]).code, 6, "{wrong}");
         let said = complete.run();
-        assert!(said.code == 0 && said.err.contains("manifest.json told of other inputs"), "{}", said.err);
+        assert!(said.code == 0 && said.err.contains("manifest.json named other inputs"), "{}", said.err);
         assert_eq!(say(&["status", &complete.out, "--verify"]).code, 0, "{wrong}");
     }
 }

@@ -145,8 +145,13 @@ impl ShaftStresses {
     /// Bending moments \[N m\] at both ends of an element, in the planes XZ and YZ.
     #[must_use]
     pub fn bending_moments(&self, element: usize, x: &[f64]) -> [[f64; 2]; 2] {
-        let (xz, yz) = (2 * element, x.len() / 2 + 2 * element);
+        let (xz, yz) = (2 * element, self.plane_size() + 2 * element);
         self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
+    }
+
+    /// Freedoms of a plane of bending: those of XZ come first, then those of YZ, then those of pedestals.
+    fn plane_size(&self) -> usize {
+        2 * (self.elements.len() + 1)
     }
 
     /// Largest moments of a section.
@@ -154,7 +159,7 @@ impl ShaftStresses {
     pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> LargestMoments {
         let (from, to) = self.sections[section];
         // neighbouring elements share a node: windows, which need no checks inside the loop
-        let (xz, yz) = x.split_at(x.len() / 2);
+        let (xz, yz) = x.split_at(self.plane_size());
         let span = 2 * from..2 * to + 2;
         let (xz, yz) = (xz[span.clone()].windows(4).step_by(2), yz[span].windows(4).step_by(2));
         let nodes = xz.zip(yz).zip(twist[from..=to].windows(2));

@@ -50,12 +50,12 @@ mod tests {
     #[test]
     fn what_was_meant_is_said_where_it_can_be_known() {
         for (line, meant) in [
-            (&["new", "machine", "mine.toml"][..], "where to write is said with --out mine.toml"),
+            (&["new", "machine", "mine.toml"][..], "--out mine.toml chooses the file"),
             (&["simulate", "m.toml", "run.step=1e-5"], "a parameter is set with --set run.step=1e-5"),
             (&["simulate", "m.toml", "--set", "run.step", "1 us"], "the value follows `=`: --set 'run.step=1 us'"),
             (&["simulate", "m.toml", "-set", "run.step=1"], "options have two dashes: --set"),
             (&["run", "s.toml", "-workers=3"], "options have two dashes: --workers=3"),
-            (&["run", "s.toml", "runs/mine"], "where to write is said with --out runs/mine"),
+            (&["run", "s.toml", "runs/mine"], "--out runs/mine chooses the file"),
         ] {
             assert_eq!(of(line).as_deref(), Some(&*format!("hint: {meant}")), "{line:?}");
         }

@@ -32,8 +32,11 @@ const COEFFICIENTS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx"
 /// A file that is missing, too large, or no table.
 pub fn with_tables(path: &Path, text: String) -> Result<String, Problems> {
     let shown = path.to_string_lossy();
-    // what cannot be read as TOML is reported by the reader of machine files
+    // what is wrong with the file itself is reported by the reader of machine files, together with all that it finds
     let Ok((document, mut problems)) = parse_toml(&shown, &text) else { return Ok(text) };
+    if !problems.is_empty() {
+        return Ok(text);
+    }
     let mut lists = Vec::new();
     for bearing in named(document.value.as_table().unwrap_or_default(), &["rotor", "bearings"]) {
         let entries = bearing.node.value.as_table().unwrap_or_default();

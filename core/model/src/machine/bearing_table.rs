@@ -80,7 +80,8 @@ impl BearingTable {
                 Interpolation::Pchip => {
                     let (p, q) = (h * self.slopes[left][i], h * self.slopes[right][i]);
                     let s = 1.0 - t;
-                    s * s * ((1.0 + 2.0 * t) * a + t * p) + t * t * ((3.0 - 2.0 * t) * b - s * q)
+                    // written with b - a: between equal values the rounding of both terms would not cancel
+                    a + t * t * (3.0 - 2.0 * t) * (b - a) + s * t * (s * p - t * q)
                 }
             }
         }))

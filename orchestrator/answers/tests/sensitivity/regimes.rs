@@ -43,7 +43,7 @@ fn what_decides_the_regime_is_not_what_decides_within_one() {
     assert!((found[0].0.share - 0.6).abs() < 0.04 && found[0].0.rows.len() as u64 == found[0].1.n);
     assert!(found[0].1.notes.iter().any(|note| note.contains("not independent")));
     let said = warning(&regimes(&words, &output)).expect("a warning");
-    assert!(said.starts_with("runs are of 2 regimes (none 6") && said.contains("heavy"), "{said}");
+    assert!(said.starts_with("runs belong to 2 regimes (none 6") && said.contains("heavy"), "{said}");
 }
 
 #[test]

@@ -176,6 +176,10 @@ fn indices_without_an_interval_are_not_ranked() {
     assert_eq!(few.most_decisive(), None);
     assert!(few.lines.iter().any(|line| line.starts_with("u  ")), "{:?}", few.lines);
     let many = one(&ramp(300), asked());
-    assert!(many.sentence.contains("makes alone: u 9") && many.sentence.contains("(about 95 %: "), "{}", many.sentence);
+    assert!(
+        many.sentence.contains("parameter alone: u 9") && many.sentence.contains("(about 95 %: "),
+        "{}",
+        many.sentence
+    );
     assert_eq!(many.most_decisive(), Some(0));
 }
