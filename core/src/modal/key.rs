@@ -76,7 +76,10 @@ fn text(machine: &Machine) -> String {
         let Diaphragm { name: _, kind, angle: _, contact: _ } = diaphragm;
         match kind {
             DiaphragmKind::Flexible(stator) => of_ring(&mut text, stator),
-            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { stiffness: _ } => {}
+            // raises the number of twist modes
+            DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { stiffness: _ } => {
+                text.word("rigid").end();
+            }
         }
     }
     of_run(&mut text, run);

@@ -51,7 +51,8 @@ impl RotorMatrices {
             RotorKind::Shaft(shaft) => shaft_matrices(shaft, rotor),
             RotorKind::PointMass(point) => {
                 let mut empty = Self::empty(1, 1, pedestals(rotor));
-                empty.mass.fill_diagonal(point.mass);
+                // its own two freedoms; those of pedestals follow
+                [0, 1].into_iter().for_each(|place| empty.mass[(place, place)] = point.mass);
                 empty.twist_mass[(0, 0)] = point.polar_inertia;
                 empty.axial_mass[(0, 0)] = point.mass;
                 empty

@@ -96,11 +96,12 @@ fn rubs_on_springs_are_those_of_the_reference_engines() {
     }
 }
 
-/// Fourth order inside the spring, second order where a contact begins or ends.
+/// Fourth order inside the spring, second order where a contact begins or ends. With three modes of torsion: the higher ones of the default (16) are resolved
+/// from 10 us on alone.
 #[test]
 fn rubs_on_springs_converge_with_order_two() {
     let of = |step: f64| {
-        let text = rig("exponential", "slip", 1e6, 0.2).replace("engine", &format!("contact_step = {step:?}\nengine"));
+        let text = rig("exponential", "slip", 1e6, 0.2).replace("engine", &format!("contact_step = {step:?}\ntwist_modes = 3\nengine"));
         let row = run(machine(&text));
         assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
         ROBUST.map(|name| row.value(name))
@@ -116,5 +117,25 @@ fn rubs_on_springs_converge_with_order_two() {
         let [coarse, fine] = [apart(1, column), apart(2, column)];
         assert!(coarse < 5e-4 && fine > 1e-8, "{}: {coarse:e} {fine:e}", ROBUST[column]);
         assert!(coarse > 3.0 * fine, "{}: {coarse:e} {fine:e}", ROBUST[column]);
+    }
+}
+
+/// The friction torque of a spring acts at one place of the shaft: without the higher torsional modes its largest moment was a thirteenth.
+#[test]
+fn the_torque_of_a_rub_on_a_spring_reaches_the_shaft() {
+    let rig = study_machine("lab_rig");
+    let (shaft, _) = rig.split_once("[diaphragms.seal]").expect("has a ring");
+    let spring = "[diaphragms.s]\nkind = \"radial-spring\"\nstiffness = 1e6\n[diaphragms.s.contact]\nposition = 0.5\nrotor_radius = 0.05\ngap = 3e-4\nfriction = 0.15\n";
+    let of_engine = |engine: &str| {
+        let text = shaft.replace("end_time = \"0.6 s\"", &format!("end_time = 0.05\nengine = \"{engine}\""));
+        let row = run(machine(&(text + spring)));
+        assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
+        row.value("max_torsional_moment_Nm")
+    };
+    let full = of_engine("full");
+    assert!(full > 0.5, "{full} N m");
+    for engine in ["reduced", "exponential"] {
+        let found = of_engine(engine);
+        assert!((found - full).abs() < 0.02 * full, "{engine}: {found} N m, full {full} N m");
     }
 }

@@ -443,3 +443,28 @@ fn a_stiff_pedestal_leaves_the_stresses_of_the_shaft() {
         }
     }
 }
+
+/// A point mass on a bearing and a pedestal in series without mass: the mass on half the stiffness and half the damping.
+#[test]
+fn a_point_mass_leaves_its_mass_to_itself() {
+    let text = |bearing: &str| {
+        format!(
+            "schema = 1\nname = \"pm\"\n[run]\nend_time = 0.3\nstep = 2e-5\nengine = \"full\"\n[rotor]\nkind = \"point-mass\"\nmass = 10\n\
+             polar_inertia = 0.1\ninitial_speed = 200\ngravity = [0, -9.81]\n[rotor.unbalances.u]\nmass = 0.01\nradius = 0.1\n\
+             [rotor.bearings.a]\n{bearing}"
+        )
+    };
+    let series = "stiffness = 2e6\ndamping = 400\n[rotor.bearings.a.pedestal]\nstiffness = 2e6\ndamping = 400\n";
+    let [on_pedestal, alone] = [series, "stiffness = 1e6\ndamping = 200\n"].map(|bearing| machine(&text(bearing)));
+    let frequency = |machine: &Machine| {
+        let (_, modes) = whirl_modes(machine, &[200.0]).expect("solvable").remove(0);
+        modes.iter().map(|mode| mode.frequency).filter(|rate| *rate > 1.0).fold(f64::INFINITY, f64::min)
+    };
+    let [found, expected] = [frequency(&on_pedestal), frequency(&alone)];
+    assert!((found - expected).abs() < 1e-3 * expected, "{found} rad/s, not {expected}");
+    let [on_pedestal, alone] = [on_pedestal, alone].map(run);
+    for name in ["max_bearing_load_N", "max_bearing_force_y_a_N"] {
+        let (found, expected) = (on_pedestal.value(name), alone.value(name));
+        assert!((found - expected).abs() < 1e-3 * expected, "{name}: {found}, not {expected}");
+    }
+}

@@ -43,7 +43,7 @@ impl LimitValue {
 
 /// "not judged: no KEY".
 pub(super) fn not_judged(key: &str) -> String {
-    format!("not judged: no {key}")
+    format!("not judged: no {}", key.strip_prefix("a ").unwrap_or(key))
 }
 
 /// Column of the stress that a limit compares with a yield strength, and the part that has it.

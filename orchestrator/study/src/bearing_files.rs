@@ -138,17 +138,30 @@ fn lists(text: &str) -> Result<String, NotATable> {
     let no_header = || NotATable { line: 1, message: "no header with the column kxx".to_owned() };
     let csv = Csv::new(text, &mut problems).ok_or_else(no_header)?;
     let mut columns: Vec<Column> = Vec::new();
-    let mut rows = 0;
+    let (mut rows, mut width) = (0, 0);
     for line in csv.lines() {
         let number = line_of(line.start);
         let cells: Vec<String> = csv.header(line).into_iter().map(|cell| cell.text.trim().to_owned()).collect();
         if columns.is_empty() {
             columns = header(&cells).map_err(|message| NotATable { line: number, message })?;
+            width = cells.len();
             continue;
+        }
+        // a decimal comma between commas makes two cells of one
+        if cells.len() > width {
+            let message = format!("{} cells, the header has {width}", cells.len());
+            return Err(NotATable { line: number, message });
         }
         if rows == 0 && is_units(&columns, &cells) {
             for column in &mut columns {
-                column.unit = cells.get(column.place).filter(|unit| !unit.is_empty()).cloned();
+                let unit = cells.get(column.place).filter(|unit| !unit.is_empty()).cloned();
+                if let (Some(in_header), Some(unit)) = (&column.unit, &unit)
+                    && in_header != unit
+                {
+                    let message = format!("{} is in {in_header} by the header and in {unit} here", column.key);
+                    return Err(NotATable { line: number, message });
+                }
+                column.unit = unit.or(column.unit.take());
             }
             continue;
         }
@@ -188,6 +201,11 @@ fn header(cells: &[String]) -> Result<Vec<Column>, String> {
             SPEEDS.1
         } else if let Some(key) = COEFFICIENTS.into_iter().find(|key| *key == name) {
             key
+        } else if is_like_a_coefficient(&name) {
+            return Err(format!(
+                "the column {name:?} is none of {}; a unit is in square brackets",
+                COEFFICIENTS.join(", ")
+            ));
         } else {
             continue;
         };
@@ -200,6 +218,13 @@ fn header(cells: &[String]) -> Result<Vec<Column>, String> {
         return Err("no column speed or frequency".to_owned());
     }
     Ok(columns)
+}
+
+/// Whether the name of a column reads like a coefficient with another spelling: `c_xx`, `cxxx`, `cxx(n s/m)`.
+fn is_like_a_coefficient(name: &str) -> bool {
+    let plain: String = name.split('(').next().unwrap_or_default().chars().filter(|c| c.is_alphanumeric()).collect();
+    let indices = plain.strip_prefix(['k', 'c']).unwrap_or_default();
+    !indices.is_empty() && indices.chars().all(|c| matches!(c, 'x' | 'y'))
 }
 
 /// Whether a row has units instead of numbers.
@@ -301,5 +326,20 @@ mod tests {
         let plain = MACHINE.replace("table = \"tables/one.csv\"\n", "");
         assert_eq!(with_tables(&machine, plain.clone()).expect("untouched"), plain);
         assert_eq!(with_tables(&machine, "not toml [".to_owned()).expect("untouched"), "not toml [");
+    }
+
+    #[test]
+    fn what_reads_like_a_coefficient_is_never_left_out_in_silence() {
+        let message = |text: &str| lists(text).expect_err(text).to_string();
+        assert!(
+            message("speed,kxx,kyy\n0,2,5e6,2,1e6\n400,2,5e6,2,1e6\n").starts_with("line 2: 5 cells, the header has 3")
+        );
+        for name in ["c_xx", "cxxx", "Cxx(N s/m)", "K-xy"] {
+            let found = message(&format!("speed,kxx,kyy,{name}\n0,1,1,1\n1,1,1,1\n"));
+            assert!(found.contains("is none of kxx, kxy"), "{name}: {found}");
+        }
+        let twice = message("speed [rpm],kxx,kyy\nrad/s,N/m,N/m\n0,1,1\n1,1,1\n");
+        assert!(twice.contains("speeds is in rpm by the header and in rad/s here"), "{twice}");
+        assert!(lists("speed,kxx,kyy,mxx,critical\n0,1,1,1,1\n1,1,1,1,1\n").is_ok());
     }
 }

@@ -10,8 +10,16 @@ use crate::machine::model::{
 };
 use bladeoff_text::document::units::format_digits;
 
+/// Largest number of diaphragms: each has some 60 result columns of its own, and a message between processes carries a limited number.
+const MOST: usize = 12;
+
 pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {
     let members = reader.layout.group("diaphragms");
+    if let Some(first_above) = members.get(MOST) {
+        let path = below("diaphragms", &first_above.name);
+        reader.fail(&path, format!("{} diaphragms", members.len()), format!("at most {MOST}"));
+        return None;
+    }
     let all: Vec<Option<Diaphragm>> = members.iter().map(|member| diaphragm(reader, nodes, &member.name)).collect();
     all.into_iter().collect()
 }
