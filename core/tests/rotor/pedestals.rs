@@ -449,7 +449,7 @@ fn a_stiff_pedestal_leaves_the_stresses_of_the_shaft() {
 fn a_point_mass_leaves_its_mass_to_itself() {
     let text = |bearing: &str| {
         format!(
-            "schema = 1\nname = \"pm\"\n[run]\nend_time = 0.3\nstep = 2e-5\nengine = \"full\"\n[rotor]\nkind = \"point-mass\"\nmass = 10\n\
+            "schema = 1\nname = \"pm\"\n[run]\nend_time = 0.3\nstep = 1e-5\nengine = \"full\"\n[rotor]\nkind = \"point-mass\"\nmass = 10\n\
              polar_inertia = 0.1\ninitial_speed = 200\ngravity = [0, -9.81]\n[rotor.unbalances.u]\nmass = 0.01\nradius = 0.1\n\
              [rotor.bearings.a]\n{bearing}"
         )
