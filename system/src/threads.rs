@@ -2,6 +2,9 @@
 
 use std::io;
 
+/// Stack of a thread that the standard library starts \[bytes\].
+const STACK: u64 = 2 << 20;
+
 /// Threads that could not be started.
 #[derive(Debug, thiserror::Error)]
 #[error("starting {threads} threads failed; {}", thread_limit())]
@@ -45,7 +48,15 @@ pub fn check() -> Result<(), ThreadsError> {
 }
 
 fn pool() -> Result<rayon::ThreadPool, ThreadsError> {
-    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok()).filter(|count| *count > 0);
+    let threads: usize = asked.unwrap_or(cores);
+    // Threads that start until the address space is used up leave none for what they allocate: the process would end by a signal.
+    let stacks = STACK.saturating_mul(threads as u64);
+    if rustix::process::getrlimit(rustix::process::Resource::As).current.is_some_and(|limit| stacks > limit) {
+        let needed = format!("their stacks alone need {} MB", stacks / 1_000_000);
+        return Err(ThreadsError { threads, source: io::Error::other(needed) });
+    }
     // The library's error says what the system said, and says it again as its source.
     let failed =
         |error: rayon::ThreadPoolBuildError| ThreadsError { threads, source: io::Error::other(error.to_string()) };
