@@ -258,10 +258,10 @@ mod tests {
         for (at, number, error) in [
             (24, 4, EntryError::Version { found: 4 }),
             (25, 5, code("status", 5)),
-            (26, 23, code("cause", 23)),
-            (27, 6, code("end cause", 6)),
-            (30, 0x80, code("causes", 0x80_0008)),
-            (34, 0x80, code("notes", 0x80_0000)),
+            (26, 24, code("cause", 24)),
+            (27, 7, code("end cause", 7)),
+            (31, 0x01, code("causes", 0x100_0008)),
+            (35, 0x01, code("notes", 0x100_0000)),
         ] {
             assert_eq!(Entry::decode(&with(at, number)).map(drop), Err(error), "byte {at}");
         }
