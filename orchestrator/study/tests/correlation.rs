@@ -132,7 +132,7 @@ fn what_the_laws_cannot_have_is_refused_with_what_they_can() {
     assert!((low + (-1f64).exp()).abs() < 1e-12 && (high - 1.0).abs() < 1e-12, "{low} {high}");
     assert_eq!(
         error.to_string(),
-        "`linear` = -0.37: the laws of x0 and x1 can have from -0.367879 to 1.000000; allowed: between these, or `rank`"
+        "`linear` = -0.37: the distributions of x0 and x1 can have from -0.367879 to 1.000000; allowed: between these, or `rank`"
     );
     assert!(linear(&[lognormal(), lognormal()], -0.3678).abs() < 1.0);
     // exponential with itself: from 1 - pi^2/6
