@@ -1,7 +1,7 @@
-//! Loads of the bearings and pedestals, with the static response of the modes left out.
+//! Loads of the bearings and pedestals, with the static response of the truncated modes.
 //!
 //! The load is `K (x + x_r - e) + C x'`: x is the displacement of the journal against its pedestal or the ground, e the elevation of the seat; a pedestal's load
-//! is the same of its own spring and damper. x has the modes kept, and `x_r = R f` the displacement that the modes left out take at once under
+//! is the same of its own spring and damper. x has the modes kept, and `x_r = R f` the displacement that the truncated modes take at once under
 //! the forces f on the shaft (R as at the contact, `docs/theory/05-reduction.md`): weight, unbalance, gyroscopic moments, contact, damping
 //! and skew stiffness of the bearings. Without it a bearing that is stiff against the shaft loses its load: what a force next to it puts
 //! into it is in the modes left out. Inertia of these is not covered: after a sudden force the true load swings about this one.
@@ -18,7 +18,7 @@ use bladeoff_numerics::linalg::dot;
 pub(super) struct BearingLoads {
     /// For u and v across each bearing, then of each pedestal and of each monitor; empty in the full engine.
     rows: Vec<[Vec<f64>; 2]>,
-    /// Constant forces on the nodal freedoms \[N\].
+    /// Constant forces on the nodal degrees of freedom \[N\].
     weight: Vec<f64>,
     force: Vec<f64>,
     /// Loads of the bearings, then of the pedestals.

@@ -214,7 +214,7 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
-    /// That of the exponential engine: contact needs the frequencies of the ring alone, or those of the rotor held by a radial
+    /// Step of the exponential engine: contact needs the frequencies of the ring alone, or those of the rotor held by a radial
     /// spring.
     fn of_contact(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);

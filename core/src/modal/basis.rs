@@ -83,7 +83,7 @@ pub const DEFAULT_RING_MODES: usize = 36;
 /// Relative distance of omega^2 below which two modes are one pair.
 const PAIR: f64 = 1e-7;
 
-/// Least numbers of twist modes by default. A rigid ring or a radial spring has no frequencies that raise the number, while its friction torque acts at
+/// Least numbers of torsional modes by default. A rigid ring or a radial spring has no frequencies that raise the number, while its friction torque acts at
 /// one place of the shaft: with 3 modes the largest torsional moment of the test rig on a spring is a thirteenth of that of `full`, with 6 it is right; the
 /// turbine takes 12. Verified by `the_torque_of_a_rub_on_a_spring_reaches_the_shaft`.
 const LEAST_TWIST: usize = 3;

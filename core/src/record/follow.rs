@@ -17,7 +17,7 @@ pub struct Frame<'a> {
     pub velocity: &'a [f64],
     /// Torsion angle of each node against the mean spin angle \[rad\].
     pub torsion_angles: &'a [f64],
-    /// Bearing loads `K (x - e) + C x'` in the machine's order \[N\], x with the static response of the modes left out.
+    /// Bearing loads `K (x - e) + C x'` in the machine's order \[N\], x with the static response of the truncated modes.
     pub bearing_loads: &'a [[f64; 2]],
     /// Pedestal loads `K x + C x'`, in the order of the bearings that have one \[N\].
     pub pedestal_loads: &'a [[f64; 2]],

@@ -70,7 +70,7 @@ impl Phases {
         Some(self.current.and_then(|phase| mean(self.with(phase))).map_or(ended, |all| all.max(ended)))
     }
 
-    /// Of two rings the one whose impacts have fewer steps.
+    /// Keeps the phases of the ring whose impacts have fewer steps.
     pub fn include(&mut self, other: &Self) {
         if let (Some(own), Some(others)) = (self.steps(), other.steps()) {
             if others < own {

@@ -107,7 +107,7 @@ impl RingRecorders {
         self.stresses.hold();
     }
 
-    /// Of several diaphragms what all had: the largest of peaks, the sums, the first contact; `None` of fewer than two.
+    /// Totals of several diaphragms: the largest peaks, the sums, the first contact; `None` for fewer than two.
     pub(super) fn of_all(rings: &[Self]) -> Option<Self> {
         let [first, second, others @ ..] = rings else { return None };
         let mut all = Self { name: None, ..first.clone() };

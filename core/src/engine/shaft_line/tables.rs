@@ -47,7 +47,7 @@ impl Tables {
         rotor.tables.iter().all(|(_, table)| table.covers(speed))
     }
 
-    /// What the coefficients of a bearing differ from the constant part at n; `None` without a table.
+    /// Difference of a bearing's coefficients at n from the constant part; `None` without a table.
     pub fn change(&self, bearing: usize) -> Option<&BearingSite> {
         self.places.iter().position(|place| *place == bearing).map(|at| &self.now[at])
     }
