@@ -25,7 +25,7 @@ pub struct History {
     pub channels: Vec<Series>,
     /// About the run; empty for CSV.
     pub about: About,
-    /// What came out; empty for CSV and for a recovered file.
+    /// The outcome; empty for CSV and for a recovered file.
     pub outcome: About,
 }
 

@@ -26,7 +26,7 @@ pub(super) const LEAST: usize = 4 + 4 + FIXED + CHECKSUM;
 /// A finished sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// What came out: the part that belongs to the results. Values that are null at the end of a row may be missing.
+    /// The outcome: the part that belongs to the results. Values that are null at the end of a row may be missing.
     pub outcome: Outcome,
     /// CPU time of the attempt that counted \[s\].
     pub cpu_s: f64,

@@ -1,4 +1,4 @@
-//! `bladeoff why`: all that is known of one sample, in words.
+//! `bladeoff why`: everything recorded about one sample.
 
 use super::error::CliError;
 use super::exit::Exit;
@@ -164,7 +164,7 @@ fn compute_it(directory: &Path, sample: u64) -> String {
     call::command(words)
 }
 
-/// What came out, as `simulate` shows it; nothing of a row without values, nor of a machine that cannot be built any more.
+/// The outcome, as `simulate` prints it; nothing for a row without values or a machine that cannot be built any more.
 fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
     let columns = match (samples.study().function(), machine) {
         (Some(model), _) => function_columns(model),

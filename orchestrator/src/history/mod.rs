@@ -61,7 +61,7 @@ impl Format {
 trait Sink {
     /// One instant; one value per channel.
     fn record(&mut self, time: f64, values: &[f64]) -> Result<(), HistoryError>;
-    /// Ends the file; `outcome` is what came out of the run.
+    /// Ends the file; `outcome` is the outcome of the run.
     fn finish(self: Box<Self>, outcome: &About) -> Result<(), HistoryError>;
     /// Where it lies until then, if it does.
     fn temporary(&self) -> Option<&Path>;

@@ -93,7 +93,7 @@ fn side_by_side(question: &Question, columns: &[TableColumn], answers: &[&Answer
     Some(chart.figure(format!("{}: {} by group.", question.name, quantity.name), None).into())
 }
 
-/// What gates say.
+/// The result of each gate.
 pub(super) fn decisions(decisions: &[Decision], answering: &Answering) -> Vec<Block> {
     if decisions.is_empty() {
         return Vec::new();
@@ -103,7 +103,7 @@ pub(super) fn decisions(decisions: &[Decision], answering: &Answering) -> Vec<Bl
         Verdict::Open => "open",
         Verdict::Failed => "FAILED",
     };
-    let head = ["gate", "group", "says", "in words"].map(str::to_owned).to_vec();
+    let head = ["gate", "group", "result", "reason"].map(str::to_owned).to_vec();
     let rows = decisions.iter().map(|decision| {
         vec![
             decision.gate.clone(),
@@ -115,7 +115,7 @@ pub(super) fn decisions(decisions: &[Decision], answering: &Answering) -> Vec<Bl
     let mut blocks = vec![Block::Table(Table { head, rows: rows.collect(), verbatim: Vec::new() })];
     if answering.points < answering.of {
         blocks.push(Block::Note(
-            "Half-way a gate is judged at the first 256, 512, 1024 ... points only, so that looking often does not cheat.".to_owned(),
+            "Before the end of a study a gate is judged at its first 256, 512, 1024 ... points only. This keeps its error probability, however often it is asked.".to_owned(),
         ));
     }
     blocks

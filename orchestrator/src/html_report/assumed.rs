@@ -17,6 +17,17 @@ fn line(topic: &str, text: &str) -> String {
     format!("{topic}: {text}")
 }
 
+/// The words of `other` between its common beginning and end with `first`; all of `other` where half of it or more differs.
+fn difference<'a>(first: &str, other: &'a str) -> &'a str {
+    let equal = |(a, b): &(&str, &str)| a == b;
+    let beginning: usize =
+        first.split_inclusive(' ').zip(other.split_inclusive(' ')).take_while(equal).map(|(_, word)| word.len()).sum();
+    let (a, b) = (&first[beginning..], &other[beginning..]);
+    let end: usize = a.rsplit(' ').zip(b.rsplit(' ')).take_while(equal).map(|(_, word)| word.len() + 1).sum();
+    let middle = b[..b.len().saturating_sub(end)].trim().trim_end_matches([',', ';']);
+    if middle.is_empty() || 2 * middle.len() > other.len() { other } else { middle }
+}
+
 /// Lines of a study: those of its first sample, with a mark where another sample has another line. Empty for a study of formulas.
 #[must_use]
 pub fn assumed(samples: &Samples) -> Vec<String> {
@@ -41,10 +52,29 @@ pub fn assumed(samples: &Samples) -> Vec<String> {
         .map(|one| match others.remove(one.topic) {
             None => line(one.topic, &one.text),
             Some(other) => {
-                format!("{}; differs between samples, for example: {other}", line(one.topic, &one.text))
+                format!(
+                    "{}; varies between samples, another has: {}",
+                    line(one.topic, &one.text),
+                    difference(&one.text, &other)
+                )
             }
         })
         .collect();
     lines.extend(others.iter().map(|(topic, text)| format!("{} (in some samples)", line(topic, text))));
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::difference;
+
+    #[test]
+    fn a_difference_is_the_words_that_differ() {
+        let (first, other) = (
+            "Coulomb, constant coefficient 0.169, stick and slip; no heat",
+            "Coulomb, constant coefficient 0.139, stick and slip; no heat",
+        );
+        assert_eq!(difference(first, other), "0.139");
+        assert_eq!(difference("off, so that there is no sag", "on, 9.81 m/s2"), "on, 9.81 m/s2");
+    }
 }

@@ -44,7 +44,7 @@ pub(super) fn failures(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
 }
 
 fn causes(bad: &[&OfKind], seen: &Seen, subject: Subject<'_>) -> Table {
-    let head = ["status", "cause", "runs", "share", "what it means, what to try", "all that is known of the first"];
+    let head = ["status", "cause", "runs", "share", "meaning and advice", "details of the first"];
     let rows = bad.iter().map(|OfKind { kind: (status, cause), count, first }| {
         let known = Cause::from_word(cause);
         let is_function = subject.samples.study().function().is_some();
@@ -201,6 +201,6 @@ fn lines(seen: &Seen, shown: &[Shown]) -> Figure {
     let kind: Vec<usize> = rows.iter().map(|row| kind_of(seen, &seen.picked[*row])).collect();
     let drawing = parallel(&coordinates, &kind, &kinds(seen));
     let lines = if step == 1 { String::new() } else { format!(" Of the ok runs {} are drawn.", goods.div_ceil(step)) };
-    let caption = format!("Each line is a run, from its parameters on the left to what came out on the right.{lines}");
+    let caption = format!("Each line is a run, from its parameters on the left to its results on the right.{lines}");
     Figure { caption, drawing, plot: None, table: None }
 }

@@ -126,12 +126,12 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
         add("answers", "Answers", answered::answers(answering, questions, &columns));
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
     }
-    add("results", "What came out", came_out(summary));
+    add("results", "Results", came_out(summary));
     add("model-limits", "Limits of the model", limits.page().map(Block::Table).into_iter().collect());
     add("regimes", "Regimes", regimes::regimes(&seen));
     add("failures", "Where runs fail", failing::failures(&seen, subject));
     add("worst", "The worst runs", worst::worst(&seen, subject));
-    add("provenance", "Where it comes from", provenance::provenance(subject));
+    add("provenance", "Provenance", provenance::provenance(subject));
     add("limits", "What this page does not cover", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
     let mut lead = lead(&seen, of, looked.as_ref(), ended);

@@ -105,7 +105,7 @@ fn caption(name: &str, counts: &Counts<'_>) -> String {
     let (with, without) = (counts.by_status(true), counts.by_status(false));
     let mut text = format!("{name} of all runs that have one: {}.", by_status(&with));
     if not_ok(&with) > 0 {
-        text += " Of a run that is not ok it is that of all that was computed.";
+        text += " For a run that is not ok it describes the whole computed motion.";
     }
     if !without.is_empty() {
         text += &format!(" Without one: {}.", by_status(&without));
@@ -140,7 +140,7 @@ mod tests {
         let Block::Figure(figure) = &blocks[0] else { panic!("a figure") };
         assert_eq!(
             figure.caption,
-            "whirl of all runs that have one: 22 ok, 1 beyond the model, 2 invalid. Of a run that is not ok it is that of all that was computed. \
+            "whirl of all runs that have one: 22 ok, 1 beyond the model, 2 invalid. For a run that is not ok it describes the whole computed motion. \
              Without one: 4 failed."
         );
         let rows = &figure.table.as_ref().expect("a table").rows;

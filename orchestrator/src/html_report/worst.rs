@@ -1,4 +1,4 @@
-//! The worst runs, each with the command that computes it again.
+//! The worst runs, each with the command that reproduces it.
 
 use super::Subject;
 use super::rows::{Coordinate, End, Ends, Extreme, Seen};
@@ -16,9 +16,9 @@ pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
     format!("bladeoff {word} {directory} {}", words.join(" "))
 }
 
-/// For each result the runs with its worst values: the largest, where that is worse the least (a first contact, a speed at the end); of formulas
-/// both, as no one knows which end is bad. Runs of every status are in one order, by the values before a guard or limit was exceeded, and the worst
-/// ok run stands beside them.
+/// For each result the runs with its worst values: the largest, or the least where that is worse (first contact, end speed). Formulas have both,
+/// because nobody knows which end is bad. Runs of every status are in one order, by the values before a guard or limit was exceeded. The worst
+/// ok run is beside them.
 pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let is_function = subject.samples.study().function().is_some();
     let mut blocks = Vec::new();
@@ -39,7 +39,7 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         }
         if *unknown > 0 && !is_function {
             blocks.push(Block::Note(format!(
-                "{} not ok and not in the list: no value of {} is known from before a guard or limit was exceeded.",
+                "{} not ok and not in the list: {} before the guard or limit was exceeded is not known.",
                 are_counted(*unknown),
                 coordinate.name
             )));
@@ -47,11 +47,12 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     }
     if !blocks.is_empty() {
         let text = if is_function {
-            "Of the runs that are ok. Commands are given from where this page was made.".to_owned()
+            "Runs with the status ok. The commands hold in the directory where this page was written.".to_owned()
         } else {
-            "Runs of every status. Values of runs that are not ok are those before a guard or limit was exceeded: lower bounds. The last line is the \
-             worst ok run where it is not among them. Commands are given from where this page was made. With --history FILE.mcap the first also writes what \
-             happened over time (bladeoff plot FILE.mcap)."
+            "Runs of every status. For runs that are not ok, the list is ordered by the value before a guard or limit was exceeded: a lower bound. \
+             The column \"in the table\" is the value of results.parquet, up to the end of the run. The last line is the worst ok run if it is not \
+             among them. The commands hold in the directory where this page was written. With --history FILE.mcap they also write the time history \
+             (bladeoff plot FILE.mcap)."
                 .to_owned()
         };
         blocks.insert(0, Block::Text(text));
@@ -66,7 +67,7 @@ fn beyond_the_list(coordinate: &Coordinate, list: &End, recorded: Option<&Extrem
         return None;
     }
     Some(format!(
-        "The largest {} that is recorded is {} in sample {} ({}). It was reached after a guard or a limit had been exceeded.",
+        "The largest {} in the table is {}, in sample {} ({}). It was reached after a guard or limit was exceeded.",
         coordinate.name,
         format_digits(one.value, &coordinate.unit, 5),
         one.sample,
@@ -85,12 +86,12 @@ fn table(coordinate: &Coordinate, end: &str, list: &End, subject: Subject<'_>, i
     let rows: Vec<&Extreme> = list.all.iter().chain(list.ok.as_ref().filter(is_listed)).collect();
     let is_marked = rows.iter().any(|row| row.kind.0 != "ok");
     let show = |value: f64| format_digits(value, &coordinate.unit, 5);
-    let mut head = vec!["sample".to_owned(), "status".to_owned(), format!("{}, {end}", coordinate.name)];
+    let mut head = vec!["sample".to_owned(), "status".to_owned(), format!("{end} {}", coordinate.name)];
     if is_marked {
-        head.push("recorded".to_owned());
+        head.push("in the table".to_owned());
     }
     let verbatim = vec![head.len()];
-    head.push(if is_function { "all that is known of it" } else { "computes it again, bit for bit" }.to_owned());
+    head.push(if is_function { "details" } else { "command to reproduce" }.to_owned());
     let cells = |row: &&Extreme| {
         let sample = row.sample.to_string();
         let again = if is_function {

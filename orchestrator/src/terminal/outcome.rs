@@ -12,7 +12,7 @@ use std::fmt::Write;
 pub struct OutcomeView<'a> {
     /// Columns of the machine.
     pub columns: &'a [Column],
-    /// What came out.
+    /// The outcome.
     pub outcome: &'a Outcome,
 }
 

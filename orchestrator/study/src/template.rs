@@ -11,14 +11,14 @@ schema = 1
 name = "my-study"                          # results go to runs/<name>; default: the name of this file
 machine = "machines/lab_rig.toml"          # relative to this file
 seed = 1                                   # of the shuffle from which `--limit N` takes its samples; default 0
-# twin_share = "5 %"                       # so many samples run twice, the second time 1e-6 faster: how much does the load change?
+# twin_share = "5 %"                       # this share of the samples runs twice, the second time 1e-6 faster, to measure sensitive runs
 
-# Fixed overrides: any path of `bladeoff paths MACHINE`, or its ending where only one path ends so.
-# A number is SI, a string has its unit.
+# Fixed overrides: any path of `bladeoff paths MACHINE`, or an ending that only one path has.
+# A number is in SI units; a string contains its unit.
 [set]
 "run.end_time" = "0.5 s"
 
-# One table for each parameter that varies; all combinations are computed. The first axis is the slowest in the table.
+# One table for each parameter that varies; all combinations are computed. The first axis changes slowest in the result table.
 [[vary]]
 path = "contact.gap"
 from = "0.4 mm"
@@ -30,10 +30,9 @@ count = 3
 path = "contact.detection"
 values = ["hyp1", "hyp2", "hyp2-frozen"]
 
-# Several starts a cell. The angle at which the blade leaves determines where rotor and ring meet first, and with that the loads: by
-# tens of per cent on this rig, in no order that a trend would survive. Nobody knows it, so it is uncertain, and no cell is one run:
-# compare the median and the worst of its starts, as the summary of `run` does. Every cell has the same starts, so what differs
-# between two cells is not the luck of their starts.
+# Several starts for each combination. The release angle changes the place of the first contact, and with it the loads of this rig by
+# tens of per cent, without a trend. It is unknown, so compare the median and the worst of the starts, as the summary of `run` does.
+# Every combination has the same starts, so a difference between two of them is not an effect of the starts.
 [design]
 kind = "monte-carlo"                       # "latin-hypercube", "sobol", "halton", "one-at-a-time"
 samples = 6
@@ -70,22 +69,22 @@ upper = "360 deg"
 /// A risk study of the lab rig that runs as it is when it lies in `studies/`.
 pub const RISK_TEMPLATE: &str = r#"# Question: how probable is it that <what must not happen>, and with which interval?
 #
-#   bladeoff check FILE            what was understood of each uncertain parameter, how long it takes
+#   bladeoff check FILE            distribution of each uncertain parameter, expected run time
 #   bladeoff run FILE              computes the samples, then answers
 #   bladeoff answer DIR            the answers again, also while it runs
-#   bladeoff gate DIR              0 passed, 4 failed, 5 open: for scripts
+#   bladeoff gate DIR              exit code for scripts: 0 passed, 4 failed, 5 open
 #
 # Format: docs/studies.md. A risk question from here to a decision: docs/uncertainty.md.
 schema = 1
 name = "my-risk"                           # results go to runs/<name>; default: the name of this file
 machine = "machines/lab_rig.toml"          # relative to this file
-seed = 1                                   # of everything that is drawn
+seed = 1                                   # of all random numbers
 
 [set]
 "run.end_time" = "0.1 s"
 
-# How the points are placed. Independent ones have exact limits, and any beginning of them is a study of its own: take these where
-# something is decided. "sobol" and "latin-hypercube" need fewer points for a mean (`replicates` = 16 or more give an interval).
+# The design places the points. Independent points have exact limits, and the first N of them are a valid study: use them for
+# decisions. "sobol" and "latin-hypercube" need fewer points for a mean (`replicates` = 16 or more give an interval).
 [design]
 kind = "monte-carlo"
 samples = 256                              # more can be added later: existing points and finished samples are kept
@@ -94,7 +93,7 @@ samples = 256                              # more can be added later: existing p
 #   normal mean sd | lognormal median cv | uniform lower upper | log-uniform lower upper | triangular lower mode upper
 #   beta a b lower upper | gamma shape scale | weibull shape scale | gumbel location scale | exponential mean
 #   discrete values weights | empirical file column | periodic lower upper
-# `lower`, `upper` cut any continuous one; moments are those before. `check` says what is left.
+# `lower`, `upper` truncate any continuous one; its moments are those before. `check` prints the share that remains.
 [[uncertain]]
 path = "blade_off.mass"
 as = "lost_mass"                           # a short name for its column, and in formulas
@@ -140,18 +139,18 @@ path = "contact.gap"
 as = "gap"
 formula = "cold_gap - growth"
 
-# Two that go together: `rank` (Spearman), `linear` (Pearson), or `normal` (of the normal numbers behind the values).
+# Two correlated variables: `rank` (Spearman), `linear` (Pearson), or `normal` (of the underlying normal variables).
 [[correlation]]
 between = ["cold_gap", "growth"]
 rank = 0.3
 
-# [[vary]] crosses the points with values: every value sees the same points.
+# [[vary]] combines the points with values: every value gets the same points.
 # [[vary]]
 # path = "contact.detection"
 # values = ["hyp1", "hyp2"]
 
-# What is asked. Runs that fail, are invalid or exceed a limit of the model are not left out: each figure is given with them harmless
-# and harmful.
+# Questions. Runs that fail, are invalid or exceed a limit of the model are not left out: the interval of each answer holds for either
+# outcome of these runs.
 [[question]]
 name = "overload"
 probability = "max_bearing_load_N > 80 N"  # columns of the table; units as everywhere, or bare SI
@@ -166,7 +165,7 @@ name = "overload-by-mass"
 fragility = "lost_mass"
 probability = "max_bearing_load_N > 80 N"
 
-# What `bladeoff gate` decides:
+# Condition that `bladeoff gate` judges:
 [[gate]]
 require = "P(max_bearing_load_N > 200 N) < 0.05"
 confidence = 0.95

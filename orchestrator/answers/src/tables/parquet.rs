@@ -24,7 +24,7 @@ pub struct Row {
     pub detection: Option<String>,
     /// Engine; `None` of a study of formulas.
     pub engine: Option<String>,
-    /// What came out; one value per outcome field of the schema.
+    /// The outcome; one value per outcome field of the schema.
     pub outcome: Outcome,
 }
 

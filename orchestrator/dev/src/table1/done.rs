@@ -15,7 +15,7 @@ pub struct Done {
     pub cpu: f64,
     /// Columns of its outcome.
     pub names: Vec<(String, ColumnKind)>,
-    /// What came out.
+    /// The outcome.
     pub outcome: Outcome,
 }
 
