@@ -33,6 +33,19 @@ const INERTIA: Rule = rule(
     "a thin disc has 2, every other body less: are the two interchanged?",
 );
 const STIFFNESS: Rule = rule("stiffness", [0.0, 1e12], "N/m", UNIT);
+const CLEARANCE: Rule = rule("radial clearance", [1e-6, 5e-3], "m", UNIT);
+const CRITICAL_DAMPING: Rule = rule(
+    "damping ratio of the first bending mode by the shaft's stiffness-proportional damping",
+    [0.0, 0.2],
+    "",
+    "steel has 0.001 to 0.01: is stiffness_proportional in seconds?",
+);
+const SLENDER: Rule = rule(
+    "polar over transverse inertia",
+    [0.05, f64::INFINITY],
+    "",
+    "a drum ten times as long as its radius has 0.06: are both in the same unit?",
+);
 const SAG: Rule =
     rule("sag under its weight", [0.0, 0.02], "m", "are the stiffness of its bearings and Young's modulus right?");
 const FREQUENCY: Rule = rule(
@@ -100,12 +113,17 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             let ratio = disc.polar_inertia / disc.transverse_inertia;
             let [polar, transverse] =
                 [disc.polar_inertia, disc.transverse_inertia].map(|inertia| format_digits(inertia, "kg m2", 3));
-            see(&INERTIA, &format!("rotor.discs.{}", disc.name), ratio, &format!(" ({polar} over {transverse})"));
+            for rule in [&INERTIA, &SLENDER] {
+                see(rule, &format!("rotor.discs.{}", disc.name), ratio, &format!(" ({polar} over {transverse})"));
+            }
         }
     }
     for bearing in &rotor.bearings {
         let largest = bearing.stiffness.iter().flatten().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
         see(&STIFFNESS, &format!("rotor.bearings.{}", bearing.name), largest, "");
+        if let Some(clearance) = bearing.clearance {
+            see(&CLEARANCE, &format!("rotor.bearings.{}", bearing.name), clearance, "");
+        }
     }
     let is_truncated = matches!(rotor.kind, RotorKind::Shaft(_)) && machine.run.engine != Engine::Full;
     if let Some(raised) = rotor.bearings.iter().find(|one| one.elevation != [0.0; 2]).filter(|_| is_truncated) {
@@ -125,6 +143,8 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
                 .map(|value| format_digits(value, "", 3));
             let beside = format!(" ({hertz} Hz at {rpm} rpm)");
             see(&FREQUENCY, "rotor", weight.frequency / rotor.initial_speed, &beside);
+            // zeta = b w/2
+            see(&CRITICAL_DAMPING, "rotor.damping", 0.5 * rotor.damping.stiffness_proportional * weight.frequency, "");
         }
         for unbalance in &rotor.unbalances {
             let [mass, rotor] = [unbalance.mass, weight.mass].map(|mass| format_digits(mass, "kg", 3));
@@ -221,6 +241,21 @@ mod tests {
                 "polar_inertia = \"1.25e-3 kg m2\"",
                 "polar_inertia = \"1.4e-3 kg m2\"",
                 "rotor.discs.left: polar over transverse inertia 2.15 (0.0014 kg m2 over 6.5e-4 kg m2), plausible is at most 2",
+            ),
+            (
+                "polar_inertia = \"1.25e-3 kg m2\"",
+                "polar_inertia = \"2e-5 kg m2\"",
+                "rotor.discs.left: polar over transverse inertia 0.0308 (2e-5 kg m2 over 6.5e-4 kg m2), plausible is at least 0.05",
+            ),
+            (
+                "stiffness = \"2e6 N/m\"\n",
+                "stiffness = \"2e6 N/m\"\nclearance = 0.3\n",
+                "rotor.bearings.left: radial clearance 300 mm, plausible is 0.001 mm to 5 mm",
+            ),
+            (
+                "stiffness_proportional = \"2e-5 s\"",
+                "stiffness_proportional = 0.02",
+                "rotor.damping: damping ratio of the first bending mode by the shaft's stiffness-proportional damping ",
             ),
             ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: sag under its weight "),
             ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: first bending frequency over running speed "),

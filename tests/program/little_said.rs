@@ -74,7 +74,7 @@ fn a_study_of_sensitivities_alone_shows_how_its_intervals_narrow() {
     // so few have no interval, and that is said
     told(&folder, "few", &study("a*a + 2*b", &morris(2), &who("morris")));
     let section = precision(&folder, "few");
-    assert!(section.contains("no interval: 2 trajectories, 10 say something of their scatter"), "{section}");
+    assert!(section.contains("no interval: 2 trajectories of 10 needed"), "{section}");
     assert!(!section.contains("<figure"), "{section}");
 }
 

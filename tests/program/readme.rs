@@ -103,7 +103,7 @@ fn what_the_readme_shows_of_the_first_study_comes_out() {
     let one_case = study.loads(&[(GAP, "0.0007"), (FRICTION, "0.25"), (MASS, "0.013"), ("detection", "hyp2")]);
     assert_eq!(one_case.len(), 6, "angles");
     holds(told_after(&flowing, "13 g lost, `hyp2` finds "), one_case[0], "kindest angle");
-    holds(told_after(&flowing, "kindest of the six angles and "), one_case[5], "worst angle");
+    holds(told_after(&flowing, "best of the six angles and "), one_case[5], "worst angle");
 
     let [approximate, exact] = ["hyp1", "hyp2"].map(|name| study.worst(&[("detection", name)]));
     holds(100.0 + told_after(&flowing, "`hyp1` finds a worst load "), 100.0 * approximate / exact, "hyp1 over hyp2");

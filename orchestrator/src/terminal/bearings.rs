@@ -93,8 +93,9 @@ impl BearingNote {
                  sudden one (up to twice that); more `run.rotor_modes`, or `run.engine = \"full\"`, have the swing"
             ),
             Beyond::Held => format!(
-                "bearing {name} is damped so strongly that its damper holds the shaft in an impact, and {share} of what the shaft yields there is in modes \
-                 left out: its loads in rubs may be wrong several times over; use more `run.rotor_modes`, until this is not said any more, or `run.engine = \"full\"`"
+                "bearing {name} is damped so strongly that its damper holds the shaft during an impact, and {share} of the shaft's flexibility there is in \
+                 truncated modes: peaks of its load in rubs may be wrong, in heavy rubs several times too high; use more `run.rotor_modes`, or \
+                 `run.engine = \"full\"`, and compare"
             ),
             Beyond::Damped => format!(
                 "the step does not resolve the damping of bearing {name}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may ring from step to \

@@ -42,7 +42,11 @@ pub fn in_words(forecast: &ContactForecast) -> String {
         "unbalance response {} at {} ({})",
         length(forecast.response),
         rpm(forecast.speed),
-        times(forecast.steady_share())
+        if forecast.at_rest > 0.0 {
+            format!("{} with that at rest", times(forecast.steady_share()))
+        } else {
+            times(forecast.steady_share())
+        }
     );
     let verdict = if forecast.release_share() >= 1.0 {
         format!("contact expected: {release}")
@@ -148,7 +152,7 @@ mod tests {
                 && none.ends_with("of which 1 mm are taken at rest by sag and offset")
         );
         assert!(
-            none.contains("unbalance response 3 mm at 810 rpm (0.5 of the gap)"),
+            none.contains("unbalance response 3 mm at 810 rpm (0.5 of the gap with that at rest)"),
             "with what is taken at rest: {none}"
         );
     }

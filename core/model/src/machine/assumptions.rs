@@ -122,7 +122,7 @@ fn spin(machine: &Machine) -> String {
 /// A yield strength does not change the motion; it ends the run, or is not compared where it is not given.
 fn judged_by_yield(is_given: bool) -> &'static str {
     if is_given {
-        "elastic above the yield strength too, which the stresses are compared with"
+        "elastic at any stress; stresses are compared with the yield strength"
     } else {
         "without yield"
     }

@@ -288,7 +288,7 @@ pub enum Presence {
 pub struct Unbalance {
     /// Name of its table.
     pub name: String,
-    /// Node where its mass pulls.
+    /// Node of the unbalance.
     pub node: usize,
     /// Node with which it turns: that of its disc, or its own.
     pub twist_node: usize,

@@ -205,7 +205,7 @@ impl Answer {
         known.reduce(|most, one| if one.1 > most.1 { one } else { most }).map(|(at, _)| at)
     }
 
-    /// Why a sensitivity has no interval: "no interval: 5 trajectories, 10 say something of their scatter".
+    /// Why a sensitivity has no interval: "no interval: 5 trajectories of 10 needed".
     #[must_use]
     pub fn without_interval(&self) -> Option<String> {
         let found = self.sensitivity.as_ref()?;

@@ -110,7 +110,7 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
         notes.push(format!("no interval: {parts} show too little of the scatter, {PARTS} are enough"));
     } else if parts > 0 && n < FEWEST_ROWS {
         let rows = counted(n, "rows");
-        notes.push(format!("no interval: {rows}, {FEWEST_ROWS} say something of their scatter"));
+        notes.push(format!("no interval: {rows} of {FEWEST_ROWS} needed"));
         scatter = None;
     }
     let inputs: Vec<Ordered<'_>> = columns.iter().map(|values| Ordered::new(values)).collect();

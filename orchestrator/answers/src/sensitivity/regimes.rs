@@ -93,7 +93,7 @@ pub fn by_regime(
         };
         let mut found = given_data(&part, alpha)?;
         found.notes.push(
-            "within a regime parameters are not independent of one another: the figures describe its runs".to_owned(),
+            "within a regime the parameters are not independent: the indices describe its runs alone".to_owned(),
         );
         Ok((regime, found))
     };

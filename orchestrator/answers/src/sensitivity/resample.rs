@@ -111,7 +111,7 @@ impl Sums {
 pub(super) fn told(blocks: usize, alpha: f64, name: &str, notes: &mut Vec<String>) -> &'static str {
     if blocks < FEWEST_BLOCKS {
         let blocks = counted(blocks, name);
-        notes.push(format!("no interval: {blocks}, {FEWEST_BLOCKS} say something of their scatter"));
+        notes.push(format!("no interval: {blocks} of {FEWEST_BLOCKS} needed"));
         return "none";
     }
     let (count, place) = resamples(alpha);

@@ -223,7 +223,7 @@ pub(super) const KEYS: &[Key] = &[
     key("rotor.unbalances.NAME.disc", Kind::Text, Need::Optional("turns with the shaft at its position"), Range::ANY, When::Shaft,
         "name of the disc that carries it: it turns with that disc, whose polar inertia a lost mass is part of"),
     key("rotor.unbalances.NAME.position", Kind::Number("m"), Need::Optional("that of its disc; required without"), Range::NOT_NEGATIVE, When::Shaft,
-        "place along the shaft, where its mass pulls; between two nodes it makes a node of its own"),
+        "position along the shaft; between two nodes it adds a node"),
     key("rotor.unbalances.NAME.mass", Kind::Number("kg"), Need::Required, Range::NOT_NEGATIVE, When::Always,
         "mass of the unbalance"),
     key("rotor.unbalances.NAME.radius", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Always,
