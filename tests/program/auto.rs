@@ -21,8 +21,8 @@ path = "contact.friction"
 values = [0.1, 0.2]
 "#;
 
-/// Values of `contact.points`, one of which `exponential` does not cover.
-const POINTS: &str = "\n[[vary]]\npath = \"contact.points\"\nvalues = [\"several\", \"one\"]\n";
+/// Values of `run.force_location`, one of which `exponential` does not cover.
+const LOCATIONS: &str = "\n[[vary]]\npath = \"run.force_location\"\nvalues = [\"next\", \"current\"]\n";
 /// Detections, all of which `exponential` covers.
 const DETECTIONS: &str = "\n[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\", \"hyp2-frozen\"]\n";
 
@@ -100,13 +100,13 @@ fn a_study_of_several_detections_is_exponential() {
 }
 
 #[test]
-fn a_study_with_a_single_point_is_reduced_whatever_part_of_it_is_computed() {
+fn a_study_with_another_force_location_is_reduced_whatever_part_of_it_is_computed() {
     let folder = folder();
-    let study = folder.write("s.toml", &format!("{STUDY}{POINTS}"));
-    let why = "Engine: reduced (run.engine = \"auto\": \"exponential\" does not cover a single contact point \
-               (diaphragms.seal.contact.points))";
+    let study = folder.write("s.toml", &format!("{STUDY}{LOCATIONS}"));
+    let why = "Engine: reduced (run.engine = \"auto\": \"exponential\" does not cover forces at the place of step n \
+               (run.force_location))";
     assert_eq!(engine_of(&study), why);
-    // the first sample alone has several points
+    // the first sample alone is covered
     let said = say(&["check", &study, "--limit", "1"]);
     assert!(said.out.contains(why), "{}", said.out);
     let (whole, part) = (folder.name("whole"), folder.name("part"));
@@ -137,7 +137,7 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     run(&grown, &fresh, &[]);
     assert!(fs::read(folder.path("fresh/results.parquet")).expect("the table") == whole);
     // grown by what the engine does not cover
-    let mixed = folder.write("s.toml", &format!("{STUDY}{POINTS}"));
+    let mixed = folder.write("s.toml", &format!("{STUDY}{LOCATIONS}"));
     let said = say(&["run", &mixed, "--out", &out]);
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("run.engine: exponential -> reduced"), "{}", said.err);
@@ -150,7 +150,6 @@ fn check_names_the_first_thing_that_is_not_covered() {
     let folder = folder();
     let with = |set: &str| folder.write("s.toml", &STUDY.replace("[set]", &format!("[set]\n{set}")));
     for (set, what) in [
-        ("\"contact.points\" = \"one\"", "does not cover a single contact point (diaphragms.seal.contact.points)"),
         ("\"seal.kind\" = \"rigid\"", "does not cover a rigid ring (diaphragms.seal.kind)"),
         ("\"run.force_location\" = \"current\"", "does not cover forces at the place of step n (run.force_location)"),
         ("\"run.step\" = \"3 us\"", "run.step is given, which \"exponential\" has not"),
@@ -165,7 +164,7 @@ fn check_names_the_first_thing_that_is_not_covered() {
     let alone = engine_of(&with(wanted));
     assert_eq!(alone, "Engine: exponential (run.engine = \"auto\": run.contact_step is given, which it alone has)");
     for (set, path) in [
-        ("\"contact.points\" = \"one\"", "diaphragms.seal.contact.points"),
+        ("\"run.force_location\" = \"current\"", "run.force_location"),
         ("\"seal.kind\" = \"rigid\"", "diaphragms.seal.kind"),
         ("\"run.step\" = \"1 us\"", "run.step"),
     ] {
@@ -173,12 +172,12 @@ fn check_names_the_first_thing_that_is_not_covered() {
         assert_eq!(said.code, 3, "{set}: {}", said.out);
         assert!(said.err.contains(path) && said.err.contains("the engine \"exponential\""), "{}", said.err);
     }
-    // where the points vary, too
-    let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + POINTS;
+    // where the location varies, too
+    let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + LOCATIONS;
     let mixed = folder.write("s.toml", &mixed);
     let said = say(&["check", &mixed]);
     assert_eq!(said.code, 3, "{}", said.out);
-    assert!(said.err.contains("does not cover a single contact point"), "{}", said.err);
+    assert!(said.err.contains("does not cover forces at the place of step n"), "{}", said.err);
     // one engine for all is not one of several
     let several = format!("{STUDY}\n[[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"auto\"]\n");
     let said = say(&["check", &folder.write("s.toml", &several)]);
@@ -206,7 +205,8 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
         (&["--engine", "full"], "full"),
         (&["--detection", "hyp1"], "exponential"),
         (&["--detection", "hyp2-frozen"], "exponential"),
-        (&["--set", "contact.points=one"], "reduced"),
+        (&["--set", "contact.points=one"], "exponential"),
+        (&["--set", "run.force_location=current"], "reduced"),
         (&["--step", "3 us"], "reduced"),
         (&["--set", "run.contact_step=1.5 us"], "exponential"),
     ] {
@@ -215,25 +215,26 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
         assert!(row["first_contact_s"].is_number(), "{more:?}: contact happened");
     }
     assert_eq!(of(&[]), of(&["--engine", "exponential"]));
-    let wanted = ["simulate", &machine, "--set", "run.contact_step=1.5 us", "--set", "contact.points=one"];
+    let wanted = ["simulate", &machine, "--set", "run.contact_step=1.5 us", "--set", "run.force_location=current"];
     let said = say(&wanted);
     assert_eq!(said.code, 3, "{}", said.out);
-    let why = "the engine \"exponential\", which run.contact_step asks for, does not cover a single contact point";
+    let why =
+        "the engine \"exponential\", which run.contact_step asks for, does not cover forces at the place of step n";
     assert!(said.err.contains(why), "{}", said.err);
     // a study says the same, and each advice is one that is taken
-    let one = "[set]\n\"contact.points\" = \"one\"\n";
+    let one = "[set]\n\"run.force_location\" = \"current\"\n";
     let study = |set: &str| folder.write("s.toml", &STUDY.replace("[set]\n", &format!("{one}{set}")));
     let said = say(&["check", &study("\"run.contact_step\" = \"1.5 us\"\n")]);
     assert!(said.code == 3 && said.err.contains(why), "{}", said.err);
-    assert!(said.err.contains("allowed: several, or no run.contact_step"), "{}", said.err);
+    assert!(said.err.contains("allowed: next, or no run.contact_step"), "{}", said.err);
     assert!(engine_of(&study("")).starts_with("Engine: reduced"));
     let exponential = "\"run.engine\" = \"exponential\"\n\"run.contact_step\" = \"1.5 us\"\n";
     let said = say(&["check", &study(exponential)]);
-    let advice = "allowed: several, or run.engine = \"reduced\" and no run.contact_step";
+    let advice = "allowed: next, or run.engine = \"reduced\" and no run.contact_step";
     assert!(said.code == 3 && said.err.contains(advice), "{}", said.err);
     let said = say(&["check", &study(&exponential.replace("exponential", "reduced"))]);
     assert!(said.code == 3 && said.err.contains("allowed: run.step"), "{}", said.err);
-    assert!(!said.err.contains("or run.engine"), "one point is refused there, too: {}", said.err);
+    assert!(!said.err.contains("or run.engine"), "the location is refused there, too: {}", said.err);
     // --set and an option of the same thing
     for (set, option) in [
         ("engine=reduced", ["--engine", "exponential"]),
@@ -331,7 +332,7 @@ fn check_says_whose_bases_are_their_own() {
     assert!(told.contains("Structure: all samples share one;"), "{told}");
     assert!(told.contains("Bases of the exponential engine: rotor.unbalances.blade_off.mass changes them;"), "{told}");
     // `reduced` has none
-    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{POINTS}"))]).out;
+    let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{LOCATIONS}"))]).out;
     assert!(told.contains("Structure:") && !told.contains("Bases of"), "{told}");
 }
 

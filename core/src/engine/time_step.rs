@@ -2,7 +2,9 @@
 
 use super::shaft_line::sites;
 use crate::structure::Structure;
-use bladeoff_model::machine::{Detection, DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind};
+use bladeoff_model::machine::{
+    Contact, ContactPoints, Detection, DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind,
+};
 use bladeoff_numerics::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
@@ -32,6 +34,16 @@ const SPRING_CONTACT_FRACTION: f64 = 0.25;
 const CONTACT_PARTS: f64 = 800.0;
 /// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian (longer ones turn by less: `LONGEST_TURN` of the engine).
 const PARTS_LEAST: f64 = 200.0;
+
+/// Whether the place of a contact is that under its impulse: neither `hyp2-frozen` nor `hyp2` at one point, which has the place of `hyp2-frozen` where no point is the
+/// nearest under its own impulse.
+fn has_converged_place(contact: &Contact) -> bool {
+    match contact.detection {
+        Detection::Hyp1 => true,
+        Detection::Hyp2 => contact.points == ContactPoints::Several,
+        Detection::Hyp2Frozen => false,
+    }
+}
 
 /// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
 pub const LEAST_STEP: f64 = 1e-10;
@@ -224,7 +236,7 @@ impl TimeStep {
         let largest_step = (2.0 / highest_frequency).min(period / PARTS_LEAST);
         let step = match machine.run.contact_step {
             None => {
-                let is_frozen = machine.diaphragms.iter().any(|ring| ring.contact.detection == Detection::Hyp2Frozen);
+                let is_frozen = machine.diaphragms.iter().any(|ring| !has_converged_place(&ring.contact));
                 let (fraction, parts) = match () {
                     () if machine.diaphragms.is_empty() => (CONTACT_FRACTION, PARTS),
                     () if has_spring(machine) => (SPRING_CONTACT_FRACTION, SPRING_PARTS),

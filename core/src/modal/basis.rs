@@ -78,8 +78,14 @@ const LEFT_OUT_AT_BEARINGS: f64 = 0.02;
 /// But none that would govern the step: none above the rings' highest, or without a ring above so many times the highest of
 /// the default ones.
 const WITHOUT_RING: f64 = 8.0;
-/// Ring modes kept unless the machine says otherwise.
+/// Ring modes kept at least, unless the machine says otherwise.
 pub const DEFAULT_RING_MODES: usize = 36;
+/// More ring modes are kept where a contact force of 1 ms meets more than this part of the ring's flexibility in modes whose inertia it feels. The run is invalid
+/// from 3 % on ([`crate::structure::MAX_TRUNCATION_ERROR`], with the rotor's flexibility beside the ring's). Modes of many blades crowd: a ring of 40 blades has 81
+/// below twice the lowest frequency of a blade. Verified by `a_ring_of_many_blades_keeps_more_modes` in `tests/rotor/modal_basis.rs`.
+const RING_TRUNCATION: f64 = 0.01;
+/// Rate of a contact force of 1 ms \[1/s\], as in `structure::truncation_error`.
+const CONTACT_RATE: f64 = std::f64::consts::PI / 1e-3;
 /// Relative distance of omega^2 below which two modes are one pair.
 const PAIR: f64 = 1e-7;
 
@@ -95,8 +101,8 @@ impl Basis {
     /// # Errors
     /// [`BasisError::Eigen`].
     pub fn compute(machine: &Machine, rotor: &RotorMatrices, rings: &[RingMatrices]) -> Result<Self, BasisError> {
-        let wanted = machine.run.ring_modes.unwrap_or(DEFAULT_RING_MODES);
-        let ring_sets = rings.iter().map(|ring| ring_modes(ring, wanted)).collect::<Result<Vec<_>, _>>()?;
+        let ring_sets =
+            rings.iter().map(|ring| ring_modes(ring, machine.run.ring_modes)).collect::<Result<Vec<_>, _>>()?;
         Self::beside(machine, rotor, ring_sets)
     }
 
@@ -242,7 +248,7 @@ fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, default: (f64, usiz
     Ok(select(values, shapes, wanted, |_, _| {}))
 }
 
-fn ring_modes(ring: &RingMatrices, wanted: usize) -> Result<ModeSet, BasisError> {
+fn ring_modes(ring: &RingMatrices, wanted: Option<usize>) -> Result<ModeSet, BasisError> {
     let (mut values, shapes) = ring.modes()?;
     let highest = values.last().copied().unwrap_or(0.0);
     for value in &mut values {
@@ -250,7 +256,35 @@ fn ring_modes(ring: &RingMatrices, wanted: usize) -> Result<ModeSet, BasisError>
             *value = 0.0;
         }
     }
+    let wanted = wanted.unwrap_or_else(|| enough_for_contact(ring.nodes, &values, &shapes));
     Ok(select(values, shapes, wanted, orient_pair))
+}
+
+/// How many of the lowest ring modes hold the flexibility of every ring node to a radial force of 1 ms, but for [`RING_TRUNCATION`] of it:
+///
+/// ```text
+/// sum over the truncated modes of phi^2/w^2 W^2/(w^2 + W^2)  <=  RING_TRUNCATION  sum over all modes of phi^2/w^2
+/// ```
+/// At least [`DEFAULT_RING_MODES`]; exactly these for a ring with a mode that is not stiff.
+fn enough_for_contact(nodes: usize, values: &[f64], shapes: &Matrix) -> usize {
+    if values.iter().any(|&square| square <= 0.0) {
+        return DEFAULT_RING_MODES;
+    }
+    let wanted = |node: usize| {
+        let row = shapes.row(4 * node + 2);
+        let flexibility = || row.iter().zip(values).map(|(phi, square)| (phi * phi / square, square));
+        let allowed = RING_TRUNCATION * flexibility().map(|(part, _)| part).sum::<f64>();
+        let error = flexibility()
+            .map(|(part, square)| part * CONTACT_RATE * CONTACT_RATE / (square + CONTACT_RATE * CONTACT_RATE));
+        let errors: Vec<f64> = error.collect();
+        let mut truncated = 0.0;
+        let fits = errors.iter().rev().take_while(|&&error| {
+            truncated += error;
+            truncated <= allowed
+        });
+        values.len() - fits.count()
+    };
+    (0..nodes).map(wanted).fold(DEFAULT_RING_MODES, usize::max)
 }
 
 /// Keeps the lowest modes without cutting a pair; fixes signs, and the orientation of pairs through `orient`.

@@ -4,7 +4,7 @@ use super::filter::{FILTER, Window};
 use super::peak::{At, Peak, Sum};
 use super::phases::Phases;
 use super::row::{FLEXIBLE, Row};
-use bladeoff_model::machine::{Contact, Detection};
+use bladeoff_model::machine::{Contact, ContactPoints, Detection};
 use bladeoff_model::outcome::Empty;
 
 /// The contact of one step, as recorders see it.
@@ -58,6 +58,8 @@ pub(crate) struct ContactRecorder {
     impacts: Sum,
     /// Points are searched for on the ring; the exponential engine has candidates instead.
     pub searches: bool,
+    /// Whether `hyp2` has one contact point, which the exponential engine searches too.
+    has_one_point: bool,
     no_fixed_point: u64,
     several_points: u64,
     several_minima: u64,
@@ -89,6 +91,7 @@ impl ContactRecorder {
             stick_time: Sum::default(),
             impacts: Sum::default(),
             searches: true,
+            has_one_point: contact.detection == Detection::Hyp2 && contact.points == ContactPoints::One,
             no_fixed_point: 0,
             several_points: 0,
             several_minima: 0,
@@ -283,8 +286,8 @@ impl ContactRecorder {
             row.count(
                 "no_fixed_point_steps",
                 "steps in which one exact contact point had no fixed point; solved with several points, or at the predicted place; \
-                 null with engine exponential",
-                of.filter(|contact| contact.searches).map(|contact| contact.no_fixed_point),
+                 null with engine exponential, except for hyp2 with contact.points = \"one\"",
+                of.filter(|contact| contact.searches || contact.has_one_point).map(|contact| contact.no_fixed_point),
             );
         });
         let several = of.map(|contact| contact.several_points);

@@ -6,6 +6,7 @@ mod common;
 mod contact_forecast;
 mod detection;
 mod one_place;
+mod one_point;
 mod places;
 mod ring;
 mod rolling;

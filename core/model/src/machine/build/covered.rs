@@ -130,10 +130,6 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
                 }
             }
         }
-        let points = path(".contact.points");
-        if reader.word(&points) == Some("one") {
-            gap(&points, "a single contact point", "several");
-        }
     }
     gaps
 }

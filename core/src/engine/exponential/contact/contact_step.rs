@@ -41,9 +41,9 @@ use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::plane::{across, product, turned};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::structure::Structure;
-use bladeoff_model::machine::{Detection, Diaphragm, FrictionLaw};
+use bladeoff_model::machine::{Contact, ContactPoints, Detection, Diaphragm, FrictionLaw};
 use bladeoff_numerics::linalg::lanes::Lane;
-use conditions::add_point;
+pub(super) use conditions::add_point;
 use std::sync::Arc;
 
 /// A point penetrates where its negative gap is more than this ratio of the largest penetration without impulses.
@@ -56,8 +56,12 @@ pub(crate) struct ContactStep {
     gap: f64,
     pub(super) radius: f64,
     law: FrictionLaw,
-    /// Hypothesis of the contact: several points for `hyp2`, otherwise one place per step ([`super::single_place`]).
+    /// Hypothesis of the contact.
     pub(super) detection: Detection,
+    /// Whether a step has several points, as `hyp2` by default; otherwise it has one place ([`super::single_place`]).
+    has_several_points: bool,
+    /// Whether the place of this step is the nearest point under its own impulse ([`super::fixed_point`]); true for several points.
+    pub(super) has_fixed_point: bool,
     /// v_alpha/|x| at the place of `hyp1` of the last step, and of this one.
     pub(super) model_slopes: [f64; 2],
     /// Contact step \[s\].
@@ -79,7 +83,7 @@ pub(crate) struct ContactStep {
     pub(super) conditions: Box<Coupled>,
     /// Contact points of this step, and their impulses.
     pub(super) points: Vec<ContactPoint>,
-    forces: Vec<ContactReaction>,
+    pub(super) forces: Vec<ContactReaction>,
     /// Rows of the contact points of two steps: this step's are at `current`, the last step's at the other index.
     pub(super) point_rows: [PointRows; 2],
     pub(super) current: usize,
@@ -122,6 +126,8 @@ impl ContactStep {
             radius: contact.rotor_radius,
             law: contact.friction_law,
             detection: contact.detection,
+            has_several_points: has_several_points(contact),
+            has_fixed_point: true,
             model_slopes: [0.0; 2],
             h,
             rotor_truncated_flexibility,
@@ -237,7 +243,11 @@ impl ContactStep {
                 point.force = *force;
             }
             self.evaluate_ring_response::<V>();
-            if self.detection != Detection::Hyp2 {
+            if !self.has_several_points {
+                if self.detection == Detection::Hyp2 {
+                    self.find_fixed_point::<V>(rotor, free, operator)?;
+                    self.evaluate_ring_response::<V>();
+                }
                 return Some(self.remaining_gap::<V>(rotor, operator));
             }
             let (least_gap, index) = self.find_penetration::<V>(rotor, operator);
@@ -276,7 +286,8 @@ impl ContactStep {
         let ([x, y], [dx, dy]) = (self.axes.place(free.end), self.predictor.rotor_displacement);
         let rotor = [x + dx, y + dy];
         self.points.clear();
-        if self.detection == Detection::Hyp2 {
+        self.has_fixed_point = true;
+        if self.has_several_points {
             self.collect_minima::<V>(rotor, free, operator);
         } else if let Some(place) = self.single_place::<V>(rotor)
             && (place.gap < 0.0 || self.in_contact())
@@ -364,6 +375,7 @@ impl ContactStep {
             points: 0,
             sticks: true,
             reversed: false,
+            no_fixed_point: !self.has_fixed_point,
             angle: 0.0,
             slip: 0.0,
         };
@@ -398,6 +410,11 @@ impl ContactStep {
     pub fn ring_radius(&self) -> f64 {
         self.radius + self.gap
     }
+}
+
+/// Whether a contact has several points in a step: `hyp2`, where the machine does not ask for one.
+pub(crate) fn has_several_points(contact: &Contact) -> bool {
+    contact.detection == Detection::Hyp2 && contact.points == ContactPoints::Several
 }
 
 by_width! { fn solve_step(contact: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> = solve_step_kernel }

@@ -52,6 +52,8 @@ pub(crate) struct ContactStepResult {
     pub points: usize,
     pub sticks: bool,
     pub reversed: bool,
+    /// Whether one-point `hyp2` has the place without impulses, because no place is the nearest under its own impulse.
+    pub no_fixed_point: bool,
     /// Angle of the point with the largest normal impulse in the stator's axes \[rad\], and slip rate there \[m/s\].
     pub angle: f64,
     pub slip: f64,

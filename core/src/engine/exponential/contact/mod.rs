@@ -8,6 +8,7 @@
 //! - [`penetration`]: ring points that the impulses leave closed; they become contact points
 //! - [`single_place`]: the place of a step where contact acts at one place (`hyp1`, `hyp2-frozen`)
 //! - [`contact_step`]: the step that uses all of these; [`contact_step_result`] is its result
+//! - [`fixed_point`]: the one place of `hyp2` with one contact point
 //! - [`radial_spring`]: a massless radial spring in place of a ring; [`stator`] is either of them, [`stator_axes`] its place
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
@@ -18,6 +19,7 @@ pub(crate) mod contact_step;
 pub(crate) mod contact_step_result;
 pub(crate) mod corrected_shape;
 pub(crate) mod delassus_operator;
+mod fixed_point;
 pub(crate) mod gap_minimum;
 pub(crate) mod impulsed_ring;
 pub(crate) mod penetration;

@@ -153,6 +153,7 @@ impl RadialSpring {
             points: 1,
             sticks,
             reversed: self.contact.friction_law == FrictionLaw::Slip && slip * tangential < 0.0,
+            no_fixed_point: false,
             angle: libm::atan2(direction[1], direction[0]),
             slip,
         })

@@ -1,4 +1,5 @@
-//! One contact place per step: the hypotheses `hyp1` and `hyp2-frozen`.
+//! One contact place per step: the hypotheses `hyp1` and `hyp2-frozen`. `hyp2` at one place begins as `hyp2-frozen`
+//! ([`super::fixed_point`]).
 //!
 //! ```text
 //! hyp1          g = R_i + v(gamma) - |x| - R_r          at the angle gamma of the rotor's centre, normal e_r                      (1)
@@ -63,26 +64,29 @@ impl ContactStep {
             }
         }
         let GapMinimum { index, offset, .. } = nearest?;
+        Some(self.place_on_predicted_motion::<V>((index, offset), x))
+    }
+
+    /// Gap and normal on the predicted motion at an offset from a ring point, for a rotor displaced by x.
+    #[inline(always)]
+    pub(super) fn place_on_predicted_motion<V: Eight>(&self, (index, offset): (usize, f64), x: [f64; 2]) -> GapMinimum {
+        let Self { ring_points, predictor, broad_phase, .. } = self;
         let [before, behind] = ring_points.neighbours(index);
         let mut three = [[0.0; 2]; 3];
         for (k, c) in [before, index, behind].into_iter().enumerate() {
             three[k] = products_with::<V, 2>(ring_points.rows(c), &predictor.ring);
         }
-        Some(minimum_at(ring_points, radii, (index, offset), interpolated(offset, three), x))
+        let radii = [broad_phase.radius, broad_phase.rotor_radius];
+        minimum_at(ring_points, radii, (index, offset), interpolated(offset, three), x)
     }
 
     /// Gap (1) or (2) that the impulses leave \[m\], where it is negative; 0 otherwise. `x`: predicted displacement of the rotor.
     #[inline(always)]
     pub(super) fn remaining_gap<V: Eight>(&mut self, x: [f64; 2], operator: &DelassusOperator) -> f64 {
-        let Self { ring_points, predictor, broad_phase, impulses: response, points, pressed, .. } = self;
+        let x = self.move_by_impulses::<V>(x, operator);
+        let Self { ring_points, broad_phase, impulses: response, points, pressed, .. } = self;
         let Some(point) = points.first() else { return 0.0 };
         let (place, acting, force) = (&point.position, &point.acting, &point.force);
-        // ring and rotor under the impulses
-        for (response, predicted) in response.iter_mut().zip(&predictor.ring) {
-            (V::load(response) + V::load(predicted)).store(response);
-        }
-        let rotor = operator.rotor_displacement(acting, force.normal, force.tangential);
-        let x = [0, 1].map(|i| x[i] - predictor.rotor_correction[i] - rotor[i]);
         let radii = [broad_phase.radius, broad_phase.rotor_radius];
         let gap = match self.detection {
             Detection::Hyp1 => place_at_rotor_angle::<V>(ring_points, radii[0] - radii[1], x, response).0.gap,
@@ -92,6 +96,19 @@ impl ContactStep {
         let truncated = force.normal * product(place.polar, own)
             - DelassusOperator::previous_truncated_response(ring_points, place, pressed);
         (gap + truncated).min(0.0)
+    }
+
+    /// Takes the response of the ring's modes ([`ContactStep::evaluate_ring_response`]) to their displacement under the impulses of
+    /// the one place. Returns the displacement of the rotor under them, from the predicted one \[m\].
+    #[inline(always)]
+    pub(super) fn move_by_impulses<V: Eight>(&mut self, x: [f64; 2], operator: &DelassusOperator) -> [f64; 2] {
+        let Self { predictor, impulses: response, points, .. } = self;
+        let Some(ContactPoint { acting, force, .. }) = points.first() else { return x };
+        for (response, predicted) in response.iter_mut().zip(&predictor.ring) {
+            (V::load(response) + V::load(predicted)).store(response);
+        }
+        let rotor = operator.rotor_displacement(acting, force.normal, force.tangential);
+        [0, 1].map(|i| x[i] - predictor.rotor_correction[i] - rotor[i])
     }
 
     /// Work (4) of a normal impulse where the rotor has this velocity in the stator's axes \[J\]; 0 but for `hyp1`.
@@ -128,7 +145,7 @@ fn place_at_rotor_angle<V: Eight>(ring: &RingPoints, clearance: f64, x: [f64; 2]
 by_width! {
     /// Place (2) that is reached downhill from a ring point; `radii`: of the ring's surface and of the rotor \[m\]. A function of
     /// its own because it is called from several places.
-    fn nearest_from(ring: &RingPoints, radii: [f64; 2], from: usize, x: [f64; 2], q: &[Lane]) -> GapMinimum = nearest_from_kernel
+    pub(super) fn nearest_from(ring: &RingPoints, radii: [f64; 2], from: usize, x: [f64; 2], q: &[Lane]) -> GapMinimum = nearest_from_kernel
 }
 
 #[inline(always)]

@@ -269,7 +269,7 @@ impl<'a> Observer<'a> {
             gap: ring_clearance.as_mut().map_or(impact.gap, |ring| ring.least_gap(impact, transient)),
             points: impact.points,
             reversed: impact.reversed,
-            no_fixed_point: false,
+            no_fixed_point: impact.no_fixed_point,
             several_minima: false,
             friction_work: impact.friction_work,
         });

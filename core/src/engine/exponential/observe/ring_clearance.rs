@@ -9,14 +9,14 @@ use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactSurface, Detection, DiaphragmKind, Machine};
+use bladeoff_model::machine::{ContactPoints, ContactSurface, Detection, DiaphragmKind, Machine};
 use bladeoff_numerics::linalg::{axpy, column_of};
 
 /// Impacts per evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
 const SAMPLE_INTERVAL: u64 = 384;
 /// Phase of the ring's highest mode in a contact step \[rad\] below which the step is fine (1.8 by default): flutter needs fine steps, and these runs are slow in any case.
 const FINE_STEP_ANGLE: f64 = 1.5;
-/// Impacts per evaluation at a fine step, and with `hyp2-frozen`: its place leaves more penetration elsewhere on the ring.
+/// Impacts per evaluation at a fine step, with `hyp2-frozen` and with one-point `hyp2`: their place leaves more penetration elsewhere on the ring.
 const FINE_SAMPLE_INTERVAL: u64 = 8;
 
 /// The whole ring and the rotor in it.
@@ -25,6 +25,8 @@ pub(crate) struct RingClearance<'a> {
     surface: Surface,
     detector: Detector,
     detection: Detection,
+    /// Whether `hyp2` has one contact point.
+    has_one_point: bool,
     /// Radius of the rotor's contact face \[m\].
     rotor_radius: f64,
     /// Impacts so far.
@@ -55,6 +57,7 @@ impl<'a> RingClearance<'a> {
             part,
             detector: Detector::new(surface),
             detection: contact.detection,
+            has_one_point: contact.points == ContactPoints::One,
             surface,
             rotor_radius: contact.rotor_radius,
             impacts: 0,
@@ -82,6 +85,7 @@ impl<'a> RingClearance<'a> {
         let interval = match self.detection {
             _ if h < self.damping_time => 1,
             Detection::Hyp2Frozen => FINE_SAMPLE_INTERVAL,
+            Detection::Hyp2 if self.has_one_point => FINE_SAMPLE_INTERVAL,
             _ if h * self.highest_frequency < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
             Detection::Hyp1 | Detection::Hyp2 => SAMPLE_INTERVAL,
         };

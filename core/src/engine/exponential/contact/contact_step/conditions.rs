@@ -71,7 +71,7 @@ impl ContactStep {
 
     /// Writes the conditions of the points from index `from` on, and of a replaced one.
     #[inline(always)]
-    pub(super) fn write_conditions<V: Eight>(
+    pub(in super::super) fn write_conditions<V: Eight>(
         &mut self,
         from: usize,
         replaced: Option<usize>,
@@ -96,7 +96,7 @@ impl ContactStep {
 
     /// Evaluates the response of the ring's modes at n+1 to all impulses, less the predicted one.
     #[inline(always)]
-    pub(super) fn evaluate_ring_response<V: Eight>(&mut self) {
+    pub(in super::super) fn evaluate_ring_response<V: Eight>(&mut self) {
         let Self { impulses: response, points, point_rows, current, predictor, .. } = self;
         for (response, correction) in response.iter_mut().zip(&predictor.ring_correction) {
             (V::all(0.0) - V::load(correction)).store(response);
@@ -128,7 +128,7 @@ impl ContactStep {
 
 by_width! {
     /// Adds a point; a function of its own because it is called from several places.
-    pub(super) fn add_point(contact: &mut ContactStep, position: &GapMinimum, slot: usize, free: &FreeStep<'_>, operator: &DelassusOperator) = add_point_kernel
+    pub(in super::super) fn add_point(contact: &mut ContactStep, position: &GapMinimum, slot: usize, free: &FreeStep<'_>, operator: &DelassusOperator) = add_point_kernel
 }
 
 #[inline(always)]
