@@ -105,12 +105,6 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     if reader.word("run.force_location") == Some("current") {
         gap("run.force_location", "forces at the place of step n", "next");
     }
-    for member in reader.layout.group("rotor.bearings") {
-        let kind = joined(&["rotor.bearings.", &member.name, ".kind"]);
-        if reader.word(&kind) == Some("table") {
-            gap(&kind, "bearing tables over the speed", "linear");
-        }
-    }
     for (number, member) in reader.layout.group("diaphragms").iter().enumerate() {
         let path = |key: &str| joined(&["diaphragms.", &member.name, key]);
         if number == 1 {
