@@ -4,7 +4,7 @@
 //! eigenvalues of the first-order system in double precision, the response to unbalance by a complex solution.
 #![expect(clippy::unreadable_literal, reason = "reference values as they were computed")]
 
-use crate::common::{Every, Row, close, machine, machine_with, run_seen};
+use crate::common::{Every, Row, close, machine, machine_with, run_seen, table_rotor};
 use bladeoff_core::modal::{equilibrium, report, unbalance_response, whirl_modes};
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
@@ -144,33 +144,10 @@ const PCHIP_RESPONSE: [(f64, [[f64; 2]; 2]); 7] = [
 /// Damped critical speeds and real parts.
 const PCHIP_CRITICAL: [[f64; 2]; 2] = [[314.8462958128103, -8.26485555903676], [320.4241088972234, -7.048803444264763]];
 
-/// Shaft of 1 m with two discs; both ends have the same table.
-fn text(interpolation: &str, tail: &str) -> String {
-    let bearing = |name: &str, position: f64, axial: &str| {
-        format!(
-            "[rotor.bearings.{name}]\nposition = {position:?}\n{axial}kind = \"table\"\ninterpolation = \"{interpolation}\"\n[rotor.bearings.{name}.coefficients]\n\
-             speeds = [100, 200, 300, 450, 700]\nkxx = [9e7, 7e7, 6e7, 5e7, 4.4e7]\nkxy = [3e7, 2.5e7, 2e7, 1.6e7, 1.2e7]\n\
-             kyx = [-6e7, -5e7, -4.6e7, -4.2e7, -4e7]\nkyy = [5e7, 5.5e7, 6e7, 6.6e7, 7.5e7]\n\
-             cxx = [6e5, 3.4e5, 2.4e5, 1.7e5, 1.2e5]\ncxy = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\n\
-             cyx = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\ncyy = [4e5, 2.6e5, 2e5, 1.5e5, 1.1e5]\n"
-        )
-    };
-    format!(
-        "schema = 1\nname = \"tables\"\n\
-         [rotor.material]\nyoung_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7800\n\
-         [[rotor.shaft]]\nlength = 1.0\nelements = 4\ndiameter = 0.07\n\
-         [rotor.discs.middle]\nposition = 0.5\nmass = 80\ntransverse_inertia = 0.8\npolar_inertia = 1.5\n\
-         [rotor.discs.right]\nposition = 0.75\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
-         [rotor.unbalances.blade]\nposition = 0.5\nmass = 0.05\nradius = 0.1\n{}{}{tail}",
-        bearing("left", 0.0, "axial_stiffness = 1e6\n"),
-        bearing("right", 1.0, "")
-    )
-}
-
 const AT_CONSTANT_SPEED: &str = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\n";
 
 fn at(interpolation: &str) -> Machine {
-    machine(&text(interpolation, AT_CONSTANT_SPEED))
+    machine(&table_rotor(interpolation, AT_CONSTANT_SPEED))
 }
 
 #[test]
@@ -211,7 +188,7 @@ fn major([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
 fn unbalance_response_between_the_points_is_that_of_the_reference() {
     for (interpolation, reference) in [("linear", &LINEAR_RESPONSE[..]), ("pchip", &PCHIP_RESPONSE)] {
         // the reference has the mass of the unbalance in its mass matrix, this response does not
-        let machine = machine(&text(interpolation, AT_CONSTANT_SPEED).replace("mass = 80\n", "mass = 80.05\n"));
+        let machine = machine(&table_rotor(interpolation, AT_CONSTANT_SPEED).replace("mass = 80\n", "mass = 80.05\n"));
         for (speed, wanted) in reference {
             let found = unbalance_response(&machine, &[*speed]).remove(0);
             close(&format!("{speed} {interpolation}"), found.nodes[2], major(*wanted), 1e-9);
@@ -223,7 +200,7 @@ fn unbalance_response_between_the_points_is_that_of_the_reference() {
 fn coast_down(engine: Engine, step: &str) -> Row {
     let tail = "[rotor]\ninitial_speed = 360\n[braking]\nconstant = 600\n[run]\nend_time = 2\nend_speed = 250\n";
     run_seen(
-        machine_with(&text("pchip", tail), &[("run.engine", engine.word()), ("run.step", step)]),
+        machine_with(&table_rotor("pchip", tail), &[("run.engine", engine.word()), ("run.step", step)]),
         &mut Every(|_| ()),
     )
 }
@@ -248,7 +225,7 @@ fn a_coast_down_through_the_table_closes_its_energy_balance_on_both_engines() {
 fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
     // a table that changes fast between two speeds, a slow rotor, hard braking
     let tail = "[rotor]\ninitial_speed = 360\n[braking]\nconstant = 600\n[run]\nend_time = 2\nend_speed = 250\n";
-    let machine = machine_with(&text("linear", tail), &[("run.engine", "full"), ("run.step", "4 us")]);
+    let machine = machine_with(&table_rotor("linear", tail), &[("run.engine", "full"), ("run.step", "4 us")]);
     let (mut first, mut worst, mut without, mut largest) = (None, 0.0_f64, 0.0_f64, 0.0_f64);
     run_seen(
         machine,
@@ -267,7 +244,7 @@ fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
 #[test]
 fn weight_bends_the_shaft_between_table_bearings_and_is_in_their_forces() {
     let tail = "[rotor]\ninitial_speed = 350\ngravity = [0.0, -9.81]\n[run]\nend_time = \"1 ms\"\nend_speed = 100\n";
-    let machine = machine(&text("linear", tail));
+    let machine = machine(&table_rotor("linear", tail));
     let rest = equilibrium(&machine).expect("held");
     // masses by the lever: shaft, both discs
     let shaft = 7800.0 * std::f64::consts::PI / 4.0 * 0.07 * 0.07;
@@ -291,7 +268,7 @@ fn weight_bends_the_shaft_between_table_bearings_and_is_in_their_forces() {
 #[test]
 fn a_table_that_the_run_may_leave_is_rejected() {
     let problem = |tail: &str, from: &str, to: &str| {
-        let text = text("linear", tail).replace(from, to);
+        let text = table_rotor("linear", tail).replace(from, to);
         MachineDef::parse("test.toml", &text).expect_err("a problem").to_string()
     };
     let low = problem("[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 99\n", "", "");
@@ -317,7 +294,7 @@ fn a_table_that_the_run_may_leave_is_rejected() {
 #[test]
 fn a_run_that_leaves_the_table_is_beyond_the_model() {
     let tail = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\nengine = \"full\"\n[braking]\nconstant = 600\n";
-    let mut machine = machine(&text("linear", tail));
+    let mut machine = machine(&table_rotor("linear", tail));
     // what the check of a file rejects
     machine.run.end_speed = 0.0;
     let row = run_seen(machine, &mut Every(|_| ()));
