@@ -4,7 +4,7 @@
 //! eigenvalues of the first-order system in double precision, the response to unbalance by a complex solution.
 #![expect(clippy::unreadable_literal, reason = "reference values as they were computed")]
 
-use crate::common::{Every, Row, close, machine, machine_with, run_seen, table_rotor};
+use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine, table_rotor};
 use bladeoff_core::modal::{equilibrium, report, unbalance_response, whirl_modes};
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
@@ -301,4 +301,67 @@ fn a_run_that_leaves_the_table_is_beyond_the_model() {
     assert_eq!((row.outcome.status.word(), row.outcome.end_cause.word()), ("beyond", "table_range"));
     assert_eq!(row.outcome.cause.map(|cause| cause.word()), Some("table_range"));
     assert!((row.value("end_speed_rad_s") - 100.0).abs() < 0.01, "{}", row.value("end_speed_rad_s"));
+}
+
+/// The shipped turbine on oil films of length 0.7 of their diameter (Reynolds' boundary, no groove, 85 kN each), from the slowest speed to the highest. The damping across the load at the
+/// slowest speed is 330 times that of the linear bearings: the journals are almost held.
+const FILM: &str = "coefficients = { speeds = [10, 13, 17, 22, 30, 40, 55, 75, 100, 130, 170], \
+    kxx = [5.27e8, 5.242e8, 5.214e8, 5.234e8, 5.258e8, 5.28e8, 5.333e8, 5.415e8, 5.505e8, 5.616e8, 5.737e8], \
+    kxy = [-5.374e8, -4.569e8, -3.748e8, -3.175e8, -2.485e8, -1.846e8, -1.145e8, -4.683e7, 1.974e7, 8.903e7, 1.681e8], \
+    kyx = [-1.928e9, -1.763e9, -1.595e9, -1.498e9, -1.381e9, -1.272e9, -1.174e9, -1.103e9, -1.046e9, -1.012e9, -9.886e8], \
+    kyy = [5.287e9, 4.384e9, 3.464e9, 3.038e9, 2.526e9, 2.05e9, 1.634e9, 1.351e9, 1.112e9, 9.495e8, 8.005e8], \
+    cxx = [2.328e7, 1.952e7, 1.619e7, 1.396e7, 1.151e7, 9.519e6, 7.865e6, 6.626e6, 5.669e6, 5.03e6, 4.472e6], \
+    cxy = [-6.016e7, -4.59e7, -3.481e7, -2.679e7, -1.956e7, -1.46e7, -1.061e7, -7.813e6, -5.895e6, -4.583e6, -3.547e6], \
+    cyx = [-6.016e7, -4.59e7, -3.481e7, -2.679e7, -1.956e7, -1.46e7, -1.061e7, -7.813e6, -5.895e6, -4.583e6, -3.547e6], \
+    cyy = [3.341e8, 2.355e8, 1.634e8, 1.185e8, 8.003e7, 5.525e7, 3.709e7, 2.559e7, 1.824e7, 1.365e7, 1.027e7] }\n";
+
+/// The turbine without its ring on these films, on pedestals if asked for.
+fn turbine_on_films(pedestal: &str) -> String {
+    let text = study_machine("lp_turbine");
+    let rotor = text.split("[diaphragms").next().expect("a rotor").replacen("[run] ", "[run]\nend_speed = 10 #", 1);
+    rotor
+        .replace("stiffness = \"6e8 N/m\" ", &format!("{pedestal}kind = \"table\"\n{FILM}#"))
+        .replace("stiffness = \"6e8 N/m\"\n", &format!("{pedestal}kind = \"table\"\n{FILM}"))
+        .replace("damping = \"6e5 N s/m\"\n", "")
+}
+
+/// With the default number of modes, on both engines that compute in modes.
+#[test]
+fn the_loads_of_strongly_damped_tables_are_those_of_the_full_engine() {
+    let pedestal = "pedestal = { mass = 3000, stiffness = [2e9, 4e9], damping = 1e6 }\n";
+    for (what, text, speeds) in [
+        ("ground", turbine_on_films(""), &["157", "80", "40", "20", "11"][..]),
+        ("pedestals", turbine_on_films(pedestal), &["157", "40"]),
+    ] {
+        for speed in speeds {
+            let of = |engine: &str| {
+                let changes = [("rotor.initial_speed", *speed), ("run.end_time", "0.3 s"), ("run.engine", engine)];
+                run(machine_with(&text, &changes))
+            };
+            let [full, reduced, exponential] = ["full", "reduced", "exponential"].map(of);
+            for column in ["max_bearing_load_front_N", "max_bearing_load_rear_N", "max_upward_bearing_force_rear_N"] {
+                for row in [&reduced, &exponential] {
+                    let error = close(&format!("{what} {speed} {column}"), row.value(column), full.value(column), 5e-4);
+                    println!("{what}, {speed} rad/s, {column}: {error:.1e}");
+                }
+            }
+        }
+    }
+}
+
+/// A rub of the lab rig whose left bearing almost holds its journal.
+#[test]
+fn a_rub_on_a_strongly_damped_table_has_the_loads_of_the_full_engine() {
+    let linear = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\n";
+    let table = "kind = \"table\"\ncoefficients = { speeds = [0, 200, 400], kxx = [8e7, 3e7, 2e7], kxy = [-1e7, 0, 3e6], kyx = [-4e7, -2e7, -2e7], \
+                 kyy = [9e7, 4e7, 3e7], cxx = [4e5, 2e5, 1e5], cyy = [9e5, 4e5, 3e5] }\n";
+    let text = study_machine("lab_rig").replacen(linear, table, 1);
+    let of = |engine: &str| run(machine_with(&text, &[("run.end_time", "0.08 s"), ("run.engine", engine)]));
+    let [full, reduced, exponential] = ["full", "reduced", "exponential"].map(of);
+    assert!(full.value("impacts") > 0.0, "touches");
+    for column in ["max_bearing_load_left_N", "max_bearing_load_right_N", "max_filtered_contact_force_N"] {
+        for row in [&reduced, &exponential] {
+            println!("{column}: {:.1e}", close(column, row.value(column), full.value(column), 1e-2));
+        }
+    }
 }

@@ -212,6 +212,23 @@ mod tests {
     }
 
     #[test]
+    fn a_table_continues_on_its_tangents_beyond_its_ends() {
+        let values = [9e7, 7e7, 6e7, 5e7, 4.4e7];
+        for interpolation in [Interpolation::Linear, Interpolation::Pchip] {
+            let table = table(&values, interpolation);
+            let at = |speed: f64| table.extended(speed).stiffness[0][1];
+            for (end, inwards) in [(100.0, 1.0), (700.0, -1.0)] {
+                let slope = (at(end + inwards * 1e-3) - at(end)) / (inwards * 1e-3);
+                let beyond = (at(end - inwards * 20.0) - at(end)) / (inwards * -20.0);
+                assert!((beyond / slope - 1.0).abs() < 1e-4, "{interpolation:?} at {end}: {beyond} {slope}");
+                // and stays constant behind 28 rad/s, 4 % of the highest speed
+                assert_eq!(at(end - inwards * 29.0).to_bits(), at(end - inwards * 60.0).to_bits());
+            }
+            assert_eq!(table.extended(333.0), table.at(333.0));
+        }
+    }
+
+    #[test]
     fn a_monotone_coefficient_stays_monotone() {
         for values in [[9.0, 8.9, 1.0, 0.9, 0.0], [0.0, 1.0, 1.0, 5.0, 100.0]] {
             let table = table(&values, Interpolation::Pchip);

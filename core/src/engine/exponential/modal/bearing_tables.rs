@@ -145,3 +145,65 @@ impl BearingTables {
 pub(super) fn square(m: &[[f64; 2]; 2]) -> Matrix {
     Matrix::from_row_slice(2, 2, &[m[0][0], m[0][1], m[1][0], m[1][1]])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::modal_basis::{LateralModel, ModalBasis};
+    use super::super::outputs::Outputs;
+    use super::super::section_loads::SectionLoadModel;
+    use super::super::state_space::StateSpace;
+    use super::*;
+    use bladeoff_model::machine::MachineDef;
+
+    /// Lab rig whose left bearing has a table with cross terms.
+    fn rig() -> LateralModel {
+        let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+        let linear = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\n";
+        let table = "kind = \"table\"\ninterpolation = \"pchip\"\ncoefficients = { speeds = [0, 200, 500], kxx = [4e6, 2e6, 1.5e6], kxy = [4e5, 2e5, 1e5], \
+                     kyx = [-3e5, -1e5, -1e5], kyy = [2.4e6, 2e6, 1.9e6], cxx = [2e3, 700, 600], cyx = [-200, -100, 50], cyy = [1500, 600, 500] }\n";
+        assert!(text.contains(linear));
+        let text = text.replacen(linear, table, 1);
+        let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let state_space = StateSpace::new(&machine, &structure).expect("regular");
+        let outputs = Outputs::new(&machine, &structure);
+        let measures = SectionLoadModel::new(&machine, &structure, &state_space, outputs.weight());
+        LateralModel { state_space, outputs, measures }
+    }
+
+    #[test]
+    fn the_change_of_the_system_matrix_is_that_of_the_tables_too() {
+        let system = rig().state_space;
+        for [from, to] in [[300.0, 310.0], [310.0, 180.0], [4.0, 0.5]] {
+            let matrix = system.system_matrix(to);
+            let difference = &matrix - system.system_matrix(from);
+            let error = (system.system_matrix_change(from, to) - &difference).amax();
+            assert!(error < 1e-13 * matrix.amax(), "{from} {to}: {error:e} of {:e}", matrix.amax());
+            // the table is part of it
+            let [k, _, _] = system.tables.changes_between(from, to).expect("a table");
+            assert!(k.amax() > 0.0);
+        }
+    }
+
+    #[test]
+    fn bases_are_continued_through_a_table() {
+        let model = rig();
+        let mut basis = ModalBasis::new(&model, 320.0, None).expect("has a basis");
+        for step in 1..30 {
+            let speed = 320.0 - 8.0 * f64::from(step);
+            let continued = ModalBasis::new(&model, speed, Some(&basis)).expect("has a basis");
+            let own = ModalBasis::new(&model, speed, None).expect("has a basis");
+            let spectrum = |basis: &ModalBasis| {
+                let mut traces: Vec<f64> = basis.blocks.iter().map(|block| block[0] + block[3]).collect();
+                traces.sort_by(f64::total_cmp);
+                traces
+            };
+            let largest = spectrum(&own).iter().fold(0.0_f64, |largest, trace| largest.max(trace.abs()));
+            for (one, other) in spectrum(&continued).iter().zip(&spectrum(&own)) {
+                assert!((one - other).abs() < 1e-9 * largest, "{speed}: {one} {other}");
+            }
+            basis = continued;
+        }
+    }
+}
