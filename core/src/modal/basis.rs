@@ -6,6 +6,7 @@
 //! structure. It is computed once and frozen: a later version may have other last digits.
 
 use super::key::modal_key;
+use super::table_modes::with_table_modes;
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, RotorKind};
@@ -163,7 +164,11 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
         let within = values.iter().filter(|&&square| square <= ceiling * ceiling).count();
         default.max(enough_for_bearings(rotor, &values, &shapes).min(within))
     });
-    Ok(select(values, shapes, wanted, |_, _| {}))
+    if rotor.tables.is_empty() {
+        return Ok(select(values, shapes, wanted, |_, _| {}));
+    }
+    let lowest = select(values.clone(), shapes.clone(), wanted, |_, _| {});
+    Ok(with_table_modes(rotor, lowest, (&values, &shapes), coupled)?)
 }
 
 /// How many of the lowest modes hold the static flexibility of every bearing, in every direction, but for

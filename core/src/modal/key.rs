@@ -7,6 +7,7 @@
 //! element LENGTH DIAMETER INNER_DIAMETER YOUNG_MODULUS POISSON_RATIO DENSITY SHEAR_COEFFICIENT     one line each, from left to right
 //! disc NODE MASS TRANSVERSE_INERTIA POLAR_INERTIA                                                  in the order of the file
 //! bearing NODE KXX KXY KYX KYY
+//! table                                                                                            where the bearing above it has one
 //! pedestal MASS_X MASS_Y STIFFNESS_X STIFFNESS_Y                                                   where the bearing above it has one
 //! ring YOUNG_MODULUS DENSITY MEAN_RADIUS THICKNESS WIDTH ELEMENTS                                  each flexible ring
 //! blades COUNT LENGTH THICKNESS WIDTH ELEMENTS                                                     where that ring has any
@@ -65,9 +66,12 @@ fn text(machine: &Machine) -> String {
             clearance: _,
             elevation: _,
             pedestal,
-            table: _,
+            table,
         } = bearing;
         text.word("bearing").count(*node).numbers(stiffness.as_flattened()).end();
+        if table.is_some() {
+            text.word("table").end();
+        }
         if let Some(Pedestal { mass, stiffness, damping: _ }) = pedestal {
             text.word("pedestal").numbers(mass).numbers(stiffness).end();
         }

@@ -1,7 +1,7 @@
 //! Keys at rest, field by field.
 
 use super::*;
-use bladeoff_model::machine::MachineDef;
+use bladeoff_model::machine::{BearingTable, Interpolation, MachineDef};
 
 fn machine(text: &str) -> Machine {
     let def = MachineDef::parse("machine.toml", text).unwrap_or_else(|problems| panic!("{problems}"));
@@ -22,6 +22,11 @@ fn point() -> Machine {
     // no file gives it, and yet it is another text
     point.rotor.bearings[0].stiffness[0][1] = -0.0;
     point
+}
+
+/// A table of constant coefficients.
+fn table() -> BearingTable {
+    BearingTable::new(vec![0.0, 500.0], vec![[1e6; 8]; 2], Interpolation::Linear)
 }
 
 fn hex(key: [u8; 32]) -> String {
@@ -82,6 +87,7 @@ fn what_the_modes_depend_on_is_in_the_key_and_nothing_else() {
         |m| m.rotor.bearings[1].stiffness[1][0] = 1.0,
         |m| m.rotor.bearings[1].stiffness[0][0] += 1.0,
         |m| m.rotor.bearings[1].stiffness[1][1] += 1.0,
+        |m| m.rotor.bearings[1].table = Some(table()),
         |m| assert!(m.rotor.bearings.pop().is_some()),
         |m| stator(m).young_modulus += 1.0,
         |m| stator(m).density += 1e-9,

@@ -1,5 +1,6 @@
 //! A spring and damper between two places of the lateral motion, or between one and the ground.
 
+use bladeoff_model::machine::Coefficients;
 use bladeoff_numerics::linalg::Matrix;
 
 /// A spring and damper of the lateral motion: a bearing between its node and its pedestal or the ground, or a pedestal on the ground. The stiffness is split into
@@ -37,6 +38,15 @@ impl BearingSite {
             None => moving,
             Some([u, v]) => [moving[0] - x[u], moving[1] - x[v]],
         }
+    }
+
+    /// Differences of other coefficients from those of the site, at its places.
+    #[must_use]
+    pub fn change_to(&self, to: &Coefficients) -> Self {
+        let change = |to: &[[f64; 2]; 2], from: &[[f64; 2]; 2]| [0, 1].map(|i| [0, 1].map(|j| to[i][j] - from[i][j]));
+        let stiffness = change(&to.stiffness, &self.stiffness);
+        let skew = 0.5 * (stiffness[0][1] - stiffness[1][0]);
+        Self { stiffness, skew, damping: change(&to.damping, &self.damping), ..*self }
     }
 
     /// The site with coefficients that differ by those of another one at the same places.

@@ -10,15 +10,7 @@ use bladeoff_numerics::linalg::{Matrix, Vector, solve};
 impl RotorMatrices {
     /// Bearings with a table, by their place among the bearings, with what their coefficients at a speed \[rad/s\] differ from the constant part.
     pub fn table_changes(&self, speed: f64) -> impl Iterator<Item = (usize, BearingSite)> {
-        self.tables.iter().map(move |(place, table)| {
-            let (site, at) = (&self.bearings[*place], table.at(speed));
-            let change = |of: &[[f64; 2]; 2], constant: &[[f64; 2]; 2]| {
-                [0, 1].map(|i| [0, 1].map(|j| of[i][j] - constant[i][j]))
-            };
-            let stiffness = change(&at.stiffness, &site.stiffness);
-            let skew = 0.5 * (stiffness[0][1] - stiffness[1][0]);
-            (*place, BearingSite { stiffness, skew, damping: change(&at.damping, &site.damping), ..*site })
-        })
+        self.tables.iter().map(move |(place, table)| (*place, self.bearings[*place].change_to(&table.at(speed))))
     }
 
     /// What stiffness, its skew part included, and damping at a speed \[rad/s\] differ from those of the constant parts; `None` without tables.

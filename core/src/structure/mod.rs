@@ -13,7 +13,7 @@ pub use coordinates::Coordinates;
 pub use part::Part;
 pub use truncation_error::MAX_TRUNCATION_ERROR;
 
-use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key};
+use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key, table_mode_count};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, RotorKind};
@@ -125,7 +125,8 @@ impl Structure {
             Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
         };
         let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
-        let whole = truncation_error::FullPart { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None };
+        let added = table_mode_count(&rotor, &basis.lateral);
+        let whole = truncation_error::FullPart { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None, added };
         let (lateral_residual, rotor_lags) = truncation_error::truncated_flexibility(
             &lateral,
             &basis.lateral,
@@ -200,7 +201,7 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool,
     };
     let radial = (0..matrices.nodes).map(|node| [4 * node + 2; 2]);
     let sectors = by_sectors.then_some(&matrices.sectors);
-    let whole = truncation_error::FullPart { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors };
+    let whole = truncation_error::FullPart { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors, added: 0 };
     let (residual, lags) =
         truncation_error::truncated_flexibility(&part, modes, whole, correct, 4 * matrices.nodes, radial);
     RingPart { matrices, part, residual, truncation_errors: lags, engine_cache: engine_cache::EngineCache::default() }

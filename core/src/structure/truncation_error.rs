@@ -66,6 +66,8 @@ pub(super) struct FullPart<'a> {
     pub mass: &'a Matrix,
     /// Cyclic symmetry of a ring.
     pub sectors: Option<&'a Sectors>,
+    /// Number of modes at the end of the basis that are no modes of the part itself (`modal/table_modes.rs`).
+    pub added: usize,
 }
 
 impl FullPart<'_> {
@@ -80,19 +82,28 @@ pub(super) struct TruncatedFlexibility {
     /// That of the raised modes and those left out, for a force that grows with W, and what of it a mode kept has.
     moving: Matrix,
     kept: f64,
+    /// Number of the modes kept that are modes of the part; the others are left out of `moving` with their own flexibility.
+    own: usize,
 }
 
 impl TruncatedFlexibility {
     /// `None` where a mode that is left out is not stiff.
     fn new(whole: &FullPart<'_>, modes: &ModeSet) -> Option<Self> {
-        let &FullPart { stiffness, mass, .. } = whole;
-        let highest = modes.omega_squared.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
-        let momenta = mul(mass, &modes.shapes);
-        let raised = stiffness + mul(&momenta, &scaled(&momenta, &modes.omega_squared, |square| highest - square));
-        let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |_| 1.0 / highest));
-        let at_rest = whole.inverse(&raised)? - kept;
-        let moving = whole.inverse(&(raised + mass * (RATE * RATE)))?;
-        Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE) })
+        let &FullPart { stiffness, mass, added, .. } = whole;
+        let own = modes.omega_squared.len() - added;
+        let (shapes, squares) = (modes.shapes.columns(0, own).into_owned(), &modes.omega_squared[..own]);
+        let highest = squares.last().copied().filter(|&square| square > 0.0).unwrap_or(RATE * RATE);
+        let momenta = mul(mass, &shapes);
+        let raised = stiffness + mul(&momenta, &scaled(&momenta, squares, |square| highest - square));
+        let kept = mul(&shapes, &scaled(&shapes, squares, |_| 1.0 / highest));
+        let mut at_rest = whole.inverse(&raised)? - kept;
+        let mut moving = whole.inverse(&(raised + mass * (RATE * RATE)))?;
+        if added > 0 {
+            let (shapes, squares) = (modes.shapes.columns(own, added).into_owned(), &modes.omega_squared[own..]);
+            at_rest -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / square));
+            moving -= mul(&shapes, &scaled(&shapes, squares, |square| 1.0 / (square + RATE * RATE)));
+        }
+        Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE), own })
     }
 
     /// Static residual `K^-1 - Phi omega^-2 Phi^T` on the first `size` degrees of freedom; `None` where a mode kept is not stiff. `places`: of nodes.
@@ -174,7 +185,9 @@ impl TruncationError {
             plane(product(&x, &x), product(&x, &y), product(&y, &y))
         };
         let of = |matrix: &Matrix| plane(matrix[(u, u)], matrix[(u, v)], matrix[(v, v)]);
-        let raised = plane(dot(&x, &x), dot(&x, &y), dot(&y, &y));
+        let own = left_out.map_or(0, |some| some.own);
+        let (x, y) = (&x[..own], &y[..own]);
+        let raised = plane(dot(x, x), dot(x, y), dot(y, y));
         let unknown = [f64::INFINITY, 0.0, f64::INFINITY];
         let (still, growing) = left_out.map_or((unknown, [0.0; 3]), |some| {
             let moving = of(&some.moving);

@@ -39,6 +39,29 @@ pub fn machine_with(text: &str, changes: &[(&str, &str)]) -> Machine {
     def.build().unwrap_or_else(|problems| panic!("{problems}"))
 }
 
+/// Shaft of 1 m with two discs; both ends have the same bearing table with cross terms.
+pub fn table_rotor(interpolation: &str, tail: &str) -> String {
+    let bearing = |name: &str, position: f64, axial: &str| {
+        format!(
+            "[rotor.bearings.{name}]\nposition = {position:?}\n{axial}kind = \"table\"\ninterpolation = \"{interpolation}\"\n[rotor.bearings.{name}.coefficients]\n\
+             speeds = [100, 200, 300, 450, 700]\nkxx = [9e7, 7e7, 6e7, 5e7, 4.4e7]\nkxy = [3e7, 2.5e7, 2e7, 1.6e7, 1.2e7]\n\
+             kyx = [-6e7, -5e7, -4.6e7, -4.2e7, -4e7]\nkyy = [5e7, 5.5e7, 6e7, 6.6e7, 7.5e7]\n\
+             cxx = [6e5, 3.4e5, 2.4e5, 1.7e5, 1.2e5]\ncxy = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\n\
+             cyx = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\ncyy = [4e5, 2.6e5, 2e5, 1.5e5, 1.1e5]\n"
+        )
+    };
+    format!(
+        "schema = 1\nname = \"tables\"\n\
+         [rotor.material]\nyoung_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7800\n\
+         [[rotor.shaft]]\nlength = 1.0\nelements = 4\ndiameter = 0.07\n\
+         [rotor.discs.middle]\nposition = 0.5\nmass = 80\ntransverse_inertia = 0.8\npolar_inertia = 1.5\n\
+         [rotor.discs.right]\nposition = 0.75\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
+         [rotor.unbalances.blade]\nposition = 0.5\nmass = 0.05\nradius = 0.1\n{}{}{tail}",
+        bearing("left", 0.0, "axial_stiffness = 1e6\n"),
+        bearing("right", 1.0, "")
+    )
+}
+
 /// A rotor drawn at random, whose lost masses may have more inertia than their nodes, which no start in the plane of the nodes sees: the
 /// same mass and unbalance are lost as `2 m` on the axis, with m added opposite.
 pub fn drawn(text: &str) -> Machine {

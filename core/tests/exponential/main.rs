@@ -1,5 +1,6 @@
 //! The exponential engine against closed forms, independent programs and the reduced engine; its instruction counts.
 
+mod bearing_tables;
 #[path = "../common/mod.rs"]
 mod common;
 mod exponential;

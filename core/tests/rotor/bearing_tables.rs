@@ -4,7 +4,7 @@
 //! eigenvalues of the first-order system in double precision, the response to unbalance by a complex solution.
 #![expect(clippy::unreadable_literal, reason = "reference values as they were computed")]
 
-use crate::common::{Every, Row, close, machine, machine_with, run_seen};
+use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine, table_rotor};
 use bladeoff_core::modal::{equilibrium, report, unbalance_response, whirl_modes};
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
@@ -144,33 +144,10 @@ const PCHIP_RESPONSE: [(f64, [[f64; 2]; 2]); 7] = [
 /// Damped critical speeds and real parts.
 const PCHIP_CRITICAL: [[f64; 2]; 2] = [[314.8462958128103, -8.26485555903676], [320.4241088972234, -7.048803444264763]];
 
-/// Shaft of 1 m with two discs; both ends have the same table.
-fn text(interpolation: &str, tail: &str) -> String {
-    let bearing = |name: &str, position: f64, axial: &str| {
-        format!(
-            "[rotor.bearings.{name}]\nposition = {position:?}\n{axial}kind = \"table\"\ninterpolation = \"{interpolation}\"\n[rotor.bearings.{name}.coefficients]\n\
-             speeds = [100, 200, 300, 450, 700]\nkxx = [9e7, 7e7, 6e7, 5e7, 4.4e7]\nkxy = [3e7, 2.5e7, 2e7, 1.6e7, 1.2e7]\n\
-             kyx = [-6e7, -5e7, -4.6e7, -4.2e7, -4e7]\nkyy = [5e7, 5.5e7, 6e7, 6.6e7, 7.5e7]\n\
-             cxx = [6e5, 3.4e5, 2.4e5, 1.7e5, 1.2e5]\ncxy = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\n\
-             cyx = [-5e4, -4e4, -3e4, -2e4, -1.5e4]\ncyy = [4e5, 2.6e5, 2e5, 1.5e5, 1.1e5]\n"
-        )
-    };
-    format!(
-        "schema = 1\nname = \"tables\"\n\
-         [rotor.material]\nyoung_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7800\n\
-         [[rotor.shaft]]\nlength = 1.0\nelements = 4\ndiameter = 0.07\n\
-         [rotor.discs.middle]\nposition = 0.5\nmass = 80\ntransverse_inertia = 0.8\npolar_inertia = 1.5\n\
-         [rotor.discs.right]\nposition = 0.75\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
-         [rotor.unbalances.blade]\nposition = 0.5\nmass = 0.05\nradius = 0.1\n{}{}{tail}",
-        bearing("left", 0.0, "axial_stiffness = 1e6\n"),
-        bearing("right", 1.0, "")
-    )
-}
-
 const AT_CONSTANT_SPEED: &str = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\n";
 
 fn at(interpolation: &str) -> Machine {
-    machine(&text(interpolation, AT_CONSTANT_SPEED))
+    machine(&table_rotor(interpolation, AT_CONSTANT_SPEED))
 }
 
 #[test]
@@ -211,7 +188,7 @@ fn major([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
 fn unbalance_response_between_the_points_is_that_of_the_reference() {
     for (interpolation, reference) in [("linear", &LINEAR_RESPONSE[..]), ("pchip", &PCHIP_RESPONSE)] {
         // the reference has the mass of the unbalance in its mass matrix, this response does not
-        let machine = machine(&text(interpolation, AT_CONSTANT_SPEED).replace("mass = 80\n", "mass = 80.05\n"));
+        let machine = machine(&table_rotor(interpolation, AT_CONSTANT_SPEED).replace("mass = 80\n", "mass = 80.05\n"));
         for (speed, wanted) in reference {
             let found = unbalance_response(&machine, &[*speed]).remove(0);
             close(&format!("{speed} {interpolation}"), found.nodes[2], major(*wanted), 1e-9);
@@ -223,7 +200,7 @@ fn unbalance_response_between_the_points_is_that_of_the_reference() {
 fn coast_down(engine: Engine, step: &str) -> Row {
     let tail = "[rotor]\ninitial_speed = 360\n[braking]\nconstant = 600\n[run]\nend_time = 2\nend_speed = 250\n";
     run_seen(
-        machine_with(&text("pchip", tail), &[("run.engine", engine.word()), ("run.step", step)]),
+        machine_with(&table_rotor("pchip", tail), &[("run.engine", engine.word()), ("run.step", step)]),
         &mut Every(|_| ()),
     )
 }
@@ -248,7 +225,7 @@ fn a_coast_down_through_the_table_closes_its_energy_balance_on_both_engines() {
 fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
     // a table that changes fast between two speeds, a slow rotor, hard braking
     let tail = "[rotor]\ninitial_speed = 360\n[braking]\nconstant = 600\n[run]\nend_time = 2\nend_speed = 250\n";
-    let machine = machine_with(&text("linear", tail), &[("run.engine", "full"), ("run.step", "4 us")]);
+    let machine = machine_with(&table_rotor("linear", tail), &[("run.engine", "full"), ("run.step", "4 us")]);
     let (mut first, mut worst, mut without, mut largest) = (None, 0.0_f64, 0.0_f64, 0.0_f64);
     run_seen(
         machine,
@@ -267,7 +244,7 @@ fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
 #[test]
 fn weight_bends_the_shaft_between_table_bearings_and_is_in_their_forces() {
     let tail = "[rotor]\ninitial_speed = 350\ngravity = [0.0, -9.81]\n[run]\nend_time = \"1 ms\"\nend_speed = 100\n";
-    let machine = machine(&text("linear", tail));
+    let machine = machine(&table_rotor("linear", tail));
     let rest = equilibrium(&machine).expect("held");
     // masses by the lever: shaft, both discs
     let shaft = 7800.0 * std::f64::consts::PI / 4.0 * 0.07 * 0.07;
@@ -291,7 +268,7 @@ fn weight_bends_the_shaft_between_table_bearings_and_is_in_their_forces() {
 #[test]
 fn a_table_that_the_run_may_leave_is_rejected() {
     let problem = |tail: &str, from: &str, to: &str| {
-        let text = text("linear", tail).replace(from, to);
+        let text = table_rotor("linear", tail).replace(from, to);
         MachineDef::parse("test.toml", &text).expect_err("a problem").to_string()
     };
     let low = problem("[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 99\n", "", "");
@@ -317,11 +294,74 @@ fn a_table_that_the_run_may_leave_is_rejected() {
 #[test]
 fn a_run_that_leaves_the_table_is_beyond_the_model() {
     let tail = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\nengine = \"full\"\n[braking]\nconstant = 600\n";
-    let mut machine = machine(&text("linear", tail));
+    let mut machine = machine(&table_rotor("linear", tail));
     // what the check of a file rejects
     machine.run.end_speed = 0.0;
     let row = run_seen(machine, &mut Every(|_| ()));
     assert_eq!((row.outcome.status.word(), row.outcome.end_cause.word()), ("beyond", "table_range"));
     assert_eq!(row.outcome.cause.map(|cause| cause.word()), Some("table_range"));
     assert!((row.value("end_speed_rad_s") - 100.0).abs() < 0.01, "{}", row.value("end_speed_rad_s"));
+}
+
+/// The shipped turbine on oil films of length 0.7 of their diameter (Reynolds' boundary, no groove, 85 kN each), from the slowest speed to the highest. The damping across the load at the
+/// slowest speed is 330 times that of the linear bearings: the journals are almost held.
+const FILM: &str = "coefficients = { speeds = [10, 13, 17, 22, 30, 40, 55, 75, 100, 130, 170], \
+    kxx = [5.27e8, 5.242e8, 5.214e8, 5.234e8, 5.258e8, 5.28e8, 5.333e8, 5.415e8, 5.505e8, 5.616e8, 5.737e8], \
+    kxy = [-5.374e8, -4.569e8, -3.748e8, -3.175e8, -2.485e8, -1.846e8, -1.145e8, -4.683e7, 1.974e7, 8.903e7, 1.681e8], \
+    kyx = [-1.928e9, -1.763e9, -1.595e9, -1.498e9, -1.381e9, -1.272e9, -1.174e9, -1.103e9, -1.046e9, -1.012e9, -9.886e8], \
+    kyy = [5.287e9, 4.384e9, 3.464e9, 3.038e9, 2.526e9, 2.05e9, 1.634e9, 1.351e9, 1.112e9, 9.495e8, 8.005e8], \
+    cxx = [2.328e7, 1.952e7, 1.619e7, 1.396e7, 1.151e7, 9.519e6, 7.865e6, 6.626e6, 5.669e6, 5.03e6, 4.472e6], \
+    cxy = [-6.016e7, -4.59e7, -3.481e7, -2.679e7, -1.956e7, -1.46e7, -1.061e7, -7.813e6, -5.895e6, -4.583e6, -3.547e6], \
+    cyx = [-6.016e7, -4.59e7, -3.481e7, -2.679e7, -1.956e7, -1.46e7, -1.061e7, -7.813e6, -5.895e6, -4.583e6, -3.547e6], \
+    cyy = [3.341e8, 2.355e8, 1.634e8, 1.185e8, 8.003e7, 5.525e7, 3.709e7, 2.559e7, 1.824e7, 1.365e7, 1.027e7] }\n";
+
+/// The turbine without its ring on these films, on pedestals if asked for.
+fn turbine_on_films(pedestal: &str) -> String {
+    let text = study_machine("lp_turbine");
+    let rotor = text.split("[diaphragms").next().expect("a rotor").replacen("[run] ", "[run]\nend_speed = 10 #", 1);
+    rotor
+        .replace("stiffness = \"6e8 N/m\" ", &format!("{pedestal}kind = \"table\"\n{FILM}#"))
+        .replace("stiffness = \"6e8 N/m\"\n", &format!("{pedestal}kind = \"table\"\n{FILM}"))
+        .replace("damping = \"6e5 N s/m\"\n", "")
+}
+
+/// With the default number of modes, on both engines that compute in modes.
+#[test]
+fn the_loads_of_strongly_damped_tables_are_those_of_the_full_engine() {
+    let pedestal = "pedestal = { mass = 3000, stiffness = [2e9, 4e9], damping = 1e6 }\n";
+    for (what, text, speeds) in [
+        ("ground", turbine_on_films(""), &["157", "80", "40", "20", "11"][..]),
+        ("pedestals", turbine_on_films(pedestal), &["157", "40"]),
+    ] {
+        for speed in speeds {
+            let of = |engine: &str| {
+                let changes = [("rotor.initial_speed", *speed), ("run.end_time", "0.3 s"), ("run.engine", engine)];
+                run(machine_with(&text, &changes))
+            };
+            let [full, reduced, exponential] = ["full", "reduced", "exponential"].map(of);
+            for column in ["max_bearing_load_front_N", "max_bearing_load_rear_N", "max_upward_bearing_force_rear_N"] {
+                for row in [&reduced, &exponential] {
+                    let error = close(&format!("{what} {speed} {column}"), row.value(column), full.value(column), 5e-4);
+                    println!("{what}, {speed} rad/s, {column}: {error:.1e}");
+                }
+            }
+        }
+    }
+}
+
+/// A rub of the lab rig whose left bearing almost holds its journal.
+#[test]
+fn a_rub_on_a_strongly_damped_table_has_the_loads_of_the_full_engine() {
+    let linear = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\n";
+    let table = "kind = \"table\"\ncoefficients = { speeds = [0, 200, 400], kxx = [8e7, 3e7, 2e7], kxy = [-1e7, 0, 3e6], kyx = [-4e7, -2e7, -2e7], \
+                 kyy = [9e7, 4e7, 3e7], cxx = [4e5, 2e5, 1e5], cyy = [9e5, 4e5, 3e5] }\n";
+    let text = study_machine("lab_rig").replacen(linear, table, 1);
+    let of = |engine: &str| run(machine_with(&text, &[("run.end_time", "0.08 s"), ("run.engine", engine)]));
+    let [full, reduced, exponential] = ["full", "reduced", "exponential"].map(of);
+    assert!(full.value("impacts") > 0.0, "touches");
+    for column in ["max_bearing_load_left_N", "max_bearing_load_right_N", "max_filtered_contact_force_N"] {
+        for row in [&reduced, &exponential] {
+            println!("{column}: {:.1e}", close(column, row.value(column), full.value(column), 1e-2));
+        }
+    }
 }

@@ -6,7 +6,8 @@
 //! ```
 //! Each of the eight coefficients is interpolated on its own. Neither rule leaves the range of two neighbouring nodes, so no damping becomes negative between two
 //! nodes that have none. Source: (1) Fritsch, Butland (1984), SIAM J. Sci. Stat. Comput. 5, 300-304, with the one-sided three-point slopes at both ends; the rule of
-//! `pchip` of other programs. Limits: outside its speeds the table has no value; `at` then takes the nearest end, and a run ends.
+//! `pchip` of other programs. Limits: outside its speeds the table has no value; `at` then takes the nearest end, and a run ends. `extended` continues it a little for
+//! a grid of speeds.
 //! Verified by `both_interpolations_are_those_of_the_reference`, `a_monotone_coefficient_stays_monotone`.
 
 /// Rule between two speeds of a table.
@@ -29,6 +30,9 @@ pub struct Coefficients {
 
 /// Number of coefficients: kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy.
 pub(super) const COEFFICIENTS: usize = 8;
+
+/// Largest distance beyond the table, as a share of its highest speed, over which [`BearingTable::extended`] continues it.
+const EXTENSION: f64 = 0.04;
 
 /// Table of a bearing's coefficients.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,11 +73,39 @@ impl BearingTable {
     #[must_use]
     pub fn at(&self, speed: f64) -> Coefficients {
         let [low, high] = self.range();
-        let speed = speed.clamp(low, high);
+        coefficients(&self.values_at(speed.clamp(low, high)))
+    }
+
+    /// Coefficients at a speed \[rad/s\]; beyond the table those on the tangent of its nearer end, for at most [`EXTENSION`].
+    ///
+    /// The last speed of a grid lies beyond the table. Constant coefficients there would make a bend at the end of the table.
+    #[must_use]
+    pub fn extended(&self, speed: f64) -> Coefficients {
+        let [low, high] = self.range();
+        let inside = speed.clamp(low, high);
+        let beyond = (speed - inside).clamp(-EXTENSION * high, EXTENSION * high);
+        let mut values = self.values_at(inside);
+        if beyond != 0.0 {
+            let (end, other) = if beyond < 0.0 { (0, 1) } else { (self.speeds.len() - 1, self.speeds.len() - 2) };
+            for (i, value) in values.iter_mut().enumerate() {
+                let chord = (self.values[end][i] - self.values[other][i]) / (self.speeds[end] - self.speeds[other]);
+                *value += beyond * self.slopes.get(end).map_or(chord, |slopes| slopes[i]);
+            }
+        }
+        coefficients(&values)
+    }
+
+    /// Coefficients at the speeds of the table.
+    pub fn at_nodes(&self) -> impl Iterator<Item = Coefficients> {
+        self.values.iter().map(coefficients)
+    }
+
+    /// The eight coefficients at a speed within the table.
+    fn values_at(&self, speed: f64) -> [f64; COEFFICIENTS] {
         let right = self.speeds.partition_point(|node| *node < speed).clamp(1, self.speeds.len() - 1);
         let (left, h) = (right - 1, self.speeds[right] - self.speeds[right - 1]);
         let t = (speed - self.speeds[left]) / h;
-        coefficients(&std::array::from_fn(|i| {
+        std::array::from_fn(|i| {
             let (a, b) = (self.values[left][i], self.values[right][i]);
             match self.interpolation {
                 Interpolation::Linear => a + t * (b - a),
@@ -84,7 +116,7 @@ impl BearingTable {
                     a + t * t * (3.0 - 2.0 * t) * (b - a) + s * t * (s * p - t * q)
                 }
             }
-        }))
+        })
     }
 
     /// Constant coefficients from which a model is made: the largest size of each direct coefficient, the middle of the range of each cross coefficient. What they
@@ -176,6 +208,23 @@ mod tests {
             let table = table(&values, interpolation);
             assert!(table.covers(100.0) && table.covers(700.0) && !table.covers(99.9) && !table.covers(700.1));
             assert_eq!([table.at(90.0), table.at(800.0)], [table.at(100.0), table.at(700.0)]);
+        }
+    }
+
+    #[test]
+    fn a_table_continues_on_its_tangents_beyond_its_ends() {
+        let values = [9e7, 7e7, 6e7, 5e7, 4.4e7];
+        for interpolation in [Interpolation::Linear, Interpolation::Pchip] {
+            let table = table(&values, interpolation);
+            let at = |speed: f64| table.extended(speed).stiffness[0][1];
+            for (end, inwards) in [(100.0, 1.0), (700.0, -1.0)] {
+                let slope = (at(end + inwards * 1e-3) - at(end)) / (inwards * 1e-3);
+                let beyond = (at(end - inwards * 20.0) - at(end)) / (inwards * -20.0);
+                assert!((beyond / slope - 1.0).abs() < 1e-4, "{interpolation:?} at {end}: {beyond} {slope}");
+                // and stays constant behind 28 rad/s, 4 % of the highest speed
+                assert_eq!(at(end - inwards * 29.0).to_bits(), at(end - inwards * 60.0).to_bits());
+            }
+            assert_eq!(table.extended(333.0), table.at(333.0));
         }
     }
 

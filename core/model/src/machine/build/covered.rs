@@ -29,9 +29,6 @@ pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
 
 pub(super) fn check(reader: &mut Reader<'_>) {
     let Some(EngineChoice { engine, reason }) = choose(reader) else { return };
-    if engine == Engine::Reduced {
-        check_tables_on_pedestals(reader);
-    }
     if engine != Engine::Exponential {
         if reader.number(CONTACT_STEP).is_some() {
             // that engine is no advice where it is refused in turn
@@ -66,25 +63,6 @@ pub(super) fn check(reader: &mut Reader<'_>) {
     }
 }
 
-/// The modes of a shaft with the constant part of a table hardly contain the motion between a journal and its pedestal, so that the rest of the table acts on a
-/// flexibility that is missing.
-fn check_tables_on_pedestals(reader: &mut Reader<'_>) {
-    if reader.is_point_mass() != Some(false) {
-        return;
-    }
-    let names: Vec<String> = reader.layout.group("rotor.bearings").iter().map(|member| member.name.clone()).collect();
-    for name in names {
-        let path = |key: &str| joined(&["rotor.bearings.", &name, key]);
-        let pedestal = path(".pedestal.stiffness");
-        if reader.word(&path(".kind")) == Some("table")
-            && (reader.is_given(&pedestal) || reader.is_given(&path(".pedestal.stiffness[0]")))
-        {
-            let message = "a bearing table on a pedestal is computed by the engine \"full\" alone";
-            reader.fail(&pedestal, message, "run.engine = \"full\", or no pedestal under this bearing");
-        }
-    }
-}
-
 /// Something that is not covered, and what would be.
 struct Gap {
     not_covered: NotCovered,
@@ -104,12 +82,6 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     }
     if reader.word("run.force_location") == Some("current") {
         gap("run.force_location", "forces at the place of step n", "next");
-    }
-    for member in reader.layout.group("rotor.bearings") {
-        let kind = joined(&["rotor.bearings.", &member.name, ".kind"]);
-        if reader.word(&kind) == Some("table") {
-            gap(&kind, "bearing tables over the speed", "linear");
-        }
     }
     for (number, member) in reader.layout.group("diaphragms").iter().enumerate() {
         let path = |key: &str| joined(&["diaphragms.", &member.name, key]);

@@ -355,7 +355,8 @@ mod tests {
                 };
                 let y = random(2 * n);
                 for h in [1e-6, 5e-6, 5e-5] {
-                    let power_matrix = model.measures.damping_power_matrix(&model.state_space, &basis.motion_of_state);
+                    let power_matrix =
+                        model.measures.damping_power_matrix(&model.state_space, SPEED, &basis.motion_of_state);
                     let dissipation = Dissipation::new(&basis.blocks, &power_matrix, h);
                     let forced = ForcedDissipation::new(interval, &dissipation, h, 1);
                     let weight_response = &forced.weight_response;
@@ -389,7 +390,8 @@ mod tests {
             for (i, force_rate) in rates_of_the_force.into_iter().enumerate() {
                 with_model_at_rate(damping, force_rate, |model, basis, interval| {
                     let (n, force, h) = (model.state_space.size, Complex::new(300.0, -120.0), 2e-5);
-                    let power_matrix = model.measures.damping_power_matrix(&model.state_space, &basis.motion_of_state);
+                    let power_matrix =
+                        model.measures.damping_power_matrix(&model.state_space, SPEED, &basis.motion_of_state);
                     let (dissipation, form) =
                         (Dissipation::new(&basis.blocks, &power_matrix, h), QuadraticForm::new(&power_matrix));
                     let forced = ForcedDissipation::new(interval, &dissipation, h, 1);

@@ -20,11 +20,12 @@
 //! refused if (1) leaves more than rounding between two planes, because planes that are not invariant are propagated wrongly.
 //! Verified by `a_continued_basis_equals_that_of_its_eigenvalue_problem` (`continuation.rs`) and `tests/exponential/exponential.rs`.
 
+use super::bearing_tables::TableChanges;
 use super::continuation::continued_basis;
 use super::dissipation::Dissipation;
 use super::interval_model::IntervalModel;
 use super::modal_planes;
-use super::outputs::Outputs;
+use super::outputs::{DirectFeedthrough, Outputs};
 use super::plane_block::{PlaneBlock, eigenvalues};
 use super::quadratic_form::QuadraticForm;
 use super::section_loads::{SectionLoadModel, SectionLoads};
@@ -71,6 +72,10 @@ pub(crate) struct ModalBasis {
     pub condition: f64,
     /// Least damped oscillating mode; `None` without one.
     pub least_damping: Option<Damping>,
+    /// Changes of the bearing tables at this speed; empty without tables.
+    pub table_changes: TableChanges,
+    /// Direct feedthrough of the loads at this speed; empty without bearing tables.
+    pub feedthrough: Vec<DirectFeedthrough>,
     section_loads: OnceLock<SectionLoads>,
     dissipation: OnceLock<Dissipation>,
 }
@@ -89,6 +94,7 @@ impl ModalBasis {
         let output_rows = mul(&model.outputs.output_rows(system, speed), &motion);
         let input_vectors = mul(&left, &model.outputs.input_vectors(system));
         let input_vectors = (0..input_vectors.ncols()).map(|j| column_of(&input_vectors, j).to_vec()).collect();
+        let has_tables = !system.tables.is_empty();
         Ok(Self {
             least_damping: least_damping(&blocks.iter().flat_map(eigenvalues).collect::<Vec<_>>()),
             interval_model: IntervalModel::new(
@@ -98,6 +104,8 @@ impl ModalBasis {
                 input_vectors,
                 model.outputs.unbalances(),
             ),
+            table_changes: system.tables.changes(speed),
+            feedthrough: if has_tables { model.outputs.feedthrough(system, speed) } else { Vec::new() },
             blocks,
             output_rows,
             gyroscopic_momentum: QuadraticForm::new(&(&momentum + momentum.transpose())),
@@ -120,7 +128,11 @@ impl ModalBasis {
         self.dissipation.get_or_init(|| {
             Dissipation::new(
                 &self.blocks,
-                &model.measures.damping_power_matrix(&model.state_space, &self.motion_of_state),
+                &model.measures.damping_power_matrix(
+                    &model.state_space,
+                    self.interval_model.speed,
+                    &self.motion_of_state,
+                ),
                 h,
             )
         })

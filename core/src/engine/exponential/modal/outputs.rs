@@ -20,12 +20,15 @@
 //! (1) is the load of the reduced engine. Limit: the term W'/2 of the gyroscopic moments is not in its static part (1e-4 of that part).
 //! Source: docs/theory/05-reduction.md, "Bearing loads". Verified by `tests/exponential/exponential.rs`.
 
+use super::bearing_tables::square;
 use super::state_space::StateSpace;
+use super::support_loads::SupportLoads;
 use crate::engine::shaft_line::sites;
 use crate::rotor::BearingSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::{Matrix, mul};
+use std::borrow::Cow;
 
 /// Input vectors and output rows of the lateral motion of a machine.
 ///
@@ -44,27 +47,29 @@ pub(crate) struct Outputs {
     masses: Vec<f64>,
     /// `Phi^T` of the diaphragms' nodes, two columns (u, v) each.
     contact_columns: Matrix,
-    /// Bearings, pedestals, bearings with a clearance, then monitors.
+    /// Bearings, pedestals, bearings with a clearance, then monitors; with the constant parts of bearing tables.
     bearings: Vec<BearingRows>,
+    /// The same at any speed; empty without bearing tables.
+    at_speeds: Vec<SupportLoads>,
     /// Weight in the coordinates, `Phi^T w`.
     weight: Vec<f64>,
 }
 
 /// Terms of (1) for one bearing, before q'' is replaced by (2); all matrices have two rows (u, v).
 #[derive(Debug, Clone)]
-struct BearingRows {
+pub(super) struct BearingRows {
     /// Load per q.
-    displacement_rows: Matrix,
+    pub displacement_rows: Matrix,
     /// Load per q', without the gyroscopic part.
-    velocity_rows: Matrix,
+    pub velocity_rows: Matrix,
     /// Load per q' and unit spin.
-    gyroscopic_rows: Matrix,
+    pub gyroscopic_rows: Matrix,
     /// `K_b R E_s`: load per force on the nodes of the unbalances, two columns each.
-    unbalance_loads: Matrix,
+    pub unbalance_loads: Matrix,
     /// `K_b R E_c`: load per force on the nodes of the diaphragms, two columns each.
-    contact_loads: Matrix,
+    pub contact_loads: Matrix,
     /// `K_b (R w - e)` \[N\].
-    weight_load: [f64; 2],
+    pub weight_load: [f64; 2],
 }
 
 /// Direct feedthrough of forces to a bearing load, and its constant part; both add to the output rows.
@@ -76,6 +81,20 @@ pub(crate) struct DirectFeedthrough {
     pub of_contact: Vec<[f64; 4]>,
     /// Load of the weight \[N\].
     pub constant: [f64; 2],
+}
+
+impl DirectFeedthrough {
+    /// Feedthrough between those of two speeds, with the shares of both.
+    pub fn between([lower, upper]: [&Self; 2], [a, b]: [f64; 2]) -> Self {
+        let mix = |x: &[[f64; 4]], y: &[[f64; 4]]| {
+            x.iter().zip(y).map(|(x, y)| [0, 1, 2, 3].map(|i| a * x[i] + b * y[i])).collect()
+        };
+        Self {
+            of_force: mix(&lower.of_force, &upper.of_force),
+            of_contact: mix(&lower.of_contact, &upper.of_contact),
+            constant: [0, 1].map(|i| a * lower.constant[i] + b * upper.constant[i]),
+        }
+    }
 }
 
 impl Outputs {
@@ -94,27 +113,37 @@ impl Outputs {
         let mut weight = vec![0.0; map.size()];
         map.project(&nodal_weight, &mut weight);
         let nodes = [site_nodes.as_slice(), &contact_nodes];
-        let rows = |site: &BearingSite, elevation: [f64; 2]| {
+        // each site with the force that its seat takes from the load
+        let supports = supports(machine, structure);
+        let rows = |(site, seat): &(BearingSite, [f64; 2])| {
             let mut rows = bearing_rows(structure, nodes, &nodal_weight, site);
-            let seat = site.seat_force(elevation);
             (0..2).for_each(|axis| rows.weight_load[axis] -= seat[axis]);
             rows
         };
-        let bearings = || rotor.bearings.iter().zip(&machine.rotor.bearings);
-        let loads = bearings().map(|(site, bearing)| rows(site, bearing.elevation));
-        let loads = loads.chain(rotor.pedestals.iter().map(|site| rows(site, [0.0; 2])));
-        let journals = bearings().filter(|(_, bearing)| bearing.clearance.is_some());
-        let journals = journals.map(|(site, bearing)| rows(&journal_displacement(site), bearing.elevation));
-        let monitors = machine.monitors.iter().map(|monitor| monitor.node);
-        let monitors = monitors.map(|node| rows(&BearingSite::unit(node, rotor.plane_places(node)), [0.0; 2]));
-        let bearings = loads.chain(journals).chain(monitors).collect();
+        let at_speeds = |(at, (site, seat)): (usize, &(BearingSite, [f64; 2]))| {
+            let displacement = bearing_rows(structure, nodes, &nodal_weight, &journal_displacement(site));
+            SupportLoads::new(structure, (site, *seat), (at < rotor.bearings.len()).then_some(at), displacement)
+        };
+        let bearings = supports.iter().map(rows).collect();
+        let changing = if rotor.tables.is_empty() { &[][..] } else { &supports };
+        let at_speeds = changing.iter().enumerate().map(at_speeds).collect();
         Self {
             unbalance_columns: columns(&site_nodes),
             contact_columns: columns(&contact_nodes),
             masses: sites.iter().map(|site| site.mass).collect(),
             bearings,
+            at_speeds,
             weight,
         }
+    }
+
+    /// Terms of (1) of all supports at a spin \[rad/s\].
+    fn rows_at(&self, system: &StateSpace, spin: f64) -> Cow<'_, [BearingRows]> {
+        if self.at_speeds.is_empty() {
+            return Cow::Borrowed(&self.bearings);
+        }
+        let changes = system.tables.changes(spin);
+        Cow::Owned(self.at_speeds.iter().map(|support| support.rows(&system.tables, &changes)).collect())
     }
 
     /// Index of the first output row of a bearing; pedestals, then journals in bearings with a clearance, then monitors, are counted behind all bearings.
@@ -158,10 +187,11 @@ impl Outputs {
         let contacts = self.contact_columns.ncols();
         let mut y = Matrix::zeros(self.contact_row(contacts / 2), 2 * n);
         y.view_mut((0, n), (unbalances, n)).copy_from(&self.unbalance_columns.transpose());
-        let velocity_matrix = &system.damping + &system.gyroscopic * spin;
-        for (i, bearing) in self.bearings.iter().enumerate() {
+        let (stiffness, velocity_matrix) =
+            (system.stiffness_at(spin), &*system.damping_at(spin) + &system.gyroscopic * spin);
+        for (i, bearing) in self.rows_at(system, spin).iter().enumerate() {
             let inertia = self.inertia(system, bearing);
-            let displacement_rows = &bearing.displacement_rows - mul(&inertia, &system.stiffness);
+            let displacement_rows = &bearing.displacement_rows - mul(&inertia, &stiffness);
             let velocity_rows =
                 &bearing.velocity_rows + &bearing.gyroscopic_rows * spin - mul(&inertia, &velocity_matrix);
             y.view_mut((self.load_row(i), 0), (2, n)).copy_from(&displacement_rows);
@@ -191,8 +221,8 @@ impl Outputs {
         self.unbalance_columns.ncols() + 1 + 2 * diaphragm
     }
 
-    /// Direct feedthrough of each bearing load, those with a clearance last.
-    pub fn feedthrough(&self, system: &StateSpace) -> Vec<DirectFeedthrough> {
+    /// Direct feedthrough of each bearing load at a spin \[rad/s\], those with a clearance last.
+    pub fn feedthrough(&self, system: &StateSpace, spin: f64) -> Vec<DirectFeedthrough> {
         let of_bearing = |bearing: &BearingRows| {
             let inertia = self.inertia(system, bearing);
             let of_force = &bearing.unbalance_loads + mul(&inertia, &self.unbalance_columns);
@@ -204,7 +234,7 @@ impl Outputs {
                 constant: [bearing.weight_load[0] + weight[0], bearing.weight_load[1] + weight[1]],
             }
         };
-        self.bearings.iter().map(of_bearing).collect()
+        self.rows_at(system, spin).iter().map(of_bearing).collect()
     }
 
     /// `-K_b R sum_s E_s m_s Phi_s M^-1`: load per generalised force, by the inertia of the unbalances' masses on the truncated modes.
@@ -223,6 +253,19 @@ fn squares(matrix: &Matrix) -> Vec<[f64; 4]> {
     (0..matrix.ncols() / 2).map(|s| [at(0, 2 * s), at(0, 2 * s + 1), at(1, 2 * s), at(1, 2 * s + 1)]).collect()
 }
 
+/// Supports in the order of the output rows, each with the force that its seat takes from the load \[N\], or with the place of its seat \[m\].
+fn supports(machine: &Machine, structure: &Structure) -> Vec<(BearingSite, [f64; 2])> {
+    let rotor = &structure.rotor;
+    let bearings = || rotor.bearings.iter().zip(&machine.rotor.bearings);
+    let loads = rotor.bearings.iter().copied().zip(rotor.seat_forces(&machine.rotor));
+    let loads = loads.chain(rotor.pedestals.iter().map(|site| (*site, [0.0; 2])));
+    let journals = bearings().filter(|(_, bearing)| bearing.clearance.is_some());
+    let journals = journals.map(|(site, bearing)| (journal_displacement(site), bearing.elevation));
+    let monitors = machine.monitors.iter().map(|monitor| monitor.node);
+    let monitors = monitors.map(|node| (BearingSite::unit(node, rotor.plane_places(node)), [0.0; 2]));
+    loads.chain(journals).chain(monitors).collect()
+}
+
 /// Bearing of unit stiffness without damping, whose load (1) is the displacement of the journal.
 fn journal_displacement(bearing: &BearingSite) -> BearingSite {
     BearingSite { stiffness: [[1.0, 0.0], [0.0, 1.0]], skew: 0.0, damping: [[0.0; 2]; 2], ..*bearing }
@@ -234,7 +277,6 @@ fn bearing_rows(structure: &Structure, nodes: [&[usize]; 2], weight: &[f64], bea
     let n = map.size();
     let rows_of =
         |site: &BearingSite| Matrix::from_column_slice(n, 2, &site.rows(|place| map.row(place)).concat()).transpose();
-    let square = |m: &[[f64; 2]; 2]| Matrix::from_row_slice(2, 2, &[m[0][0], m[0][1], m[1][0], m[1][1]]);
     let (k, nodal_rows) = (square(&bearing.stiffness), rows_of(bearing));
     let mut terms = BearingRows {
         displacement_rows: mul(&k, &nodal_rows),

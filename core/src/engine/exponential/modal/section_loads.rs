@@ -14,6 +14,7 @@
 //! so the interpolation of two bounds is a bound of the interpolated rows.
 //! Verified by `no_moment_exceeds_its_bound`, `stored_energy_and_bearing_powers_are_those_of_the_motion`, and the energy balances of `tests/exponential/exponential_run.rs`.
 
+use super::bearing_tables::TableChanges;
 use super::quadratic_form::QuadraticForm;
 use super::row_batch::RowBatch;
 use super::state_space::StateSpace;
@@ -39,10 +40,12 @@ pub(crate) struct SectionLoadModel {
     moments: Matrix,
     /// Rows on q: displacements and rotations of all nodes \[m, rad\].
     nodal: Matrix,
-    /// Bearings, then pedestals.
+    /// Bearings, with the constant parts of their tables, then pedestals.
     bearings: Vec<BearingSite>,
-    /// Indices of the bearings with skew stiffness.
+    /// Indices of the bearings with skew stiffness or a table.
     skew: Vec<usize>,
+    /// Index of each bearing with a table, and its place in `skew`.
+    tables: Vec<[usize; 2]>,
     /// Rows on (q, q'): velocities across all bearings and pedestals, then displacements across those with skew stiffness, two each.
     bearing_rows: Matrix,
     /// Jump of these rows by unit impulses along u and v on the first diaphragm's node.
@@ -109,7 +112,10 @@ impl SectionLoadModel {
                 Matrix::from_column_slice(MOMENTS_PER_ELEMENT * shaft.elements.len(), map.size(), &columns)
             }
         };
-        let skew: Vec<usize> = (0..rotor.bearings.len()).filter(|&i| rotor.bearings[i].skew != 0.0).collect();
+        let has_table = |i: usize| rotor.tables.iter().any(|(at, _)| *at == i);
+        let skew: Vec<usize> =
+            (0..rotor.bearings.len()).filter(|&i| rotor.bearings[i].skew != 0.0 || has_table(i)).collect();
+        let tables = rotor.tables.iter().filter_map(|(i, _)| Some([*i, skew.iter().position(|at| at == i)?])).collect();
         let jumps = match machine.diaphragms.first() {
             Some(diaphragm) => {
                 rotor.plane_places(diaphragm.contact.node).map(|dof| system.velocity_jump(&map.row(dof)))
@@ -129,6 +135,7 @@ impl SectionLoadModel {
             nodal,
             bearings: rotor.supports().copied().collect(),
             skew,
+            tables,
             bearing_rows,
             impulse_jumps,
             energies: EnergyForms::new(system, weight),
@@ -148,13 +155,13 @@ impl SectionLoadModel {
         }
     }
 
-    /// Matrix of the quadratic form `lost` of (2) \[W\] on the modal state of a basis with the motion matrix Z.
-    pub fn damping_power_matrix(&self, system: &StateSpace, motion: &Matrix) -> Matrix {
+    /// Matrix of the quadratic form `lost` of (2) \[W\] on the modal state of a basis at a spin \[rad/s\] with the motion matrix Z.
+    pub fn damping_power_matrix(&self, system: &StateSpace, spin: f64, motion: &Matrix) -> Matrix {
         let n = system.size;
         let [displacements, velocities] = [0, n].map(|from| motion.rows(from, n).into_owned());
-        let stiffness = system.energy_matrices()[0];
-        let skew = (stiffness - stiffness.transpose()) * 0.5;
-        mul_tn(&velocities, &(mul(&system.damping, &velocities) + mul(&skew, &displacements)))
+        let stiffness = system.stiffness_at(spin);
+        let skew = (&*stiffness - stiffness.transpose()) * 0.5;
+        mul_tn(&velocities, &(mul(&system.damping_at(spin), &velocities) + mul(&skew, &displacements)))
     }
 
     /// Bounds on |y_k| of the given rows of moments and nodal displacements on y.
@@ -179,20 +186,43 @@ impl SectionLoadModel {
 
     /// Powers \[W\]: dissipated by the damping of the bearings, and supplied by their skew stiffness.
     ///
-    /// `motion`: bearing motion of [`SectionLoads::bearings`]; `impulse`: contact impulse at this instant \[N s\], with the mean of the velocities before and after it.
-    pub fn bearing_powers(&self, motion: &[f64], impulse: [f64; 2]) -> [f64; 2] {
+    /// `motion`: bearing motion of [`SectionLoads::bearings`]; `impulse`: contact impulse at this instant \[N s\], with the mean of the velocities before and after it;
+    /// `changes`: those of the bearing tables in the speed interval.
+    pub fn bearing_powers(&self, motion: &[f64], impulse: [f64; 2], changes: &TableChanges) -> [f64; 2] {
         let velocity = |i: usize| {
             [2 * i, 2 * i + 1].map(|row| {
                 motion[row] + 0.5 * (self.impulse_jumps[0][row] * impulse[0] + self.impulse_jumps[1][row] * impulse[1])
             })
         };
-        let dissipated = self.bearings.iter().enumerate().map(|(i, bearing)| bearing.damping_power(velocity(i))).sum();
-        let supplied = |(at, &i): (usize, &usize)| {
-            let (row, v) = (2 * (self.bearings.len() + at), velocity(i));
-            let force = self.bearings[i].skew_force([motion[row], motion[row + 1]]);
+        let dissipated: f64 =
+            self.bearings.iter().enumerate().map(|(i, bearing)| bearing.damping_power(velocity(i))).sum();
+        let supplied = |bearing: &BearingSite, at: usize, i: usize| {
+            let v = velocity(i);
+            let force = bearing.skew_force(self.displacement(motion, at));
             force[0] * v[0] + force[1] * v[1]
         };
-        [dissipated, self.skew.iter().enumerate().map(supplied).sum()]
+        let all = self.skew.iter().enumerate();
+        let mut powers = [dissipated, all.map(|(at, &i)| supplied(&self.bearings[i], at, i)).sum()];
+        for (change, &[i, at]) in changes.iter().zip(&self.tables) {
+            powers[0] += change.damping_power(velocity(i));
+            powers[1] += supplied(change, at, i);
+        }
+        powers
+    }
+
+    /// Displacement across the bearing at a place in `skew`, from the bearing motion.
+    fn displacement(&self, motion: &[f64], at: usize) -> [f64; 2] {
+        let row = 2 * (self.bearings.len() + at);
+        [motion[row], motion[row + 1]]
+    }
+
+    /// Work of the bearing tables from one speed interval to the next, with their changes in both, at a bearing motion ([`super::bearing_tables`]) \[J\].
+    pub fn table_work(&self, motion: &[f64], [from, to]: [&TableChanges; 2]) -> f64 {
+        let work = |((from, to), &[_, at]): ((&BearingSite, &BearingSite), &[usize; 2])| {
+            let x = self.displacement(motion, at);
+            0.5 * (to.stiffness_form(x, x) - from.stiffness_form(x, x))
+        };
+        from.iter().zip(to).zip(&self.tables).map(work).sum()
     }
 
     /// Stored energy of a motion q and q', each with zeros behind its entries; `scratch`: buffer.

@@ -341,8 +341,8 @@ mod tests {
         let outputs = Outputs::new(&machine, &structure);
         let measures = SectionLoadModel::new(&machine, &structure, &system, outputs.weight());
         let model = LateralModel { state_space: system, outputs, measures };
-        let grid =
-            SpeedGrid::new(model, GridSpacing { spacing, closes: false }, 10, 1.6 * spacing).expect("has a basis");
+        let grid = SpeedGrid::new(model, GridSpacing { spacing, closes: false, refinement: 1.0 }, 10, 1.6 * spacing)
+            .expect("has a basis");
         let x: Vec<f64> = (0..size).map(|i| f64::from(u8::try_from(i * 7 % 11).expect("small")) - 5.0).collect();
         let (below, above) = (grid.interval(10).expect("has bases"), grid.interval(20).expect("has bases"));
         let (mut y, wanted) = (state_in_interval(&grid, &below, &x), state_in_interval(&grid, &above, &x));
@@ -369,7 +369,7 @@ mod tests {
             let measures = SectionLoadModel::new(&machine, &structure, &system, outputs.weight());
             SpeedGrid::new(
                 LateralModel { state_space: system, outputs, measures },
-                GridSpacing { spacing, closes: false },
+                GridSpacing { spacing, closes: false, refinement: 1.0 },
                 intervals,
                 140.0,
             )

@@ -4,11 +4,12 @@
 //! one contact step, and are computed when they are first used. Verified with `speed_grid` and by `tests/exponential/exponential.rs`.
 
 use super::basis_change::BasisChange;
+use super::bearing_tables::{BearingTables, TableChanges};
 use super::dissipation::{Dissipation, ForcedDissipation};
 use super::impulse_response::ImpulseResponse;
 use super::interval_model::IntervalModel;
 use super::modal_basis::{LateralModel, ModalBasis};
-use super::outputs::Outputs;
+use super::outputs::{DirectFeedthrough, Outputs};
 use super::propagator::Propagator;
 use super::section_loads::SectionLoads;
 use super::step_bounds::StepBounds;
@@ -31,6 +32,10 @@ pub(crate) struct SpeedInterval {
     share: f64,
     /// Bases below and above.
     pub bases: [Arc<ModalBasis>; 2],
+    /// Changes of the bearing tables; empty without tables.
+    pub table_changes: TableChanges,
+    /// Direct feedthrough of the loads; empty without bearing tables, where it is the same at all speeds.
+    pub feedthrough: Vec<DirectFeedthrough>,
     /// Basis change from the lower to the upper basis.
     pub(super) basis_change: Arc<BasisChange>,
     unbalances: usize,
@@ -55,10 +60,14 @@ impl SpeedInterval {
         [speed, basis_spacing]: [f64; 2],
         outputs: &Outputs,
     ) -> Self {
+        let shares = [1.0 - share, share];
+        let feedthrough = below.feedthrough.iter().zip(&above.feedthrough);
         Self {
             index,
             basis_spacing,
-            model: IntervalModel::between([&below.interval_model, &above.interval_model], [1.0 - share, share], speed),
+            model: IntervalModel::between([&below.interval_model, &above.interval_model], shares, speed),
+            table_changes: BearingTables::between([&below.table_changes, &above.table_changes], shares),
+            feedthrough: feedthrough.map(|(lower, upper)| DirectFeedthrough::between([lower, upper], shares)).collect(),
             share,
             bases: [Arc::clone(below), Arc::clone(above)],
             basis_change,

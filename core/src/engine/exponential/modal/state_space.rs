@@ -13,19 +13,21 @@
 //! | `q` | lateral coordinates of the structure: displacements and rotations of nodes, or modal coordinates |
 //! | `F` | force in these coordinates |
 //! | `W` | spin \[rad/s\], positive about +z |
-//! | `M`, `C`, `K` | mass (with the masses of the unbalances), damping, stiffness (with the skew part of the bearings) |
+//! | `M`, `C`, `K` | mass (with the masses of the unbalances), damping, stiffness (with the skew part of the bearings); with bearing tables C(W), K(W) |
 //! | `G` | gyroscopic matrix per unit spin, skew-symmetric |
 //! | `x` | state vector, `2n` entries; condition numbers of modal bases are taken in it |
 //!
 //! Source: docs/theory/01-shaft-line.md; docs/theory/08-exponential-engine.md, "Whirl states". Limits: all gyroscopic sites have one spin (the rate
 //! of the elastic torsion is neglected), and no coefficient depends on the displacements. Verified by `tests/exponential/exponential.rs` against the reduced engine.
 
+use super::bearing_tables::BearingTables;
 use crate::engine::beginning::projected;
 use crate::engine::shaft_line::{masses, sites};
 use crate::modal::quadratic_modes;
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, dot, inverse, mul};
+use std::borrow::Cow;
 
 /// Lower limit of s_q in (2), as a share of the largest: for coordinates without stiffness.
 const MIN_DISPLACEMENT_SCALE: f64 = 1e-6;
@@ -37,10 +39,12 @@ pub(crate) struct StateSpace {
     pub size: usize,
     /// `M^-1`, n x n.
     pub inverse_mass: Matrix,
-    /// `C`, n x n: damping of shaft and bearings.
-    pub damping: Matrix,
-    /// `K`, n x n, with the skew part of the bearings: not symmetric where a bearing has one.
-    pub stiffness: Matrix,
+    /// `C`, n x n: damping of shaft and bearings, with the constant parts of bearing tables.
+    damping: Matrix,
+    /// `K`, n x n, with the skew part of the bearings and the constant parts of bearing tables: not symmetric where a bearing has a skew part.
+    stiffness: Matrix,
+    /// Bearing tables: the differences of C and K at a speed from their constant parts.
+    pub tables: BearingTables,
     /// `G`, n x n, per unit spin, skew-symmetric.
     pub gyroscopic: Matrix,
     /// `M`, n x n, symmetric.
@@ -96,7 +100,24 @@ impl StateSpace {
             scale: displacement_scales.chain(momentum_scales).collect(),
             stiffness,
             mass,
+            tables: BearingTables::new(structure),
         })
+    }
+
+    /// `K` at a spin \[rad/s\].
+    pub fn stiffness_at(&self, spin: f64) -> Cow<'_, Matrix> {
+        match self.tables.matrix(&self.tables.changes(spin), |change| &change.stiffness) {
+            None => Cow::Borrowed(&self.stiffness),
+            Some(change) => Cow::Owned(&self.stiffness + change),
+        }
+    }
+
+    /// `C` at a spin \[rad/s\].
+    pub fn damping_at(&self, spin: f64) -> Cow<'_, Matrix> {
+        match self.tables.matrix(&self.tables.changes(spin), |change| &change.damping) {
+            None => Cow::Borrowed(&self.damping),
+            Some(change) => Cow::Owned(&self.damping + change),
+        }
     }
 
     /// Matrix from the state vector x to the motion `(q, q')` at a spin \[rad/s\], 2n x 2n.
@@ -112,7 +133,8 @@ impl StateSpace {
         map
     }
 
-    /// Kinetic energy with its gyroscopic part, and strain energy, of a motion `(q, q')` at a spin \[J\].
+    /// Kinetic energy with its gyroscopic part, and strain energy, of a motion `(q, q')` at a spin \[J\]; the part of bearing tables that changes with the speed is
+    /// [`BearingTables::strain_energy`].
     pub fn kinetic_and_elastic_energy(&self, spin: f64, q: &[f64], velocity: &[f64]) -> [f64; 2] {
         let mut sums = [0.0; 3];
         for j in 0..self.size {
@@ -124,7 +146,7 @@ impl StateSpace {
         [0.5 * (sums[0] + spin * sums[2]), 0.5 * sums[1]]
     }
 
-    /// Stiffness and mass matrix, in this order.
+    /// Stiffness matrix, with the constant parts of bearing tables, and mass matrix.
     pub fn energy_matrices(&self) -> [&Matrix; 2] {
         [&self.stiffness, &self.mass]
     }
@@ -148,8 +170,8 @@ impl StateSpace {
         let n = self.size;
         let mut rates = Matrix::zeros(2 * n, 2 * n);
         rates.view_mut((0, n), (n, n)).fill_with_identity();
-        rates.view_mut((n, 0), (n, n)).copy_from(&-&self.stiffness);
-        rates.view_mut((n, n), (n, n)).copy_from(&(&self.gyroscopic * (-0.5 * spin) - &self.damping));
+        rates.view_mut((n, 0), (n, n)).copy_from(&-&*self.stiffness_at(spin));
+        rates.view_mut((n, n), (n, n)).copy_from(&(&self.gyroscopic * (-0.5 * spin) - &*self.damping_at(spin)));
         let mut a = mul(&rates, &self.motion_of_state(spin));
         for (i, scale) in self.scale.iter().enumerate() {
             a.row_mut(i).scale_mut(*scale);
@@ -157,7 +179,7 @@ impl StateSpace {
         a
     }
 
-    /// Change of the system matrix A between two spins \[rad/s\], from its gyroscopic terms alone.
+    /// Change of the system matrix A between two spins \[rad/s\], from its gyroscopic terms and bearing tables alone.
     ///
     /// The difference of two system matrices would carry the rounding of their large entries into slow modes.
     pub fn system_matrix_change(&self, from: f64, to: f64) -> Matrix {
@@ -169,6 +191,13 @@ impl StateSpace {
         change.view_mut((n, 0), (n, n)).copy_from(&(c_m_inv_g * half + g_m_inv_g * (half * 0.5 * (to + from))));
         // G is skew, M symmetric
         change.view_mut((n, n), (n, n)).copy_from(&(m_inv_g.transpose() * half));
+        if let Some([stiffness, damping, before]) = self.tables.changes_between(from, to) {
+            let gyroscopic_damping = mul(&(&damping * (0.5 * to) + before * half), m_inv_g);
+            let mut lower_left = change.view_mut((n, 0), (n, n));
+            lower_left += gyroscopic_damping - stiffness;
+            let mut lower_right = change.view_mut((n, n), (n, n));
+            lower_right -= mul(&damping, &self.inverse_mass);
+        }
         for (j, scale) in self.scale.iter().enumerate() {
             change.column_mut(j).scale_mut(1.0 / scale);
             change.row_mut(j).scale_mut(*scale);
@@ -187,8 +216,8 @@ impl StateSpace {
     /// # Errors
     /// [`EigenError`] if the eigenvalue problem does not converge.
     pub fn eigen_motions(&self, spin: f64) -> Result<Vec<EigenMotion>, EigenError> {
-        let damping = &self.damping + &self.gyroscopic * spin;
-        let modes = quadratic_modes(&self.mass, &damping, &self.stiffness, "whirl at one speed")?;
+        let damping = &*self.damping_at(spin) + &self.gyroscopic * spin;
+        let modes = quadratic_modes(&self.mass, &damping, &self.stiffness_at(spin), "whirl at one speed")?;
         let n = self.size;
         let mut motions = Vec::with_capacity(2 * n);
         for (j, &[decay, frequency]) in modes.values.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Energy balance of a run: stored energy, what damping has taken, and the works of contact and braking.
 //!
 //! ```text
-//! stored(t) - stored(0) = work of contact and braking - dissipation                                             guarded: energy_error
+//! stored(t) - stored(0) = work of contact, braking and bearing tables - dissipation                             guarded: energy_error
 //! ```
 //! Works of contact, of braking, and of the damping of ring and torsion are added in each step. The stored energy and the dissipation of the shaft are quadratic forms of the whole
 //! motion: they are evaluated when an observation is due ([`super::observation_schedule`]). Where the impulse at n is not known yet, the observation is completed behind the step.
@@ -197,6 +197,7 @@ impl EnergyBalance {
 pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Option<f64>, transient: &Transient) {
     now.braking = transient.free_motion.spin().braking_work();
     now.drive = transient.free_motion.spin().drive_work();
+    now.tables = transient.free_motion.table_work();
     if let Some(impact) = &result.impact {
         now.friction += impact.friction_work;
         now.normal += impact.normal_work;

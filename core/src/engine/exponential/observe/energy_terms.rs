@@ -56,7 +56,7 @@ impl EnergyTerms {
         let ring = ring.map_or([0.0; 2], ImpulsedRing::energies);
         self.energies = Energies {
             kinetic: kinetic + turning + ring[0],
-            strain: strain + twisted + ring[1] + spring,
+            strain: strain + free_motion.table_energy(q) + twisted + ring[1] + spring,
             gravity: -bladeoff_numerics::linalg::dot(model.outputs.weight(), q),
             ..self.energies
         };

@@ -343,6 +343,7 @@ impl<'a> Observer<'a> {
                 let mut works = self.recorders.energies.now;
                 works.braking = ahead.free_motion.spin().braking_work();
                 works.drive = ahead.free_motion.spin().drive_work();
+                works.tables = ahead.free_motion.table_work();
                 if let (Some(ring), true) = (&ahead.ring, self.has_touched) {
                     works.stator += ring_before - ring.energies().iter().sum::<f64>();
                 }

@@ -77,6 +77,7 @@ impl Run<'_> {
         if observer.recorders.limits.is_newly_beyond() {
             observer.recorders.judge(machine, self.structure);
         }
+        let [low, high] = transient.free_motion.table_range();
         let has_stopped = speed <= 0.0 && !transient.free_motion.spin().is_driven();
         observer.speed = if has_stopped { 0.0 } else { speed };
         if transient.is_outside() {
@@ -88,9 +89,11 @@ impl Run<'_> {
             Some(EndCause::Limit)
         } else if machine.run.end_speed > 0.0 && speed <= machine.run.end_speed {
             Some(EndCause::EndSpeed)
-        } else {
+        } else if transient.free_motion.time() >= machine.run.end_time - 0.5 * self.h {
             // half a step of slack: the last step ends at end_time, not one beyond it
-            (transient.free_motion.time() >= machine.run.end_time - 0.5 * self.h).then_some(EndCause::EndTime)
+            Some(EndCause::EndTime)
+        } else {
+            (!(low..=high).contains(&speed)).then_some(EndCause::TableRange)
         })
     }
 }

@@ -10,6 +10,7 @@ use crate::engine::beginning::initial_motion;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::modal::interval_tables::IntervalTables;
+use crate::engine::exponential::modal::outputs::DirectFeedthrough;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::modal::propagator::Propagator;
 use crate::engine::exponential::modal::speed_grid::IntervalDamping;
@@ -67,6 +68,8 @@ pub struct FreeMotion {
     gyroscopic_steps: u64,
     /// Gyroscopic torques on the torsional modes with their momenta at n; `None` where they do not matter.
     gyroscopic_torque: Option<(Arc<GyroscopicTorque>, GyroscopicMomenta)>,
+    /// Work of the bearing tables, whose stiffness changes with the speed \[J\].
+    table_work: f64,
 }
 
 /// Initial speed, or the highest one of a prescribed speed \[rad/s\].
@@ -107,6 +110,7 @@ impl FreeMotion {
             gyroscopic_steps: (GYROSCOPIC_STEP / (highest_speed(machine) * settings.step)) as u64,
             spin: spin.clone(),
             gyroscopic_torque: None,
+            table_work: 0.0,
             shared,
         };
         motion.evaluate_outputs();
@@ -213,6 +217,12 @@ impl FreeMotion {
             let up = self.spin.speed > self.interval.model.speed;
             let next = grid.interval(if up { self.interval.index + 1 } else { self.interval.index - 1 })?;
             grid.change_basis(&self.interval, &next, &mut self.modal_state, &mut self.scratch);
+            if !next.table_changes.is_empty() {
+                let (measures, motion) = (&grid.model.measures, &mut self.scratch);
+                self.tables.bearings(&next, &grid.model).multiply(&self.modal_state, motion);
+                self.table_work += measures.table_work(motion, [&self.interval.table_changes, &next.table_changes]);
+                motion.resize(self.modal_state.len(), 0.0);
+            }
             self.interval = next;
             changed = true;
         }
@@ -287,7 +297,7 @@ impl FreeMotion {
     #[must_use]
     pub fn load(&self, bearing: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.load_row(bearing);
-        let feedthrough = &self.shared.feedthrough[bearing];
+        let feedthrough = self.feedthrough(bearing);
         let mut load = [0, 1].map(|i| self.outputs[first + i] + feedthrough.constant[i]);
         for (direct, force) in feedthrough.of_force.iter().zip(self.spin.forces_now()) {
             load[0] += direct[0] * force.re + direct[1] * force.im;
@@ -298,7 +308,7 @@ impl FreeMotion {
 
     /// Load of a bearing that follows a force on the first diaphragm's node instantly, through the truncated modes \[N\].
     pub(crate) fn load_with_feedthrough(&self, bearing: usize, force: [f64; 2]) -> [f64; 2] {
-        let [a, b, c, d] = self.shared.feedthrough[bearing].of_contact[0];
+        let [a, b, c, d] = self.feedthrough(bearing).of_contact[0];
         [a * force[0] + b * force[1], c * force[0] + d * force[1]]
     }
 
@@ -381,9 +391,25 @@ impl FreeMotion {
         )
     }
 
+    /// Direct feedthrough of a bearing's load.
+    #[inline]
+    fn feedthrough(&self, bearing: usize) -> &DirectFeedthrough {
+        self.interval.feedthrough.get(bearing).unwrap_or_else(|| &self.shared.feedthrough[bearing])
+    }
+
+    /// Work of the bearing tables so far \[J\].
+    pub(crate) fn table_work(&self) -> f64 {
+        self.table_work
+    }
+
+    /// Lowest and highest speed of the bearing tables \[rad/s\]; 0 and infinity without tables.
+    pub(crate) fn table_range(&self) -> [f64; 2] {
+        self.shared.grid.model.state_space.tables.range()
+    }
+
     /// Load of a bearing that does not depend on the motion: weight on the truncated modes \[N\].
     pub(crate) fn constant_load(&self, bearing: usize) -> [f64; 2] {
-        self.shared.feedthrough[bearing].constant
+        self.feedthrough(bearing).constant
     }
 
     /// Response over a contact step to impulses on the first diaphragm's node; `None` without a diaphragm.

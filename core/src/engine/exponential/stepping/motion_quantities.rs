@@ -83,7 +83,7 @@ impl FreeMotion {
         tables.bearings(interval, model).multiply(modal_state, bearing_motion);
         let whole =
             if with_all_damping { tables.dissipation(interval, model, *step).power_at(modal_state) } else { 0.0 };
-        (model.measures.bearing_powers(bearing_motion, [0.0; 2]), whole)
+        (model.measures.bearing_powers(bearing_motion, [0.0; 2], &interval.table_changes), whole)
     }
 
     /// Powers of [`FreeMotion::damping_powers`] at an instant with a contact impulse: those of the bearings take the mean of
@@ -98,7 +98,7 @@ impl FreeMotion {
     ) -> ([f64; 2], f64) {
         let (LateralState { interval, modal_state, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
         self.tables.bearings(interval, model).multiply(modal_state, bearing_motion);
-        let bearings = model.measures.bearing_powers(bearing_motion, impulse);
+        let bearings = model.measures.bearing_powers(bearing_motion, impulse, &interval.table_changes);
         if !with_all_damping {
             return (bearings, 0.0);
         }
@@ -110,6 +110,14 @@ impl FreeMotion {
     /// Stored energy at n for these rates of the lateral coordinates; `q` and `buffer` have their size.
     pub(crate) fn stored_energy(&mut self, rates: &[f64], q: &mut Vec<f64>, buffer: &mut Vec<f64>) -> StoredEnergy {
         self.lateral_coordinates(q);
-        self.shared.grid.model.measures.stored_energy([q, rates], buffer)
+        let model = &self.shared.grid.model;
+        let mut stored = model.measures.stored_energy([q, rates], buffer);
+        stored.energy += self.table_energy(q);
+        stored
+    }
+
+    /// Strain energy at n that the bearing tables add to that of their constant parts \[J\]; `q`: lateral coordinates at n.
+    pub(crate) fn table_energy(&self, q: &[f64]) -> f64 {
+        self.shared.grid.model.state_space.tables.strain_energy(&self.interval.table_changes, q)
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::contact::ring_points::{RingPoints, ring_of, ring_points};
+use crate::engine::exponential::modal::bearing_tables::BearingTables;
 use crate::engine::exponential::modal::grid_spacing::GridSpacing;
 use crate::engine::exponential::modal::modal_basis::LateralModel;
 use crate::engine::exponential::modal::outputs::{DirectFeedthrough, Outputs};
@@ -13,6 +14,7 @@ use crate::engine::exponential::modal::speed_grid::SpeedGrid;
 use crate::engine::exponential::modal::state_space::StateSpace;
 use crate::engine::exponential::settings::StepSettings;
 use crate::engine::shaft_line::sites;
+use crate::rotor::RotorMatrices;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Contact, ContactSurface, Machine};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -27,7 +29,7 @@ const MAX_KEPT_MODELS: usize = 8;
 pub(crate) struct SharedModel {
     /// Grid of speeds with the modal bases.
     pub grid: SpeedGrid,
-    /// Direct feedthrough of each bearing's load, then of each journal's displacement.
+    /// Direct feedthrough of each bearing's load, then of each journal's displacement; with bearing tables those of each speed interval take its place.
     pub feedthrough: Vec<DirectFeedthrough>,
 }
 
@@ -41,6 +43,8 @@ struct Key {
     spacing: u64,
     /// Whether the grid is closer at slow spins.
     closes: bool,
+    /// Number of bases in the place of one, as bits.
+    refinement: u64,
     /// Number of speed intervals between two grid speeds.
     intervals: u32,
     /// Position of the grid relative to the initial speed.
@@ -55,13 +59,19 @@ struct MachineValues {
     /// Gravity, and elevations of the bearings' seats, as bits.
     gravity: [u64; 2],
     elevations: Vec<[u64; 2]>,
+    /// Forces of the bearings' seats, as bits; empty without bearing tables, where they follow from the elevations.
+    seats: Vec<[u64; 2]>,
     /// Node of each contact.
     nodes: Vec<usize>,
 }
 
 impl MachineValues {
     fn new(machine: &Machine) -> Self {
+        let has_tables = machine.rotor.bearings.iter().any(|bearing| bearing.table.is_some());
+        let seats =
+            if has_tables { RotorMatrices::assemble(&machine.rotor).seat_forces(&machine.rotor) } else { Vec::new() };
         Self {
+            seats: seats.into_iter().map(|seat| seat.map(f64::to_bits)).collect(),
             sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
             gravity: machine.rotor.gravity.map(f64::to_bits),
             elevations: machine.rotor.bearings.iter().map(|bearing| bearing.elevation.map(f64::to_bits)).collect(),
@@ -92,12 +102,16 @@ impl SharedModel {
     /// covered.
     pub fn of(machine: &Machine, structure: &Structure, settings: StepSettings) -> Result<Arc<Self>, ExponentialError> {
         let speed = machine.rotor.initial_speed;
-        let spacing = GridSpacing::of(machine, settings.spacing);
+        let mut spacing = GridSpacing::of(machine, settings.spacing);
+        if settings.spacing.is_none() && !structure.rotor.tables.is_empty() {
+            spacing = spacing.refined_for(&BearingTables::new(structure))?;
+        }
         let key = Key {
             of: MachineValues::new(machine),
             step: settings.step.to_bits(),
             spacing: spacing.spacing.to_bits(),
             closes: spacing.closes,
+            refinement: spacing.refinement.to_bits(),
             intervals: settings.cells,
             anchor: spacing.anchor(speed),
         };
@@ -115,7 +129,7 @@ impl SharedModel {
         let state_space =
             StateSpace::new(machine, structure).ok_or(ExponentialError::Singular { part: "the rotor" })?;
         let outputs = Outputs::new(machine, structure);
-        let feedthrough = outputs.feedthrough(&state_space);
+        let feedthrough = outputs.feedthrough(&state_space, speed);
         let measures = SectionLoadModel::new(machine, structure, &state_space, outputs.weight());
         let grid = SpeedGrid::new(LateralModel { state_space, outputs, measures }, spacing, settings.cells, speed)?;
         let shared = Arc::new(Self { grid, feedthrough });

@@ -76,8 +76,8 @@ pub(crate) struct Transient {
     pub disturbed: bool,
     /// Length of the run in contact steps. No step of free motion goes beyond it.
     end: u64,
-    /// Spin that ends the run \[rad/s\]. No step of free motion goes beyond it.
-    end_speed: f64,
+    /// Lowest and highest spin of the run \[rad/s\]: spin that ends it, or range of the bearing tables. No step of free motion goes beyond them.
+    speed_range: [f64; 2],
 }
 
 /// Stator of the first diaphragm, with the compliance of the spin at the contact.
@@ -144,6 +144,7 @@ impl Transient {
         let first_monitor = support_count + journals.len();
         let load_count = first_monitor + machine.monitors.len();
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
+        let [low, high] = free_motion.table_range();
         let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
             max_doublings: if disturbed { 0 } else { (1..=longest).take_while(is_accurate).last().unwrap_or(0) },
@@ -163,7 +164,7 @@ impl Transient {
             free_motion,
             contact,
             takes_long_steps,
-            end_speed: machine.run.end_speed,
+            speed_range: [low.max(machine.run.end_speed), high],
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
     }
@@ -218,7 +219,7 @@ impl Transient {
             last_contact,
             corners,
             end,
-            end_speed,
+            speed_range: [lowest, highest],
             ..
         } = self;
         let mut displacement = None;
@@ -253,7 +254,11 @@ impl Transient {
             longest -= 1;
         }
         // a stop is found to within a contact step
-        while longest > 0 && free_motion.spin().speed_after(2.0 * lengths[longest]) <= *end_speed {
+        let leaves = |longest: usize| {
+            let speed = free_motion.spin().speed_after(2.0 * lengths[longest]);
+            speed <= *lowest || speed >= *highest
+        };
+        while longest > 0 && leaves(longest) {
             longest -= 1;
         }
         let velocity = free_motion.bound_states();

@@ -99,10 +99,14 @@ fn share(machine: &Machine, structure: &Structure, spin: &Spin) -> f64 {
     if rotor.gyro.is_empty() || spin.torsional_amplitudes().is_empty() {
         return 0.0;
     }
-    let stiffness = &structure.lateral.stiffness + projected(structure, &rotor.skew_stiffness());
+    let mut stiffness = &structure.lateral.stiffness + projected(structure, &rotor.skew_stiffness());
+    let mut damping = structure.lateral.damping.clone();
+    if let Some(changes) = rotor.change_at(speed) {
+        let [of_stiffness, of_damping] = changes.map(|change| projected(structure, &change));
+        (stiffness, damping) = (stiffness + of_stiffness, damping + of_damping);
+    }
     // an undamped resonance has no steady whirl
-    let Ok((real, imaginary)) = steady_state(structure, &sites, [&stiffness, &structure.lateral.damping], speed, 0.0)
-    else {
+    let Ok((real, imaginary)) = steady_state(structure, &sites, [&stiffness, &damping], speed, 0.0) else {
         return f64::INFINITY;
     };
     let [x, y] = [real, imaginary].map(|q| {

@@ -1,0 +1,102 @@
+//! Modes that follow the forces of bearing tables, beside the lowest modes of the shaft.
+//!
+//! ```text
+//! r     = sum over truncated modes  phi (phi^T b)/w^2                 displacement of the truncated modes by a unit force b across a bearing            (1)
+//! modes of K x = w^2 M x within the space of all r                      mass-normalised, uncoupled, orthogonal to the modes kept                     (2)
+//! ```
+//! The lowest modes are those of the shaft on the largest stiffnesses of its tables. The real stiffness and damping at a speed differ from them by forces across the bearings, which may be
+//! large: a strongly damped bearing almost holds its node. With (2) the static response to these forces is in the basis, so motions of the shaft with bearings of any
+//! stiffness and damping converge as fast as with free bearings. Two modes a bearing do what would take twice the number of lowest modes
+//! (docs/theory/05-reduction.md, "Bearing tables").
+//!
+//! Source: attachment modes (Craig, Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; Rubin 1975). Limits: bearings with a table alone, so that the basis of
+//! all other machines is as it was. Verified by `the_loads_of_strongly_damped_tables_are_those_of_the_full_engine` (`tests/rotor/bearing_tables.rs`).
+
+use super::basis::ModeSet;
+use crate::rotor::{BearingSite, RotorMatrices};
+use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, dot, mul, symmetric_generalised};
+
+/// Smallest length of a part of (1) that is orthogonal to the parts before, as a share of its own.
+const INDEPENDENT: f64 = 1e-6;
+/// Largest departure of a mode of the shaft from its eigenvalue equation, as a share of the highest `w^2 M phi`.
+const EIGEN_ERROR: f64 = 1e-6;
+
+/// Adds the modes (2) to the lowest ones; `all`: omega^2 and shapes of all modes; `coupled`: the planes XZ and YZ are.
+pub(super) fn with_table_modes(
+    rotor: &RotorMatrices,
+    mut kept: ModeSet,
+    (values, shapes): (&[f64], &Matrix),
+    coupled: bool,
+) -> Result<ModeSet, EigenError> {
+    let first = kept.omega_squared.len();
+    // a mode without stiffness has no static response
+    if values[first..].iter().any(|square| *square <= 0.0) {
+        return Ok(kept);
+    }
+    let truncated = shapes.columns(first, values.len() - first).into_owned();
+    let sites = || rotor.tables.iter().map(|(place, _)| &rotor.bearings[*place]);
+    let response = |site: &BearingSite, axis: usize| -> Vec<f64> {
+        let across = site.rows(|place| truncated.row(place).iter().copied().collect());
+        across[axis].iter().zip(&values[first..]).map(|(part, square)| part / square).collect()
+    };
+    let axes: &[&[usize]] = if coupled { &[&[0, 1]] } else { &[&[0], &[1]] };
+    let mut added: Vec<(f64, Vec<f64>)> = Vec::new();
+    for axes in axes {
+        let responses = sites().flat_map(|site| axes.iter().map(move |axis| (site, *axis)));
+        let Some(space) = orthonormal(responses.map(|(site, axis)| response(site, axis))) else { continue };
+        let stiffness = Matrix::from_fn(space.ncols(), space.ncols(), |i, j| {
+            (0..space.nrows()).map(|k| space[(k, i)] * values[first + k] * space[(k, j)]).sum()
+        });
+        let unit = Matrix::identity(space.ncols(), space.ncols());
+        let (squares, vectors) = symmetric_generalised(&stiffness, &unit, "the modes of bearing tables")?;
+        let shapes = mul(&truncated, &mul(&space, &vectors));
+        added.extend(squares.into_iter().enumerate().map(|(j, square)| (square, oriented(column_of(&shapes, j)))));
+    }
+    added.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    let columns = added.iter().flat_map(|(_, shape)| shape.iter().copied());
+    let columns: Vec<f64> = kept.shapes.as_slice().iter().copied().chain(columns).collect();
+    kept.omega_squared.extend(added.iter().map(|(square, _)| *square));
+    kept.shapes = Matrix::from_vec(kept.shapes.nrows(), kept.omega_squared.len(), columns);
+    Ok(kept)
+}
+
+/// Number of modes (2) at the end of a set: those that are no modes of the shaft itself.
+pub(crate) fn table_mode_count(rotor: &RotorMatrices, modes: &ModeSet) -> usize {
+    if rotor.tables.is_empty() {
+        return 0;
+    }
+    let (forces, momenta) = (mul(&rotor.stiffness, &modes.shapes), mul(&rotor.mass, &modes.shapes));
+    let highest = modes.omega_squared.iter().enumerate().map(|(j, square)| square.abs() * momenta.column(j).norm());
+    let limit = EIGEN_ERROR * highest.fold(0.0, f64::max);
+    let departs = |j: &usize| (forces.column(*j) - momenta.column(*j) * modes.omega_squared[*j]).norm() > limit;
+    (0..modes.omega_squared.len()).rev().take_while(departs).count()
+}
+
+/// Orthonormal columns that span the given ones; `None` without any.
+fn orthonormal(columns: impl Iterator<Item = Vec<f64>>) -> Option<Matrix> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for mut column in columns {
+        let length = dot(&column, &column).sqrt();
+        // twice: the first round leaves the rounding of its own differences
+        for _ in 0..2 {
+            for unit in &basis {
+                let share = dot(unit, &column);
+                column.iter_mut().zip(unit).for_each(|(part, unit)| *part -= share * unit);
+            }
+        }
+        let rest = dot(&column, &column).sqrt();
+        if rest > INDEPENDENT * length {
+            column.iter_mut().for_each(|part| *part /= rest);
+            basis.push(column);
+        }
+    }
+    let rows = basis.first()?.len();
+    Some(Matrix::from_vec(rows, basis.len(), basis.concat()))
+}
+
+/// A shape whose first large entry is positive.
+fn oriented(shape: &[f64]) -> Vec<f64> {
+    let largest = shape.iter().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+    let leading = shape.iter().find(|entry| entry.abs() >= 0.999 * largest).copied().unwrap_or(1.0);
+    shape.iter().map(|entry| if leading < 0.0 { -entry } else { *entry }).collect()
+}
