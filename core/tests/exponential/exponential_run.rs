@@ -302,7 +302,6 @@ fn what_is_not_covered_is_refused_at_its_key() {
     };
     let engine = ("run.engine", "exponential");
     for (path, value) in [
-        ("contact.points", "one"),
         ("run.force_location", "current"),
         ("run.step", "1 us"),
         ("rotor.initial_speed", "0 rad/s"),
