@@ -106,14 +106,14 @@ impl Watched {
     /// `what`: "bearing" or "pedestal"; `from`: what the force comes from and acts on.
     fn report(&self, what: &str, of: &str, row: &mut Row<'_>) {
         for (axis, peak) in ["x", "y"].into_iter().zip(self.components) {
-            row.peak_of_one(
+            row.peak(
                 format_args!("max_{what}_force_{axis}_{}", self.name),
                 "N",
                 format_args!("largest size of the force {of} along {}", axis.to_uppercase()),
                 Some(peak),
             );
         }
-        row.peak_of_one(
+        row.peak(
             format_args!("max_upward_{what}_force_{}", self.name),
             "N",
             format_args!("largest force {of} against gravity (along +Y without gravity); 0 where it never points up"),
@@ -184,7 +184,7 @@ impl LoadRecorder {
             );
         });
         for Watched { name, square, .. } in &self.bearings {
-            row.peak_of_one(
+            row.peak(
                 format_args!("max_bearing_load_{name}"),
                 "N",
                 format_args!("largest load of bearing {name}, norm in the X-Y plane"),
@@ -192,18 +192,13 @@ impl LoadRecorder {
             );
         }
         for Watched { name, square, .. } in &self.pedestals {
-            row.peak_of_one(
+            row.peak(
                 format_args!("max_pedestal_load_{name}"),
                 "N",
                 format_args!("largest load of the pedestal of bearing {name}, norm in the X-Y plane"),
                 Some(square.map(f64::sqrt)),
             );
         }
-    }
-
-    /// Number of columns of [`LoadRecorder::report_components`].
-    pub(super) fn component_columns(&self) -> usize {
-        9 * (self.bearings.len() + self.pedestals.len())
     }
 
     /// Components, which stand behind the columns that builds without them had.

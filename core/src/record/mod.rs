@@ -53,9 +53,8 @@ use bladeoff_numerics::linalg::Matrix;
 use std::ops::Range;
 
 /// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
-/// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own, fewer where
-/// many bearings would bring the columns above [`bladeoff_model::outcome::MAX_COLUMNS`]. The last ones have what was reached while all guards
-/// held ([`Column::guarded`]): of the whole machine first, of single bearings and sections as far as there is room.
+/// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own. The last columns have what
+/// was reached while all guards held ([`Column::guarded`]).
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut columns = Vec::new();
@@ -65,6 +64,16 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     recorders.report(None, None, &mut row);
     row.end(true);
     columns
+}
+
+/// Number of [`columns`] of a machine.
+pub(crate) fn column_count(machine: &Machine) -> usize {
+    let mut values = Vec::new();
+    let recorders = Recorders::new(machine, &[], 0.0);
+    let mut row = Row::values(&mut values);
+    recorders.report(None, None, &mut row);
+    row.end(true);
+    values.len()
 }
 
 /// Place of the number of whole time steps among [`columns`].
@@ -391,8 +400,7 @@ impl Recorders {
         Twin::report(twin, self.twins, row.of(Group::Numerics));
         damping::report(end.map(|_| &self.damping), row.of(Group::Course));
         RingRecorders::report(rings, row.of(Group::Stresses), RingRecorders::report_stresses);
-        // sections of the shaft get what room is left
-        self.stresses.report(row, self.loads.component_columns());
+        self.stresses.report(row);
         self.limits.report(row.of(Group::Course));
         RingRecorders::report(rings, row.of(Group::Numerics), RingRecorders::report_resolution);
         self.loads.report_components(row.of(Group::BearingLoads));

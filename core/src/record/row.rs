@@ -1,7 +1,7 @@
 //! One row of the table: columns and values, reported together.
 
 use super::peak::{Peak, Sum};
-use bladeoff_model::outcome::{Column, ColumnKind, Empty, Group, Growth, MAX_COLUMNS, Part};
+use bladeoff_model::outcome::{Column, ColumnKind, Empty, Group, Growth, Part};
 use std::fmt::Display;
 
 /// Part that a machine needs for columns of a flexible ring.
@@ -28,8 +28,6 @@ enum Kept<'a> {
 struct Guarded {
     /// Place of that column.
     of: usize,
-    /// It tells of one bearing or section of several.
-    of_one: bool,
     value: Option<f64>,
 }
 
@@ -138,7 +136,7 @@ impl<'a> Row<'a> {
 
     /// The time of a first event \[s\]; `guarded`: the same where the event happened while all guards held.
     pub fn once(&mut self, name: &str, meaning: &str, value: Option<f64>, guarded: Option<f64>) {
-        self.guarded.push(Guarded { of: self.len(), of_one: false, value: guarded });
+        self.guarded.push(Guarded { of: self.len(), value: guarded });
         let kind = Kind::real("s", Part::Whole, Growth::Once);
         self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
@@ -151,13 +149,13 @@ impl<'a> Row<'a> {
 
     /// A sum, and what it was while all guards held.
     pub fn sum(&mut self, name: &str, unit: &'static str, meaning: &str, sum: Option<Sum>) {
-        self.guarded.push(Guarded { of: self.len(), of_one: false, value: sum.map(|sum| sum.guarded) });
+        self.guarded.push(Guarded { of: self.len(), value: sum.map(|sum| sum.guarded) });
         self.growing(name, unit, meaning, sum.map(|sum| sum.value));
     }
 
     /// A count with the number reached while all guards held.
     pub fn counted(&mut self, name: &str, meaning: &str, count: Option<Sum>) {
-        self.guarded.push(Guarded { of: self.len(), of_one: false, value: count.map(|count| count.guarded) });
+        self.guarded.push(Guarded { of: self.len(), value: count.map(|count| count.guarded) });
         let kind = Kind { unit: "", kind: ColumnKind::Count, part: Part::Whole, growth: Growth::Grows };
         self.add(count.map(|count| count.value), kind, || (name.to_owned(), meaning.to_owned()));
     }
@@ -179,23 +177,7 @@ impl<'a> Row<'a> {
     /// A peak, time and speed at which it was reached, and what it was while all guards held. `None` where the machine has no such
     /// quantity.
     pub fn peak(&mut self, name: impl Display, unit: &'static str, meaning: impl Display, peak: Option<Peak>) {
-        self.add_peak(false, &name, unit, &meaning, peak);
-    }
-
-    /// The same of one bearing or section of several.
-    pub fn peak_of_one(&mut self, name: impl Display, unit: &'static str, meaning: impl Display, peak: Option<Peak>) {
-        self.add_peak(true, &name, unit, &meaning, peak);
-    }
-
-    fn add_peak(
-        &mut self,
-        of_one: bool,
-        name: &dyn Display,
-        unit: &'static str,
-        meaning: &dyn Display,
-        peak: Option<Peak>,
-    ) {
-        self.guarded.push(Guarded { of: self.len(), of_one, value: peak.map(|peak| peak.guarded) });
+        self.guarded.push(Guarded { of: self.len(), value: peak.map(|peak| peak.guarded) });
         let Peak { value, at, .. } = peak.unwrap_or_default();
         let column = || format!("{name}_{}", unit.replace(' ', ""));
         let kind = Kind::real(unit, Part::Peak, Growth::Grows);
@@ -206,26 +188,16 @@ impl<'a> Row<'a> {
         self.add(value.map(|_| at.speed), Kind::real("rad/s", Part::PeakSpeed, Growth::Free), speed);
     }
 
-    /// Ends the row with what was reached while all guards held; null in a row that `is_ok`, whose values stand. They stand behind all
-    /// others, so that rows of builds without them are the beginning of a row. Where a message has no room for all, those of single
-    /// bearings and sections give way first, the last ones before the first.
+    /// Ends the row with what was reached while all guards held; null in a row that `is_ok`, whose values stand. These values are behind all
+    /// others.
     pub fn end(mut self, is_ok: bool) {
-        let guarded = std::mem::take(&mut self.guarded);
-        let room = MAX_COLUMNS.saturating_sub(self.len());
-        let mut left_of_all = guarded.iter().filter(|guarded| !guarded.of_one).count().min(room);
-        let mut left_of_one = room - left_of_all;
-        for Guarded { of, of_one, value } in guarded {
-            let left = if of_one { &mut left_of_one } else { &mut left_of_all };
-            if *left == 0 {
-                continue;
-            }
-            *left -= 1;
+        for Guarded { of, value } in std::mem::take(&mut self.guarded) {
             match &mut self.kept {
                 Kept::Columns(columns) => {
                     columns[of].is_guarded = true;
                     let (other, name) = (&columns[of], columns[of].guarded());
                     let column = Column {
-                        name: name.expect("it is said to have one"),
+                        name: name.expect("a guarded column has a name"),
                         meaning: format!(
                             "what {} had reached while all guards and limits of the run held, the step in which a limit was exceeded \
                              included; null where the status is ok",

@@ -5,14 +5,12 @@ use super::row::Row;
 use super::von_mises::VonMises;
 use crate::stress::{ShaftStresses, equivalent_square};
 use bladeoff_model::machine::RotorKind;
-use bladeoff_model::outcome::{Empty, MAX_COLUMNS};
+use bladeoff_model::outcome::Empty;
 use bladeoff_numerics::linalg::Matrix;
 use std::ops::Range;
 
 /// Shaft sections with columns of their own at most; the largest over all sections is always there.
 const REPORTED_SECTIONS: usize = 12;
-/// Columns of one section: four peaks.
-const SECTION_COLUMNS: usize = 12;
 
 /// Watches every section of the shaft.
 #[derive(Debug, Clone)]
@@ -149,8 +147,7 @@ impl StressRecorder {
         self.shaft.iter().flat_map(|shaft| (0..self.torsion.len()).map(move |section| of(shaft, section))).collect()
     }
 
-    /// `reserved`: columns that follow.
-    pub(super) fn report(&self, row: &mut Row<'_>, reserved: usize) {
+    pub(super) fn report(&self, row: &mut Row<'_>) {
         let sections = self.sections();
         let mut all = Stresses::default();
         for section in &sections {
@@ -169,8 +166,7 @@ impl StressRecorder {
         let all = self.shaft.as_ref().map(|_| &all);
         let lacks = all.is_none().then_some("a shaft: `rotor.shaft`");
         row.with(Empty::Absent, lacks, |row| Stresses::report(all, None, row));
-        let room = MAX_COLUMNS.saturating_sub(row.len() + reserved) / SECTION_COLUMNS;
-        for (i, section) in sections.iter().take(REPORTED_SECTIONS.min(room)).enumerate() {
+        for (i, section) in sections.iter().take(REPORTED_SECTIONS).enumerate() {
             Stresses::report(Some(section), Some(i), row);
         }
     }
@@ -190,19 +186,15 @@ impl Stresses {
             ("bending_stress", "Pa", format!("largest bending stress {surface}"), of.map(|s| s.bending)),
         ] {
             let name = format!("max_{name}{suffix}");
-            match section {
-                None => row.peak(name, unit, meaning, peak),
-                Some(_) => row.peak_of_one(name, unit, meaning, peak),
-            }
+            row.peak(name, unit, meaning, peak);
         }
         let name = format!("max_shaft_von_mises{suffix}");
         let meaning = format!("largest von Mises stress of bending and torsion at one instant {surface}");
         let mises = of.map(|s| s.mises);
+        row.peak(&name, "Pa", meaning, mises);
         if section.is_some() {
-            row.peak_of_one(name, "Pa", meaning, mises);
             return;
         }
-        row.peak(&name, "Pa", meaning, mises);
         let position = of.filter(|s| s.mises.value.is_some()).map(|s| s.position);
         row.real(format!("{name}_position_m"), "m", format!("place along the shaft of {name}_Pa"), position);
     }

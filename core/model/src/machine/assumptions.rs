@@ -121,11 +121,7 @@ fn spin(machine: &Machine) -> String {
 
 /// A yield strength does not change the motion; it ends the run, or is not compared where it is not given.
 fn judged_by_yield(is_given: bool) -> &'static str {
-    if is_given {
-        "elastic at any stress; stresses are compared with the yield strength"
-    } else {
-        "without yield"
-    }
+    if is_given { "elastic at any stress; stresses are compared with the yield strength" } else { "without yield" }
 }
 
 fn rotor_line(kind: &RotorKind) -> String {

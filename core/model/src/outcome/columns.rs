@@ -1,7 +1,7 @@
 //! What a column of the result table is. Which there are is declared by the solver, by the recorders that fill them.
 
-/// Columns of an outcome at most: what a message between processes carries.
-pub const MAX_COLUMNS: usize = 1024;
+/// Columns of an outcome at most: what a message between processes carries. A machine that needs more is rejected before it runs.
+pub const MAX_COLUMNS: usize = 2048;
 
 /// How a column is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

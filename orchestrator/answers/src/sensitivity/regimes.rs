@@ -92,9 +92,9 @@ pub fn by_regime(
             },
         };
         let mut found = given_data(&part, alpha)?;
-        found.notes.push(
-            "within a regime the parameters are not independent: the indices describe its runs alone".to_owned(),
-        );
+        found
+            .notes
+            .push("within a regime the parameters are not independent: the indices describe its runs alone".to_owned());
         Ok((regime, found))
     };
     regimes(words, given.output).into_iter().map(one).collect()

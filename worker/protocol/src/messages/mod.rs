@@ -19,7 +19,7 @@ pub use from_worker::{Body, FromWorker, FromWorkerBlock, Hello, Report, SampleRe
 pub use to_worker::{Batch, ToWorker, ToWorkerBlock};
 
 /// Version of the message format; a reader refuses any other.
-pub const PROTOCOL_VERSION: u64 = 4;
+pub const PROTOCOL_VERSION: u64 = 5;
 /// Most samples in one batch.
 pub const MAX_BATCH: usize = 256;
 /// Most parameters of one sample.
@@ -27,7 +27,7 @@ pub const MAX_PARAMS: usize = 128;
 /// Most parameter values in one batch, all samples together.
 pub const MAX_BATCH_VALUES: usize = 4096;
 /// Most result values of one sample.
-pub const MAX_VALUES: usize = 1024;
+pub const MAX_VALUES: usize = 2048;
 /// Most sample reports in one message.
 pub const MAX_REPORTS: usize = 256;
 
