@@ -133,31 +133,52 @@ pub(super) struct SolvedGrid {
     first: i64,
 }
 
-/// Some speeds of the exponential engine's grid.
-#[derive(Debug, Clone, Copy)]
+/// Some speeds of the exponential engine's grid. With bearing tables also their own speeds, between which a coefficient has no extremum: a peak of a
+/// coefficient that is narrower than the grid can make the rotor unstable.
+#[derive(Debug, Clone)]
 struct Speeds {
     scale: GridSpacing,
     every: i64,
+    /// All speeds, ascending, where there are tables; otherwise those of the grid.
+    listed: Option<Vec<f64>>,
 }
 
 impl Speeds {
-    fn new(scale: GridSpacing) -> Self {
-        Self { scale, every: THINNED[usize::from(scale.closes)] }
+    /// `about`: speed around which the grid is listed \[rad/s\].
+    fn new(scale: GridSpacing, structure: &Structure, about: f64) -> Self {
+        let grid = Self { scale, every: THINNED[usize::from(scale.closes)], listed: None };
+        if structure.rotor.tables.is_empty() {
+            return grid;
+        }
+        let first = grid.below(about);
+        let of_grid = (first - MOST..=first + MOST).map(|k| grid.at(k)).filter(|speed| *speed >= 0.0);
+        let of_tables = structure.rotor.tables.iter().flat_map(|(_, table)| table.speeds().iter().copied());
+        let mut listed: Vec<f64> = of_grid.chain(of_tables).collect();
+        listed.sort_by(f64::total_cmp);
+        listed.dedup();
+        Self { listed: Some(listed), ..grid }
     }
 
     fn at(&self, k: i64) -> f64 {
-        self.scale.speed(k * self.every)
+        match &self.listed {
+            Some(listed) => listed[k.clamp(0, listed.len() as i64 - 1) as usize],
+            None => self.scale.speed(k * self.every),
+        }
     }
 
     fn below(&self, speed: f64) -> i64 {
-        self.scale.below(speed).div_euclid(self.every)
+        match &self.listed {
+            Some(listed) => (listed.partition_point(|other| *other <= speed) as i64 - 1).clamp(0, listed.len() as i64 - 2),
+            None => self.scale.below(speed).div_euclid(self.every),
+        }
     }
 }
 
 impl SolvedGrid {
     pub fn new(machine: &Machine, structure: &Structure) -> Self {
-        let speeds = Speeds::new(GridSpacing::of(machine, None));
-        Self { system: System::of(machine, structure), first: speeds.below(machine.rotor.initial_speed), speeds }
+        let initial = machine.rotor.initial_speed;
+        let speeds = Speeds::new(GridSpacing::of(machine, None), structure, initial);
+        Self { system: System::of(machine, structure), first: speeds.below(initial), speeds }
     }
 
     /// Changes of the speed from which on the least damping is asked for again \[rad/s\]: a part of the grid's spacing.
@@ -172,7 +193,8 @@ impl DampingGrid for SolvedGrid {
     }
 
     fn below(&self, speed: f64) -> i64 {
-        self.speeds.below(speed).clamp(self.first - MOST, self.first + MOST)
+        let below = self.speeds.below(speed);
+        if self.speeds.listed.is_some() { below } else { below.clamp(self.first - MOST, self.first + MOST) }
     }
 
     fn least(&self, b: i64) -> Option<Damping> {
@@ -192,8 +214,8 @@ pub fn unstable_speeds(
     [lowest, highest]: [f64; 2],
 ) -> Result<Vec<UnstableRange>, EigenError> {
     let system = System::of(machine, structure);
-    let grid = Speeds::new(GridSpacing::reaching(machine, highest));
-    let inner = (grid.below(lowest) + 1..=grid.below(highest)).map(|b| grid.at(b));
+    let grid = Speeds::new(GridSpacing::reaching(machine, highest), structure, lowest);
+    let inner = (grid.below(lowest)..=grid.below(highest) + 1).map(|b| grid.at(b)).filter(|speed| (lowest..=highest).contains(speed));
     let mut speeds: Vec<f64> =
         std::iter::once(lowest).chain(inner).chain(std::iter::once(highest)).filter(|speed| *speed >= lowest).collect();
     speeds.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * highest.abs());

@@ -213,3 +213,27 @@ fn speeds_of_a_run_are_those_from_its_start_to_its_end() {
     let machine = machine_with(&text, &[("run.end_speed", "100")]);
     assert_eq!(speeds_of_run(&machine), [100.0, machine.rotor.initial_speed]);
 }
+
+/// A peak of the cross stiffness between 131 and 151 rad/s, narrower than the grid of speeds: found by every engine at the table's own speed.
+#[test]
+fn a_narrow_peak_of_a_table_is_found() {
+    let table = "kind = \"table\"\ncoefficients = { speeds = [0, 131, 141, 151, 400], kxx = [2e6, 2e6, 2e6, 2e6, 2e6], \
+        kxy = [0, 0, 6e5, 0, 0], kyx = [0, 0, -6e5, 0, 0], kyy = [2e6, 2e6, 2e6, 2e6, 2e6], cxx = [100, 100, 100, 100, 100], \
+        cyy = [100, 100, 100, 100, 100] }";
+    let text = study_machine("lab_rig").replace("stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"", table);
+    let changes = [("run.end_time", "1.2 s"), ("blade_off.mass", "0.01 g")];
+    for engine in ["reduced", "full", "exponential"] {
+        let machine = machine_with(&text, &[&changes[..], &[("run.engine", engine)]].concat());
+        assert_eq!(machine.rotor.bearings.iter().filter(|bearing| bearing.table.is_some()).count(), 2);
+        let found = ranges(&machine, speeds_of_run(&machine));
+        assert_eq!(found.len(), 1, "{engine}: {found:?}");
+        assert!((found[0].worst_at - 141.0).abs() < 1e-9 && found[0].worst.ratio < -0.04, "{engine}: {found:?}");
+        if engine == "full" {
+            continue; // the recorders of both reference engines share one grid
+        }
+        let row = run(machine);
+        assert!(row.value("end_speed_rad_s") < 130.0, "{engine}: the run passes the peak");
+        let (ratio, speed) = least(&row);
+        assert!(ratio < -0.03 && (131.0..151.0).contains(&speed), "{engine}: {ratio} at {speed}");
+    }
+}

@@ -56,6 +56,12 @@ impl BearingTable {
         Self { speeds, values, slopes, interpolation }
     }
 
+    /// Speeds of the table \[rad/s\], ascending.
+    #[must_use]
+    pub fn speeds(&self) -> &[f64] {
+        &self.speeds
+    }
+
     /// Lowest and highest speed \[rad/s\].
     #[must_use]
     pub fn range(&self) -> [f64; 2] {
