@@ -33,6 +33,17 @@ const INERTIA: Rule = rule(
     "a thin disc has 2, every other body less: are the two interchanged?",
 );
 const STIFFNESS: Rule = rule("stiffness", [0.0, 1e12], "N/m", UNIT);
+const YIELD: Rule = rule("yield strength", [1e7, 5e9], "Pa", UNIT);
+const BEARING_DAMPING: Rule = rule("damping", [0.0, 1e9], "N s/m", UNIT);
+const FRICTION: Rule = rule("friction coefficient", [0.0, 1.5], "", "dry steel has 0.1 to 0.8");
+const RADIUS: Rule = rule("radius of the unbalance", [1e-5, 5.0], "m", UNIT);
+const GAP: Rule = rule("gap", [5e-6, 0.1], "m", UNIT);
+const GYRATION: Rule = rule(
+    "radius of gyration over the length of the shaft",
+    [0.0, 1.0],
+    "",
+    "are its mass and its inertias in SI units?",
+);
 const CLEARANCE: Rule = rule("radial clearance", [1e-6, 5e-3], "m", UNIT);
 const CRITICAL_DAMPING: Rule = rule(
     "damping ratio of the first bending mode by the shaft's stiffness-proportional damping",
@@ -97,6 +108,11 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
     if let RotorKind::Shaft(shaft) = &rotor.kind {
         let quantities: [(&Rule, fn(&ShaftElement) -> f64); 3] =
             [(&MODULUS, |one| one.young_modulus), (&DENSITY, |one| one.density), (&SHAFT_DIAMETER, |one| one.diameter)];
+        for element in &shaft.elements {
+            if let Some(strength) = element.yield_strength {
+                see(&YIELD, &format!("rotor.shaft[{}]", element.section), strength, "");
+            }
+        }
         for (rule, of) in quantities {
             let mut seen = Vec::new();
             for element in &shaft.elements {
@@ -113,6 +129,10 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             let ratio = disc.polar_inertia / disc.transverse_inertia;
             let [polar, transverse] =
                 [disc.polar_inertia, disc.transverse_inertia].map(|inertia| format_digits(inertia, "kg m2", 3));
+            let gyration = (disc.transverse_inertia.max(disc.polar_inertia) / disc.mass).sqrt();
+            let length = shaft.nodes.last().unwrap_or(&1.0) - shaft.nodes.first().unwrap_or(&0.0);
+            let beside = format!(" ({} of {})", format_digits(gyration, "m", 3), format_digits(length, "m", 3));
+            see(&GYRATION, &format!("rotor.discs.{}", disc.name), gyration / length, &beside);
             for rule in [&INERTIA, &SLENDER] {
                 see(rule, &format!("rotor.discs.{}", disc.name), ratio, &format!(" ({polar} over {transverse})"));
             }
@@ -121,6 +141,8 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
     for bearing in &rotor.bearings {
         let largest = bearing.stiffness.iter().flatten().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
         see(&STIFFNESS, &format!("rotor.bearings.{}", bearing.name), largest, "");
+        let largest = bearing.damping.iter().flatten().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        see(&BEARING_DAMPING, &format!("rotor.bearings.{}", bearing.name), largest, "");
         if let Some(clearance) = bearing.clearance {
             see(&CLEARANCE, &format!("rotor.bearings.{}", bearing.name), clearance, "");
         }
@@ -152,13 +174,21 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             see(&UNBALANCE, &subject, unbalance.mass / weight.mass, &format!(" ({mass} of {rotor})"));
         }
     }
+    for unbalance in rotor.unbalances.iter().filter(|unbalance| unbalance.mass > 0.0 && unbalance.radius > 0.0) {
+        see(&RADIUS, &format!("rotor.unbalances.{}", unbalance.name), unbalance.radius, "");
+    }
     for diaphragm in &machine.diaphragms {
         let subject = format!("diaphragms.{}", diaphragm.name);
+        see(&FRICTION, &subject, diaphragm.contact.friction, "");
+        see(&GAP, &subject, diaphragm.contact.gap, "");
         see(&SURFACE, &subject, rotor.initial_speed * diaphragm.contact.rotor_radius, " of the rotor at the contact");
         if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
             let ring = &stator.ring;
             see(&MODULUS, &subject, stator.young_modulus, "");
             see(&DENSITY, &subject, stator.density, "");
+            if let Some(strength) = stator.yield_strength {
+                see(&YIELD, &subject, strength, "");
+            }
             see(&RING_RADIUS, &subject, ring.mean_radius, "");
             let mut compare = |rule: &Rule, size: f64, reference: f64| {
                 let [shown, of] = [size, reference].map(|size| format_digits(size, "m", 3));
@@ -256,6 +286,20 @@ mod tests {
                 "stiffness_proportional = \"2e-5 s\"",
                 "stiffness_proportional = 0.02",
                 "rotor.damping: damping ratio of the first bending mode by the shaft's stiffness-proportional damping ",
+            ),
+            ("friction = 0.15", "friction = 15", "diaphragms.seal: friction coefficient 15, plausible is at most 1.5"),
+            ("radius = \"40 mm\"", "radius = 40", "rotor.unbalances.blade_off: radius of the unbalance 40 m"),
+            ("gap = \"0.5 mm\"", "gap = 0.4e-6", "diaphragms.seal: gap 4e-4 mm, plausible is 0.005 mm to 100 mm"),
+            ("damping = \"600 N s/m\"", "damping = 6e9", "rotor.bearings.left: damping 6e9 N s/m"),
+            (
+                "shear_coefficient = 0.9\n",
+                "shear_coefficient = 0.9\nyield_strength = 250\n",
+                "rotor.shaft[0]: yield strength 250 Pa",
+            ),
+            (
+                "transverse_inertia = \"6.5e-4 kg m2\"",
+                "transverse_inertia = 650",
+                "rotor.discs.left: radius of gyration over the length of the shaft 25.5 (25.5 m of 1 m)",
             ),
             ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: sag under its weight "),
             ("stiffness = \"2e6 N/m\"", "stiffness = 4", "rotor: first bending frequency over running speed "),

@@ -168,7 +168,9 @@ impl Speeds {
 
     fn below(&self, speed: f64) -> i64 {
         match &self.listed {
-            Some(listed) => (listed.partition_point(|other| *other <= speed) as i64 - 1).clamp(0, listed.len() as i64 - 2),
+            Some(listed) => {
+                (listed.partition_point(|other| *other <= speed) as i64 - 1).clamp(0, listed.len() as i64 - 2)
+            }
             None => self.scale.below(speed).div_euclid(self.every),
         }
     }
@@ -215,7 +217,9 @@ pub fn unstable_speeds(
 ) -> Result<Vec<UnstableRange>, EigenError> {
     let system = System::of(machine, structure);
     let grid = Speeds::new(GridSpacing::reaching(machine, highest), structure, lowest);
-    let inner = (grid.below(lowest)..=grid.below(highest) + 1).map(|b| grid.at(b)).filter(|speed| (lowest..=highest).contains(speed));
+    let inner = (grid.below(lowest)..=grid.below(highest) + 1)
+        .map(|b| grid.at(b))
+        .filter(|speed| (lowest..=highest).contains(speed));
     let mut speeds: Vec<f64> =
         std::iter::once(lowest).chain(inner).chain(std::iter::once(highest)).filter(|speed| *speed >= lowest).collect();
     speeds.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * highest.abs());

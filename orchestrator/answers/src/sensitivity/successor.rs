@@ -1,12 +1,13 @@
 //! First order indices of independent points, without any design: each row beside the one with the next larger value of a parameter.
 //!
 //! ```text
-//! S = (1/n sum y_j y_N(j) - m^2)/V      N(j): the row whose x is next above, of the largest the smallest;  m, V: of all y
+//! S = 1 - sum (y_N(j) - y_j)^2/(2 sum (y_j - m)^2)      N(j): the row whose x is next above, of all rows but the last;  m: mean of y
 //! ```
-//! Rows with the same x (values of a list) stand in the order of the table, which tells nothing of y. Right in the limit of many rows;
-//! an index of 0 scatters by 1/sqrt(n).
+//! Rows with the same x (values of a list) stand in the order of the table, which is independent of y. Right in the limit of many rows;
+//! an index of 0 has the mean 0 and scatters by 1/sqrt(n).
 //! Source: F. Gamboa, P. Gremaud, T. Klein, A. Lagnoux, "Global sensitivity analysis: a novel generation of mighty estimators based on
-//! rank statistics" (2022), eq. (8).
+//! rank statistics" (2022), eq. (8), without its successor of the largest x. That successor, the smallest, adds -6/n to the index of a
+//! parameter that alone drives the output. Without it the estimate is von Neumann's ratio of successive differences (1941).
 //! Verified by `tests/sensitivity`: by hand, NumPy, Ishigami's function; coverage of 95 % intervals 88 to 96 % with 256 rows, 93 to 97 %
 //! with 1024.
 
@@ -18,11 +19,9 @@ pub const FEWEST_FOR_SUCCESSORS: usize = 256;
 /// Of the rows that are kept; NaN where the output does not vary.
 pub(super) fn of_order(x: &Ordered<'_>, y: &[f64], keep: impl Fn(usize) -> bool) -> f64 {
     let kept: Vec<f64> = x.order().filter(|row| keep(*row)).map(|row| y[row]).collect();
-    // about the mean, which changes nothing: the successors are all rows again
     let kept = from_mean(&kept);
-    let next = kept.iter().skip(1).chain(kept.first());
-    let products: f64 = kept.iter().zip(next).map(|(y, next)| y * next).sum();
-    products / product(&kept, &kept)
+    let differences: f64 = kept.windows(2).map(|pair| (pair[1] - pair[0]) * (pair[1] - pair[0])).sum();
+    1.0 - 0.5 * differences / product(&kept, &kept)
 }
 
 /// Of columns of one length, with finite values; `None` where the output does not vary.
