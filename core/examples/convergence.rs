@@ -27,7 +27,7 @@ const ROBUST: [&str; 7] = [
 const RAW: [&str; 2] = ["max_contact_force_N", "impacts"];
 
 const LAB: &str = include_str!("../../studies/machines/lab_rig.toml");
-const TURBINE: &str = include_str!("../../studies/machines/lp_turbine.toml");
+const TURBINE: &str = include_str!("../../studies/machines/lp_turbine_paper.toml");
 
 fn machine(text: &str, sets: Sets) -> Machine {
     let mut def = MachineDef::parse("machine.toml", text).unwrap_or_else(|e| panic!("{e}"));

@@ -1,6 +1,6 @@
 //! A machine file with changes, its row by whichever engine, and what it cost: once, and once more as a study does the samples after the first two.
 //!
-//! `cargo run --release -p bladeoff-core --example exponential -- MACHINE [PATH=VALUE ...] [COLUMN ...]`, for example `studies/machines/lp_turbine.toml
+//! `cargo run --release -p bladeoff-core --example exponential -- MACHINE [PATH=VALUE ...] [COLUMN ...]`, for example `studies/machines/lp_turbine_paper.toml
 //! run.engine=exponential "run.contact_step=50 us" energy_error`. Instructions: `valgrind --tool=callgrind`, docs/theory/08-exponential-engine.md.
 #![allow(clippy::print_stdout, reason = "its output")]
 

@@ -15,7 +15,7 @@ use bladeoff_model::machine::{Engine, Machine, MachineDef};
 use bladeoff_model::outcome::Status;
 use random::{COMPARED, Found, STARTS, difference, machines};
 
-const TURBINE: &str = include_str!("../../studies/machines/lp_turbine.toml");
+const TURBINE: &str = include_str!("../../studies/machines/lp_turbine_paper.toml");
 const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
 const EXPONENTIAL: (&str, &str) = ("run.engine", "exponential");
 const SHORT: (&str, &str) = ("run.end_time", "3.4 s");

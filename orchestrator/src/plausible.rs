@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn shipped_machines_are_plausible() {
-        for text in [RIG, include_str!("../../studies/machines/lp_turbine.toml")] {
+        for text in [RIG, include_str!("../../studies/machines/lp_turbine_paper.toml")] {
             assert_eq!(of(text), [] as [String; 0]);
         }
     }

@@ -109,9 +109,11 @@ fn the_study_of_the_paper_s_table_is_an_ordinary_study() {
     let samples = Samples::new(load(&root().join("studies/table1.toml"), own_columns).expect("valid"), None, None)
         .expect("samples");
     assert_eq!(samples.count(), 3 * 3 * 5);
-    let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("the machine");
-    let own =
-        bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", &text).expect("valid").build().expect("valid");
+    let text = fs::read_to_string(root().join("studies/machines/lp_turbine_paper.toml")).expect("the machine");
+    let own = bladeoff_model::machine::MachineDef::parse("lp_turbine_paper.toml", &text)
+        .expect("valid")
+        .build()
+        .expect("valid");
     let mut kinds = std::collections::BTreeSet::new();
     for sample in 0..samples.count() {
         let machine = samples.machine(sample).build().expect("every sample can be built");

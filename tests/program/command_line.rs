@@ -176,7 +176,7 @@ fn options_of_simulate_are_what_is_simulated() {
 
 #[test]
 fn modes_are_shown_at_the_speeds_asked_for() {
-    let machine = "studies/machines/lp_turbine.toml";
+    let machine = "studies/machines/lp_turbine_paper.toml";
     let said = say(&["modes", machine, "--speed", "0", "--speed", "1500 rpm", "--json"]);
     assert_eq!(said.code, 0, "{}", said.err);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
@@ -268,7 +268,7 @@ fn templates_are_valid_and_overwrite_nothing() {
 
 #[test]
 fn a_reader_that_leaves_is_no_error() {
-    let mut child = bladeoff(&["paths", "studies/machines/lp_turbine.toml"])
+    let mut child = bladeoff(&["paths", "studies/machines/lp_turbine_paper.toml"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -141,7 +141,7 @@ fn check_of_studies_and_of_a_machine() {
     std::os::unix::fs::symlink(root().join("studies"), folder.path("studies")).expect("linked");
     folder.write("strength.toml", STUDY);
     reviewed("check-function-study", &printed(&folder, &["check", "strength.toml"]));
-    reviewed("check-machine", &printed(&folder, &["check", "studies/machines/lp_turbine.toml"]));
+    reviewed("check-machine", &printed(&folder, &["check", "studies/machines/lp_turbine_paper.toml"]));
     let text = said(bladeoff(&["check", "studies/first-look.toml"]).output().expect("the binary starts"));
     let (shown, times) = text.out.split_once("\ntimed ").expect("samples were timed");
     assert!(times.contains(" of CPU time; "), "{times}");

@@ -191,7 +191,7 @@ fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
 #[test]
 fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     let folder = Folder::new();
-    let turbine = crate::support::root().join("studies/machines/lp_turbine.toml");
+    let turbine = crate::support::root().join("studies/machines/lp_turbine_paper.toml");
     folder.write("turbine.toml", &fs::read_to_string(turbine).expect("the turbine"));
     let study = folder.write(
         "whips.toml",

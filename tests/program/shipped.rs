@@ -1,6 +1,6 @@
 //! Studies with questions that are shipped: each answers in one command at a scaled-down size. Studies that the pages show in full.
 
-use crate::support::{Folder, root, say, table};
+use crate::support::{Folder, json, root, say, table, text};
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -34,6 +34,42 @@ fn answers_in_one_command(name: &str, points: usize, samples: usize, names: &[&s
 }
 
 #[test]
+fn the_turbine_on_films_and_pedestals_answers() {
+    let names = ["pedestal-overload", "cap-bolts", "front-seal", "pedestal-by-lost-mass"];
+    answers_in_one_command("lp-turbine-risk", 1, 1, &names);
+}
+
+/// Weight, bearing tables, pedestals and monitors in a rub: `exponential` against all degrees of freedom.
+#[test]
+fn the_shipped_turbine_has_the_loads_of_full() {
+    let machine = text(&root().join("studies/machines/lp_turbine.toml"));
+    let of = |engine: &str| {
+        let set = ["--engine", engine, "--set", "run.end_time=0.1 s", "--set", "contact.gap=5 mm", "--json"];
+        let said = say(&[&["simulate", &machine][..], &set].concat());
+        assert_eq!((said.code, said.err.contains("warning: modes")), (0, false), "{engine}: {}", said.err);
+        json(&said.out)
+    };
+    let [full, ours] = ["full", "exponential"].map(of);
+    for row in [&full, &ours] {
+        assert_eq!(row["status"], "ok", "{row}");
+        assert!(row["contact_impulse_Ns"].as_f64() > Some(1000.0), "contact happened: {row}");
+    }
+    for (column, tolerance) in [
+        ("max_bearing_load_N", 1e-3),
+        ("max_upward_bearing_force_rear_N", 2e-3),
+        ("max_pedestal_load_rear_N", 5e-3),
+        ("max_displacement_rear_seal_m", 2e-3),
+        ("contact_impulse_Ns", 5e-3),
+        ("friction_energy_J", 5e-3),
+        ("max_bending_stress_Pa", 1e-2),
+    ] {
+        let [a, b] = [&full, &ours].map(|row| row[column].as_f64().expect("a number"));
+        println!("{column}: {a} {b} {:.1e}", b / a - 1.0);
+        assert!((b / a - 1.0).abs() < tolerance, "{column}: {a} {b}");
+    }
+}
+
+#[test]
 fn the_turbine_at_risk_answers() {
     let names = ["bearing-overload", "diaphragm-hit", "bearing-load-95", "overload-by-lost-mass"];
     answers_in_one_command("blade-off-risk", 1, 1, &names);
@@ -63,7 +99,7 @@ fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
 fn the_map_of_one_detection_is_drawn_in_one_command() {
     let folder = Folder::new();
     let shipped = |name: &str| fs::read_to_string(root().join("studies").join(name)).expect("shipped");
-    folder.write("machines/lp_turbine.toml", &shipped("machines/lp_turbine.toml"));
+    folder.write("machines/lp_turbine_paper.toml", &shipped("machines/lp_turbine_paper.toml"));
     let text = shipped("gap-friction-hyp2.toml").replace("[set]\n", "[set]\n\"run.guard.normal_work\" = 1e-4\n");
     assert!(text.contains("normal_work"), "set");
     let (study, out) = (folder.write("map.toml", &text), folder.name("map"));

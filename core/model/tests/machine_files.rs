@@ -69,16 +69,16 @@ surface = "mean-line"
 
 #[test]
 fn the_turbine_loads_with_the_values_of_its_file() {
-    let machine = build(&shipped("lp_turbine"));
+    let machine = build(&shipped("lp_turbine_paper"));
     assert_eq!(
         (machine.name.as_str(), machine.run.end_time, machine.run.engine),
-        ("lp_turbine", 6.0, Engine::Exponential)
+        ("lp_turbine_paper", 6.0, Engine::Exponential)
     );
     assert_eq!(
         (machine.run.guard.normal_work, machine.run.guard.energy_balance, machine.run.guard.penetration),
         (0.01, 1e-5, 0.02)
     );
-    let reduced = build(&shipped("lp_turbine").replacen("\n[run]", "\n[run]\nengine = \"reduced\" #", 1));
+    let reduced = build(&shipped("lp_turbine_paper").replacen("\n[run]", "\n[run]\nengine = \"reduced\" #", 1));
     assert_eq!((reduced.run.engine, reduced.run.guard.energy_balance), (Engine::Reduced, 1e-6));
     assert_eq!((machine.run.step, machine.run.rotor_modes, machine.run.end_speed), (None, None, 0.0));
     assert_eq!(machine.rotor.initial_speed, 50.0 * PI);
@@ -199,7 +199,7 @@ fn a_speed_law_of_points_loads() {
 
 #[test]
 fn setting_a_parameter_equals_editing_the_file() {
-    let text = shipped("lp_turbine");
+    let text = shipped("lp_turbine_paper");
     for (path, value, from, to) in [
         ("contact.gap", "7 mm", "gap = \"8 mm\"", "gap = \"7 mm\""),
         ("contact.detection", "hyp2-frozen", "detection = \"hyp2\"", "detection = \"hyp2-frozen\""),
@@ -241,7 +241,7 @@ fn a_set_kind_leaves_the_other_kinds_keys_unused() {
 
 #[test]
 fn paths_resolve_in_full_and_by_unambiguous_ending() {
-    let def = parse(&shipped("lp_turbine"));
+    let def = parse(&shipped("lp_turbine_paper"));
     let full = |ending: &str| def.resolve(ending).map(|info| info.path);
     assert_eq!(full("contact.gap").unwrap(), "diaphragms.mid.contact.gap");
     assert_eq!(full("gap").unwrap(), "diaphragms.mid.contact.gap");
@@ -356,7 +356,7 @@ fn values_are_checked_when_they_are_set() {
 
 #[test]
 fn the_written_record_builds_the_same_machine() {
-    let mut varied = parse(&shipped("lp_turbine"));
+    let mut varied = parse(&shipped("lp_turbine_paper"));
     set(&mut varied, "contact.gap", "7.123456789 mm");
     set(&mut varied, "run.step_limit", "4000000000");
     set(&mut varied, "initial_speed", "1499.9 rpm");

@@ -205,7 +205,7 @@ fn one_mistake_is_one_problem() {
 
 #[test]
 fn a_file_with_eight_mistakes_reports_all_eight() {
-    let mut text = shipped("lp_turbine");
+    let mut text = shipped("lp_turbine_paper");
     for (from, to) in [
         ("end_time = \"6 s\"", "end_time = \"-6 s\""),
         ("density = \"7850 kg/m3\"", "density = \"7850 kg/m2\""),
@@ -302,7 +302,7 @@ proptest! {
         turbine in any::<bool>(),
         steps in prop::collection::vec((any::<u8>(), any::<usize>(), any::<u8>()), 1..8),
     ) {
-        let text = mutate(&shipped(if turbine { "lp_turbine" } else { "lab_rig" }), &steps);
+        let text = mutate(&shipped(if turbine { "lp_turbine_paper" } else { "lab_rig" }), &steps);
         match MachineDef::parse("m", &text) {
             Ok(def) => {
                 let machine = def.build().expect("parse checks what build checks");

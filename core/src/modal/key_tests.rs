@@ -36,7 +36,7 @@ fn hex(key: [u8; 32]) -> String {
 /// Result directories have these. Whatever is renamed or moved, they stay.
 #[test]
 fn keys_are_those_at_rest() {
-    let turbine = machine(include_str!("../../../studies/machines/lp_turbine.toml"));
+    let turbine = machine(include_str!("../../../studies/machines/lp_turbine_paper.toml"));
     for (machine, key) in [
         (rig(), "df7171f9e50f6e22aed21396ea694a6cadd7cbfcccac840609c835763b39c5b8"),
         (turbine, "a16092709177d28a849752df0c3168411fcda1def19863fa4345ad576575060d"),

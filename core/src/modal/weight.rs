@@ -71,7 +71,7 @@ mod tests {
     fn the_estimate_is_near_the_first_mode() {
         for text in [
             include_str!("../../../studies/machines/lab_rig.toml"),
-            include_str!("../../../studies/machines/lp_turbine.toml"),
+            include_str!("../../../studies/machines/lp_turbine_paper.toml"),
         ] {
             let machine = machine(text);
             let found = under_weight(&machine).expect("held");

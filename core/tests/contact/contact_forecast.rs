@@ -7,7 +7,7 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
 
 const LAB: &str = include_str!("../../../studies/machines/lab_rig.toml");
-const TURBINE: &str = include_str!("../../../studies/machines/lp_turbine.toml");
+const TURBINE: &str = include_str!("../../../studies/machines/lp_turbine_paper.toml");
 
 fn machine(text: &str, sets: &[(&str, &str)]) -> Machine {
     let mut def = MachineDef::parse("machine.toml", text).unwrap_or_else(|e| panic!("{e}"));
@@ -29,9 +29,9 @@ fn run(machine: &Machine) -> (f64, Option<f64>) {
 
 /// A case: the machine, and what is set.
 const CASES: [(&str, &str, &[(&str, &str)]); 6] = [
-    ("lp_turbine", TURBINE, &[("run.end_time", "1 s")]),
-    ("lp_turbine, gravity", TURBINE, &[("run.end_time", "1 s"), ("rotor.gravity[1]", "-9.81")]),
-    ("lp_turbine, 1200 rpm", TURBINE, &[("run.end_time", "1 s"), ("rotor.initial_speed", "1200 rpm")]),
+    ("lp_turbine_paper", TURBINE, &[("run.end_time", "1 s")]),
+    ("lp_turbine_paper, gravity", TURBINE, &[("run.end_time", "1 s"), ("rotor.gravity[1]", "-9.81")]),
+    ("lp_turbine_paper, 1200 rpm", TURBINE, &[("run.end_time", "1 s"), ("rotor.initial_speed", "1200 rpm")]),
     ("lab_rig", LAB, &[("run.end_time", "0.6 s")]),
     ("lab_rig, gravity", LAB, &[("run.end_time", "0.6 s"), ("rotor.gravity[1]", "-9.81")]),
     ("lab_rig, 1500 rpm", LAB, &[("run.end_time", "0.6 s"), ("rotor.initial_speed", "1500 rpm")]),

@@ -80,7 +80,8 @@ fn detection_equals_brute_force_on_two_thousand_deformed_rings() {
     let mut counts = [0_usize; 6];
     let mut largest = 0.0_f64;
     let mut cases = 0;
-    for (name, mean_radius, size, eccentricity) in [("lp_turbine", 0.353, 6e-3, 14e-3), ("lab_rig", 0.052, 4e-4, 1e-3)]
+    for (name, mean_radius, size, eccentricity) in
+        [("lp_turbine_paper", 0.353, 6e-3, 14e-3), ("lab_rig", 0.052, 4e-4, 1e-3)]
     {
         for inner in [true, false] {
             let (surface, radius) = surface(name, inner);
@@ -110,7 +111,7 @@ fn detection_equals_brute_force_on_two_thousand_deformed_rings() {
 #[test]
 fn detection_finds_the_lowest_of_two_nearly_equal_minima() {
     // an oval ring, rotor at its centre: two minima half a turn apart; a shift of 1e-9 m decides which is lower
-    let (surface, radius) = surface("lp_turbine", true);
+    let (surface, radius) = surface("lp_turbine_paper", true);
     let mut ring = vec![0.0; 4 * surface.nodes];
     for node in 0..surface.nodes {
         let (s, c) = (2.0 * surface.angle(node, 0.0)).sin_cos();
@@ -133,7 +134,7 @@ fn detection_finds_the_lowest_of_two_nearly_equal_minima() {
 fn centred_rotor_has_finite_gaps_on_any_ring() {
     let mut random = Stream(3);
     for inner in [true, false] {
-        let (surface, radius) = surface("lp_turbine", inner);
+        let (surface, radius) = surface("lp_turbine_paper", inner);
         let mut detector = Detector::new(surface);
         for size in [0.0, 1e-9, 1e-3, 2e-2] {
             let ring = field(&surface, 0.353, size, 4, &mut random);
@@ -156,7 +157,7 @@ fn centred_rotor_has_finite_gaps_on_any_ring() {
 fn exact_gap_gradient_holds_at_the_minimum_as_the_place_moves() {
     // envelope theorem: the total derivative, with the place found anew, is the partial one
     let mut random = Stream(11);
-    let (surface, radius) = surface("lp_turbine", true);
+    let (surface, radius) = surface("lp_turbine_paper", true);
     let mut detector = Detector::new(surface);
     let mut checked = 0;
     for _ in 0..200 {

@@ -70,7 +70,7 @@ fn a_rub_at_one_place_is_of_second_order() {
 /// The nominal turbine with `hyp2-frozen`: valid, with the penetration of the whole ring below 2 % of the gap.
 #[test]
 fn a_frozen_place_on_the_nominal_turbine_is_ok() {
-    let row = exponential("lp_turbine", "hyp2-frozen", &[]);
+    let row = exponential("lp_turbine_paper", "hyp2-frozen", &[]);
     assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
     let penetration = row.value("residual_penetration_m");
     assert!((1e-4..1.6e-4).contains(&penetration), "{penetration:e}");
@@ -81,9 +81,9 @@ fn a_frozen_place_on_the_nominal_turbine_is_ok() {
 #[test]
 fn the_model_work_of_hyp1_is_that_of_the_reduced_engine() {
     let changes = [("run.end_time", "3.4 s")];
-    let ours = exponential("lp_turbine", "hyp1", &changes);
+    let ours = exponential("lp_turbine_paper", "hyp1", &changes);
     let [coarse, fine] = ["13.6 us", "6.8 us"]
-        .map(|step| row("lp_turbine", "reduced", "hyp1", &[("run.end_time", "3.4 s"), ("run.step", step)]));
+        .map(|step| row("lp_turbine_paper", "reduced", "hyp1", &[("run.end_time", "3.4 s"), ("run.step", step)]));
     // the reduced engine is of first order: its limit
     let limit = |column: &str| 2.0 * fine.value(column) - coarse.value(column);
     let friction = close("friction energy", ours.value("friction_energy_J"), limit("friction_energy_J"), 1e-3);
@@ -100,7 +100,7 @@ fn means_of_the_turbine_converge() {
         let mut sums = [0.0; 3];
         for phase in ["0 deg", "40 deg", "80 deg"] {
             let ours = exponential(
-                "lp_turbine",
+                "lp_turbine_paper",
                 detection,
                 &[("run.end_time", "3.4 s"), ("blade_off.phase", phase), ("run.contact_step", step)],
             );
@@ -130,7 +130,7 @@ fn whips_of_hyp1_stay_valid_up_to_the_limit_of_the_model() {
     let mut beyond = 0;
     for gap in ["4 mm", "6 mm", "8 mm", "12 mm"] {
         for friction in ["0.05", "0.2", "0.3", "0.5"] {
-            let ours = exponential("lp_turbine", "hyp1", &[("contact.gap", gap), ("contact.friction", friction)]);
+            let ours = exponential("lp_turbine_paper", "hyp1", &[("contact.gap", gap), ("contact.friction", friction)]);
             let error = ours.value("energy_error");
             println!("{gap}, {friction}: {:?} {error:e}", ours.outcome.status);
             assert!(error < 1e-6, "{gap}, {friction}: {error:e}");
@@ -150,8 +150,8 @@ fn whips_of_hyp1_stay_valid_up_to_the_limit_of_the_model() {
 fn whips_of_frozen_places_penetrate_as_on_the_reduced_engine() {
     for (gap, friction) in [("8 mm", "0.5"), ("6 mm", "0.3")] {
         let changes = [("contact.gap", gap), ("contact.friction", friction)];
-        let ours = exponential("lp_turbine", "hyp2-frozen", &changes);
-        let reference = row("lp_turbine", "reduced", "hyp2-frozen", &changes);
+        let ours = exponential("lp_turbine_paper", "hyp2-frozen", &changes);
+        let reference = row("lp_turbine_paper", "reduced", "hyp2-frozen", &changes);
         assert!(reference.outcome.causes.words().is_some_and(|causes| causes.contains("penetration")));
         assert!(ours.outcome.causes.words().is_some_and(|causes| causes.contains("penetration")), "a guard sees it");
         for (column, tolerance) in [

@@ -68,8 +68,9 @@ fn steps_without_a_fixed_point_have_the_place_without_impulses() {
 #[test]
 fn a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     let end = ("run.end_time", "3.4 s");
-    let [coarse, fine] = ["13.6 us", "6.8 us"].map(|step| row("lp_turbine", "reduced", &[end, ("run.step", step)]));
-    let ours = row("lp_turbine", "exponential", &[end]);
+    let [coarse, fine] =
+        ["13.6 us", "6.8 us"].map(|step| row("lp_turbine_paper", "reduced", &[end, ("run.step", step)]));
+    let ours = row("lp_turbine_paper", "exponential", &[end]);
     assert_eq!(ours.outcome.status, Status::Ok);
     for (column, tolerance) in
         [("contact_impulse_Ns", 1e-3), ("friction_energy_J", 1e-3), ("max_bearing_load_rear_N", 5e-3)]

@@ -11,7 +11,7 @@ fn turbine(friction: &str, end: &str, points: &str) -> Row {
         ("contact.points", points),
         ("run.limit.ring_displacement.on_exceed", "note"),
     ];
-    let row = run(machine_with(&study_machine("lp_turbine"), &changes));
+    let row = run(machine_with(&study_machine("lp_turbine_paper"), &changes));
     assert!(row.value("contact_impulse_Ns") > 1e5, "contact happened");
     println!(
         "friction {friction}, {points}: {:?} penetration {:.1e} m, friction energy {:.3e} J, normal work {:.2e} J, balance {:.1e}, \

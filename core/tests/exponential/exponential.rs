@@ -135,7 +135,7 @@ fn agree(machine: &Machine, step: f64, passed: f64, speed: f64, load: f64) {
 
 #[test]
 fn the_turbine_runs_free_as_in_the_reduced_engine() {
-    agree(&alone(&study_machine("lp_turbine"), &[]), 8e-4, 140.0, 1e-6, 1e-4);
+    agree(&alone(&study_machine("lp_turbine_paper"), &[]), 8e-4, 140.0, 1e-6, 1e-4);
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn the_lab_rig_runs_free_as_in_the_reduced_engine() {
 
 #[test]
 fn unlike_and_skew_bearings_under_gravity_run_as_in_the_reduced_engine() {
-    let text = study_machine("lp_turbine")
+    let text = study_machine("lp_turbine_paper")
         .replacen("stiffness = \"6e8 N/m\"", "stiffness = [[6e8, 1e8], [-5e7, 4e8]]", 1)
         .replacen("damping = \"6e5 N s/m\"", "damping = [[6e5, 1e5], [5e4, 9e5]]", 1);
     assert!(text.contains("[[6e8") && text.contains("[[6e5"), "bearings are changed");
@@ -179,9 +179,9 @@ fn overdamped_pairs_go_through_the_grid() {
 #[test]
 fn unbalances_on_a_bare_shaft_do_not_shake_it() {
     let cases: [(&str, &[(&str, &str)]); 5] = [
-        ("lp_turbine", &[("blade_off.position", "1.1 m"), ("run.end_time", "0.3 s")]),
+        ("lp_turbine_paper", &[("blade_off.position", "1.1 m"), ("run.end_time", "0.3 s")]),
         (
-            "lp_turbine",
+            "lp_turbine_paper",
             &[
                 ("blade_off.position", "1.1 m"),
                 ("blade_off.kind", "lost"),

@@ -86,7 +86,7 @@ fn a_rub_in_resonance_balances_its_energies() {
         ("braking.quadratic", "0"),
         ("contact.friction", "0"),
     ];
-    let ours = run(machine_of("lp_turbine", false, &changes));
+    let ours = run(machine_of("lp_turbine_paper", false, &changes));
     assert!(ours.value("contact_time_s") > 1.0, "rubs: {}", ours.value("contact_time_s"));
     assert_eq!(ours.outcome.status, Status::Ok, "{:?}", ours.outcome.causes.words());
     assert!(ours.value("energy_error") < 1e-6, "{:e}", ours.value("energy_error"));

@@ -39,12 +39,13 @@ fn near(found: &RubbingRun, fine: &crate::common::Row, names: &[&str], within: [
 #[test]
 fn one_long_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     // at an eighth of the default step: its own error, of first order, is 4e-4 of the impulse and 3e-4 of the force (docs/theory/convergence.md)
-    let fine = run(machine_with(&study_machine("lp_turbine"), &[("run.end_time", "3.4 s"), ("run.step", "3.4e-6 s")]));
+    let fine =
+        run(machine_with(&study_machine("lp_turbine_paper"), &[("run.end_time", "3.4 s"), ("run.step", "3.4e-6 s")]));
     assert!(fine.value("impacts") > 0.0, "touches");
     let names = ["front", "rear"];
     let change = [("run.end_time", "3.4 s")];
-    near(&rub("lp_turbine", &change, 1.25e-5, true), &fine, &names, [3e-4, 1e-3, 1e-3, 1e-3, 2e-4, 5e-5]);
-    near(&rub("lp_turbine", &change, 5e-5, true), &fine, &names, [1e-3, 3e-3, 2e-3, 2e-3, 4e-4, 5e-5]);
+    near(&rub("lp_turbine_paper", &change, 1.25e-5, true), &fine, &names, [3e-4, 1e-3, 1e-3, 1e-3, 2e-4, 5e-5]);
+    near(&rub("lp_turbine_paper", &change, 5e-5, true), &fine, &names, [1e-3, 3e-3, 2e-3, 2e-3, 4e-4, 5e-5]);
 }
 
 #[test]
@@ -58,7 +59,8 @@ fn the_lab_rig_rubs_as_in_the_reduced_engine() {
 #[test]
 fn free_motion_misses_no_contact() {
     let change = [("run.end_time", "3.2 s")];
-    let (flying, stepping) = (rub("lp_turbine", &change, 5e-5, true), rub("lp_turbine", &change, 5e-5, false));
+    let (flying, stepping) =
+        (rub("lp_turbine_paper", &change, 5e-5, true), rub("lp_turbine_paper", &change, 5e-5, false));
     assert!(flying.steps[2] > 1000 && stepping.steps[2] == 0, "one flies");
     assert!((flying.impulse / stepping.impulse - 1.0).abs() < 2e-3, "{flying:?} {stepping:?}");
     assert!((flying.end_speed / stepping.end_speed - 1.0).abs() < 1e-6, "{flying:?} {stepping:?}");
@@ -69,7 +71,7 @@ fn free_motion_misses_no_contact() {
 /// A release rings in every mode, and the rub after it: loads of a run that flies are those of one that takes contact steps alone.
 #[test]
 fn peaks_of_free_motion_are_those_of_contact_steps() {
-    for (name, end, step) in [("lab_rig", "0.16 s", 3.4e-6), ("lp_turbine", "3.2 s", 5e-5)] {
+    for (name, end, step) in [("lab_rig", "0.16 s", 3.4e-6), ("lp_turbine_paper", "3.2 s", 5e-5)] {
         let change = [("run.end_time", end)];
         let (flying, stepping) = (rub(name, &change, step, true), rub(name, &change, step, false));
         assert!(flying.steps[2] > 1000 && stepping.steps[2] == 0, "one flies");
@@ -94,7 +96,7 @@ fn contact_that_is_not_covered_is_refused_by_name() {
 /// The table of docs/theory/08-exponential-engine.md in short: more cells between two stations bring a rub nearer to that of a fine grid.
 #[test]
 fn a_rub_converges_with_the_cells_of_the_grid() {
-    let machine = machine_with(&study_machine("lp_turbine"), &[("run.end_time", "3.4 s")]);
+    let machine = machine_with(&study_machine("lp_turbine_paper"), &[("run.end_time", "3.4 s")]);
     let structure = Structure::build(&machine, None).expect("buildable");
     let of = |spacing: f64, cells: u32| {
         let settings = StepSettings { spacing: Some(spacing), cells, ..StepSettings::of_step(1.3e-5) };

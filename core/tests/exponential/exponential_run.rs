@@ -66,8 +66,8 @@ fn every_column_of_a_rub_of_the_lab_rig_is_that_of_the_reduced_engine() {
 #[test]
 fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     let change = [("run.end_time", "3.4 s")];
-    let reference = run(machine_with(&study_machine("lp_turbine"), &[change[0], ("run.step", "1.35e-5 s")]));
-    let ours = exponential(machine_with(&study_machine("lp_turbine"), &change), 1.25e-5);
+    let reference = run(machine_with(&study_machine("lp_turbine_paper"), &[change[0], ("run.step", "1.35e-5 s")]));
+    let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &change), 1.25e-5);
     assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
     agree(&ours, &reference, COLUMNS);
     println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
@@ -79,7 +79,7 @@ fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
 #[test]
 fn moments_and_stresses_of_a_rub_do_not_hang_on_the_step() {
     for (name, end, [long, short], within) in
-        [("lab_rig", "0.16 s", [6.2e-6, 8e-7], 4e-3), ("lp_turbine", "3.2 s", [4.9e-5, 7e-6], 6e-3)]
+        [("lab_rig", "0.16 s", [6.2e-6, 8e-7], 4e-3), ("lp_turbine_paper", "3.2 s", [4.9e-5, 7e-6], 6e-3)]
     {
         let rub = |step: f64| exponential(machine_with(&study_machine(name), &[("run.end_time", end)]), step);
         let (ours, reference) = (rub(long), rub(short));
@@ -129,7 +129,7 @@ fn hard_rubs_of_the_rig_end_as_on_the_reduced_engine() {
 
 #[test]
 fn a_free_run_balances_its_energies() {
-    for (name, step) in [("lp_turbine", 4e-5), ("lab_rig", 5e-6)] {
+    for (name, step) in [("lp_turbine_paper", 4e-5), ("lab_rig", 5e-6)] {
         let mut machine = machine_with(&study_machine(name), &[("run.end_time", "0.5 s")]);
         machine.diaphragms.clear();
         let ours = exponential(machine, step);
@@ -165,7 +165,7 @@ fn energies_of_shown_instants_balance() {
     for (gap, friction, end, eccentricity) in [("4 mm", "0.2", "1.15 s", 0.03), ("5 mm", "0.15", "0.5 s", 5e-3)] {
         let changes =
             [("run.end_time", end), ("contact.gap", gap), ("contact.friction", friction), ("run.end_beyond", "off")];
-        let machine = of_engine(machine_with(&study_machine("lp_turbine"), &changes), 4.9e-5);
+        let machine = of_engine(machine_with(&study_machine("lp_turbine_paper"), &changes), 4.9e-5);
         let (mut start, mut error, mut shown) = (None, 0.0_f64, 0);
         let row = run_seen(
             machine,
@@ -190,7 +190,7 @@ fn bounces_and_whips_balance_their_energies() {
         [("5 mm", "0.15", "2 s", 5e-7), ("7 mm", "0.25", "6 s", 5e-7), ("4 mm", "0.2", "1.3 s", 1e-6)]
     {
         let changes = [("run.end_time", end), ("contact.gap", gap), ("contact.friction", friction)];
-        let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 4.9e-5);
+        let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &changes), 4.9e-5);
         assert!(ours.value("friction_energy_J") > 6e6 && ours.value("impacts") > 3.0, "rubs");
         let steps = ours.value("end_time_s") / ours.value("step_s");
         assert!(ours.value("steps") < 0.97 * steps, "{gap}: flies: {} of {steps}", ours.value("steps"));
@@ -210,7 +210,7 @@ fn whips_with_heavy_unbalances_balance_their_energies() {
             ("contact.gap", gap),
             ("contact.friction", friction),
         ];
-        let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 4.86e-5);
+        let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &changes), 4.86e-5);
         assert!(ours.value("friction_energy_J") > 1e7 && ours.value("contact_time_s") > 0.1, "{mass}: contact");
         assert!(ours.value("backward_whirl_time_s") > 0.1, "{mass}: a whip");
         println!("{mass}: energy error {:e}", ours.value("energy_error"));
@@ -235,7 +235,7 @@ fn heavy_unbalances_without_damping_keep_their_energies() {
         ("mid.damping.mass_proportional", "0 1/s"),
         ("mid.damping.stiffness_proportional", "0 s"),
     ];
-    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 4.8e-5);
+    let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &changes), 4.8e-5);
     assert!(ours.value("contact_time_s") > 0.01, "contact");
     println!("energy error {:e}", ours.value("energy_error"));
     assert!(ours.value("energy_error") < 1e-7, "{:e}", ours.value("energy_error"));
@@ -263,7 +263,7 @@ fn rotors_that_their_ring_stops_keep_their_energies() {
 /// A slow spin turns planes into circles within some rad/s on bearings that are not the same in all directions: from station to station of 4 rad/s a whip lost 2e-4 of its energies.
 #[test]
 fn whips_on_anisotropic_bearings_balance_their_energies() {
-    let text = study_machine("lp_turbine");
+    let text = study_machine("lp_turbine_paper");
     for stiffness in ["[[6e8, 0.0], [0.0, 4e8]]", "[[6e8, 1e8], [1e8, 4e8]]"] {
         let changed = text.replacen("stiffness = \"6e8 N/m\"", &format!("stiffness = {stiffness}"), 1);
         assert_ne!(changed, text, "a bearing is changed");
@@ -280,7 +280,7 @@ fn whips_on_anisotropic_bearings_balance_their_energies() {
 fn a_run_of_a_few_steps_balances_its_energies() {
     for end in ["0.1 ms", "0.3 ms", "1 ms"] {
         let machine =
-            machine_with(&study_machine("lp_turbine"), &[("run.engine", "exponential"), ("run.end_time", end)]);
+            machine_with(&study_machine("lp_turbine_paper"), &[("run.engine", "exponential"), ("run.end_time", end)]);
         let ours = run(machine);
         println!("{end}: {} steps, energy error {:e}", ours.value("steps"), ours.value("energy_error"));
         assert!(ours.value("steps") < 120.0 && ours.value("max_bearing_load_N") > 0.0);
@@ -327,7 +327,7 @@ fn what_is_not_covered_is_refused_at_its_key() {
 #[test]
 fn heavy_rub_at_a_large_step_balances_its_energies() {
     let changes = [("run.end_time", "4 s"), ("contact.friction", "0.2")];
-    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 5e-5);
+    let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &changes), 5e-5);
     assert!(ours.value("contact_time_s") > 0.3, "rubs");
     println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
     assert!(ours.value("energy_error") < 2e-6, "{}", ours.value("energy_error"));
@@ -348,7 +348,7 @@ fn whip_is_that_of_the_reduced_engine() {
         // far beyond the model, and the same in both engines
         ("run.limit.ring_displacement.on_exceed", "note"),
     ];
-    let machine = || machine_with(&study_machine("lp_turbine"), &changes);
+    let machine = || machine_with(&study_machine("lp_turbine_paper"), &changes);
     let ours = exponential(machine(), 2e-5);
     let mut reference = machine();
     reference.run.engine = Engine::Reduced;
@@ -394,7 +394,7 @@ fn whips_on_strongly_damped_bearings_balance_their_energies() {
 fn whip_at_high_friction_is_bounded() {
     let changes =
         [("run.end_time", "4 s"), ("contact.friction", "0.5"), ("run.limit.ring_displacement.on_exceed", "note")];
-    let ours = exponential(machine_with(&study_machine("lp_turbine"), &changes), 2.7e-5);
+    let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &changes), 2.7e-5);
     assert!(ours.value("max_eccentricity_m") > 0.05, "whip: {}", ours.value("max_eccentricity_m"));
     let (force, energy) = (ours.value("max_contact_force_N"), ours.value("friction_energy_J"));
     assert!(force < 1e8 && (2e7..3e7).contains(&energy), "{force} {energy}");

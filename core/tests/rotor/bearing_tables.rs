@@ -317,7 +317,7 @@ const FILM: &str = "coefficients = { speeds = [10, 13, 17, 22, 30, 40, 55, 75, 1
 
 /// The turbine without its ring on these films, on pedestals if asked for.
 fn turbine_on_films(pedestal: &str) -> String {
-    let text = study_machine("lp_turbine");
+    let text = study_machine("lp_turbine_paper");
     let rotor = text.split("[diaphragms").next().expect("a rotor").replacen("[run] ", "[run]\nend_speed = 10 #", 1);
     rotor
         .replace("stiffness = \"6e8 N/m\" ", &format!("{pedestal}kind = \"table\"\n{FILM}#"))

@@ -313,7 +313,7 @@ fn high_friction_on_the_turbine_is_bounded_and_never_invents_energy() {
         let mut largest = 0.0_f64;
         let mut start = None;
         let row = run_seen(
-            machine_with(&study_machine("lp_turbine"), &changes),
+            machine_with(&study_machine("lp_turbine_paper"), &changes),
             &mut Every(|frame| {
                 let stored = frame.energies.stored();
                 if stored > 0.0 {

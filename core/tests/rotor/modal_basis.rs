@@ -17,7 +17,7 @@ fn with_modes(name: &str, modes: &str, changes: &[(&str, &str)]) -> (Row, f64) {
 fn a_basis_too_small_for_the_contact_is_said() {
     let rig: &[(&str, &str)] = &[("run.end_time", "0.2")];
     let turbine: &[(&str, &str)] = &[("run.end_time", "0.13"), ("contact.gap", "5 mm")];
-    for (name, changes, least) in [("lab_rig", rig, 1.0), ("lp_turbine", turbine, 0.03)] {
+    for (name, changes, least) in [("lab_rig", rig, 1.0), ("lp_turbine_paper", turbine, 0.03)] {
         let force = |row: &Row| row.value("max_filtered_contact_force_N");
         let (reference, share) = with_modes(name, "36", changes);
         assert_eq!(reference.outcome.status, Status::Ok, "{:?}", reference.outcome.causes.words());
@@ -38,7 +38,7 @@ fn a_basis_too_small_for_the_contact_is_said() {
     let quiet = machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.05"), ("run.rotor_modes", "4")]);
     let row = run(quiet);
     assert_eq!((row.get("first_contact_s"), row.outcome.status), (None, Status::Ok));
-    for name in ["lab_rig", "lp_turbine"] {
+    for name in ["lab_rig", "lp_turbine_paper"] {
         for (engine, most) in [("reduced", 0.01), ("full", 0.0)] {
             let machine = machine_with(&study_machine(name), &[("run.engine", engine)]);
             let share = Structure::build(&machine, None).expect("buildable").truncation_error_at_contact(&machine);
@@ -104,9 +104,11 @@ fn stiff_journal_bearings_keep_as_many_modes_as_others() {
 fn what_no_residual_carries_is_missing() {
     let turbine: &[(&str, &str)] = &[("run.end_time", "0.13"), ("contact.gap", "5 mm")];
     let rig: &[(&str, &str)] = &[("run.end_time", "0.2")];
-    for (name, changes, modes, said) in
-        [("lp_turbine", turbine, "36", true), ("lp_turbine", turbine, "13", true), ("lab_rig", rig, "36", false)]
-    {
+    for (name, changes, modes, said) in [
+        ("lp_turbine_paper", turbine, "36", true),
+        ("lp_turbine_paper", turbine, "13", true),
+        ("lab_rig", rig, "36", false),
+    ] {
         let of = |residual: &str, modes: &str| {
             let more = [("run.static_residual", residual), ("run.ring_modes", modes)];
             let machine = machine_with(&study_machine(name), &[changes, &more].concat());
@@ -131,7 +133,7 @@ fn what_no_residual_carries_is_missing() {
 fn ring_modes_left_out_are_bounded() {
     let turbine: &[(&str, &str)] = &[("run.end_time", "0.13"), ("contact.gap", "5 mm"), ("run.step", "2.7e-5")];
     let rig: &[(&str, &str)] = &[("run.end_time", "0.2"), ("run.step", "3.4e-6")];
-    for (name, changes, said) in [("lp_turbine", turbine, &["4", "8"][..]), ("lab_rig", rig, &[][..])] {
+    for (name, changes, said) in [("lp_turbine_paper", turbine, &["4", "8"][..]), ("lab_rig", rig, &[][..])] {
         let of = |modes: &str| {
             let changes = [changes, &[("run.ring_modes", modes), ("run.rotor_modes", "36")]].concat();
             let machine = machine_with(&study_machine(name), &changes);
@@ -181,7 +183,7 @@ fn a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine() {
 fn the_lag_is_that_of_the_modes_left_out() {
     let rate: f64 = std::f64::consts::PI / 1e-3;
     let journal = on_journal_bearings("[[1e7, 4e7], [-1e6, 1e7]]", "60000");
-    let (rig, turbine) = (study_machine("lab_rig"), study_machine("lp_turbine"));
+    let (rig, turbine) = (study_machine("lab_rig"), study_machine("lp_turbine_paper"));
     let cases = [
         (&rig, ["4", "6"], "on"),
         (&turbine, ["8", "13"], "on"),
@@ -260,7 +262,7 @@ fn a_damper_that_holds_the_shaft_takes_more_modes() {
 /// Rings that are the same are taken over from the structure before; no digit tells.
 #[test]
 fn a_structure_made_from_another_is_that_made_alone() {
-    let text = study_machine("lp_turbine");
+    let text = study_machine("lp_turbine_paper");
     let machine = |changes: &[(&str, &str)]| machine_with(&text, changes);
     let nominal = Structure::build(&machine(&[]), None).expect("buildable");
     let changed: [&[(&str, &str)]; 5] = [
@@ -302,7 +304,7 @@ fn a_ring_of_many_blades_keeps_more_modes() {
         ("run.limit.ring_displacement.value", "1"),
     ];
     let of = |more: &[(&str, &str)]| {
-        let machine = machine_with(&study_machine("lp_turbine"), &[&changes[..], more].concat());
+        let machine = machine_with(&study_machine("lp_turbine_paper"), &[&changes[..], more].concat());
         let structure = Structure::build(&machine, None).expect("buildable");
         let modes = structure.rings[0].as_ref().expect("a ring").part.coordinates.size();
         let share = structure.truncation_error_at_contact(&machine);
@@ -329,7 +331,7 @@ fn a_ring_of_many_blades_keeps_more_modes() {
     assert!((force(&row) / force(&many) - 1.0).abs() < 0.015, "{} {}", force(&row), force(&many));
     // machines whose rings have few blades keep 36
     let many_elements = include_str!("../data/ring_24_blades.toml").to_owned();
-    for text in [study_machine("lab_rig"), study_machine("lp_turbine"), many_elements] {
+    for text in [study_machine("lab_rig"), study_machine("lp_turbine_paper"), many_elements] {
         let machine = machine_with(&text, &[]);
         let structure = Structure::build(&machine, None).expect("buildable");
         assert_eq!(structure.rings[0].as_ref().expect("a ring").part.coordinates.size(), 36, "{}", machine.name);

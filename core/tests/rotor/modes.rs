@@ -119,7 +119,7 @@ fn the_decrement_is_that_of_two_peaks() {
 
 /// The machines of isotropic bearings: at rest all their modes are double.
 fn isotropic() -> [(&'static str, Machine); 3] {
-    [("lab rig", damped(0.0)), ("turbine", machine(&study_machine("lp_turbine"))), ("damped", damped(0.5))]
+    [("lab rig", damped(0.0)), ("turbine", machine(&study_machine("lp_turbine_paper"))), ("damped", damped(0.5))]
 }
 
 fn numbers(speed: &SpeedModes) -> Vec<usize> {

@@ -81,7 +81,7 @@ fn an_undamped_rotor_is_not_unstable() {
                 ("run.engine", engine),
             ],
         );
-        let turbine: Vec<(String, &str)> = machine(&study_machine("lp_turbine"))
+        let turbine: Vec<(String, &str)> = machine(&study_machine("lp_turbine_paper"))
             .rotor
             .bearings
             .iter()
@@ -94,7 +94,7 @@ fn an_undamped_rotor_is_not_unstable() {
             ("run.end_time", "0.02"),
             ("run.engine", engine),
         ]);
-        let turbine = machine_with(&study_machine("lp_turbine"), &changes);
+        let turbine = machine_with(&study_machine("lp_turbine_paper"), &changes);
         for machine in [point, rig, turbine] {
             assert_eq!(ranges(&machine, [0.0, 400.0]), []);
             let (name, row) = (machine.name.clone(), run(machine));

@@ -25,7 +25,7 @@ fn every_machine_has_a_value_for_each_of_its_columns() {
     let machines = [
         machine_with(&study_machine("lab_rig"), &short),
         machine_with(&study_machine("lab_rig"), &[short[0], ("contact.detection", "hyp1")]),
-        machine_with(&study_machine("lp_turbine"), &short),
+        machine_with(&study_machine("lp_turbine_paper"), &short),
         point(""),
         point(SPRING),
     ];
@@ -225,7 +225,7 @@ fn the_order_of_the_columns_stays() {
 /// The columns of a machine are listed without its matrices. No column that a run fills lacks a part.
 #[test]
 fn no_column_that_a_run_fills_lacks_a_part() {
-    for name in ["lab_rig", "lp_turbine"] {
+    for name in ["lab_rig", "lp_turbine_paper"] {
         for engine in ["reduced", "exponential"] {
             let machine = machine_with(&study_machine(name), &[("run.end_time", "30 ms"), ("run.engine", engine)]);
             let row = run(machine);
@@ -238,7 +238,7 @@ fn no_column_that_a_run_fills_lacks_a_part() {
             }
             assert!(filled > 60, "{filled} columns have values");
             for column in ["max_ring_stress_Pa", "max_blade_stress_Pa", "friction_energy_per_width_J_m"] {
-                let has_blades = name == "lp_turbine" || !column.contains("blade");
+                let has_blades = name == "lp_turbine_paper" || !column.contains("blade");
                 let found = columns(&row.machine).into_iter().find(|found| found.name == column).expect("a column");
                 assert!(found.lacks.is_none() || !has_blades, "{name}: {column} lacks {:?}", found.lacks);
             }

@@ -64,7 +64,7 @@ fn turbine_reduced_equals_full_over_the_rub_after_release_as_its_convergence_pre
     // 1450 rpm: the swing of the release touches at 0.110 s, 0.24 mm deep of 8 mm: a graze, whose impulse is 40 times as
     // sensitive as the eccentricity
     compare(
-        "lp_turbine",
+        "lp_turbine_paper",
         &[("run.end_time", "0.3"), ("rotor.initial_speed", "1450 rpm")],
         0.03,
         &[["36", "54"], ["48", "72"], ["60", "90"]],
@@ -76,7 +76,8 @@ fn turbine_reduced_equals_full_in_heavy_rub_torsional_moments_included() {
     // a gap of 5 mm: the swing of the release presses for most of the run, nearly every step with several contact points
     let changes = [("run.end_time", "0.16"), ("contact.gap", "5 mm")];
     let [ours, full] = ["reduced", "full"].map(|engine| {
-        let row = run(machine_with(&study_machine("lp_turbine"), &[&changes[..], &[("run.engine", engine)]].concat()));
+        let row =
+            run(machine_with(&study_machine("lp_turbine_paper"), &[&changes[..], &[("run.engine", engine)]].concat()));
         assert!(row.value("several_points_steps") > 0.3 * row.value("steps"), "several points, most of the run");
         row
     });
@@ -94,7 +95,7 @@ fn turbine_reduced_equals_full_in_heavy_rub_torsional_moments_included() {
 fn stiff_bearings_carry_what_stands_on_them() {
     // The weight of a rotor at rest, whatever its bearings: the modes kept alone lose 0.01 to 6 % of it.
     for (name, stiffnesses) in
-        [("lab_rig", ["2e6", "1e8", "1e10", "1e12"]), ("lp_turbine", ["6e8", "1e10", "1e11", "1e12"])]
+        [("lab_rig", ["2e6", "1e8", "1e10", "1e12"]), ("lp_turbine_paper", ["6e8", "1e10", "1e11", "1e12"])]
     {
         for stiffness in stiffnesses {
             let machine = study_machine(name);
@@ -146,7 +147,7 @@ fn complete_basis_gives_the_full_engine_s_numbers() {
 
 #[test]
 fn the_residual_completes_the_static_flexibility() {
-    for (name, bound) in [("lab_rig", 0.001), ("lp_turbine", 0.01)] {
+    for (name, bound) in [("lab_rig", 0.001), ("lp_turbine_paper", 0.01)] {
         let machine = study_machine(name);
         let machine = machine_with(&machine, &[]);
         let structure = bladeoff_core::structure::Structure::build(&machine, None).expect("buildable");

@@ -66,7 +66,7 @@ fn a_blade_at_a_stiff_bearing_is_no_divergence() {
         ("rotor.bearings.front.stiffness", "1e12"),
         ("rotor.bearings.rear.stiffness", "1e12"),
     ];
-    sound("turbine, 1e12 N/m", &run(machine_with(&study_machine("lp_turbine"), &changes)));
+    sound("turbine, 1e12 N/m", &run(machine_with(&study_machine("lp_turbine_paper"), &changes)));
 }
 
 /// The rounds of a step hardly contract where an unbalance is nearly all of the mass and of the inertia: no rounding, no result.

@@ -229,7 +229,7 @@ fn a_light_damped_node_starts_with_the_velocity_asked_for() {
 /// all later impacts, and it is 75 to 122, by chance.
 #[test]
 fn the_turbine_s_twist_rings_down_between_impacts() {
-    let row = run(machine_with(&study_machine("lp_turbine"), &[]));
+    let row = run(machine_with(&study_machine("lp_turbine_paper"), &[]));
     assert!(row.value("impacts") > 10.0, "contact happened");
     let moment = row.value("max_torsional_moment_Nm");
     println!(

@@ -36,12 +36,12 @@ use std::path::PathBuf;
 /// and the frequencies of each flexible diaphragm with their nodal diameters.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff modes studies/machines/lp_turbine.toml
-  bladeoff modes studies/machines/lp_turbine.toml \\
+  bladeoff modes studies/machines/lp_turbine_paper.toml
+  bladeoff modes studies/machines/lp_turbine_paper.toml \\
     --speed 0 --speed \"1500 rpm\"
   bladeoff modes studies/machines/lab_rig.toml --json \\
     --set rotor.bearings.left.stiffness=\"1e6 N/m\"
-  bladeoff modes studies/machines/lp_turbine.toml \\
+  bladeoff modes studies/machines/lp_turbine_paper.toml \\
     --figures figures")]
 pub struct Args {
     #[command(flatten)]

@@ -47,9 +47,9 @@ nothing with --json.";
     --set contact.gap=\"0.4 mm\" --detection hyp1
   bladeoff simulate studies/machines/lab_rig.toml \\
     --engine full --step \"1 us\"
-  bladeoff simulate studies/machines/lp_turbine.toml \\
+  bladeoff simulate studies/machines/lp_turbine_paper.toml \\
     --json | jq .first_contact_s
-  bladeoff simulate studies/machines/lp_turbine.toml \\
+  bladeoff simulate studies/machines/lp_turbine_paper.toml \\
     --history turbine.mcap --every \"0.2 ms\"")]
 pub struct Args {
     #[command(flatten)]

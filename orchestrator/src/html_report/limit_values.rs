@@ -208,7 +208,7 @@ fn table(all: &[LimitValue], width: Option<usize>) -> String {
 mod tests {
     use super::*;
 
-    const TURBINE: &str = include_str!("../../../studies/machines/lp_turbine.toml");
+    const TURBINE: &str = include_str!("../../../studies/machines/lp_turbine_paper.toml");
 
     fn values(text: &str, varied: &[&str]) -> Vec<LimitValue> {
         let definition = MachineDef::parse("m.toml", text).expect("valid");

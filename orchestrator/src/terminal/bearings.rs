@@ -139,7 +139,7 @@ mod tests {
     }
 
     const RIG: &str = include_str!("../../../studies/machines/lab_rig.toml");
-    const TURBINE: &str = include_str!("../../../studies/machines/lp_turbine.toml");
+    const TURBINE: &str = include_str!("../../../studies/machines/lp_turbine_paper.toml");
 
     #[test]
     fn of_the_shipped_machines_nothing_is_said() {

@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_guard_says_by_how_much_it_broke() {
-        let text = include_str!("../../../studies/machines/lp_turbine.toml");
+        let text = include_str!("../../../studies/machines/lp_turbine_paper.toml");
         let machine = bladeoff_model::machine::MachineDef::parse("m.toml", text).and_then(|def| def.build());
         let machine = machine.expect("valid");
         let value = |name: &str| match name {

@@ -230,9 +230,9 @@ mod tests {
             end_cause: EndCause::EndTime,
             values: vec![Some(1500.0), Some(0.25), None, None, Some(2.0), Some(0.0), Some(0.0), Some(0.0), Some(80.0)],
         };
-        let machine = include_str!("../../../studies/machines/lp_turbine.toml");
+        let machine = include_str!("../../../studies/machines/lp_turbine_paper.toml");
         let machine =
-            bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", machine).and_then(|def| def.build());
+            bladeoff_model::machine::MachineDef::parse("lp_turbine_paper.toml", machine).and_then(|def| def.build());
         let view = OutcomeView { columns: &columns, outcome: &outcome };
         let text = describe_outcome(&machine.expect("valid"), view);
         let find = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("the line").to_owned();
@@ -266,8 +266,8 @@ mod tests {
 
     #[test]
     fn every_quantity_of_a_machine_is_shown_once_and_in_a_group_that_has_a_name() {
-        let text = include_str!("../../../studies/machines/lp_turbine.toml");
-        let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine.toml", text).expect("valid");
+        let text = include_str!("../../../studies/machines/lp_turbine_paper.toml");
+        let machine = bladeoff_model::machine::MachineDef::parse("lp_turbine_paper.toml", text).expect("valid");
         let columns = bladeoff_core::record::columns(&machine.build().expect("valid"));
         let values = vec![Some(0.0); columns.len()];
         let text = describe_values(&columns, &values);

@@ -9,12 +9,12 @@ use bladeoff_model::outcome::{Column, ColumnKind, Empty, Group, Growth, Part};
 use std::fs;
 
 pub fn page() -> String {
-    let text = fs::read_to_string(root().join("studies/machines/lp_turbine.toml")).expect("shipped");
+    let text = fs::read_to_string(root().join("studies/machines/lp_turbine_paper.toml")).expect("shipped");
     // with a pedestal and a monitor, which have columns of their own
     let text = format!(
         "{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n[monitors.NAME]\nposition = \"1 m\"\ngap = \"1 mm\"\n"
     );
-    let machine = MachineDef::parse("lp_turbine.toml", &text).and_then(|def| def.build()).expect("valid");
+    let machine = MachineDef::parse("lp_turbine_paper.toml", &text).and_then(|def| def.build()).expect("valid");
     let bearings: Vec<String> = machine.rotor.bearings.iter().map(|bearing| bearing.name.clone()).collect();
     let all = columns(&machine);
     let schema = TableSchema::new(Vec::new(), &all);

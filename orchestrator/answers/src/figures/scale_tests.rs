@@ -57,7 +57,7 @@ fn rectangles(figure: &Figure, colour: &str) -> Vec<(f64, f64)> {
 
 #[test]
 fn what_is_drawn_to_scale_is_round() {
-    for name in ["lab_rig", "lp_turbine"] {
+    for name in ["lab_rig", "lp_turbine_paper"] {
         let subject = study_machine(name);
         let figure = machine(&subject).expect("drawn").expect("a shaft");
         // ring outside and inside, rotor and its rim, the casing

@@ -29,7 +29,7 @@ pub fn report(done: &[Done]) -> String {
     let mut lines = vec![
         "# Table 1 of DETC2007-34625 beside ours".to_owned(),
         String::new(),
-        "The machine is ours (`studies/machines/lp_turbine.toml`), not the paper's, whose data are not printed; its braking is"
+        "The machine is ours (`studies/machines/lp_turbine_paper.toml`), not the paper's, whose data are not printed; its braking is"
             .to_owned(),
         "about 100 times real windage, so that rub begins near 3 s as in the paper. Orderings and orders of magnitude can be"
             .to_owned(),

@@ -154,8 +154,8 @@ mod tests {
 
     /// Machine, stiffness before and after the change, speed and grid spacing \[rad/s\].
     const MACHINES: [(&str, [&str; 2], f64, f64); 4] = [
-        ("lp_turbine", ["\"6e8 N/m\"", "\"6e8 N/m\""], 150.0, 4.0),
-        ("lp_turbine", ["\"6e8 N/m\"", "[[6e8, 2e8], [-1e8, 4e8]]"], 60.0, 4.0),
+        ("lp_turbine_paper", ["\"6e8 N/m\"", "\"6e8 N/m\""], 150.0, 4.0),
+        ("lp_turbine_paper", ["\"6e8 N/m\"", "[[6e8, 2e8], [-1e8, 4e8]]"], 60.0, 4.0),
         ("lab_rig", ["\"2e6 N/m\"", "\"2e6 N/m\""], 500.0, 16.0),
         ("lab_rig", ["\"2e6 N/m\"", "[[2e6, 3e5], [-1e5, 1.7e6]]"], 240.0, 8.0),
     ];

@@ -359,7 +359,7 @@ mod tests {
 
     #[test]
     fn dissipation_is_linear_between_bases() {
-        let path = format!("{}/../studies/machines/lp_turbine.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{}/../studies/machines/lp_turbine_paper.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");

@@ -34,7 +34,7 @@ fn step_with_impulse(motion: &mut FreeMotion, impulse: [f64; 2], torque: f64) {
 #[test]
 fn free_motion_never_reaches_a_ringing_ring() {
     // contact step, impulses on the rotor and on its spin
-    for (name, h, impulse, torque) in [("lab_rig", 3.4e-6, 0.2, 2e-3), ("lp_turbine", 2.7e-5, 400.0, 40.0)] {
+    for (name, h, impulse, torque) in [("lab_rig", 3.4e-6, 0.2, 2e-3), ("lp_turbine_paper", 2.7e-5, 400.0, 40.0)] {
         let path = format!("{}/../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");

@@ -184,7 +184,7 @@ mod tests {
     fn the_torques_are_taken_where_they_matter() {
         for (path, from, to) in [
             (HEAVY, 1.0, 3.0),
-            ("../studies/machines/lp_turbine.toml", 0.01, 0.05),
+            ("../studies/machines/lp_turbine_paper.toml", 0.01, 0.05),
             ("../studies/machines/lab_rig.toml", 0.0, 0.01),
         ] {
             let machine = machine(path);
