@@ -1,6 +1,6 @@
 //! Studies with questions that are shipped: each answers in one command at a scaled-down size. Studies that the pages show in full.
 
-use crate::support::{Folder, json, root, say, table, text};
+use crate::support::{Folder, json, root, say, table};
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -42,7 +42,7 @@ fn the_turbine_on_films_and_pedestals_answers() {
 /// Weight, bearing tables, pedestals and monitors in a rub: `exponential` against all degrees of freedom.
 #[test]
 fn the_shipped_turbine_has_the_loads_of_full() {
-    let machine = text(&root().join("studies/machines/lp_turbine.toml"));
+    let machine = root().join("studies/machines/lp_turbine.toml").to_string_lossy().into_owned();
     let of = |engine: &str| {
         let set = ["--engine", engine, "--set", "run.end_time=0.1 s", "--set", "contact.gap=5 mm", "--json"];
         let said = say(&[&["simulate", &machine][..], &set].concat());
