@@ -314,6 +314,10 @@ fn verify_finds_any_changed_bit_of_answers_and_curves_and_answer_writes_them_ane
             verified.err
         );
     }
+    // without a line of the answers they are not known
+    fs::write(&sums, "").expect("written");
+    let empty = say(&["status", &out, "--verify"]);
+    assert!(empty.code == 6 && empty.out.contains("it has no line of answers.json"), "{}", empty.out);
     fs::remove_file(&sums).expect("there");
     let unknown = say(&["status", &out, "--verify"]);
     assert!(unknown.code == 0 && unknown.out.contains("answers.b3sum has no checksum of it"), "{}", unknown.out);

@@ -190,7 +190,13 @@ fn answers(folder: &Folder) -> Vec<Verified> {
         (hash, Some(place)) => in_words(&name, compare_hash(&place, hash, None)),
         (_, None) => in_words(&name, Ok(Compared::Missing)),
     };
-    sums.into_iter().map(of).collect()
+    let unlisted = folder.place(ANSWERS).exists() && !sums.iter().any(|(name, _)| name == ANSWERS);
+    let damaged = unlisted.then(|| Verified {
+        name: ANSWER_SUMS.to_owned(),
+        is_whole: Some(false),
+        words: format!("damaged: it has no line of {ANSWERS}"),
+    });
+    sums.into_iter().map(of).chain(damaged).collect()
 }
 
 fn in_words(name: &str, compared: Result<Compared, FileError>) -> Verified {
