@@ -41,5 +41,6 @@ mod tutorial;
 mod unanswered;
 mod understood;
 mod versions;
+mod watch;
 mod widths;
 mod words;

@@ -43,6 +43,7 @@ mod status;
 mod stop;
 mod submit;
 mod verify;
+mod watch;
 mod why;
 
 pub use bench::host::{Folder as TemporaryFolder, load};
@@ -81,6 +82,7 @@ enum Command {
     Submit(submit::Args),
     Merge(merge::Args),
     Status(status::Args),
+    Watch(watch::Args),
     Why(why::Args),
     Check(check::Args),
     Simulate(simulate::Args),
@@ -237,6 +239,7 @@ fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliEr
         Command::Submit(args) => submit::main(&args),
         Command::Merge(args) => merge::main(&args),
         Command::Status(args) => status::main(&args),
+        Command::Watch(args) => watch::main(&args),
         Command::Why(args) => why::main(&args),
         Command::Check(args) => check::main(&args),
         Command::Simulate(args) => simulate::main(&args),

@@ -2,7 +2,7 @@
 //! would act on a terminal: whatever came from files, their names and other programs is made visible here.
 
 use super::error::CliError;
-use bladeoff_answers::summary::fitted;
+use bladeoff_answers::summary::{counted, fitted};
 use bladeoff_system::call::program;
 use bladeoff_text::document::{visible_json, visible_lines};
 use std::borrow::Cow;
@@ -54,6 +54,31 @@ pub fn for_terminal(text: &str, width: Option<usize>) -> Cow<'_, str> {
     }
 }
 
+/// Replaces what a terminal shows by a page: its first lines where the terminal has fewer.
+///
+/// # Errors
+/// As [`print`].
+pub fn redraw(page: &str) -> Result<(), CliError> {
+    let height =
+        terminal_size::terminal_size_of(io::stdout()).map(|(_, terminal_size::Height(rows))| usize::from(rows));
+    let page = fitting(&for_terminal(page, width()), height);
+    let mut out = io::stdout().lock();
+    // to the first line, and everything erased
+    let written = write!(out, "\u{1b}[H\u{1b}[2J{}", visible_lines(&page));
+    written.and_then(|()| out.flush()).map_err(CliError::stdout)
+}
+
+/// The lines that fit a terminal of so many rows.
+fn fitting(text: &str, height: Option<usize>) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    let Some(room) = height.map(|height| height.saturating_sub(2)).filter(|room| *room > 0 && *room < lines.len())
+    else {
+        return text.to_owned();
+    };
+    let more = counted((lines.len() - room) as u64, "more line");
+    format!("{}\n... {more}; a higher window shows them\n", lines[..room].join("\n"))
+}
+
 /// Writes JSON to standard output.
 ///
 /// # Errors
@@ -75,4 +100,17 @@ pub fn remark(text: &str) {
 /// The same for an error as [`super::render::render`] made it, which has colours of its own and nothing else.
 pub fn rendered(text: &str) {
     let _ = writeln!(io::stderr(), "{}", text.trim_end());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_is_cut_to_the_window() {
+        let text = "1\n2\n3\n4\n5\n";
+        assert_eq!(fitting(text, Some(40)), text);
+        assert_eq!(fitting(text, None), text);
+        assert_eq!(fitting(text, Some(5)), "1\n2\n3\n... 2 more lines; a higher window shows them\n");
+    }
 }

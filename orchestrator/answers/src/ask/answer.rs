@@ -12,7 +12,8 @@ use serde::Serialize;
 pub const SCHEMA: u32 = 1;
 
 /// Said of each group where it is so.
-pub const LEFT_WIDE: &str = "more runs will not help: runs that are not ok cause most of the uncertainty; see their causes (`bladeoff why`)";
+pub const LEFT_WIDE: &str =
+    "more runs will not help: runs that are not ok cause most of the uncertainty; see their causes (`bladeoff why`)";
 
 /// Note of a group whose open runs are all beyond the model.
 pub const LEFT_WIDE_BEYOND: &str = "more runs will not help: the runs beyond the model cause most of the uncertainty";
