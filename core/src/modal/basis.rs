@@ -171,8 +171,8 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
     Ok(with_table_modes(rotor, lowest, (&values, &shapes), coupled)?)
 }
 
-/// How many of the lowest modes hold the static flexibility of every bearing, in every direction, but for
-/// [`LEFT_OUT_AT_BEARINGS`] of it; modes that are not stiff (bearings whose symmetric part is indefinite) count with the size of
+/// How many of the lowest modes hold the static flexibility of every bearing without a table, in every direction, but for
+/// [`LEFT_OUT_AT_BEARINGS`] of it (bearings with a table have modes of their own); modes that are not stiff (bearings whose symmetric part is indefinite) count with the size of
 /// their omega^2. Verified by `as_many_modes_are_kept_however_bearings_are_turned` in `tests/rotor/invariance.rs`,
 /// `stiff_journal_bearings_keep_as_many_modes_as_others` in `tests/rotor/modal_basis.rs`.
 fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -> usize {
@@ -192,7 +192,9 @@ fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -
         });
         from_above.map_or(0, |last| last + 1)
     };
-    rotor.supports().map(|site| enough(site.places)).max().unwrap_or(0)
+    let has_table = |at: usize| rotor.tables.iter().any(|(bearing, _)| *bearing == at);
+    let supports = rotor.supports().enumerate().filter(|(at, _)| !has_table(*at));
+    supports.map(|(_, site)| enough(site.places)).max().unwrap_or(0)
 }
 
 /// Largest share, over all directions, that a symmetric 2x2 matrix `[xx, xy, yy]` has in another, positive definite one: the

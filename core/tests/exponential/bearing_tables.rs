@@ -110,8 +110,8 @@ fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
         soft = soft.replace(from, to);
     }
     let coast_down = machine_with(&soft, &[("run.engine", "exponential")]);
-    let steep = rig().replace("kxx = [3.2e6, 2.4e6, 2e6, 1.7e6]", "kxx = [9e6, 6e6, 3e6, 1.7e6]");
-    let changes = [("run.end_time", "0.5 s"), ("run.engine", "exponential"), ("contact.friction", "0.3")];
+    let steep = rig().replace("kxx = [3.2e6, 2.4e6, 2e6, 1.7e6]", "kxx = [2e7, 1.2e7, 4e6, 1.7e6]");
+    let changes = [("run.end_time", "0.5 s"), ("run.engine", "exponential"), ("contact.friction", "0.5")];
     let rub = machine_with(&steep, &changes);
     for (what, machine, within, least) in [("coast-down", coast_down, 4e-6, 30.0), ("rub", rub, 3e-6, 5.0)] {
         let (row, [with, without]) = balance(machine);
@@ -133,8 +133,8 @@ fn a_rub_with_a_table_is_that_of_the_reduced_engine() {
     for (column, within) in [
         ("first_contact_s", 1e-4),
         ("end_speed_rad_s", 1e-4),
-        ("max_bearing_load_left_N", 2e-3),
-        ("max_bearing_load_right_N", 2e-3),
+        ("max_bearing_load_left_N", 5e-3),
+        ("max_bearing_load_right_N", 5e-3),
         ("max_upward_bearing_force_left_N", 5e-3),
         ("max_displacement_seal_m", 1e-3),
         ("max_filtered_contact_force_N", 5e-3),

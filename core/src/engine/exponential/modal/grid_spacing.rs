@@ -65,7 +65,7 @@ impl GridSpacing {
         Self { spacing, closes: !is_isotropic(machine), refinement: 1.0 }
     }
 
-    /// The same rule with as many bases as bearing tables need.
+    /// Grid spacing with as many bases as bearing tables need.
     ///
     /// # Errors
     /// [`ExponentialError::NotCovered`] for tables that need more than [`MAX_REFINEMENT`].

@@ -33,6 +33,7 @@ use super::state_space::StateSpace;
 use crate::engine::exponential::error::ExponentialError;
 use crate::modal::{Damping, least_damping};
 use bladeoff_numerics::linalg::{Matrix, column_of, inverse, mul, mul_tn};
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 /// Largest condition number of a modal basis.
@@ -156,12 +157,15 @@ impl CheckedBasis {
     fn at(system: &StateSpace, speed: f64, neighbour: Option<&ModalBasis>) -> Result<Self, ExponentialError> {
         let a = system.system_matrix(speed);
         if let Some(neighbour) = neighbour {
-            let e = mul(
+            let mut e = mul(
                 &neighbour.left,
                 &mul(&system.system_matrix_change(neighbour.interval_model.speed, speed), &neighbour.right),
             );
-            let continued =
-                continued_basis(&neighbour.right, &neighbour.blocks, &e).map(|right| Self::of(right, &a, speed));
+            let mut blocks = Cow::Borrowed(&neighbour.blocks);
+            if !system.tables.is_empty() {
+                move_diagonal_blocks(&mut e, blocks.to_mut());
+            }
+            let continued = continued_basis(&neighbour.right, &blocks, &e).map(|right| Self::of(right, &a, speed));
             if let Some(Ok(continued)) = continued {
                 return Ok(continued);
             }
@@ -215,6 +219,19 @@ impl CheckedBasis {
         let size = self.blocks.len();
         let (rows, columns) = self.modal_matrix.shape();
         Matrix::from_fn(rows, columns, |i, j| if i % size == j % size { 0.0 } else { self.modal_matrix[(i, j)] })
+    }
+}
+
+/// Moves the parts of E that couple no planes to the blocks D; `D + E` stays the same.
+///
+/// A table changes the blocks of strongly damped planes by much more than it couples them. Planes that change together then keep their distance in a continuation.
+fn move_diagonal_blocks(e: &mut Matrix, blocks: &mut [PlaneBlock]) {
+    let size = blocks.len();
+    for (k, block) in blocks.iter_mut().enumerate() {
+        for (i, entry) in block.iter_mut().enumerate() {
+            let place = (k + i / 2 * size, k + i % 2 * size);
+            *entry += std::mem::take(&mut e[place]);
+        }
     }
 }
 

@@ -49,7 +49,7 @@ pub(crate) struct Outputs {
     contact_columns: Matrix,
     /// Bearings, pedestals, bearings with a clearance, then monitors; with the constant parts of bearing tables.
     bearings: Vec<BearingRows>,
-    /// The same at any speed; empty without bearing tables.
+    /// Terms of all supports at any speed; empty without bearing tables.
     at_speeds: Vec<SupportLoads>,
     /// Weight in the coordinates, `Phi^T w`.
     weight: Vec<f64>,

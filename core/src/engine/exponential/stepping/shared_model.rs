@@ -14,9 +14,8 @@ use crate::engine::exponential::modal::speed_grid::SpeedGrid;
 use crate::engine::exponential::modal::state_space::StateSpace;
 use crate::engine::exponential::settings::StepSettings;
 use crate::engine::shaft_line::sites;
-use crate::rotor::RotorMatrices;
 use crate::structure::Structure;
-use bladeoff_model::machine::{Contact, ContactSurface, Machine};
+use bladeoff_model::machine::{Contact, ContactSurface, Machine, Presence};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Largest number of lateral coordinates: the cost of a modal basis grows with its cube.
@@ -59,8 +58,8 @@ struct MachineValues {
     /// Gravity, and elevations of the bearings' seats, as bits.
     gravity: [u64; 2],
     elevations: Vec<[u64; 2]>,
-    /// Forces of the bearings' seats, as bits; empty without bearing tables, where they follow from the elevations.
-    seats: Vec<[u64; 2]>,
+    /// Whether each unbalance is present before the release: the seats of bearing tables carry its weight. Empty without tables.
+    before: Vec<bool>,
     /// Node of each contact.
     nodes: Vec<usize>,
 }
@@ -68,10 +67,9 @@ struct MachineValues {
 impl MachineValues {
     fn new(machine: &Machine) -> Self {
         let has_tables = machine.rotor.bearings.iter().any(|bearing| bearing.table.is_some());
-        let seats =
-            if has_tables { RotorMatrices::assemble(&machine.rotor).seat_forces(&machine.rotor) } else { Vec::new() };
+        let unbalances = machine.rotor.unbalances.iter().filter(|_| has_tables);
         Self {
-            seats: seats.into_iter().map(|seat| seat.map(f64::to_bits)).collect(),
+            before: unbalances.map(|unbalance| unbalance.presence == Presence::Before).collect(),
             sites: sites(machine).iter().map(|site| (site.node, site.mass.to_bits())).collect(),
             gravity: machine.rotor.gravity.map(f64::to_bits),
             elevations: machine.rotor.bearings.iter().map(|bearing| bearing.elevation.map(f64::to_bits)).collect(),
