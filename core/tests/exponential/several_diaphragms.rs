@@ -4,7 +4,8 @@
 //! quarters of the span, and Radau IIA of order 5 (two tolerances agree to 1e-7 or better in forces, 1e-9 in the end speed).
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
-use crate::common::{Row, close, machine, run, run_seen};
+use crate::bearing_tables;
+use crate::common::{Row, close, machine, run, run_seen, study_machine};
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
@@ -94,7 +95,10 @@ fn springs_converge_with_order_two() {
 
 /// Text of the lab rig with rings of these names, places and gaps in the place of its own.
 fn rig_text(of_run: &str, rings: &[(&str, f64, f64)]) -> String {
-    let text = crate::common::study_machine("lab_rig");
+    with_rings(&study_machine("lab_rig"), of_run, rings)
+}
+
+fn with_rings(text: &str, of_run: &str, rings: &[(&str, f64, f64)]) -> String {
     let (before, ring) = text.split_at(text.find("[diaphragms.seal]").expect("has a ring"));
     let rings = rings.iter().map(|(name, position, gap)| {
         ring.replace("seal", name)
@@ -131,11 +135,11 @@ fn same_digits(alone: &Row, both: &Row, name: &str) {
 
 #[test]
 fn a_diaphragm_out_of_reach_changes_no_digit() {
-    for detection in ["hyp2", "hyp1", "hyp2-frozen"] {
+    for detection in DETECTIONS {
         let of = |rings: &[(&str, f64, f64)]| {
             let of_run = format!("end_time = 0.17\n{EXPONENTIAL}\ncontact_step = 5e-6\nrotor_modes = 16");
             let text = rig_text(&of_run, rings);
-            run(machine(&text.replace("\"hyp2\"", &format!("{detection:?}"))))
+            run(machine(&text.replace("\"hyp2\"", detection)))
         };
         let alone = of(&[("seal", 0.5, 5e-4)]);
         same_digits(&alone, &of(&[("seal", 0.5, 5e-4), ("far", 0.15, 5e-4)]), "seal");
@@ -152,16 +156,19 @@ fn a_diaphragm_out_of_reach_changes_no_digit() {
 /// Rings on both sides of the disc, which both touch in the first tenth of a second.
 const RINGS: [(&str, f64, f64); 2] = [("a", 0.4, 3e-4), ("b", 0.6, 3.05e-4)];
 
+/// Detections, with one point of contact and with several.
+const DETECTIONS: [&str; 4] = ["\"hyp2\"", "\"hyp1\"", "\"hyp2-frozen\"", "\"hyp2\"\npoints = \"one\""];
+
 fn rings_of(engine: &str, detection: &str) -> Row {
     let text = rig_text(&format!("end_time = 0.15\n{engine}\nrotor_modes = 30"), &RINGS);
-    let row = run(machine(&text.replace("\"hyp2\"", &format!("{detection:?}"))));
+    let row = run(machine(&text.replace("\"hyp2\"", detection)));
     both_touch(&row);
     row
 }
 
 #[test]
 fn two_flexible_rings_at_once_close_the_energy() {
-    for detection in ["hyp2", "hyp1", "hyp2-frozen"] {
+    for detection in DETECTIONS {
         let row = rings_of(EXPONENTIAL, detection);
         println!("{detection}: energy error {:e}", row.value("energy_error"));
         assert!(row.value("energy_error") < 2e-7, "{detection}: {}", row.value("energy_error"));
@@ -179,9 +186,9 @@ fn two_flexible_rings_at_once_close_the_energy() {
 
 #[test]
 fn two_flexible_rings_rub_as_in_the_reference_engines() {
-    let row = rings_of(EXPONENTIAL, "hyp2");
+    let row = rings_of(EXPONENTIAL, DETECTIONS[0]);
     for engine in ["full", "reduced"] {
-        let other = rings_of(&format!("engine = \"{engine}\"\nstep = 1e-6"), "hyp2");
+        let other = rings_of(&format!("engine = \"{engine}\"\nstep = 1e-6"), DETECTIONS[0]);
         for name in ["contact_impulse_a_Ns", "contact_impulse_b_Ns", "max_bearing_load_N", "friction_energy_J"] {
             near(&row, name, other.value(name), 2e-3);
         }
@@ -189,9 +196,25 @@ fn two_flexible_rings_rub_as_in_the_reference_engines() {
     }
 }
 
+/// The same on a bearing table over the speed, against `reduced`.
+#[test]
+fn two_flexible_rings_rub_beside_a_bearing_table() {
+    let of = |engine: &str| {
+        let of_run = format!("end_time = 0.15\n{engine}\nrotor_modes = 30");
+        let row = run(machine(&with_rings(&bearing_tables::rig(), &of_run, &RINGS)));
+        both_touch(&row);
+        row
+    };
+    let (row, reduced) = (of(EXPONENTIAL), of("engine = \"reduced\"\nstep = 1e-6"));
+    assert!(row.value("energy_error") < 2e-7, "{}", row.value("energy_error"));
+    for name in ["contact_impulse_a_Ns", "contact_impulse_b_Ns", "max_bearing_load_N", "friction_energy_J"] {
+        near(&row, name, reduced.value(name), 2e-3);
+    }
+}
+
 #[test]
 fn two_flexible_rings_converge() {
-    for detection in ["hyp2", "hyp1", "hyp2-frozen"] {
+    for detection in DETECTIONS {
         let of = |step: f64| {
             let row = rings_of(&format!("{EXPONENTIAL}\ncontact_step = {step:?}"), detection);
             ["contact_impulse_a_Ns", "contact_impulse_b_Ns", "max_bearing_load_N", "friction_energy_J"]
