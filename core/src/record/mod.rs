@@ -168,7 +168,7 @@ impl Recorders {
 
     /// Takes the largest ratios to the yield strengths so far: each has the time at which it was reached.
     #[inline]
-    fn see_yields(&mut self) {
+    pub fn see_yields(&mut self) {
         if !self.yields {
             return;
         }
@@ -184,23 +184,28 @@ impl Recorders {
         }
     }
 
-    /// Takes loads and journals of an instant, and the ring's: of a step, or of so many at once in which nothing touches. An engine whose steps are not equal sees moments
-    /// by themselves ([`Recorders::see_bending`], [`Recorders::see_torsion`]), and a [`RingInstant::ring`] where it has one.
+    /// Takes loads and journals of an instant at which a step begins; `touches`: with contact. An engine whose steps are not equal sees
+    /// diaphragms and moments by themselves ([`Recorders::see_ring`], [`Recorders::see_bending`], [`Recorders::see_torsion`]), then
+    /// yield strengths ([`Recorders::see_yields`]).
     #[inline(always)]
-    pub fn see_steps(&mut self, steps: usize, at: At, loads: Loads<'_>, ring: Option<&RingInstant<'_>>) {
+    pub fn see_loads(&mut self, loads: Loads<'_>, at: At, touches: bool) {
         self.loads.see(loads, at);
-        self.loads.see_between(loads, at, ring.is_none_or(|ring| ring.touch.is_none()));
+        self.loads.see_between(loads, at, !touches);
         self.monitors.see(loads.monitors, at);
         self.limits.see_journals(loads.journals, at);
-        if let (Some(recorders), Some(ring)) = (self.rings.first_mut(), ring) {
-            if steps == 1 {
-                recorders.see(ring, at);
-            } else {
-                recorders.pass(steps, ring, at);
-            }
-            self.limits.see_eccentricity(0, square(ring.place), at);
+    }
+
+    /// Takes an instant of a diaphragm: of a step, or of so many at once in which nothing touches; with a [`RingInstant::ring`] where
+    /// the engine has one.
+    #[inline(always)]
+    pub fn see_ring(&mut self, diaphragm: usize, steps: usize, at: At, ring: &RingInstant<'_>) {
+        let recorders = &mut self.rings[diaphragm];
+        if steps == 1 {
+            recorders.see(ring, at);
+        } else {
+            recorders.pass(steps, ring, at);
         }
-        self.see_yields();
+        self.limits.see_eccentricity(diaphragm, square(ring.place), at);
     }
 
     /// Whether a mean spin \[rad/s\] lies beyond those taken by [`Recorders::see_speed`] by more than `noticeable`.
@@ -225,14 +230,14 @@ impl Recorders {
         self.rings.iter_mut().for_each(|ring| ring.contact.searches = false);
     }
 
-    /// Takes the instant at which a run ends: loads, and the rotor's place in the ring. No step begins there.
-    pub fn see_end(&mut self, loads: Loads<'_>, place: Option<[f64; 2]>, at: At) {
+    /// Takes the instant at which a run ends: loads, and the rotor's place in each diaphragm. No step begins there.
+    pub fn see_end(&mut self, loads: Loads<'_>, places: &[[f64; 2]], at: At) {
         self.loads.see(loads, at);
         self.monitors.see(loads.monitors, at);
         self.limits.see_journals(loads.journals, at);
-        if let (Some(ring), Some(place)) = (self.rings.first_mut(), place) {
-            ring.see_place(square(place), at);
-            self.limits.see_eccentricity(0, square(place), at);
+        for (diaphragm, (ring, place)) in self.rings.iter_mut().zip(places).enumerate() {
+            ring.see_place(square(*place), at);
+            self.limits.see_eccentricity(diaphragm, square(*place), at);
         }
         self.see_yields();
     }
@@ -293,21 +298,19 @@ impl Recorders {
         self.stresses.ratio_bound(together, bounds)
     }
 
-    /// Bounds of the ratios of the first diaphragm's ring and blades for coordinates, or for the amplitudes of all of them.
-    pub fn ring_ratio_bounds(&mut self, q: &[f64]) -> [f64; 2] {
-        self.rings.first_mut().map_or([0.0; 2], |ring| ring.stresses.ratio_bounds(q))
+    /// Bounds of the ratios of a diaphragm's ring and blades for coordinates, or for the amplitudes of all of them.
+    pub fn ring_ratio_bounds(&mut self, diaphragm: usize, q: &[f64]) -> [f64; 2] {
+        self.rings[diaphragm].stresses.ratio_bounds(q)
     }
 
-    /// Whether no coordinates of the first diaphragm's ring up to these amplitudes have larger stresses than before.
-    pub fn ring_rests(&mut self, amplitudes: &[f64]) -> bool {
-        self.rings.first_mut().is_none_or(|ring| ring.stresses.rests(amplitudes))
+    /// Whether no coordinates of a diaphragm's ring up to these amplitudes have larger stresses than before.
+    pub fn ring_rests(&mut self, diaphragm: usize, amplitudes: &[f64]) -> bool {
+        self.rings[diaphragm].stresses.rests(amplitudes)
     }
 
-    /// Takes coordinates of the first diaphragm's ring between two looks, where stresses of ring and blades may be above these ratios to the yield strength.
-    pub fn watch_ring(&mut self, ratio: [f64; 2], q: &[f64], at: At) {
-        if let Some(ring) = self.rings.first_mut() {
-            ring.stresses.watch(ratio, q, at);
-        }
+    /// Takes coordinates of a diaphragm's ring between two observations, where stresses of ring and blades may be above these ratios to the yield strength.
+    pub fn watch_ring(&mut self, diaphragm: usize, ratio: [f64; 2], q: &[f64], at: At) {
+        self.rings[diaphragm].stresses.watch(ratio, q, at);
     }
 
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached

@@ -10,7 +10,7 @@ const COAST_DOWN: &str =
     "[rotor]\ninitial_speed = 360\n[braking]\nconstant = 600\n[run]\nend_time = 2\nend_speed = 250\n";
 
 /// The lab rig whose left bearing has a table with cross terms.
-fn rig() -> String {
+pub fn rig() -> String {
     let linear = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\n";
     let table = "kind = \"table\"\ninterpolation = \"pchip\"\ncoefficients = { speeds = [0, 100, 200, 400], kxx = [3.2e6, 2.4e6, 2e6, 1.7e6], \
                  kxy = [4e5, 3e5, 2e5, 1e5], kyx = [-2e5, -1.5e5, -1e5, -1e5], kyy = [2.4e6, 2.2e6, 2e6, 1.9e6], \

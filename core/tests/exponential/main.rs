@@ -15,3 +15,4 @@ mod prescribed_speed;
 mod radial_spring;
 #[path = "../common/random.rs"]
 mod random;
+mod several_diaphragms;

@@ -83,11 +83,8 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     if reader.word("run.force_location") == Some("current") {
         gap("run.force_location", "forces at the place of step n", "next");
     }
-    for (number, member) in reader.layout.group("diaphragms").iter().enumerate() {
+    for member in reader.layout.group("diaphragms") {
         let path = |key: &str| joined(&["diaphragms.", &member.name, key]);
-        if number == 1 {
-            gap(&path(""), "more than one diaphragm", "one");
-        }
         let kind = path(".kind");
         match reader.word(&kind) {
             Some("rigid") => gap(&kind, "a rigid ring", "flexible"),

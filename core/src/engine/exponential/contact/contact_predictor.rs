@@ -46,6 +46,14 @@ pub(crate) struct ContactPredictor {
     pub rotor_travel_correction: [f64; 2],
 }
 
+/// Impulses of the last step of a predictor.
+#[derive(Default)]
+pub(crate) struct LastImpulses {
+    modal: Vec<Lane>,
+    impulse: [f64; 2],
+    normal: [f64; 2],
+}
+
 impl ContactPredictor {
     /// Creates a predictor for a ring whose modes have these compliances d + c and static corrections c.
     pub fn new([compliance, static_correction]: [Vec<Lane>; 2]) -> Self {
@@ -70,6 +78,18 @@ impl ContactPredictor {
     pub fn reset(&mut self) {
         self.modal_impulses.fill(Lane::default());
         (self.impulse, self.normal_impulse) = ([0.0; 2], [0.0; 2]);
+    }
+
+    /// Copies the impulses of the last step.
+    pub fn copy_last(&self, last: &mut LastImpulses) {
+        last.modal.clone_from(&self.modal_impulses);
+        (last.impulse, last.normal) = (self.impulse, self.normal_impulse);
+    }
+
+    /// Sets the impulses of the last step to a copy.
+    pub fn set_last(&mut self, last: &LastImpulses) {
+        self.modal_impulses.clone_from(&last.modal);
+        (self.impulse, self.normal_impulse) = (last.impulse, last.normal);
     }
 
     /// Adds an impulse of the last step at a position with these rows along its normal and tangent.

@@ -23,6 +23,7 @@
 //! n+1. This makes the direction of second order in the step. Verified by `tests/exponential/exponential_rub.rs`.
 
 mod conditions;
+mod step_parts;
 
 use super::broad_phase::BroadPhase;
 use super::contact_point::{ContactPoint, PressedPoint};
@@ -36,7 +37,7 @@ use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
 use super::stator_axes::StatorAxes;
 use crate::contact::ContactReaction;
 use crate::contact::complementarity::{self, Coupled, POINTS};
-use crate::eight::{Eight, by_width};
+use crate::eight::Eight;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::plane::{across, product, turned};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
@@ -91,6 +92,8 @@ pub(crate) struct ContactStep {
     pub(super) pressed: Vec<PressedPoint>,
     /// Turn of the rotor's surface over the last contact step.
     surface_turn: SurfaceTurn,
+    /// Impulses of the last step that a search has forgotten.
+    kept: step_parts::LastStep,
 }
 
 impl ContactStep {
@@ -152,7 +155,13 @@ impl ContactStep {
             forces: Vec::with_capacity(POINTS),
             pressed: Vec::with_capacity(POINTS),
             surface_turn: SurfaceTurn::default(),
+            kept: step_parts::LastStep::default(),
         })
+    }
+
+    /// Radial gap at rest \[m\].
+    pub fn gap(&self) -> f64 {
+        self.gap
     }
 
     /// Whether impulses acted in the last step.
@@ -185,18 +194,8 @@ impl ContactStep {
         self.predictor.reset();
     }
 
-    /// Takes the ring over a contact step. Returns the contact of the step; `None` where nothing touches.
-    ///
-    /// # Errors
-    /// [`ExponentialError::NoImpulses`] where no impulses fulfil (1).
-    pub fn solve(&mut self, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> {
-        solve_step(self, free)
-    }
-
     #[inline(always)]
-    fn solve_kernel<V: Eight>(&mut self, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> {
-        self.ring.propagate_free::<V>();
-        self.current = 1 - self.current;
+    fn find_kernel<V: Eight>(&mut self, free: &FreeStep<'_>) -> Result<Option<f64>, ExponentialError> {
         let operator = DelassusOperator::new(
             self.axes.angle,
             self.rotor_truncated_flexibility,
@@ -206,17 +205,18 @@ impl ContactStep {
         loop {
             let solution = match self.collect_points::<V>(free, &operator) {
                 Some(start) => self.find_impulses::<V>(start, free, &operator),
-                None if self.pressed.is_empty() => {
-                    self.surface_turn.take(free.surface_turn, self.h);
-                    return Ok(None);
-                }
+                None if self.pressed.is_empty() => return Ok(None),
                 None => None,
             };
             match solution {
-                Some(least_gap) => return Ok(Some(self.apply_impulses::<V>(free, least_gap))),
+                Some(least_gap) => return Ok(Some(least_gap)),
                 None if self.pressed.is_empty() => return Err(ExponentialError::NoImpulses),
                 // no gap is negative, or no impulses fulfil (1), at the predicted position: repeat without the prediction
-                None => self.forget_impulses(),
+                None => {
+                    self.kept.pressed.clone_from(&self.pressed);
+                    self.predictor.copy_last(&mut self.kept.predictor);
+                    self.forget_impulses();
+                }
             }
         }
     }
@@ -335,17 +335,14 @@ impl ContactStep {
     /// Applies the impulses to the ring. Returns the contact of the step, with the impulse on the rotor.
     #[inline(always)]
     fn apply_impulses<V: Eight>(&mut self, free: &FreeStep<'_>, least_gap: f64) -> ContactStepResult {
+        let (rotor_impulse, torque) = self.rotor_impulse();
         let Self { impulses, pressed, predictor, points, point_rows, current, ring, .. } = self;
         let pressing = || points.iter().filter(|point| point.force.normal > 0.0);
         impulses.fill(Lane::default());
         pressed.clear();
         predictor.reset();
-        let (mut rotor_impulse, mut torque) = ([0.0; 2], 0.0);
         for point in pressing() {
-            let (force, n) = (&point.force, point.acting.normal);
-            rotor_impulse[0] -= force.normal * n[0] - force.tangential * n[1];
-            rotor_impulse[1] -= force.normal * n[1] + force.tangential * n[0];
-            torque -= force.tangential * self.radius;
+            let force = &point.force;
             add_scaled_rows::<V>(
                 [force.normal, force.tangential],
                 Self::acting_rows(point_rows, *current, point),
@@ -355,16 +352,18 @@ impl ContactStep {
             pressed.push(PressedPoint { position: point.position, force: *force, slot: point.slot });
         }
         ring.apply_impulses::<V>(impulses);
-        let impulse = self.axes.to_machine(rotor_impulse);
+        let contact = ContactImpulse {
+            diaphragm: free.diaphragm,
+            impulse: self.axes.to_machine(rotor_impulse),
+            torque,
+            speed_jump: 0.0,
+        };
         // works (3): mean rates before and after the impulses
-        let MeanMotion { velocity, rate, surface_rate } =
-            free.mean_motion(ContactImpulse { impulse, torque, speed_jump: 0.0 }, &mut self.surface_turn, self.h);
+        let MeanMotion { velocity, rate, surface_rate } = free.mean_motion(contact, &mut self.surface_turn, self.h);
         let velocity = self.axes.to_stator(velocity);
         let rolling = self.radius * surface_rate;
         let mut impact = ContactStepResult {
-            impulse,
-            torque,
-            speed_jump: 0.0,
+            contact,
             normal: 0.0,
             tangential: 0.0,
             friction_work: 0.0,
@@ -415,14 +414,4 @@ impl ContactStep {
 /// Whether a contact has several points in a step: `hyp2`, where the machine does not ask for one.
 pub(crate) fn has_several_points(contact: &Contact) -> bool {
     contact.detection == Detection::Hyp2 && contact.points == ContactPoints::Several
-}
-
-by_width! { fn solve_step(contact: &mut ContactStep, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> = solve_step_kernel }
-
-#[inline(always)]
-fn solve_step_kernel<V: Eight>(
-    contact: &mut ContactStep,
-    free: &FreeStep<'_>,
-) -> Result<Option<ContactStepResult>, ExponentialError> {
-    contact.solve_kernel::<V>(free)
 }

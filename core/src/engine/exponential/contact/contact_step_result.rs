@@ -31,11 +31,8 @@ use crate::engine::exponential::torsion::spin::{ContactImpulse, Spin};
 /// Result of a contact step: sums of its impulses, their works, and the contact with the largest normal impulse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ContactStepResult {
-    /// Impulse on the rotor in the machine's axes \[N s\], and angular impulse of friction on it \[N m s\].
-    pub impulse: [f64; 2],
-    pub torque: f64,
-    /// Jump of the spin that the impulse makes through the unbalances, where it is foreseen \[rad/s\].
-    pub speed_jump: f64,
+    /// Impulse on the rotor, in the machine's axes.
+    pub contact: ContactImpulse,
     /// Sums of the normal and of the tangential impulses \[N s\].
     pub normal: f64,
     pub tangential: f64,
@@ -59,8 +56,12 @@ pub(crate) struct ContactStepResult {
     pub slip: f64,
 }
 
-/// Contact step without contact: the input of the contact.
+/// Contact step without contact at one diaphragm: the input of its contact. Displacements and turns include the impulses at the
+/// other diaphragms.
+#[derive(Clone, Copy)]
 pub(crate) struct FreeStep<'a> {
+    /// Index of the diaphragm, in the machine's order.
+    pub diaphragm: usize,
     /// Displacements of the rotor at n and n+1 \[m\] and its velocity at n \[m/s\], in the machine's axes.
     pub start: [f64; 2],
     pub end: [f64; 2],
@@ -73,6 +74,9 @@ pub(crate) struct FreeStep<'a> {
     /// Rate of turn of the section at n \[rad/s\], and its jump per angular impulse \[1/(kg m2)\].
     pub rate: f64,
     pub jump: f64,
+    /// Half the jumps of velocity \[m/s\] and rate \[rad/s\] by the impulses at the other diaphragms.
+    pub other_velocity: [f64; 2],
+    pub other_rate: f64,
     /// Spin and torsion.
     pub spin: &'a Spin,
 }
@@ -90,11 +94,12 @@ impl FreeStep<'_> {
     /// Motion at n under a contact impulse, in contact steps of `h` \[s\].
     #[inline(always)]
     pub fn mean_motion(&self, contact: ContactImpulse, turn: &mut SurfaceTurn, h: f64) -> MeanMotion {
-        let ContactImpulse { impulse, torque, speed_jump } = contact;
+        let ContactImpulse { impulse, torque, speed_jump, .. } = contact;
         let jump = self.response.velocity_jump;
-        let unbalance_jump = self.spin.contact_velocity_jump(torque, speed_jump, &self.response.at_unbalances);
-        let velocity = [0, 1].map(|i| self.velocity[i] + 0.5 * (product(jump[i], impulse) + unbalance_jump[i]));
-        let rate = self.rate + 0.5 * (self.jump * torque + speed_jump);
+        let unbalance_jump = self.spin.contact_velocity_jump(contact, &self.response.at_unbalances);
+        let velocity = [0, 1]
+            .map(|i| self.velocity[i] + 0.5 * (product(jump[i], impulse) + unbalance_jump[i]) + self.other_velocity[i]);
+        let rate = self.rate + 0.5 * (self.jump * torque + speed_jump) + self.other_rate;
         let surface_rate = turn.take(self.surface_turn + self.rolling * torque, h).unwrap_or(rate);
         MeanMotion { velocity, rate, surface_rate }
     }

@@ -30,15 +30,14 @@ impl ContactStep {
     }
 
     /// Ring and rotor at n, static corrections included, for a rotor displaced by x in the stator's axes \[m\].
-    pub fn corrected_shape(&self, x: [f64; 2], response: Option<&ImpulseResponse>) -> CorrectedShape {
+    pub fn corrected_shape(&self, x: [f64; 2], response: &ImpulseResponse) -> CorrectedShape {
         let mut amplitudes = Vec::new();
         self.corrected_amplitudes(&mut amplitudes);
         let force_at = |PressedPoint { position, force, .. }: &PressedPoint| {
             let alpha = (position.index as f64 + 0.5 + position.offset) * self.ring_points.spacing;
             (alpha, position.polar.map(|part| part * force.normal / self.h))
         };
-        let static_correction =
-            response.map_or([[0.0; 2]; 2], |response| turned(self.axes.angle, &response.static_correction));
+        let static_correction = turned(self.axes.angle, &response.static_correction);
         let deflection = self.predictor.static_deflection([&static_correction, &self.rotor_truncated_flexibility]);
         CorrectedShape {
             amplitudes,

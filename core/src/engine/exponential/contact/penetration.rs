@@ -315,6 +315,7 @@ mod tests {
             velocity_jump: [[0.0; 2]; 2],
             at_unbalances: Vec::new(),
             of_unbalances: Vec::new(),
+            at_diaphragms: Vec::new(),
             loads: Vec::new(),
         };
         let operator = DelassusOperator::new((0.0, 1.0), [[1e-8, 0.0], [0.0, 1e-8]], &response, 1e-7);

@@ -50,10 +50,11 @@ pub(crate) struct RadialSpring {
 }
 
 /// Impulse of a step, and the penetration that it follows from.
-struct SpringImpulse {
+#[derive(Clone, Copy)]
+pub(crate) struct SpringImpulse {
     /// e of (1).
     direction: [f64; 2],
-    normal: f64,
+    pub normal: f64,
     tangential: f64,
     sticks: bool,
     /// q of (2) \[m\], and K of (3) \[N/m\].
@@ -114,15 +115,39 @@ impl RadialSpring {
         self.surface_turn.forget();
     }
 
-    /// Takes the spring over a contact step. Returns the contact of the step; `None` where nothing touches.
-    pub fn solve(&mut self, free: &FreeStep<'_>) -> Option<ContactStepResult> {
-        let SpringImpulse { direction, normal, tangential, sticks, depth, stiffness } = self.find_impulse(free);
+    /// Passes a contact step in which the spring is not reached.
+    pub fn pass_step(&mut self, surface_turn: f64) {
+        (self.energy, self.in_contact, self.share) = (0.0, false, 1.0);
+        self.surface_turn.take(surface_turn, self.h);
+    }
+
+    /// Distance from the gap at which (4) begins, for a velocity of the rotor at n \[m\].
+    pub fn reach(&self, velocity: [f64; 2]) -> f64 {
+        self.h * length(velocity)
+    }
+
+    /// Contact impulse on the rotor of an impulse of the spring.
+    pub fn contact_impulse(&self, free: &FreeStep<'_>, found: &SpringImpulse) -> ContactImpulse {
+        let (normal, tangential) = (self.share * found.normal, self.share * found.tangential);
+        let (direction, tangent) = (found.direction, across(found.direction));
+        let impulse = self.axes.to_machine([0, 1].map(|i| -(normal * direction[i] + tangential * tangent[i])));
+        ContactImpulse {
+            diaphragm: free.diaphragm,
+            impulse,
+            torque: -tangential * self.contact.rotor_radius,
+            speed_jump: free.spin.speed_jump(impulse, &free.response.at_unbalances),
+        }
+    }
+
+    /// Ends a contact step with an impulse of [`RadialSpring::find_impulse`]. Returns the contact of the step; `None` where nothing
+    /// touches.
+    pub fn finish_step(&mut self, free: &FreeStep<'_>, found: &SpringImpulse) -> Option<ContactStepResult> {
+        let contact = self.contact_impulse(free, found);
+        let SpringImpulse { direction, normal, tangential, sticks, depth, stiffness } = *found;
         let share = std::mem::replace(&mut self.share, 1.0);
         let (normal, tangential) = (share * normal, share * tangential);
         self.in_contact = normal > 0.0;
-        let tangent = across(direction);
-        let rotor_impulse = [0, 1].map(|i| -(normal * direction[i] + tangential * tangent[i]));
-        let impulse = self.axes.to_machine(rotor_impulse);
+        let (tangent, impulse) = (across(direction), contact.impulse);
         // energy (5), with the penetration that the impulse leaves at n+1
         let response = free.response.displacement;
         let end = [0, 1].map(|i| free.end[i] + product(response[i], impulse));
@@ -133,21 +158,17 @@ impl RadialSpring {
             return None;
         }
         let radius = self.contact.rotor_radius;
-        let torque = -tangential * radius;
-        let speed_jump = free.spin.speed_jump(impulse, &free.response.at_unbalances);
-        let motion = free.mean_motion(ContactImpulse { impulse, torque, speed_jump }, &mut self.surface_turn, self.h);
+        let motion = free.mean_motion(contact, &mut self.surface_turn, self.h);
         let velocity = self.axes.to_stator(motion.velocity);
         let slip = product(tangent, velocity) + radius * motion.surface_rate;
         Some(ContactStepResult {
-            impulse,
-            torque,
-            speed_jump,
+            contact,
             normal,
             tangential,
             friction_work: tangential * slip,
             normal_work: normal * product(direction, velocity) - (self.energy - before),
             model_work: 0.0,
-            damped_work: torque * (motion.surface_rate - motion.rate),
+            damped_work: contact.torque * (motion.surface_rate - motion.rate),
             // the massless stator follows the rotor
             gap: 0.0,
             points: 1,
@@ -160,7 +181,7 @@ impl RadialSpring {
     }
 
     /// Impulse (3) and its friction.
-    fn find_impulse(&self, free: &FreeStep<'_>) -> SpringImpulse {
+    pub fn find_impulse(&self, free: &FreeStep<'_>) -> SpringImpulse {
         let Self { axes, contact, h, .. } = self;
         let (modes, velocity) = (axes.place(free.start), axes.to_stator(free.velocity));
         let (response, flexibility) =

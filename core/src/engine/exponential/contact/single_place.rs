@@ -42,7 +42,7 @@ impl ContactStep {
         if self.detection == Detection::Hyp1 {
             let clearance = broad_phase.radius - broad_phase.rotor_radius;
             let (place, slope) = place_at_rotor_angle::<V>(ring_points, clearance, x, &predictor.ring);
-            self.model_slopes = [self.model_slopes[1], slope];
+            self.model_slopes[1] = slope;
             return Some(place);
         }
         // P on the motion without impulses

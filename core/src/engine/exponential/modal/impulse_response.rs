@@ -33,24 +33,37 @@ pub(crate) struct ImpulseResponse {
     pub at_unbalances: Vec<[[f64; 2]; 2]>,
     /// Modal states and outputs at n+1 of unit impulses on the node of each unbalance, per axis of the impulse.
     pub of_unbalances: Vec<[[Vec<f64>; 2]; 2]>,
+    /// Response at each diaphragm, in the machine's order; empty where there is no other.
+    pub at_diaphragms: Vec<Coupling>,
     /// Static correction of each bearing load \[N/(N s)\].
     ///
     /// Nearly half of the load's jump, except for planes that decay within the step: there a mean of the loads before and after the impulse may have any size.
     pub loads: Vec<[[f64; 2]; 2]>,
 }
 
+/// Response of one diaphragm's node to unit impulses on another's.
+#[derive(Debug, Clone)]
+pub(crate) struct Coupling {
+    /// Displacement at n+1 \[m/(N s)\].
+    pub displacement: [[f64; 2]; 2],
+    /// Static correction of the displacement \[m/(N s)\].
+    pub static_correction: [[f64; 2]; 2],
+    /// Velocity jump at n \[m/s/(N s)\].
+    pub velocity_jump: [[f64; 2]; 2],
+}
+
 impl ImpulseResponse {
-    /// Response of a node for contact steps of `h` \[s\].
+    /// Response to impulses on a diaphragm's node for contact steps of `h` \[s\].
     ///
-    /// `row`, `input`: first output row and first input vector of the node; `loads`: first output row of each bearing load.
+    /// `contacts`: first output row and first input vector of each diaphragm's node; `loads`: first output row of each bearing load.
     pub fn new(
         interval: &IntervalModel,
         propagator: &Propagator,
         h: f64,
-        row: usize,
-        input: usize,
+        (contacts, diaphragm): (&[[usize; 2]], usize),
         loads: &[usize],
     ) -> Self {
+        let [row, input] = contacts[diaphragm];
         let input_vectors = [&interval.input_vectors[input], &interval.input_vectors[input + 1]];
         let states = input_vectors.map(|l| propagator.free(l));
         let planes = interval.blocks.len();
@@ -69,7 +82,13 @@ impl ImpulseResponse {
             [0, 1].map(|i| [dot(&interval.output_rows[first + i], &y[0]), dot(&interval.output_rows[first + i], &y[1])])
         };
         let jumps = input_vectors.map(Clone::clone);
+        let coupling = |&[row, _]: &[usize; 2]| Coupling {
+            displacement: pair_of_outputs(row, &states),
+            static_correction: pair_of_outputs(row, &correction),
+            velocity_jump: pair_of_outputs(row + 2, &jumps),
+        };
         Self {
+            at_diaphragms: contacts.iter().filter(|_| contacts.len() > 1).map(coupling).collect(),
             displacement: pair_of_outputs(row, &states),
             static_correction: pair_of_outputs(row, &correction),
             velocity_jump: pair_of_outputs(row + 2, &jumps),

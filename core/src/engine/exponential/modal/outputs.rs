@@ -171,9 +171,9 @@ impl Outputs {
         self.bearings[bearing].velocity_rows.amax()
     }
 
-    /// Whether the machine has a diaphragm.
-    pub fn has_contact(&self) -> bool {
-        self.contact_columns.ncols() > 0
+    /// Number of diaphragms.
+    pub fn contacts(&self) -> usize {
+        self.contact_columns.ncols() / 2
     }
 
     /// Index of the first output row of a diaphragm.

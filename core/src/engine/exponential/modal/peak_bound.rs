@@ -45,17 +45,31 @@ pub(crate) struct WatchedPeak {
     limit: f64,
     /// Whether the run ends at the first exceedance.
     ends: bool,
+    /// Whether its peaks limit the step.
+    pub limits_step: bool,
 }
 
 impl WatchedPeak {
     /// Watched quantity with this constant part, before the first value.
     pub fn new(constant: [f64; 2]) -> Self {
-        Self { constant: length(constant), square: 0.0, largest: 0.0, limit: f64::INFINITY, ends: false }
+        Self {
+            constant: length(constant),
+            square: 0.0,
+            largest: 0.0,
+            limit: f64::INFINITY,
+            ends: false,
+            limits_step: true,
+        }
     }
 
     /// Adds a limit whose first exceedance is to be located to a contact step; `ends`: the run ends there.
     pub fn limited(self, limit: f64, ends: bool) -> Self {
         Self { limit: limit * limit, ends, ..self }
+    }
+
+    /// Square of the largest value so far.
+    pub fn largest_square(&self) -> f64 {
+        self.largest
     }
 
     /// Records the value at n.

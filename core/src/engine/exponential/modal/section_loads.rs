@@ -48,8 +48,8 @@ pub(crate) struct SectionLoadModel {
     tables: Vec<[usize; 2]>,
     /// Rows on (q, q'): velocities across all bearings and pedestals, then displacements across those with skew stiffness, two each.
     bearing_rows: Matrix,
-    /// Jump of these rows by unit impulses along u and v on the first diaphragm's node.
-    impulse_jumps: [Vec<f64>; 2],
+    /// Jump of these rows by unit impulses along u and v on each diaphragm's node.
+    impulse_jumps: Vec<[Vec<f64>; 2]>,
     energies: EnergyForms,
 }
 
@@ -116,20 +116,16 @@ impl SectionLoadModel {
         let skew: Vec<usize> =
             (0..rotor.bearings.len()).filter(|&i| rotor.bearings[i].skew != 0.0 || has_table(i)).collect();
         let tables = rotor.tables.iter().filter_map(|(i, _)| Some([*i, skew.iter().position(|at| at == i)?])).collect();
-        let jumps = match machine.diaphragms.first() {
-            Some(diaphragm) => {
-                rotor.plane_places(diaphragm.contact.node).map(|dof| system.velocity_jump(&map.row(dof)))
-            }
-            None => [vec![0.0; map.size()], vec![0.0; map.size()]],
-        };
         let bearing_rows = bearing_motion_rows(structure, &skew);
-        let impulse_jumps = jumps.each_ref().map(|jump| {
-            let velocities = [vec![0.0; map.size()].as_slice(), jump].concat();
+        let jumps_of = |dof: usize| -> Vec<f64> {
+            let velocities = [vec![0.0; map.size()], system.velocity_jump(&map.row(dof))].concat();
             bearing_rows
                 .row_iter()
                 .map(|row| row.iter().zip(&velocities).map(|(entry, velocity)| entry * velocity).sum())
                 .collect()
-        });
+        };
+        let nodes = machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.node);
+        let impulse_jumps = nodes.map(|node| rotor.plane_places(node).map(jumps_of)).collect();
         Self {
             moments,
             nodal,
@@ -186,13 +182,21 @@ impl SectionLoadModel {
 
     /// Powers \[W\]: dissipated by the damping of the bearings, and supplied by their skew stiffness.
     ///
-    /// `motion`: bearing motion of [`SectionLoads::bearings`]; `impulse`: contact impulse at this instant \[N s\], with the mean of the velocities before and after it;
+    /// `motion`: bearing motion of [`SectionLoads::bearings`]; `impulses`: contact impulses at this instant by diaphragm \[N s\], with the mean of the velocities before and after them;
     /// `changes`: those of the bearing tables in the speed interval.
-    pub fn bearing_powers(&self, motion: &[f64], impulse: [f64; 2], changes: &TableChanges) -> [f64; 2] {
+    pub fn bearing_powers(
+        &self,
+        motion: &[f64],
+        impulses: impl Iterator<Item = (usize, [f64; 2])> + Clone,
+        changes: &TableChanges,
+    ) -> [f64; 2] {
         let velocity = |i: usize| {
-            [2 * i, 2 * i + 1].map(|row| {
-                motion[row] + 0.5 * (self.impulse_jumps[0][row] * impulse[0] + self.impulse_jumps[1][row] * impulse[1])
-            })
+            let mut velocity = [motion[2 * i], motion[2 * i + 1]];
+            for (diaphragm, [u, v]) in impulses.clone() {
+                let [along_u, along_v] = &self.impulse_jumps[diaphragm];
+                (0..2).for_each(|k| velocity[k] += 0.5 * (along_u[2 * i + k] * u + along_v[2 * i + k] * v));
+            }
+            velocity
         };
         let dissipated: f64 =
             self.bearings.iter().enumerate().map(|(i, bearing)| bearing.damping_power(velocity(i))).sum();
@@ -304,9 +308,8 @@ mod tests {
         for round in 0..40 {
             let impulse = [0.3 * f64::from(round).sin(), 0.2 * f64::from(round).cos()];
             free_motion.propagate(0).expect("goes on");
-            free_motion
-                .complete_step(0, Some(ContactImpulse { impulse, torque: 1e-3, speed_jump: 0.0 }))
-                .expect("goes on");
+            let contact = ContactImpulse { impulse, torque: 1e-3, ..ContactImpulse::default() };
+            free_motion.complete_step(0, &[contact]).expect("goes on");
             observe(&machine, &structure, &mut free_motion, impulse);
             (0..30).for_each(|_| free_motion.advance(1).expect("goes on"));
         }
@@ -357,9 +360,10 @@ mod tests {
             let (stored_sum, wanted_sum) = (stored.energy + spin * stored.gyroscopic, kinetic + strain - weight);
             assert!((stored_sum - wanted_sum).abs() < 1e-12 * (kinetic + strain), "{stored_sum} {wanted_sum}");
             // bearing powers at the mean velocities: sum over the bearings, one by one
+            let impulses = [ContactImpulse { impulse, ..ContactImpulse::default() }];
             let (mut instant, mut buffer) = (free_motion.instant(), DissipationBuffer::default());
             let ([bearings, skew], _) =
-                free_motion.damping_powers_after(&mut instant, impulse, false, (&mut scratch, &mut buffer));
+                free_motion.damping_powers_after(&mut instant, &impulses, false, (&mut scratch, &mut buffer));
             let section_load_model = &shared.grid.model.measures;
             let jumps = structure.rotor.plane_places(machine.diaphragms[0].contact.node);
             let jumps = jumps.map(|dof| system.velocity_jump(&structure.lateral.coordinates.row(dof)));

@@ -383,7 +383,7 @@ mod tests {
             for impulse in [[1.0, 0.0], [0.0, 1.0], [1.0, -0.7]] {
                 let [found, wanted] = [(&grid, &far), (&close, &near)].map(|(grid, interval)| {
                     let mut y = vec![0.0; 2 * grid.model.state_space.size];
-                    interval.apply_contact_impulse(impulse, &mut y);
+                    interval.apply_contact_impulse(0, impulse, &mut y);
                     let forces = [Complex::default()];
                     let mut tables = IntervalTables::default();
                     let dissipation = tables.dissipation(interval, &grid.model, h);

@@ -41,11 +41,12 @@ pub(crate) struct SpeedInterval {
     unbalances: usize,
     /// By the number of doublings of the contact step.
     propagators: [OnceLock<Propagator>; MAX_DOUBLINGS + 1],
-    /// First output row and first input vector of the first diaphragm's node, and the first row of each bearing load; `None` without a diaphragm.
-    contact: Option<(usize, usize, Vec<usize>)>,
-    /// First rows of the outputs whose peaks are watched: loads of the bearings, displacement of the first diaphragm's node.
+    /// First output row and first input vector of each diaphragm's node.
+    contacts: Vec<[usize; 2]>,
+    /// First rows of the outputs whose peaks are watched: loads of the bearings, then displacements of the diaphragms' nodes.
     watched_rows: Vec<usize>,
-    impulse_response: OnceLock<ImpulseResponse>,
+    /// By diaphragm.
+    impulse_responses: Vec<OnceLock<ImpulseResponse>>,
     step_bounds: OnceLock<StepBounds>,
     forced_dissipation: OnceLock<ForcedDissipation>,
 }
@@ -60,6 +61,7 @@ impl SpeedInterval {
         [speed, basis_spacing]: [f64; 2],
         outputs: &Outputs,
     ) -> Self {
+        let contacts = || 0..outputs.contacts();
         let shares = [1.0 - share, share];
         let feedthrough = below.feedthrough.iter().zip(&above.feedthrough);
         Self {
@@ -73,15 +75,9 @@ impl SpeedInterval {
             basis_change,
             unbalances: outputs.unbalances(),
             propagators: Default::default(),
-            contact: outputs
-                .has_contact()
-                .then(|| (outputs.contact_row(0), outputs.contact_input(0), outputs.load_rows())),
-            watched_rows: outputs
-                .load_rows()
-                .into_iter()
-                .chain(outputs.has_contact().then(|| outputs.contact_row(0)))
-                .collect(),
-            impulse_response: OnceLock::new(),
+            contacts: contacts().map(|i| [outputs.contact_row(i), outputs.contact_input(i)]).collect(),
+            watched_rows: outputs.load_rows().into_iter().chain(contacts().map(|i| outputs.contact_row(i))).collect(),
+            impulse_responses: contacts().map(|_| OnceLock::new()).collect(),
             step_bounds: OnceLock::new(),
             forced_dissipation: OnceLock::new(),
         }
@@ -93,13 +89,12 @@ impl SpeedInterval {
             .get_or_init(|| Propagator::new(&self.model, self.unbalances, h * libm::exp2(doublings as f64)))
     }
 
-    /// Response to impulses on the first diaphragm's node over a contact step of `h` \[s\]; `None` without a diaphragm.
-    pub fn impulse_response(&self, h: f64) -> Option<&ImpulseResponse> {
-        let (row, input, loads) = self.contact.as_ref()?;
-        Some(
-            self.impulse_response
-                .get_or_init(|| ImpulseResponse::new(&self.model, self.propagator(0, h), h, *row, *input, loads)),
-        )
+    /// Response to impulses on a diaphragm's node over a contact step of `h` \[s\].
+    pub fn impulse_response(&self, diaphragm: usize, h: f64) -> &ImpulseResponse {
+        self.impulse_responses[diaphragm].get_or_init(|| {
+            let loads = &self.watched_rows[..self.watched_rows.len() - self.contacts.len()];
+            ImpulseResponse::new(&self.model, self.propagator(0, h), h, (&self.contacts, diaphragm), loads)
+        })
     }
 
     /// Part of the forces in the dissipation over a contact step of `h` \[s\] ([`super::dissipation`]).
@@ -107,17 +102,17 @@ impl SpeedInterval {
         self.forced_dissipation.get_or_init(|| ForcedDissipation::new(&self.model, dissipation, h, self.unbalances))
     }
 
-    /// Applies an impulse on the first diaphragm's node \[N s\], along the axes u and v, to the modal state.
-    pub fn apply_contact_impulse(&self, [u, v]: [f64; 2], y: &mut [f64]) {
-        if let Some((_, input, _)) = self.contact {
-            axpy(u, &self.model.input_vectors[input], y);
-            axpy(v, &self.model.input_vectors[input + 1], y);
-        }
+    /// Applies an impulse on a diaphragm's node \[N s\], along the axes u and v, to the modal state.
+    pub fn apply_contact_impulse(&self, diaphragm: usize, [u, v]: [f64; 2], y: &mut [f64]) {
+        let [_, input] = self.contacts[diaphragm];
+        axpy(u, &self.model.input_vectors[input], y);
+        axpy(v, &self.model.input_vectors[input + 1], y);
     }
 
     /// Bounds from which the length of a free step is chosen, for contact steps of `h` \[s\].
     pub fn step_bounds(&self, h: f64) -> &StepBounds {
-        self.step_bounds.get_or_init(|| StepBounds::new(&self.model, &self.watched_rows, self.unbalances, h))
+        self.step_bounds
+            .get_or_init(|| StepBounds::new(&self.model, (&self.watched_rows, self.contacts.len()), self.unbalances, h))
     }
 
     /// Section loads of its two bases.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! of each plane       |y|,   y' = B y + l f,   |w'| of each watched quantity (`peak_bound`)
-//! of all planes       x', velocity of the diaphragm's node
+//! of all planes       x', velocity of each diaphragm's node
 //! ```
 //! `y`, `B`, `l`: modal state, block and input vectors of a plane; `f`: forces of the unbalances and the weight \[N\].
 //!
@@ -32,8 +32,11 @@ pub(crate) struct StepBounds {
     input_vectors: Vec<[Lane; 2]>,
     /// Two output rows of each watched quantity, on both entries of y; for eight planes one after the other.
     rows: Vec<[Lane; 4]>,
+    /// First output row of each diaphragm's node: the last watched quantities.
+    contacts: Vec<usize>,
+    /// By diaphragm and the number of doublings of the contact step.
+    displacement_bounds: Vec<[OnceLock<DisplacementBound>; MAX_DOUBLINGS + 1]>,
     /// By the number of doublings of the contact step.
-    displacement_bounds: [OnceLock<DisplacementBound>; MAX_DOUBLINGS + 1],
     peak_bounds: [OnceLock<PeakBound>; MAX_DOUBLINGS + 1],
 }
 
@@ -50,11 +53,14 @@ pub(crate) struct StateBounds {
     amplitudes: Vec<Lane>,
     /// |w'| of each plane, one watched quantity after the other.
     rotating_rates: Vec<Lane>,
+    /// Velocity of each diaphragm's node, lane by lane and as a sum \[m/s\].
+    rates: Vec<[Lane; 2]>,
+    pub velocities: Vec<[f64; 2]>,
 }
 
 impl StepBounds {
-    /// Step bounds for contact steps of `h` \[s\]; `watched`: first output row of each watched quantity.
-    pub fn new(interval: &IntervalModel, watched: &[usize], unbalances: usize, h: f64) -> Self {
+    /// Step bounds for contact steps of `h` \[s\]; `watched`: first output row of each watched quantity, the last ones those of the diaphragms.
+    pub fn new(interval: &IntervalModel, (watched, diaphragms): (&[usize], usize), unbalances: usize, h: f64) -> Self {
         let planes = interval.blocks.len();
         let groups = planes.div_ceil(LANES);
         let mut blocks = vec![[Lane::default(); 4]; groups];
@@ -83,19 +89,23 @@ impl StepBounds {
             blocks,
             input_vectors,
             rows,
-            displacement_bounds: Default::default(),
+            contacts: watched[watched.len() - diaphragms..].to_vec(),
+            displacement_bounds: (0..diaphragms).map(|_| Default::default()).collect(),
             peak_bounds: Default::default(),
         }
     }
 
-    /// Evaluates the modal state y under the forces of the unbalances \[N\] for all bounds; returns the rate of the last watched quantity.
-    pub fn bound_states(
-        &self,
-        y: &[f64],
-        forces: impl Iterator<Item = Complex<f64>>,
-        state_bounds: &mut StateBounds,
-    ) -> [f64; 2] {
-        let StateBounds { y: lanes, force_components, forces: magnitudes, amplitudes, rotating_rates } = state_bounds;
+    /// Evaluates the modal state y under the forces of the unbalances \[N\] for all bounds.
+    pub fn bound_states(&self, y: &[f64], forces: impl Iterator<Item = Complex<f64>>, state_bounds: &mut StateBounds) {
+        let StateBounds {
+            y: lanes,
+            force_components,
+            forces: magnitudes,
+            amplitudes,
+            rotating_rates,
+            rates,
+            velocities,
+        } = state_bounds;
         let groups = self.blocks.len();
         force_components.clear();
         magnitudes.clear();
@@ -112,7 +122,8 @@ impl StepBounds {
             x.0[..a.len()].copy_from_slice(a);
             z.0[..b.len()].copy_from_slice(b);
         }
-        let mut rates = [Lane::default(); 2];
+        rates.clear();
+        rates.resize(self.contacts.len(), Default::default());
         evaluate_planes(
             self.spin,
             force_components,
@@ -120,22 +131,24 @@ impl StepBounds {
             [&self.blocks, &self.rows],
             amplitudes,
             rotating_rates,
-            &mut rates,
+            rates,
         );
-        rates.map(|rate| sum(rate.0))
+        velocities.clear();
+        velocities.extend(rates.iter().map(|rate| [sum(rate[0].0), sum(rate[1].0)]));
     }
 
-    /// Largest deviation of a node \[m\] from a straight motion during a step of `2^doublings` contact steps, at a spin \[rad/s\]; `row`: first output row of the node.
+    /// Largest deviation of a diaphragm's node \[m\] from a straight motion during a step of `2^doublings` contact steps, at a spin \[rad/s\].
     pub fn max_deviation(
         &self,
         interval: &IntervalModel,
-        row: usize,
+        diaphragm: usize,
         doublings: usize,
         state_bounds: &StateBounds,
         spin: f64,
     ) -> f64 {
-        let bound = || DisplacementBound::new(interval, row, state_bounds.forces.len(), self.step_length(doublings));
-        self.displacement_bounds[doublings].get_or_init(bound).max_deviation(
+        let (row, forces) = (self.contacts[diaphragm], state_bounds.forces.len());
+        let bound = || DisplacementBound::new(interval, row, forces, self.step_length(doublings));
+        self.displacement_bounds[diaphragm][doublings].get_or_init(bound).max_deviation(
             &state_bounds.amplitudes,
             &state_bounds.forces,
             spin,
@@ -152,6 +165,9 @@ impl StepBounds {
     ) -> usize {
         let (mut longest, groups) = (max_doublings, self.blocks.len());
         for (watched, rotating_rates) in watched.iter().zip(state_bounds.rotating_rates.chunks_exact(groups)) {
+            if !watched.limits_step {
+                continue;
+            }
             let resolves = |&doublings: &usize| {
                 let bound = || PeakBound::new(interval, self.step_length(doublings));
                 self.peak_bounds[doublings].get_or_init(bound).is_resolved(watched, rotating_rates)
@@ -178,7 +194,7 @@ fn copy_by_planes<'a, const N: usize>(lists: [&[f64]; N], groups: impl Iterator<
 }
 
 kernel! {
-    /// Amplitudes of the planes and rotating rates of the watched quantities; `rates`: rate of the last quantity, lane by lane.
+    /// Amplitudes of the planes and rotating rates of the watched quantities; `rates`: rates of the last quantities, lane by lane.
     fn evaluate_planes(
         spin: f64,
         force_components: &[f64],
@@ -186,11 +202,12 @@ kernel! {
         blocks_and_rows: [&[[Lane; 4]]; 2],
         amplitudes: &mut [Lane],
         rotating_rates: &mut [Lane],
-        rates: &mut [Lane; 2],
+        rates: &mut [[Lane; 2]],
     ) {
         let ([input_vectors, y], [blocks, rows]) = (inputs_and_y, blocks_and_rows);
         let groups = y.len();
         let quantities = rows.len() / groups.max(1);
+        let others = quantities - rates.len();
         for g in 0..groups {
             let [a, b] = &y[g];
             let block = &blocks[g];
@@ -214,10 +231,11 @@ kernel! {
                     rate_u[k] = ua.0[k] * da[k] + ub.0[k] * db[k];
                     rate_v[k] = va.0[k] * da[k] + vb.0[k] * db[k];
                 }
-                if q + 1 == quantities {
+                if q >= others {
+                    let [along_u, along_v] = &mut rates[q - others];
                     for k in 0..LANES {
-                        rates[0].0[k] += rate_u[k];
-                        rates[1].0[k] += rate_v[k];
+                        along_u.0[k] += rate_u[k];
+                        along_v.0[k] += rate_v[k];
                     }
                 }
                 for k in 0..LANES {
@@ -254,8 +272,8 @@ mod tests {
             let y = list(99);
             let forces: Vec<Complex<f64>> = (0..unbalances).map(|s| Complex::new(value(s, 5), value(s, 9))).collect();
             let mut state_bounds = StateBounds::default();
-            let step_bounds = StepBounds::new(&interval, &[0, 4, 2], unbalances, 1e-3);
-            let rate = step_bounds.bound_states(&y, forces.iter().copied(), &mut state_bounds);
+            let step_bounds = StepBounds::new(&interval, (&[0, 4, 2], 2), unbalances, 1e-3);
+            step_bounds.bound_states(&y, forces.iter().copied(), &mut state_bounds);
             let rates: Vec<f64> = (0..2 * planes)
                 .map(|j| {
                     let (k, b) = (j % planes, interval.blocks[j % planes]);
@@ -270,7 +288,7 @@ mod tests {
                     of[0] * y[k] + of[1] * y[planes + k] + forced + interval.input_vectors[2 * unbalances][j]
                 })
                 .collect();
-            let mut sum = [0.0; 2];
+            let mut sums = [[0.0; 2]; 2];
             for k in 0..planes {
                 let near = |found: f64, wanted: f64| {
                     assert!((found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()), "{planes} {k}: {found} {wanted}");
@@ -287,12 +305,15 @@ mod tests {
                         rate[1] - interval.speed * displacement[0],
                     ]);
                     near(state_bounds.rotating_rates[q * step_bounds.blocks.len() + k / LANES].0[k % LANES], wanted);
-                    if q == 2 {
-                        (0..2).for_each(|i| sum[i] += rate[i]);
+                    if q > 0 {
+                        (0..2).for_each(|i| sums[q - 1][i] += rate[i]);
                     }
                 }
             }
-            (0..2).for_each(|i| assert!((rate[i] - sum[i]).abs() < 1e-9 * (1.0 + sum[i].abs())));
+            assert_eq!(state_bounds.velocities.len(), 2);
+            for (found, wanted) in state_bounds.velocities.iter().flatten().zip(sums.iter().flatten()) {
+                assert!((found - wanted).abs() < 1e-9 * (1.0 + wanted.abs()), "{planes}: {found} {wanted}");
+            }
         }
     }
 }

@@ -11,10 +11,10 @@ use super::dissipated_energy::{DampingPowers, DissipatedEnergy};
 use super::energy_terms::EnergyTerms;
 use super::observation_schedule::Due;
 use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
-use crate::engine::exponential::contact::stator::StatorContact;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
 use crate::engine::exponential::stepping::motion_quantities::LateralState;
-use crate::engine::exponential::stepping::transient::{StepResult, Transient};
+use crate::engine::exponential::stepping::transient::Transient;
+use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::record::{Energies, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -41,14 +41,19 @@ pub(crate) struct EnergyBalance {
     rates: Vec<f64>,
 }
 
-/// Modes of the ring; `None` without a flexible ring.
-fn ring_of(transient: &Transient) -> Option<&ImpulsedRing> {
-    transient.contact.as_ref().and_then(|contact| Some(&contact.stator.ring()?.ring))
+/// Modes of each flexible ring.
+fn rings_of(transient: &Transient) -> impl Iterator<Item = &ImpulsedRing> {
+    transient.contacts.iter().filter_map(|contact| Some(&contact.stator.ring()?.ring))
 }
 
-/// Energy of the ring's modes \[J\]; 0 without a ring.
+/// Kinetic and strain energy of rings \[J\].
+pub(crate) fn energies_of<'a>(rings: impl Iterator<Item = &'a ImpulsedRing>) -> [f64; 2] {
+    rings.map(ImpulsedRing::energies).fold([0.0; 2], |[kinetic, strain], ring| [kinetic + ring[0], strain + ring[1]])
+}
+
+/// Energy of the modes of all rings \[J\]; 0 without a ring.
 pub(crate) fn ring_energy(transient: &Transient) -> f64 {
-    ring_of(transient).map_or(0.0, |ring| ring.energies().iter().sum())
+    energies_of(rings_of(transient)).iter().sum()
 }
 
 impl EnergyBalance {
@@ -84,25 +89,25 @@ impl EnergyBalance {
 
     /// Completes an observation: the dissipation since the last one by the trapezoidal rule, and the balance.
     ///
-    /// `impulse`: the contact impulse at n \[N s\]; the powers are then means of the step behind n. `None` in free motion, but for the first steps and those of a disturbed start: the powers
+    /// `impulses`: the contact impulses at n; the powers are then means of the step behind n. `None` in free motion, but for the first steps and those of a disturbed start: the powers
     /// are those at n.
     pub fn complete(
         &mut self,
         pending: Pending,
-        impulse: Option<[f64; 2]>,
+        impulses: Option<&[ContactImpulse]>,
         transient: &mut Transient,
         (recorders, machine, structure): (&mut Recorders, &Machine, &Structure),
     ) {
         let Self { dissipated, instant, outputs, dissipation_buffer, .. } = self;
         let Pending { contact_steps, due, torsional_damping: damped } = pending;
         let motion = &mut transient.free_motion;
-        let (bearings, whole) = match impulse {
-            Some(impulse) => {
-                motion.damping_powers_after(instant, impulse, due.dissipation, (outputs, dissipation_buffer))
+        let (bearings, whole) = match impulses {
+            Some(impulses) => {
+                motion.damping_powers_after(instant, impulses, due.dissipation, (outputs, dissipation_buffer))
             }
             None => motion.damping_powers(due.dissipation, outputs),
         };
-        let behind = if impulse.is_some() { 0.5 } else { 0.0 };
+        let behind = if impulses.is_some() { 0.5 } else { 0.0 };
         let powers = DampingPowers { bearings, whole, behind, damped };
         let now = &mut recorders.energies.now;
         dissipated.add_bearing_losses(contact_steps, &powers, now);
@@ -122,10 +127,8 @@ impl EnergyBalance {
     /// Takes the energies at n one by one.
     pub fn take_terms(&mut self, transient: &mut Transient, structure: &Structure) -> &mut EnergyTerms {
         let terms = self.terms.get_or_insert_with(|| Box::new(EnergyTerms::new(structure, transient)));
-        let stator = transient.contact.as_ref().map(|contact| &contact.stator);
-        let (ring, spring) =
-            (stator.and_then(|stator| Some(&stator.ring()?.ring)), stator.map_or(0.0, StatorContact::spring_energy));
-        terms.take_stores(&mut transient.free_motion, ring, spring, structure);
+        let (rings, springs) = (energies_of(rings_of(transient)), spring_energy(transient));
+        terms.take_stores(&mut transient.free_motion, rings, springs, structure);
         terms.keep(&transient.free_motion);
         terms
     }
@@ -134,18 +137,18 @@ impl EnergyBalance {
     pub fn complete_terms(
         &mut self,
         contact_steps: u64,
-        impulse: Option<[f64; 2]>,
+        impulses: Option<&[ContactImpulse]>,
         transient: &mut Transient,
         works: Energies,
     ) {
         let Self { outputs, dissipation_buffer, terms, dissipated, .. } = self;
         let Some(terms) = terms else { return };
         let motion = &mut transient.free_motion;
-        let powers = match impulse {
+        let powers = match impulses {
             None => DampingPowers::in_free_motion(motion, outputs),
-            Some(impulse) => {
+            Some(impulses) => {
                 let buffers = (outputs, dissipation_buffer);
-                let (bearings, whole) = motion.damping_powers_after(&mut terms.instant, impulse, true, buffers);
+                let (bearings, whole) = motion.damping_powers_after(&mut terms.instant, impulses, true, buffers);
                 DampingPowers { bearings, whole, behind: 0.5, damped: terms.damped }
             }
         };
@@ -163,7 +166,7 @@ impl EnergyBalance {
         let Self { outputs, terms, dissipated, .. } = self;
         let terms = terms.as_mut()?;
         let powers = DampingPowers::in_free_motion(&mut ahead.free_motion, outputs);
-        terms.take_stores(&mut ahead.free_motion, ahead.ring.as_ref(), 0.0, structure);
+        terms.take_stores(&mut ahead.free_motion, energies_of(ahead.rings.iter().flatten()), 0.0, structure);
         terms.take_works(&dissipated.until(contact_steps, &powers, works));
         Some(terms.energies)
     }
@@ -173,7 +176,7 @@ impl EnergyBalance {
         self.terms.as_ref().map_or_else(Energies::default, |terms| terms.energies)
     }
 
-    /// Kinetic and elastic energy at n of the shaft, the spin, torsion and the ring \[J\].
+    /// Kinetic and elastic energy at n of the shaft, the spin, torsion and the stators \[J\].
     fn stored_energy(&mut self, transient: &mut Transient) -> f64 {
         let Self { outputs, coordinates, rates, .. } = self;
         transient.free_motion.lateral_rates(rates);
@@ -181,8 +184,7 @@ impl EnergyBalance {
         let motion = &transient.free_motion;
         let shift = motion.gyroscopic_speed_shift(stored.gyroscopic);
         let [turning, twisted] = motion.spin().energies(shift, motion.unbalance_velocities());
-        let ring = ring_of(transient).map_or([0.0; 2], ImpulsedRing::energies);
-        let spring = transient.contact.as_ref().map_or(0.0, |contact| contact.stator.spring_energy());
+        let (ring, spring) = (energies_of(rings_of(transient)), spring_energy(transient));
         stored.energy
             + (motion.spin().speed + shift) * stored.gyroscopic
             + turning
@@ -193,21 +195,29 @@ impl EnergyBalance {
     }
 }
 
-/// Adds the works of a step. `ring_before`: energy of the ring at n \[J\] where the step was free; damping alone has taken what is missing behind it.
-pub(crate) fn add_works(now: &mut Energies, result: &StepResult, ring_before: Option<f64>, transient: &Transient) {
+/// Energy of all radial springs \[J\].
+fn spring_energy(transient: &Transient) -> f64 {
+    transient.contacts.iter().map(|contact| contact.stator.spring_energy()).fold(0.0, |sum, energy| sum + energy)
+}
+
+/// Adds the works of a step. `ring_before`: energy of the rings at n \[J\] where the step was free; damping alone has taken what is missing behind it.
+pub(crate) fn add_works(now: &mut Energies, is_free: bool, ring_before: Option<f64>, transient: &Transient) {
     now.braking = transient.free_motion.spin().braking_work();
     now.drive = transient.free_motion.spin().drive_work();
     now.tables = transient.free_motion.table_work();
-    if let Some(impact) = &result.impact {
+    for impact in transient.contacts.iter().filter_map(|contact| contact.impact.as_ref()) {
         now.friction += impact.friction_work;
         now.normal += impact.normal_work;
         now.model += impact.model_work;
         now.structure += impact.damped_work;
     }
-    if let Some(ring) = ring_of(transient) {
-        now.stator += match result.doublings {
-            Some(_) => ring_before.map_or(0.0, |before| before - ring_energy(transient)),
-            None => ring.step_dissipation(),
-        };
+    if is_free {
+        if let Some(before) = ring_before {
+            now.stator += before - ring_energy(transient);
+        }
+    } else {
+        // nothing damps a ring at rest
+        let rings = transient.contacts.iter().filter(|contact| contact.stator.has_touched);
+        rings.filter_map(|contact| contact.stator.ring()).for_each(|ring| now.stator += ring.ring.step_dissipation());
     }
 }

@@ -1,7 +1,6 @@
 //! Energies of a run one by one, for a follower. The row needs the sum of the stored energies alone ([`super::energy_balance`]).
 
 use super::nodal_motion::NodalMotion;
-use crate::engine::exponential::contact::impulsed_ring::ImpulsedRing;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::stepping::motion_quantities::LateralState;
 use crate::engine::exponential::stepping::transient::Transient;
@@ -36,15 +35,9 @@ impl EnergyTerms {
         self.damped = free_motion.spin().torsional_dissipation();
     }
 
-    /// Takes the kinetic energy of shaft, spin and ring, the strain energy with that of a radial spring \[J\], and the potential of
-    /// the weight, at the present instant.
-    pub fn take_stores(
-        &mut self,
-        free_motion: &mut FreeMotion,
-        ring: Option<&ImpulsedRing>,
-        spring: f64,
-        structure: &Structure,
-    ) {
+    /// Takes the kinetic energy of shaft, spin and rings, the strain energy with that of radial springs \[J\], and the potential of
+    /// the weight, at the present instant. `rings`: kinetic and strain energy of the rings.
+    pub fn take_stores(&mut self, free_motion: &mut FreeMotion, rings: [f64; 2], spring: f64, structure: &Structure) {
         self.motion.take(free_motion, structure);
         let gyroscopic = free_motion.gyroscopic_momentum();
         let shift = free_motion.gyroscopic_speed_shift(gyroscopic);
@@ -53,10 +46,9 @@ impl EnergyTerms {
         let [kinetic, strain] =
             model.state_space.kinetic_and_elastic_energy(free_motion.spin().speed + shift, q, velocity);
         let [turning, twisted] = free_motion.spin().energies(shift, free_motion.unbalance_velocities());
-        let ring = ring.map_or([0.0; 2], ImpulsedRing::energies);
         self.energies = Energies {
-            kinetic: kinetic + turning + ring[0],
-            strain: strain + free_motion.table_energy(q) + twisted + ring[1] + spring,
+            kinetic: kinetic + turning + rings[0],
+            strain: strain + free_motion.table_energy(q) + twisted + rings[1] + spring,
             gravity: -bladeoff_numerics::linalg::dot(model.outputs.weight(), q),
             ..self.energies
         };

@@ -17,24 +17,25 @@ pub(crate) struct NodalMotion {
     pub twists: Vec<f64>,
     /// Torsion angle of each node per torsional modal coordinate.
     twist_rows: Vec<Vec<f64>>,
-    /// Static correction of each angle per angular impulse of the last step \[rad/(N m s)\].
-    static_correction: Vec<f64>,
+    /// Static correction of each angle per angular impulse of the last step at each diaphragm \[rad/(N m s)\].
+    static_corrections: Vec<Vec<f64>>,
 }
 
 impl NodalMotion {
     /// Motion of a structure in contact steps of `h` \[s\].
     pub fn new(structure: &Structure, spin: &Spin, h: f64) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
-        let correction = spin.static_correction(h);
         let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torsion_row(structure, node)).collect();
         Self {
             size: map.size(),
             motion: Default::default(),
             nodal: vec![0.0; map.nodal_size()],
             twists: vec![0.0; rotor.nodes],
-            static_correction: twist_rows
-                .iter()
-                .map(|row| if correction.is_empty() { 0.0 } else { dot(row, &correction) })
+            static_corrections: (0..spin.impulse_torques().len())
+                .map(|diaphragm| {
+                    let correction = spin.static_correction(diaphragm, h);
+                    twist_rows.iter().map(|row| dot(row, &correction)).collect()
+                })
                 .collect(),
             twist_rows,
         }
@@ -46,7 +47,9 @@ impl NodalMotion {
         free_motion.lateral_rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
         free_motion.spin().torsion_angles(&self.twist_rows, &mut self.twists);
-        axpy(free_motion.spin().impulse_torque(), &self.static_correction, &mut self.twists);
+        for (torque, correction) in free_motion.spin().impulse_torques().iter().zip(&self.static_corrections) {
+            axpy(*torque, correction, &mut self.twists);
+        }
     }
 
     /// Lateral coordinates.

@@ -6,15 +6,16 @@
 //! Limits: peaks of stresses between two observations are missed, unless a limit watches them. Verified by `tests/exponential/exponential_run.rs`.
 
 use super::damping_watch::DampingWatch;
-use super::energy_balance::{EnergyBalance, Pending, add_works, ring_energy};
+use super::energy_balance::{EnergyBalance, Pending, add_works, energies_of, ring_energy};
 use super::frame_sampler::{FrameSampler, MotionAhead};
 use super::observation_schedule::{Due, ObservationSchedule, RunState};
-use super::ring_clearance::RingClearance;
+use super::ring_clearance::{RingClearance, ring_clearances};
 use super::ring_stress_check::RingStressCheck;
 use super::shaft_stresses::ShaftStresses;
 use super::yield_watch::{WatchResult, YieldWatch};
-use crate::engine::exponential::contact::contact_step_result::ContactStepResult;
-use crate::engine::exponential::stepping::transient::{StepResult, Transient};
+use crate::engine::exponential::stepping::diaphragm_contact::DiaphragmContact;
+use crate::engine::exponential::stepping::transient::Transient;
+use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::record::{At, End, Follower, Recorders, RingInstant, Touch};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -29,16 +30,17 @@ pub(crate) struct Observer<'a> {
     h: f64,
     /// Spin at n \[rad/s\]; 0 where the rotor has stopped.
     pub speed: f64,
-    /// The rotor has touched: the ring's modes are not at rest.
+    /// The rotor has touched: the modes of a ring are not at rest.
     has_touched: bool,
     schedule: ObservationSchedule,
     energy: EnergyBalance,
     shaft_stresses: ShaftStresses,
-    ring_stresses: RingStressCheck,
+    /// By diaphragm.
+    ring_stresses: Vec<RingStressCheck>,
     /// `None` where no material has a yield strength.
     yield_watch: Option<YieldWatch>,
-    /// Clearance of the whole ring; `None` without a flexible ring.
-    ring_clearance: Option<RingClearance<'a>>,
+    /// Clearance of the whole ring of each diaphragm; `None` without a flexible ring.
+    ring_clearances: Vec<Option<RingClearance<'a>>>,
     damping: DampingWatch,
     /// Made when a follower first asks for an instant.
     frames: Option<Box<FrameSampler<'a>>>,
@@ -59,7 +61,7 @@ pub(crate) struct StepObservation {
     watch: WatchResult,
     /// Angle of rotation at n \[rad\].
     angle: f64,
-    /// Energy of the ring at n \[J\], where the step is free and the ring moves.
+    /// Energy of the rings at n \[J\], where the step is free and a ring moves.
     ring_before: Option<f64>,
 }
 
@@ -78,8 +80,7 @@ impl<'a> Observer<'a> {
         let yield_limits = [Limit::RingYield, Limit::BladeYield, Limit::ShaftYield]
             .map(|limit| machine.run.limits[limit as usize].value);
         let yield_watch = YieldWatch::new(&recorders, yield_limits);
-        let steps = (h, transient.contact.is_some());
-        let shaft_stresses = ShaftStresses::new(machine, structure, &transient.free_motion, &recorders, steps);
+        let shaft_stresses = ShaftStresses::new(machine, structure, &transient.free_motion, &recorders, h);
         let mut observer = Self {
             machine,
             structure,
@@ -90,9 +91,9 @@ impl<'a> Observer<'a> {
             schedule: ObservationSchedule::default(),
             energy: EnergyBalance::new(h, transient),
             shaft_stresses,
-            ring_stresses: RingStressCheck::default(),
+            ring_stresses: machine.diaphragms.iter().map(|_| RingStressCheck::default()).collect(),
             yield_watch,
-            ring_clearance: RingClearance::new(machine, structure),
+            ring_clearances: ring_clearances(machine, structure),
             damping: DampingWatch::default(),
             frames: None,
         };
@@ -156,7 +157,8 @@ impl<'a> Observer<'a> {
         }
         // the impulse at n of a contact step is known behind it
         if let Some(pending) = step.pending.take_if(|_| is_free) {
-            self.complete(pending, step.is_averaged.then_some([0.0; 2]), transient);
+            let impulses = step.is_averaged.then_some(&[][..]);
+            self.complete(pending, impulses, transient);
         }
         if step.is_shown {
             self.frames(transient).sample(transient);
@@ -176,22 +178,23 @@ impl<'a> Observer<'a> {
     pub fn after_step(
         &mut self,
         mut step: StepObservation,
-        result: &StepResult,
+        doublings: Option<usize>,
         transient: &mut Transient,
         follower: &mut dyn Follower,
     ) {
-        let impulse = Some(result.impact.map_or([0.0; 2], |impact| impact.impulse));
+        let impulses = std::mem::take(&mut transient.impulses);
         if let Some(pending) = step.pending.take() {
-            self.complete(pending, impulse, transient);
+            self.complete(pending, Some(&impulses), transient);
         }
-        if step.completes_terms && result.doublings.is_none() {
-            self.energy.complete_terms(step.contact_steps, impulse, transient, self.recorders.energies.now);
+        if step.completes_terms && doublings.is_none() {
+            self.energy.complete_terms(step.contact_steps, Some(&impulses), transient, self.recorders.energies.now);
         }
+        transient.impulses = impulses;
         self.damping.update(&transient.free_motion, transient.free_motion.speed(), &mut self.recorders);
-        self.record(&step, result, transient);
-        add_works(&mut self.recorders.energies.now, result, step.ring_before, transient);
-        if result.doublings.is_none() {
-            self.show_contact_step(&step, result.impact.as_ref(), transient, follower);
+        self.record(&step, doublings, transient);
+        add_works(&mut self.recorders.energies.now, doublings.is_some(), step.ring_before, transient);
+        if doublings.is_none() {
+            self.show_contact_step(&step, transient, follower);
         }
     }
 
@@ -213,28 +216,33 @@ impl<'a> Observer<'a> {
         }
         self.energy.keep_motion(transient);
         let contact_steps = transient.free_motion.contact_steps();
-        let place = transient
-            .contact
-            .as_ref()
-            .map(|contact| contact.stator.axes.place(transient.free_motion.contact_displacement(0)));
+        let place = |(i, contact): (usize, &DiaphragmContact)| {
+            contact.stator.axes.place(transient.free_motion.contact_displacement(i))
+        };
+        let places: Vec<[f64; 2]> = transient.contacts.iter().enumerate().map(place).collect();
         // a limit of steps ends a run between two steps
         let goes_on = matches!(end.failure, None | Some(Cause::StepLimit));
-        let impact = if goes_on { transient.solve_next_contact() } else { None };
-        let impulse = Some(impact.map_or([0.0; 2], |impact| impact.impulse));
+        if goes_on {
+            transient.solve_next_contact();
+        } else {
+            transient.forget_contact();
+        }
+        let impulses = std::mem::take(&mut transient.impulses);
         match pending {
             Some(pending) => {
-                self.recorders.see_end(transient.loads(), place, at);
-                self.complete(pending, impulse, transient);
+                self.recorders.see_end(transient.loads(), &places, at);
+                self.complete(pending, Some(&impulses), transient);
             }
             // a run that failed is not observed there
-            None => self.energy.complete_terms(contact_steps, impulse, transient, self.recorders.energies.now),
+            None => {
+                self.energy.complete_terms(contact_steps, Some(&impulses), transient, self.recorders.energies.now);
+            }
         }
         std::mem::take(&mut self.damping).end(&transient.free_motion, self.speed, &mut self.recorders);
         self.recorders.finish(&end, self.machine, self.structure);
         if let (true, Some(frames)) = (is_shown, &mut self.frames) {
             frames.speed = self.speed;
-            let contact = impact.as_ref().map(|impact| (impact, self.h));
-            frames.show(transient.loads(), contact, self.energy.energies(), follower);
+            frames.show(transient.loads(), Some(transient), self.energy.energies(), follower);
         }
         end
     }
@@ -254,16 +262,36 @@ impl<'a> Observer<'a> {
         self.shaft_stresses.update(&mut transient.free_motion, &mut self.recorders, self.structure, at)
     }
 
-    fn complete(&mut self, pending: Pending, impulse: Option<[f64; 2]>, transient: &mut Transient) {
+    fn complete(&mut self, pending: Pending, impulses: Option<&[ContactImpulse]>, transient: &mut Transient) {
         let Self { energy, recorders, machine, structure, .. } = self;
-        energy.complete(pending, impulse, transient, (recorders, machine, structure));
+        energy.complete(pending, impulses, transient, (recorders, machine, structure));
     }
 
-    /// Records loads, the rotor in the ring, contact, and stresses of the ring behind the step.
+    /// Records loads, the rotor in the rings, contact, and stresses of the rings behind the step.
     #[inline(always)]
-    fn record(&mut self, step: &StepObservation, result: &StepResult, transient: &Transient) {
-        let Self { ring_clearance, ring_stresses, recorders, yield_watch, h, .. } = self;
-        let touch = result.impact.as_ref().map(|impact| Touch {
+    fn record(&mut self, step: &StepObservation, doublings: Option<usize>, transient: &Transient) {
+        self.has_touched |= !transient.impulses.is_empty();
+        let contact_steps = doublings.map_or(1, |doublings| 1 << doublings);
+        let (loads, touches) = (transient.loads(), !transient.impulses.is_empty());
+        self.recorders.see_loads(loads, step.at, touches);
+        for (diaphragm, contact) in transient.contacts.iter().enumerate() {
+            self.record_contact(step, contact_steps, (diaphragm, contact), transient);
+        }
+        self.recorders.see_yields();
+    }
+
+    /// Records the rotor in a diaphragm, contact, and stresses of the ring behind the step.
+    #[inline(always)]
+    fn record_contact(
+        &mut self,
+        step: &StepObservation,
+        contact_steps: usize,
+        (diaphragm, contact): (usize, &DiaphragmContact),
+        transient: &Transient,
+    ) {
+        let Self { ring_clearances, ring_stresses, recorders, yield_watch, h, .. } = self;
+        let ring_clearance = &mut ring_clearances[diaphragm];
+        let touch = contact.impact.as_ref().map(|impact| Touch {
             normal: impact.normal / *h,
             sticks: impact.sticks,
             gap: ring_clearance.as_mut().map_or(impact.gap, |ring| ring.least_gap(impact, transient)),
@@ -273,42 +301,35 @@ impl<'a> Observer<'a> {
             several_minima: false,
             friction_work: impact.friction_work,
         });
-        self.has_touched |= touch.is_some();
-        if result.impact.is_some() {
+        let ring_stresses = &mut ring_stresses[diaphragm];
+        if touch.is_some() {
             ring_stresses.reset();
         }
         let is_watched = !step.due.motion && step.watch.ring;
-        let ring = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
-        let observed = ring.filter(|_| (step.due.motion || is_watched) && self.has_touched);
-        let coordinates = observed.and_then(|ring| ring_stresses.coordinates(ring, recorders));
+        let is_observed = (step.due.motion || is_watched) && contact.stator.has_touched;
+        let observed = contact.stator.ring().filter(|_| is_observed);
+        let coordinates = observed.and_then(|ring| ring_stresses.coordinates(diaphragm, ring, recorders));
         if let (true, Some(coordinates), Some(watch)) = (is_watched, coordinates, yield_watch) {
-            recorders.watch_ring(watch.ring_limits(), coordinates, step.at);
+            recorders.watch_ring(diaphragm, watch.ring_limits(), coordinates, step.at);
         }
-        let ring = transient.contact.as_ref().map(|contact| RingInstant {
+        let ring = RingInstant {
             angle: step.angle,
-            place: contact.stator.axes.place(result.displacement),
-            velocity: contact.stator.axes.to_stator(result.velocity),
+            place: contact.stator.axes.place(contact.displacement),
+            velocity: contact.stator.axes.to_stator(contact.velocity),
             touch,
             ring: coordinates.filter(|_| step.due.motion),
-        });
-        let contact_steps = result.doublings.map_or(1, |doublings| 1 << doublings);
-        recorders.see_steps(contact_steps, step.at, transient.loads(), ring.as_ref());
+        };
+        recorders.see_ring(diaphragm, contact_steps, step.at, &ring);
     }
 
     /// Shows a contact step to a follower, with the motion at n where it asked for that.
-    fn show_contact_step(
-        &self,
-        step: &StepObservation,
-        impact: Option<&ContactStepResult>,
-        transient: &Transient,
-        follower: &mut dyn Follower,
-    ) {
-        if transient.contact.is_some() {
-            follower.contact_force(0, step.at.time, impact.map_or(0.0, |impact| impact.normal / self.h));
+    fn show_contact_step(&self, step: &StepObservation, transient: &Transient, follower: &mut dyn Follower) {
+        for (diaphragm, contact) in transient.contacts.iter().enumerate() {
+            let normal = contact.impact.as_ref().map_or(0.0, |impact| impact.normal / self.h);
+            follower.contact_force(diaphragm, step.at.time, normal);
         }
         if let Some(frames) = self.frames.as_ref().filter(|_| step.is_shown) {
-            let contact = impact.map(|impact| (impact, self.h));
-            frames.show(transient.loads(), contact, self.energy.energies(), follower);
+            frames.show(transient.loads(), Some(transient), self.energy.energies(), follower);
         }
     }
 
@@ -325,9 +346,7 @@ impl<'a> Observer<'a> {
         let (mut ahead, mut goes_on) = (None, true);
         for contact_steps in first..first + (1 << doublings) {
             let time = contact_steps as f64 * self.h;
-            if transient.contact.is_some() {
-                follower.contact_force(0, time, 0.0);
-            }
+            (0..transient.contacts.len()).for_each(|diaphragm| follower.contact_force(diaphragm, time, 0.0));
             if contact_steps == first && is_first_shown {
                 transient.evaluate_loads();
                 if let Some(frames) = &self.frames {
@@ -344,8 +363,8 @@ impl<'a> Observer<'a> {
                 works.braking = ahead.free_motion.spin().braking_work();
                 works.drive = ahead.free_motion.spin().drive_work();
                 works.tables = ahead.free_motion.table_work();
-                if let (Some(ring), true) = (&ahead.ring, self.has_touched) {
-                    works.stator += ring_before - ring.energies().iter().sum::<f64>();
+                if self.has_touched {
+                    works.stator += ring_before - energies_of(ahead.rings.iter().flatten()).iter().sum::<f64>();
                 }
                 energies = self.energy.terms_ahead(contact_steps, ahead, self.structure, works).unwrap_or(energies);
                 ahead.show(transient, self.frames(transient), energies, follower);

@@ -9,7 +9,7 @@ use crate::engine::exponential::contact::corrected_shape::CorrectedShape;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::stator::Surface;
 use crate::structure::{RingPart, Structure};
-use bladeoff_model::machine::{ContactPoints, ContactSurface, Detection, DiaphragmKind, Machine};
+use bladeoff_model::machine::{ContactPoints, ContactSurface, Detection, Diaphragm, DiaphragmKind, Machine};
 use bladeoff_numerics::linalg::{axpy, column_of};
 
 /// Impacts per evaluation of the whole ring, which costs about three contact steps: less than 1 % of a run.
@@ -18,6 +18,12 @@ const SAMPLE_INTERVAL: u64 = 384;
 const FINE_STEP_ANGLE: f64 = 1.5;
 /// Impacts per evaluation at a fine step, with `hyp2-frozen` and with one-point `hyp2`: their place leaves more penetration elsewhere on the ring.
 const FINE_SAMPLE_INTERVAL: u64 = 8;
+
+/// Views of the rings of all diaphragms of a machine, in its order; `None` without a flexible ring.
+pub(crate) fn ring_clearances<'a>(machine: &Machine, structure: &'a Structure) -> Vec<Option<RingClearance<'a>>> {
+    let part = |i: usize| structure.rings.get(i).and_then(Option::as_ref);
+    machine.diaphragms.iter().enumerate().map(|(i, diaphragm)| RingClearance::new(diaphragm, part(i))).collect()
+}
 
 /// The whole ring and the rotor in it.
 pub(crate) struct RingClearance<'a> {
@@ -46,10 +52,9 @@ pub(crate) struct RingClearance<'a> {
 }
 
 impl<'a> RingClearance<'a> {
-    /// View of the ring of a machine's first diaphragm; `None` where it has no flexible ring.
-    pub fn new(machine: &Machine, structure: &'a Structure) -> Option<Self> {
-        let diaphragm = machine.diaphragms.first()?;
-        let part = structure.rings.first()?.as_ref()?;
+    /// View of the ring of a diaphragm; `None` where it has no flexible ring.
+    fn new(diaphragm: &Diaphragm, part: Option<&'a RingPart>) -> Option<Self> {
+        let part = part?;
         let contact = &diaphragm.contact;
         let inner = contact.surface == ContactSurface::InnerFace;
         let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
@@ -80,6 +85,7 @@ impl<'a> RingClearance<'a> {
     /// below the time constant of the damping; otherwise of the ring points.
     #[inline]
     pub fn least_gap(&mut self, impact: &ContactStepResult, transient: &Transient) -> f64 {
+        let diaphragm = impact.contact.diaphragm;
         self.impacts += 1;
         let h = transient.contact_step();
         let interval = match self.detection {
@@ -89,12 +95,12 @@ impl<'a> RingClearance<'a> {
             _ if h * self.highest_frequency < FINE_STEP_ANGLE => FINE_SAMPLE_INTERVAL,
             Detection::Hyp1 | Detection::Hyp2 => SAMPLE_INTERVAL,
         };
-        let ring = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
-        let Some(ring) = ring.filter(|_| self.impacts.is_multiple_of(interval)) else {
+        let contact = &transient.contacts[diaphragm];
+        let Some(ring) = contact.stator.ring().filter(|_| self.impacts.is_multiple_of(interval)) else {
             return impact.gap;
         };
-        let place = ring.axes.place(transient.free_motion.contact_displacement(0));
-        self.update(place, &ring.corrected_shape(place, transient.free_motion.impulse_response()));
+        let place = contact.place(&transient.free_motion, &transient.impulses);
+        self.update(place, &ring.corrected_shape(place, transient.free_motion.impulse_response(diaphragm)));
         self.gap.map_or(impact.gap, |gap| gap.value.min(impact.gap))
     }
 

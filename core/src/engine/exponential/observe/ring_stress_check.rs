@@ -12,7 +12,7 @@ use crate::record::Recorders;
 /// Factor for the growth of a free mode by rounding: 1e-15 per step at most, in a billion steps.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// Check of one run.
+/// Check of one ring in a run.
 #[derive(Debug, Default)]
 pub(crate) struct RingStressCheck {
     /// Stresses cannot be larger than before until the next impulse.
@@ -22,14 +22,19 @@ pub(crate) struct RingStressCheck {
 
 impl RingStressCheck {
     /// Coordinates of the ring behind a step; `None` where no stress can be larger than before.
-    pub fn coordinates(&mut self, contact_step: &ContactStep, recorders: &mut Recorders) -> Option<&[f64]> {
+    pub fn coordinates(
+        &mut self,
+        diaphragm: usize,
+        contact_step: &ContactStep,
+        recorders: &mut Recorders,
+    ) -> Option<&[f64]> {
         if self.cannot_increase {
             return None;
         }
         if !contact_step.in_contact() {
             contact_step.ring.free_amplitudes(&mut self.amplitudes);
             self.amplitudes.iter_mut().for_each(|amplitude| *amplitude *= ROUNDING);
-            self.cannot_increase = recorders.ring_rests(&self.amplitudes);
+            self.cannot_increase = recorders.ring_rests(diaphragm, &self.amplitudes);
             if self.cannot_increase {
                 return None;
             }

@@ -6,7 +6,7 @@
 use super::observer::Observer;
 use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::settings::StepSettings;
-use crate::engine::exponential::stepping::transient::{StepResult, Transient};
+use crate::engine::exponential::stepping::transient::Transient;
 use crate::record::{End, Follower, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -61,17 +61,18 @@ impl Run<'_> {
         let mut step = observer.begin(transient, follower)?;
         let doublings = transient.next_step_doublings().map(|doublings| doublings.min(step.max_doublings()));
         observer.before_step(&mut step, doublings, transient, follower);
-        let result = transient.step(doublings)?;
-        observer.after_step(step, &result, transient, follower);
+        transient.step(doublings)?;
+        observer.after_step(step, doublings, transient, follower);
         self.steps += 1;
-        self.end_cause(&result)
+        self.end_cause()
     }
 
     /// End cause of a run that ends at n+1.
-    fn end_cause(&mut self, result: &StepResult) -> Result<Option<EndCause>, Cause> {
+    fn end_cause(&mut self) -> Result<Option<EndCause>, Cause> {
         let Self { machine, transient, observer, .. } = self;
         let speed = transient.free_motion.speed();
-        if !(speed + result.displacement[0] + result.displacement[1]).is_finite() {
+        let places = transient.contacts.iter().flat_map(|contact| contact.displacement);
+        if !places.fold(speed, |sum, part| sum + part).is_finite() {
             return Err(Cause::NonFinite);
         }
         if observer.recorders.limits.is_newly_beyond() {

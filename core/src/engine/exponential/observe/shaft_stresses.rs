@@ -15,8 +15,8 @@ use bladeoff_numerics::linalg::axpy;
 pub(crate) struct ShaftStresses {
     /// Torsional moment of each element per torsional modal coordinate.
     torsion: RowBatch,
-    /// Static correction of the torsional moments for a train of impulses, per angular impulse \[1/s\].
-    static_correction: Vec<f64>,
+    /// Static correction of the torsional moments for a train of impulses at each diaphragm, per angular impulse \[1/s\].
+    static_corrections: Vec<Vec<f64>>,
     /// Torsional moments \[N m\].
     moments: Vec<f64>,
     /// Bounds of the bending moments of each block of sections \[N m\], and of the displacements \[m\].
@@ -28,23 +28,25 @@ pub(crate) struct ShaftStresses {
 }
 
 impl ShaftStresses {
-    /// Section loads of a run in contact steps of `step` \[s\]; `has_ring`: the machine has a diaphragm.
+    /// Section loads of a run in contact steps of `step` \[s\].
     pub fn new(
         machine: &Machine,
         structure: &Structure,
         free_motion: &FreeMotion,
         recorders: &Recorders,
-        (step, has_ring): (f64, bool),
+        step: f64,
     ) -> Self {
         let twists: Vec<Vec<f64>> =
             (0..structure.rotor.nodes).map(|node| free_motion.spin().torsion_row(structure, node)).collect();
         let torsion = RowBatch::new(&recorders.torsional_rows(&twists));
-        let mut static_correction = Vec::new();
-        if has_ring {
-            torsion.multiply(&free_motion.spin().static_correction(step), &mut static_correction);
-        }
+        let static_correction = |diaphragm: usize| {
+            let mut moments = Vec::new();
+            torsion.multiply(&free_motion.spin().static_correction(diaphragm, step), &mut moments);
+            moments
+        };
+        let static_corrections = (0..machine.diaphragms.len()).map(static_correction).collect();
         let reach = DIVERGED * size(machine);
-        Self { torsion, static_correction, moments: Vec::new(), bounds: Vec::new(), step, reach }
+        Self { torsion, static_corrections, moments: Vec::new(), bounds: Vec::new(), step, reach }
     }
 
     /// Records the moments at n that may be larger than those before.
@@ -58,9 +60,11 @@ impl ShaftStresses {
         structure: &Structure,
         at: At,
     ) -> Result<(), Cause> {
-        let Self { torsion, static_correction, moments, bounds, .. } = self;
+        let Self { torsion, static_corrections, moments, bounds, .. } = self;
         torsion.multiply(free_motion.spin().torsional_amplitudes(), moments);
-        axpy(free_motion.spin().impulse_torque(), static_correction, moments);
+        for (torque, static_correction) in free_motion.spin().impulse_torques().iter().zip(static_corrections) {
+            axpy(*torque, static_correction, moments);
+        }
         // without torsional modes there is no torsional moment
         moments.resize(recorders.elements(), 0.0);
         recorders.see_torsion(moments, at);

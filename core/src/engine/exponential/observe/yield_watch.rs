@@ -60,10 +60,10 @@ impl YieldWatch {
         let below = |i: usize| ratios[i].is_some_and(|peak| peak.value.unwrap_or(0.0) <= self.limits[i]);
         let [ring, blades, shaft] = [0, 1, 2].map(below);
         let mut watch = WatchResult { shaft: false, ring: ring || blades, max_doublings: usize::MAX };
-        let stator = transient.contact.as_ref().and_then(|contact| contact.stator.ring());
-        if let (true, Some(contact_step)) = (watch.ring, stator) {
+        let rings = transient.contacts.iter().enumerate().filter(|_| watch.ring);
+        for (diaphragm, contact_step) in rings.filter_map(|(i, contact)| Some((i, contact.stator.ring()?))) {
             contact_step.ring.free_amplitudes(&mut self.amplitudes);
-            let bounds = recorders.ring_ratio_bounds(&self.amplitudes);
+            let bounds = recorders.ring_ratio_bounds(diaphragm, &self.amplitudes);
             if (ring && bounds[0] > self.limits[0]) || (blades && bounds[1] > self.limits[1]) {
                 watch.max_doublings = 0;
             }

@@ -145,7 +145,7 @@ impl FreeMotion {
     /// [`ExponentialError`] where the spin reaches a speed without a modal basis.
     pub fn advance(&mut self, doublings: usize) -> Result<(), ExponentialError> {
         self.propagate(doublings)?;
-        self.complete_step(doublings, None)
+        self.complete_step(doublings, &[])
     }
 
     /// Takes the lateral motion to the end of a step of `2^doublings` contact steps as if nothing were touched. The step ends
@@ -163,28 +163,34 @@ impl FreeMotion {
         Ok(())
     }
 
-    /// Ends a step that [`FreeMotion::propagate`] has begun, with the contact impulse at n if there was one.
+    /// Ends a step that [`FreeMotion::propagate`] has begun, with the contact impulses at n.
     pub(crate) fn complete_step(
         &mut self,
         doublings: usize,
-        impulse: Option<ContactImpulse>,
+        impulses: &[ContactImpulse],
     ) -> Result<(), ExponentialError> {
-        let mut contact = impulse.and_then(|impulse| Some((self.interval.impulse_response(self.step)?, impulse)));
         self.contact_steps += 1 << doublings;
-        if self.gyroscopic_torque.is_some()
+        let needs_momentum = self.gyroscopic_torque.is_some()
             || self.spin_changes_fast()
-            || self.contact_steps - self.gyroscopic.0 >= self.gyroscopic_steps
-        {
-            if let Some(contact) = contact.take() {
+            || self.contact_steps - self.gyroscopic.0 >= self.gyroscopic_steps;
+        let mut contact = None;
+        for impulse in impulses {
+            let response = (self.interval.impulse_response(impulse.diaphragm, self.step), *impulse);
+            // one impulse is added as the step ends
+            if impulses.len() == 1 && !needs_momentum {
+                contact = Some(response);
+            } else {
                 impulse_kernel(
                     &mut self.spin,
                     &self.spin_steps[doublings],
                     &self.interval.model,
-                    contact,
+                    response,
                     &mut self.modal_state,
                     &mut self.outputs,
                 );
             }
+        }
+        if needs_momentum {
             self.gyroscopic = (self.contact_steps, self.tables.momentum(&self.interval).value(&self.modal_state));
             if let Some((torque, momenta)) = &mut self.gyroscopic_torque {
                 let model = &self.shared.grid.model;
@@ -306,9 +312,9 @@ impl FreeMotion {
         load
     }
 
-    /// Load of a bearing that follows a force on the first diaphragm's node instantly, through the truncated modes \[N\].
-    pub(crate) fn load_with_feedthrough(&self, bearing: usize, force: [f64; 2]) -> [f64; 2] {
-        let [a, b, c, d] = self.feedthrough(bearing).of_contact[0];
+    /// Load of a bearing that follows a force on a diaphragm's node instantly, through the truncated modes \[N\].
+    pub(crate) fn load_with_feedthrough(&self, bearing: usize, diaphragm: usize, force: [f64; 2]) -> [f64; 2] {
+        let [a, b, c, d] = self.feedthrough(bearing).of_contact[diaphragm];
         [a * force[0] + b * force[1], c * force[0] + d * force[1]]
     }
 
@@ -348,17 +354,23 @@ impl FreeMotion {
         self.shared.grid.visited_bases()
     }
 
-    /// Evaluates the bounds of the state at n for the choice of the next step. Returns the velocity of the first diaphragm's node
-    /// in the model of the interval \[m/s\].
-    pub(crate) fn bound_states(&mut self) -> [f64; 2] {
+    /// Evaluates the bounds of the state at n for the choice of the next step.
+    pub(crate) fn bound_states(&mut self) {
         let Self { interval, modal_state, state_bounds, spin, step, .. } = self;
-        interval.step_bounds(*step).bound_states(modal_state, spin.forces_now(), state_bounds)
+        interval.step_bounds(*step).bound_states(modal_state, spin.forces_now(), state_bounds);
     }
 
-    /// Doublings of the longest step during which the first diaphragm's node, now at x with a velocity \[m, m/s\], stays within a
+    /// Velocity of a diaphragm's node in the model of the interval \[m/s\], evaluated by [`FreeMotion::bound_states`].
+    pub(crate) fn bounded_velocity(&self, diaphragm: usize) -> [f64; 2] {
+        self.state_bounds.velocities[diaphragm]
+    }
+
+    /// Doublings of the longest step during which a diaphragm's node, now at x with a velocity \[m, m/s\], stays within a
     /// clearance of the ring's centre \[m\]; `None` where no step does. Uses the bounds of [`FreeMotion::bound_states`].
+    #[inline(always)]
     pub(crate) fn longest_step_within(
         &self,
+        diaphragm: usize,
         lengths: &[f64],
         [x, velocity]: [[f64; 2]; 2],
         clearance: f64,
@@ -368,20 +380,19 @@ impl FreeMotion {
         (0..=max_doublings).rev().find(|&doublings| {
             let h = lengths[doublings];
             let end_distance = length([x[0] + h * velocity[0], x[1] + h * velocity[1]]);
-            distance.max(end_distance) + self.max_deviation(doublings) < clearance
+            distance.max(end_distance) + self.max_deviation(diaphragm, doublings) < clearance
         })
     }
 
-    /// Displacement bound of the first diaphragm's node over a step of `2^doublings` contact steps, from the straight line that
+    /// Displacement bound of a diaphragm's node over a step of `2^doublings` contact steps, from the straight line that
     /// its velocity gives \[m\]. Uses the bounds of [`FreeMotion::bound_states`].
-    pub(crate) fn max_deviation(&self, doublings: usize) -> f64 {
-        let Self { interval, state_bounds, spin, step, shared, .. } = self;
-        let row = shared.grid.model.outputs.contact_row(0);
-        interval.step_bounds(*step).max_deviation(&interval.model, row, doublings, state_bounds, spin.speed)
+    pub(crate) fn max_deviation(&self, diaphragm: usize, doublings: usize) -> f64 {
+        let Self { interval, state_bounds, spin, step, .. } = self;
+        interval.step_bounds(*step).max_deviation(&interval.model, diaphragm, doublings, state_bounds, spin.speed)
     }
 
-    /// Doublings of the longest step that misses no peak of the watched quantities: bearing loads, journals, and the displacement
-    /// of the first diaphragm's node. Uses the bounds of [`FreeMotion::bound_states`].
+    /// Doublings of the longest step that misses no peak of the watched quantities: bearing loads, journals, and displacements of
+    /// the diaphragms' nodes. Uses the bounds of [`FreeMotion::bound_states`].
     pub(crate) fn longest_resolved_step(&self, watched: &[WatchedPeak], max_doublings: usize) -> usize {
         self.interval.step_bounds(self.step).longest_resolved_step(
             &self.interval.model,
@@ -412,9 +423,9 @@ impl FreeMotion {
         self.feedthrough(bearing).constant
     }
 
-    /// Response over a contact step to impulses on the first diaphragm's node; `None` without a diaphragm.
-    pub(crate) fn impulse_response(&self) -> Option<&ImpulseResponse> {
-        self.interval.impulse_response(self.step)
+    /// Response over a contact step to impulses on a diaphragm's node.
+    pub(crate) fn impulse_response(&self, diaphragm: usize) -> &ImpulseResponse {
+        self.interval.impulse_response(diaphragm, self.step)
     }
 
     /// Spin and torsion.

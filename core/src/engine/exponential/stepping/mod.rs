@@ -2,12 +2,14 @@
 //!
 //! - [`free_motion`]: the shaft line without contact, in steps of 2^k contact steps; [`step_kernels`] are its inner loops
 //! - [`motion_quantities`]: what observers evaluate of the free motion
-//! - [`transient`]: the choice between a long step of free motion and a contact step, and the contact step itself
+//! - [`transient`]: the choice between a long step of free motion and a contact step, and the step itself
+//! - [`diaphragm_contact`]: contact with all diaphragms in a contact step
 //! - [`shared_model`]: modal bases and ring points that all runs of one model share
 //! - [`free_run`], [`rubbing_run`]: whole runs without observation, for tests; [`parabola_peak`] finds peaks between their steps
 
 #[cfg(test)]
 mod clearance_tests;
+pub(crate) mod diaphragm_contact;
 pub(crate) mod free_motion;
 pub(crate) mod free_run;
 pub(crate) mod motion_quantities;

@@ -6,6 +6,7 @@ use super::free_motion::FreeMotion;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
 use crate::engine::exponential::modal::section_loads::{SECTIONS_AT_ONCE, StoredEnergy, sizes_of};
 use crate::engine::exponential::modal::speed_interval::SpeedInterval;
+use crate::engine::exponential::torsion::spin::ContactImpulse;
 use nalgebra::Complex;
 use std::sync::Arc;
 
@@ -83,26 +84,29 @@ impl FreeMotion {
         tables.bearings(interval, model).multiply(modal_state, bearing_motion);
         let whole =
             if with_all_damping { tables.dissipation(interval, model, *step).power_at(modal_state) } else { 0.0 };
-        (model.measures.bearing_powers(bearing_motion, [0.0; 2], &interval.table_changes), whole)
+        (model.measures.bearing_powers(bearing_motion, std::iter::empty(), &interval.table_changes), whole)
     }
 
-    /// Powers of [`FreeMotion::damping_powers`] at an instant with a contact impulse: those of the bearings take the mean of
-    /// their rates before and after the impulse, that of all damping is the mean over the contact step behind it. The instant is
-    /// afterwards that behind the impulse.
+    /// Powers of [`FreeMotion::damping_powers`] at an instant with contact impulses: those of the bearings take the mean of
+    /// their rates before and after the impulses, that of all damping is the mean over the contact step behind them. The instant is
+    /// afterwards that behind the impulses.
     pub(crate) fn damping_powers_after(
         &mut self,
         instant: &mut LateralState,
-        impulse: [f64; 2],
+        impulses: &[ContactImpulse],
         with_all_damping: bool,
         (bearing_motion, buffer): (&mut Vec<f64>, &mut DissipationBuffer),
     ) -> ([f64; 2], f64) {
         let (LateralState { interval, modal_state, forces }, model, h) = (instant, &self.shared.grid.model, self.step);
         self.tables.bearings(interval, model).multiply(modal_state, bearing_motion);
-        let bearings = model.measures.bearing_powers(bearing_motion, impulse, &interval.table_changes);
+        let by_diaphragm = impulses.iter().map(|contact| (contact.diaphragm, contact.impulse));
+        let bearings = model.measures.bearing_powers(bearing_motion, by_diaphragm, &interval.table_changes);
         if !with_all_damping {
             return (bearings, 0.0);
         }
-        interval.apply_contact_impulse(impulse, modal_state);
+        for contact in impulses {
+            interval.apply_contact_impulse(contact.diaphragm, contact.impulse, modal_state);
+        }
         let table = self.tables.dissipation(interval, model, h);
         (bearings, table.power(interval.forced_dissipation(table, h), h, modal_state, forces, buffer))
     }

@@ -51,23 +51,25 @@ pub fn rubbing_run(
     let mut run = RubbingRun { largest_loads: vec![0.0; bearings], ..RubbingRun::default() };
     while transient.free_motion.time() < machine.run.end_time - 0.5 * h {
         let doublings = transient.next_step_doublings();
-        let result = transient.step(doublings)?;
-        run.eccentricity =
-            run.eccentricity.max(length([result.displacement[0] - offset[0], result.displacement[1] - offset[1]]));
-        match result.doublings {
+        transient.step(doublings)?;
+        let contact = transient.contacts.first();
+        let ([x, y], impact) =
+            contact.map_or(([0.0; 2], None), |contact| (contact.displacement, contact.impact.as_ref()));
+        run.eccentricity = run.eccentricity.max(length([x - offset[0], y - offset[1]]));
+        match doublings {
             Some(doublings) => {
                 (0..1 << doublings).for_each(|_| filter.slide(0.0));
                 run.steps[2] += 1;
             }
             None => {
                 run.steps[0] += 1;
-                filter.slide(result.impact.map_or(0.0, |impact| impact.normal));
+                filter.slide(impact.map_or(0.0, |impact| impact.normal));
                 if let Some(sum) = filter.sum() {
                     run.largest_filtered_force = run.largest_filtered_force.max(sum / window);
                 }
             }
         }
-        if let Some(impact) = result.impact {
+        if let Some(impact) = impact {
             run.steps[1] += 1;
             run.impulse += impact.normal;
             run.friction_energy += impact.friction_work;

@@ -139,22 +139,24 @@ impl SharedModel {
     }
 }
 
-/// Returns the points of the first diaphragm's ring for contact steps of `step` \[s\]: kept ones, or new ones.
+/// Returns the points of a diaphragm's ring for contact steps of `step` \[s\]: kept ones, or new ones.
 ///
 /// # Errors
 /// [`ExponentialError::NotCovered`] for a ring that this engine does not cover.
 pub(crate) fn ring_points_of(
     machine: &Machine,
+    index: usize,
     structure: &Structure,
     step: f64,
 ) -> Result<Arc<RingPoints>, ExponentialError> {
-    let rings: &RingCache = ring_of(structure, 0)?.engine_cache.get();
-    let key = (step.to_bits(), inner_face_radius(&machine.diaphragms[0].contact));
+    let (diaphragm, part) = (&machine.diaphragms[index], ring_of(structure, index)?);
+    let rings: &RingCache = part.engine_cache.get();
+    let key = (step.to_bits(), inner_face_radius(&diaphragm.contact));
     let kept = &mut *rings.0.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, ring_points)) = kept.iter().find(|(other, _)| *other == key) {
         return Ok(Arc::clone(ring_points));
     }
-    let new_points = Arc::new(ring_points(&machine.diaphragms[0], structure, 0, step)?);
+    let new_points = Arc::new(ring_points(diaphragm, structure, index, step)?);
     if kept.len() == MAX_KEPT_MODELS {
         kept.remove(0);
     }

@@ -48,8 +48,8 @@ kernel! {
 }
 
 kernel! {
-    /// Ends the step with the gyroscopic momentum at n+1, and with the response to a contact impulse at n where that is not yet
-    /// added.
+    /// Ends the step with the gyroscopic momentum at n+1, and with the response to the only contact impulse at n where that is not
+    /// yet added.
     pub(crate) fn finish_kernel(
         spin: &mut Spin,
         step: &SpinStep,

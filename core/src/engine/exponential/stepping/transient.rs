@@ -1,10 +1,11 @@
-//! Transient of a shaft line inside a ring: free motion in long steps while the gap stays open, contact steps where it may close.
+//! Transient of a shaft line inside its diaphragms: free motion in long steps while all gaps stay open, contact steps where one may
+//! close.
 //!
 //! A step has 2^k contact steps; k is its number of doublings. [`Transient::next_step_doublings`] chooses k: no step may miss a
 //! contact or a peak of a load. [`Transient::step`] takes the step.
 //!
 //! ```text
-//! |x(t)| < gap - sum_j a_j reach_j   for the whole step:   no point of the ring is reached
+//! |x(t)| < gap - sum_j a_j reach_j   for the whole step:   no point of a ring is reached
 //! ```
 //! - x: displacement of the rotor's centre from the ring's centre; a bound of |x| over a step is in `modal/displacement_bound.rs`
 //! - a_j: amplitude of ring mode j in free vibration; reach_j: largest displacement of the ring per unit of a_j
@@ -12,22 +13,16 @@
 //! Verified by `the_bound_of_the_way_is_one`, `free_motion_never_reaches_a_ringing_ring` and `free_motion_misses_no_contact`
 //! (`tests/exponential/exponential_rub.rs`).
 
+use super::diaphragm_contact::{self, DiaphragmContact};
 use super::free_motion::FreeMotion;
-use super::shared_model::ring_points_of;
 use crate::engine::exponential::ExponentialError;
-use crate::engine::exponential::contact::contact_step::ContactStep;
-use crate::engine::exponential::contact::contact_step_result::{ContactStepResult, FreeStep};
-use crate::engine::exponential::contact::radial_spring::RadialSpring;
-use crate::engine::exponential::contact::stator::StatorContact;
-use crate::engine::exponential::contact::stator_axes::StatorAxes;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
-use crate::engine::exponential::plane::length;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
-use crate::engine::time_step::{StartError, slowest_to_resolve};
+use crate::engine::time_step::slowest_to_resolve;
 use crate::record::Loads;
 use crate::structure::Structure;
-use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation, InitialState, Machine, OnExceed};
+use bladeoff_model::machine::{ForceLocation, InitialState, Machine, OnExceed};
 use bladeoff_model::outcome::Limit;
 
 /// Doublings up to which a step is limited by contact and peaks alone. The error of such a step falls with the contact step.
@@ -47,17 +42,23 @@ const RINGING_DOUBLINGS: usize = 3;
 /// Number of contact steps at the start of a run that are taken one by one.
 const STARTING_STEPS: u64 = 8;
 
-/// State of a run: the shaft line, and the ring around it.
+/// Share of the gap from which on the displacement of the rotor at a diaphragm limits the step by its peaks, besides that at the
+/// diaphragm with the largest share.
+const NEAR_SHARE: f64 = 0.9;
+
+/// State of a run: the shaft line, and the diaphragms around it.
 pub(crate) struct Transient {
     pub free_motion: FreeMotion,
-    /// Contact with the stator; `None` for a machine without diaphragm.
-    pub contact: Option<RotorContact>,
+    /// Contacts with the diaphragms, in the machine's order.
+    pub contacts: Vec<DiaphragmContact>,
+    /// Contact impulses of the last step.
+    pub impulses: Vec<ContactImpulse>,
     /// Loads of the bearings at n, in the machine's order, and of the pedestals \[N\], then displacements of the journals in bearings with a clearance
     /// and of the monitors \[m\].
     loads: Vec<[f64; 2]>,
     /// Numbers of bearings, of pedestals and of those journals: the first entries of `loads`.
     supports: [usize; 3],
-    /// Quantities whose peaks limit the step: the entries of `loads`, then the displacement of the rotor at the contact \[m\].
+    /// Quantities whose peaks limit the step: the entries of `loads`, then the displacements of the rotor at the diaphragms \[m\].
     watched: Vec<WatchedPeak>,
     /// Length of a step of 2^k contact steps \[s\], by k.
     lengths: [f64; MAX_DOUBLINGS + 1],
@@ -80,28 +81,6 @@ pub(crate) struct Transient {
     speed_range: [f64; 2],
 }
 
-/// Stator of the first diaphragm, with the compliance of the spin at the contact.
-pub(crate) struct RotorContact {
-    /// Stator, and the solver of its contact steps.
-    pub stator: StatorContact,
-    /// Turn of the rotor's section at the contact over a contact step, per angular impulse at its beginning \[rad/(N m s)\].
-    rolling: f64,
-    /// Jump of that section's rate of turn per angular impulse \[1/(kg m2)\].
-    jump: f64,
-}
-
-/// Step that was taken, from n.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct StepResult {
-    /// Doublings of a step of free motion; `None` for a contact step.
-    pub doublings: Option<usize>,
-    /// Displacement \[m\] and velocity \[m/s\] of the rotor at the contact at n, in the machine's axes.
-    pub displacement: [f64; 2],
-    pub velocity: [f64; 2],
-    /// Impulses and works of the contact; `None` without contact.
-    pub impact: Option<ContactStepResult>,
-}
-
 impl Transient {
     /// Creates the transient of a machine at t = 0. With `takes_long_steps = false` every step inside a ring is a contact step.
     ///
@@ -115,19 +94,7 @@ impl Transient {
     ) -> Result<Self, ExponentialError> {
         check_covered(machine)?;
         let free_motion = FreeMotion::new(machine, structure, settings)?;
-        let contact = match machine.diaphragms.first() {
-            None => None,
-            Some(diaphragm) => {
-                starts_inside(diaphragm, free_motion.contact_displacement(0))?;
-                let spin = free_motion.spin();
-                let row = spin.rotation_row(structure, diaphragm.contact.node);
-                Some(RotorContact {
-                    rolling: spin.contact_turn_compliance(&spin.step(settings.step)),
-                    jump: spin.rate_jump(&row),
-                    stator: stator_of(machine, structure, &free_motion, settings.step)?,
-                })
-            }
-        };
+        let contacts = DiaphragmContact::all(machine, structure, &free_motion, settings.step)?;
         let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| free_motion.step_length(doublings));
         let highest_rate = slowest_to_resolve(machine, structure);
         let resolves_turn = |doublings: &usize| lengths[*doublings] * highest_rate <= MAX_TURN;
@@ -155,23 +122,27 @@ impl Transient {
                 .map(|bearing| WatchedPeak::new(free_motion.constant_load(bearing)))
                 .chain(journals)
                 .chain((first_monitor..load_count).map(|at| WatchedPeak::new(free_motion.constant_load(at))))
-                .chain(machine.diaphragms.first().map(|d| WatchedPeak::new(d.contact.offset.map(|part| -part))))
+                .chain(machine.diaphragms.iter().map(|d| WatchedPeak::new(d.contact.offset.map(|part| -part))))
                 .collect(),
             last_doublings: 0,
             last_contact: None,
             corners: corners(machine, settings.step),
             lengths,
             free_motion,
-            contact,
+            impulses: Vec::with_capacity(contacts.len()),
+            contacts,
             takes_long_steps,
             speed_range: [low.max(machine.run.end_speed), high],
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
     }
 
-    /// Whether the rotor's centre is farther from the ring's centre than the ring's radius: the rotor has left the ring.
+    /// Whether the rotor's centre is farther from the centre of a ring than the ring's radius: the rotor has left the ring.
     pub fn is_outside(&self) -> bool {
-        self.contact.as_ref().is_some_and(|contact| contact.stator.is_outside(self.free_motion.contact_displacement(0)))
+        let is_outside = |(i, contact): (usize, &DiaphragmContact)| {
+            contact.stator.is_outside(self.free_motion.contact_displacement(i))
+        };
+        self.contacts.iter().enumerate().any(is_outside)
     }
 
     /// Length of a contact step \[s\].
@@ -203,14 +174,15 @@ impl Transient {
     /// Doublings of the next step of free motion; `None` for a contact step.
     fn free_step_doublings(&mut self) -> Option<usize> {
         // the loads of the last contact step include its impulses
-        if self.contact.as_ref().is_some_and(|contact| contact.stator.in_contact()) {
+        let in_contact = self.contacts.iter().any(|contact| contact.stator.in_contact());
+        if in_contact {
             self.update_load_peaks();
         }
         self.evaluate_loads();
         self.update_load_peaks();
         let Self {
             free_motion,
-            contact,
+            contacts,
             watched,
             lengths,
             takes_long_steps,
@@ -222,20 +194,17 @@ impl Transient {
             speed_range: [lowest, highest],
             ..
         } = self;
-        let mut displacement = None;
-        if let (Some(RotorContact { stator, .. }), Some(peak)) = (contact, watched.last_mut()) {
-            let x = stator.axes.displacement_from_centre(free_motion.contact_displacement(0));
-            peak.update(x);
+        let peaks = watched.len() - contacts.len();
+        let mut is_clear = true;
+        for (contact, peak) in contacts.iter_mut().zip(&mut watched[peaks..]) {
+            peak.update(contact.update_displacement(free_motion));
             // a place that pressed in the last step will probably press again: the bounds are not worth their time
-            if !*takes_long_steps || stator.in_contact() {
-                return None;
-            }
-            let clearance = stator.clearance();
-            if length(x) >= clearance {
-                return None;
-            }
-            displacement = Some((x, clearance));
+            is_clear = is_clear && *takes_long_steps && !in_contact && contact.is_within_clearance();
         }
+        if !is_clear {
+            return None;
+        }
+        select_peaks(contacts, &mut watched[peaks..]);
         let now = free_motion.contact_steps();
         let passed = corners.partition_point(|corner| *corner <= now);
         let steps_left = corners.get(passed).unwrap_or(end).min(end).saturating_sub(now).max(1);
@@ -261,9 +230,11 @@ impl Transient {
         while longest > 0 && leaves(longest) {
             longest -= 1;
         }
-        let velocity = free_motion.bound_states();
-        if let Some((x, clearance)) = displacement {
-            longest = free_motion.longest_step_within(lengths, [x, velocity], clearance, longest)?;
+        free_motion.bound_states();
+        for (i, contact) in contacts.iter().enumerate() {
+            let (x, clearance) = contact.clearance;
+            let motion = [x, free_motion.bounded_velocity(i)];
+            longest = free_motion.longest_step_within(i, lengths, motion, clearance, longest)?;
         }
         Some(free_motion.longest_resolved_step(watched, longest))
     }
@@ -281,78 +252,63 @@ impl Transient {
     }
 
     /// Loads and contact at n of a run that ends there. The state afterwards is that of the end of the step.
-    pub fn solve_next_contact(&mut self) -> Option<ContactStepResult> {
+    pub fn solve_next_contact(&mut self) {
         self.evaluate_loads();
-        self.step(None).ok().and_then(|result| result.impact)
+        if self.step(None).is_err() {
+            self.forget_contact();
+        }
+    }
+
+    /// Forgets the impulses of the last step.
+    pub fn forget_contact(&mut self) {
+        self.contacts.iter_mut().for_each(|contact| contact.impact = None);
+        self.impulses.clear();
     }
 
     /// Takes a step of 2^k contact steps, or a contact step for `None`, as chosen by [`Transient::next_step_doublings`]. A
     /// contact adds its impulses to the loads at n.
-    pub fn step(&mut self, doublings: Option<usize>) -> Result<StepResult, ExponentialError> {
-        let Self { free_motion, contact, loads, lengths, last_contact, .. } = self;
-        let Some(RotorContact { stator, rolling, jump }) = contact else {
-            free_motion.advance(doublings.unwrap_or(0))?;
-            return Ok(StepResult { doublings, displacement: [0.0; 2], velocity: [0.0; 2], impact: None });
-        };
-        let [displacement, velocity] = free_motion.contact_motion(0);
-        let mut result = StepResult { doublings, displacement, velocity, impact: None };
+    pub fn step(&mut self, doublings: Option<usize>) -> Result<(), ExponentialError> {
+        let Self { free_motion, contacts, impulses, loads, lengths, last_contact, .. } = self;
+        contacts.iter_mut().for_each(|contact| contact.begin_step(free_motion));
+        impulses.clear();
         if let Some(doublings) = doublings {
             free_motion.advance(doublings)?;
-            stator.propagate(doublings, lengths[doublings]);
-            return Ok(result);
+            contacts.iter_mut().for_each(|contact| contact.stator.propagate(doublings, lengths[doublings]));
+            return Ok(());
         }
         let h = lengths[0];
-        let [torsion_at_start, rate] = free_motion.spin().contact_rotation();
-        let rate = free_motion.spin().speed + rate;
         free_motion.propagate(0)?;
-        let Some(response) = free_motion.impulse_response() else { return Ok(result) };
-        let free = FreeStep {
-            start: displacement,
-            end: free_motion.contact_displacement(0),
-            velocity,
-            response,
-            surface_turn: free_motion.spin().contact_turn(torsion_at_start),
-            rolling: *rolling,
-            rate,
-            jump: *jump,
-            spin: free_motion.spin(),
-        };
-        result.impact = stator.solve(&free)?;
-        if let Some(impact) = &result.impact {
+        diaphragm_contact::solve(contacts, free_motion)?;
+        for (diaphragm, contact) in contacts.iter().enumerate() {
+            let Some(contact) = contact.impact.as_ref().map(|impact| impact.contact) else { continue };
+            impulses.push(contact);
             *last_contact = Some(free_motion.contact_steps());
-            for (bearing, (load, correction)) in loads.iter_mut().zip(&response.loads).enumerate() {
-                let direct = free_motion.load_with_feedthrough(bearing, impact.impulse.map(|part| part / h));
+            let (force, [u, v]) = (contact.impulse.map(|part| part / h), contact.impulse);
+            let corrections = &free_motion.impulse_response(diaphragm).loads;
+            for (bearing, (load, correction)) in loads.iter_mut().zip(corrections).enumerate() {
+                let direct = free_motion.load_with_feedthrough(bearing, diaphragm, force);
                 for i in 0..2 {
-                    load[i] += correction[i][0] * impact.impulse[0] + correction[i][1] * impact.impulse[1] + direct[i];
+                    load[i] += correction[i][0] * u + correction[i][1] * v + direct[i];
                 }
             }
         }
-        let contact_impulse = result.impact.map(|ContactStepResult { impulse, torque, speed_jump, .. }| {
-            ContactImpulse { impulse, torque, speed_jump }
-        });
-        free_motion.complete_step(0, contact_impulse)?;
-        Ok(result)
+        free_motion.complete_step(0, impulses)
     }
 }
 
-/// Contact with the stator of the first diaphragm, in contact steps of `h` \[s\].
-fn stator_of(
-    machine: &Machine,
-    structure: &Structure,
-    free_motion: &FreeMotion,
-    h: f64,
-) -> Result<StatorContact, ExponentialError> {
-    let diaphragm = &machine.diaphragms[0];
-    let (axes, contact) = (StatorAxes::new(diaphragm), &diaphragm.contact);
-    if let (DiaphragmKind::RadialSpring { stiffness }, Some(response)) =
-        (&diaphragm.kind, free_motion.impulse_response())
-    {
-        let start = (free_motion.contact_displacement(0), response);
-        let spring = RadialSpring::new((axes, contact, *stiffness), structure, h, start);
-        return Ok(StatorContact::of_spring(axes, spring, contact.gap));
+/// Selects the diaphragms at which peaks of the rotor's displacement limit the step: the one with the largest share of its gap used
+/// up so far, and those above [`NEAR_SHARE`]. A diaphragm out of reach therefore changes no step.
+fn select_peaks(contacts: &[DiaphragmContact], peaks: &mut [WatchedPeak]) {
+    if contacts.len() < 2 {
+        return;
     }
-    let points = ring_points_of(machine, structure, h)?;
-    Ok(StatorContact::of_ring(axes, ContactStep::new(diaphragm, structure, 0, &points, h)?))
+    let share = |(contact, peak): (&DiaphragmContact, &WatchedPeak)| {
+        peak.largest_square() / (contact.stator.gap() * contact.stator.gap())
+    };
+    let largest = contacts.iter().zip(&*peaks).map(share).fold(0.0, f64::max);
+    for (contact, peak) in contacts.iter().zip(peaks) {
+        peak.limits_step = share((contact, peak)) >= largest.min(NEAR_SHARE * NEAR_SHARE);
+    }
 }
 
 /// Times at which the slope of a prescribed speed changes, in contact steps of `h` \[s\].
@@ -376,31 +332,11 @@ fn journal_peaks(machine: &Machine, supports: usize, free_motion: &FreeMotion) -
     clearances.enumerate().map(peak).collect()
 }
 
-/// Checks that a rotor with this initial displacement in the machine's axes is inside its ring, without contact. A radial spring
-/// may start pressed.
-fn starts_inside(diaphragm: &Diaphragm, place: [f64; 2]) -> Result<(), StartError> {
-    let contact = &diaphragm.contact;
-    if matches!(diaphragm.kind, DiaphragmKind::RadialSpring { .. }) {
-        return Ok(());
-    }
-    let eccentricity = length([place[0] - contact.offset[0], place[1] - contact.offset[1]]);
-    let radius = contact.rotor_radius + contact.gap;
-    let name = || diaphragm.name.clone();
-    if eccentricity >= radius {
-        return Err(StartError::StartsOutside { diaphragm: name(), eccentricity, radius, offset: contact.offset });
-    }
-    let gap = contact.gap - eccentricity;
-    if gap < 0.0 { Err(StartError::StartsInContact { diaphragm: name(), gap }) } else { Ok(()) }
-}
-
 /// Checks that this engine covers the contact of a machine.
 ///
 /// # Errors
 /// [`ExponentialError::NotCovered`] with the name of what is not covered.
 fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
-    if machine.diaphragms.len() > 1 {
-        return Err(ExponentialError::NotCovered { what: "more than one diaphragm" });
-    }
     if !machine.diaphragms.is_empty() && machine.run.force_location != ForceLocation::Next {
         return Err(ExponentialError::NotCovered {
             what: "forces at the place of n (run.force_location = \"current\")",
@@ -412,6 +348,7 @@ fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::exponential::plane::length;
     use bladeoff_model::machine::MachineDef;
 
     #[test]
@@ -425,8 +362,9 @@ mod tests {
         for round in 0..40 {
             for (doublings, contact_steps) in [(4, 16), (7, 128)] {
                 let from = free_motion.contact_motion(0)[0];
-                let velocity = free_motion.bound_states();
-                let max_deviation = free_motion.max_deviation(doublings);
+                free_motion.bound_states();
+                let velocity = free_motion.bounded_velocity(0);
+                let max_deviation = free_motion.max_deviation(0, doublings);
                 let mut ahead = free_motion.clone();
                 for n in 1..=contact_steps {
                     ahead.advance(0).expect("has a basis");
@@ -440,9 +378,9 @@ mod tests {
             // an impulse between the rounds, so that states of every kind occur
             free_motion.propagate(0).expect("has a basis");
             let turn = f64::from(round);
-            let impulse =
-                ContactImpulse { impulse: [0.3 * turn.sin(), 0.2 * turn.cos()], torque: 1e-3, speed_jump: 0.0 };
-            free_motion.complete_step(0, Some(impulse)).expect("has a basis");
+            let impulse = [0.3 * turn.sin(), 0.2 * turn.cos()];
+            let impulse = ContactImpulse { impulse, torque: 1e-3, ..ContactImpulse::default() };
+            free_motion.complete_step(0, &[impulse]).expect("has a basis");
             (0..50).for_each(|_| free_motion.advance(1).expect("has a basis"));
         }
         assert!(count > 5000 && closest > 0.05, "the bound is close: {closest}");

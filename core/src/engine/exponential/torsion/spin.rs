@@ -7,7 +7,7 @@
 //! k_s - (r_s+ - r_s)/h                                     torque of unbalance s on the torsional modes over the step                   (4)
 //! f_s   in the middle of the step                          with h psi'' = predicted psi'(n+1) - psi'(n)                                 (5)
 //! D_s   = psi'(n+1) - predicted psi'(n+1)                  acts as an impulse on the lateral motion at n+1                              (6)
-//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau + D_w             contact impulse with the angular impulse tau at n                            (7)
+//! psi'(n+) = psi'(n) + (1/J + t_s.t) tau + D_w             each contact impulse, with the angular impulse tau at n                       (7)
 //! D_w   = -sum_s m d Im(c_s e^{-i psi_s})/J                 c_s: jump of the velocity of unbalance s by it; on a radial spring
 //! brakes dissipate -T times their turn over the step       h (W(n+) + W(n+1))/2 and that of the torsion                                 (8)
 //! ```
@@ -76,7 +76,7 @@ pub(crate) struct Spin {
     pub(super) gravity: [f64; 2],
     pub(super) unbalances: Vec<Unbalance>,
     pub(super) torsion: TorsionalModes,
-    /// Angular impulse of the contact in the last step \[N m s\], and D_w of (7) \[rad/s\].
+    /// Sum of the angular impulses of the contacts in the last step \[N m s\], and of D_w of (7) \[rad/s\].
     pub(super) impulse_torque: f64,
     pub(super) speed_jump: f64,
     /// Energy that brakes have dissipated so far, (8) \[J\].
@@ -86,10 +86,12 @@ pub(crate) struct Spin {
     pub(super) next_speed: f64,
 }
 
-/// Impulse on the first diaphragm's node at n \[N s\], its angular impulse \[N m s\], and the jump of the spin that it makes
-/// through the unbalances, D_w of (7) \[rad/s\].
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Impulse on a diaphragm's node at n \[N s\], its angular impulse \[N m s\], and the jump of the spin that it makes through the
+/// unbalances, D_w of (7) \[rad/s\].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct ContactImpulse {
+    /// Index of the diaphragm, in the machine's order.
+    pub diaphragm: usize,
     pub impulse: [f64; 2],
     pub torque: f64,
     pub speed_jump: f64,
@@ -125,18 +127,19 @@ impl Spin {
             correction_impulse: Complex::new(0.0, 0.0),
             mid_step_force: Complex::new(0.0, 0.0),
             force: Complex::new(0.0, 0.0),
-            compliance: 0.0,
+            compliance: Vec::new(),
+            jump: 0.0,
             response_impulses: [Complex::new(0.0, 0.0); 2],
         });
         let nodes = sites(machine).into_iter().map(|site| site.twist_node);
-        let contact = machine.diaphragms.first().map(|diaphragm| diaphragm.contact.node);
+        let contacts = machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.node);
         let mut rows: Vec<Vec<f64>> = nodes.map(|node| loaded_modes.row(structure, node)).collect();
         rows.push(loaded_modes.shift.clone());
         let acting = rows.len();
-        rows.extend(contact.map(|node| loaded_modes.row(structure, node)));
+        rows.extend(contacts.map(|node| loaded_modes.row(structure, node)));
         let with_compliance = |mut unbalance: Unbalance, row: &Vec<f64>| {
             unbalance.compliance =
-                rows.get(acting).map_or(0.0, |contact| 1.0 / loaded_modes.inertia + dot(contact, row));
+                rows[acting..].iter().map(|contact| 1.0 / loaded_modes.inertia + dot(contact, row)).collect();
             unbalance
         };
         let drive = machine.rotor.speed_law.clone().map(|law| {
@@ -242,52 +245,61 @@ impl Spin {
             let rate_change = unbalance.next_rate - unbalance.rate;
             unbalance.mid_step_force =
                 unbalance.force(middle.unit, (next_angle - unbalance.angle) * over, rate_change * over);
+            unbalance.jump = 0.0;
         }
     }
 
-    /// Adds a contact impulse at n to the prediction, by (7); inside a kernel. `velocities`: jumps of the velocities of the
-    /// unbalances' nodes per impulse \[m/s/(N s)\].
+    /// Adds a contact impulse on a diaphragm's node at n to the prediction, by (7); inside a kernel. `velocities`: jumps of the
+    /// velocities of the unbalances' nodes per impulse \[m/s/(N s)\].
     #[inline(always)]
     pub fn apply_impulse(
         &mut self,
         step: &SpinStep,
-        ContactImpulse { impulse: [u, v], torque, speed_jump }: ContactImpulse,
+        ContactImpulse { diaphragm, impulse: [u, v], torque, speed_jump }: ContactImpulse,
         velocities: &[[[f64; 2]; 2]],
     ) {
         let SpinStep { h, over, .. } = *step;
         self.momentum += torque;
-        (self.impulse_torque, self.speed_jump) = (torque, speed_jump);
-        self.torsion.apply_impulse(&step.torsion, torque);
+        self.impulse_torque += torque;
+        self.speed_jump += speed_jump;
+        self.torsion.apply_impulse(&step.torsion, diaphragm, torque);
         let jump = torque / self.loaded_modes.inertia + speed_jump;
         self.next_speed += jump;
         self.next_angle += h * jump;
         for (s, (unbalance, [x, y])) in self.unbalances.iter_mut().zip(velocities).enumerate() {
             let velocity = Complex::new(x[0] * u + x[1] * v, y[0] * u + y[1] * v);
             unbalance.torque -= unbalance.moment * unbalance.rate * (velocity * unbalance.unit.conj()).re;
+            let jump = unbalance.compliance[diaphragm] * torque + speed_jump;
             if speed_jump != 0.0 {
-                unbalance.jump_torque(unbalance.compliance * torque + speed_jump, self.gravity);
+                unbalance.jump_torque(jump, self.gravity);
             }
-            let ([torsion, rate], jump) =
-                (self.torsion.predicted_at_row(s), unbalance.compliance * torque + speed_jump);
+            unbalance.jump += jump;
+            let [torsion, rate] = self.torsion.predicted_at_row(s);
             let next_angle = self.next_angle + torsion + unbalance.phase;
             unbalance.next_rate = self.next_speed + rate;
             let middle = unbalance.phasor.at(0.5 * (unbalance.angle + next_angle));
             unbalance.phasor = middle.at(next_angle);
-            let rate_change = unbalance.next_rate - unbalance.rate - jump;
+            let rate_change = unbalance.next_rate - unbalance.rate - unbalance.jump;
             let mid_step_force =
                 unbalance.force(middle.unit, (next_angle - unbalance.angle) * over, rate_change * over);
             unbalance.response_impulses =
                 [unbalance.rate_jump_impulse(unbalance.unit, jump), (mid_step_force - unbalance.mid_step_force) * h];
+            unbalance.mid_step_force = mid_step_force;
         }
     }
 
-    /// Jump of the velocity of the first diaphragm's node at n by the unbalances' response to an angular impulse \[m/s\];
-    /// `velocities` as in [`Spin::apply_impulse`].
+    /// Jump of the velocity of a diaphragm's node at n by the unbalances' response to a contact impulse on the node of another
+    /// \[m/s\]; `velocities` as in [`Spin::apply_impulse`], per impulse on the first of the two.
     #[inline(always)]
-    pub fn contact_velocity_jump(&self, torque: f64, speed_jump: f64, velocities: &[[[f64; 2]; 2]]) -> [f64; 2] {
+    pub fn contact_velocity_jump(
+        &self,
+        ContactImpulse { diaphragm, torque, speed_jump, .. }: ContactImpulse,
+        velocities: &[[[f64; 2]; 2]],
+    ) -> [f64; 2] {
         let mut jump = [0.0; 2];
         for (unbalance, [x, y]) in self.unbalances.iter().zip(velocities) {
-            let impulse = unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance * torque + speed_jump);
+            let impulse =
+                unbalance.rate_jump_impulse(unbalance.unit, unbalance.compliance[diaphragm] * torque + speed_jump);
             // reciprocity: the response at the contact to an impulse here is the response here to one at the contact
             jump = [0, 1].map(|i| jump[i] + x[i] * impulse.re + y[i] * impulse.im);
         }
@@ -310,20 +322,20 @@ impl Spin {
         self.unbalances.iter().map(|unbalance| unbalance.response_impulses.map(|impulse| [impulse.re, impulse.im]))
     }
 
-    /// Rotation of the first diaphragm's node beside the mean angle \[rad\], and its rate \[rad/s\]: at n, after
-    /// [`Spin::predict`] the predicted ones at n+1.
-    pub fn contact_rotation(&self) -> [f64; 2] {
-        self.torsion.at_row(self.unbalances.len() + 1)
+    /// Rotation of a diaphragm's node beside the mean angle \[rad\], and its rate \[rad/s\]: at n, after [`Spin::predict`] the
+    /// predicted ones at n+1.
+    pub fn contact_rotation(&self, diaphragm: usize) -> [f64; 2] {
+        self.torsion.at_row(self.unbalances.len() + 1 + diaphragm)
     }
 
-    /// Turn of the first diaphragm's node over the predicted step \[rad\], for its rotation at n; after [`Spin::predict`].
-    pub fn contact_turn(&self, before: f64) -> f64 {
-        self.next_angle - self.angle + self.contact_rotation()[0] - before
+    /// Turn of a diaphragm's node over the predicted step \[rad\], for its rotation at n; after [`Spin::predict`].
+    pub fn contact_turn(&self, diaphragm: usize, before: f64) -> f64 {
+        self.next_angle - self.angle + self.contact_rotation(diaphragm)[0] - before
     }
 
-    /// Turn of the first diaphragm's node over the step per angular impulse on it \[rad/(N m s)\].
-    pub fn contact_turn_compliance(&self, step: &SpinStep) -> f64 {
-        step.h / self.loaded_modes.inertia + self.torsion.impulse_compliance(&step.torsion)
+    /// Turn of a diaphragm's node over the step per angular impulse on the node of another \[rad/(N m s)\].
+    pub fn contact_turn_compliance(&self, step: &SpinStep, at: usize, acting: usize) -> f64 {
+        step.h / self.loaded_modes.inertia + self.torsion.impulse_compliance(&step.torsion, at, acting)
     }
 
     /// Raises the damping of the torsional modes that steps of `h` \[s\] do not resolve to this feedback per step.
@@ -334,9 +346,9 @@ impl Spin {
         self.torsion.set_damping(&self.loaded_modes.modes);
     }
 
-    /// Jump of a node's rate per angular impulse on it \[1/(kg m2)\], for its row on the torsional modes.
-    pub fn rate_jump(&self, row: &[f64]) -> f64 {
-        1.0 / self.loaded_modes.inertia + dot(row, row)
+    /// Jump of a node's rate per angular impulse on another \[1/(kg m2)\], for their rows on the torsional modes.
+    pub fn rate_jump(&self, row: &[f64], acting: &[f64]) -> f64 {
+        1.0 / self.loaded_modes.inertia + dot(row, acting)
     }
 
     /// Completes the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum \[kg m2/s\] at n+1,

@@ -55,15 +55,15 @@ impl Spin {
         self.torsion.displacement()
     }
 
-    /// Static correction of the torsional modes for a train of contact impulses at intervals of `h` \[s\], in amplitudes per
-    /// angular impulse.
-    pub fn static_correction(&self, h: f64) -> Vec<f64> {
-        self.torsion.static_correction(h)
+    /// Static correction of the torsional modes for a train of contact impulses on a diaphragm's node at intervals of `h` \[s\], in
+    /// amplitudes per angular impulse.
+    pub fn static_correction(&self, diaphragm: usize, h: f64) -> Vec<f64> {
+        self.torsion.static_correction(diaphragm, h)
     }
 
-    /// Angular impulse of the contact in the last step \[N m s\].
-    pub fn impulse_torque(&self) -> f64 {
-        self.impulse_torque
+    /// Angular impulse of the contact at each diaphragm in the last step \[N m s\].
+    pub fn impulse_torques(&self) -> &[f64] {
+        self.torsion.impulses()
     }
 
     /// Writes the torsion of nodes \[rad\] with these rows of [`Spin::torsion_row`].
@@ -79,7 +79,7 @@ impl Spin {
     pub fn feedback(&self, responses: impl Iterator<Item = f64>) -> f64 {
         let of = |((s, unbalance), response): ((usize, &Unbalance), f64)| {
             (self.loaded_modes.compliance_inertia[(s, s)] - unbalance.moment * unbalance.moment * response).abs()
-                * self.rate_jump(self.torsion.row(s))
+                * self.rate_jump(self.torsion.row(s), self.torsion.row(s))
         };
         self.unbalances.iter().enumerate().zip(responses).map(of).sum()
     }

@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! free       (n, n')+ = exp(B h) (n, n')                                  [`super::oscillators`]
-//! impulse    (n, n')+ += exp(B h) (0, J t)                                J: angular impulse on the first diaphragm's node, t: its row
+//! impulse    (n, n')+ += exp(B h) (0, J t)                                J: angular impulse on a diaphragm's node, t: its row
 //! torques    (n, n')+ += g(B) (0, f),   f = sum_r M_r t_r                 M_r: torque of an unbalance or of the brakes along its row t_r
 //! rows       s_r = t_r.n, t_r.n'                                          rotation and rate along each row                               (1)
 //! work       + J (s'(n) + J t.t/2) + sum_r M_r (s_r(n+1) - s_r(n))        damping has dissipated this work less the energy at n          (2)
+//!            s'(n) of an impulse has the jumps of those before it
 //! predicted  (1) of the free motion + response of the resolved modes to the torques of the last step                                     (3)
 //! ```
-//! n: amplitude of a mode of unit inertia \[rad (kg m2)^0.5\]. Rows: those of the unbalances, that of the brakes, and that of the
-//! first diaphragm's node if there is one. The response of (1) to impulse and torques is a table. All of it is exact, because the
+//! n: amplitude of a mode of unit inertia \[rad (kg m2)^0.5\]. Rows: those of the unbalances, that of the brakes, and those of the
+//! diaphragms' nodes. The response of (1) to impulse and torques is a table. All of it is exact, because the
 //! motion is.
 //!
 //! The functions are inlined into the kernels of `stepping/step_kernels.rs`. Lists have a multiple of eight entries. Verified by
@@ -37,7 +38,7 @@ pub(crate) struct TorsionalModes {
     /// Amplitude n and rate n' of each mode.
     displacement: Vec<f64>,
     rate: Vec<f64>,
-    /// Rows one after the other; number of those along which torques act. The impulse acts along the row behind these.
+    /// Rows one after the other; number of those along which torques act. Impulses act along the rows behind these.
     rows: Vec<f64>,
     torque_rows: usize,
     /// Entries of groups of four rows, mode by mode.
@@ -53,16 +54,19 @@ pub(crate) struct TorsionalModes {
     /// Torques over the step on the modes themselves, and the amplitudes at its beginning; empty where there are no such torques.
     added_torques: Vec<f64>,
     initial_displacement: Vec<f64>,
-    /// Work of impulses and torques (2) \[J\], and t.t of the impulse's row \[1/(kg m2)\].
+    /// Work of impulses and torques (2) \[J\].
     work: f64,
-    impulse_row_square: f64,
+    /// Products of each two rows of impulses, t.t \[1/(kg m2)\], and the impulses of the step along these rows \[N m s\].
+    impulse_row_products: Vec<f64>,
+    impulses: Vec<f64>,
+    has_impulses: bool,
 }
 
 /// Tables of a step.
 #[derive(Debug, Clone)]
 pub(crate) struct TorsionalStep {
     modes: OscillatorStep,
-    /// Response of (1) to a unit torque along each row, and to a unit impulse along the row behind these.
+    /// Response of (1) to a unit torque along each row, and to a unit impulse along the rows behind these.
     impulse_outputs: Vec<Lane>,
     /// Response of (1) to unit torques in the resolved modes alone, by groups of four rows.
     resolved: Vec<Lane>,
@@ -76,6 +80,7 @@ impl TorsionalModes {
         let groups = (0..rows.len()).step_by(GROUP);
         let row_groups = groups.flat_map(|first| (0..count).map(move |j| std::array::from_fn(|k| at(first + k, j))));
         let (zeros, row_motion) = (vec![0.0; count], vec![Lane::default(); rows.len().div_ceil(GROUP)]);
+        let impulse_rows = &rows[torque_rows.min(rows.len())..];
         Self {
             blocks: modes.iter().map(|(square, damping)| SplitBlock::of(&[0.0, 1.0, -square, -damping])).collect(),
             squared_frequencies: modes.iter().map(|mode| mode.0).collect(),
@@ -91,7 +96,12 @@ impl TorsionalModes {
             added_torques: Vec::new(),
             initial_displacement: Vec::new(),
             work: 0.0,
-            impulse_row_square: rows.get(torque_rows).map_or(0.0, |row| dot(row, row)),
+            impulse_row_products: impulse_rows
+                .iter()
+                .flat_map(|one| impulse_rows.iter().map(|other| dot(one, other)))
+                .collect(),
+            impulses: vec![0.0; impulse_rows.len()],
+            has_impulses: false,
         }
     }
 
@@ -127,10 +137,10 @@ impl TorsionalModes {
         TorsionalStep { impulse_outputs: response, resolved: by_group.map(|at| resolved[at]).collect(), modes }
     }
 
-    /// Static correction of each mode for a train of impulses at intervals of `h` \[s\], per angular impulse, as
+    /// Static correction of each mode for a train of impulses on a diaphragm's node at intervals of `h` \[s\], per angular impulse, as
     /// [`ImpulsedRing`](crate::engine::exponential::contact::impulsed_ring::ImpulsedRing) has it of the ring: the static
     /// amplitude less that at n. A train makes nothing of modes with half a turn a step and more.
-    pub fn static_correction(&self, h: f64) -> Vec<f64> {
+    pub fn static_correction(&self, diaphragm: usize, h: f64) -> Vec<f64> {
         let of = |(block, square): (&SplitBlock, &f64)| {
             let [a, b, c, d] = block.exponential(h);
             let resolved = square * h * h < std::f64::consts::PI.powi(2);
@@ -142,9 +152,14 @@ impl TorsionalModes {
         let modes = self.blocks.iter().zip(&self.squared_frequencies).map(of);
         // behind the last mode there are zeros
         modes
-            .zip(self.row(self.torque_rows))
+            .zip(self.row(self.torque_rows + diaphragm))
             .map(|(correction, &row)| if row == 0.0 { 0.0 } else { correction * row })
             .collect()
+    }
+
+    /// Angular impulse of the step on each diaphragm's node \[N m s\].
+    pub fn impulses(&self) -> &[f64] {
+        &self.impulses
     }
 
     /// Row with an index; empty without one.
@@ -176,10 +191,10 @@ impl TorsionalModes {
         [turn + predicted_change[r % GROUP], rate + predicted_change[GROUP + r % GROUP]]
     }
 
-    /// Rotation by n+1 along the impulse's row per angular impulse \[rad/(N m s)\].
-    pub fn impulse_compliance(&self, step: &TorsionalStep) -> f64 {
-        step.impulse_outputs[self.torque_rows * self.row_motion.len() + self.torque_rows / GROUP].0
-            [self.torque_rows % GROUP]
+    /// Rotation of a diaphragm's node by n+1 per angular impulse on the node of another \[rad/(N m s)\].
+    pub fn impulse_compliance(&self, step: &TorsionalStep, at: usize, acting: usize) -> f64 {
+        let [at, acting] = [at, acting].map(|diaphragm| self.torque_rows + diaphragm);
+        step.impulse_outputs[acting * self.row_motion.len() + at / GROUP].0[at % GROUP]
     }
 
     /// Torques over the step along the rows \[N m\].
@@ -217,6 +232,9 @@ impl TorsionalModes {
     /// Takes the modes to n+1 without impulse and torques.
     #[inline(always)]
     pub fn propagate_free(&mut self, step: &TorsionalStep) {
+        if std::mem::take(&mut self.has_impulses) {
+            self.impulses.fill(0.0);
+        }
         if !self.initial_displacement.is_empty() {
             self.initial_displacement.copy_from_slice(&self.displacement);
         }
@@ -259,11 +277,11 @@ impl TorsionalModes {
         }
     }
 
-    /// Adds an angular impulse at the beginning of the step \[N m s\]; between [`TorsionalModes::propagate_free`] and
-    /// [`TorsionalModes::apply_torques`].
+    /// Adds an angular impulse on a diaphragm's node at the beginning of the step \[N m s\]; between [`TorsionalModes::propagate_free`]
+    /// and [`TorsionalModes::apply_torques`].
     #[inline(always)]
-    pub fn apply_impulse(&mut self, step: &TorsionalStep, impulse: f64) {
-        let (count, impulse_row) = (self.displacement.len(), self.torque_rows);
+    pub fn apply_impulse(&mut self, step: &TorsionalStep, diaphragm: usize, impulse: f64) {
+        let (count, impulse_row) = (self.displacement.len(), self.torque_rows + diaphragm);
         let row = &self.rows[impulse_row * count..][..count];
         let modes = self.displacement.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
         for ((eight, row), (place, rate)) in step.modes.lanes.iter().zip(row.as_chunks::<LANES>().0).zip(modes) {
@@ -272,7 +290,11 @@ impl TorsionalModes {
             *rate = std::array::from_fn(|k| rate[k] + eight.free[3].0[k] * (impulse * row[k]));
         }
         let rate = self.previous_row_motion[impulse_row / GROUP].0[GROUP + impulse_row % GROUP];
-        self.work += impulse * (rate + 0.5 * impulse * self.impulse_row_square);
+        let products = &self.impulse_row_products[diaphragm * self.impulses.len()..][..self.impulses.len()];
+        let jump: f64 = products.iter().zip(&self.impulses).map(|(product, before)| product * before).sum();
+        self.work += impulse * (rate + jump + 0.5 * impulse * products[diaphragm]);
+        self.impulses[diaphragm] += impulse;
+        self.has_impulses = true;
         add(&step.impulse_outputs[impulse_row * self.row_motion.len()..], impulse, &mut self.row_motion);
     }
 
@@ -345,7 +367,7 @@ mod tests {
         for damping in [0.0, 3.0] {
             let modes: Vec<(f64, f64)> = (1..=8).map(|j| (f64::from(j * j) * 100.0, damping)).collect();
             let row = |a: f64, b: f64| -> Vec<f64> { (0..8).map(|j| a + b * f64::from(j)).collect() };
-            let rows = [row(0.5, -0.2), row(-0.3, 0.1), row(0.2, 0.05)];
+            let rows = [row(0.5, -0.2), row(-0.3, 0.1), row(0.2, 0.05), row(-0.1, 0.07)];
             let mut torsion = TorsionalModes::new(&modes, &rows, 2);
             let step = torsion.step(0.02);
             let mut work = 0.0;
@@ -353,8 +375,14 @@ mod tests {
                 let before = torsion.clone();
                 torsion.propagate_free(&step);
                 let impulse = if n % 7 == 0 { 1.3 } else { 0.0 };
-                torsion.apply_impulse(&step, impulse);
-                work += impulse * (dot(&rows[2], &before.rate) + 0.5 * impulse * dot(&rows[2], &rows[2]));
+                let impulses = [impulse, -0.4 * impulse];
+                let mut rate = before.rate.clone();
+                for (diaphragm, impulse) in impulses.into_iter().enumerate() {
+                    torsion.apply_impulse(&step, diaphragm, impulse);
+                    let row = &rows[2 + diaphragm];
+                    work += impulse * (dot(row, &rate) + 0.5 * impulse * dot(row, row));
+                    rate.iter_mut().zip(row).for_each(|(rate, row)| *rate += impulse * row);
+                }
                 let torques = [4.0 * libm::sin(0.3 * f64::from(n)), -2.0];
                 torsion.torques().copy_from_slice(&torques);
                 torsion.apply_torques(&step);
@@ -385,10 +413,10 @@ mod tests {
         // one behind the last mode
         let mut torsion =
             TorsionalModes::new(&[modes.as_slice(), &[(1.0, 0.0)]].concat(), &[vec![0.0; 8], row.clone()], 1);
-        let (step, static_correction) = (torsion.step(h), torsion.static_correction(h));
+        let (step, static_correction) = (torsion.step(h), torsion.static_correction(0, h));
         for _ in 0..4000 {
             torsion.propagate_free(&step);
-            torsion.apply_impulse(&step, impulse);
+            torsion.apply_impulse(&step, 0, impulse);
             torsion.apply_torques(&step);
         }
         let mut most = 0.0_f64;
@@ -402,6 +430,9 @@ mod tests {
         assert!(static_correction[7] == 0.0);
         let fast =
             TorsionalModes::new(&[[(1e5, 0.1); 1].as_slice(), &[(1.0, 0.0); 7]].concat(), &[vec![0.0; 8], row], 1);
-        assert!((fast.static_correction(h)[0] * 1e5 * h / 0.5 - 1.0).abs() < 1e-12, "half a turn and more: all of it");
+        assert!(
+            (fast.static_correction(0, h)[0] * 1e5 * h / 0.5 - 1.0).abs() < 1e-12,
+            "half a turn and more: all of it"
+        );
     }
 }

@@ -35,9 +35,11 @@ pub(super) struct Unbalance {
     pub(super) correction_impulse: Complex<f64>,
     pub(super) mid_step_force: Complex<f64>,
     pub(super) force: Complex<f64>,
-    /// Jump of psi' per angular impulse on the first diaphragm's node \[1/(kg m2)\].
-    pub(super) compliance: f64,
-    /// Impulses on the lateral motion at n and n+1 by a contact impulse at n \[N s\].
+    /// Jump of psi' per angular impulse on each diaphragm's node \[1/(kg m2)\].
+    pub(super) compliance: Vec<f64>,
+    /// Jump of psi' by all contact impulses at n \[rad/s\].
+    pub(super) jump: f64,
+    /// Impulses on the lateral motion at n and n+1 by the last contact impulse at n \[N s\].
     pub(super) response_impulses: [Complex<f64>; 2],
 }
 
