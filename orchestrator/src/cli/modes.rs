@@ -191,7 +191,11 @@ fn critical_table(critical: &[CriticalSpeed], running: f64, count: usize) -> Str
         ("SM %", Align::Right),
         ("required %", Align::Right),
     ]);
-    let percent = |margin: Option<f64>| margin.map_or("-".to_owned(), |margin| format!("{:.1}", 100.0 * margin));
+    let percent = |margin: Option<f64>| match margin {
+        None => "-".to_owned(),
+        Some(margin) if margin >= 10.0 => ">999".to_owned(),
+        Some(margin) => format!("{:.1}", 100.0 * margin),
+    };
     let factor = |factor: f64| if factor.is_finite() { format_digits(factor, "", 3) } else { "inf".to_owned() };
     for critical in critical.iter().take(count) {
         let frequency = hertz(critical.speed);
