@@ -73,7 +73,7 @@ fn criticals(checks: &mut Vec<Check>, name: &'static str, text: &str, critical: 
     let ours = |k: usize| found.as_ref().and_then(|all| all.iter().filter(|one| one.speed > from).nth(k));
     for (k, [speed, decay]) in critical.iter().enumerate() {
         case.check(checks, format!("critical speed {}", k + 1), ours(k).map(|one| one.speed), *speed);
-        let damping = Case { unit: "", tolerance: 1e-7, ..case };
+        let damping = Case { unit: "", ..case };
         let reference = -decay / libm::hypot(*decay, *speed);
         damping.check(checks, format!("damping ratio {}", k + 1), ours(k).map(|one| one.damping_ratio), reference);
     }
@@ -90,7 +90,7 @@ fn two_diaphragms(checks: &mut Vec<Check>) {
         for (column, reference) in ["max_contact_force_a_N", "max_contact_force_b_N"].into_iter().zip(references) {
             case.check(checks, column, value(&row, column), reference);
         }
-        let speed = Case { unit: "rad/s", tolerance: 1e-7, ..case };
+        let speed = Case { unit: "rad/s", ..case };
         speed.check(checks, "end_speed_rad_s", value(&row, "end_speed_rad_s"), references[2]);
     }
 }
