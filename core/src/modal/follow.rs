@@ -5,19 +5,23 @@
 //! only come near. A way is worth only so many looks ([`Looks`]). Verified by `tests/rotor/modes.rs`, critical speeds also by `tests/rotor/outside.rs`, `tests/rotor/linear_rotors.rs`.
 
 use super::looks::{Looks, ModesError};
-use super::shape::Mode;
-use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OVERDAMPED, OverdampedMode, SpeedModes, WhirlMode};
+use super::matrices::Reduced;
+use super::quadratic::Eigensolver;
+use super::reduction::checked_basis;
+use super::refine::Refinement;
+use super::shape::{CLEAR, Mode};
+use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OverdampedMode, SpeedModes, WhirlMode, whirls};
 
 /// Whirl modes at rest below which critical speeds are looked for, and whose way must be clear.
 const FOLLOWED: usize = 12;
 /// Intervals up to the highest of them.
 const INTERVALS: usize = 64;
+/// Highest speed of the search, as a multiple of the highest frequency.
+const END: f64 = 1.05;
 /// Steps from one speed asked for to the next at most.
 const MOST: f64 = 128.0;
 /// An interval is halved at most so many times.
 const HALVINGS: usize = 8;
-/// Two modes this much alike are one.
-const CLEAR: f64 = 0.9;
 /// Two modes less alike have nothing to do with one another.
 const STRANGE: f64 = 0.05;
 
@@ -27,11 +31,6 @@ struct ModesAtSpeed {
     modes: Vec<Mode>,
     /// Which mode each of them is.
     identity: Vec<usize>,
-}
-
-fn whirls(mode: &Mode) -> bool {
-    let [re, im] = mode.value;
-    im > 0.0 && -re < OVERDAMPED * libm::hypot(re, im)
 }
 
 /// The way of all modes from rest through speeds.
@@ -45,17 +44,20 @@ struct Way<'a> {
     followed: usize,
     top: f64,
     /// Crossings with the spin on the way, where they are looked for.
-    crossings: Option<Vec<CriticalSpeed>>,
+    crossings: Option<Vec<(f64, Mode)>>,
 }
 
 impl<'a> Way<'a> {
-    fn begin(lateral: &'a Lateral, crossings: Option<Vec<CriticalSpeed>>) -> Result<Self, ModesError> {
-        let looks = Looks::new(lateral);
+    fn begin(
+        lateral: &'a Lateral,
+        reduced: Option<&'a Reduced>,
+        crossings: Option<Vec<(f64, Mode)>>,
+    ) -> Result<Self, ModesError> {
+        let looks = Looks::new(lateral, reduced);
         let mut modes = looks.spectrum(0.0, 0.0)?;
         // whirl modes first: they are those that are followed
         modes.sort_by_key(|mode| !whirls(mode));
-        let followed = modes.iter().filter(|mode| whirls(mode)).count().min(FOLLOWED);
-        let top = modes[..followed].iter().map(|mode| mode.value[1]).fold(0.0, f64::max);
+        let (followed, top) = followed(&modes);
         let last = ModesAtSpeed { speed: 0.0, identity: (0..modes.len()).collect(), modes };
         let numbers = vec![0; last.modes.len()];
         let mut way = Self { looks, last, numbers, numbered: 0, followed, top, crossings };
@@ -131,6 +133,14 @@ impl<'a> Way<'a> {
     }
 }
 
+/// How many whirl modes at rest are followed, and the highest of their frequencies \[rad/s\].
+fn followed(modes: &[Mode]) -> (usize, f64) {
+    let mut frequencies: Vec<f64> = modes.iter().filter(|mode| whirls(mode)).map(|mode| mode.value[1]).collect();
+    frequencies.sort_by(f64::total_cmp);
+    let count = frequencies.len().min(FOLLOWED);
+    (count, frequencies[..count].last().copied().unwrap_or(0.0))
+}
+
 /// Leaves one of two motions whose decay is the same but for rounding: they are a pair that turns too slowly to be seen.
 fn once(overdamped: &mut Vec<OverdampedMode>) {
     let mut alone: Option<f64> = None;
@@ -177,8 +187,8 @@ fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
 /// # Errors
 /// [`ModesError`].
 pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes>, ModesError> {
-    let mut way = Way::begin(lateral, None)?;
-    let interval = 1.05 * way.top / INTERVALS as f64;
+    let mut way = Way::begin(lateral, None, None)?;
+    let interval = END * way.top / INTERVALS as f64;
     let mut order: Vec<usize> = (0..speeds.len()).collect();
     order.sort_by(|&a, &b| speeds[a].total_cmp(&speeds[b]));
     let mut planned = 0.0_f64;
@@ -206,18 +216,51 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
 
 /// Speeds at which a followed mode's frequency equals the speed, ascending.
 ///
+/// For results that are only shown the modes are followed in a reduced basis, and each speed is then refined in the full model. Without such a basis, or
+/// where a refined mode is another one, the full model is followed.
+///
 /// # Errors
 /// [`ModesError`].
 pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, ModesError> {
-    let mut way = Way::begin(lateral, Some(Vec::new()))?;
-    let top = 1.05 * way.top;
+    let found = match in_reduced_basis(lateral)? {
+        Some(found) => found,
+        None => crossings(lateral, None)?,
+    };
+    let mut found: Vec<CriticalSpeed> = found.iter().map(|(speed, mode)| critical(lateral, *speed, mode)).collect();
+    found.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+    Ok(found)
+}
+
+/// The refined crossings of a reduced basis; `None`: the full model is needed.
+fn in_reduced_basis(lateral: &Lateral) -> Result<Option<Vec<(f64, Mode)>>, ModesError> {
+    let Some(refinement) = Refinement::new(lateral).filter(|_| lateral.solver == Eigensolver::Display) else {
+        return Ok(None);
+    };
+    let rest = lateral.spectrum(0.0)?;
+    let (_, top) = followed(&rest);
+    if top == 0.0 {
+        return Ok(None);
+    }
+    let Some(reduced) = checked_basis(&refinement, rest, END * top)? else { return Ok(None) };
+    let found = crossings(lateral, Some(&reduced))?;
+    Ok(found.iter().map(|(speed, mode)| refinement.critical(*speed, mode)).collect())
+}
+
+/// Row of a critical speed in a table.
+fn critical(lateral: &Lateral, speed: f64, mode: &Mode) -> CriticalSpeed {
+    let WhirlMode { damping_ratio, whirl, share, .. } = lateral.whirl(mode, speed);
+    CriticalSpeed { speed, damping_ratio, whirl, share }
+}
+
+/// Crossings of followed modes with the spin.
+fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, Mode)>, ModesError> {
+    let mut way = Way::begin(lateral, reduced, Some(Vec::new()))?;
+    let top = END * way.top;
     way.looks.plan(top, INTERVALS);
     for interval in (1..=INTERVALS).filter(|_| top > 0.0) {
         way.go_to(top * interval as f64 / INTERVALS as f64, HALVINGS)?;
     }
-    let mut found = way.crossings.unwrap_or_default();
-    found.sort_by(|a, b| a.speed.total_cmp(&b.speed));
-    Ok(found)
+    Ok(way.crossings.unwrap_or_default())
 }
 
 /// Root of `omega(W) - W` of one mode in an interval, by regula falsi (Illinois); `None` if it has none.
@@ -225,7 +268,7 @@ fn crossing(
     looks: &Looks<'_>,
     (mut a, first): (f64, &Mode),
     (mut b, last): (f64, &Mode),
-) -> Result<Option<CriticalSpeed>, ModesError> {
+) -> Result<Option<(f64, Mode)>, ModesError> {
     let begin = a;
     let (mut fa, mut fb) = (first.value[1] - a, last.value[1] - b);
     if (fa > 0.0) == (fb > 0.0) {
@@ -245,9 +288,7 @@ fn crossing(
             return Ok(None);
         }
         if narrow || fc.abs() < 1e-12 * c {
-            let whirl = looks.lateral.whirl(mode, c);
-            let WhirlMode { damping_ratio, whirl, share, .. } = whirl;
-            return Ok(Some(CriticalSpeed { speed: c, damping_ratio, whirl, share }));
+            return Ok(Some((c, mode.clone())));
         }
         if (fc > 0.0) == (fa > 0.0) {
             (a, fa) = (c, fc);

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use super::matrices::Reduced;
 use super::shape::Mode;
 use super::whirl::Lateral;
 use bladeoff_numerics::linalg::EigenError;
@@ -40,14 +41,15 @@ const MORE: usize = 1000;
 /// A rotor at single speeds, on the way from rest to another one.
 pub(super) struct Looks<'a> {
     pub lateral: &'a Lateral,
+    reduced: Option<&'a Reduced>,
     taken: Cell<usize>,
     most: usize,
     wanted: f64,
 }
 
 impl<'a> Looks<'a> {
-    pub fn new(lateral: &'a Lateral) -> Self {
-        Self { lateral, taken: Cell::new(0), most: MORE, wanted: 0.0 }
+    pub fn new(lateral: &'a Lateral, reduced: Option<&'a Reduced>) -> Self {
+        Self { lateral, reduced, taken: Cell::new(0), most: MORE, wanted: 0.0 }
     }
 
     /// The way leads to this speed, with so many looks where all is clear.
@@ -65,6 +67,6 @@ impl<'a> Looks<'a> {
             return Err(ModesError::Unclear { looks, reached, wanted: self.wanted });
         }
         self.taken.set(looks + 1);
-        Ok(self.lateral.spectrum(speed)?)
+        Ok(self.lateral.spectrum_in(self.reduced, speed)?)
     }
 }

@@ -1,8 +1,28 @@
 //! The quadratic eigenvalue problem of damped, spinning systems.
 
 use bladeoff_numerics::linalg::{
-    EigenError, Matrix, cholesky, complex_eigen, complex_eigenvalues, inverse, mul, solve_lower, solve_upper,
+    EigenError, Matrix, cholesky, complex_eigen, complex_eigen_display, complex_eigenvalues, inverse, mul, solve_lower,
+    solve_upper,
 };
+
+/// Solver of general eigenproblems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Eigensolver {
+    /// Own code with one order of operations: everything that enters a run.
+    Own,
+    /// faer, whose last digits depend on the processor: results that are only shown. Where its iteration fails, own code: some matrices with double
+    /// eigenvalues.
+    Display,
+}
+
+impl Eigensolver {
+    fn solve(self, a: &Matrix, what: &'static str) -> Result<(Vec<[f64; 2]>, Matrix, Matrix), EigenError> {
+        match self {
+            Self::Own => complex_eigen(a, what),
+            Self::Display => complex_eigen_display(a, what).or_else(|_| complex_eigen(a, what)),
+        }
+    }
+}
 
 /// Solutions of a quadratic eigenvalue problem.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,13 +54,35 @@ impl QuadraticModes {
     pub fn noise(&self, [re, im]: [f64; 2]) -> f64 {
         let size = libm::hypot(re, im);
         match self.inverse_rounding {
-            Some(rounding) => 0.5 * rounding * (1.0 + (size / self.scale) * (size / self.scale)),
+            Some(rounding) => inverse_noise(rounding, size / self.scale),
             None => {
                 let largest = self.values.iter().map(|[re, im]| libm::hypot(*re, *im)).fold(0.0, f64::max);
                 self.values.len() as f64 * UNIT_ROUNDOFF * largest / size
             }
         }
     }
+}
+
+/// Noise (2) of a damping ratio: N u |A|_F and |lambda|/s.
+fn inverse_noise(rounding: f64, size: f64) -> f64 {
+    0.5 * rounding * (1.0 + size * size)
+}
+
+/// Noise (2) of a damping ratio in the form (1), without skew stiffness: M^, C^ and |lambda|.
+pub(super) fn noise_with(mass: &Matrix, damping: &Matrix, size: f64) -> f64 {
+    let (n, scale) = (mass.nrows(), scale_of(mass));
+    let norm = libm::sqrt((scale * damping.norm()).powi(2) + (scale * scale * mass.norm()).powi(2) + n as f64);
+    inverse_noise((2 * n) as f64 * UNIT_ROUNDOFF * norm, size / scale)
+}
+
+/// s of (1) from M^: omega_1^2 <= 1 / largest diagonal entry of M^.
+fn scale_of(mass: &Matrix) -> f64 {
+    1.0 / mass.diagonal().amax().sqrt()
+}
+
+/// `L^-1 A L^-T`.
+pub(super) fn congruent(l: &Matrix, a: &Matrix) -> Matrix {
+    solve_lower(l, &solve_lower(l, a).transpose()).transpose()
 }
 
 /// u of a double.
@@ -61,10 +103,22 @@ const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 /// # Verified by
 /// `both_forms_agree`, the whirl frequencies of `tests/rotor/linear_rotors.rs`
 pub fn quadratic_modes(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<QuadraticModes, EigenError> {
+    quadratic_modes_by(Eigensolver::Own, [m, c, k], what)
+}
+
+/// [`quadratic_modes`] of M, C and K with a given solver.
+///
+/// # Errors
+/// As [`quadratic_modes`].
+pub fn quadratic_modes_by(
+    solver: Eigensolver,
+    [m, c, k]: [&Matrix; 3],
+    what: &'static str,
+) -> Result<QuadraticModes, EigenError> {
     let symmetric = (k + k.transpose()) * 0.5;
     match cholesky(&symmetric) {
-        Some(l) => by_stiffness(m, c, &(k - &symmetric), &l, what),
-        None => by_mass(m, c, k, what),
+        Some(l) => by_stiffness(solver, [m, c, &(k - &symmetric), &l], what),
+        None => by_mass(solver, [m, c, k], what),
     }
 }
 
@@ -92,14 +146,12 @@ fn inverse_form(
     what: &'static str,
 ) -> Result<(Matrix, f64), EigenError> {
     let n = m.nrows();
-    let congruent = |a: &Matrix| solve_lower(l, &solve_lower(l, a).transpose()).transpose();
-    let (mut mass, mut damping) = (congruent(m), congruent(c));
+    let (mut mass, mut damping) = (congruent(l, m), congruent(l, c));
     mass = (&mass + mass.transpose()) * 0.5;
-    // omega_1^2 <= 1 / largest diagonal entry of M^
-    let scale = 1.0 / mass.diagonal().amax().sqrt();
+    let scale = scale_of(&mass);
     if skew.amax() > 0.0 {
-        let left =
-            inverse(&(Matrix::identity(n, n) + congruent(skew))).ok_or(EigenError::NoConvergence { what, size: n })?;
+        let left = inverse(&(Matrix::identity(n, n) + congruent(l, skew)))
+            .ok_or(EigenError::NoConvergence { what, size: n })?;
         mass = mul(&left, &mass);
         damping = mul(&left, &damping);
     }
@@ -117,15 +169,13 @@ fn inverted(scale: f64, [re, im]: [f64; 2]) -> [f64; 2] {
 }
 
 fn by_stiffness(
-    m: &Matrix,
-    c: &Matrix,
-    skew: &Matrix,
-    l: &Matrix,
+    solver: Eigensolver,
+    [m, c, skew, l]: [&Matrix; 4],
     what: &'static str,
 ) -> Result<QuadraticModes, EigenError> {
     let n = m.nrows();
     let (a, scale) = inverse_form(m, c, skew, l, what)?;
-    let (inverses, real, imaginary) = complex_eigen(&a, what)?;
+    let (inverses, real, imaginary) = solver.solve(&a, what)?;
     let shapes = |part: &Matrix| solve_upper(l, &part.rows(n, n).into_owned());
     let values = inverses.into_iter().map(|inverse| inverted(scale, inverse)).collect();
     let inverse_rounding = Some((2 * n) as f64 * UNIT_ROUNDOFF * a.norm());
@@ -143,9 +193,9 @@ fn mass_form(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<M
     Ok(a)
 }
 
-fn by_mass(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<QuadraticModes, EigenError> {
+fn by_mass(solver: Eigensolver, [m, c, k]: [&Matrix; 3], what: &'static str) -> Result<QuadraticModes, EigenError> {
     let n = m.nrows();
-    let (values, real, imaginary) = complex_eigen(&mass_form(m, c, k, what)?, what)?;
+    let (values, real, imaginary) = solver.solve(&mass_form(m, c, k, what)?, what)?;
     let head = |part: &Matrix| part.rows(0, n).into_owned();
     Ok(QuadraticModes { values, real: head(&real), imaginary: head(&imaginary), inverse_rounding: None, scale: 1.0 })
 }
@@ -167,8 +217,9 @@ mod tests {
         for k in [k.clone(), &k + &skew] {
             let symmetric = (&k + k.transpose()) * 0.5;
             let l = cholesky(&symmetric).expect("definite");
-            let a = by_stiffness(&m, &c, &(&k - symmetric), &l, "test").expect("solvable");
-            let b = by_mass(&m, &c, &k, "test").expect("solvable");
+            let own = Eigensolver::Own;
+            let a = by_stiffness(own, [&m, &c, &(&k - symmetric), &l], "test").expect("solvable");
+            let b = by_mass(own, [&m, &c, &k], "test").expect("solvable");
             for (j, value) in a.values.iter().enumerate() {
                 let near = b.values.iter().map(|v| (v[0] - value[0]).hypot(v[1] - value[1])).fold(f64::MAX, f64::min);
                 assert!(near < 1e-11, "{near}");

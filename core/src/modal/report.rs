@@ -2,7 +2,8 @@
 
 use super::follow::{critical_speeds, follow};
 use super::looks::ModesError;
-use super::whirl::{CriticalSpeed, Lateral, SpeedModes};
+use super::quadratic::Eigensolver;
+use super::whirl::{CriticalSpeed, Lateral, SpeedModes, Work};
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
@@ -29,6 +30,8 @@ pub struct ModesReport {
     pub axial: Vec<f64>,
     /// Modes of each flexible ring, by diaphragm name.
     pub rings: Vec<(String, Vec<RingMode>)>,
+    /// Lateral eigenproblems that were solved.
+    pub work: Work,
 }
 
 /// Modes of a machine at speeds \[rad/s\].
@@ -41,7 +44,15 @@ pub struct ModesReport {
 /// # Errors
 /// [`ModesError`].
 pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesError> {
-    let lateral = Lateral::new(machine);
+    report_by(Eigensolver::Display, machine, speeds)
+}
+
+/// [`report`] with a given solver. [`Eigensolver::Own`] solves every problem with all degrees of freedom.
+///
+/// # Errors
+/// [`ModesError`].
+pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesError> {
+    let lateral = Lateral::new(machine, solver);
     let rotor = &lateral.rotor;
     let (critical_speeds, speeds) = (critical_speeds(&lateral)?, follow(&lateral, speeds)?);
     let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
@@ -59,7 +70,7 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesErr
             rings.push((diaphragm.name.clone(), ring_report(&RingMatrices::assemble(stator))?));
         }
     }
-    Ok(ModesReport { speeds, critical_speeds, twist, axial, rings })
+    Ok(ModesReport { speeds, critical_speeds, twist, axial, rings, work: lateral.work.get() })
 }
 
 /// Modes of a machine at speeds \[rad/s\], followed from rest by their shapes, overdamped motions apart.
@@ -67,7 +78,7 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesErr
 /// # Errors
 /// [`ModesError`].
 pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedModes>, ModesError> {
-    follow(&Lateral::new(machine), speeds)
+    follow(&Lateral::new(machine, Eigensolver::Display), speeds)
 }
 
 fn ring_report(ring: &RingMatrices) -> Result<Vec<RingMode>, EigenError> {

@@ -94,6 +94,7 @@ pub(super) fn sense(orbits: &[[f64; 2]]) -> (Whirl, f64) {
 #[cfg(test)]
 mod tests {
     use super::super::follow::critical_speeds;
+    use super::super::quadratic::Eigensolver;
     use super::super::whirl::Lateral;
     use super::*;
     use bladeoff_model::machine::MachineDef;
@@ -117,7 +118,7 @@ mod tests {
     fn a_machine_whose_ends_disagree_has_the_shares_computed_elsewhere() {
         let text = include_str!("../../tests/data/two_discs_soft_end.toml");
         let machine = MachineDef::parse("m.toml", text).expect("valid").build().expect("valid");
-        let (lateral, rpm) = (Lateral::new(&machine), std::f64::consts::PI / 30.0);
+        let (lateral, rpm) = (Lateral::new(&machine, Eigensolver::Own), std::f64::consts::PI / 30.0);
         let expected: [(f64, Whirl, [f64; 7], f64); 3] = [
             (1503.8, Whirl::Mixed, [0.17, 0.10, 0.05, 0.0, -0.04, -0.07, -0.11], 0.005),
             (1606.3, Whirl::Planar, [0.0; 7], 0.005),

@@ -7,7 +7,10 @@
 //! are orthogonal in it, gyroscopic effect or not, and with damping two motions of one shape are told apart by their lambda.
 
 use crate::rotor::RotorMatrices;
-use bladeoff_numerics::linalg::{Matrix, column_of, mul_vec};
+use bladeoff_numerics::linalg::{Csr, Matrix, column_of, mul_vec};
+
+/// Two modes this much alike by (1) are one.
+pub(super) const CLEAR: f64 = 0.9;
 
 /// A solution `x e^{lambda t}`.
 #[derive(Debug, Clone)]
@@ -28,17 +31,14 @@ impl Mode {
         Self::of(value, column_of(real, column).to_vec(), column_of(imaginary, column).to_vec())
     }
 
-    fn of(value: [f64; 2], re: Vec<f64>, im: Vec<f64>) -> Self {
+    /// From the parts of a shape.
+    pub fn of(value: [f64; 2], re: Vec<f64>, im: Vec<f64>) -> Self {
         Self { value, re, im, stiff: Default::default(), heavy: Default::default(), energy: 0.0 }
     }
 
     /// Prepares the comparison.
-    pub fn weigh(&mut self, stiffness: &Matrix, mass: &Matrix) {
-        let times = |a: &Matrix, x: &[f64]| {
-            let mut product = vec![0.0; x.len()];
-            mul_vec(a, x, &mut product);
-            product
-        };
+    pub fn weigh(&mut self, stiffness: &Csr, mass: &Csr) {
+        let times = |a: &Csr, x: &[f64]| a.products(x).collect::<Vec<f64>>();
         self.stiff = [times(stiffness, &self.re), times(stiffness, &self.im)];
         self.heavy = [times(mass, &self.re), times(mass, &self.im)];
         self.energy = self.product(self)[0];
@@ -72,6 +72,11 @@ impl Mode {
         let [re, im] = self.product(other);
         let both = self.energy * other.energy;
         if both > 0.0 { (re * re + im * im) / both } else { 0.0 }
+    }
+
+    /// Real and imaginary part of the shape.
+    pub fn parts(&self) -> [&[f64]; 2] {
+        [&self.re, &self.im]
     }
 
     /// Displacement of one degree of freedom: re, im.

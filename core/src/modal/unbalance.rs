@@ -9,7 +9,7 @@
 
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
-use bladeoff_numerics::linalg::{Matrix, Vector, solve};
+use bladeoff_numerics::linalg::{ComplexFactors, Matrix, Vector};
 
 /// Response at one speed.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,15 +75,15 @@ impl LinearRotor {
     /// place; `None`: the system is singular.
     pub fn amplitudes(&self, speed: f64, is_there: impl Fn(usize) -> bool) -> Option<Vector> {
         let size = self.matrices.lateral_size();
-        let mut force = Vector::zeros(2 * size);
+        let mut force = vec![[0.0; 2]; size];
         for (_, site) in self.sites.iter().enumerate().filter(|(place, _)| is_there(*place)) {
             let (sin, cos) = libm::sincos(site.phase);
             let amplitude = site.mass * site.radius * speed * speed;
             let [u, v] = self.matrices.plane_places(site.node);
-            force[u] += amplitude * cos;
-            force[size + u] += amplitude * sin;
-            force[v] += amplitude * sin;
-            force[size + v] -= amplitude * cos;
+            for (place, [re, im]) in [(u, [cos, sin]), (v, [sin, -cos])] {
+                force[place][0] += amplitude * re;
+                force[place][1] += amplitude * im;
+            }
         }
         let mut dynamic = &self.stiffness - &self.mass * (speed * speed);
         let mut velocity = (&self.matrices.damping + &self.gyroscopic * speed) * speed;
@@ -91,12 +91,10 @@ impl LinearRotor {
             dynamic += stiffness;
             velocity += damping * speed;
         }
-        let mut system = Matrix::zeros(2 * size, 2 * size);
-        system.view_mut((0, 0), (size, size)).copy_from(&dynamic);
-        system.view_mut((size, size), (size, size)).copy_from(&dynamic);
-        system.view_mut((0, size), (size, size)).copy_from(&(-&velocity));
-        system.view_mut((size, 0), (size, size)).copy_from(&velocity);
-        solve(&system, &force)
+        let found = ComplexFactors::new(&dynamic, &velocity).solve(&force);
+        let parts = [0, 1].into_iter().flat_map(|part| found.iter().map(move |entry| entry[part]));
+        let amplitudes = Vector::from_iterator(2 * size, parts);
+        amplitudes.iter().all(|entry| entry.is_finite()).then_some(amplitudes)
     }
 
     /// Steady response to all unbalances at a speed \[rad/s\].

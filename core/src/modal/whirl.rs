@@ -1,14 +1,15 @@
 //! Whirl of the shaft line on its bearings at a speed, in the full finite-element model: frequencies, damping, sense. Unbalance masses
 //! are not in it, except for a point mass, which may have no other.
 
-use std::borrow::Cow;
+use std::cell::Cell;
 
-use super::quadratic::{QuadraticModes, quadratic_modes};
+use super::matrices::{Matrices, Reduced};
+use super::quadratic::{Eigensolver, QuadraticModes, quadratic_modes_by};
 use super::sense::{Whirl, excited_by_unbalance, orbits, sense};
 use super::shape::Mode;
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
-use bladeoff_numerics::linalg::{EigenError, Matrix};
+use bladeoff_numerics::linalg::{Csr, EigenError, Matrix, mul};
 
 /// One damped lateral mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,7 +92,7 @@ pub(super) const APERIODIC: f64 = 1e-6;
 /// Relative distance below which two lambda are those of one pair.
 const PAIR: f64 = 1e-9;
 /// Circles of a sense's share from which a mode is a mixture, and the relative distance within which its like is looked for.
-const MIXED: f64 = 1e-3;
+pub(super) const MIXED: f64 = 1e-3;
 const NEAR: f64 = 1e-3;
 /// Speeds \[rad/s\] at which it is asked whether they are slight: this share of the slowest motion's |lambda|.
 const SLOW: f64 = 0.1;
@@ -104,13 +105,18 @@ const ALIKE: f64 = 1e-12;
 /// # Errors
 /// [`EigenError`].
 pub fn whirl_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<(f64, Vec<WhirlMode>)>, EigenError> {
-    let lateral = Lateral::new(machine);
+    let lateral = Lateral::new(machine, Eigensolver::Display);
     speeds.iter().map(|&speed| Ok((speed, lateral.modes(speed)?))).collect()
 }
 
 /// An oscillating lambda whose damping ratio is within the noise of the eigenvalue problem is undamped.
-fn without_noise([re, im]: [f64; 2], of: &QuadraticModes) -> [f64; 2] {
-    let is_noise = im > 0.0 && re.abs() <= of.noise([re, im]) * libm::hypot(re, im);
+fn without_noise(value: [f64; 2], of: &QuadraticModes) -> [f64; 2] {
+    undamped_below(of.noise(value), value)
+}
+
+/// A lambda whose damping ratio is below a noise is undamped.
+pub(super) fn undamped_below(noise: f64, [re, im]: [f64; 2]) -> [f64; 2] {
+    let is_noise = im > 0.0 && re.abs() <= noise * libm::hypot(re, im);
     [if is_noise { 0.0 } else { re }, im]
 }
 
@@ -118,18 +124,35 @@ fn without_noise([re, im]: [f64; 2], of: &QuadraticModes) -> [f64; 2] {
 /// from oscillating at rest turns with `Im lambda` proportional to the speed, which crosses it at no speed, or at every.
 pub const OVERDAMPED: f64 = 0.9;
 
+/// Eigenproblems that were solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// With every degree of freedom of the shaft line.
+    pub full: usize,
+    /// In a reduced basis.
+    pub reduced: usize,
+}
+
+/// Whether a motion is a whirl mode.
+pub(super) fn whirls(mode: &Mode) -> bool {
+    let [re, im] = mode.value;
+    im > 0.0 && -re < OVERDAMPED * libm::hypot(re, im)
+}
+
 /// Lateral model.
 pub(super) struct Lateral {
     pub rotor: RotorMatrices,
-    pub mass: Matrix,
-    stiffness: Matrix,
-    gyroscopic: Matrix,
+    pub matrices: Matrices,
+    /// M and the symmetric part of K, for [`Mode::weigh`].
+    sparse: [Csr; 2],
     /// All directions are alike.
-    isotropic: bool,
+    pub isotropic: bool,
+    pub solver: Eigensolver,
+    pub work: Cell<Work>,
 }
 
 impl Lateral {
-    pub fn new(machine: &Machine) -> Self {
+    pub fn new(machine: &Machine, solver: Eigensolver) -> Self {
         let rotor = RotorMatrices::assemble(&machine.rotor);
         let mut mass = rotor.mass.clone();
         if matches!(machine.rotor.kind, RotorKind::PointMass(_)) {
@@ -142,7 +165,38 @@ impl Lateral {
         let gyroscopic = rotor.gyroscopic();
         let isotropic =
             rotor.tables.is_empty() && Self::all_alike(&rotor, &[&mass, &stiffness, &rotor.damping, &gyroscopic]);
-        Self { rotor, mass, stiffness, gyroscopic, isotropic }
+        let sparse = [&mass, &rotor.stiffness].map(Csr::from_dense);
+        let matrices = Matrices { mass, damping: rotor.damping.clone(), stiffness, gyroscopic };
+        Self { rotor, matrices, sparse, isotropic, solver, work: Cell::default() }
+    }
+
+    /// C + W G, and K + K_skew, both with the tables at a speed W.
+    pub fn at(&self, reduced: Option<&Reduced>, speed: f64) -> [Matrix; 2] {
+        let matrices = reduced.map_or(&self.matrices, |reduced| &reduced.matrices);
+        let mut velocity = &matrices.damping + &matrices.gyroscopic * speed;
+        let mut stiffness = matrices.stiffness.clone();
+        if let Some(changes) = self.rotor.change_at(speed) {
+            let [k, c] = changes.map(|change| reduced.map_or(change.clone(), |reduced| reduced.projected(&change)));
+            velocity += c;
+            stiffness += k;
+        }
+        [velocity, stiffness]
+    }
+
+    /// Prepares a mode for comparison with others.
+    pub fn weigh(&self, mode: &mut Mode) {
+        mode.weigh(&self.sparse[1], &self.sparse[0]);
+    }
+
+    fn solve(
+        &self,
+        is_reduced: bool,
+        matrices: [&Matrix; 3],
+        what: &'static str,
+    ) -> Result<QuadraticModes, EigenError> {
+        let Work { full, reduced } = self.work.get();
+        self.work.set(Work { full: full + usize::from(!is_reduced), reduced: reduced + usize::from(is_reduced) });
+        quadratic_modes_by(self.solver, matrices, what)
     }
 
     /// Oscillating modes at a speed, by frequency.
@@ -153,21 +207,26 @@ impl Lateral {
 
     /// Every solution with `Im lambda >= 0` at a speed, by frequency. What is aperiodic but for rounding has the frequency 0.
     pub fn spectrum(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
+        self.spectrum_in(None, speed)
+    }
+
+    /// [`Lateral::spectrum`] in a reduced basis, in nodal coordinates.
+    pub fn spectrum_in(&self, reduced: Option<&Reduced>, speed: f64) -> Result<Vec<Mode>, EigenError> {
         if self.isotropic && self.plane_motion(0.0) && speed < SLOW {
-            let all = self.barely_turning(speed)?;
+            let all = self.barely_turning(reduced, speed)?;
             let slowest =
                 all.iter().map(|mode| libm::hypot(mode.value[0], mode.value[1])).fold(f64::INFINITY, f64::min);
             if speed <= SLIGHT * slowest {
                 return Ok(all);
             }
         }
-        let mut velocity = &self.rotor.damping + &self.gyroscopic * speed;
-        let mut stiffness = Cow::Borrowed(&self.stiffness);
-        if let Some([k, c]) = self.rotor.change_at(speed) {
-            velocity += c;
-            stiffness = Cow::Owned(&self.stiffness + k);
+        let mass = reduced.map_or(&self.matrices.mass, |reduced| &reduced.matrices.mass);
+        let [velocity, stiffness] = self.at(reduced, speed);
+        let mut found = self.solve(reduced.is_some(), [mass, &velocity, &stiffness], "the spinning rotor")?;
+        if let Some(reduced) = reduced {
+            found.real = mul(&reduced.shapes, &found.real);
+            found.imaginary = mul(&reduced.shapes, &found.imaginary);
         }
-        let found = quadratic_modes(&self.mass, &velocity, &stiffness, "the spinning rotor")?;
         let mut all = Vec::new();
         for (j, &[re, im]) in found.values.iter().enumerate() {
             let least = APERIODIC * libm::hypot(re, im);
@@ -181,7 +240,7 @@ impl Lateral {
             self.take_circles(&mut all);
         }
         for mode in &mut all {
-            mode.weigh(&self.rotor.stiffness, &self.mass);
+            self.weigh(mode);
         }
         Ok(all)
     }
@@ -193,13 +252,21 @@ impl Lateral {
     /// d lambda = -+ lambda W b^T G f / b^T (2 lambda M + C) f,  f, b the forward and backward circle
     /// ```
     /// Of lambda that are double but for rounding the whole matrices' shapes come out wrong.
-    fn barely_turning(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
+    fn barely_turning(&self, reduced: Option<&Reduced>, speed: f64) -> Result<Vec<Mode>, EigenError> {
         let [xz, _] = self.rotor.planes();
-        let plane = |a: &Matrix| a.select_rows(&xz).select_columns(&xz);
-        let (mass, damping, stiffness) = (plane(&self.mass), plane(&self.rotor.damping), plane(&self.stiffness));
-        let found = quadratic_modes(&mass, &damping, &stiffness, "the resting rotor")?;
+        let matrices = reduced.map_or(&self.matrices, |reduced| &reduced.matrices);
+        let first = match reduced {
+            Some(reduced) => (0..reduced.per_plane()).collect(),
+            None => xz.clone(),
+        };
+        let plane = |a: &Matrix| a.select_rows(&first).select_columns(&first);
+        let [mass, damping, stiffness] = [&matrices.mass, &matrices.damping, &matrices.stiffness].map(plane);
+        let found = self.solve(reduced.is_some(), [&mass, &damping, &stiffness], "the resting rotor")?;
         let both = |shapes: &Matrix| {
-            let mut both = Matrix::zeros(self.mass.nrows(), shapes.ncols());
+            if let Some(reduced) = reduced {
+                return mul(&reduced.shapes.columns(0, first.len()).into_owned(), shapes);
+            }
+            let mut both = Matrix::zeros(self.rotor.lateral_size(), shapes.ncols());
             for (row, &place) in xz.iter().enumerate() {
                 both.set_row(place, &shapes.row(row));
             }
@@ -214,7 +281,7 @@ impl Lateral {
                 let mode = Mode::new(value, &real, &imaginary, j);
                 let [mut backward, mut forward] = [false, true].map(|way| mode.circular(&self.rotor, way));
                 if im > least && speed > 0.0 {
-                    let [g, m, c] = [&self.gyroscopic, &self.mass, &self.rotor.damping]
+                    let [g, m, c] = [&self.matrices.gyroscopic, &self.matrices.mass, &self.matrices.damping]
                         .map(|matrix| backward.through(matrix, &forward));
                     let [p, q] = [2.0 * (re * m[0] - im * m[1]) + c[0], 2.0 * (re * m[1] + im * m[0]) + c[1]];
                     let (x, y) = (re * g[0] - im * g[1], re * g[1] + im * g[0]);
@@ -229,7 +296,7 @@ impl Lateral {
         // stable: backward stays first
         all.sort_by(|a, b| a.value[1].total_cmp(&b.value[1]).then(b.value[0].total_cmp(&a.value[0])));
         for mode in &mut all {
-            mode.weigh(&self.rotor.stiffness, &self.mass);
+            self.weigh(mode);
         }
         Ok(all)
     }

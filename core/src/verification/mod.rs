@@ -11,6 +11,7 @@ mod linear;
 mod machine;
 mod ring;
 mod rub;
+mod supports;
 
 pub use case::{Check, NO_RUN};
 
@@ -23,5 +24,6 @@ pub fn verify() -> Vec<Check> {
     jeffcott::add(&mut checks);
     rub::add(&mut checks);
     annular::add(&mut checks);
+    supports::add(&mut checks);
     checks
 }

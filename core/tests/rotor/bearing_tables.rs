@@ -144,7 +144,7 @@ const PCHIP_RESPONSE: [(f64, [[f64; 2]; 2]); 7] = [
 /// Damped critical speeds and real parts.
 const PCHIP_CRITICAL: [[f64; 2]; 2] = [[314.8462958128103, -8.26485555903676], [320.4241088972234, -7.048803444264763]];
 
-const AT_CONSTANT_SPEED: &str = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\n";
+pub const AT_CONSTANT_SPEED: &str = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\n";
 
 fn at(interpolation: &str) -> Machine {
     machine(&table_rotor(interpolation, AT_CONSTANT_SPEED))

@@ -4,6 +4,7 @@ mod bearing_tables;
 #[path = "../common/mod.rs"]
 mod common;
 mod disc_mass;
+mod display_modes;
 mod invariance;
 mod jeffcott;
 mod laws;

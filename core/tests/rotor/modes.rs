@@ -243,7 +243,7 @@ fn modes_that_cannot_be_followed_are_given_up_with_a_word() {
         assert!(error.to_string().contains("is a unit wrong"), "{error}");
     }
     // What is only asked for at speeds has the same limit, and at rest there is no way to follow.
-    let error = followed_modes(&thick(&[1]), &[0.0, 1e4]).expect_err("not to be followed");
+    let error = followed_modes(&thick(&[0, 1, 2]), &[0.0, 1e4]).expect_err("not to be followed");
     assert!(matches!(error, ModesError::Unclear { wanted: 1e4, .. }), "{error}");
     assert_eq!(followed_modes(&thick(&[1]), &[0.0]).expect("at rest").len(), 1);
 }

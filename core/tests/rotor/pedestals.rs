@@ -11,7 +11,7 @@ use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_model::outcome::{Group, Part};
 
 /// Shaft of 1 m with two discs; both ends have the same bearing on the same pedestal.
-fn text(mass: &str, tail: &str) -> String {
+pub fn text(mass: &str, tail: &str) -> String {
     let bearing = |name: &str, position: f64, axial: &str| {
         format!(
             "[rotor.bearings.{name}]\nposition = {position:?}\n{axial}stiffness = [[4e7, 1e7], [-2e7, 8e7]]\ndamping = [[6e4, 0.0], [0.0, 9e4]]\n\
@@ -30,7 +30,7 @@ fn text(mass: &str, tail: &str) -> String {
     )
 }
 
-const MASS: &str = "[40.0, 60.0]";
+pub const MASS: &str = "[40.0, 60.0]";
 
 /// A constant speed.
 const CONSTANT: &str = "[rotor.speed_law]\nacceleration = 0\n";

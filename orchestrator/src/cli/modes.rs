@@ -32,8 +32,12 @@ use std::path::PathBuf;
 /// A warning names ranges of speed in which a whirl mode is unstable. The range that is checked goes up to 1.2 times the
 /// initial speed, or to the first critical speed or a requested speed if that is higher.
 ///
-/// Then follow the critical speeds (spin = whirl frequency), the free torsional and axial frequencies of the shaft line,
-/// and the frequencies of each flexible diaphragm with their nodal diameters.
+/// Then follow the critical speeds (spin = whirl frequency). AF is the amplification factor 1/(2 damping ratio), SM the
+/// separation margin from the initial speed. The required margin is that of API 617: none for AF below 2.5, else up to 16 %
+/// below and 26 % above the initial speed. A dash means not defined: at rest, unstable, or not excited by unbalance.
+///
+/// At the end are the free torsional and axial frequencies of the shaft line, and the frequencies of each flexible
+/// diaphragm with their nodal diameters.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff modes studies/machines/lp_turbine_paper.toml
@@ -154,28 +158,7 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
         text.push_str(&whirl_table(speed, count));
         text.push_str(&overdamped_table(speed, count));
     }
-    writeln!(text, "\ncritical speeds{}", more(report.critical_speeds.len(), count)).expect(STRING);
-    let mut table = TextTable::new(&[
-        ("speed rpm", Align::Right),
-        ("Hz", Align::Right),
-        ("damping ratio", Align::Right),
-        ("log decrement", Align::Right),
-        ("whirl", Align::Left),
-        ("share", Align::Right),
-    ]);
-    for critical in report.critical_speeds.iter().take(count) {
-        let frequency = hertz(critical.speed);
-        table.row(vec![
-            shown(frequency * 60.0),
-            shown(frequency),
-            shown(critical.damping_ratio),
-            shown(critical.decrement()),
-            critical.whirl.word().to_owned(),
-            share(critical.share),
-        ]);
-    }
-    text.push_str(&table.render("  "));
-    text.push_str(excited(&report.critical_speeds));
+    text.push_str(&critical_table(&report.critical_speeds, machine.rotor.initial_speed, count));
     for (name, frequencies) in [("torsion, free", &report.twist), ("axial", &report.axial)] {
         let list: Vec<String> = frequencies.iter().take(count).map(|frequency| shown(hertz(*frequency))).collect();
         let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
@@ -194,6 +177,52 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
         text.push_str(&table.render("  "));
     }
     text
+}
+
+fn critical_table(critical: &[CriticalSpeed], running: f64, count: usize) -> String {
+    let mut table = TextTable::new(&[
+        ("speed rpm", Align::Right),
+        ("Hz", Align::Right),
+        ("damping ratio", Align::Right),
+        ("log decrement", Align::Right),
+        ("whirl", Align::Left),
+        ("share", Align::Right),
+        ("AF", Align::Right),
+        ("SM %", Align::Right),
+        ("required %", Align::Right),
+    ]);
+    let percent = |margin: Option<f64>| match margin {
+        None => "-".to_owned(),
+        Some(margin) if margin >= 10.0 => ">999".to_owned(),
+        Some(margin) => format!("{:.1}", 100.0 * margin),
+    };
+    let factor = |factor: f64| if factor.is_finite() { format_digits(factor, "", 3) } else { "inf".to_owned() };
+    for critical in critical.iter().take(count) {
+        let frequency = hertz(critical.speed);
+        table.row(vec![
+            shown(frequency * 60.0),
+            shown(frequency),
+            shown(critical.damping_ratio),
+            shown(critical.decrement()),
+            critical.whirl.word().to_owned(),
+            share(critical.share),
+            critical.amplification().map_or("-".to_owned(), factor),
+            percent(critical.separation(running)),
+            percent(critical.required_separation(running)),
+        ]);
+    }
+    let near: Vec<String> = critical
+        .iter()
+        .filter(|critical| critical.is_too_near(running))
+        .map(|critical| shown(hertz(critical.speed) * 60.0))
+        .collect();
+    let near = if near.is_empty() {
+        String::new()
+    } else {
+        format!("  Below the required separation margin: {} rpm.\n", near.join(", "))
+    };
+    let more = more(critical.len(), count);
+    format!("\ncritical speeds{more}\n{}{}{near}", table.render("  "), excited(critical))
 }
 
 fn shown(value: f64) -> String {
@@ -297,16 +326,22 @@ fn json(machine: &Machine, report: &ModesReport, unstable: &[UnstableRange]) -> 
         )
     });
     object.raw("whirl", &list(speeds.collect()));
+    let running = machine.rotor.initial_speed;
+    let optional = |value: Option<f64>| number(value.unwrap_or(f64::NAN));
     let critical = report.critical_speeds.iter().map(|critical| {
         format!(
             "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"log_decrement\": {}, \"whirl\": {}, \"whirl_share\": {}, \
-             \"excited_by_unbalance\": {}}}",
+             \"excited_by_unbalance\": {}, \"amplification_factor\": {}, \"separation_margin\": {}, \
+             \"required_separation_margin\": {}}}",
             number(critical.speed),
             number(critical.damping_ratio),
             number(critical.decrement()),
             quoted(critical.whirl.word()),
             number(critical.share),
-            critical.is_excited_by_unbalance()
+            critical.is_excited_by_unbalance(),
+            optional(critical.amplification()),
+            optional(critical.separation(running)),
+            optional(critical.required_separation(running))
         )
     });
     object.raw("critical_speeds", &list(critical.collect()));

@@ -79,6 +79,15 @@ pub fn campbell(
             lines.push(Line::marked(label, points, mark, colour));
         }
     }
+    let spin = machine.rotor.initial_speed;
+    let near: Vec<(f64, f64)> = critical
+        .iter()
+        .filter(|critical| critical.is_too_near(spin) && critical.speed <= top && hertz(critical.speed) <= highest)
+        .map(|critical| (rpm(critical.speed), hertz(critical.speed)))
+        .collect();
+    if !near.is_empty() {
+        lines.push(Line::marked("separation margin too small", near, Mark::Rings(11), COLOURS[3]));
+    }
     let panel = Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), thin: false };
     let overdamped = found.iter().map(|speed| speed.overdamped.len()).max().unwrap_or(0);
     let left_out =

@@ -1,9 +1,10 @@
 //! Dense and sparse linear algebra with one operation order.
 //!
 //! Products, factors and eigenvalue problems are plain loops, so that a sample's bytes are the same on every x86-64 (nalgebra's own product of large
-//! matrices picks kernels by CPU).
+//! matrices picks kernels by CPU). What only is shown, and enters no run, is computed by faer (`display.rs`).
 
 mod definite;
+mod display;
 mod eigen;
 mod general;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod sparse;
 mod symmetric;
 
 pub use definite::{cholesky, solve_lower, solve_upper, spd_inverse};
+pub use display::{ComplexFactors, complex_eigen_display};
 pub use eigen::{EigenError, complex_eigen, complex_eigenvalues, symmetric_generalised};
 pub use sparse::Csr;
 
