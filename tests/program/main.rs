@@ -31,6 +31,7 @@ mod released;
 mod replay;
 mod report;
 mod reuse;
+mod setup;
 mod shipped;
 mod stop_coverage;
 mod submit;
