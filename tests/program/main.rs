@@ -19,6 +19,7 @@ mod foreign_files;
 mod fuzz;
 mod history;
 mod input;
+mod json_outputs;
 mod limits;
 mod little_said;
 mod maps;

@@ -3,6 +3,7 @@
 use super::bench::host;
 use super::error::CliError;
 use super::exit::Exit;
+use super::json::pretty;
 use super::output::{print_json, tell};
 use super::run::default_workers;
 use crate::version::VERSION;
@@ -65,8 +66,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 fn as_json(findings: &[Finding], problems: usize) -> String {
     let finding = |found: &Finding| json!({ "name": found.name, "value": found.value, "problem": found.problem });
     let findings: Vec<Value> = findings.iter().map(finding).collect();
-    let object = json!({ "version": VERSION.as_str(), "problems": problems, "findings": findings });
-    serde_json::to_string_pretty(&object).expect("strings and numbers always have a JSON form") + "\n"
+    pretty(&json!({ "version": VERSION.as_str(), "problems": problems, "findings": findings }))
 }
 
 fn as_text(findings: &[Finding], problems: usize) -> String {

@@ -5,6 +5,7 @@ mod bench;
 mod beside;
 mod budget;
 mod check;
+mod check_json;
 mod compare;
 mod compared;
 mod completions;

@@ -5,6 +5,7 @@ mod study;
 
 use super::error::CliError;
 use super::exit::Exit;
+use super::json::pretty;
 use super::output::print_json;
 use serde_json::{Map, Value, json};
 
@@ -39,8 +40,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         Format::Machine => machine::schema(),
         Format::Study => study::schema(),
     };
-    let text = serde_json::to_string_pretty(&schema).expect("strings and numbers always have a JSON form");
-    print_json(&(text + "\n"))?;
+    print_json(&pretty(&schema))?;
     Ok(Exit::Ok)
 }
 
