@@ -41,7 +41,7 @@ use std::path::{Path, PathBuf};
 /// the start of its run.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less\n  bladeoff check studies/first-look.toml --json | jq .estimate"
+    after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less\n  bladeoff check studies/first-look.toml --json \\\n    | jq .estimate"
 )]
 pub struct Args {
     /// Study file (TOML; format in docs/studies.md)

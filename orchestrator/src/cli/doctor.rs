@@ -104,6 +104,7 @@ fn findings(directory: &Path, workers: usize) -> Vec<Finding> {
     for (name, resource, is_size) in LIMITS {
         add(&format!("limit: {name}"), limit(getrlimit(resource), is_size), None);
     }
+    add("system files", SYSTEM_FILES.join(", "), missing(&SYSTEM_FILES));
     let attempt = Domain::check(workers).err().map(|error| with_causes(&error));
     add("workers", format!("{workers}: shared memory, open files, runtime directory"), attempt);
     add("threads", "one per core".to_owned(), threads::check().err().map(|error| with_causes(&error)));
@@ -118,6 +119,16 @@ fn findings(directory: &Path, workers: usize) -> Vec<Finding> {
         }
     }
     found
+}
+
+/// Files outside /dev/shm without which no worker starts; an empty root directory lacks them.
+const SYSTEM_FILES: [&str; 3] = ["/proc/self/exe", "/dev/null", "/dev/urandom"];
+
+/// The files that cannot be opened, with their reasons.
+fn missing(paths: &[&str]) -> Option<String> {
+    let reason = |path: &&str| File::open(path).err().map(|error| format!("{path}: {error}"));
+    let reasons: Vec<String> = paths.iter().filter_map(reason).collect();
+    (!reasons.is_empty()).then(|| reasons.join("; "))
 }
 
 /// Limits of this process, by their names in `ulimit`; whether they are sizes in bytes.
@@ -220,6 +231,13 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0);
         let missing = try_directory(&folder.path().join("missing")).expect_err("not there");
         assert!(missing.starts_with("no file can be created"), "{missing}");
+    }
+
+    #[test]
+    fn a_missing_system_file_is_named() {
+        assert_eq!(missing(&SYSTEM_FILES), None);
+        let found = missing(&["/dev/null", "/nowhere/null"]).expect("one is not there");
+        assert!(found.starts_with("/nowhere/null: ") && !found.contains("/dev/null"), "{found}");
     }
 
     #[test]

@@ -68,7 +68,7 @@ pub struct Args {
     #[arg(long, value_name = "DIRECTORY")]
     dir: Option<PathBuf>,
 
-    /// Print JSON: parameters in SI, the printed lines with their names, and all columns of the row (null if there is none)
+    /// Print JSON: parameters in SI, the printed lines with their names, and all columns of the row or null
     #[arg(long)]
     json: bool,
 }
