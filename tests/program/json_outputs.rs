@@ -56,8 +56,8 @@ fn a_study_has_the_same_values_in_every_json() {
     assert_eq!(checked["engine"], "exponential");
     assert_eq!(checked["gates"][0]["confidence"], 0.9);
     let origin = |path: &str| {
-        let all = checked["parameters"].as_array().expect("a list").iter();
-        let found = all.filter(|one| one["path"].as_str().is_some_and(|known| known.ends_with(path))).next();
+        let mut all = checked["parameters"].as_array().expect("a list").iter();
+        let found = all.find(|one| one["path"].as_str().is_some_and(|known| known.ends_with(path)));
         found.unwrap_or_else(|| panic!("{path}: {checked}"))["origin"].clone()
     };
     assert_eq!([origin("contact.gap"), origin("blade_off.phase")], ["varied", "uncertain"]);
