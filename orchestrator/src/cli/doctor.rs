@@ -72,9 +72,9 @@ fn as_json(findings: &[Finding], problems: usize) -> String {
 fn as_text(findings: &[Finding], problems: usize) -> String {
     let mut text = String::new();
     for Finding { name, value, problem } in findings {
-        text += &format!("{name:<22} {value}\n");
+        text += &format!("{name:<26} {value}\n");
         if let Some(problem) = problem {
-            text += &format!("{:<22} PROBLEM: {problem}\n", "");
+            text += &format!("{:<26} PROBLEM: {problem}\n", "");
         }
     }
     let end = match problems {
