@@ -14,9 +14,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 const BINARY: &str = env!("CARGO_BIN_EXE_bladeoff");
 
 /// Subcommands with help of their own.
-const COMMANDS: [&str; 16] = [
-    "run", "submit", "merge", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify",
-    "replay", "plot", "recover", "bench",
+#[rustfmt::skip]
+const COMMANDS: [&str; 20] = [
+    "run", "submit", "merge", "status", "why", "check", "simulate", "modes", "paths", "new", "export", "verify", "replay",
+    "plot", "recover", "bench", "doctor", "schema", "completions", "man",
 ];
 
 #[test]

@@ -26,8 +26,18 @@ impl From<SolverError> for Unchanged {
     }
 }
 
-/// Sets the values of `--set` and adds a line for each to `lines`: path, new value, value of the row.
-pub(super) fn change(machine: &mut MachineDef, given: &[String], lines: &mut String) -> Result<(), Unchanged> {
+/// A value of `--set`.
+pub(super) struct Set {
+    /// Path of the parameter.
+    pub path: String,
+    /// New value, as printed.
+    pub now: String,
+    /// Value of the row, as printed.
+    pub before: String,
+}
+
+/// Sets the values of `--set` and adds each to `changes`.
+pub(super) fn change(machine: &mut MachineDef, given: &[String], changes: &mut Vec<Set>) -> Result<(), Unchanged> {
     for argument in given {
         let shown = format!("--set {argument}");
         let Some((path, value)) = argument.split_once('=') else {
@@ -41,7 +51,7 @@ pub(super) fn change(machine: &mut MachineDef, given: &[String], lines: &mut Str
             let value: Option<ParamValue> = machine.parse_value(&info, value).ok();
             let now = value.map(|value| show(&info, &value)).unwrap_or_default();
             let before = if before.is_empty() { "its default".to_owned() } else { before };
-            lines.push_str(&format!("{:<32} {} = {now}, in the row {before}\n", "set", info.path));
+            changes.push(Set { path: info.path.clone(), now, before });
         }
     }
     Ok(())

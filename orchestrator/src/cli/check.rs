@@ -1,12 +1,13 @@
 //! `bladeoff check`: everything about a study except its results.
 
 use super::answer::asked_in_words;
+use super::check_json;
 use super::error::CliError;
 use super::estimate::estimate;
 use super::exit::Exit;
 use super::forecast;
 use super::functions;
-use super::output::{print, remark, tell, width};
+use super::output::{print, print_json, remark, tell, width};
 use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::engine;
@@ -40,7 +41,7 @@ use std::path::{Path, PathBuf};
 /// the start of its run.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less"
+    after_help = "Examples:\n  bladeoff check studies/first-look.toml\n  bladeoff check studies/first-look.toml --list | less\n  bladeoff check studies/first-look.toml --json \\\n    | jq .estimate"
 )]
 pub struct Args {
     /// Study file (TOML; format in docs/studies.md)
@@ -49,6 +50,10 @@ pub struct Args {
     /// Print every sample with its number and parameters, tab-separated, in SI units; no sample is timed
     #[arg(long)]
     list: bool,
+
+    /// Print JSON: samples, parameters, design, questions, assumptions, warnings and the estimated duration
+    #[arg(long, conflicts_with = "list")]
+    json: bool,
 
     #[command(flatten)]
     part: PartArgs,
@@ -59,12 +64,16 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let samples = match args.part.load(&args.study) {
         // nothing of a machine is listed, and it has no parts
         Err(CliError::Study(StudyError::AMachine { path })) if !args.list && args.part.words().is_empty() => {
-            return machine(&path);
+            return machine(&path, args.json);
         }
         samples => samples?,
     };
     if args.list {
         list(&samples)?;
+        return Ok(Exit::Ok);
+    }
+    if args.json {
+        print_json(&check_json::of_study(&samples)?)?;
         return Ok(Exit::Ok);
     }
     tell(&(describe(&samples) + &asked_in_words(&samples)?))?;
@@ -96,7 +105,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// A machine alone: that it makes a machine whose run can start, and the engine.
-fn machine(path: &Path) -> Result<Exit, CliError> {
+fn machine(path: &Path, as_json: bool) -> Result<Exit, CliError> {
     let text = with_tables(path, read_input(path, MAX_FILE_BYTES as u64)?)?;
     let mut definition = MachineDef::parse(&path.to_string_lossy(), &text)?;
     let mut machine = definition.build()?;
@@ -105,16 +114,21 @@ fn machine(path: &Path) -> Result<Exit, CliError> {
     if let Err(error) = engine::try_start(&machine, &structure) {
         return Err(placed(&error, &definition, &machine, |_| false).map_or_else(|| error.into(), CliError::from));
     }
+    let step = engine::time_step(&machine, &structure)?.step;
+    let notes: Vec<String> = bearings_beyond(&machine, &structure, step).iter().map(|note| note.text()).collect();
+    let mut warnings = implausible(&machine);
+    warnings.extend(unstable(&machine, &structure, speeds_of_run(&machine)).iter().map(ToString::to_string));
+    if as_json {
+        print_json(&check_json::of_machine(&definition, &machine, &notes, &warnings))?;
+        return Ok(Exit::Ok);
+    }
     let choice = choice.map(|choice| format!("Engine: {}\n", choice.words("the machine"))).unwrap_or_default();
     let mut stability = Stability::with(structure.clone());
     let more = forecast::of_machine(&definition, &machine, &mut stability, width());
     let rest = at_rest(&machine);
     tell(&format!("{}: a machine whose run can start\n{choice}{rest}{more}", definition.name()))?;
-    let step = engine::time_step(&machine, &structure)?.step;
-    bearings_beyond(&machine, &structure, step).iter().for_each(|note| remark(&format!("note: {}", note.text())));
-    implausible(&machine).iter().for_each(|text| remark(&format!("warning: {text}")));
-    let unstable = unstable(&machine, &structure, speeds_of_run(&machine));
-    unstable.iter().for_each(|range| remark(&format!("warning: {range}")));
+    notes.iter().for_each(|note| remark(&format!("note: {note}")));
+    warnings.iter().for_each(|text| remark(&format!("warning: {text}")));
     Ok(Exit::Ok)
 }
 

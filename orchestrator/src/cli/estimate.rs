@@ -1,7 +1,7 @@
 //! How long a study takes, from a few of its samples: spread over all axes, timed side by side, each within limits.
 
 use super::error::CliError;
-use super::extent::{extents, wall_told};
+use super::extent::{Extent, extents, wall_told};
 use super::output::{remark, tell, width};
 use super::run::default_workers;
 use super::shared::structural;
@@ -14,6 +14,7 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::Engine;
 use bladeoff_study::Samples;
 use bladeoff_worker::process::thread_cpu_time;
+use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -44,18 +45,61 @@ struct Timed {
     cut: bool,
 }
 
-/// Times samples of the study and says how long all of it will take.
+/// Timed samples of a study, and the time that they predict for it.
+pub(super) struct Estimate {
+    timed: Vec<Timed>,
+    /// Whether each sample has matrices of its own.
+    is_structural: bool,
+    extents: Vec<(Extent, [f64; 2], [f64; 2])>,
+}
+
+impl Estimate {
+    /// Times samples of the study.
+    ///
+    /// # Errors
+    /// A sample that cannot be built or started.
+    pub fn of(samples: &Samples) -> Result<Self, CliError> {
+        let chosen = choose(samples);
+        let begun = Instant::now();
+        let structures = structures(samples)?;
+        if let Structures::One(structure) = &structures {
+            warm_up(samples, structure, begun + PATIENCE)?;
+        }
+        let timed = time_all(samples, &chosen, &structures, begun)?;
+        let workers = default_workers();
+        let cpu: Vec<f64> = timed.iter().map(|one| one.cpu).collect();
+        let longest = cpu.iter().copied().fold(0.0, f64::max);
+        let mut found = Vec::new();
+        if !timed.is_empty() {
+            for extent in extents(samples)? {
+                let [low, high] = whole(&cpu, extent.samples);
+                let shared = (workers as f64).min(extent.samples as f64);
+                // At the end all wait for the last.
+                let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
+                found.push((extent, [low, high], wall));
+            }
+        }
+        Ok(Self { timed, is_structural: matches!(structures, Structures::Own(_)), extents: found })
+    }
+
+    /// Timed samples and ranges of times \[s\].
+    pub fn json(&self) -> Value {
+        let timed = |one: &Timed| json!({ "sample": one.sample, "cpu_s": one.cpu, "extrapolated": one.cut });
+        let extent = |(extent, cpu, wall): &(Extent, [f64; 2], [f64; 2])| json!({ "name": extent.name, "samples": extent.samples, "cpu_s": cpu, "wall_s": wall });
+        json!({
+            "workers": default_workers(),
+            "timed": self.timed.iter().map(timed).collect::<Vec<_>>(),
+            "durations": self.extents.iter().map(extent).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Times samples of the study and prints how long all of it will take.
 ///
 /// # Errors
 /// A sample that cannot be built or started.
 pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
-    let chosen = choose(samples);
-    let begun = Instant::now();
-    let structures = structures(samples)?;
-    if let Structures::One(structure) = &structures {
-        warm_up(samples, structure, begun + PATIENCE)?;
-    }
-    let timed = time_all(samples, &chosen, &structures, begun)?;
+    let Estimate { timed, is_structural, extents } = Estimate::of(samples)?;
     let mut table =
         TextTable::new(&[("sample", Align::Right), ("CPU", Align::Right), ("", Align::Left), ("with", Align::Left)]);
     for one in &timed {
@@ -76,7 +120,7 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         ));
         return tell(&text);
     }
-    if matches!(structures, Structures::Own(_)) {
+    if is_structural {
         text.push_str("Each sample's time holds that of its own matrices and modes.\n");
     }
     if timed.iter().any(|one| one.cut) {
@@ -88,17 +132,11 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
         ));
     }
     let workers = default_workers();
-    let cpu: Vec<f64> = timed.iter().map(|one| one.cpu).collect();
-    let longest = cpu.iter().copied().fold(0.0, f64::max);
-    for extent in extents(samples)? {
-        let [low, high] = whole(&cpu, extent.samples);
-        let shared = (workers as f64).min(extent.samples as f64);
-        // At the end all wait for the last.
-        let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
+    for (extent, cpu, wall) in extents {
         text.push_str(&format!(
             "{}: about {} of CPU time; {} with {} on idle cores\n",
             extent.name,
-            range([low, high]),
+            range(cpu),
             range(wall),
             counted(workers as u64, "worker")
         ));

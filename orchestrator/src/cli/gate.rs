@@ -3,15 +3,17 @@
 use super::answer::{asked_of, remark_limits, remark_unwritten};
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::{remark, tell};
+use super::json::pretty;
+use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
 use crate::questions::{decided, judge, only_gates};
 use crate::run::shards::directory_status;
-use bladeoff_answers::gate::{Verdict, junit, verdict};
+use bladeoff_answers::gate::{Decision, Verdict, junit, verdict};
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Check probability limits; the exit code is the result
@@ -29,6 +31,7 @@ use std::path::{Path, PathBuf};
   bladeoff run studies/ci-night.toml && \\
     bladeoff gate runs/ci-night
   bladeoff gate runs/ci-night --junit gate.xml
+  bladeoff gate runs/ci-night --json | jq .verdict
   bladeoff gate runs/ci-night \\
     --require \"P(max_bearing_load_N > 1.2 MN) < 1e-2\" \\
     --confidence 0.99
@@ -55,6 +58,10 @@ pub struct Args {
     /// Use the [[gate]]s of this study file instead of those of the directory
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
+
+    /// Print JSON: verdict, points judged and points of the study, and each decision with its numbers and its sentence
+    #[arg(long)]
+    json: bool,
 }
 
 fn part(text: &str) -> Result<f64, String> {
@@ -86,12 +93,52 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         write_whole(path, junit(&name(&directory, &samples), &decisions, too_many.as_deref()).as_bytes())?;
         remark(&format!("wrote {}", shown(path)));
     }
-    tell(&decided(&decisions, points, of))?;
+    if args.json {
+        print_json(&as_json(&decisions, points, of))?;
+    } else {
+        tell(&decided(&decisions, points, of))?;
+    }
     Ok(match verdict(&decisions) {
         Verdict::Passed => Exit::Ok,
         Verdict::Failed => Exit::Failures,
         Verdict::Open => Exit::Incomplete,
     })
+}
+
+fn as_json(decisions: &[Decision], points: u64, of: u64) -> String {
+    let decision = |found: &Decision| {
+        json!({
+            "gate": found.gate,
+            "group": found.group,
+            "verdict": word(found.verdict),
+            "n": found.n,
+            "events": found.events.0,
+            "events_if_bad_harmful": found.events.1,
+            "bad": found.bad,
+            "beyond": found.beyond,
+            "low": found.limits.0,
+            "high": found.limits.1,
+            "level": found.level,
+            "more": found.more,
+            "sentence": found.sentence,
+        })
+    };
+    let all: Vec<Value> = decisions.iter().map(decision).collect();
+    pretty(&json!({
+        "verdict": word(verdict(decisions)),
+        "complete": points == of,
+        "points": points,
+        "of": of,
+        "decisions": all,
+    }))
+}
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Passed => "passed",
+        Verdict::Open => "open",
+        Verdict::Failed => "failed",
+    }
 }
 
 /// All that is wrong with --require.

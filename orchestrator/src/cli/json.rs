@@ -1,6 +1,6 @@
 //! JSON by hand for flat objects: keys in the order of the columns, numbers that read back as the same bits.
 
-use bladeoff_answers::tables::{Field, FieldKind};
+use bladeoff_answers::tables::{Field, FieldKind, Table};
 
 /// A flat JSON object under construction.
 #[derive(Debug, Default)]
@@ -39,6 +39,27 @@ impl JsonObject {
     pub fn finish(self) -> String {
         format!("{{{}\n}}\n", self.text)
     }
+}
+
+/// The first row of a table, column by column; `fields` are those whose kind is known.
+#[must_use]
+pub fn row(table: &Table, names: &[String], fields: &[Field]) -> String {
+    let mut object = JsonObject::default();
+    for name in names {
+        match (table.numbers(name), table.words(name), fields.iter().find(|field| field.name == *name)) {
+            (Some(values), _, Some(field)) => object.number(field, values[0]),
+            (Some(values), _, None) => object.raw(name, &values[0].map_or_else(|| "null".to_owned(), number)),
+            (None, Some(words), _) => object.word(name, words[0].as_deref()),
+            (None, None, _) => {}
+        }
+    }
+    object.finish()
+}
+
+/// A JSON value of serde with indentation and a line feed.
+#[must_use]
+pub fn pretty(value: &serde_json::Value) -> String {
+    serde_json::to_string_pretty(value).expect("strings and numbers always have a JSON form") + "\n"
 }
 
 /// A JSON string.

@@ -4,7 +4,8 @@ use super::answer::asked_of;
 use super::error::CliError;
 use super::exit::Exit;
 use super::gate::name;
-use super::output::{remark, tell};
+use super::json::pretty;
+use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::plot::replacing;
 use crate::questions::{answer, question_of, told};
@@ -69,6 +70,10 @@ pub struct Args {
     /// File: .svg, .png, or .html with zoom and the numbers of each cell; an existing file is replaced
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+
+    /// Print JSON: the answer with its cells, as `answer --json` prints it, and the path of the file
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the subcommand.
@@ -103,7 +108,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let figure = figures::maps(&title, &maps)?;
         replacing(&args.out, || figure.write(&args.out))?;
     }
-    tell(&format!("{}\nMap: {}\n", told(&answering), shown(&args.out)))?;
+    if args.json {
+        let mut answers = serde_json::to_value(&answering.answers).map_err(|error| CliError::stdout(error.into()))?;
+        answers["file"] = shown(&args.out).into();
+        print_json(&pretty(&answers))?;
+    } else {
+        tell(&format!("{}\nMap: {}\n", told(&answering), shown(&args.out)))?;
+    }
     Ok(Exit::Ok)
 }
 

@@ -5,9 +5,12 @@ mod bench;
 mod beside;
 mod budget;
 mod check;
+mod check_json;
 mod compare;
 mod compared;
+mod completions;
 mod design;
+mod doctor;
 mod error;
 mod estimate;
 mod excerpt;
@@ -21,6 +24,7 @@ mod hints;
 mod history;
 mod json;
 mod machine;
+mod man;
 mod map;
 mod merge;
 mod modes;
@@ -35,6 +39,7 @@ mod render;
 mod replay;
 mod report;
 mod run;
+mod schema;
 mod shard;
 mod shards;
 mod shared;
@@ -101,6 +106,10 @@ enum Command {
     Plot(plot::Args),
     Recover(recover::Args),
     Bench(bench::Args),
+    Doctor(doctor::Args),
+    Schema(schema::Args),
+    Completions(completions::Args),
+    Man(man::Args),
 }
 
 /// Parses the command line, runs the subcommand, returns the exit code. `faults`: [`NoFaults`](bladeoff_worker::fault::NoFaults), except
@@ -258,6 +267,10 @@ fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliEr
         Command::Plot(args) => plot::main(&args),
         Command::Recover(args) => recover::main(&args),
         Command::Bench(args) => bench::main(&args),
+        Command::Doctor(args) => doctor::main(&args),
+        Command::Schema(args) => schema::main(&args),
+        Command::Completions(args) => completions::main(&args),
+        Command::Man(args) => man::main(&args),
     }
 }
 

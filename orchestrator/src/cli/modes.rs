@@ -95,7 +95,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         unstable.iter().for_each(|range| remark(&format!("warning: {}", range_in_words(range))));
     }
     if let Some(directory) = &args.figures {
-        remark(save(&with_word(|| format!("drawing {}", machine.name), || figures(&machine))?, directory)?.trim_end());
+        remark(&save(&with_word(|| format!("drawing {}", machine.name), || figures(&machine))?, directory)?.join("\n"));
     }
     Ok(Exit::Ok)
 }

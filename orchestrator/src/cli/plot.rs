@@ -2,7 +2,8 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::{print, remark};
+use super::json::pretty;
+use super::output::{print, print_json, remark};
 use crate::history::{HistoryError, read, unknown_in};
 use bladeoff_answers::figures::{
     Figure, Line, Panel, Ring, Scale, orbits, order_map, panels, plain_name, response_spectrum, ring_of, spectrogram,
@@ -11,6 +12,7 @@ use bladeoff_answers::history::{History, Series};
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use bladeoff_text::document::units::{format_quantity, parse_bare_or_quantity};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Draw histories: lines over time, orbits in the deformed ring, spectrograms, orders, response spectra
@@ -78,6 +80,10 @@ pub struct Args {
     /// A file (.svg or .png) for one figure, or a directory, which gets each figure as SVG and PNG
     #[arg(long, value_name = "DIR|FILE")]
     out: PathBuf,
+
+    /// Print JSON: the kind, the histories, and the paths of the figures
+    #[arg(long)]
+    json: bool,
 }
 
 /// A history and its name, which figures show as they show any text; and the same for messages.
@@ -125,7 +131,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         "response-spectrum" => response_spectra(args, &histories)?,
         _ => vec![(format!("{}-time", together(&histories)), over_time(args, &histories)?)],
     };
-    print(&save(&figures, &args.out)?)?;
+    let files = save(&figures, &args.out)?;
+    if args.json {
+        let histories: Vec<String> = args.files.iter().map(shown).collect();
+        print_json(&pretty(&json!({ "kind": args.kind, "histories": histories, "files": files })))?;
+    } else {
+        print(&(files.join("\n") + "\n"))?;
+    }
     Ok(Exit::Ok)
 }
 
@@ -410,11 +422,11 @@ pub fn refuse_other_formats(out: &Path, option: &str, may_be_one: bool) -> Resul
     })
 }
 
-/// Writes figures into a file or a directory; the lines to say.
+/// Writes figures into a file or a directory; returns their paths as they are printed.
 ///
 /// # Errors
 /// Several figures for one file, or a file that cannot be written.
-pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, CliError> {
+pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<Vec<String>, CliError> {
     if is_figure(out) {
         if figures.len() != 1 {
             return Err(CliError::Argument {
@@ -424,18 +436,18 @@ pub(super) fn save(figures: &[(String, Figure)], out: &Path) -> Result<String, C
             });
         }
         replacing(out, || figures[0].1.write(out))?;
-        return Ok(format!("{}\n", shown(out)));
+        return Ok(vec![shown(out)]);
     }
     std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
-    let mut said = String::new();
+    let mut files = Vec::new();
     for (name, figure) in figures {
         for extension in ["svg", "png"] {
             let path = out.join(format!("{name}.{extension}"));
             replacing(&path, || figure.write(&path))?;
-            said.push_str(&format!("{}\n", shown(path)));
+            files.push(shown(path));
         }
     }
-    Ok(said)
+    Ok(files)
 }
 
 /// Writes a file; says afterwards if it took the place of one.

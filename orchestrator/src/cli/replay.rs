@@ -4,10 +4,12 @@ use super::beside::{Unchanged, beside, change};
 use super::error::CliError;
 use super::exit::Exit;
 use super::history::{HistoryArgs, watched};
+use super::json::{self, JsonObject, pretty};
 use super::machine::refused;
-use super::output::{remark, tell};
+use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::ReplayError;
+use super::simulate;
 use super::why::frozen;
 use crate::engine;
 use crate::run::directory::{PARTS, RESULTS, read_current};
@@ -20,6 +22,7 @@ use bladeoff_model::outcome::{Cause, Outcome, Part};
 use bladeoff_system::{call, shown};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
 use bladeoff_worker::job_spec::{JobSpec, MachineJob};
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -61,6 +64,11 @@ pub struct Args {
 
     #[command(flatten)]
     history: HistoryArgs,
+
+    /// Print JSON: the result as `simulate --json` prints it, and the columns that differ from the row; with --set the
+    /// changes and the row instead
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the subcommand.
@@ -82,22 +90,42 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let mut solver = CoreSolver::new(&job).map_err(ReplayError::Solver)?;
     let params = parameters(&job, &solver, &columns_by_path(&directory), &table, &path)?;
     let what = || format!("computing the matrices of sample {sample}");
-    with_word(what, || solver.prepare(&params).map(drop)).map_err(ReplayError::Solver)?;
+    let mut prepare = || solver.prepare(&params).map(drop);
+    if args.json { prepare() } else { with_word(what, prepare) }.map_err(ReplayError::Solver)?;
     if !args.set.is_empty() {
         return changed(args, &mut solver, &params, &table, (sample, &path));
     }
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::time_step(&machine, structure)?;
     let history = args.history.settings(&machine, &step)?;
-    let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), true)?;
+    let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), !args.json)?;
     let columns = engine::columns(&machine);
-    tell(&format!("{:<32} {sample} of {}\n", "sample", shown(&path)))?;
     let view = OutcomeView { columns: &columns, outcome: &outcome };
-    tell(&describe_outcome(&machine, view))?;
+    let compared = compared(&table, &machine, &outcome);
+    if args.json {
+        let mut object = head(sample, &path);
+        compared.add_to(&mut object);
+        object.raw("result", simulate::json(&machine, view).trim_end());
+        print_json(&object.finish())?;
+    } else {
+        tell(&format!("{:<32} {sample} of {}\n", "sample", shown(&path)))?;
+        tell(&describe_outcome(&machine, view))?;
+    }
     for note in bearing_remarks(&machine, structure, step.step).iter().chain(&history) {
         remark(note);
     }
-    verdict(&table, &machine, &outcome)
+    if !args.json {
+        tell(&compared.text())?;
+    }
+    Ok(if compared.differences.is_empty() { Exit::Ok } else { Exit::Bug })
+}
+
+/// Sample and table, as every JSON object of this command begins.
+fn head(sample: u64, table: &Path) -> JsonObject {
+    let mut object = JsonObject::default();
+    object.raw("sample", &sample.to_string());
+    object.word("table", Some(&shown(table)));
+    object
 }
 
 /// The sample with the values of `--set`, beside its row.
@@ -108,8 +136,8 @@ fn changed(
     row: &Table,
     (sample, path): (u64, &Path),
 ) -> Result<Exit, CliError> {
-    let mut lines = String::new();
-    let prepared = solver.prepare_changed(params, |machine| change(machine, &args.set, &mut lines));
+    let mut sets = Vec::new();
+    let prepared = solver.prepare_changed(params, |machine| change(machine, &args.set, &mut sets));
     let (machine, structure) = prepared.map_err(|unchanged| match unchanged {
         Unchanged::Argument(error) => error,
         Unchanged::Solver(SolverError::Machine(problems)) => {
@@ -119,7 +147,21 @@ fn changed(
         Unchanged::Solver(error) => ReplayError::Solver(error).into(),
     })?;
     let step = engine::time_step(&machine, structure)?;
-    let (outcome, _) = watched(&machine, structure, &step, None, true)?;
+    let (outcome, _) = watched(&machine, structure, &step, None, !args.json)?;
+    if args.json {
+        let columns = engine::columns(&machine);
+        let fields = TableSchema::new(Vec::new(), &columns);
+        let mut object = head(sample, path);
+        let sets = sets.iter().map(|set| json!({ "path": set.path, "now": set.now, "row": set.before }));
+        object.raw("set", pretty(&sets.collect()).trim_end());
+        object.raw("row", json::row(row, &Table::names_in(path)?, fields.fields()).trim_end());
+        let view = OutcomeView { columns: &columns, outcome: &outcome };
+        object.raw("result", simulate::json(&machine, view).trim_end());
+        print_json(&object.finish())?;
+        return Ok(Exit::Ok);
+    }
+    let lines = sets.iter().map(|set| format!("{:<32} {} = {}, in the row {}\n", "set", set.path, set.now, set.before));
+    let lines: String = lines.collect();
     tell(&format!("{:<32} {sample} of {}\n{lines}{}", "sample", shown(path), beside(row, &machine, &outcome)))?;
     Ok(Exit::Ok)
 }
@@ -229,21 +271,59 @@ fn parameters(
         .collect()
 }
 
+/// A column whose value differs from that of the row.
+struct Difference {
+    column: String,
+    now: Option<String>,
+    row: Option<String>,
+}
+
+/// Result of a comparison with the row.
+struct Compared {
+    columns: usize,
+    differences: Vec<Difference>,
+    /// Why nothing is compared.
+    nothing: Option<String>,
+}
+
+impl Compared {
+    fn text(&self) -> String {
+        if let Some(why) = &self.nothing {
+            return format!("\n{why}\n");
+        }
+        if self.differences.is_empty() {
+            return format!("\nequal to the row in all {} columns, bit for bit\n", self.columns);
+        }
+        let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "null".to_owned());
+        let line = |found: &Difference| {
+            format!("  {}: {} now, {} in the row\n", found.column, shown(&found.now), shown(&found.row))
+        };
+        let lines: String = self.differences.iter().map(line).collect();
+        format!("\ndifferent from the row in {} of {} columns\n{lines}", self.differences.len(), self.columns)
+    }
+
+    fn add_to(&self, object: &mut JsonObject) {
+        object.raw("compared", &self.columns.to_string());
+        let difference = |found: &Difference| json!({ "column": found.column, "now": found.now, "row": found.row });
+        object.raw("differences", pretty(&self.differences.iter().map(difference).collect()).trim_end());
+        object.word("nothing_compared", self.nothing.as_deref());
+    }
+}
+
 /// Compares the outcome with the row, column by column.
-fn verdict(row: &Table, machine: &Machine, outcome: &Outcome) -> Result<Exit, CliError> {
+fn compared(row: &Table, machine: &Machine, outcome: &Outcome) -> Compared {
     let cause = row.words("cause").and_then(|words| words[0].as_deref()).and_then(Cause::from_word);
     if let Some(cause) = cause.filter(|cause| !cause.is_deterministic()) {
-        tell(&format!("\nthe row is {}: there is nothing in it to compare\n", cause.word()))?;
-        return Ok(Exit::Ok);
+        let why = format!("the row is {}: there is nothing in it to compare", cause.word());
+        return Compared { columns: 0, differences: Vec::new(), nothing: Some(why) };
     }
     let mut differences = Vec::new();
     let mut compared = 0;
     let word = |name: &str| row.words(name).and_then(|words| words[0].clone());
-    let mut compare = |name: &str, ours: Option<String>, theirs: Option<String>| {
+    let mut compare = |name: &str, now: Option<String>, row: Option<String>| {
         compared += 1;
-        if ours != theirs {
-            let shown = |value: Option<String>| value.unwrap_or_else(|| "null".to_owned());
-            differences.push(format!("  {name}: {} now, {} in the row", shown(ours), shown(theirs)));
+        if now != row {
+            differences.push(Difference { column: name.to_owned(), now, row });
         }
     };
     compare("status", Some(outcome.status.word().to_owned()), word("status"));
@@ -273,14 +353,5 @@ fn verdict(row: &Table, machine: &Machine, outcome: &Outcome) -> Result<Exit, Cl
             ),
         }
     }
-    if differences.is_empty() {
-        tell(&format!("\nequal to the row in all {compared} columns, bit for bit\n"))?;
-        return Ok(Exit::Ok);
-    }
-    tell(&format!(
-        "\ndifferent from the row in {} of {compared} columns\n{}\n",
-        differences.len(),
-        differences.join("\n")
-    ))?;
-    Ok(Exit::Bug)
+    Compared { columns: compared, differences, nothing: None }
 }

@@ -220,7 +220,8 @@ fn heading(
         .collect()
 }
 
-fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
+/// Verdict and values of a run, a key for each column.
+pub(super) fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
     let outcome = view.outcome;
     let mut object = JsonObject::default();
     for field in verdict_fields() {

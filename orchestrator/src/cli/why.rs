@@ -2,7 +2,8 @@
 
 use super::error::CliError;
 use super::exit::Exit;
-use super::output::tell;
+use super::json::{JsonObject, number, pretty};
+use super::output::{print_json, tell};
 use super::place::default_directory;
 use super::refusals::WhyError;
 use crate::engine;
@@ -19,16 +20,16 @@ use crate::terminal::{
 };
 use bladeoff_answers::summary::duration;
 use bladeoff_answers::summary::{are, counted};
-use bladeoff_answers::tables::{Table, TableError, Timing};
+use bladeoff_answers::tables::{Table, TableError, TableSchema, Timing};
 use bladeoff_model::machine::{ContactPoints, Detection, Diaphragm, Engine, Machine, ParamValue, TWIN};
-use bladeoff_model::outcome::{Cause, CauseSet, ColumnKind, EndCause, Status};
+use bladeoff_model::outcome::{Cause, CauseSet, Column, ColumnKind, EndCause, Status};
 use bladeoff_study::{FrozenFiles, InputError, Samples, StudyError, load_frozen, show};
 use bladeoff_system::call;
 use bladeoff_system::place::Place;
 use bladeoff_system::shown;
 use bladeoff_text::document::units::{format_digits, format_quantity};
 use bladeoff_text::document::visible;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
@@ -55,7 +56,8 @@ const MOST_LOG: u64 = 64 << 20;
     after_help = "Examples:
   bladeoff why 17
   bladeoff why runs/first-look 17
-  bladeoff why 17 --dir runs/first-look"
+  bladeoff why 17 --dir runs/first-look
+  bladeoff why 17 --json | jq .row.max_bearing_load_N"
 )]
 pub struct Args {
     /// Sample number, as in the column `sample`, optionally after a result directory
@@ -65,20 +67,77 @@ pub struct Args {
     /// Result directory of the study
     #[arg(long, value_name = "DIRECTORY")]
     dir: Option<PathBuf>,
+
+    /// Print JSON: parameters in SI, the printed lines with their names, and all columns of the row or null
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (directory, sample) = place(args)?;
-    tell(&text(&directory, sample)?)?;
+    let known = known(&directory, sample)?;
+    if args.json {
+        print_json(&as_json(&known, &directory, sample)?)?;
+    } else {
+        tell(&known.text())?;
+    }
     Ok(Exit::Ok)
 }
 
-/// What is told of a sample.
+/// Everything that is known of a sample, in words.
 ///
 /// # Errors
 /// No such directory or sample; files in it that cannot be read.
 pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
+    Ok(known(directory, sample)?.text())
+}
+
+/// Everything that is known of a sample.
+struct Known {
+    lines: Lines,
+    samples: Samples,
+    machine: Option<Machine>,
+    row: Option<(Table, PathBuf)>,
+}
+
+impl Known {
+    fn text(&self) -> String {
+        let lines = self.lines.0.iter().map(|(name, text)| format!("{name:<32} {text}\n"));
+        let values = self.row.as_ref().map(|(row, _)| values(row, &self.samples, self.machine.as_ref()));
+        lines.collect::<String>() + &values.unwrap_or_default()
+    }
+}
+
+fn as_json(known: &Known, directory: &Path, sample: u64) -> Result<String, CliError> {
+    let mut object = JsonObject::default();
+    object.raw("sample", &sample.to_string());
+    object.raw("samples", &known.samples.count().to_string());
+    object.word("directory", Some(&shown(directory)));
+    let mut parameters = JsonObject::default();
+    for (varied, value) in known.samples.parameters().iter().zip(known.samples.values(sample)) {
+        match value {
+            ParamValue::Number(value) => parameters.raw(&varied.info.path, &number(value)),
+            ParamValue::Choice(word) => parameters.word(&varied.info.path, Some(&word)),
+        }
+    }
+    object.raw("parameters", parameters.finish().trim_end());
+    let lines: Vec<Value> = known.lines.0.iter().map(|(name, text)| json!({ "name": name, "text": text })).collect();
+    object.raw("lines", pretty(&lines.into()).trim_end());
+    let columns = columns(&known.samples, known.machine.as_ref()).unwrap_or_default();
+    let row = match &known.row {
+        None => "null".to_owned(),
+        Some((row, path)) => {
+            let fields = TableSchema::new(Vec::new(), &columns);
+            super::json::row(row, &Table::names_in(path)?, fields.fields())
+        }
+    };
+    object.raw("row", row.trim_end());
+    Ok(object.finish())
+}
+
+/// Collects it.
+fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
     let seen = directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let samples = frozen(directory)?;
     if sample >= samples.count() {
@@ -104,10 +163,9 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
         refuse_changed(directory)?;
         Table::row(files, sample)
     })?;
-    let row = row.map(|(row, _)| row);
     // an earlier build's may not be built any more
     let machine = samples.try_machine(sample).ok().flatten().and_then(|machine| machine.build().ok());
-    match &row {
+    match row.as_ref().map(|(row, _)| row) {
         Some(row) if samples.study().function().is_some() && is_not_finite(row) => {
             lines.push("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
@@ -123,14 +181,11 @@ pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     }
     timing(&mut lines, directory, sample);
     log(&mut lines, directory, sample);
-    if let Some(row) = &row {
-        // What has no row yet is computed by the study.
-        if samples.study().function().is_none() {
-            lines.push("compute it", compute_it(directory, sample));
-        }
-        lines.0.push_str(&values(row, &samples, machine.as_ref()));
+    // A sample without a row is computed by the study.
+    if row.is_some() && samples.study().function().is_none() {
+        lines.push("compute it", compute_it(directory, sample));
     }
-    Ok(lines.0)
+    Ok(Known { lines, samples, machine, row })
 }
 
 /// The end of the table, where that is before this sample.
@@ -166,11 +221,7 @@ fn compute_it(directory: &Path, sample: u64) -> String {
 
 /// The outcome, as `simulate` prints it; nothing for a row without values or a machine that cannot be built any more.
 fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
-    let columns = match (samples.study().function(), machine) {
-        (Some(model), _) => function_columns(model),
-        (None, Some(machine)) => engine::columns(machine),
-        (None, None) => return String::new(),
-    };
+    let Some(columns) = columns(samples, machine) else { return String::new() };
     let value = |name: &str, kind: ColumnKind| match kind {
         ColumnKind::Choice(words) => {
             let word = row.words(name).and_then(|words| words[0].clone())?;
@@ -185,6 +236,11 @@ fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
     describe_values(&columns, &values)
 }
 
+/// Columns of the values; `None` of a machine that cannot be built any more.
+fn columns(samples: &Samples, machine: Option<&Machine>) -> Option<Vec<Column>> {
+    samples.study().function().map(function_columns).or_else(|| machine.map(engine::columns))
+}
+
 fn causes(row: &Table) -> Vec<Cause> {
     words_of(row, "causes")
 }
@@ -197,11 +253,11 @@ fn words_of(row: &Table, column: &str) -> Vec<Cause> {
 
 /// Lines of name and text.
 #[derive(Default)]
-struct Lines(String);
+struct Lines(Vec<(String, String)>);
 
 impl Lines {
     fn push(&mut self, name: &str, text: impl AsRef<str>) {
-        self.0.push_str(&format!("{name:<32} {}\n", visible(text.as_ref())));
+        self.0.push((name.to_owned(), visible(text.as_ref()).into_owned()));
     }
 }
 

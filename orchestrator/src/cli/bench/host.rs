@@ -29,7 +29,7 @@ impl Drop for Folder {
 }
 
 /// Processor and number of cores.
-pub(super) fn hardware() -> String {
+pub(in crate::cli) fn hardware() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);

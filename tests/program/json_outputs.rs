@@ -1,0 +1,115 @@
+//! `--json` of `check`, `why`, `gate`, `map`, `replay`, `plot`: one object on standard output, with the values of the text.
+
+use crate::support::{Folder, json, say};
+use serde_json::Value;
+
+/// 16 runs of 0.06 s: gap x friction, four angles each.
+const STUDY: &str = r#"schema = 1
+name = "asked"
+machine = "machines/rig.toml"
+seed = 1
+
+[set]
+"run.end_time" = "0.06 s"
+"run.engine" = "exponential"
+
+[[vary]]
+path = "contact.gap"
+values = ["0.4 mm", "1 mm"]
+
+[[vary]]
+path = "contact.friction"
+values = [0.05, 0.25]
+
+[design]
+kind = "monte-carlo"
+samples = 4
+
+[[uncertain]]
+path = "blade_off.phase"
+distribution = "periodic"
+lower = "0 deg"
+upper = "360 deg"
+
+[[gate]]
+require = "P(max_bearing_load_N > 1 N) < 0.5"
+confidence = 0.9
+"#;
+
+fn object(code: i32, args: &[&str]) -> Value {
+    let said = say(args);
+    assert_eq!(said.code, code, "{args:?}: {}{}", said.out, said.err);
+    let found = json(&said.out);
+    assert!(found.is_object(), "{args:?}: {}", said.out);
+    found
+}
+
+#[test]
+fn a_study_has_the_same_values_in_every_json() {
+    let folder = Folder::new();
+    let (study, out) = (folder.write("asked.toml", STUDY), folder.name("out"));
+    let checked = object(0, &["check", &study, "--json"]);
+    assert_eq!(
+        (&checked["samples"], &checked["design"]["points"], &checked["combinations"]),
+        (&16.into(), &4.into(), &4.into())
+    );
+    assert_eq!(checked["engine"], "exponential");
+    assert_eq!(checked["gates"][0]["confidence"], 0.9);
+    let origin = |path: &str| {
+        let mut all = checked["parameters"].as_array().expect("a list").iter();
+        let found = all.find(|one| one["path"].as_str().is_some_and(|known| known.ends_with(path)));
+        found.unwrap_or_else(|| panic!("{path}: {checked}"))["origin"].clone()
+    };
+    assert_eq!([origin("contact.gap"), origin("blade_off.phase")], ["varied", "uncertain"]);
+    let durations = &checked["estimate"]["durations"][0];
+    assert!(durations["samples"] == 16 && durations["wall_s"][0].as_f64() > Some(0.0), "{checked}");
+    let both = say(&["check", &study, "--json", "--list"]);
+    assert_eq!(both.code, 2, "{}", both.err);
+
+    assert_eq!(say(&["run", &study, "--out", &out, "--workers", "2"]).code, 0);
+    let why = object(0, &["why", &out, "0", "--json"]);
+    assert_eq!((&why["sample"], &why["samples"], &why["row"]["sample"]), (&0.into(), &16.into(), &0.into()));
+    assert_eq!(why["parameters"]["diaphragms.seal.contact.gap"], 0.0004);
+    assert!(why["lines"].as_array().expect("a list").iter().any(|line| line["name"] == "compute it"), "{why}");
+
+    // replay: the same row, computed again
+    let replayed = object(0, &["replay", &out, "--sample", "0", "--json"]);
+    assert!(
+        replayed["compared"].as_u64() > Some(50) && replayed["differences"] == Value::Array(Vec::new()),
+        "{replayed}"
+    );
+    let load = &why["row"]["max_bearing_load_N"];
+    assert!(load.as_f64() > Some(0.0) && replayed["result"]["max_bearing_load_N"] == *load, "{load}");
+    let set = object(0, &["replay", &out, "--sample", "0", "--set", "contact.gap=0.9 mm", "--json"]);
+    assert_eq!((&set["set"][0]["now"], &set["row"]["max_bearing_load_N"]), (&"0.9 mm".into(), load));
+    assert!(set["result"]["max_bearing_load_N"] != *load && set.get("compared").is_none(), "{set}");
+
+    // every load is above 1 N
+    let gate = object(4, &["gate", &out, "--json"]);
+    assert_eq!((&gate["verdict"], &gate["complete"], &gate["points"]), (&"failed".into(), &true.into(), &4.into()));
+    let decisions = gate["decisions"].as_array().expect("a list");
+    assert_eq!(decisions.len(), 4);
+    assert!(decisions.iter().all(|one| one["events"] == 4 && one["low"].as_f64() > Some(0.5)), "{gate}");
+
+    let picture = folder.name("map.svg");
+    let words =
+        ["map", &out, "--x", "contact.gap", "--y", "contact.friction", "--of", "max_bearing_load_N", "--out", &picture];
+    let map = object(0, &[&words[..], &["--json"]].concat());
+    assert!(map["file"] == picture.as_str() && map["answers"][0]["kind"] == "map", "{map}");
+    assert!(map["answers"][0]["map"].is_object() && folder.path("map.svg").exists());
+}
+
+#[test]
+fn a_machine_and_its_history_have_json() {
+    let folder = Folder::new();
+    let rig = folder.name("machines/rig.toml");
+    let machine = object(0, &["check", &rig, "--json"]);
+    assert_eq!((&machine["machine"], &machine["engine"]), (&"lab_rig".into(), &"reduced".into()));
+    let history = folder.name("a.csv");
+    let set = ["--set", "run.end_time=0.02 s"];
+    assert_eq!(say(&[&["simulate", &rig, "--history", &history], &set[..]].concat()).code, 0);
+    let plot = object(0, &["plot", &history, "--out", &folder.name("figures"), "--json"]);
+    assert_eq!((&plot["kind"], &plot["histories"][0]), (&"time".into(), &history.as_str().into()));
+    let files = plot["files"].as_array().expect("a list");
+    assert!(files.len() == 2 && files.iter().all(|file| folder.path(file.as_str().expect("text")).exists()), "{plot}");
+}
