@@ -94,7 +94,7 @@ fn both_solvers_agree_on_every_kind_of_machine() {
     let ends_disagree = include_str!("../data/two_discs_soft_end.toml");
     let cases = [
         ("the lab rig", machine(&study_machine("lab_rig")), 300.0),
-        ("the turbine", machine(&study_machine("lp_turbine")), 150.0),
+        ("the turbine", machine(&study_machine("lp_turbine_paper")), 150.0),
         ("ends that disagree", machine(ends_disagree), 314.0),
         ("pedestals", fine(&on_pedestals, 4), 200.0),
         ("a table", fine(&table("linear"), 4), 333.0),
