@@ -6,7 +6,7 @@
 //! structure. It is computed once and frozen: a later version may have other last digits.
 
 use super::key::modal_key;
-use super::table_modes::with_table_modes;
+use super::table_modes::table_modes;
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, RotorKind};
@@ -167,8 +167,13 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
     if rotor.tables.is_empty() {
         return Ok(select(values, shapes, wanted, |_, _| {}));
     }
-    let lowest = select(values.clone(), shapes.clone(), wanted, |_, _| {});
-    Ok(with_table_modes(rotor, lowest, (&values, &shapes), coupled)?)
+    let mut modes = select(values.clone(), shapes.clone(), wanted, |_, _| {});
+    let added = table_modes(rotor, (&values, &shapes), modes.omega_squared.len(), coupled)?;
+    let columns = added.iter().flat_map(|(_, shape)| shape).copied();
+    let columns: Vec<f64> = modes.shapes.as_slice().iter().copied().chain(columns).collect();
+    modes.omega_squared.extend(added.iter().map(|(square, _)| *square));
+    modes.shapes = Matrix::from_vec(modes.shapes.nrows(), modes.omega_squared.len(), columns);
+    Ok(modes)
 }
 
 /// How many of the lowest modes hold the static flexibility of every bearing without a table, in every direction, but for

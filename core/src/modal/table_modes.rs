@@ -12,7 +12,6 @@
 //! Source: attachment modes (Craig, Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; Rubin 1975). Limits: bearings with a table alone, so that the basis of
 //! all other machines is as it was. Verified by `the_loads_of_strongly_damped_tables_are_those_of_the_full_engine` (`tests/rotor/bearing_tables.rs`).
 
-use super::basis::ModeSet;
 use crate::rotor::{BearingSite, RotorMatrices};
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, dot, mul, symmetric_generalised};
 
@@ -21,17 +20,17 @@ const INDEPENDENT: f64 = 1e-6;
 /// Largest departure of a mode of the shaft from its eigenvalue equation, as a share of the highest `w^2 M phi`.
 const EIGEN_ERROR: f64 = 1e-6;
 
-/// Adds the modes (2) to the lowest ones; `all`: omega^2 and shapes of all modes; `coupled`: the planes XZ and YZ are.
-pub(super) fn with_table_modes(
+/// Modes (2) as omega^2 and shape, ascending; `all`: omega^2 and shapes of all modes, the first `kept` of which are kept; `coupled`: the planes XZ and YZ are.
+pub(super) fn table_modes(
     rotor: &RotorMatrices,
-    mut kept: ModeSet,
     (values, shapes): (&[f64], &Matrix),
+    kept: usize,
     coupled: bool,
-) -> Result<ModeSet, EigenError> {
-    let first = kept.omega_squared.len();
+) -> Result<Vec<(f64, Vec<f64>)>, EigenError> {
+    let first = kept;
     // a mode without stiffness has no static response
     if values[first..].iter().any(|square| *square <= 0.0) {
-        return Ok(kept);
+        return Ok(Vec::new());
     }
     let truncated = shapes.columns(first, values.len() - first).into_owned();
     let sites = || rotor.tables.iter().map(|(place, _)| &rotor.bearings[*place]);
@@ -53,23 +52,20 @@ pub(super) fn with_table_modes(
         added.extend(squares.into_iter().enumerate().map(|(j, square)| (square, oriented(column_of(&shapes, j)))));
     }
     added.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-    let columns = added.iter().flat_map(|(_, shape)| shape.iter().copied());
-    let columns: Vec<f64> = kept.shapes.as_slice().iter().copied().chain(columns).collect();
-    kept.omega_squared.extend(added.iter().map(|(square, _)| *square));
-    kept.shapes = Matrix::from_vec(kept.shapes.nrows(), kept.omega_squared.len(), columns);
-    Ok(kept)
+    Ok(added)
 }
 
-/// Number of modes (2) at the end of a set: those that are no modes of the shaft itself.
-pub(crate) fn table_mode_count(rotor: &RotorMatrices, modes: &ModeSet) -> usize {
+/// Number of modes (2) at the end of a set, given by omega^2 and shapes: from the first that is no mode of the shaft itself.
+pub(crate) fn table_mode_count(rotor: &RotorMatrices, (squares, shapes): (&[f64], &Matrix)) -> usize {
     if rotor.tables.is_empty() {
         return 0;
     }
-    let (forces, momenta) = (mul(&rotor.stiffness, &modes.shapes), mul(&rotor.mass, &modes.shapes));
-    let highest = modes.omega_squared.iter().enumerate().map(|(j, square)| square.abs() * momenta.column(j).norm());
+    let (forces, momenta) = (mul(&rotor.stiffness, shapes), mul(&rotor.mass, shapes));
+    let highest = squares.iter().enumerate().map(|(j, square)| square.abs() * momenta.column(j).norm());
     let limit = EIGEN_ERROR * highest.fold(0.0, f64::max);
-    let departs = |j: &usize| (forces.column(*j) - momenta.column(*j) * modes.omega_squared[*j]).norm() > limit;
-    (0..modes.omega_squared.len()).rev().take_while(departs).count()
+    let departs = |j: &usize| (forces.column(*j) - momenta.column(*j) * squares[*j]).norm() > limit;
+    // a mode (2) that happens to be one of the shaft may stand behind another that is not
+    squares.len() - (0..squares.len()).find(departs).unwrap_or(squares.len())
 }
 
 /// Orthonormal columns that span the given ones; `None` without any.

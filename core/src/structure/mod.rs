@@ -125,7 +125,7 @@ impl Structure {
             Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
         };
         let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
-        let added = table_mode_count(&rotor, &basis.lateral);
+        let added = table_mode_count(&rotor, (&basis.lateral.omega_squared, &basis.lateral.shapes));
         let whole = truncation_error::FullPart { stiffness: &rotor.stiffness, mass: &rotor.mass, sectors: None, added };
         let (lateral_residual, rotor_lags) = truncation_error::truncated_flexibility(
             &lateral,

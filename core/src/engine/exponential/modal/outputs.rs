@@ -22,7 +22,7 @@
 
 use super::bearing_tables::square;
 use super::state_space::StateSpace;
-use super::support_loads::SupportLoads;
+use super::support_loads::{BearingRows, SupportLoads};
 use crate::engine::shaft_line::sites;
 use crate::rotor::BearingSite;
 use crate::structure::Structure;
@@ -53,23 +53,6 @@ pub(crate) struct Outputs {
     at_speeds: Vec<SupportLoads>,
     /// Weight in the coordinates, `Phi^T w`.
     weight: Vec<f64>,
-}
-
-/// Terms of (1) for one bearing, before q'' is replaced by (2); all matrices have two rows (u, v).
-#[derive(Debug, Clone)]
-pub(super) struct BearingRows {
-    /// Load per q.
-    pub displacement_rows: Matrix,
-    /// Load per q', without the gyroscopic part.
-    pub velocity_rows: Matrix,
-    /// Load per q' and unit spin.
-    pub gyroscopic_rows: Matrix,
-    /// `K_b R E_s`: load per force on the nodes of the unbalances, two columns each.
-    pub unbalance_loads: Matrix,
-    /// `K_b R E_c`: load per force on the nodes of the diaphragms, two columns each.
-    pub contact_loads: Matrix,
-    /// `K_b (R w - e)` \[N\].
-    pub weight_load: [f64; 2],
 }
 
 /// Direct feedthrough of forces to a bearing load, and its constant part; both add to the output rows.

@@ -16,10 +16,26 @@
 //! (1) is the load of the reduced engine: the differences act on the displacement of the modes kept. Verified by `tests/exponential/bearing_tables.rs`.
 
 use super::bearing_tables::{BearingTables, TableChanges, square};
-use super::outputs::BearingRows;
 use crate::rotor::BearingSite;
 use crate::structure::Structure;
 use bladeoff_numerics::linalg::{Matrix, mul};
+
+/// Terms of the load of one bearing in `outputs`, equation (1), before q'' is replaced; all matrices have two rows (u, v).
+#[derive(Debug, Clone)]
+pub(super) struct BearingRows {
+    /// Load per q.
+    pub displacement_rows: Matrix,
+    /// Load per q', without the gyroscopic part.
+    pub velocity_rows: Matrix,
+    /// Load per q' and unit spin.
+    pub gyroscopic_rows: Matrix,
+    /// `K_b R E_s`: load per force on the nodes of the unbalances, two columns each.
+    pub unbalance_loads: Matrix,
+    /// `K_b R E_c`: load per force on the nodes of the diaphragms, two columns each.
+    pub contact_loads: Matrix,
+    /// `K_b (R w - e)` \[N\].
+    pub weight_load: [f64; 2],
+}
 
 /// Terms of (1) of one support.
 #[derive(Debug, Clone)]
