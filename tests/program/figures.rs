@@ -95,6 +95,28 @@ fn mixed_and_planar_modes_are_named_listed_and_drawn() {
     assert_eq!(report["unstable"].as_array().map(Vec::len), Some(0));
 }
 
+/// The same machine at a speed between its critical speeds.
+#[test]
+fn critical_speeds_near_the_running_speed_are_named_and_marked() {
+    let folder = Folder::new();
+    let (machine, figures) = (folder.path("two-discs.toml"), folder.path("figures"));
+    let file = include_str!("../../core/tests/data/two_discs_soft_end.toml")
+        .replace("initial_speed = 0.001", "initial_speed = \"1600 rpm\"");
+    std::fs::write(&machine, file).expect("written");
+    let said = say(&["modes", &text(&machine), "--figures", &text(&figures)]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let near = "Below the required separation margin: 1503.8, 1606.3, 1798.4 rpm.";
+    assert!(said.out.contains(near), "{}", said.out);
+    assert_figure(&figures, "campbell", &["separation margin too small"]);
+    let said = say(&["modes", &text(&machine), "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let first = &report["critical_speeds"][0];
+    let number = |key: &str| first[key].as_f64().unwrap_or_else(|| panic!("no {key}: {first}"));
+    assert!((number("amplification_factor") * 2.0 * number("damping_ratio") - 1.0).abs() < 1e-12, "{first}");
+    assert!((number("separation_margin") - (1.0 - 1503.8 / 1600.0)).abs() < 1e-4, "{first}");
+    assert!((number("required_separation_margin") - 0.16).abs() < 1e-12, "{first}");
+}
+
 /// Cross-coupled stiffness at that bearing makes a mode unstable from 281 rad/s on.
 #[test]
 fn unstable_speeds_are_said_by_every_command() {
