@@ -8,7 +8,7 @@ use std::fs;
 /// A feature and the change of the test rig that has it: a text of the file and what replaces it.
 type Feature = (&'static str, &'static str, &'static str);
 
-const RUN: &str = "end_time = \"0.6 s\"                 # left alone it stops near 2.1 s\n";
+const RUN: &str = "end_time = \"0.6 s\"                 # without an end time it stops near 2.1 s\n";
 const SPEED: &str = "initial_speed = \"3000 rpm\"\n";
 const DETECTION: &str = "detection = \"hyp2\"\n";
 const LEFT: &str = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\naxial_stiffness = \"1e6 N/m\"\n";
