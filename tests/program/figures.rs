@@ -95,7 +95,7 @@ fn mixed_and_planar_modes_are_named_listed_and_drawn() {
     assert_eq!(report["unstable"].as_array().map(Vec::len), Some(0));
 }
 
-/// The same machine at a speed between its critical speeds.
+/// Modes of the machine at a speed between its critical speeds.
 #[test]
 fn critical_speeds_near_the_running_speed_are_named_and_marked() {
     let folder = Folder::new();

@@ -196,7 +196,7 @@ fn two_flexible_rings_rub_as_in_the_reference_engines() {
     }
 }
 
-/// The same on a bearing table over the speed, against `reduced`.
+/// Two rings beside a bearing table over the speed, against `reduced`.
 #[test]
 fn two_flexible_rings_rub_beside_a_bearing_table() {
     let of = |engine: &str| {

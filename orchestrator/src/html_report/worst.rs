@@ -17,7 +17,7 @@ pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
 }
 
 /// For each result the runs with its worst values: the largest, or the least where that is worse (first contact, end speed). Formulas have both,
-/// because nobody knows which end is bad. Runs of every status are in one order, by the values before a guard or limit was exceeded. The worst
+/// because either end may be bad. Runs of every status are in one order, by the values before a guard or limit was exceeded. The worst
 /// ok run is beside them.
 pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let is_function = subject.samples.study().function().is_some();
