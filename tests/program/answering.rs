@@ -434,7 +434,7 @@ fn what_bad_runs_leave_open_is_told_of_each_group() {
         rest.split_once(to).map_or(rest, |(part, _)| part).to_owned()
     };
     let fails = part("\nfails\n", "\ncurve\n");
-    assert_eq!(fails.matches("more runs will not help: bad runs").count(), 2, "{fails}");
+    assert_eq!(fails.matches("more runs will not help: runs that are not ok").count(), 2, "{fails}");
     // formulas have no guards
     let given = part("\ngiven\n", "\nAnswers: ");
     assert!(given.contains(" bad runs counted by their inputs") && !given.contains("guard"), "{given}");

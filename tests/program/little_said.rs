@@ -99,7 +99,7 @@ fn the_forecast_is_of_the_widest_interval_and_names_it() {
     told_last["elapsed_s"] = 3600.into();
     fs::write(&status, told_last.to_string()).expect("written");
     let answer = say(&["answer", &folder.name("few")]);
-    assert!(answer.out.contains("who: none is forecast: no interval: 4 trajectories, 10 "), "{}", answer.out);
+    assert!(answer.out.contains("who: none is forecast: no interval: 4 trajectories of 10 "), "{}", answer.out);
 }
 
 #[test]
@@ -121,9 +121,9 @@ fn where_every_run_failed_that_is_said_and_no_parameter_is_blamed() {
 fn one_of_a_kind_is_counted_as_one() {
     let folder = Folder::new();
     for (name, design, method, expected) in [
-        ("s", saltelli(1), "sobol", "no interval: 1 base point, 10 say"),
-        ("m", morris(1), "morris", "no interval: 1 trajectory, 10 say"),
-        ("g", monte_carlo(1), "given-data", "no interval: 1 row, 32 say"),
+        ("s", saltelli(1), "sobol", "no interval: 1 base point of 10 needed"),
+        ("m", morris(1), "morris", "no interval: 1 trajectory of 10 needed"),
+        ("g", monte_carlo(1), "given-data", "no interval: 1 row of 32 needed"),
     ] {
         let out = told(&folder, name, &study("a + 2*b", &design, &who(method)));
         assert!(out.contains(expected), "{out}");
