@@ -289,7 +289,7 @@ mod tests {
             ),
             ("friction = 0.15", "friction = 15", "diaphragms.seal: friction coefficient 15, plausible is at most 1.5"),
             ("radius = \"40 mm\"", "radius = 40", "rotor.unbalances.blade_off: radius of the unbalance 40 m"),
-            ("gap = \"0.5 mm\"", "gap = 0.4e-6", "diaphragms.seal: gap ),
+            ("gap = \"0.5 mm\"", "gap = 0.4e-6", "diaphragms.seal: gap "),
             ("damping = \"600 N s/m\"", "damping = 6e9", "rotor.bearings.left: damping 6e9 N s/m"),
             (
                 "shear_coefficient = 0.9\n",
