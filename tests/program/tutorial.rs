@@ -75,9 +75,10 @@ fn numbers_of_the_text(page: &str) {
     // what the text says, the line of the output, and the number there
     for (told, beside, number) in [
         ("critical speed is 5252 rpm", "5251.9  87.532", 5251.9),
-        ("log decrement of 0.57", "0.56949  forward", 0.569),
+        ("log decrement 0.57", "0.56949  forward", 0.569),
         ("critical speed by 9 %", "4804  80.067", 100.0 * (1.0 - 4804.0 / 5251.9)),
         ("reaches 26 % of their yield", "limit_ratio_blade_yield          0.260316", 26.0),
+        ("moves 1.3 times its clearance", "limit_ratio_journal_clearance    1.28491", 1.285),
         ("rub begins at 0.31 s", "first_contact                    0.307188 s", 0.307),
         ("In 22 runs the blades", "22 of 128, 22 runs beyond", 22.0),
         ("In 9 of them", "9 runs beyond the model undecided", 9.0),
