@@ -1,12 +1,10 @@
 //! From a machine and its structure to a run that may start: the time step and its limit.
 
 use super::shaft_line::sites;
-use crate::record::column_count;
 use crate::structure::Structure;
 use bladeoff_model::machine::{
     Contact, ContactPoints, Detection, DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind,
 };
-use bladeoff_model::outcome::MAX_COLUMNS;
 use bladeoff_numerics::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
@@ -108,16 +106,6 @@ pub enum StartError {
         least: f64,
         /// Highest frequency \[Hz\].
         hz: f64,
-    },
-    /// The row of a run has more columns than fit a message between processes.
-    #[error(
-        "a row of this machine has {columns} columns, at most {most} are allowed: use fewer bearings, pedestals, diaphragms or monitors"
-    )]
-    TooManyColumns {
-        /// Columns of a row.
-        columns: usize,
-        /// Allowed.
-        most: usize,
     },
     /// The rotor would start inside the diaphragm.
     #[error("the rotor starts inside diaphragm {diaphragm}: gap {} at t = 0", metres(*.gap))]
@@ -267,10 +255,6 @@ impl TimeStep {
     /// Refuses what a run cannot have.
     fn allowed(self, machine: &Machine) -> Result<Self, StartError> {
         let Self { step, highest_frequency, .. } = self;
-        let columns = column_count(machine);
-        if columns > MAX_COLUMNS {
-            return Err(StartError::TooManyColumns { columns, most: MAX_COLUMNS });
-        }
         // so that no comparison lets a NaN pass
         if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
             let hz = highest_frequency / (2.0 * std::f64::consts::PI);

@@ -66,16 +66,6 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     columns
 }
 
-/// Number of [`columns`] of a machine.
-pub(crate) fn column_count(machine: &Machine) -> usize {
-    let mut values = Vec::new();
-    let recorders = Recorders::new(machine, &[], 0.0);
-    let mut row = Row::values(&mut values);
-    recorders.report(None, None, &mut row);
-    row.end(true);
-    values.len()
-}
-
 /// Place of the number of whole time steps among [`columns`].
 #[must_use]
 pub fn place_of_steps(machine: &Machine) -> usize {

@@ -118,7 +118,7 @@ fn what_a_disc_carries_is_read_and_mistakes_are_named() {
         ("disc = 3", "disc", ["text in quotes is expected, not", "1 to 200 characters", ""]),
         ("disc = \"\"", "disc", ["not a usable name", "1 to 200 characters", ""]),
         ("disc = \"left\"\nposition = \"2 m\"", "position", ["outside the shaft", "0 to 1 m", ""]),
-        ("kind = \"lost\"", "position", ["missing: place along the shaft", "0 to 1e6 m", ""]),
+        ("kind = \"lost\"", "position", ["missing: position along the shaft", "0 to 1e6 m", ""]),
         ("discs = \"left\"\nposition = 0.5", "discs", ["unknown key", "disc, position, mass", "disc"]),
     ] {
         let [problem] = &problems(&rig(lines))[..] else { panic!("{lines}: one problem") };

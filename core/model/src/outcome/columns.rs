@@ -1,6 +1,6 @@
 //! What a column of the result table is. Which there are is declared by the solver, by the recorders that fill them.
 
-/// Columns of an outcome at most: what a message between processes carries. A machine that needs more is rejected before it runs.
+/// Columns of an outcome at most: what a message between processes carries. The widest machine that the input allows has fewer.
 pub const MAX_COLUMNS: usize = 2048;
 
 /// How a column is stored.
