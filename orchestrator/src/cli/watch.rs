@@ -28,9 +28,9 @@ const DEFAULT_COLUMN: &str = "max_bearing_load_N";
 
 /// Watch a study while it runs
 ///
-/// Draws a page on the terminal every few seconds: state, pace, remaining time, failures by cause, the task of each
-/// worker, the worst value so far, a histogram of the first quantity that the questions name, and the present answers
-/// with their intervals. It reads only files of the directory, so the study is not disturbed. `q` and Enter, or Ctrl-C,
+/// Draws a page on the terminal every few seconds. It has state, pace, remaining time, failures by cause and the task of
+/// each worker. Below are the worst value so far, a histogram of the first quantity that the questions name, and the
+/// present answers with their intervals. It reads only files of the directory, so the study is not disturbed. `q` and Enter, or Ctrl-C,
 /// end it, and so does the end of the study. Without a terminal it prints the page once.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:

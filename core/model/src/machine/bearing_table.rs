@@ -82,7 +82,7 @@ impl BearingTable {
         coefficients(&self.values_at(speed.clamp(low, high)))
     }
 
-    /// Coefficients at a speed \[rad/s\]; beyond the table those on the tangent of its nearer end, for at most [`EXTENSION`].
+    /// Coefficients at a speed \[rad/s\]; beyond the table those on the tangent of its nearer end, for at most `EXTENSION`.
     ///
     /// The last speed of a grid lies beyond the table. Constant coefficients there would make a bend at the end of the table.
     #[must_use]
