@@ -62,7 +62,7 @@ fn short_samples_leave_together_with_the_next_request() {
 
 #[test]
 fn more_results_than_a_message_holds_leave_in_several() {
-    let reports = play((20..84).collect(), 256);
+    let reports = play((20..84).collect(), 512);
     assert_eq!(reports.len(), 5);
     assert_eq!(results(&reports).len(), 64);
     assert!(reports[..4].iter().all(|report| !report.asks && report.samples.len() == 15));

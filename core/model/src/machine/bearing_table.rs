@@ -226,7 +226,8 @@ mod tests {
             for (end, inwards) in [(100.0, 1.0), (700.0, -1.0)] {
                 let slope = (at(end + inwards * 1e-3) - at(end)) / (inwards * 1e-3);
                 let beyond = (at(end - inwards * 20.0) - at(end)) / (inwards * -20.0);
-                assert!((beyond / slope - 1.0).abs() < 1e-4, "{interpolation:?} at {end}: {beyond} {slope}");
+                // the slope of pchip is zero at one end; chords are 6e4 and more
+                assert!((beyond - slope).abs() < 1.0, "{interpolation:?} at {end}: {beyond} {slope}");
                 // and stays constant behind 28 rad/s, 4 % of the highest speed
                 assert_eq!(at(end - inwards * 29.0).to_bits(), at(end - inwards * 60.0).to_bits());
             }

@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn both_solvers_find_the_same_values_and_solutions() {
-        for (n, scale) in [(1, 1.0), (2, 1.0), (7, 1e-200), (60, 1.0), (60, 1e200)] {
+        for (n, scale) in [(1, 1.0), (2, 1.0), (7, 1e-200), (60, 1.0), (60, 1e150)] {
             let a = sample(n) * scale;
             let (values, re, im) = complex_eigen_display(&a, "test").expect("ends");
             let (own, ..) = complex_eigen(&a, "test").expect("ends");
