@@ -143,7 +143,8 @@ fn stiff(modes: &ModeSet) -> bool {
 }
 
 /// Static residual of a part on its first `size` degrees of freedom, where it is asked for and there is one, and the lags of nodes, each with its
-/// two degrees of freedom in the plane (twice the same where it has one); empty where no mode is left out.
+/// two degrees of freedom in the plane (twice the same where it has one); empty for a full model. A part whose modes are all kept has no residual, but its
+/// flexibility belongs to the share (3).
 pub(super) fn truncated_flexibility(
     part: &Part,
     modes: &ModeSet,
@@ -152,11 +153,16 @@ pub(super) fn truncated_flexibility(
     size: usize,
     places: impl Iterator<Item = [usize; 2]>,
 ) -> (Option<Matrix>, Vec<TruncationError>) {
-    if !part.coordinates.is_modal() || modes.omega_squared.len() == whole.stiffness.nrows() {
+    if !part.coordinates.is_modal() {
         return (None, Vec::new());
     }
+    let are_all_kept = modes.omega_squared.len() == whole.stiffness.nrows();
     let left_out = TruncatedFlexibility::new(&whole, modes);
+    if are_all_kept && left_out.is_none() {
+        return (None, Vec::new());
+    }
     let places: Vec<[usize; 2]> = places.collect();
+    let correct = correct && !are_all_kept;
     let residual = left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(&whole, modes, size, &places));
     let follows = residual.is_some();
     let lags =

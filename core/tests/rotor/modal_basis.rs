@@ -337,3 +337,17 @@ fn a_ring_of_many_blades_keeps_more_modes() {
         assert_eq!(structure.rings[0].as_ref().expect("a ring").part.coordinates.size(), 36, "{}", machine.name);
     }
 }
+
+/// With all modes of the ring its flexibility still counts: the share is not larger than with fewer modes. It was that of the rotor alone, and the run invalid.
+#[test]
+fn all_modes_of_a_ring_are_no_worse_than_some() {
+    let share = |modes: &str| {
+        let machine = machine_with(&study_machine("lp_turbine_paper"), &[("run.ring_modes", modes)]);
+        let structure = Structure::build(&machine, None).expect("buildable");
+        let kept = structure.rings[0].as_ref().expect("a ring").part.coordinates.size();
+        (kept, structure.truncation_error_at_contact(&machine))
+    };
+    let ((some, with_some), (all, with_all)) = (share("200"), share("10000"));
+    println!("{some} modes: {with_some:e}; {all} modes: {with_all:e}");
+    assert!(all > some && with_all <= with_some * 1.01 && with_all < MAX_TRUNCATION_ERROR);
+}
