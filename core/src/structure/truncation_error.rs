@@ -165,8 +165,12 @@ pub(super) fn truncated_flexibility(
     let correct = correct && !are_all_kept;
     let residual = left_out.as_ref().filter(|_| correct).and_then(|some| some.residual(&whole, modes, size, &places));
     let follows = residual.is_some();
-    let lags =
+    let mut lags: Vec<TruncationError> =
         places.into_iter().map(|places| TruncationError::of(places, part, modes, left_out.as_ref(), follows)).collect();
+    if are_all_kept {
+        // what is found is rounding
+        lags.iter_mut().for_each(|lag| (lag.error, lag.truncated_at_rest) = ([0.0; 3], [0.0; 3]));
+    }
     (residual, lags)
 }
 
