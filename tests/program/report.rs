@@ -187,6 +187,77 @@ fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
     assert_eq!(replay.code, 0, "{again}: {}", replay.err);
 }
 
+/// The verdict first; the limit of the gate in the histogram; the history of the worst run, with the peak of its row; the machine.
+#[test]
+fn a_page_has_verdict_distributions_and_the_history_of_the_worst_run() {
+    let folder = Folder::new();
+    let turbine = crate::support::root().join("studies/machines/lab_rig.toml");
+    folder.write("rig.toml", &fs::read_to_string(turbine).expect("the rig"));
+    let study = folder.write(
+        "rub.toml",
+        "schema = 1\nname = \"rub\"\nmachine = \"rig.toml\"\n[set]\n\"run.end_time\" = \"0.1 s\"\n\
+         [design]\nkind = \"monte-carlo\"\nsamples = 12\n[[uncertain]]\npath = \"contact.gap\"\ndistribution = \"uniform\"\n\
+         lower = \"0.3 mm\"\nupper = \"0.4 mm\"\n\
+         [[gate]]\nrequire = \"P(max_bearing_load_N > 30 kN) < 0.5\"\n",
+    );
+    let out = folder.name("rub");
+    let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
+    assert!(run.code == 0 && run.out.contains("12           12"), "all touch: {}{}", run.out, run.err);
+    let text = page(&folder, &out, "rub.html");
+    assert_eq!(text, page(&folder, &out, "again.html"), "the history is the same bytes, too");
+    let text = own(&text);
+    let place = |what: &str| text.find(what).unwrap_or_else(|| panic!("{what} is not in the page"));
+    assert!(place("Verdict: 1 gate decision: ") < place("<nav"), "above everything");
+    assert!(place("id=\"gates\"") < place("id=\"assumptions\""), "decisions before assumptions");
+    place("max bearing load: 12 runs, ");
+    place("limit of a question or gate");
+    place("contact.gap: 12 runs, 0.3");
+    place("The machine of sample 0 from the side");
+    place("<summary>Program, engine, times and checksums</summary>");
+    let worst =
+        text.split("bladeoff replay ").nth(1).and_then(|rest| rest.split("</code>").next()).expect("a worst run");
+    let sample = worst.split("--sample ").nth(1).expect("its sample");
+    place(&format!("History of sample {sample}, the worst run by max bearing load"));
+    for name in ["speed", "bearing load", "eccentricity at the diaphragm", "contact force, 1 ms mean"] {
+        place(&format!("Sample {sample}: {name}, over time."));
+    }
+    let short = own(&{
+        let path = folder.name("short.html");
+        assert_eq!(say(&["report", &out, "--no-history", "--out", &path]).code, 0);
+        fs::read_to_string(path).expect("UTF-8")
+    });
+    assert!(!short.contains("History of sample") && short.contains("Verdict: "));
+}
+
+/// The page is written while the study runs, with the line that makes a browser load it again, and once more after its end, without.
+#[test]
+fn a_page_is_refreshed_until_the_study_has_ended() {
+    let folder = Folder::new();
+    let (quick, _) = STUDY.split_once("[[question]]\nname = \"what-decides\"").expect("questions that take longer");
+    let study = folder.write("stress.toml", &quick.replace("samples = 2000", "samples = 3000000"));
+    let (out, path) = (folder.name("out"), folder.name("live.html"));
+    let bladeoff = || Command::new(env!("CARGO_BIN_EXE_bladeoff"));
+    let mut run = bladeoff()
+        .args(["run", &study, "--out", &out, "--workers", "1", "--wall", "25 s"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    while !folder.path("out/ledger.redb").is_file() {
+        assert!(run.try_wait().expect("a child").is_none(), "the study ended before it began");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    let report = bladeoff().args(["report", &out, "--refresh", "1s", "--out", &path]).output().expect("it starts");
+    assert!(run.wait().is_ok(), "the run has ended");
+    let told = String::from_utf8_lossy(&report.stderr);
+    assert_eq!(report.status.code(), Some(0), "{told}");
+    assert!(told.matches("wrote ").count() >= 2, "while it runs and at its end: {told}");
+    assert!(!fs::read_to_string(&path).expect("the page").contains("http-equiv=\"refresh\""), "it stays now");
+    let refused = say(&["report", &out, "--refresh", "10 ms"]);
+    assert!(refused.code == 2 || refused.code == 3, "{}: {}", refused.code, refused.err);
+    assert!(refused.err.contains("at least 1 s"), "{}", refused.err);
+}
+
 /// Two runs roll backwards in the ring and push it a quarter of its radius out, two rub lightly.
 #[test]
 fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {

@@ -94,6 +94,34 @@ fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
     answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);
 }
 
+/// The commands of the nightly workflow, in order, with 64 points in the place of five hours; the gate and the page are there.
+#[test]
+fn the_commands_of_the_nightly_workflow_work() {
+    let folder = Folder::new();
+    for name in ["ci-night.toml", "machines/lab_rig.toml"] {
+        let text = fs::read_to_string(root().join("studies").join(name)).expect("shipped");
+        folder.write(&format!("studies/{name}"), &text);
+    }
+    let workflow = fs::read_to_string(root().join(".github/workflows/ci-night.yml")).expect("the workflow");
+    let commands: Vec<&str> =
+        workflow.lines().filter_map(|line| line.trim().strip_prefix("- run: bladeoff ")).collect();
+    assert_eq!(commands.len(), 3, "{commands:?}");
+    for command in commands {
+        let short = command.replace("--wall \"5 h\"", "--limit 64");
+        assert_eq!(short == command, !command.starts_with("run "), "{command}");
+        let script = format!("cd '{}' && '{}' {short}", folder.name("."), env!("CARGO_BIN_EXE_bladeoff"));
+        let ran = std::process::Command::new("bash").args(["-ec", &script]).output().expect("a shell");
+        assert!(ran.status.success(), "{short}: {}", String::from_utf8_lossy(&ran.stderr));
+    }
+    let junit = fs::read_to_string(folder.name("gate.xml")).expect("the gate's file");
+    assert!(junit.contains("<testcase") && !junit.contains("<failure"), "{junit}");
+    assert!(
+        fs::read_to_string(folder.name("ci-night.html"))
+            .expect("the page")
+            .contains("Verdict: 1 gate decision: 1 passed.")
+    );
+}
+
 /// Every second gap and friction of the map, one angle a cell: where a guard calls a run bad, that is a row like any other. The study's own guard calls none so; a hundredth of it does.
 #[test]
 fn the_map_of_one_detection_is_drawn_in_one_command() {

@@ -125,7 +125,7 @@ fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Result<Page, CliEr
         blocks.push(map_figure(name, map, maps.len())?.into());
     }
     let section = Section { id: "maps", heading: "Maps".to_owned(), blocks };
-    Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section] })
+    Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section], reload: None })
 }
 
 fn refuse_other_formats(out: &Path) -> Result<(), CliError> {

@@ -12,6 +12,7 @@ use super::refusals::ReplayError;
 use super::simulate;
 use super::why::frozen;
 use crate::engine;
+use crate::html_report::Envelope;
 use crate::run::directory::{PARTS, RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{is_of_formulas, refuse_changed};
@@ -81,14 +82,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         refuse_changed(&directory)?;
         find(args, &directory, files)
     })??;
-    let hash = read_metadata(&path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
-    let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.clone() })?;
-    let job = match JobSpec::read(&directory, &hash).map_err(ReplayError::Plan)? {
-        JobSpec::Machine(job) => job,
-        JobSpec::Function(_) => return Err(ReplayError::Function { directory }.into()),
-    };
-    let mut solver = CoreSolver::new(&job).map_err(ReplayError::Solver)?;
-    let params = parameters(&job, &solver, &columns_by_path(&directory), &table, &path)?;
+    let (mut solver, params) = solver_of(&directory, &table, &path)?;
     let what = || format!("computing the matrices of sample {sample}");
     let mut prepare = || solver.prepare(&params).map(drop);
     if args.json { prepare() } else { with_word(what, prepare) }.map_err(ReplayError::Solver)?;
@@ -118,6 +112,30 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         tell(&compared.text())?;
     }
     Ok(if compared.differences.is_empty() { Exit::Ok } else { Exit::Bug })
+}
+
+/// Computes a sample again and keeps the largest values over the time, for the page of `report`. Prints nothing.
+pub(super) fn envelope_of(directory: &Path, sample: u64) -> Result<(Machine, Envelope), CliError> {
+    let rows = read_current(directory, row_files, |files| Table::row(files, sample))?;
+    let (row, path) = rows.ok_or_else(|| CliError::no_results(directory))?;
+    let (mut solver, params) = solver_of(directory, &row, &path)?;
+    let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
+    let mut envelope = Envelope::new(&machine, engine::time_step(&machine, structure)?.step);
+    engine::simulate_watched(&machine, structure, &mut envelope)?;
+    Ok((machine, envelope))
+}
+
+/// The solver of a directory, and the parameters of one of its rows.
+fn solver_of(directory: &Path, row: &Table, path: &Path) -> Result<(CoreSolver, Vec<f64>), CliError> {
+    let hash = read_metadata(path)?.into_iter().find(|(key, _)| key == "bladeoff.plan_blake3").map(|(_, hash)| hash);
+    let hash = hash.ok_or_else(|| ReplayError::NoPlan { table: path.to_path_buf() })?;
+    let job = match JobSpec::read(directory, &hash).map_err(ReplayError::Plan)? {
+        JobSpec::Machine(job) => job,
+        JobSpec::Function(_) => return Err(ReplayError::Function { directory: directory.to_path_buf() }.into()),
+    };
+    let solver = CoreSolver::new(&job).map_err(ReplayError::Solver)?;
+    let params = parameters(&job, &solver, &columns_by_path(directory), row, path)?;
+    Ok((solver, params))
 }
 
 /// Sample and table, as every JSON object of this command begins.

@@ -7,30 +7,40 @@ use super::gate::name;
 use super::output::remark;
 use super::place::default_directory;
 use super::plot::replacing;
+use super::replay::envelope_of;
 use crate::html_report::{Ahead, Subject, report};
-use crate::questions::Meant;
+use crate::questions::{Answering, Meant};
 use crate::run::directory::{MANIFEST, RESULTS};
 use crate::run::shards::row_files;
+use crate::run::{RunState, directory_status};
+use crate::terminal::with_word;
 use bladeoff_answers::summary::counted;
+use bladeoff_study::parse_duration;
 use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Write one HTML page about a study
 ///
-/// Answers as sentences, curves with their limits, failed runs by cause, the worst runs with the commands that compute
-/// them again, and the provenance. The page needs no network and no other file. Without scripts, and in print, it shows
-/// the same figures. The same results give the same page, byte for byte.
+/// A verdict, answers as sentences, curves with their limits, distributions, failed runs by cause, the worst runs with the
+/// commands that compute them again, and the provenance. The worst run is computed again for its history. The page needs
+/// no network and no other file. Without scripts, and in print, it shows the same figures. The same results give the
+/// same page, byte for byte.
 ///
 /// An incomplete study is reported as such at the top of the page. If a table has many rows, some are drawn, and all that
 /// failed by a rare cause. Every number is from all rows.
+///
+/// With --refresh the page is written again while the study runs, and a browser that shows it loads it again. The command
+/// ends with the study.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff report runs/blade-off-risk
   bladeoff report runs/blade-off-risk \\
     --out blade-off-risk.html
   bladeoff report runs/blade-off-risk \\
-    --study other-questions.toml")]
+    --study other-questions.toml
+  bladeoff report runs/blade-off-risk --refresh 30s")]
 pub struct Args {
     /// Result directory of `bladeoff run` [default: the current one if it contains a study, otherwise the newest one
     /// below runs/]
@@ -43,6 +53,23 @@ pub struct Args {
     /// Use the [[question]]s and [[gate]]s of this study file instead of those of the directory
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
+
+    /// Leave out the history of the worst run, which is computed again (as long as one run takes)
+    #[arg(long)]
+    no_history: bool,
+
+    /// Write the page again after this time until the run of the study has ended
+    #[arg(long, value_name = "TIME", value_parser = refresh_time)]
+    refresh: Option<Duration>,
+}
+
+/// A time between two pages: a browser counts whole seconds.
+fn refresh_time(text: &str) -> Result<Duration, String> {
+    let time = parse_duration(text)?;
+    if time < Duration::from_secs(1) {
+        return Err("must be at least 1 s".to_owned());
+    }
+    Ok(time)
 }
 
 /// Runs the subcommand.
@@ -50,17 +77,54 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     refuse_other_formats(&args.out)?;
     let directory = args.directory.clone().map_or_else(default_directory, Ok)?;
     let (samples, _, Meant { questions, gates }) = asked_of(&directory, args.study.as_deref())?;
-    if row_files(&directory).is_empty() {
-        return Err(CliError::no_results(&directory));
-    }
     let name = name(&directory, &samples);
     let subject =
         Subject { directory: &directory, samples: &samples, name: &name, questions: &questions, gates: &gates };
-    let made = report(subject, |answering| Ahead {
-        forecasts: forecast_of(&directory, &samples, answering),
+    let Some(every) = args.refresh else {
+        if row_files(&directory).is_empty() {
+            return Err(CliError::no_results(&directory));
+        }
+        write(args, subject, None)?;
+        return Ok(Exit::Ok);
+    };
+    loop {
+        // asked before the page is made: the last page has all rows
+        let is_running = is_running(&directory)?;
+        if !row_files(&directory).is_empty() {
+            write(args, subject, is_running.then_some(every))?;
+        } else if !is_running {
+            return Err(CliError::no_results(&directory));
+        }
+        if !is_running {
+            return Ok(Exit::Ok);
+        }
+        std::thread::sleep(every);
+    }
+}
+
+/// Whether a run may add rows to the directory.
+fn is_running(directory: &Path) -> Result<bool, CliError> {
+    let status = directory_status(directory)?;
+    Ok(status.is_some_and(|status| matches!(status.state, RunState::Running { .. } | RunState::Unknown { .. })))
+}
+
+/// Writes one page; `again_after`: a browser loads it again after this time.
+fn write(args: &Args, subject: Subject<'_>, again_after: Option<Duration>) -> Result<(), CliError> {
+    let Subject { directory, samples, .. } = subject;
+    let is_function = samples.study().function().is_some();
+    let ahead = |answering: &Answering| Ahead {
+        forecasts: forecast_of(directory, samples, answering),
         // other questions are not what was waited for
-        short: if args.study.is_none() { short_of(&samples, answering) } else { Vec::new() },
-    })?;
+        short: if args.study.is_none() { short_of(samples, answering) } else { Vec::new() },
+    };
+    // a page of a running study takes no processor time from it
+    let wants_history = !args.no_history && !is_function && again_after.is_none();
+    let again = |sample| {
+        let compute = || envelope_of(directory, sample).map_err(|error| error.to_string());
+        wants_history.then(|| with_word(|| format!("computing sample {sample} again for its history"), compute))
+    };
+    let mut made = report(subject, ahead, again)?;
+    made.page.reload = again_after.map(|time| time.as_secs_f64().ceil() as u64);
     if !made.is_known {
         let table = shown(directory.join(RESULTS));
         remark(&format!("warning: {table} cannot be verified: {MANIFEST} has no checksum of it"));
@@ -69,7 +133,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (rows, of) = made.rows;
     let so_far = if rows < of { format!(", of the {rows} that have ended so far") } else { String::new() };
     remark(&format!("wrote {} about {}{so_far}", shown(&args.out), counted(of, "run")));
-    Ok(Exit::Ok)
+    Ok(())
 }
 
 /// A page is no table: whoever names one by mistake keeps it.

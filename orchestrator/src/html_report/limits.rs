@@ -115,14 +115,23 @@ impl LimitTable {
     /// A line for each limit with `on_exceed = "note"` that ok rows exceed: their status does not show it.
     #[must_use]
     pub fn noted(&self) -> Vec<String> {
-        let exceeded = self.judged().filter(|of| of.exceeded_ok > 0 && of.of.limit.on_exceed == OnExceed::Note);
         let line = |of: &Counted| {
             let (name, runs) = (of.of.name(), counted(of.exceeded_ok, "run"));
             let largest =
                 of.largest.map(|(ratio, sample)| format!(" (largest ratio {}, sample {sample})", just_above(ratio)));
             format!("{runs} with status ok exceed the limit {name}{}; on_exceed is note", largest.unwrap_or_default())
         };
-        exceeded.map(line).collect()
+        self.exceeded_and_noted().map(line).collect()
+    }
+
+    /// Names of the limits of [`LimitTable::noted`].
+    pub(super) fn names_noted(&self) -> Vec<&str> {
+        self.exceeded_and_noted().map(|of| of.of.name()).collect()
+    }
+
+    /// Limits that ok runs exceed.
+    fn exceeded_and_noted(&self) -> impl Iterator<Item = &Counted> {
+        self.judged().filter(|of| of.exceeded_ok > 0 && of.of.limit.on_exceed == OnExceed::Note)
     }
 
     fn judged(&self) -> impl Iterator<Item = &Counted> {

@@ -10,6 +10,7 @@ mod answered;
 mod assumed;
 mod bearings;
 mod curves;
+mod distributions;
 mod failing;
 mod horizon;
 mod limit_values;
@@ -20,8 +21,10 @@ mod regimes;
 mod rows;
 mod sensitivity;
 mod stability;
+mod verdict;
 mod words;
 mod worst;
+mod worst_history;
 
 use crate::questions::{Answering, AnsweringError, Forecasts, Looked, answer_at_looks, columns_asked};
 use crate::run::directory::{RESULTS, read_current};
@@ -31,9 +34,10 @@ pub use assumed::{assumed, assumed_of_machine};
 pub use bearings::bearings_of;
 use bladeoff_answers::ask::Question;
 use bladeoff_answers::gate::Gate;
-use bladeoff_answers::page::{Block, Page, Section};
+use bladeoff_answers::page::{Block, Figure, Page, Section};
 use bladeoff_answers::summary::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
+use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
 pub use horizon::Horizon;
@@ -43,6 +47,7 @@ pub use provenance::LIMITS;
 use rows::Seen;
 pub use stability::unstable_of;
 use std::path::{Path, PathBuf};
+pub use worst_history::Envelope;
 
 /// What a report is about.
 #[derive(Debug, Clone, Copy)]
@@ -79,14 +84,22 @@ pub struct Ahead {
     pub short: Vec<String>,
 }
 
-/// Makes the report.
+/// A sample that was computed again; in words why it was not.
+pub type Again = Result<(Machine, Envelope), String>;
+
+/// Makes the report. `again` computes a sample again for its history; it returns `None` where no history is wanted.
 ///
 /// # Errors
 /// The table is not as it was written, cannot be read, or has not what is asked for.
-pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Result<Report, AnsweringError> {
+pub fn report(
+    subject: Subject<'_>,
+    ahead: impl Fn(&Answering) -> Ahead,
+    again: impl FnOnce(u64) -> Option<Again>,
+) -> Result<Report, AnsweringError> {
     let Subject { directory, samples, questions, gates, .. } = subject;
     let columns = columns_of(samples).ok_or(AnsweringError::Unread)?;
-    let coordinates = rows::coordinates(samples, &columns, &columns_asked(samples, questions, gates));
+    let asked = columns_asked(samples, questions, gates);
+    let coordinates = rows::coordinates(samples, &columns, &asked);
     let (mut is_known, mut is_table, mut end) = (true, false, None);
     let ask = || -> Result<Option<Looked>, AnsweringError> {
         if questions.is_empty() && gates.is_empty() {
@@ -96,17 +109,19 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     };
     // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
     let mut looked = ask()?;
-    let (seen, (summary, sensitive), (limits, horizon), too_many) = read_current(directory, row_files, |files| {
-        is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
-        is_known = refuse_changed(directory)? || !is_table;
-        end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
-        Ok((
-            rows::read(files, coordinates.clone(), &columns)?,
-            summary(samples, files)?,
-            (LimitTable::of(samples, files)?, Horizon::of(files)?),
-            too_many_beyond(samples, files)?,
-        ))
-    })?;
+    let (seen, found, (summary, sensitive), (limits, horizon), too_many) =
+        read_current(directory, row_files, |files| {
+            is_table = files.first().is_some_and(|first| first.ends_with(RESULTS));
+            is_known = refuse_changed(directory)? || !is_table;
+            end = files.first().filter(|_| is_table).map(|table| end_of_table(table)).transpose()?.flatten();
+            Ok((
+                rows::read(files, coordinates.clone(), &columns)?,
+                distributions::histograms(files, &coordinates)?,
+                summary(samples, files)?,
+                (LimitTable::of(samples, files)?, Horizon::of(files)?),
+                too_many_beyond(samples, files)?,
+            ))
+        })?;
     // it has ended meanwhile: one page is of one table
     if is_table && looked.as_ref().is_some_and(|looked| !looked.answering.answers.complete) {
         looked = ask()?;
@@ -114,27 +129,37 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     // a table is whole: one that [stop] ends, too
     let of = if is_table { seen.rows } else { samples.count() };
     let mut sections = Vec::new();
-    let assumptions = assumed(samples);
     let mut add = |id, heading: &str, blocks: Vec<Block>| {
         if !blocks.is_empty() {
             sections.push(Section { id, heading: heading.to_owned(), blocks });
         }
     };
-    add("assumptions", "Assumptions", if assumptions.is_empty() { Vec::new() } else { vec![Block::List(assumptions)] });
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
         add("answers", "Answers", answered::answers(answering, questions, &columns));
+        let results = distributions::results(&asked, (questions, gates), &coordinates, &found);
+        add("distributions", "Distributions of the results", results);
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
     }
     add("results", "Results", came_out(summary));
+    add("assumptions", "Machine and assumptions", machine(samples));
     add("model-limits", "Limits of the model", limits.page().map(Block::Table).into_iter().collect());
     add("regimes", "Regimes", regimes::regimes(&seen));
     add("failures", "Where runs fail", failing::failures(&seen, subject));
-    add("worst", "The worst runs", worst::worst(&seen, subject));
-    add("provenance", "Provenance", provenance::provenance(subject));
+    let mut worst = worst::worst(&seen, subject);
+    worst.extend(history(&seen, again));
+    add("worst", "The worst runs", worst);
+    add("inputs", "Inputs as they were drawn", distributions::inputs(samples, &coordinates, &found));
+    let provenance = provenance::provenance(subject);
+    add(
+        "provenance",
+        "Provenance",
+        vec![Block::Details("Program, engine, times and checksums".to_owned(), provenance)],
+    );
     add("limits", "What this page does not cover", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
-    let mut lead = lead(&seen, of, looked.as_ref(), ended);
+    let mut lead = vec![verdict::verdict(&seen, looked.as_ref(), &limits)];
+    lead.extend(self::lead(&seen, of, looked.as_ref(), ended));
     lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
     lead.extend(sensitive.map(Block::Text));
     lead.extend(too_many.map(|line| Block::Warning(format!("{line}."))));
@@ -142,7 +167,7 @@ pub fn report(subject: Subject<'_>, ahead: impl Fn(&Answering) -> Ahead) -> Resu
     lead.extend(limits.noted().into_iter().map(|line| Block::Warning(format!("{line}."))));
     lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
     lead.extend(unstable_of(samples).into_iter().map(|range| Block::Warning(format!("Whirl is {range}."))));
-    let page = Page { title: subject.name.to_owned(), lead, sections };
+    let page = Page { title: subject.name.to_owned(), lead, sections, reload: None };
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }
 
@@ -208,6 +233,33 @@ fn summary(samples: &Samples, files: &[PathBuf]) -> Result<(String, Option<Strin
     }
     let summary = Summary::of(files)?.with_twin(study.twin_keys());
     Ok((summary.text(None), summary.sensitive()))
+}
+
+/// The machine of the first sample, drawn, and its assumptions.
+fn machine(samples: &Samples) -> Vec<Block> {
+    let first = samples.try_machine(0).ok().flatten().and_then(|machine| machine.build().ok());
+    let drawn = first.and_then(|machine| bladeoff_answers::figures::machine(&machine).ok().flatten());
+    let figure = drawn.map(|drawn| Figure {
+        caption: "The machine of sample 0 from the side and its diaphragm from the front.".to_owned(),
+        drawing: drawn.svg().to_owned(),
+        plot: None,
+        table: None,
+    });
+    let assumptions = assumed(samples);
+    let lines = (!assumptions.is_empty()).then_some(Block::List(assumptions));
+    figure.map(Block::from).into_iter().chain(lines).collect()
+}
+
+/// The history of the worst run, or why it is not there.
+fn history(seen: &Seen, again: impl FnOnce(u64) -> Option<Again>) -> Vec<Block> {
+    let Some((name, worst)) = worst_history::worst_run(seen) else { return Vec::new() };
+    match again(worst.sample) {
+        None => Vec::new(),
+        Some(Ok((machine, envelope))) => worst_history::blocks(name, worst, &machine, &envelope),
+        Some(Err(why)) => {
+            vec![Block::Note(format!("The history of sample {} is not shown: {why}.", worst.sample))]
+        }
+    }
 }
 
 fn came_out(summary: String) -> Vec<Block> {

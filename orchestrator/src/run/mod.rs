@@ -39,6 +39,7 @@ mod resume;
 mod reuse;
 pub mod shards;
 mod sink;
+mod so_far;
 mod stages;
 mod staging;
 mod stamp;

@@ -90,6 +90,7 @@ impl Sink for RecordSink<'_> {
         {
             let known = &mut *self.known.borrow_mut();
             known.taken.add(&entry.outcome);
+            known.so_far.see(&entry.outcome);
             known.events.iter_mut().for_each(|events| events.sample(sample, &entry));
         }
         self.uncommitted.push(sample);

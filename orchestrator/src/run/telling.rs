@@ -4,6 +4,7 @@ use super::error::RunError;
 use super::events::EventStream;
 use super::open::Session;
 use super::request::{Finished, Request};
+use super::so_far::SoFar;
 use super::status::{StatusWriter, describe};
 use crate::dispatch::{DispatchError, Notice, Observer};
 use crate::schedule::{Activity, Snapshot, WorkerView};
@@ -23,6 +24,8 @@ pub(super) struct Known {
     pub durable: Tally,
     /// Costs of the samples of this run.
     pub costs: Costs,
+    /// Worst value and first answer of this run.
+    pub so_far: SoFar,
     /// Events for programs.
     pub events: Option<EventStream>,
 }
@@ -66,6 +69,7 @@ impl Telling {
         {
             let known = &mut *known.borrow_mut();
             (known.taken, known.durable) = (tally.clone(), tally.clone());
+            known.so_far = SoFar::new(samples, session.prepared.schema.outcome());
         }
         let status = StatusWriter::new(session.directory.open(), samples, reused).trusting(session.request.trusts);
         let progress = Progress::start(samples.count(), reused, Instant::now());
@@ -112,7 +116,7 @@ impl Observer for Telling {
         let known = &mut *self.known.borrow_mut();
         let eta = known.costs.eta(&underway(snapshot, now));
         known.events.iter_mut().for_each(|events| events.progress(snapshot, eta));
-        self.progress.update(&known.taken, eta, stale, now);
+        self.progress.update(&known.taken, eta, (stale, &known.so_far.text()), now);
         self.status.update(snapshot, eta, &known.durable, now);
     }
 

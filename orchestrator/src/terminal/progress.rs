@@ -44,10 +44,10 @@ impl Progress {
         matches!(self.display, Display::Bar(_))
     }
 
-    /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while.
-    pub fn update(&mut self, tally: &Tally, eta: Option<Eta>, stale: usize, now: Instant) {
+    /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while; `so_far`: results, in words.
+    pub fn update(&mut self, tally: &Tally, eta: Option<Eta>, (stale, so_far): (usize, &str), now: Instant) {
         let done = tally.done();
-        let view = View { stale, ..self.view(tally, now, eta.map_or(Left::Unknown, Left::Range)) };
+        let view = View { stale, so_far, ..self.view(tally, now, eta.map_or(Left::Unknown, Left::Range)) };
         match &mut self.display {
             Display::Bar(bar) => bar.draw(view.fitting(Bar::columns())),
             Display::Lines { last, shown } => {
@@ -96,7 +96,7 @@ impl Progress {
 
     fn view<'a>(&self, tally: &'a Tally, now: Instant, left: Left) -> View<'a> {
         let elapsed = now.duration_since(self.started);
-        View { tally, before: self.before, total: self.total, elapsed, left, stale: 0 }
+        View { tally, before: self.before, total: self.total, elapsed, left, stale: 0, so_far: "" }
     }
 }
 
@@ -118,6 +118,8 @@ struct View<'a> {
     elapsed: Duration,
     left: Left,
     stale: usize,
+    /// Worst value and first answer.
+    so_far: &'a str,
 }
 
 impl View<'_> {
@@ -132,7 +134,8 @@ impl View<'_> {
             self.tally.words(&[Status::Invalid]),
             self.tally.words(&[Status::Failed, Status::Quarantined])
         );
-        format!("{}{}{}{outcome}{}", self.count(), self.rate(), self.left(), self.silent())
+        let so_far = if self.so_far.is_empty() { String::new() } else { format!("; {}", self.so_far) };
+        format!("{}{}{}{outcome}{}{so_far}", self.count(), self.rate(), self.left(), self.silent())
     }
 
     /// As much of it as a line of a terminal has room for, behind a bar.
@@ -208,7 +211,7 @@ mod tests {
     }
 
     fn view(tally: &Tally, total: u64, left: Left) -> View<'_> {
-        View { tally, before: 0, total, elapsed: Duration::from_secs(2), left, stale: 0 }
+        View { tally, before: 0, total, elapsed: Duration::from_secs(2), left, stale: 0, so_far: "" }
     }
 
     fn range(low: u64, high: u64) -> Left {
@@ -224,6 +227,15 @@ mod tests {
         assert_eq!(view(&tally, 3, Left::Over).text(), "3/3, 1.5/s, 2.0 s; invalid 0, failed 1 (1 diverged)");
         let line = View { before: 2, ..view(&tally, 9, Left::Over) }.text();
         assert!(line.starts_with("3/9, 30.0/min; invalid"), "two were there before, and it was stopped: {line}");
+    }
+
+    #[test]
+    fn results_so_far_stand_at_the_end_where_there_is_room() {
+        let tally = tally(&[None]);
+        let view = View { so_far: "largest bearing load 1.6 MN, overload 1 of 2", ..view(&tally, 3, range(4, 4)) };
+        let line = view.text();
+        assert!(line.ends_with("failed 0; largest bearing load 1.6 MN, overload 1 of 2"), "{line}");
+        assert!(view.fitting(140).contains("overload 1 of 2") && !view.fitting(80).contains("overload"));
     }
 
     #[test]

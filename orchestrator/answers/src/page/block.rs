@@ -12,6 +12,8 @@ pub struct Page {
     pub lead: Vec<Block>,
     /// In order.
     pub sections: Vec<Section>,
+    /// Seconds after which a browser loads the page again; `None`: it stays.
+    pub reload: Option<u64>,
 }
 
 /// A part of a page, with a place in its contents.
@@ -34,6 +36,8 @@ pub enum Block {
     Text(String),
     /// A remark, quieter.
     Note(String),
+    /// The one line that a hurried reader reads.
+    Verdict(String),
     /// What has to be seen first: an incomplete study, runs that failed.
     Warning(String),
     /// Sentences, one below the other.

@@ -40,13 +40,15 @@ impl Page {
         let policy = format!(
             "default-src 'none'; script-src 'sha256-{library}' 'sha256-{script}'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
         );
+        let reload = self.reload.map(|seconds| format!("<meta http-equiv=\"refresh\" content=\"{seconds}\">\n"));
+        let reload = reload.unwrap_or_default();
         let figures = json(&Value::Object(body.plots));
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"referrer\" content=\"no-referrer\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
-             <meta name=\"generator\" content=\"bladeoff\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+             <meta name=\"generator\" content=\"bladeoff\">\n{reload}<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
              <a class=\"skip\" href=\"#content\">Skip to the content</a>\n{body}\
              <script type=\"application/json\" id=\"figures\">{figures}</script>\n\
              <script>{LIBRARY}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
@@ -89,6 +91,7 @@ impl Body {
         match block {
             Block::Heading(text) => self.element("h3", "", text),
             Block::Text(text) => self.element("p", "", text),
+            Block::Verdict(text) => self.element("p", "verdict", text),
             Block::Note(text) => self.element("p", "note", text),
             Block::Warning(text) => self.element("p", "warning", text),
             Block::List(lines) => {

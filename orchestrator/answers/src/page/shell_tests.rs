@@ -66,7 +66,7 @@ fn hostile_text_is_text_everywhere() {
     ];
     let section = Section { id: "a", heading: hostile.into(), blocks: blocks.clone() };
     let other = Section { id: "b", heading: hostile.into(), blocks: Vec::new() };
-    let page = Page { title: hostile.into(), lead: blocks, sections: vec![section, other] }.html();
+    let page = Page { title: hostile.into(), lead: blocks, sections: vec![section, other], reload: None }.html();
     let ours = page.replace(LIBRARY, "").replace(SCRIPT, "").replace(STYLE, "");
     assert_eq!(ours.matches("<script").count(), 3, "data and both scripts");
     assert_eq!(ours.matches("</script").count(), 3);
@@ -77,7 +77,8 @@ fn hostile_text_is_text_everywhere() {
 #[test]
 fn links_lead_somewhere_and_the_same_page_is_the_same_bytes() {
     let section = |id| Section { id, heading: format!("About {id}"), blocks: vec![Block::Text("x".into())] };
-    let page = Page { title: "A".into(), lead: Vec::new(), sections: vec![section("first"), section("second")] };
+    let page =
+        Page { title: "A".into(), lead: Vec::new(), sections: vec![section("first"), section("second")], reload: None };
     let text = page.html();
     assert_eq!(text, page.html());
     for id in ["first", "second", "content"] {

@@ -178,7 +178,7 @@ pub(super) fn report(directory: &Path, samples: &Samples) -> Result<(), CliError
     let study = samples.study();
     let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
     let subject = Subject { directory, samples, name: &study.name, questions: &questions, gates: &gates };
-    let page = page_of(subject, |_| Ahead::default())?.page.html();
+    let page = page_of(subject, |_| Ahead::default(), |_| None)?.page.html();
     let path = directory.with_extension("html");
     fs::write(&path, page).map_err(FileError::at("write", &path))?;
     Ok(())

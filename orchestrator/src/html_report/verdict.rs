@@ -1,0 +1,54 @@
+//! The first line of a page: what the gates decided, and for how many runs the model holds.
+
+use super::limits::LimitTable;
+use super::rows::Seen;
+use super::words::percent;
+use crate::questions::Looked;
+use bladeoff_answers::gate::{Decision, Verdict};
+use bladeoff_answers::page::Block;
+use bladeoff_answers::summary::counted;
+
+/// "Verdict: 2 of 3 gates passed, 1 is open. ..."
+pub(super) fn verdict(seen: &Seen, looked: Option<&Looked>, limits: &LimitTable) -> Block {
+    let decisions = looked.map_or(&[][..], |looked| &looked.decisions);
+    let text = [gates(decisions), runs(seen), restrictions(limits)].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    Block::Verdict(format!("Verdict: {text}"))
+}
+
+/// The gates, failed ones first; a gate is counted once for each group that it judges.
+fn gates(decisions: &[Decision]) -> Option<String> {
+    if decisions.is_empty() {
+        return None;
+    }
+    let count = |verdict| decisions.iter().filter(|decision| decision.verdict == verdict).count() as u64;
+    let all = decisions.len() as u64;
+    let parts = [(Verdict::Failed, "FAILED"), (Verdict::Open, "open"), (Verdict::Passed, "passed")];
+    let parts = parts.map(|(verdict, word)| (count(verdict), word)).into_iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts.map(|(count, word)| format!("{count} {word}")).collect();
+    Some(format!("{}: {}.", counted(all, "gate decision"), parts.join(", ")))
+}
+
+/// For how many runs the model holds.
+fn runs(seen: &Seen) -> Option<String> {
+    if seen.rows == 0 {
+        return Some("no run has ended yet.".to_owned());
+    }
+    let (ok, all) = (seen.ok(), counted(seen.rows, "run"));
+    Some(match seen.rows - ok {
+        0 => format!("all {all} passed the numerical checks and the limits that end a run."),
+        bad if ok == 0 => format!("none of the {} may be used for design.", counted(bad, "run")),
+        bad => format!(
+            "{ok} of {all} passed the numerical checks and the limits that end a run; {bad} ({}) did not.",
+            percent(bad as f64 / seen.rows as f64)
+        ),
+    })
+}
+
+/// What status ok does not mean here.
+fn restrictions(limits: &LimitTable) -> Option<String> {
+    let noted = limits.names_noted();
+    let noted = (!noted.is_empty()).then(|| format!("ok runs exceed {}, which is only noted", noted.join(" and ")));
+    let unjudged = limits.unjudged().map(|_| "stresses are not judged".to_owned());
+    let parts: Vec<String> = noted.into_iter().chain(unjudged).collect();
+    (!parts.is_empty()).then(|| format!("Restrictions: {}.", parts.join("; ")))
+}
