@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sysconfig
 from pathlib import Path
@@ -49,10 +50,17 @@ def call(*words: PathLike, show: bool = False, allowed: Sequence[int] = FINISHED
     """Runs a command to its end. ``show``: its messages appear on standard error while it runs."""
     command = [program(), *(os.fspath(word) for word in words)]
     messages = None if show else subprocess.PIPE
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=messages, text=True)
-    if done.returncode not in allowed:
-        raise BladeoffError(command, done.returncode, done.stderr or "")
-    return done
+    running = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=messages, text=True)
+    try:
+        out, told = running.communicate()
+    except BaseException:
+        # Ctrl-C: a run ends in order, so that no finished sample is lost and no shared memory stays behind
+        running.send_signal(signal.SIGINT)
+        running.communicate()
+        raise
+    if running.returncode not in allowed:
+        raise BladeoffError(command, running.returncode, told or "")
+    return subprocess.CompletedProcess(command, running.returncode, out, told)
 
 
 def call_json(*words: PathLike, allowed: Sequence[int] = FINISHED) -> dict[str, Any]:

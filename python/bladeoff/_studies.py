@@ -56,7 +56,8 @@ def simulate(machine: PathLike, set: Optional[Mapping[str, Value]] = None, **par
     changes = dict(set or {}) | {name.replace("__", "."): value for name, value in parameters.items()}
     words: list[PathLike] = ["simulate", machine]
     for path, value in changes.items():
-        words += ["--set", f"{path}={value!r}" if isinstance(value, float) else f"{path}={value}"]
+        # a float of NumPy is a float, too, with another repr
+        words += ["--set", f"{path}={float(value)!r}" if isinstance(value, float) else f"{path}={value}"]
     return call_json(*words)
 
 

@@ -1,6 +1,10 @@
 """The Python module against the program: a study of the lab rig, tables, answers, histories, errors."""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import bladeoff
@@ -85,6 +89,35 @@ def test_a_transient_has_its_parameters_by_path_or_keyword() -> None:
     by_path = bladeoff.simulate(MACHINE, {"contact.gap": "0.5 mm", "run.end_time": 0.02})
     by_keyword = bladeoff.simulate(MACHINE, contact__gap=0.0005, run__end_time="20 ms")
     assert by_path == by_keyword and by_path["status"] == "ok" and by_path["end_time_s"] == pytest.approx(0.02, rel=0.01)
+
+
+class Numpy64(float):
+    """A float whose repr is no number, as that of numpy.float64."""
+
+    def __repr__(self) -> str:
+        return f"np.float64({float(self)})"
+
+
+def test_floats_of_numpy_are_numbers() -> None:
+    ours = bladeoff.simulate(MACHINE, {"contact.friction": Numpy64(0.2), "run.end_time": "20 ms"})
+    assert ours == bladeoff.simulate(MACHINE, {"contact.friction": 0.2, "run.end_time": "20 ms"})
+
+
+def test_ctrl_c_ends_a_study_in_order(tmp_path: Path) -> None:
+    study = tmp_path / "long.toml"
+    study.write_text(STUDY.replace("samples = 3", "samples = 100000"))
+    (tmp_path / "lab_rig.toml").write_text(MACHINE.read_text())
+    script = f"import bladeoff; bladeoff.run({str(study)!r}, {str(tmp_path / 'out')!r}, workers=1)"
+    running = subprocess.Popen([sys.executable, "-c", script], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 120
+    while not (tmp_path / "out/status.json").is_file() or bladeoff.status(tmp_path / "out")["done"] == 0:
+        assert running.poll() is None and time.monotonic() < deadline
+        time.sleep(0.1)
+    running.send_signal(signal.SIGINT)
+    _, told = running.communicate(timeout=120)
+    assert "KeyboardInterrupt" in told
+    state = bladeoff.status(tmp_path / "out")
+    assert state["state"] == "ended" and 0 < state["done"] < 200000
 
 
 def test_errors_have_the_message_and_the_exit_code(tmp_path: Path) -> None:

@@ -81,7 +81,7 @@ fn the_interval_of_paired_differences_holds_the_known_one() {
     // the farthest pair is the one that the tables have
     let (header, rows) = table(&a);
     let at = |name: &str| header.iter().position(|column| column == name).expect("there");
-    let first = &g["movers"][0];
+    let first = &g["largest_changes"][0];
     let sample = first["a"].as_u64().expect("a number") as usize;
     assert_ne!(first["a"], first["b"], "the values of w are in another order");
     for input in ["x", "y", "w"] {
@@ -304,7 +304,7 @@ fn names_and_values_from_outside_stay_in_their_line() {
     assert!(said.out.contains("id = a\\u{202e}b") && said.out.contains("run.end_time: 10 ms in A"), "{}", said.out);
     assert!(!said.out.lines().any(|line| line.trim_start().starts_with("INJECTED")), "{}", said.out);
     let (_, found) = compared(&[&a, &b]);
-    let movers = column(&found, "paired", "max_bearing_load_N")["movers"].as_array().expect("a list").clone();
+    let movers = column(&found, "paired", "max_bearing_load_N")["largest_changes"].as_array().expect("a list").clone();
     assert!(movers.iter().any(|mover| mover["inputs"]["id"] == "a\u{202e}b"), "{movers:?}");
     let gone = say(&["compare", &folder.name("gone\nINJECTED"), &b]);
     assert!(gone.code == 3 && gone.err.contains("gone\\u{a}INJECTED"), "{} {}", gone.code, gone.err);

@@ -122,7 +122,7 @@ fn whatever_a_result_directory_holds() {
         fs::write(path, told.to_string()).expect("written");
     };
     json("status.json", &|told| {
-        for key in ["study", "go_on", "updated", "study_file", "directory"] {
+        for key in ["study", "resume", "updated", "study_file", "directory"] {
             told[key] = format!("{EVIL}\nstate      complete").into();
         }
     });

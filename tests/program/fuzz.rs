@@ -310,7 +310,7 @@ fn any_value_of_status_or_manifest_is_read_or_refused() {
         "by_status",
         "workers",
         "state",
-        "go_on",
+        "resume",
         "pid",
         "scale",
         "limit",

@@ -198,11 +198,16 @@ fn a_page_has_verdict_distributions_and_the_history_of_the_worst_run() {
         "schema = 1\nname = \"rub\"\nmachine = \"rig.toml\"\n[set]\n\"run.end_time\" = \"0.1 s\"\n\
          [design]\nkind = \"monte-carlo\"\nsamples = 12\n[[uncertain]]\npath = \"contact.gap\"\ndistribution = \"uniform\"\n\
          lower = \"0.3 mm\"\nupper = \"0.4 mm\"\n\
-         [[gate]]\nrequire = \"P(max_bearing_load_N > 30 kN) < 0.5\"\n",
+         [[gate]]\nrequire = \"P(max_bearing_load_N > 120 N) < 0.9\"\n",
     );
     let out = folder.name("rub");
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
-    assert!(run.code == 0 && run.out.contains("12           12"), "all touch: {}{}", run.out, run.err);
+    assert!(
+        run.code == 0 && run.out.contains("hyp2            12            12  12"),
+        "all touch: {}{}",
+        run.out,
+        run.err
+    );
     let text = page(&folder, &out, "rub.html");
     assert_eq!(text, page(&folder, &out, "again.html"), "the history is the same bytes, too");
     let text = own(&text);

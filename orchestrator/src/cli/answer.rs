@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::output::{print_json, remark, tell};
 use super::place::default_directory;
 use super::refusals::NotAsked;
-use super::why::{frozen, go_on};
+use super::why::{frozen, resume_command};
 use crate::html_report::{LimitTable, bearings_of, too_many_beyond};
 use crate::questions::{
     Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
@@ -99,7 +99,9 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     let done = seen.last_report.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
     let rows = read_current(directory, row_files, Table::count_rows)? as u64;
     if done > rows {
-        let how = go_on(&seen).map(|command| format!("; this writes them and resumes: {command}")).unwrap_or_default();
+        let how = resume_command(&seen)
+            .map(|command| format!("; this writes them and resumes: {command}"))
+            .unwrap_or_default();
         let samples = counted(done - rows, "sample");
         remark(&format!(
             "warning: {samples} of {done} are in the record of {} and in no table yet{how}",

@@ -55,7 +55,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         let parts = args.directory.join(PARTS);
         remark(&format!(
             "warning: the study is incomplete; exporting the finished rows that are in {} (after a kill the record may have a few \
-             more: `run` writes them). Parts have no checksum: that they are as they were written cannot be verified",
+             more: `run` writes them). Parts have no checksum, so they cannot be verified",
             shown(parts)
         ));
     }

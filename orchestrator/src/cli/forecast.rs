@@ -102,7 +102,7 @@ fn between(samples: &Samples, stability: &mut Stability) -> Vec<String> {
     let (Some(least), Some(largest)) = (looked.iter().min_by(order), looked.iter().max_by(order)) else {
         return lines;
     };
-    lines.push(format!("contact expected in {expected} of {} samples that were looked at", looked.len()));
+    lines.push(format!("contact expected in {expected} of {} samples that were checked", looked.len()));
     lines.push(format!("largest, with {}", largest.text));
     if least.share < largest.share {
         lines.push(format!("least, with {}", least.text));

@@ -28,8 +28,9 @@ use std::path::{Path, PathBuf};
 /// that repeated analyses do not make it easier to pass.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  bladeoff run studies/ci-night.toml && \\
-    bladeoff gate runs/ci-night
+  bladeoff run studies/ci-night.toml --wall 20min || \\
+    test $? -eq 5
+  bladeoff gate runs/ci-night
   bladeoff gate runs/ci-night --junit gate.xml
   bladeoff gate runs/ci-night --json | jq .verdict
   bladeoff gate runs/ci-night \\

@@ -357,7 +357,7 @@ fn json(machine: &Machine, report: &ModesReport, unstable: &[UnstableRange]) -> 
     });
     object.raw("unstable", &list(ranges.collect()));
     let frequencies = |all: &[f64]| list(all.iter().map(|frequency| number(hertz(*frequency))).collect());
-    object.raw("twist_Hz", &frequencies(&report.twist));
+    object.raw("torsion_Hz", &frequencies(&report.twist));
     object.raw("axial_Hz", &frequencies(&report.axial));
     let rings = report.rings.iter().map(|(name, modes)| {
         let modes = modes.iter().map(|mode| {

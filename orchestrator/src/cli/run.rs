@@ -15,7 +15,7 @@ use crate::questions::{Refinement, check_asked};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{
-    Finished, PrecisionCheck, Refining, Request, Rerun, RunError, TRUST, give_back, go_on, own_columns, run,
+    Finished, PrecisionCheck, Refining, Request, Rerun, RunError, TRUST, give_back, own_columns, resume_command, run,
 };
 use crate::start_check::check_starts;
 use crate::terminal::Tally;
@@ -306,14 +306,15 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
         return args.shard.run(shard, request, &samples);
     }
     let trust = if args.trust_dir { TRUST } else { "" };
-    let go_on_in =
-        |out: &Path| remark(&format!("what is finished is kept; resume with: {}{trust}", go_on(out, &samples)));
-    let go_on = || go_on_in(&out);
+    let go_on_in = |out: &Path| {
+        remark(&format!("what is finished is kept; resume with: {}{trust}", resume_command(out, &samples)))
+    };
+    let print_command = || go_on_in(&out);
     let finished = run(&request, &samples, &remark).inspect_err(|error| {
         if let RunError::Lost(lost) = error {
             lost.goes_on_in().inspect(|out| go_on_in(out));
         } else if !error.is_refusal() && out.join(LEDGER).exists() {
-            go_on();
+            print_command();
         }
     })?;
     let incomplete = !finished.ended.is_complete();
@@ -344,7 +345,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
     }
     if incomplete {
         remark(&why_it_ended(&finished, samples.count()));
-        go_on();
+        print_command();
     }
     Ok(match verdict(samples.study(), &finished, samples.count()) {
         Exit::Ok => exit_of_answers,

@@ -5,7 +5,7 @@ use super::exit::Exit;
 use super::output::remark;
 use crate::dispatch::Ended;
 use crate::run::shards::{SHARDS, Shard, ShardFinished, ShardRequest, memory_of_worker, run_shard};
-use crate::run::{Request, TRUST, go_on};
+use crate::run::{Request, TRUST, resume_command};
 use bladeoff_answers::summary::counted;
 use bladeoff_study::{Samples, parse_duration};
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ impl ShardArgs {
         let scratch = self.scratch.clone().unwrap_or_else(std::env::temp_dir);
         run.sample.memory = run.sample.memory.or_else(|| memory_of_worker(run.workers));
         let trust = if run.trusts { TRUST } else { "" };
-        let again = format!("{} --shard {shard}{trust}", go_on(&run.out, samples));
+        let again = format!("{} --shard {shard}{trust}", resume_command(&run.out, samples));
         let request =
             ShardRequest { run, shard, chunk: self.chunk, reuse: self.reuse.clone(), scratch, patience: self.patience };
         let finished = run_shard(&request, samples, &|text| remark(text)).inspect_err(|error| {

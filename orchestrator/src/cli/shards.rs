@@ -50,7 +50,7 @@ pub(super) fn as_text(directory: &Path, seen: &ShardsStatus, ahead: Option<&Stag
         line("attempt", format!("and {} more", seen.attempts.len() - SHOWN));
     }
     if !seen.is_merged {
-        line("resume", seen.go_on(directory));
+        line("resume", seen.resume_command(directory));
     }
     lines.push(String::new());
     lines.join("\n")
@@ -100,7 +100,7 @@ pub(super) fn as_json(directory: &Path, seen: &ShardsStatus) -> Value {
         "total": seen.samples,
         "done": seen.done,
         "left": seen.samples - seen.done,
-        "go_on": if seen.is_merged { Value::Null } else { json!(seen.go_on(directory)) },
+        "resume": if seen.is_merged { Value::Null } else { json!(seen.resume_command(directory)) },
         "shards": {
             "chunk": seen.chunk,
             "chunks": seen.chunks,

@@ -229,7 +229,7 @@ fn as_text(
                 lines.push(visible(worker["doing"].as_str().unwrap_or("worker")).into_owned());
             }
         } else if let Some(command) =
-            word("go_on").filter(|_| !matches!(seen.state, RunState::Complete | RunState::Unknown { .. }))
+            word("resume").filter(|_| !matches!(seen.state, RunState::Complete | RunState::Unknown { .. }))
         {
             line("resume", command.to_owned());
         }

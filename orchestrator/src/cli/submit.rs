@@ -152,7 +152,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     if args.dry_run || !args.scheduler.is_tested() {
         if !args.scheduler.is_tested() && !args.dry_run {
             remark(&format!(
-                "the scripts of {} are templates that were reviewed and not run by us: read them, then hand them in by these commands",
+                "the scripts of {} are templates that the developers reviewed but did not run: read them, then submit them with these commands",
                 args.scheduler
             ));
         }

@@ -158,7 +158,7 @@ fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
     if let Some(twin) = twin(&samples, sample) {
         lines.push(TWIN, twin);
     }
-    let go_on = go_on(&seen);
+    let resume_command = resume_command(&seen);
     let row = read_current(directory, row_files, |files| {
         refuse_changed(directory)?;
         Table::row(files, sample)
@@ -169,14 +169,14 @@ fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
         Some(row) if samples.study().function().is_some() && is_not_finite(row) => {
             lines.push("status", "failed: a formula gave no finite number (non_finite); what the others gave is kept");
         }
-        Some(row) => finished(&mut lines, row, machine.as_ref(), (directory, sample, go_on.as_deref())),
+        Some(row) => finished(&mut lines, row, machine.as_ref(), (directory, sample, resume.as_deref())),
         None if let Some(end) = end_before(directory, sample) => {
             let words = end.words(&samples);
             let why = if end.is_chosen() { "not among those of the table" } else { "beyond the end of the table" };
             lines.push("status", format!("{why}: {words}; it may be in the record, but has no row"));
         }
         None => {
-            lines.push("status", unfinished(&seen.state, seen.last_report.as_ref(), sample, go_on.as_deref()));
+            lines.push("status", unfinished(&seen.state, seen.last_report.as_ref(), sample, resume.as_deref()));
         }
     }
     timing(&mut lines, directory, sample);
@@ -307,13 +307,17 @@ fn unread(directory: &Path, source: StudyError) -> WhyError {
         Some(seen) if is_beginning && matches!(seen.state, RunState::Running { .. }) => {
             WhyError::Beginning { directory }
         }
-        seen => WhyError::Frozen { directory, again: seen.filter(|_| is_gone).and_then(|seen| go_on(&seen)), source },
+        seen => WhyError::Frozen {
+            directory,
+            again: seen.filter(|_| is_gone).and_then(|seen| resume_command(&seen)),
+            source,
+        },
     }
 }
 
 /// The command that goes on with what is in a directory.
-pub(super) fn go_on(seen: &DirectoryStatus) -> Option<String> {
-    seen.last_report.as_ref()?.get("go_on").and_then(Value::as_str).map(str::to_owned)
+pub(super) fn resume_command(seen: &DirectoryStatus) -> Option<String> {
+    seen.last_report.as_ref()?.get("resume").and_then(Value::as_str).map(str::to_owned)
 }
 
 /// The command that computes a sample with a change of its machine and prints both rows; `None`: the step of the run is not known.
@@ -350,7 +354,7 @@ fn finished(
     lines: &mut Lines,
     row: &Table,
     machine: Option<&Machine>,
-    (directory, sample, go_on): (&Path, u64, Option<&str>),
+    (directory, sample, resume_command): (&Path, u64, Option<&str>),
 ) {
     let word = |name: &str| row.words(name).and_then(|words| words[0].as_deref());
     let number = |name: &str| row.numbers(name).and_then(|values| values[0]);
@@ -375,7 +379,7 @@ fn finished(
         if let Some(command) = tried.and_then(|(machine, change)| try_it(machine, directory, sample, change)) {
             lines.push("  try it", command);
         }
-        if let Some(command) = go_on.filter(|_| !cause.is_deterministic()) {
+        if let Some(command) = resume_command.filter(|_| !cause.is_deterministic()) {
             lines.push("  try again", format!("{command} --rerun cause={}", cause.word()));
         }
     }
@@ -417,9 +421,9 @@ fn unfinished(
     state: &RunState,
     said: Option<&serde_json::Map<String, Value>>,
     sample: u64,
-    go_on: Option<&str>,
+    resume_command: Option<&str>,
 ) -> String {
-    let go_on = go_on.map(|command| format!("; resume with: {command}")).unwrap_or_default();
+    let resume_command = resume_command.map(|command| format!("; resume with: {command}")).unwrap_or_default();
     match state {
         RunState::Running { .. } => {
             let workers = said.and_then(|said| said.get("workers")).and_then(Value::as_array);
@@ -430,9 +434,11 @@ fn unfinished(
             format!("{here}; the study is running")
         }
         RunState::Killed(_) => {
-            format!("not finished, or recorded by the run that was killed before it wrote a part of the table{go_on}")
+            format!(
+                "not finished, or recorded by the run that was killed before it wrote a part of the table{resume_command}"
+            )
         }
-        RunState::Complete | RunState::Ended => format!("not finished{go_on}"),
+        RunState::Complete | RunState::Ended => format!("not finished{resume_command}"),
         RunState::Unknown { why } => {
             format!("not finished, or not yet in a part of the table; whether a run lives is not known: {why}")
         }

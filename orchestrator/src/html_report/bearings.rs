@@ -96,7 +96,7 @@ fn look(samples: &Samples, moving: &[usize], all: u64) -> Vec<String> {
     let which = |said: &Said| match (all, looked == all) {
         (1, _) => String::new(),
         (_, true) => format!(" (in {} of the study's {all} samples; most with {})", said.count, said.shown),
-        (_, false) => format!(" (worst of {looked} samples that were looked at, of {all}: {})", said.shown),
+        (_, false) => format!(" (worst of {looked} samples that were checked, of {all}: {})", said.shown),
     };
     said.values().map(|said| format!("{}{}", said.note.text(), which(said))).collect()
 }

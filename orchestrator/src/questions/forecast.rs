@@ -80,7 +80,8 @@ pub struct Awaited {
 }
 
 /// Said once of all answers.
-pub(super) const NOT_NARROWED: &str = "more points cannot narrow what the runs beyond the model leave open";
+pub(super) const NOT_NARROWED: &str =
+    "more points cannot narrow the part of an interval that runs beyond the model leave open";
 
 /// Points that are never forecast.
 const MOST: f64 = 1e15;

@@ -67,7 +67,7 @@ pub use provenance::is_of_formulas;
 pub use request::{Finished, Request};
 pub use resume::Rerun;
 pub(crate) use stamp::timestamp;
-pub use status::{DirectoryStatus, RunState, TRUST, directory_status, go_on};
+pub use status::{DirectoryStatus, RunState, TRUST, directory_status, resume_command};
 pub use trust::Untrusted;
 pub(crate) use trust::check as check_trust;
 

@@ -86,7 +86,11 @@ impl SoFar {
     /// "largest max bearing load 1.2 MN, overload 3 of 40"; empty before the first ok row.
     pub fn text(&self) -> String {
         let worst = self.worst.iter().filter_map(|worst| {
-            Some(format!("largest {} {}", worst.name.trim_start_matches("max "), format_digits(worst.largest?, &worst.unit, 3)))
+            Some(format!(
+                "largest {} {}",
+                worst.name.trim_start_matches("max "),
+                format_digits(worst.largest?, &worst.unit, 3)
+            ))
         });
         let answer = self.answer.iter().filter(|answer| answer.rows > 0);
         let answer = answer.map(|answer| format!("{} {} of {}", answer.name, answer.events, answer.rows));
@@ -106,12 +110,8 @@ mod tests {
     fn ok_rows_alone_are_counted() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/blade-off-risk.toml");
         let samples = Samples::new(load(&file, |_| Vec::new()).expect("a study"), None, None).expect("samples");
-        let field = |name: &str| Field {
-            name: name.into(),
-            unit: "N".into(),
-            meaning: String::new(),
-            kind: FieldKind::Real,
-        };
+        let field =
+            |name: &str| Field { name: name.into(), unit: "N".into(), meaning: String::new(), kind: FieldKind::Real };
         let mut known = SoFar::new(&samples, &[field("other_N"), field(DEFAULT)]);
         assert_eq!(known.text(), "");
         for (status, load) in [(Status::Ok, 1.6e6), (Status::Ok, 0.2e6), (Status::Invalid, 9e9)] {

@@ -66,7 +66,7 @@ impl StatusWriter {
             "total": samples.count(),
             "points": samples.points(),
             "reused": reused,
-            "go_on": go_on(directory, samples),
+            "resume": resume_command(directory, samples),
             "study_file": samples.study().file,
             "started_in": std::env::current_dir().ok().map(|folder| folder.to_string_lossy().into_owned()),
             "directory": std::path::absolute(directory).unwrap_or_else(|_| directory.to_path_buf()).to_string_lossy(),
@@ -90,7 +90,7 @@ impl StatusWriter {
 
     /// Adds `--trust-dir` to the command that continues the study, if this run has it.
     pub fn trusting(mut self, trusts: bool) -> Self {
-        if let Some(Value::String(command)) = self.fixed.get_mut("go_on").filter(|_| trusts) {
+        if let Some(Value::String(command)) = self.fixed.get_mut("resume").filter(|_| trusts) {
             command.push_str(TRUST);
         }
         self.fixed.insert("trust_dir".to_owned(), json!(trusts));
@@ -196,11 +196,11 @@ fn put_counts(status: &mut Map<String, Value>, tally: &Tally, (total, reused): (
 
 /// Command that continues a study, with the present name of this program.
 #[must_use]
-pub fn go_on(directory: &Path, samples: &Samples) -> String {
-    go_on_with(Path::new(&samples.study().file), directory, samples.scale(), samples.limit())
+pub fn resume_command(directory: &Path, samples: &Samples) -> String {
+    resume_command_with(Path::new(&samples.study().file), directory, samples.scale(), samples.limit())
 }
 
-fn go_on_with(study: &Path, directory: &Path, scale: Option<f64>, limit: Option<u64>) -> String {
+fn resume_command_with(study: &Path, directory: &Path, scale: Option<f64>, limit: Option<u64>) -> String {
     let (study, directory) = (call::path_word(study), call::path_word(directory));
     let mut words: Vec<OsString> = vec!["run".into(), study.into(), "--out".into(), directory.into()];
     words.extend(scale.into_iter().flat_map(|scale| ["--scale".into(), scale.to_string().into()]));
@@ -423,7 +423,7 @@ fn with_command(directory: &Path, mut report: Map<String, Value>) -> Map<String,
         };
         let (scale, limit) = (report.get("scale").and_then(Value::as_f64), report.get("limit").and_then(Value::as_u64));
         let trust = if report.get("trust_dir") == Some(&json!(true)) { TRUST } else { "" };
-        report.insert("go_on".to_owned(), json!(go_on_with(&study, directory, scale, limit) + trust));
+        report.insert("resume".to_owned(), json!(resume_command_with(&study, directory, scale, limit) + trust));
     }
     report
 }
@@ -465,7 +465,7 @@ mod tests {
             let report =
                 json!({ "study_file": "studies/a b.toml", "started_in": started_in, "scale": 0.5, "limit": null });
             let report = with_command(Path::new("out"), report.as_object().cloned().expect("an object"));
-            report["go_on"].as_str().expect("a command").to_owned()
+            report["resume"].as_str().expect("a command").to_owned()
         };
         let here = std::env::current_dir().expect("a directory");
         assert_eq!(report(&here), format!("{} run 'studies/a b.toml' --out out --scale 0.5", call::program()));

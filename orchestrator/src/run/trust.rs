@@ -29,7 +29,7 @@ pub enum Untrusted {
     /// Other users may write to it.
     #[error(
         "{} can be written by other users (mode {mode:04o}), who could change what the run writes there: `chmod go-w` it, choose \
-         another --out, or say --trust-dir if you trust them",
+         another --out, or pass --trust-dir if you trust them",
         shown(path)
     )]
     Mode {

@@ -129,6 +129,8 @@ fn shown(column: &Column, guarded: Option<f64>, after: impl Fn(usize) -> Option<
         // The place of a peak that never was is where it was looked for first.
         Some(0.0) if is_peak => "none".to_owned(),
         Some(value) => {
+            // a value that was reached before a guard or limit was exceeded is not repeated
+            let guarded = guarded.filter(|guarded| *guarded != value);
             let guarded =
                 guarded.map(|value| format!("  ({} while all guards held)", format_quantity(value, column.unit)));
             let of_peak = |by: usize| if is_peak { after(by) } else { None };

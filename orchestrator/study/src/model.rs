@@ -17,7 +17,7 @@ pub(super) fn is_function(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Opti
             "function" => true,
             word => {
                 let nearest = problems.nearest(word, ["machine", "function"]);
-                let problem = problems.add(entry.node.span.clone(), "model", "not one of its words");
+                let problem = problems.add(entry.node.span.clone(), "model", "not an allowed word");
                 problem.value = Some(format!("{:?}", cut(word, 80)));
                 problem.allowed = Some("machine, function".to_owned());
                 problem.nearest = nearest;

@@ -255,7 +255,7 @@ fn refusal(error: ValueError) -> (String, Option<String>) {
         ValueError::Quantity { source, .. } => source.parts(),
         ValueError::OutOfRange { .. } => ("out of range".to_owned(), None),
         ValueError::NotWhole { .. } => ("not a whole number".to_owned(), None),
-        ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest),
+        ValueError::NotAChoice { nearest, .. } => ("not an allowed word".to_owned(), nearest),
         ValueError::List { .. } => {
             ("one value is expected; a matrix or list stands in the machine file".to_owned(), None)
         }

@@ -56,7 +56,7 @@ pub enum ValueError {
         allowed: String,
     },
     /// Not one of the words.
-    #[error("{path} = {given}: not one of its words; allowed: {allowed}{}", did_you_mean(nearest.as_deref()))]
+    #[error("{path} = {given}: not an allowed word; allowed: {allowed}{}", did_you_mean(nearest.as_deref()))]
     NotAChoice {
         /// Path of the parameter.
         path: String,
@@ -175,7 +175,7 @@ pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) 
                         if is_unknown { format!(", write {}", examples(slot.key.unit())) } else { String::new() };
                     (message + &write, meant)
                 }
-                ValueError::NotAChoice { nearest, .. } => ("not one of its words".to_owned(), nearest.clone()),
+                ValueError::NotAChoice { nearest, .. } => ("not an allowed word".to_owned(), nearest.clone()),
                 ValueError::NotWhole { .. } => ("a whole number is expected".to_owned(), None),
                 ValueError::List { .. } => ("a value is expected, no list in quotes".to_owned(), None),
                 ValueError::OutOfRange { .. } | ValueError::NoSuchParameter { .. } => ("out of range".to_owned(), None),

@@ -28,7 +28,7 @@ pub struct Compared {
     /// Results that B alone has.
     pub only_in_b: Vec<String>,
     /// Results that hold something else in A than in B.
-    pub unlike: Vec<String>,
+    pub of_another_kind: Vec<String>,
     /// Rows and their partners.
     pub matched: Matched,
     /// What a reader has to know of the matching.
@@ -204,14 +204,14 @@ pub struct Difference {
     /// Largest |B - A| over the root mean square of A; `None` where all A are 0 or nothing moved.
     pub relative: Option<f64>,
     /// The pairs that moved farthest, the farthest first.
-    pub movers: Vec<Mover>,
+    pub largest_changes: Vec<PairChange>,
     /// The first pairs with a value in one alone.
-    pub one_sided: Vec<Mover>,
+    pub one_sided: Vec<PairChange>,
 }
 
 /// A pair and its two values.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Mover {
+pub struct PairChange {
     /// The pair.
     #[serde(flatten)]
     pub pair: Pair,
@@ -221,7 +221,7 @@ pub struct Mover {
     pub value_b: Option<f64>,
 }
 
-impl Mover {
+impl PairChange {
     /// B - A.
     #[must_use]
     pub fn difference(&self) -> Option<f64> {
@@ -301,7 +301,7 @@ pub struct Judged {
     /// First pair without a value in either.
     pub first_empty: Option<Pair>,
     /// The pair that exceeds it most, or that is nearest to it.
-    pub worst: Option<Mover>,
+    pub worst: Option<PairChange>,
 }
 
 impl Judged {

@@ -3,7 +3,7 @@
 //! ```text
 //! heads --names--> inputs to match by, results in both, tolerances          every wrong name at once
 //! inputs --side--> a key and a verdict of each row --matching--> pairs, rows without partner
-//! results, some columns at a time --paired--> differences B - A, largest movers; --tolerance--> what is out of it
+//! results, some columns at a time --paired--> differences B - A, largest largest_changes; --tolerance--> what is out of it
 //!                                 --apart--> of rows without partner: differences of means and quantiles
 //!   --told--> words     (serde) --> JSON
 //! ```
@@ -37,7 +37,7 @@ pub use asked::{Asked, Source};
 pub use draw::Draw;
 pub use error::CompareError;
 pub use found::{
-    Apart, Change, Compared, Difference, Differs, Inputs, Interval, Judged, Matched, Mover, Pair, QuantileApart,
+    Apart, Change, Compared, Difference, Differs, Inputs, Interval, Judged, Matched, PairChange, Pair, QuantileApart,
     SCHEMA, Sided, Statuses, WordChange,
 };
 pub use to_text::told;

@@ -55,7 +55,7 @@ pub(super) struct Names {
     /// Results of A alone, of B alone.
     pub only: (Vec<String>, Vec<String>),
     /// Results of both that hold other things, or in other units.
-    pub unlike: Vec<String>,
+    pub of_another_kind: Vec<String>,
     /// What may move how far.
     pub tolerances: Vec<Tolerance>,
 }
@@ -86,7 +86,7 @@ impl Names {
         for head in &a.results {
             match b.results.iter().find(|other| other.name == head.name) {
                 Some(other) if other == head && head.kind != HeadKind::Other => found.results.push(head.clone()),
-                Some(_) => found.unlike.push(head.name.clone()),
+                Some(_) => found.of_another_kind.push(head.name.clone()),
                 None => found.only.0.push(head.name.clone()),
             }
         }
@@ -97,7 +97,7 @@ impl Names {
                 results: &found.results,
                 inputs: &found.inputs,
                 only: (&found.only.0, &found.only.1),
-                unlike: &found.unlike,
+                of_another_kind: &found.of_another_kind,
             };
             match Tolerance::read(text, columns) {
                 Ok(tolerance) => found.tolerances.push(tolerance),

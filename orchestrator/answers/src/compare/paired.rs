@@ -6,7 +6,7 @@
 //! ```
 
 use super::draw::Clusters;
-use super::found::{Difference, Interval, Judged, Mover, Pair, WordChange};
+use super::found::{Difference, Interval, Judged, PairChange, Pair, WordChange};
 use super::load::Words;
 use super::tolerance::Tolerance;
 use crate::ask::CONFIDENCE;
@@ -37,9 +37,9 @@ impl Pairs<'_> {
         Pair::new((a, b), (self.samples.0[a], self.samples.1[b]))
     }
 
-    fn mover(&self, at: usize, a: f64, b: f64) -> Mover {
+    fn change(&self, at: usize, a: f64, b: f64) -> PairChange {
         let value = |value: f64| (!value.is_nan()).then_some(value);
-        Mover { pair: self.pair(at), value_a: value(a), value_b: value(b) }
+        PairChange { pair: self.pair(at), value_a: value(a), value_b: value(b) }
     }
 }
 
@@ -76,7 +76,7 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
             only_in_a += u64::from(!of_a.is_nan());
             only_in_b += u64::from(!of_b.is_nan());
             if of_a.is_nan() != of_b.is_nan() && one_sided.len() < SHOWN {
-                one_sided.push(pairs.mover(at, of_a, of_b));
+                one_sided.push(pairs.change(at, of_a, of_b));
             }
             continue;
         }
@@ -97,9 +97,9 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
     let found = mean(&values, &scheme, |cluster| cluster, 1.0 - CONFIDENCE);
     let largest = farthest.0.first().map(|(moved, _)| *moved);
     let size = libm::sqrt(squares.value() / count);
-    let movers = farthest.0.iter().map(|&(_, at)| {
+    let largest_changes = farthest.0.iter().map(|&(_, at)| {
         let (row_a, row_b) = pairs.rows[at];
-        pairs.mover(at, a[row_a], b[row_b])
+        pairs.change(at, a[row_a], b[row_b])
     });
     Difference {
         column: head.name.clone(),
@@ -113,7 +113,7 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
         mean_b: finite(sum_b.value() / count),
         mean: Interval::of(found),
         relative: largest.and_then(|largest| finite(largest / size)),
-        movers: movers.collect(),
+        largest_changes: largest_changes.collect(),
         one_sided,
     }
 }
@@ -144,7 +144,7 @@ pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'
     }
     let worst = farthest.0.first().map(|&(_, at)| {
         let (row_a, row_b) = pairs.rows[at];
-        pairs.mover(at, a[row_a], b[row_b])
+        pairs.change(at, a[row_a], b[row_b])
     });
     let (text, column) = (tolerance.text.clone(), tolerance.column.clone());
     Judged { tolerance: text, column, compared, out, one_sided, empty, first_one_sided, first_empty, worst }
@@ -189,8 +189,8 @@ mod tests {
         let found = difference(&head(), &a, &b, &pairs);
         assert_eq!((found.pairs, found.same, found.empty, found.only_in_a, found.only_in_b), (3, 1, 1, 1, 1));
         assert_eq!(found.mean.estimate, Some(-0.5));
-        let movers: Vec<(u64, Option<f64>)> = found.movers.iter().map(|one| (one.pair.a, one.difference())).collect();
-        assert_eq!(movers, [(4, Some(-2.0)), (5, Some(0.5))]);
+        let largest_changes: Vec<(u64, Option<f64>)> = found.largest_changes.iter().map(|one| (one.pair.a, one.difference())).collect();
+        assert_eq!(largest_changes, [(4, Some(-2.0)), (5, Some(0.5))]);
         let sided: Vec<u64> = found.one_sided.iter().map(|one| one.pair.a).collect();
         assert_eq!(sided, [2, 3]);
         // mean -0.5, sd sqrt(7/4) of 3 values; t of two degrees of freedom in closed form

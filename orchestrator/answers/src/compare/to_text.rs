@@ -1,6 +1,6 @@
 //! A comparison in words.
 
-use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Mover, Pair};
+use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, PairChange, Pair};
 use super::paired::is_reached;
 use crate::ask::{counted, percent_given};
 use crate::summary::{Align, TextTable};
@@ -38,7 +38,7 @@ pub fn told(found: &Compared, width: Option<usize>) -> String {
     text.push_str(&paired(found, width));
     text.push_str(&words(found));
     text.push_str(&apart(found, width));
-    text.push_str(&movers(found));
+    text.push_str(&largest_changes(found));
     text.push_str(&tolerances(found));
     text
 }
@@ -63,7 +63,7 @@ fn in_lines(found: &Compared) -> Compared {
         &mut found.ignored,
         &mut found.only_in_a,
         &mut found.only_in_b,
-        &mut found.unlike,
+        &mut found.of_another_kind,
         &mut found.notes,
     ] {
         list.iter_mut().for_each(line);
@@ -74,7 +74,7 @@ fn in_lines(found: &Compared) -> Compared {
     }
     for one in &mut found.paired {
         [&mut one.column, &mut one.unit].into_iter().for_each(line);
-        one.movers.iter_mut().chain(&mut one.one_sided).for_each(|mover| pair(&mut mover.pair));
+        one.largest_changes.iter_mut().chain(&mut one.one_sided).for_each(|change| pair(&mut change.pair));
     }
     for one in &mut found.words {
         line(&mut one.column);
@@ -91,7 +91,7 @@ fn in_lines(found: &Compared) -> Compared {
 
 fn sources(differs: &[Differs]) -> String {
     if differs.is_empty() {
-        return "They say the same of where they come from.\n".to_owned();
+        return "Provenance is the same.\n".to_owned();
     }
     let shown = |one: &Differs, value: &Option<String>| {
         let longest = if one.what.ends_with("_blake3") { HASH } else { LONGEST };
@@ -99,7 +99,7 @@ fn sources(differs: &[Differs]) -> String {
     };
     let lines =
         differs.iter().map(|one| format!("  {}: {} in A, {} in B\n", one.what, shown(one, &one.a), shown(one, &one.b)));
-    format!("\nThey come from different studies or programs:\n{}", lines.collect::<String>())
+    format!("\nProvenance differs:\n{}", lines.collect::<String>())
 }
 
 fn columns(found: &Compared) -> String {
@@ -107,7 +107,7 @@ fn columns(found: &Compared) -> String {
     for (what, names) in [
         ("Results of A alone", &found.only_in_a),
         ("Results of B alone", &found.only_in_b),
-        ("Results that hold something else in B, not compared", &found.unlike),
+        ("Results of another kind in B, not compared", &found.of_another_kind),
     ] {
         if !names.is_empty() {
             text.push_str(&format!("{what}: {}\n", names.join(", ")));
@@ -205,13 +205,13 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
         };
         let pairs = counted(found.status.ok, "pair");
         text.push_str(&format!("\nB - A, over {pairs} that are ok in both{others}:\n"));
-        let titles = ["column", "pairs", "moved", "mean of A", "mean of B - A", &level, "farthest", "sample of A"];
+        let titles = ["column", "pairs", "moved", "mean of A", "mean of B - A", &level, "largest change", "sample of A"];
         let aligned = titles.iter().enumerate();
         let header: Vec<_> =
             aligned.map(|(at, title)| (*title, if at == 0 { Align::Left } else { Align::Right })).collect();
         let mut table = TextTable::new(&header);
         for one in &moved {
-            let farthest = one.movers.first();
+            let farthest = one.largest_changes.first();
             table.row(vec![
                 one.column.clone(),
                 one.pairs.to_string(),
@@ -219,13 +219,13 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
                 value(one.mean_a, &one.unit),
                 one.mean.estimate.map_or("none".to_owned(), |mean| signed(mean, &one.unit)),
                 interval(&one.mean, &one.unit),
-                farthest.and_then(Mover::difference).map_or(String::new(), |apart| signed(apart, &one.unit)),
-                farthest.map_or(String::new(), |mover| mover.pair.a.to_string()),
+                farthest.and_then(PairChange::difference).map_or(String::new(), |apart| signed(apart, &one.unit)),
+                farthest.map_or(String::new(), |change| change.pair.a.to_string()),
             ]);
         }
         text.push_str(&table.fitting("  ", width));
         for one in moved.iter().filter(|one| one.only_in_a + one.only_in_b > 0) {
-            let first = one.one_sided.first().map(|mover| format!("; first {}", located(&mover.pair)));
+            let first = one.one_sided.first().map(|change| format!("; first {}", located(&change.pair)));
             text.push_str(&format!(
                 "  {}: {} with a value in A alone, {} in B alone{}\n",
                 one.column,
@@ -315,9 +315,9 @@ fn apart(found: &Compared, width: Option<usize>) -> String {
 }
 
 /// "123 N in A, 124 N in B (+1 N, +0.8 %)".
-fn both(mover: &Mover, unit: &str) -> String {
-    let mut text = format!("{} in A, {} in B", value(mover.value_a, unit), value(mover.value_b, unit));
-    if let (Some(apart), Some(a)) = (mover.difference(), mover.value_a) {
+fn both(change: &PairChange, unit: &str) -> String {
+    let mut text = format!("{} in A, {} in B", value(change.value_a, unit), value(change.value_b, unit));
+    if let (Some(apart), Some(a)) = (change.difference(), change.value_a) {
         text.push_str(&format!(" ({}", signed(apart, unit)));
         let part = 100.0 * apart / a.abs();
         text.push_str(&if part.is_finite() { format!(", {} %)", signed(part, "")) } else { ")".to_owned() });
@@ -325,8 +325,8 @@ fn both(mover: &Mover, unit: &str) -> String {
     text
 }
 
-fn movers(found: &Compared) -> String {
-    let moved = found.paired.iter().filter(|one| !one.movers.is_empty());
+fn largest_changes(found: &Compared) -> String {
+    let moved = found.paired.iter().filter(|one| !one.largest_changes.is_empty());
     let mut shown: Vec<&Difference> = moved.collect();
     let is_asked = |one: &&Difference| found.tolerances.iter().any(|judged| judged.column == one.column);
     if found.tolerances.is_empty() {
@@ -340,11 +340,11 @@ fn movers(found: &Compared) -> String {
     if shown.is_empty() {
         return String::new();
     }
-    let mut text = "\nMoved farthest:\n".to_owned();
+    let mut text = "\nLargest changes:\n".to_owned();
     for one in shown {
         text.push_str(&format!("  {}\n", one.column));
-        for mover in one.movers.iter().take(NAMED) {
-            text.push_str(&format!("    {}\n      {}\n", both(mover, &one.unit), located(&mover.pair)));
+        for change in one.largest_changes.iter().take(NAMED) {
+            text.push_str(&format!("    {}\n      {}\n", both(change, &one.unit), located(&change.pair)));
         }
     }
     text

@@ -39,7 +39,7 @@ pub(super) struct Columns<'a> {
     /// Results of A alone, of B alone.
     pub only: (&'a [String], &'a [String]),
     /// Results of both that hold other things.
-    pub unlike: &'a [String],
+    pub of_another_kind: &'a [String],
 }
 
 /// A column that may move so far and no farther.
@@ -113,7 +113,7 @@ fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String
     if is(columns.only.1) {
         return Err(format!("A has no column {name}"));
     }
-    if is(columns.unlike) {
+    if is(columns.of_another_kind) {
         return Err(format!("{name} holds something else in A than in B, or in another unit"));
     }
     let numbers = columns.results.iter().filter(|head| head.kind == HeadKind::Numbers);
@@ -158,7 +158,7 @@ mod tests {
         ];
         let inputs = [head("gap_m", "m", HeadKind::Numbers)];
         let (old, new) = (["old".to_owned()], ["new".to_owned()]);
-        Tolerance::read(text, Columns { results: &results, inputs: &inputs, only: (&old, &new), unlike: &[] })
+        Tolerance::read(text, Columns { results: &results, inputs: &inputs, only: (&old, &new), of_another_kind: &[] })
     }
 
     #[test]

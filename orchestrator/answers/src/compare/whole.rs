@@ -47,7 +47,7 @@ pub fn compare(a: &Source<'_>, b: &Source<'_>, asked: &Asked<'_>) -> Result<Comp
         ignored: names.ignored.clone(),
         only_in_a: names.only.0.clone(),
         only_in_b: names.only.1.clone(),
-        unlike: names.unlike.clone(),
+        of_another_kind: names.of_another_kind.clone(),
         matched: matched(&matching),
         notes: notes::of(&names, &matching, (a, &of_a), (b, &of_b))?,
         status,
@@ -200,7 +200,7 @@ fn find_inputs(found: &mut Compared, a: &Source<'_>, b: &Source<'_>, names: &Nam
     let mut pairs: Vec<&mut Pair> = Vec::new();
     pairs.extend(found.status.changes.iter_mut().flat_map(|change| change.pairs.iter_mut()));
     for moved in &mut found.paired {
-        pairs.extend(moved.movers.iter_mut().chain(&mut moved.one_sided).map(|mover| &mut mover.pair));
+        pairs.extend(moved.largest_changes.iter_mut().chain(&mut moved.one_sided).map(|change| &mut change.pair));
     }
     pairs.extend(found.words.iter_mut().filter_map(|change| change.first.as_mut()));
     pairs.extend(found.tolerances.iter_mut().flat_map(Judged::pairs));

@@ -199,7 +199,7 @@ fn told(is_share: bool, width: f64, reach: f64) -> String {
     let how = if is_share { "weighted shares" } else { "local linear fits" };
     format!(
         "smoothed: {how} of the samples within {:.2} of the range of both axes, a width chosen by leaving each out, wider and without limits where \
-         these are too few; about 95 % limits that leave out what smoothing bends; nothing beyond {:.2} from a sample",
+         these are too few; about 95 % limits without the bias of smoothing; nothing beyond {:.2} from a sample",
         width, reach
     )
 }

@@ -55,7 +55,7 @@ pub struct ShardsStatus {
 impl ShardsStatus {
     /// Command that continues the study: the merge, or the computation of the missing chunks.
     #[must_use]
-    pub fn go_on(&self, directory: &Path) -> String {
+    pub fn resume_command(&self, directory: &Path) -> String {
         let directory = call::path_word(directory);
         if self.there == self.chunks {
             return call::command([OsStr::new("merge"), directory.as_os_str()]);
@@ -132,8 +132,7 @@ pub fn directory_status(directory: &Path) -> Result<Option<DirectoryStatus>, Fil
         (false, true) => RunState::Running { holder: None, stopped: false },
         (false, false) => RunState::Ended,
     };
-    let report =
-        json!({ "study": seen.study, "total": seen.samples, "done": seen.done, "go_on": seen.go_on(directory) });
+    let report = json!({ "study": seen.study, "total": seen.samples, "done": seen.done, "resume": seen.resume_command(directory) });
     Ok(Some(DirectoryStatus { state, last_report: report.as_object().cloned(), is_counted: true }))
 }
 

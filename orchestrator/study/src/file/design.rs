@@ -125,7 +125,7 @@ fn kind(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<LayoutKind> {
     if found.is_none() {
         let words = || LayoutKind::ALL.iter().map(|(word, _)| *word);
         let nearest = problems.nearest(word, words());
-        let problem = problems.add(entry.node.span.clone(), keys.key("kind"), "not one of its words");
+        let problem = problems.add(entry.node.span.clone(), keys.key("kind"), "not an allowed word");
         problem.value = Some(format!("{:?}", cut(word, 80)));
         problem.allowed = Some(words().collect::<Vec<_>>().join(", "));
         problem.nearest = nearest;
@@ -156,7 +156,7 @@ fn base(
             Some(Base::Nominal(parameters.iter().zip(laws.unwrap_or_default()).map(present).collect()))
         }
         word => {
-            let problem = problems.add(entry.node.span.clone(), keys.key("base"), "not one of its words");
+            let problem = problems.add(entry.node.span.clone(), keys.key("base"), "not an allowed word");
             problem.value = Some(format!("{:?}", cut(word, 80)));
             problem.allowed = Some("median, nominal".to_owned());
             None

@@ -86,7 +86,7 @@ fn distribution(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Distrib
         let words = || Distribution::ALL.iter().map(|(word, _)| *word);
         let nearest = problems.nearest(word, words());
         let key = keys.key("distribution");
-        let problem = problems.add(entry.node.span.clone(), key, "not one of its words");
+        let problem = problems.add(entry.node.span.clone(), key, "not an allowed word");
         problem.value = Some(format!("{:?}", cut(word, 80)));
         problem.allowed = Some(words().collect::<Vec<_>>().join(", "));
         problem.nearest = nearest;
