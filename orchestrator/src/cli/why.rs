@@ -158,7 +158,7 @@ fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
     if let Some(twin) = twin(&samples, sample) {
         lines.push(TWIN, twin);
     }
-    let resume_command = resume_command(&seen);
+    let resume = resume_command(&seen);
     let row = read_current(directory, row_files, |files| {
         refuse_changed(directory)?;
         Table::row(files, sample)
