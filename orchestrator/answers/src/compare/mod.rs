@@ -37,7 +37,7 @@ pub use asked::{Asked, Source};
 pub use draw::Draw;
 pub use error::CompareError;
 pub use found::{
-    Apart, Change, Compared, Difference, Differs, Inputs, Interval, Judged, Matched, PairChange, Pair, QuantileApart,
+    Apart, Change, Compared, Difference, Differs, Inputs, Interval, Judged, Matched, Pair, PairChange, QuantileApart,
     SCHEMA, Sided, Statuses, WordChange,
 };
 pub use to_text::told;

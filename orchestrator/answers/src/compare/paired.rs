@@ -6,7 +6,7 @@
 //! ```
 
 use super::draw::Clusters;
-use super::found::{Difference, Interval, Judged, PairChange, Pair, WordChange};
+use super::found::{Difference, Interval, Judged, Pair, PairChange, WordChange};
 use super::load::Words;
 use super::tolerance::Tolerance;
 use crate::ask::CONFIDENCE;
@@ -189,7 +189,8 @@ mod tests {
         let found = difference(&head(), &a, &b, &pairs);
         assert_eq!((found.pairs, found.same, found.empty, found.only_in_a, found.only_in_b), (3, 1, 1, 1, 1));
         assert_eq!(found.mean.estimate, Some(-0.5));
-        let largest_changes: Vec<(u64, Option<f64>)> = found.largest_changes.iter().map(|one| (one.pair.a, one.difference())).collect();
+        let largest_changes: Vec<(u64, Option<f64>)> =
+            found.largest_changes.iter().map(|one| (one.pair.a, one.difference())).collect();
         assert_eq!(largest_changes, [(4, Some(-2.0)), (5, Some(0.5))]);
         let sided: Vec<u64> = found.one_sided.iter().map(|one| one.pair.a).collect();
         assert_eq!(sided, [2, 3]);

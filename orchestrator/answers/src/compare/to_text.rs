@@ -1,6 +1,6 @@
 //! A comparison in words.
 
-use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, PairChange, Pair};
+use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Pair, PairChange};
 use super::paired::is_reached;
 use crate::ask::{counted, percent_given};
 use crate::summary::{Align, TextTable};
@@ -205,7 +205,8 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
         };
         let pairs = counted(found.status.ok, "pair");
         text.push_str(&format!("\nB - A, over {pairs} that are ok in both{others}:\n"));
-        let titles = ["column", "pairs", "moved", "mean of A", "mean of B - A", &level, "largest change", "sample of A"];
+        let titles =
+            ["column", "pairs", "moved", "mean of A", "mean of B - A", &level, "largest change", "sample of A"];
         let aligned = titles.iter().enumerate();
         let header: Vec<_> =
             aligned.map(|(at, title)| (*title, if at == 0 { Align::Left } else { Align::Right })).collect();
@@ -234,7 +235,7 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
                 first.unwrap_or_default()
             ));
         }
-        text.push_str(&notes(moved.iter().map(|one| &one.mean)));
+        text.push_str(&notes(moved.iter().map(|one| (&*one.column, &one.mean))));
     }
     match still.len() {
         0 => {}
@@ -244,15 +245,29 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
     text
 }
 
-/// What has to be known of intervals, each once.
-fn notes<'a>(intervals: impl Iterator<Item = &'a Interval>) -> String {
-    let mut all: Vec<&str> = Vec::new();
-    for note in intervals.flat_map(|interval| &interval.notes) {
-        if !all.contains(&note.as_str()) {
-            all.push(note);
+/// Notes about the intervals of columns: each kind once, with the columns it is about.
+fn notes<'a>(intervals: impl Iterator<Item = (&'a str, &'a Interval)>) -> String {
+    let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (column, note) in intervals.flat_map(|(column, interval)| interval.notes.iter().map(move |note| (column, note)))
+    {
+        // numbers in brackets differ from column to column
+        let kind = |note: &'a str| note.split(" (").next();
+        match all.iter_mut().find(|(other, _)| kind(other) == kind(note)) {
+            None => all.push((note, vec![column])),
+            Some((_, columns)) if columns.contains(&column) => {}
+            Some((_, columns)) => columns.push(column),
         }
     }
-    all.iter().map(|note| format!("  {note}\n")).collect()
+    let line = |(note, columns): &(&str, Vec<&str>)| match &columns[..] {
+        [one] => format!("  {one}: {note}\n"),
+        [first, ..] => {
+            let names = columns.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
+            let more = if columns.len() > NAMED { ", ..." } else { "" };
+            format!("  {} columns ({names}{more}); of {first}: {note}\n", columns.len())
+        }
+        [] => String::new(),
+    };
+    all.iter().map(line).collect()
 }
 
 fn words(found: &Compared) -> String {
@@ -311,7 +326,13 @@ fn apart(found: &Compared, width: Option<usize>) -> String {
         ));
     }
     let all = found.apart.iter();
-    text + &notes(all.flat_map(|one| std::iter::once(&one.mean).chain(one.quantiles.iter().map(|one| &one.difference))))
+    text + &notes(all.flat_map(intervals_of))
+}
+
+/// All intervals of a column, with its name.
+fn intervals_of(one: &Apart) -> impl Iterator<Item = (&str, &Interval)> {
+    let quantiles = one.quantiles.iter().map(|one| &one.difference);
+    std::iter::once(&one.mean).chain(quantiles).map(|interval| (one.column.as_str(), interval))
 }
 
 /// "123 N in A, 124 N in B (+1 N, +0.8 %)".
