@@ -22,7 +22,7 @@ pub(super) struct Case {
     pub start: usize,
 }
 
-/// The runs of a study that are asked for, quick ones first: with this engine or `both`, from the first `scatter` starts.
+/// The runs of a study that are asked for, quick ones first: with this engine or `all`, from the first `scatter` starts.
 pub(super) fn cases(
     samples: &Samples,
     wanted: &str,
@@ -40,8 +40,8 @@ pub(super) fn cases(
         let Some(detection) = engine::detection(&machine) else { continue };
         let engine = machine.run.engine.word();
         // what differs in more than engine and detection is another start
-        let mut bare = machine.clone();
-        bare.run.engine = Engine::Reduced;
+        set_parameter(&mut def, "run.engine", Engine::Reduced.word(), "run.engine")?;
+        let mut bare = def.build()?;
         for diaphragm in &mut bare.diaphragms {
             diaphragm.contact.detection = Detection::Hyp1;
         }
@@ -49,7 +49,7 @@ pub(super) fn cases(
             starts.push(bare);
             starts.len() - 1
         });
-        if (wanted == "both" || wanted == engine) && (start as u64) < scatter {
+        if (wanted == "all" || wanted == engine) && (start as u64) < scatter {
             cases.push(Case { machine, engine, detection, start });
         }
     }
