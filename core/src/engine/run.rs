@@ -144,7 +144,7 @@ impl<'a> Run<'a> {
         let rings = motion.rubs.iter().zip(&motion.contacts).map(|(rub, contact)| {
             let (place, velocity) = rub.motion(line);
             let touch = contact.as_ref().map(StepContact::touch);
-            RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_coordinates() }
+            RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_state() }
         });
         recorders.see(&RotorInstant { at, loads: self.loads.all(), lateral, torsion_angles }, rings);
         let (energies, step) = (&mut recorders.energies, motion.step);

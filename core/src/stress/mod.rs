@@ -5,6 +5,7 @@
 
 mod blades;
 mod fibres;
+mod force_columns;
 mod ring;
 mod shaft;
 

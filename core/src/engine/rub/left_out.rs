@@ -5,8 +5,8 @@
 //! modes kept alone the force would not stand normal to the surface it acts on, and would work.
 
 use super::axes::{Axes, bilinear, directions};
-use crate::contact::Gap;
-use crate::stator::Surface;
+use crate::contact::{ContactReaction, Gap};
+use crate::stator::{NodalForces, Surface};
 use crate::structure::{RingPart, Structure};
 use bladeoff_numerics::linalg::{Matrix, axpy, column_of};
 
@@ -24,11 +24,12 @@ pub(super) struct LeftOut<'a> {
     pub held_before: f64,
 }
 
-/// Of a flexible ring: flexibility of its freedoms, and their displacements as those of the node.
+/// Of a flexible ring: flexibility of its freedoms, their displacements as those of the node, and the contact forces of the step with friction.
 struct LeftOutOfRing<'a> {
     flexibility: &'a Matrix,
     shift: Vec<f64>,
     shift_before: Vec<f64>,
+    forces: NodalForces,
 }
 
 impl<'a> LeftOut<'a> {
@@ -36,7 +37,7 @@ impl<'a> LeftOut<'a> {
     pub fn new(structure: &'a Structure, node: usize, axes: &Axes, ring: Option<&'a RingPart>) -> Self {
         let of_ring = |flexibility: &'a Matrix| {
             let still = vec![0.0; flexibility.nrows()];
-            LeftOutOfRing { flexibility, shift: still.clone(), shift_before: still }
+            LeftOutOfRing { flexibility, shift: still.clone(), shift_before: still, forces: NodalForces::default() }
         };
         Self {
             rotor: of_rotor(structure, node, axes),
@@ -85,12 +86,13 @@ impl<'a> LeftOut<'a> {
         self.shift = [0.0; 2];
         if let Some(ring) = &mut self.ring {
             ring.shift.fill(0.0);
+            ring.forces.clear();
         }
     }
 
-    /// Follows one more normal force \[N\] at a place.
-    pub fn give_way(&mut self, surface: &Surface, acting: &Gap, normal: f64) {
-        let (n, _) = directions(acting);
+    /// Follows one more force at a place: its normal part.
+    pub fn give_way(&mut self, surface: &Surface, acting: &Gap, force: &ContactReaction) {
+        let ((n, _), normal) = (directions(acting), force.normal);
         for axis in 0..2 {
             self.shift[axis] -= normal * (self.rotor[axis][0] * n[0] + self.rotor[axis][1] * n[1]);
         }
@@ -99,12 +101,19 @@ impl<'a> LeftOut<'a> {
             for (dof, r, t) in surface.shapes(acting.place.element, acting.place.xi) {
                 axpy(normal * (n_r * r + n_t * t), column_of(ring.flexibility, dof), &mut ring.shift);
             }
+            let parts = [normal * n_r - force.tangential * n_t, normal * n_t + force.tangential * n_r];
+            ring.forces.add_at(surface, (acting.place.element, acting.place.xi), parts);
         }
     }
 
     /// Nodal displacement of the ring under the forces of the step; `None` where it has none.
     pub fn of_ring(&self) -> Option<&[f64]> {
         self.ring.as_ref().map(|ring| ring.shift.as_slice())
+    }
+
+    /// Contact forces of the step on the ring, friction included; `None` where no mode is truncated.
+    pub fn forces(&self) -> Option<&NodalForces> {
+        self.ring.as_ref().map(|ring| &ring.forces)
     }
 
     /// The same under the forces of the step before.

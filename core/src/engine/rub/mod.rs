@@ -30,6 +30,8 @@ use step_contact::ContactFailure;
 
 use super::shaft_line::{Increments, OtherForces, ShaftLine};
 use crate::contact::Gap;
+use crate::record::RingState;
+use crate::stator::NodalForces;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
 
@@ -164,9 +166,12 @@ impl<'a> Rub<'a> {
         !self.is_spring() && self.bodies.stator.is_outside(place, &self.bodies.left_out)
     }
 
-    /// Coordinates of the ring at n once it moves.
-    pub fn ring_coordinates(&self) -> Option<&[f64]> {
-        self.bodies.stator.ring.as_ref().filter(|ring| ring.moving).map(|ring| ring.stepper.q.as_slice())
+    /// Coordinates of the ring at n with the contact forces of the step, once it moves or a force acts.
+    pub fn ring_state(&self) -> Option<RingState<'_>> {
+        const NONE: &NodalForces = &NodalForces::none();
+        let forces = self.bodies.left_out.forces().unwrap_or(NONE);
+        let ring = self.bodies.stator.ring.as_ref().filter(|ring| ring.moving || !forces.is_empty())?;
+        Some(RingState { coordinates: &ring.stepper.q, forces })
     }
 
     /// Nodal freedoms of the ring at n, after [`Rub::gap_at_n`].

@@ -7,7 +7,8 @@
 //! [`ROUNDING`] covers the rounding of all steps until then. Source of (1): [`crate::stress`]. Verified by `no_free_mode_exceeds_its_amplitude` ([`crate::engine::exponential::contact::impulsed_ring`]).
 
 use crate::engine::exponential::contact::contact_step::ContactStep;
-use crate::record::Recorders;
+use crate::record::{Recorders, RingState};
+use crate::stator::NodalForces;
 
 /// Factor for the growth of a free mode by rounding: 1e-15 per step at most, in a billion steps.
 const ROUNDING: f64 = 1.0 + 1e-6;
@@ -18,16 +19,17 @@ pub(crate) struct RingStressCheck {
     /// Stresses cannot be larger than before until the next impulse.
     cannot_increase: bool,
     amplitudes: Vec<f64>,
+    forces: NodalForces,
 }
 
 impl RingStressCheck {
-    /// Coordinates of the ring behind a step; `None` where no stress can be larger than before.
-    pub fn coordinates(
+    /// State of the ring behind a step; `None` where no stress can be larger than before.
+    pub fn state(
         &mut self,
         diaphragm: usize,
         contact_step: &ContactStep,
         recorders: &mut Recorders,
-    ) -> Option<&[f64]> {
+    ) -> Option<RingState<'_>> {
         if self.cannot_increase {
             return None;
         }
@@ -40,7 +42,8 @@ impl RingStressCheck {
             }
         }
         contact_step.corrected_amplitudes(&mut self.amplitudes);
-        Some(&self.amplitudes)
+        contact_step.nodal_forces(&mut self.forces);
+        Some(RingState { coordinates: &self.amplitudes, forces: &self.forces })
     }
 
     /// Forgets the bound: an impulse has acted on the ring.
