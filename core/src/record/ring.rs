@@ -24,7 +24,7 @@ pub(crate) struct RingInstant<'a> {
     pub ring: Option<RingState<'a>>,
 }
 
-/// What determines the stresses of a flexible ring at an instant.
+/// State of a flexible ring at an instant, from which its stresses follow.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RingState<'a> {
     /// Coordinates.

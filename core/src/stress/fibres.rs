@@ -14,6 +14,8 @@ use crate::structure::Part;
 use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times};
 use bladeoff_numerics::linalg::{Csr, Matrix};
 
+/// Groups of places with bounds of the stresses by contact forces.
+const GROUPS: usize = 3;
 /// The bound with room for the rounding of its sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
@@ -93,7 +95,7 @@ kernel! {
 #[derive(Debug, Clone)]
 pub(super) struct Bounds {
     pairs: Vec<Lane>,
-    forces: Vec<Lane>,
+    forces: Vec<[f64; GROUPS]>,
 }
 
 impl Bounds {
@@ -104,9 +106,8 @@ impl Bounds {
         let by_forces: Vec<&[f64]> =
             groups.iter().filter_map(|group| Some(&*group.by_forces.as_ref()?.largest)).collect();
         let dofs = by_forces.first().map_or(0, |largest| largest.len());
-        let force = |dof: usize| {
-            Lane(std::array::from_fn(|k| by_forces.get(k).map_or(0.0, |largest| ROUNDED_UP * largest[dof])))
-        };
+        let force =
+            |dof: usize| std::array::from_fn(|k| by_forces.get(k).map_or(0.0, |largest| ROUNDED_UP * largest[dof]));
         Self { pairs: (0..pairs).map(of).collect(), forces: (0..dofs).map(force).collect() }
     }
 
@@ -115,13 +116,14 @@ impl Bounds {
         rows_times(&self.pairs, amplitudes)
     }
 
-    /// The same of contact forces; 0 without truncated modes.
-    pub fn of_forces(&self, forces: &NodalForces) -> [f64; LANES] {
-        let mut sums = [0.0; LANES];
-        for (dof, force) in forces.iter() {
-            let largest = self.forces.get(dof).copied().unwrap_or_default();
-            sums.iter_mut().zip(largest.0).for_each(|(sum, largest)| *sum += force.abs() * largest);
-        }
+    /// Bounds of the stresses of the first groups by the difference of contact forces from others \[Pa\]; 0 without truncated modes.
+    pub fn of_forces(&self, forces: &NodalForces, from: &NodalForces) -> [f64; GROUPS] {
+        let mut sums = [0.0; GROUPS];
+        forces.differences(from, |dof, force| {
+            if let Some(largest) = self.forces.get(dof) {
+                sums.iter_mut().zip(largest).for_each(|(sum, largest)| *sum += force.abs() * largest);
+            }
+        });
         sums
     }
 }

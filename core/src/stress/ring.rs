@@ -38,8 +38,6 @@ pub(crate) struct RingStresses {
     /// Angle of one element \[rad\].
     spacing: f64,
     amplitudes: Amplitudes,
-    /// Room for the difference of two instants' forces.
-    difference: NodalForces,
     last: Last,
 }
 
@@ -88,17 +86,7 @@ impl RingStresses {
         };
         let last = Last { coordinates: vec![0.0; coordinates.size()], forces: NodalForces::none(), most: [0.0; 3] };
         let spacing = 2.0 * std::f64::consts::PI / stator.ring.elements as f64;
-        Self {
-            ring,
-            blades,
-            bounds,
-            pairs,
-            nodes,
-            spacing,
-            amplitudes: Amplitudes::default(),
-            difference: NodalForces::none(),
-            last,
-        }
+        Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default(), last }
     }
 
     /// Whether there are blades.
@@ -110,17 +98,16 @@ impl RingStresses {
     ///
     /// The bounds also keep a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
     pub fn above(&mut self, known: &Known, q: &[f64], forces: &NodalForces) -> Largest {
-        let Self { pairs, ring, blades, bounds, amplitudes, difference, last, .. } = self;
-        difference.clone_from(forces);
-        difference.add_scaled(-1.0, &last.forces);
+        let Self { pairs, ring, blades, bounds, amplitudes, last, .. } = self;
         let far = bounds.of(pairs.distances(q, &last.coordinates, amplitudes));
-        let far_by_forces = bounds.of_forces(difference);
+        let far_by_forces = bounds.of_forces(forces, &last.forces);
         let known = [known.ring, known.blades, known.bending];
         let mut most = [0, 1, 2].map(|group| last.most[group] + (far[group] + far_by_forces[group]));
         if (0..3).all(|group| most[group] <= known[group]) {
             return Largest::default();
         }
-        let (whole, by_forces) = (bounds.of(pairs.amplitudes(q, amplitudes)), bounds.of_forces(forces));
+        let (whole, by_forces) =
+            (bounds.of(pairs.amplitudes(q, amplitudes)), bounds.of_forces(forces, &NodalForces::none()));
         let whole = [0, 1, 2].map(|group| whole[group] + by_forces[group]);
         let mut of = |group: usize, fibres: Option<&mut Fibres>, may: bool| {
             most[group] = most[group].min(whole[group]);

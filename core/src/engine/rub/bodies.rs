@@ -53,7 +53,7 @@ impl Bodies<'_> {
         self.left_out.between(&self.stator.surface, at, acting)
     }
 
-    /// The modes left out follow one more contact force.
+    /// Adds a contact force that the truncated modes follow.
     pub fn give_way(&mut self, acting: &Gap, force: &ContactReaction) {
         self.left_out.give_way(&self.stator.surface, acting, force);
     }

@@ -91,7 +91,7 @@ impl<'a> Observer<'a> {
             schedule: ObservationSchedule::default(),
             energy: EnergyBalance::new(h, transient),
             shaft_stresses,
-            ring_stresses: machine.diaphragms.iter().map(|_| RingStressCheck::default()).collect(),
+            ring_stresses: structure.rings.iter().map(|part| RingStressCheck::new(part.as_ref(), h)).collect(),
             yield_watch,
             ring_clearances: ring_clearances(machine, structure),
             damping: DampingWatch::default(),
@@ -304,6 +304,9 @@ impl<'a> Observer<'a> {
         let ring_stresses = &mut ring_stresses[diaphragm];
         if touch.is_some() {
             ring_stresses.reset();
+        }
+        if let Some(ring) = contact.stator.ring() {
+            ring_stresses.take_step(ring, contact_steps);
         }
         let is_watched = !step.due.motion && step.watch.ring;
         let is_observed = (step.due.motion || is_watched) && contact.stator.has_touched;
