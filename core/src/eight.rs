@@ -356,15 +356,18 @@ fn dots_in<V: Eight>(columns: &[Lane], list: &[f64], products: &mut Lane) {
 }
 
 by_width! {
-    /// The largest size of all products of rows with a list, those of eight rows one behind the other, each as [`dots`] has them; 0 of a list without numbers.
-    pub(crate) fn largest_dot(columns: &[Lane], list: &[f64]) -> f64 = largest_dot_in
+    /// Largest size of all products of rows with a list, those of eight rows one behind the other, each as [`dots`] has them; 0 of a list without numbers.
+    /// `added` to the products of each eight rows, where it has entries.
+    pub(crate) fn largest_dot(columns: &[Lane], list: &[f64], added: &[Lane]) -> f64 = largest_dot_in
 }
 
 #[inline(always)]
-fn largest_dot_in<V: Eight>(columns: &[Lane], list: &[f64]) -> f64 {
+fn largest_dot_in<V: Eight>(columns: &[Lane], list: &[f64], added: &[Lane]) -> f64 {
     let mut least = 0.0_f64;
-    for block in columns.chunks_exact(list.len().max(1)) {
-        let largest = (V::all(0.0) - products_of::<V>(block, list).size()).least();
+    for (at, block) in columns.chunks_exact(list.len().max(1)).enumerate() {
+        let products = products_of::<V>(block, list);
+        let sums = added.get(at).map_or(products, |added| products + V::load(added));
+        let largest = (V::all(0.0) - sums.size()).least();
         least = if largest < least { largest } else { least };
     }
     -least

@@ -3,7 +3,7 @@
 //! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
 
 use bladeoff_core::modal::under_weight;
-use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Engine, Machine, RotorKind, ShaftElement};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, ShaftElement};
 use bladeoff_study::{Chosen, Samples};
 use bladeoff_text::document::units::format_digits;
 use std::f64::consts::PI;
@@ -155,20 +155,6 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             raised.name
         ));
     }
-    if machine.run.engine != Engine::Full && machine.run.ring_modes.is_none() {
-        let blades = |diaphragm: &Diaphragm| match &diaphragm.kind {
-            DiaphragmKind::Flexible(stator) => stator.blades.as_ref().map_or(0, |blades| blades.count),
-            _ => 0,
-        };
-        found.extend(machine.diaphragms.iter().filter(|diaphragm| blades(diaphragm) > FEW_BLADES).map(|diaphragm| {
-            format!(
-                "diaphragms.{}: with {} blades the default number of ring modes is right for forces, but ring stresses are too small (a half to a third \
-                 with 40 blades), and limits on them come too late; for stresses set run.ring_modes to several hundred, or run.engine = \"full\"",
-                diaphragm.name,
-                blades(diaphragm)
-            )
-        }));
-    }
     let mut see = |rule: &Rule, subject: &str, value: f64, beside: &str| {
         found.extend(rule.judge(subject, value, beside).filter(|text| !found.contains(text)));
     };
@@ -219,9 +205,6 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
     }
     found
 }
-
-/// Largest number of blades of a ring whose stresses the default number of ring modes shows.
-const FEW_BLADES: usize = 12;
 
 /// Samples at corners of what varies that are looked at.
 const MOST_SAMPLES: u64 = 8;

@@ -3,7 +3,7 @@
 use super::bearing_loads::BearingLoads;
 use super::beginning::begin;
 use super::motion::Motion;
-use super::rub::StepContact;
+use super::rub::{Rub, StepContact};
 use super::stability::SolvedGrid;
 use super::time_step::{StartError, TimeStep};
 use super::works::{add_works, write_stores};
@@ -139,12 +139,13 @@ impl<'a> Run<'a> {
         let (motion, recorders) = (&mut self.motion, &mut self.recorders);
         let at = At { time: motion.time, speed: motion.centred_spin() };
         self.loads.update(&motion.line, motion.pressed());
+        motion.rubs.iter_mut().for_each(Rub::average_forces);
         let line = &motion.line;
         let (lateral, torsion_angles) = (&line.lateral.x, &line.twist.x);
         let rings = motion.rubs.iter().zip(&motion.contacts).map(|(rub, contact)| {
             let (place, velocity) = rub.motion(line);
             let touch = contact.as_ref().map(StepContact::touch);
-            RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_coordinates() }
+            RingInstant { angle: line.spin.angle, place, velocity, touch, ring: rub.ring_state() }
         });
         recorders.see(&RotorInstant { at, loads: self.loads.all(), lateral, torsion_angles }, rings);
         let (energies, step) = (&mut recorders.energies, motion.step);

@@ -33,7 +33,7 @@ pub(crate) use contact::Touch;
 pub(crate) use end::End;
 pub(crate) use energies::EnergyBalance;
 pub(crate) use peak::{At, Peak};
-pub(crate) use ring::RingInstant;
+pub(crate) use ring::{RingInstant, RingState};
 pub(crate) use twin::{Compared, Twin};
 
 use end::Steps;
@@ -298,9 +298,9 @@ impl Recorders {
         self.rings[diaphragm].stresses.rests(amplitudes)
     }
 
-    /// Takes coordinates of a diaphragm's ring between two observations, where stresses of ring and blades may be above these ratios to the yield strength.
-    pub fn watch_ring(&mut self, diaphragm: usize, ratio: [f64; 2], q: &[f64], at: At) {
-        self.rings[diaphragm].stresses.watch(ratio, q, at);
+    /// Takes the state of a diaphragm's ring between two observations, where stresses of ring and blades may be above these ratios to the yield strength.
+    pub fn watch_ring(&mut self, diaphragm: usize, ratio: [f64; 2], ring: RingState<'_>, at: At) {
+        self.rings[diaphragm].stresses.watch(ratio, ring, at);
     }
 
     /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached

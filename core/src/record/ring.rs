@@ -5,6 +5,7 @@ use super::peak::{At, Peak};
 use super::ring_stresses::RingStressRecorder;
 use super::row::{OfRing, Row};
 use super::whirl::{Motion, WhirlRecorder};
+use crate::stator::NodalForces;
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Empty, EndCause};
@@ -19,8 +20,17 @@ pub(crate) struct RingInstant<'a> {
     pub velocity: [f64; 2],
     /// Contact of the step.
     pub touch: Option<Touch>,
-    /// Coordinates of the flexible ring, once it moves.
-    pub ring: Option<&'a [f64]>,
+    /// State of the flexible ring, once it moves.
+    pub ring: Option<RingState<'a>>,
+}
+
+/// State of a flexible ring at an instant, from which its stresses follow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RingState<'a> {
+    /// Coordinates.
+    pub coordinates: &'a [f64],
+    /// Contact forces, which the truncated modes follow; without truncated modes they are not used.
+    pub forces: &'a NodalForces,
 }
 
 /// Quantity of the largest distance of the rotor from the ring's centre.
@@ -67,8 +77,8 @@ impl RingRecorders {
         self.contact.see(touch, at);
         let motion = Motion { angle: now.angle, place: now.place, velocity: now.velocity, touches: touch.is_some() };
         self.whirl.see(&motion, at);
-        if let Some(q) = now.ring {
-            self.stresses.see(q, at);
+        if let Some(ring) = now.ring {
+            self.stresses.see(ring, at);
         }
     }
 
@@ -84,8 +94,8 @@ impl RingRecorders {
         self.contact.pass(steps, at);
         let motion = Motion { angle: now.angle, place: now.place, velocity: now.velocity, touches: false };
         self.whirl.pass(steps, &motion, at);
-        if let Some(q) = now.ring {
-            self.stresses.see(q, at);
+        if let Some(ring) = now.ring {
+            self.stresses.see(ring, at);
         }
     }
 

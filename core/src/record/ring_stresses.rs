@@ -1,6 +1,7 @@
 //! Largest stresses of one diaphragm: of its ring, and of its blades.
 
 use super::peak::{At, Peak};
+use super::ring::RingState;
 use super::row::{FLEXIBLE, Row};
 use crate::stress::{Known, RingStresses};
 use crate::structure::RingPart;
@@ -58,9 +59,9 @@ impl RingStressRecorder {
         }
     }
 
-    /// Coordinates of the ring.
-    pub fn see(&mut self, q: &[f64], at: At) {
-        self.see_above(&self.known(), q, at);
+    /// Takes the state of the ring.
+    pub fn see(&mut self, ring: RingState<'_>, at: At) {
+        self.see_above(&self.known(), ring, at);
     }
 
     /// Whether no coordinates up to these amplitudes have larger stresses than before.
@@ -75,25 +76,26 @@ impl RingStressRecorder {
         Known { ring: known(&self.ring), blades: known(&self.blades), bending: known(&self.bending) }
     }
 
-    /// Coordinates of the ring, of which stresses of ring and blades above these ratios to the yield strength alone are asked for.
-    pub fn watch(&mut self, [ring, blades]: [f64; 2], q: &[f64], at: At) {
+    /// Takes the state of the ring where stresses of ring and blades are above these ratios to the yield strength.
+    pub fn watch(&mut self, [ring, blades]: [f64; 2], state: RingState<'_>, at: At) {
         let Some(strength) = self.yield_strength else { return };
         let known = |peak: &Peak, ratio: f64| peak.value.unwrap_or(0.0).max(ratio * strength);
         let known =
             Known { ring: known(&self.ring, ring), blades: known(&self.blades, blades), bending: f64::INFINITY };
-        self.see_above(&known, q, at);
+        self.see_above(&known, state, at);
     }
 
-    fn see_above(&mut self, known: &Known, q: &[f64], at: At) {
+    fn see_above(&mut self, known: &Known, ring: RingState<'_>, at: At) {
         let Some(stresses) = &mut self.stresses else { return };
-        let largest = stresses.above(known, q);
+        let RingState { coordinates, forces } = ring;
+        let largest = stresses.above(known, coordinates, forces);
         if let Some(stress) = largest.ring.filter(|stress| *stress > known.ring) {
             self.ring.see(stress, at);
-            self.angle = stresses.angle_of(stress, q);
+            self.angle = stresses.angle_of(stress, coordinates, forces);
         }
         if let Some(stress) = largest.blades.filter(|stress| *stress > known.blades) {
             self.blades.see(stress, at);
-            self.blade = stresses.blade_of(stress, q);
+            self.blade = stresses.blade_of(stress, coordinates, forces);
         }
         if let Some(stress) = largest.bending {
             self.bending.see(stress, at);

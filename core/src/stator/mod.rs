@@ -5,10 +5,12 @@
 
 mod assembly;
 mod elements;
+mod nodal_forces;
 mod sectors;
 mod surface;
 
 pub use assembly::RingMatrices;
+pub(crate) use nodal_forces::NodalForces;
 pub use sectors::Sectors;
 pub use surface::{Sample, Surface, SurfacePoint};
 

@@ -1,8 +1,9 @@
 //! Bending and axial stress of the diaphragm's blades.
 
 use super::fibres::{Fibres, Pairs};
-use crate::structure::RingPart;
-use bladeoff_model::machine::FlexibleStator;
+use super::force_columns::ForceColumns;
+use crate::structure::{Coordinates, RingPart};
+use bladeoff_model::machine::{Blades, FlexibleStator};
 use bladeoff_numerics::linalg::Matrix;
 
 /// Stresses of the blades from the coordinates of their ring.
@@ -34,45 +35,15 @@ impl BladeStresses {
     /// Of a flexible stator; `None` without blades.
     pub(super) fn new(stator: &FlexibleStator, ring: &RingPart, pairs: &Pairs) -> Option<Self> {
         let blades = stator.blades.filter(|blades| blades.count > 0)?;
-        let l = blades.length / blades.elements as f64;
-        let scale = stator.young_modulus * 0.5 * blades.thickness;
-        // second derivatives of the cubic Hermite functions at both ends, on [t1, th1, t2, th2]
-        let curvature =
-            [[-6.0 / (l * l), -4.0 / l, 6.0 / (l * l), -2.0 / l], [6.0 / (l * l), 2.0 / l, -6.0 / (l * l), 4.0 / l]];
         let coordinates = &ring.part.coordinates;
-        let (size, places) = (coordinates.size(), 2 * blades.count * blades.elements);
-        let (mut bending, mut both) = (Matrix::zeros(size, places), Matrix::zeros(size, 2 * places));
-        let mut place = 0;
-        for blade in 0..blades.count {
-            for element in 0..blades.elements {
-                let ends = [0, 1].map(|end| ring.matrices.blade_node(&blades, blade, element + end));
-                let mut axial = vec![0.0; size];
-                for (sign, [along, _, _]) in [-1.0, 1.0].into_iter().zip(&ends) {
-                    for &(dof, weight) in along {
-                        coordinates.add_row(dof, stator.young_modulus / l * sign * weight, &mut axial);
-                    }
-                }
-                for end in &curvature {
-                    let column = &mut bending.as_mut_slice()[place * size..(place + 1) * size];
-                    for (node, [_, transverse, slope]) in ends.iter().enumerate() {
-                        for (freedom, factor) in [(transverse, end[2 * node]), (slope, end[2 * node + 1])] {
-                            for &(dof, weight) in freedom {
-                                coordinates.add_row(dof, scale * factor * weight, column);
-                            }
-                        }
-                    }
-                    for (row, (axial, bent)) in axial.iter().zip(&*column).enumerate() {
-                        both[(row, 2 * place)] = axial + bent;
-                        both[(row, 2 * place + 1)] = axial - bent;
-                    }
-                    place += 1;
-                }
-            }
-        }
+        let [bending, both] = columns(stator, &blades, ring, coordinates);
+        let nodal =
+            ring.residual.as_ref().map(|_| columns(stator, &blades, ring, &Coordinates::nodal(ring.matrices.size())));
+        let by_forces = |which: usize| ForceColumns::new(&nodal.as_ref()?[which], ring);
         let modal = coordinates.shapes().is_some();
         Some(Self {
-            bending: Fibres::new(&bending, pairs, modal),
-            both: Fibres::new(&both, pairs, modal),
+            bending: Fibres::new(&bending, by_forces(0), pairs, modal),
+            both: Fibres::new(&both, by_forces(1), pairs, modal),
             of_one: 4 * blades.elements,
         })
     }
@@ -83,12 +54,51 @@ impl BladeStresses {
     }
 }
 
+/// Stresses per coordinate in columns, of bending alone and with the axial stress.
+fn columns(stator: &FlexibleStator, blades: &Blades, ring: &RingPart, coordinates: &Coordinates) -> [Matrix; 2] {
+    let l = blades.length / blades.elements as f64;
+    let scale = stator.young_modulus * 0.5 * blades.thickness;
+    // second derivatives of the cubic Hermite functions at both ends, on [t1, th1, t2, th2]
+    let curvature =
+        [[-6.0 / (l * l), -4.0 / l, 6.0 / (l * l), -2.0 / l], [6.0 / (l * l), 2.0 / l, -6.0 / (l * l), 4.0 / l]];
+    let (size, places) = (coordinates.size(), 2 * blades.count * blades.elements);
+    let (mut bending, mut both) = (Matrix::zeros(size, places), Matrix::zeros(size, 2 * places));
+    let mut place = 0;
+    for blade in 0..blades.count {
+        for element in 0..blades.elements {
+            let ends = [0, 1].map(|end| ring.matrices.blade_node(blades, blade, element + end));
+            let mut axial = vec![0.0; size];
+            for (sign, [along, _, _]) in [-1.0, 1.0].into_iter().zip(&ends) {
+                for &(dof, weight) in along {
+                    coordinates.add_row(dof, stator.young_modulus / l * sign * weight, &mut axial);
+                }
+            }
+            for end in &curvature {
+                let column = &mut bending.as_mut_slice()[place * size..(place + 1) * size];
+                for (node, [_, transverse, slope]) in ends.iter().enumerate() {
+                    for (freedom, factor) in [(transverse, end[2 * node]), (slope, end[2 * node + 1])] {
+                        for &(dof, weight) in freedom {
+                            coordinates.add_row(dof, scale * factor * weight, column);
+                        }
+                    }
+                }
+                for (row, (axial, bent)) in axial.iter().zip(&*column).enumerate() {
+                    both[(row, 2 * place)] = axial + bent;
+                    both[(row, 2 * place + 1)] = axial - bent;
+                }
+                place += 1;
+            }
+        }
+    }
+    [bending, both]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stator::RingMatrices;
-    use crate::structure::{Coordinates, Part};
-    use bladeoff_model::machine::{Blades, Rayleigh, Ring};
+    use crate::stator::{NodalForces, RingMatrices};
+    use crate::structure::Part;
+    use bladeoff_model::machine::{Rayleigh, Ring};
 
     fn stator(elements: usize) -> FlexibleStator {
         FlexibleStator {
@@ -150,8 +160,8 @@ mod tests {
             let expected = moment * 0.01 / inertia;
             let largest = |coordinates: Coordinates, q: &[f64]| {
                 let ring = part(&matrices, coordinates);
-                let blades = BladeStresses::new(&stator, &ring, &Pairs::of(&ring.part)).expect("blades");
-                blades.bending.largest(q)
+                let mut blades = BladeStresses::new(&stator, &ring, &Pairs::of(&ring.part)).expect("blades");
+                blades.bending.largest(q, &NodalForces::none())
             };
             let stress = largest(Coordinates::nodal(matrices.size()), &field);
             assert!((stress / expected - 1.0).abs() < 1e-9, "{stress} {expected}");

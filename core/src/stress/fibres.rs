@@ -7,11 +7,15 @@
 //! a single load, where all waves add. A coordinate without a partner is its own pair.
 //! Verified by `the_largest_size_is_found_with_its_place`, `no_stress_exceeds_its_bound`.
 
+use super::force_columns::ForceColumns;
 use crate::eight::{dots, largest_dot};
+use crate::stator::NodalForces;
 use crate::structure::Part;
 use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times};
 use bladeoff_numerics::linalg::{Csr, Matrix};
 
+/// Groups of places with bounds of the stresses by contact forces.
+const GROUPS: usize = 3;
 /// The bound with room for the rounding of its sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
@@ -87,21 +91,40 @@ kernel! {
     }
 }
 
-/// Bounds of up to eight groups of places at once: (1).
+/// Bounds of up to eight groups of places at once: (1), and of the stresses by a force on each degree of freedom.
 #[derive(Debug, Clone)]
-pub(super) struct Bounds(Vec<Lane>);
+pub(super) struct Bounds {
+    pairs: Vec<Lane>,
+    forces: Vec<[f64; GROUPS]>,
+}
 
 impl Bounds {
     /// Bounds of groups of places.
     pub fn new(groups: &[&Fibres]) -> Self {
         let pairs = groups.first().map_or(0, |group| group.largest.len());
         let of = |pair: usize| Lane(std::array::from_fn(|k| groups.get(k).map_or(0.0, |group| group.largest[pair])));
-        Self((0..pairs).map(of).collect())
+        let by_forces: Vec<&[f64]> =
+            groups.iter().filter_map(|group| Some(&*group.by_forces.as_ref()?.largest)).collect();
+        let dofs = by_forces.first().map_or(0, |largest| largest.len());
+        let force =
+            |dof: usize| std::array::from_fn(|k| by_forces.get(k).map_or(0.0, |largest| ROUNDED_UP * largest[dof]));
+        Self { pairs: (0..pairs).map(of).collect(), forces: (0..dofs).map(force).collect() }
     }
 
     /// No size of a stress of each group is above these \[Pa\], of amplitudes by [`Pairs::amplitudes`]; a NaN, which ends the run anyway, is passed on.
     pub fn of(&self, amplitudes: &[f64]) -> [f64; LANES] {
-        rows_times(&self.0, amplitudes)
+        rows_times(&self.pairs, amplitudes)
+    }
+
+    /// Bounds of the stresses of the first groups by the difference of contact forces from others \[Pa\]; 0 without truncated modes.
+    pub fn of_forces(&self, forces: &NodalForces, from: &NodalForces) -> [f64; GROUPS] {
+        let mut sums = [0.0; GROUPS];
+        forces.differences(from, |dof, force| {
+            if let Some(largest) = self.forces.get(dof) {
+                sums.iter_mut().zip(largest).for_each(|(sum, largest)| *sum += force.abs() * largest);
+            }
+        });
+        sums
     }
 }
 
@@ -109,6 +132,10 @@ impl Bounds {
 #[derive(Debug, Clone)]
 pub(super) struct Fibres {
     rows: Rows,
+    /// Stresses by the contact forces in the truncated modes; `None` without those.
+    by_forces: Option<ForceColumns>,
+    /// Room for the latter.
+    added: Vec<Lane>,
     /// s of (1).
     largest: Vec<f64>,
 }
@@ -123,20 +150,30 @@ enum Rows {
 
 impl Fibres {
     /// Fibres by their columns: one row per coordinate, one column per place; `modal`: coordinates are modes, all of which reach every place.
-    pub fn new(columns: &Matrix, pairs: &Pairs, modal: bool) -> Self {
+    /// `by_forces`: of the same places.
+    pub fn new(columns: &Matrix, by_forces: Option<ForceColumns>, pairs: &Pairs, modal: bool) -> Self {
         let rows = if modal {
             Rows::Modal((0..columns.ncols()).step_by(LANES).flat_map(|first| eight(columns, first)).collect())
         } else {
             Rows::Nodal(Csr::from_dense(&columns.transpose()))
         };
-        Self { rows, largest: pairs.largest(columns) }
+        Self { rows, by_forces, added: Vec::new(), largest: pairs.largest(columns) }
     }
 
-    /// Largest size of all stresses \[Pa\].
-    pub fn largest(&self, q: &[f64]) -> f64 {
+    /// Largest size of all stresses by coordinates and contact forces \[Pa\].
+    pub fn largest(&mut self, q: &[f64], forces: &NodalForces) -> f64 {
+        self.add(forces);
         match &self.rows {
             Rows::Nodal(rows) => rows.largest_product(q),
-            Rows::Modal(rows) => largest_dot(rows, q),
+            Rows::Modal(rows) => largest_dot(rows, q, &self.added),
+        }
+    }
+
+    /// Takes the stresses by contact forces.
+    fn add(&mut self, forces: &NodalForces) {
+        match &self.by_forces {
+            Some(columns) if !forces.is_empty() => columns.stresses(forces, &mut self.added),
+            _ => self.added.clear(),
         }
     }
 
@@ -158,15 +195,18 @@ impl Fibres {
         }
     }
 
-    /// The first place whose stress has this size, which [`Fibres::largest`] has found.
-    pub fn place_of(&self, largest: f64, q: &[f64]) -> usize {
+    /// The first place whose stress has this size, which [`Fibres::largest`] has found of the same coordinates and forces.
+    pub fn place_of(&mut self, largest: f64, q: &[f64], forces: &NodalForces) -> usize {
+        self.add(forces);
         let found = match &self.rows {
             Rows::Nodal(rows) => rows.products(q).position(|stress| stress.abs() == largest),
             Rows::Modal(rows) => {
                 let mut stresses = Lane::default();
                 rows.chunks_exact(q.len().max(1)).enumerate().find_map(|(at, block)| {
                     dots(block, q, &mut stresses);
-                    stresses.0.iter().position(|stress| stress.abs() == largest).map(|k| LANES * at + k)
+                    let added = self.added.get(at).copied().unwrap_or_default();
+                    let mut sums = stresses.0.iter().zip(added.0).map(|(stress, added)| stress + added);
+                    sums.position(|stress| stress.abs() == largest).map(|k| LANES * at + k)
                 })
             }
         };
@@ -206,15 +246,15 @@ mod tests {
         assert_eq!(pairs.0, [[0, 0], [1, 2], [3, 3], [4, 4], [5, 6], [7, 7], [8, 8]]);
         for places in [1, 7, 8, 21] {
             let columns = Matrix::from_fn(9, places, |j, i| ((i * 7919 + j * 104_729) % 1013) as f64 - 506.3);
-            let (modal, nodal) = (Fibres::new(&columns, &pairs, true), Fibres::new(&columns, &pairs, false));
+            let [mut modal, mut nodal] = [true, false].map(|modal| Fibres::new(&columns, None, &pairs, modal));
             for round in 0..20 {
                 let q: Vec<f64> = (0..9).map(|j| ((round * 31 + j * 17) % 23) as f64 - 11.2).collect();
                 let of = |i: usize| (0..9).map(|j| columns[(j, i)] * q[j]).sum::<f64>().abs();
                 let at = (0..places).max_by(|&i, &k| of(i).total_cmp(&of(k))).expect("places");
-                for fibres in [&modal, &nodal] {
-                    let largest = fibres.largest(&q);
+                for fibres in [&mut modal, &mut nodal] {
+                    let largest = fibres.largest(&q, &NodalForces::none());
                     assert!((largest / of(at) - 1.0).abs() < 1e-12);
-                    assert_eq!(fibres.place_of(largest, &q), at);
+                    assert_eq!(fibres.place_of(largest, &q, &NodalForces::none()), at);
                 }
             }
         }
@@ -224,18 +264,18 @@ mod tests {
     fn no_stress_exceeds_its_bound() {
         let pairs = Pairs::of(&part(9));
         let columns = Matrix::from_fn(9, 21, |j, i| ((i * 7919 + j * 104_729) % 1013) as f64 - 506.3);
-        let fibres = Fibres::new(&columns, &pairs, true);
+        let mut fibres = Fibres::new(&columns, None, &pairs, true);
         let (bounds, mut room, mut closest) = (Bounds::new(&[&fibres]), Amplitudes::default(), 0.0_f64);
         for round in 0..200 {
             let q: Vec<f64> = (0..9)
                 .map(|j| if round % 9 == j { 1.0 } else { ((round * 31 + j * 17) % 23) as f64 / 11.0 - 1.0 })
                 .collect();
-            let share = fibres.largest(&q) / bounds.of(pairs.amplitudes(&q, &mut room))[0];
+            let share = fibres.largest(&q, &NodalForces::none()) / bounds.of(pairs.amplitudes(&q, &mut room))[0];
             closest = closest.max(share);
         }
         // of one coordinate alone it is the stress itself
         let alone: Vec<f64> = (0..9).map(|j| if j == 3 { -2.0 } else { 0.0 }).collect();
-        let one = fibres.largest(&alone) / bounds.of(pairs.amplitudes(&alone, &mut room))[0];
+        let one = fibres.largest(&alone, &NodalForces::none()) / bounds.of(pairs.amplitudes(&alone, &mut room))[0];
         assert!(closest <= 1.0 && closest > 0.5, "{closest}");
         assert!(one <= 1.0 && one > 1.0 - 1e-11, "{one}");
     }

@@ -5,8 +5,11 @@
 
 mod blades;
 mod fibres;
+mod force_average;
+mod force_columns;
 mod ring;
 mod shaft;
 
+pub(crate) use force_average::ForceAverage;
 pub(crate) use ring::{Known, RingStresses};
 pub use shaft::{LargestMoments, SectionModuli, ShaftStresses, equivalent_square};

@@ -2,11 +2,13 @@
 
 use super::blades::BladeStresses;
 use super::fibres::{Amplitudes, Bounds, Fibres, Pairs};
-use crate::structure::RingPart;
+use super::force_columns::ForceColumns;
+use crate::stator::NodalForces;
+use crate::structure::{Coordinates, RingPart};
 use bladeoff_model::machine::FlexibleStator;
 use bladeoff_numerics::linalg::Matrix;
 
-/// Stresses of a ring and of its blades from the coordinates of the ring.
+/// Stresses of a ring and of its blades from the coordinates of the ring and the contact forces on it.
 ///
 /// ```text
 /// sigma = E [(v/R + u,s) +- (h/2) (v/R^2 + v,ss)]        at the inner and the outer face; h radial thickness, R mean radius
@@ -21,7 +23,7 @@ use bladeoff_numerics::linalg::Matrix;
 /// # Limits
 /// Nominal, planar, thin: no bending out of the plane, no torsion of the section, no stress concentration at a blade's root; the factor
 /// `R/(R +- h/2)` of a curved bar's bending stress is not in it, its `M/(A R)` is. Under a load inside an element the bending moment lacks up to `F l/8` (l: length of an element).
-/// In a reduced engine stresses beside the contact lack the modes left out.
+/// The truncated modes of a reduced engine follow the contact forces at once ([`ForceColumns`]).
 /// # Verified by
 /// `a_pinched_ring_has_timoshenko_s_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
@@ -39,10 +41,11 @@ pub(crate) struct RingStresses {
     last: Last,
 }
 
-/// The last coordinates whose stresses were evaluated.
+/// The last coordinates and contact forces whose stresses were evaluated.
 #[derive(Debug, Clone)]
 struct Last {
     coordinates: Vec<f64>,
+    forces: NodalForces,
     /// Bounds of their stresses \[Pa\]: of the ring, of the blades, and of the bending of the blades alone.
     most: [f64; 3],
 }
@@ -71,54 +74,18 @@ impl RingStresses {
     /// Stresses of a flexible stator.
     pub fn new(stator: &FlexibleStator, part: &RingPart) -> Self {
         let coordinates = &part.part.coordinates;
-        let (size, pairs) = (coordinates.size(), Pairs::of(&part.part));
-        let (r, count) = (stator.ring.mean_radius, stator.ring.elements);
-        let spacing = 2.0 * std::f64::consts::PI / count as f64;
-        let l = spacing * r;
-        let (young, half) = (stator.young_modulus, 0.5 * stator.ring.thickness);
-        let bending = young * half;
-        let row = |terms: &[(usize, f64)]| {
-            let mut row = vec![0.0; size];
-            terms.iter().for_each(|&(dof, factor)| coordinates.add_row(dof, factor, &mut row));
-            row
-        };
-        // [u, u_s, v, v_s] of a node
-        let at = |node: usize| 4 * (node % count);
-        // from a node, the second derivative of the cubic on its side behind (1) or before it (-1), so much of it
-        let curved = |node: usize, side: f64, share: f64| {
-            let other = at(if side > 0.0 { node + 1 } else { node + count - 1 });
-            let (here, square, factor) = (at(node), l * l, share * bending);
-            row(&[
-                (here + 2, factor * (1.0 / (r * r) - 6.0 / square)),
-                (here + 3, -side * factor * 4.0 / l),
-                (other + 2, factor * 6.0 / square),
-                (other + 3, -side * factor * 2.0 / l),
-            ])
-        };
-        let feet = stator.blades.map_or(0, |blades| blades.count);
-        let (mut entries, mut nodes) = (Vec::new(), Vec::new());
-        for node in 0..count {
-            let membrane = row(&[(at(node) + 1, young), (at(node) + 2, young / r)]);
-            let bent = if feet > 0 && node % (count / feet) == 0 {
-                vec![curved(node, -1.0, 1.0), curved(node, 1.0, 1.0)]
-            } else {
-                let (before, behind) = (curved(node, -1.0, 0.5), curved(node, 1.0, 0.5));
-                vec![before.iter().zip(&behind).map(|(one, other)| one + other).collect()]
-            };
-            for bent in bent {
-                nodes.push(node);
-                entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane + bent));
-                entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane - bent));
-            }
-        }
-        let columns = Matrix::from_column_slice(size, 2 * nodes.len(), &entries);
-        let ring = Fibres::new(&columns, &pairs, coordinates.shapes().is_some());
+        let pairs = Pairs::of(&part.part);
+        let (columns, nodes) = columns_of(stator, coordinates);
+        let nodal = part.residual.as_ref().map(|_| columns_of(stator, &Coordinates::nodal(part.matrices.size())).0);
+        let by_forces = nodal.and_then(|nodal| ForceColumns::new(&nodal, part));
+        let ring = Fibres::new(&columns, by_forces, &pairs, coordinates.shapes().is_some());
         let blades = BladeStresses::new(stator, part, &pairs);
         let bounds = match &blades {
             Some(blades) => Bounds::new(&[&ring, &blades.both, &blades.bending]),
             None => Bounds::new(&[&ring]),
         };
-        let last = Last { coordinates: vec![0.0; size], most: [0.0; 3] };
+        let last = Last { coordinates: vec![0.0; coordinates.size()], forces: NodalForces::none(), most: [0.0; 3] };
+        let spacing = 2.0 * std::f64::consts::PI / stator.ring.elements as f64;
         Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default(), last }
     }
 
@@ -127,31 +94,34 @@ impl RingStresses {
         self.blades.is_some()
     }
 
-    /// Largest stresses of coordinates, as far as bounds say that they may be above what is known.
+    /// Largest stresses of coordinates and contact forces, as far as bounds say that they may be above what is known.
     ///
     /// The bounds also keep a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
-    pub fn above(&mut self, known: &Known, q: &[f64]) -> Largest {
+    pub fn above(&mut self, known: &Known, q: &[f64], forces: &NodalForces) -> Largest {
         let Self { pairs, ring, blades, bounds, amplitudes, last, .. } = self;
         let far = bounds.of(pairs.distances(q, &last.coordinates, amplitudes));
+        let far_by_forces = bounds.of_forces(forces, &last.forces);
         let known = [known.ring, known.blades, known.bending];
-        let mut most = [0, 1, 2].map(|group| last.most[group] + far[group]);
+        let mut most = [0, 1, 2].map(|group| last.most[group] + (far[group] + far_by_forces[group]));
         if (0..3).all(|group| most[group] <= known[group]) {
             return Largest::default();
         }
-        let whole = bounds.of(pairs.amplitudes(q, amplitudes));
-        let mut of = |group: usize, fibres: Option<&Fibres>, may: bool| {
+        let (whole, by_forces) =
+            (bounds.of(pairs.amplitudes(q, amplitudes)), bounds.of_forces(forces, &NodalForces::none()));
+        let whole = [0, 1, 2].map(|group| whole[group] + by_forces[group]);
+        let mut of = |group: usize, fibres: Option<&mut Fibres>, may: bool| {
             most[group] = most[group].min(whole[group]);
-            let found = fibres.filter(|_| may && most[group] > known[group]).map(|fibres| fibres.largest(q));
+            let found = fibres.filter(|_| may && most[group] > known[group]).map(|fibres| fibres.largest(q, forces));
             most[group] = found.unwrap_or(most[group]);
             found
         };
-        let blades = blades.as_ref();
         let ring = of(0, Some(ring), true);
-        let both = of(1, blades.map(|blades| &blades.both), true);
+        let both = of(1, blades.as_mut().map(|blades| &mut blades.both), true);
         // bending alone is no more than with the axial stress
         let bends = both.is_none_or(|both| both > known[2]);
-        let bending = of(2, blades.map(|blades| &blades.bending), bends);
+        let bending = of(2, blades.as_mut().map(|blades| &mut blades.bending), bends);
         last.coordinates.copy_from_slice(q);
+        last.forces.clone_from(forces);
         last.most = [0, 1, 2].map(|group| most[group] + ROUNDING * whole[group]);
         Largest { ring, blades: both, bending }
     }
@@ -169,21 +139,68 @@ impl RingStresses {
     }
 
     /// Angle \[rad\], from 0 to below 2 pi, of the largest stress of the ring, which [`RingStresses::above`] has found.
-    pub fn angle_of(&self, largest: f64, q: &[f64]) -> f64 {
-        self.nodes.get(self.ring.place_of(largest, q) / 2).map_or(0.0, |&node| node as f64 * self.spacing)
+    pub fn angle_of(&mut self, largest: f64, q: &[f64], forces: &NodalForces) -> f64 {
+        self.nodes.get(self.ring.place_of(largest, q, forces) / 2).map_or(0.0, |&node| node as f64 * self.spacing)
     }
 
     /// Number of the blade, from 0, of the largest stress of the blades.
-    pub fn blade_of(&self, largest: f64, q: &[f64]) -> usize {
-        self.blades.as_ref().map_or(0, |blades| blades.blade_of(blades.both.place_of(largest, q)))
+    pub fn blade_of(&mut self, largest: f64, q: &[f64], forces: &NodalForces) -> usize {
+        self.blades.as_mut().map_or(0, |blades| {
+            let place = blades.both.place_of(largest, q, forces);
+            blades.blade_of(place)
+        })
     }
+}
+
+/// Stresses per coordinate in columns, and the node of each place, which has a column for either face.
+fn columns_of(stator: &FlexibleStator, coordinates: &Coordinates) -> (Matrix, Vec<usize>) {
+    let size = coordinates.size();
+    let (r, count) = (stator.ring.mean_radius, stator.ring.elements);
+    let l = 2.0 * std::f64::consts::PI / count as f64 * r;
+    let (young, half) = (stator.young_modulus, 0.5 * stator.ring.thickness);
+    let bending = young * half;
+    let row = |terms: &[(usize, f64)]| {
+        let mut row = vec![0.0; size];
+        terms.iter().for_each(|&(dof, factor)| coordinates.add_row(dof, factor, &mut row));
+        row
+    };
+    // [u, u_s, v, v_s] of a node
+    let at = |node: usize| 4 * (node % count);
+    // from a node, the second derivative of the cubic on its side behind (1) or before it (-1), so much of it
+    let curved = |node: usize, side: f64, share: f64| {
+        let other = at(if side > 0.0 { node + 1 } else { node + count - 1 });
+        let (here, square, factor) = (at(node), l * l, share * bending);
+        row(&[
+            (here + 2, factor * (1.0 / (r * r) - 6.0 / square)),
+            (here + 3, -side * factor * 4.0 / l),
+            (other + 2, factor * 6.0 / square),
+            (other + 3, -side * factor * 2.0 / l),
+        ])
+    };
+    let feet = stator.blades.map_or(0, |blades| blades.count);
+    let (mut entries, mut nodes) = (Vec::new(), Vec::new());
+    for node in 0..count {
+        let membrane = row(&[(at(node) + 1, young), (at(node) + 2, young / r)]);
+        let bent = if feet > 0 && node % (count / feet) == 0 {
+            vec![curved(node, -1.0, 1.0), curved(node, 1.0, 1.0)]
+        } else {
+            let (before, behind) = (curved(node, -1.0, 0.5), curved(node, 1.0, 0.5));
+            vec![before.iter().zip(&behind).map(|(one, other)| one + other).collect()]
+        };
+        for bent in bent {
+            nodes.push(node);
+            entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane + bent));
+            entries.extend(membrane.iter().zip(&bent).map(|(membrane, bent)| membrane - bent));
+        }
+    }
+    (Matrix::from_column_slice(size, 2 * nodes.len(), &entries), nodes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::stator::RingMatrices;
-    use crate::structure::{Coordinates, Part};
+    use crate::structure::Part;
     use bladeoff_model::machine::{Blades, Rayleigh, Ring};
     use bladeoff_numerics::linalg::{Vector, solve};
 
@@ -256,10 +273,10 @@ mod tests {
             let matrices = RingMatrices::assemble(&stator);
             let field = pinched(&matrices, force);
             let mut stresses = RingStresses::new(&stator, &part(&matrices, Coordinates::nodal(matrices.size())));
-            let largest = stresses.above(&Known { ring: 0.0, blades: 0.0, bending: 0.0 }, &field);
+            let largest = stresses.above(&Known { ring: 0.0, blades: 0.0, bending: 0.0 }, &field, &NodalForces::none());
             let found = largest.ring.expect("a stress");
             assert_eq!((largest.blades, largest.bending), (None, None), "there are no blades");
-            let angle = stresses.angle_of(found, &field);
+            let angle = stresses.angle_of(found, &field, &NodalForces::none());
             assert!(angle == 0.0 || (angle - pi).abs() < 1e-12, "{angle}");
             let node = elements / 4;
             let here = stresses.ring.products(&field);
@@ -268,7 +285,10 @@ mod tests {
             // a bound, and nothing above it
             assert!(stresses.bounds(&field)[0] >= found);
             assert_eq!(
-                stresses.above(&Known { ring: found, blades: 0.0, bending: 0.0 }, &field).ring.filter(|s| *s > found),
+                stresses
+                    .above(&Known { ring: found, blades: 0.0, bending: 0.0 }, &field, &NodalForces::none())
+                    .ring
+                    .filter(|s| *s > found),
                 None
             );
         }
@@ -304,9 +324,12 @@ mod tests {
                 })
                 .collect();
             let known = Known { ring: most, blades: 0.0, bending: 0.0 };
-            let found = ours.above(&known, &q).ring;
-            let exact =
-                fresh.clone().above(&Known { ring: -1.0, blades: 0.0, bending: 0.0 }, &q).ring.expect("evaluated");
+            let found = ours.above(&known, &q, &NodalForces::none()).ring;
+            let exact = fresh
+                .clone()
+                .above(&Known { ring: -1.0, blades: 0.0, bending: 0.0 }, &q, &NodalForces::none())
+                .ring
+                .expect("evaluated");
             if exact > most {
                 assert_eq!(found.map(f64::to_bits), Some(exact.to_bits()), "step {step}");
                 (most, raised) = (exact, raised + 1);
@@ -333,11 +356,11 @@ mod tests {
         let bends = across * l * 0.01 / inertia;
         let both = bends + along / area;
         let check = |stresses: &mut RingStresses, q: &[f64], factor: f64| {
-            let largest = stresses.above(&Known { ring: 0.0, blades: 0.0, bending: 0.0 }, q);
+            let largest = stresses.above(&Known { ring: 0.0, blades: 0.0, bending: 0.0 }, q, &NodalForces::none());
             let (found, bending) = (largest.blades.expect("both"), largest.bending.expect("bending"));
             assert!((found / (factor * both) - 1.0).abs() < 1e-9, "{found} {both}");
             assert!((bending / (factor * bends) - 1.0).abs() < 1e-9, "{bending} {bends}");
-            assert_eq!(stresses.blade_of(found, q), 2);
+            assert_eq!(stresses.blade_of(found, q, &NodalForces::none()), 2);
             assert!(stresses.bounds(q)[1] >= found);
         };
         let nodal = part(&matrices, Coordinates::nodal(matrices.size()));

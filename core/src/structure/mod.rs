@@ -26,8 +26,8 @@ pub struct RingPart {
     pub matrices: RingMatrices,
     /// The linear part.
     pub part: Part,
-    /// Static flexibility of the truncated modes, on the ring's degrees of freedom; `None` where nothing is left out, the correction is
-    /// switched off, or a mode is not stiff (a free ring, bearings of indefinite stiffness).
+    /// Static flexibility of the truncated modes: displacements of the ring's degrees of freedom by forces on those of ring and blades. `None` where no
+    /// mode is truncated, the correction is switched off, or a mode is not stiff (a free ring, bearings of indefinite stiffness).
     pub residual: Option<Matrix>,
     /// Truncation errors of its nodes, radially.
     pub(crate) truncation_errors: Vec<truncation_error::TruncationError>,

@@ -106,7 +106,8 @@ impl TruncatedFlexibility {
         Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE), own })
     }
 
-    /// Static residual `K^-1 - Phi omega^-2 Phi^T` on the first `size` degrees of freedom; `None` where a mode kept is not stiff. `places`: of nodes.
+    /// Static residual `K^-1 - Phi omega^-2 Phi^T` of the first `size` degrees of freedom under forces on all of them; `None` where a mode kept is not
+    /// stiff. `places`: of nodes.
     ///
     /// The plain difference, unless that is rounding: of a rotor on bearings of 0.01 N/m nothing of it is left.
     /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the truncated modes follow a force at once. Used by
@@ -116,9 +117,10 @@ impl TruncatedFlexibility {
         if !stiff(modes) {
             return None;
         }
-        let complement = self.at_rest.view((0, 0), (size, size)).into_owned();
+        let rows = |whole: &Matrix| whole.view((0, 0), (size, whole.ncols())).into_owned();
+        let complement = rows(&self.at_rest);
         let kept = mul(&modes.shapes, &scaled(&modes.shapes, &modes.omega_squared, |square| 1.0 / square));
-        let difference = whole.inverse(whole.stiffness).map(|all| (all - kept).view((0, 0), (size, size)).into_owned());
+        let difference = whole.inverse(whole.stiffness).map(|all| rows(&(all - kept)));
         let largest = |of: &dyn Fn(usize) -> f64| places.iter().flatten().map(|&i| of(i).abs()).fold(0.0, f64::max);
         let sound = |difference: &Matrix| {
             let off = largest(&|i| difference[(i, i)] - complement[(i, i)]);
@@ -142,7 +144,7 @@ fn stiff(modes: &ModeSet) -> bool {
     modes.omega_squared.iter().all(|&square| square > 0.0)
 }
 
-/// Static residual of a part on its first `size` degrees of freedom, where it is asked for and there is one, and the lags of nodes, each with its
+/// Static residual of a part on its first `size` degrees of freedom by forces on all, where it is asked for and there is one, and the lags of nodes, each with its
 /// two degrees of freedom in the plane (twice the same where it has one); empty for a full model. A part whose modes are all kept has no residual, but its
 /// flexibility belongs to the share (3).
 pub(super) fn truncated_flexibility(

@@ -53,9 +53,9 @@ impl Bodies<'_> {
         self.left_out.between(&self.stator.surface, at, acting)
     }
 
-    /// The modes left out follow one more normal force \[N\].
-    pub fn give_way(&mut self, acting: &Gap, normal: f64) {
-        self.left_out.give_way(&self.stator.surface, acting, normal);
+    /// Adds a contact force that the truncated modes follow.
+    pub fn give_way(&mut self, acting: &Gap, force: &ContactReaction) {
+        self.left_out.give_way(&self.stator.surface, acting, force);
     }
 
     /// Ring rows of the place that the force acts at, and of the gap's.

@@ -5,8 +5,9 @@
 //! modes kept alone the force would not stand normal to the surface it acts on, and would work.
 
 use super::axes::{Axes, bilinear, directions};
-use crate::contact::Gap;
-use crate::stator::Surface;
+use crate::contact::{ContactReaction, Gap};
+use crate::stator::{NodalForces, Surface};
+use crate::stress::ForceAverage;
 use crate::structure::{RingPart, Structure};
 use bladeoff_numerics::linalg::{Matrix, axpy, column_of};
 
@@ -24,25 +25,33 @@ pub(super) struct LeftOut<'a> {
     pub held_before: f64,
 }
 
-/// Of a flexible ring: flexibility of its freedoms, and their displacements as those of the node.
+/// Truncated modes of a flexible ring: flexibility and displacements of its degrees of freedom (DOFs), contact forces of the step with friction, and their mean.
 struct LeftOutOfRing<'a> {
     flexibility: &'a Matrix,
     shift: Vec<f64>,
     shift_before: Vec<f64>,
+    forces: NodalForces,
+    mean: ForceAverage,
 }
 
 impl<'a> LeftOut<'a> {
     /// At a node and a ring; nothing where no modes are left out.
-    pub fn new(structure: &'a Structure, node: usize, axes: &Axes, ring: Option<&'a RingPart>) -> Self {
-        let of_ring = |flexibility: &'a Matrix| {
+    pub fn new(structure: &'a Structure, node: usize, axes: &Axes, ring: Option<&'a RingPart>, dt: f64) -> Self {
+        let of_ring = |(ring, flexibility): (&'a RingPart, &'a Matrix)| {
             let still = vec![0.0; flexibility.nrows()];
-            LeftOutOfRing { flexibility, shift: still.clone(), shift_before: still }
+            LeftOutOfRing {
+                flexibility,
+                shift: still.clone(),
+                shift_before: still,
+                forces: NodalForces::none(),
+                mean: ForceAverage::new(ring, dt),
+            }
         };
         Self {
             rotor: of_rotor(structure, node, axes),
             shift: [0.0; 2],
             shift_before: [0.0; 2],
-            ring: ring.and_then(|ring| ring.residual.as_ref()).map(of_ring),
+            ring: ring.and_then(|ring| Some((ring, ring.residual.as_ref()?))).map(of_ring),
             held: 0.0,
             held_before: 0.0,
         }
@@ -85,12 +94,13 @@ impl<'a> LeftOut<'a> {
         self.shift = [0.0; 2];
         if let Some(ring) = &mut self.ring {
             ring.shift.fill(0.0);
+            ring.forces.clear();
         }
     }
 
-    /// Follows one more normal force \[N\] at a place.
-    pub fn give_way(&mut self, surface: &Surface, acting: &Gap, normal: f64) {
-        let (n, _) = directions(acting);
+    /// Adds a contact force at a place. The displacements follow its normal part.
+    pub fn give_way(&mut self, surface: &Surface, acting: &Gap, force: &ContactReaction) {
+        let ((n, _), normal) = (directions(acting), force.normal);
         for axis in 0..2 {
             self.shift[axis] -= normal * (self.rotor[axis][0] * n[0] + self.rotor[axis][1] * n[1]);
         }
@@ -99,12 +109,27 @@ impl<'a> LeftOut<'a> {
             for (dof, r, t) in surface.shapes(acting.place.element, acting.place.xi) {
                 axpy(normal * (n_r * r + n_t * t), column_of(ring.flexibility, dof), &mut ring.shift);
             }
+            let parts = [normal * n_r - force.tangential * n_t, normal * n_t + force.tangential * n_r];
+            ring.forces.add_at(surface, (acting.place.element, acting.place.xi), parts);
         }
     }
 
     /// Nodal displacement of the ring under the forces of the step; `None` where it has none.
     pub fn of_ring(&self) -> Option<&[f64]> {
         self.ring.as_ref().map(|ring| ring.shift.as_slice())
+    }
+
+    /// Takes the contact forces of the step into their mean, friction included. Called once per step.
+    pub fn average_forces(&mut self) {
+        if let Some(ring) = &mut self.ring {
+            ring.mean.take(&ring.forces);
+            ring.mean.update();
+        }
+    }
+
+    /// Mean of the contact forces on the ring; `None` where no mode is truncated.
+    pub fn mean_forces(&self) -> Option<&NodalForces> {
+        self.ring.as_ref().map(|ring| ring.mean.mean())
     }
 
     /// The same under the forces of the step before.

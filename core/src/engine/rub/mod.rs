@@ -30,6 +30,8 @@ use step_contact::ContactFailure;
 
 use super::shaft_line::{Increments, OtherForces, ShaftLine};
 use crate::contact::Gap;
+use crate::record::RingState;
+use crate::stator::NodalForces;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
 
@@ -62,7 +64,7 @@ impl<'a> Rub<'a> {
         let bodies = Bodies {
             section: Section::new(line, contact.node, contact.rotor_radius, &axes),
             stator: Stator::new(diaphragm, ring, line.dt)?,
-            left_out: LeftOut::new(structure, contact.node, &axes, ring),
+            left_out: LeftOut::new(structure, contact.node, &axes, ring, line.dt),
             friction: contact.friction,
             law: contact.friction_law,
         };
@@ -164,9 +166,17 @@ impl<'a> Rub<'a> {
         !self.is_spring() && self.bodies.stator.is_outside(place, &self.bodies.left_out)
     }
 
-    /// Coordinates of the ring at n once it moves.
-    pub fn ring_coordinates(&self) -> Option<&[f64]> {
-        self.bodies.stator.ring.as_ref().filter(|ring| ring.moving).map(|ring| ring.stepper.q.as_slice())
+    /// Takes the contact forces of the step into their mean. Called once per step.
+    pub fn average_forces(&mut self) {
+        self.bodies.left_out.average_forces();
+    }
+
+    /// Coordinates of the ring at n with the mean contact forces, once it moves or a force acts.
+    pub fn ring_state(&self) -> Option<RingState<'_>> {
+        const NONE: &NodalForces = &NodalForces::none();
+        let forces = self.bodies.left_out.mean_forces().unwrap_or(NONE);
+        let ring = self.bodies.stator.ring.as_ref().filter(|ring| ring.moving || !forces.is_empty())?;
+        Some(RingState { coordinates: &ring.stepper.q, forces })
     }
 
     /// Nodal freedoms of the ring at n, after [`Rub::gap_at_n`].

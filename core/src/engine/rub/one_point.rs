@@ -39,7 +39,7 @@ pub(super) fn iterate(
     loop {
         work.iterations += 1;
         bodies.left_out.spring_back();
-        bodies.give_way(&last_acting, last.normal);
+        bodies.give_way(&last_acting, &last);
         let x = bodies.after(attempt.x_n, d);
         bodies.field_after();
         let stator = &mut bodies.stator;
@@ -134,7 +134,7 @@ pub(super) fn account(
     let model_work = force.normal * acting.model_slope * acting.place.polar(step)[1];
     bodies.left_out.held = 0.5 * force.normal * force.normal * bodies.left_out_between(&acting, &acting);
     bodies.left_out.spring_back();
-    bodies.give_way(&acting, force.normal);
+    bodies.give_way(&acting, &force);
     let left = if bodies.stator.detection == Detection::Hyp2Frozen || no_fixed_point {
         let x = bodies.after(attempt.x_n, d);
         bodies.field_after();

@@ -224,7 +224,7 @@ fn push(bodies: &mut Bodies<'_>, points: &[Point], free: &mut Increments) {
 fn follow(bodies: &mut Bodies<'_>, points: &[Point]) {
     bodies.left_out.spring_back();
     for point in points.iter().filter(|point| point.force.normal > 0.0) {
-        bodies.give_way(&point.gap, point.force.normal);
+        bodies.give_way(&point.gap, &point.force);
     }
 }
 

@@ -6,7 +6,8 @@
 use super::contact_point::PressedPoint;
 use super::contact_step::ContactStep;
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
-use crate::engine::exponential::plane::turned;
+use crate::engine::exponential::plane::{across, turned};
+use crate::stator::NodalForces;
 
 /// Ring and rotor at an instant, static corrections included.
 pub(crate) struct CorrectedShape {
@@ -26,6 +27,19 @@ impl ContactStep {
         amplitudes.extend_from_slice(self.ring.amplitudes());
         if self.in_contact() {
             self.predictor.add_static_deflection(amplitudes);
+        }
+    }
+
+    /// Writes the contact forces of the last step on the ring where modes are truncated.
+    pub fn nodal_forces(&self, forces: &mut NodalForces) {
+        forces.clear();
+        let pressed = self.pressed.iter().filter(|_| self.ring_points.has_truncated_modes());
+        for PressedPoint { position, force, .. } in pressed {
+            let alpha = (position.index as f64 + 0.5 + position.offset) * self.ring_points.spacing;
+            let ([normal, tangential], tangent) =
+                ([force.normal / self.h, force.tangential / self.h], across(position.polar));
+            let parts = [0, 1].map(|i| normal * position.polar[i] + tangential * tangent[i]);
+            forces.add_at(&self.ring_points.surface, self.ring_points.surface.locate(alpha), parts);
         }
     }
 

@@ -36,6 +36,8 @@ const MAX_ELEMENTS: usize = 200;
 /// Points of one ring, with the mode shapes and the response of the truncated modes there.
 #[derive(Debug, Clone)]
 pub(crate) struct RingPoints {
+    /// Surface of the ring.
+    pub surface: Surface,
     /// Angle between two points \[rad\].
     pub spacing: f64,
     /// Sine and cosine of each point's angle.
@@ -118,6 +120,7 @@ impl RingPoints {
         let angles: Vec<(f64, f64)> =
             locations.iter().map(|&(element, xi)| libm::sincos(surface.angle(element, xi))).collect();
         Self {
+            surface: *surface,
             direct_range: truncated_flexibility
                 .iter()
                 .flat_map(|[a, ..]| a.0)
@@ -153,6 +156,11 @@ impl RingPoints {
     #[inline(always)]
     pub fn count(&self) -> usize {
         self.angles.len()
+    }
+
+    /// Whether modes are truncated, and follow the contact forces.
+    pub fn has_truncated_modes(&self) -> bool {
+        !self.truncated_flexibility.is_empty()
     }
 
     /// V of the points of a block, mode by mode.

@@ -91,7 +91,7 @@ impl<'a> Observer<'a> {
             schedule: ObservationSchedule::default(),
             energy: EnergyBalance::new(h, transient),
             shaft_stresses,
-            ring_stresses: machine.diaphragms.iter().map(|_| RingStressCheck::default()).collect(),
+            ring_stresses: structure.rings.iter().map(|part| RingStressCheck::new(part.as_ref(), h)).collect(),
             yield_watch,
             ring_clearances: ring_clearances(machine, structure),
             damping: DampingWatch::default(),
@@ -305,19 +305,22 @@ impl<'a> Observer<'a> {
         if touch.is_some() {
             ring_stresses.reset();
         }
+        if let Some(ring) = contact.stator.ring() {
+            ring_stresses.take_step(ring, contact_steps);
+        }
         let is_watched = !step.due.motion && step.watch.ring;
         let is_observed = (step.due.motion || is_watched) && contact.stator.has_touched;
         let observed = contact.stator.ring().filter(|_| is_observed);
-        let coordinates = observed.and_then(|ring| ring_stresses.coordinates(diaphragm, ring, recorders));
-        if let (true, Some(coordinates), Some(watch)) = (is_watched, coordinates, yield_watch) {
-            recorders.watch_ring(diaphragm, watch.ring_limits(), coordinates, step.at);
+        let state = observed.and_then(|ring| ring_stresses.state(diaphragm, ring, recorders));
+        if let (true, Some(state), Some(watch)) = (is_watched, state, yield_watch) {
+            recorders.watch_ring(diaphragm, watch.ring_limits(), state, step.at);
         }
         let ring = RingInstant {
             angle: step.angle,
             place: contact.stator.axes.place(contact.displacement),
             velocity: contact.stator.axes.to_stator(contact.velocity),
             touch,
-            ring: coordinates.filter(|_| step.due.motion),
+            ring: state.filter(|_| step.due.motion),
         };
         recorders.see_ring(diaphragm, contact_steps, step.at, &ring);
     }
