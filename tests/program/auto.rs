@@ -150,7 +150,7 @@ fn check_names_the_first_thing_that_is_not_covered() {
     let folder = folder();
     let with = |set: &str| folder.write("s.toml", &STUDY.replace("[set]", &format!("[set]\n{set}")));
     for (set, what) in [
-        ("\"seal.kind\" = \"rigid\"", "does not cover a rigid ring (diaphragms.seal.kind)"),
+        ("\"seal.blades.count\" = 0", "does not cover a ring that nothing holds (diaphragms.seal.blades.count)"),
         ("\"run.force_location\" = \"current\"", "does not cover forces at the place of step n (run.force_location)"),
         ("\"run.step\" = \"3 us\"", "run.step is given, which \"exponential\" has not"),
     ] {
@@ -165,7 +165,7 @@ fn check_names_the_first_thing_that_is_not_covered() {
     assert_eq!(alone, "Engine: exponential (run.engine = \"auto\": run.contact_step is given, which it alone has)");
     for (set, path) in [
         ("\"run.force_location\" = \"current\"", "run.force_location"),
-        ("\"seal.kind\" = \"rigid\"", "diaphragms.seal.kind"),
+        ("\"seal.blades.count\" = 0", "diaphragms.seal.blades.count"),
         ("\"run.step\" = \"1 us\"", "run.step"),
     ] {
         let said = say(&["check", &with(&format!("{wanted}\n{set}"))]);
@@ -253,9 +253,10 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     let said = say(&["simulate", &machine, "--engine", "exponential", "--set", "bearings.left.damping=1e9"]);
     assert!(said.code == 3 && said.err.contains("the whirl states at 3018 rpm have no basis"), "{}", said.err);
     assert!(!said.err.contains("condition") && !said.err.contains("rad/s"), "{}", said.err);
-    let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "seal.kind=rigid"]);
+    let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "run.force_location=current"]);
     assert!(
-        said.out.contains("reduced (run.engine = \"auto\": \"exponential\" does not cover a rigid ring"),
+        said.out
+            .contains("reduced (run.engine = \"auto\": \"exponential\" does not cover forces at the place of step n"),
         "{}",
         said.out
     );

@@ -27,7 +27,7 @@ pub(super) const CONTACT_FRACTION: f64 = 0.9;
 /// Fraction of `2/omega_max` that is the contact step of `hyp2-frozen` when the machine names none. The nearest point is found before the impulses are known, and what penetrates beside it
 /// falls with the step. At this fraction the penetration is that of the reduced engine at its default step.
 const FROZEN_CONTACT_FRACTION: f64 = 0.5;
-/// Fraction of `2/omega_max` of the rotor held by a radial spring that is the contact step when the machine names none.
+/// Fraction of `2/omega_max` of the rotor, held by a radial spring or in a rigid ring, that is the contact step when the machine names none.
 const SPRING_CONTACT_FRACTION: f64 = 0.25;
 /// The default contact step of a machine with a ring divides the same period into at least so many parts: a flight of sixteen is then an eighth of a radian. Without one it is the same as for other
 /// engines: twist peaks between two flights.
@@ -133,7 +133,7 @@ pub enum StartError {
     },
     /// The contact step is larger than what contact and spin are computed with.
     #[error(
-        "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, or of the rotor held by a radial spring, and \
+        "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, or of the rotor in a radial spring or a rigid ring, and \
          a {PARTS_LEAST}th of the shortest of a revolution and the lowest mode's period)",
         seconds(*.step), seconds(below(*.limit))
     )]
@@ -226,11 +226,11 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
-    /// Step of the exponential engine: contact needs the frequencies of the ring alone, or those of the rotor held by a radial
-    /// spring.
+    /// Step of the exponential engine: contact needs the frequencies of the ring alone, or those of the rotor in a radial spring or a
+    /// rigid ring.
     fn of_contact(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
-        let held = if has_spring(machine) { rotor_limit(machine, structure)? } else { 0.0 };
+        let held = if has_rigid(machine) || has_spring(machine) { rotor_limit(machine, structure)? } else { 0.0 };
         let highest_frequency = rings.fold(held, f64::max);
         let period = 2.0 * std::f64::consts::PI / slowest_to_resolve(machine, structure);
         let largest_step = (2.0 / highest_frequency).min(period / PARTS_LEAST);
@@ -239,7 +239,7 @@ impl TimeStep {
                 let is_frozen = machine.diaphragms.iter().any(|ring| !has_converged_place(&ring.contact));
                 let (fraction, parts) = match () {
                     () if machine.diaphragms.is_empty() => (CONTACT_FRACTION, PARTS),
-                    () if has_spring(machine) => (SPRING_CONTACT_FRACTION, SPRING_PARTS),
+                    () if has_rigid(machine) || has_spring(machine) => (SPRING_CONTACT_FRACTION, SPRING_PARTS),
                     () if is_frozen => (FROZEN_CONTACT_FRACTION, CONTACT_PARTS),
                     () => (CONTACT_FRACTION, CONTACT_PARTS),
                 };
@@ -267,6 +267,11 @@ impl TimeStep {
         }
         Ok(self)
     }
+}
+
+/// Whether a diaphragm is a rigid ring.
+fn has_rigid(machine: &Machine) -> bool {
+    machine.diaphragms.iter().any(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Rigid))
 }
 
 /// Whether a diaphragm is a radial spring.

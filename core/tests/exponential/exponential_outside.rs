@@ -1,5 +1,5 @@
-//! The exponential engine against computations made outside it: the cases of `outside.rs` and `jeffcott.rs` that it covers. Left out are those with a
-//! rotor at rest at t = 0 or a rigid ring, which it refuses by name; frequencies are of no engine.
+//! The exponential engine against computations made outside it: the cases of `outside.rs` and `jeffcott.rs` that belong to an engine. Rotors at rest at t = 0
+//! and rigid rings have tests of their own.
 
 use crate::common::{Every, drawn, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_core::rotor::RotorMatrices;

@@ -1,5 +1,6 @@
 //! The exponential engine against closed forms, independent programs and the reduced engine; its instruction counts.
 
+mod at_rest;
 mod bearing_tables;
 #[path = "../common/mod.rs"]
 mod common;
@@ -15,4 +16,5 @@ mod prescribed_speed;
 mod radial_spring;
 #[path = "../common/random.rs"]
 mod random;
+mod rigid_ring;
 mod several_diaphragms;

@@ -8,9 +8,6 @@ use crate::machine::model::Engine;
 use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP};
 use bladeoff_text::document::units::format_quantity;
 
-/// Elements of a ring at most: its tables grow with their square.
-const MOST_RING_ELEMENTS: f64 = 200.0;
-
 /// The engine of a machine, and why; `None`: it is not known what the file wants.
 pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
     let word = reader.word(ENGINE)?;
@@ -75,29 +72,15 @@ fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     let mut gap = |path: &str, what: &str, instead: &'static str| {
         gaps.push(Gap { not_covered: NotCovered { path: path.to_owned(), what: what.to_owned() }, instead });
     };
-    let is_driven =
-        ["acceleration", "times", "speeds"].iter().any(|law| reader.is_given(&joined(&["rotor.speed_law.", law])));
-    if reader.number("rotor.initial_speed") == Some(0.0) && !is_driven {
-        gap("rotor.initial_speed", "a rotor at rest", "a speed above 0");
-    }
     if reader.word("run.force_location") == Some("current") {
         gap("run.force_location", "forces at the place of step n", "next");
     }
     for member in reader.layout.group("diaphragms") {
         let path = |key: &str| joined(&["diaphragms.", &member.name, key]);
-        let kind = path(".kind");
-        match reader.word(&kind) {
-            Some("rigid") => gap(&kind, "a rigid ring", "flexible"),
-            Some("radial-spring") => {}
-            _ => {
-                let (elements, blades) = (path(".ring.elements"), path(".blades.count"));
-                if reader.number(&elements).is_some_and(|count| count > MOST_RING_ELEMENTS) {
-                    gap(&elements, "a ring of more than 200 elements", "fewer");
-                }
-                if reader.number(&blades) == Some(0.0) {
-                    gap(&blades, "a ring that nothing holds", "blades");
-                }
-            }
+        let (kind, blades) = (path(".kind"), path(".blades.count"));
+        let is_flexible = !matches!(reader.word(&kind), Some("rigid" | "radial-spring"));
+        if is_flexible && reader.number(&blades) == Some(0.0) {
+            gap(&blades, "a ring that nothing holds", "blades");
         }
     }
     gaps

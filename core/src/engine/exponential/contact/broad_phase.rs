@@ -366,7 +366,7 @@ mod tests {
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
         let contact = &machine.diaphragms[0].contact;
-        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has points");
+        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6);
         let modes = ring.radial(0).len();
         let mut broad_phase = BroadPhase::new(&ring, contact.rotor_radius + contact.gap, contact.rotor_radius);
         let mut seed = 1_u64;

@@ -33,7 +33,7 @@ use super::delassus_operator::DelassusOperator;
 use super::impulsed_ring::{ImpulsedRing, RingPropagator, STATIC_WEIGHT};
 use super::penetration::PenetrationSearch;
 use super::ring_kernels::{PointRows, add_scaled_rows, products_with};
-use super::ring_points::{RingPoints, are_adjacent, modal_parameters, ring_of};
+use super::ring_points::{RingPoints, are_adjacent, modal_parameters};
 use super::stator_axes::StatorAxes;
 use crate::contact::ContactReaction;
 use crate::contact::complementarity::{self, Coupled, POINTS};
@@ -50,7 +50,7 @@ use std::sync::Arc;
 /// A point penetrates where its negative gap is more than this ratio of the largest penetration without impulses.
 const PENETRATION_RATIO: f64 = 1e-4;
 
-/// Ring of a diaphragm, and the solver of its contact steps.
+/// Flexible or rigid ring of a diaphragm, and the solver of its contact steps.
 pub(crate) struct ContactStep {
     pub axes: StatorAxes,
     /// Radial gap of the ring at rest, and radius of the rotor \[m\].
@@ -97,18 +97,15 @@ pub(crate) struct ContactStep {
 }
 
 impl ContactStep {
-    /// Creates the contact of a machine at rest with a flexible ring, in contact steps of `h` \[s\].
-    ///
-    /// # Errors
-    /// [`ExponentialError::NotCovered`] for a stator without a flexible ring.
+    /// Creates the contact of a machine at rest with a flexible or a rigid ring, in contact steps of `h` \[s\].
     pub fn new(
         diaphragm: &Diaphragm,
         structure: &Structure,
         index: usize,
         ring_points: &Arc<RingPoints>,
         h: f64,
-    ) -> Result<Self, ExponentialError> {
-        let part = ring_of(structure, index)?;
+    ) -> Self {
+        let part = structure.rings[index].as_ref();
         let contact = &diaphragm.contact;
         let modes = modal_parameters(part);
         let ring = ImpulsedRing::new(&modes, h);
@@ -123,13 +120,14 @@ impl ContactStep {
         let rotor_truncated_flexibility = structure.lateral_residual.as_ref().map_or([[0.0; 2]; 2], |all| {
             turned(axes.angle, &dofs.map(|row| dofs.map(|column| all[(row, column)] / h)))
         });
-        Ok(Self {
+        Self {
             axes,
             gap: contact.gap,
             radius: contact.rotor_radius,
             law: contact.friction_law,
-            detection: contact.detection,
-            has_several_points: has_several_points(contact),
+            // all hypotheses have one place in a rigid ring, at the angle of the rotor's centre
+            detection: part.map_or(Detection::Hyp1, |_| contact.detection),
+            has_several_points: part.is_some() && has_several_points(contact),
             has_fixed_point: true,
             model_slopes: [0.0; 2],
             h,
@@ -156,7 +154,12 @@ impl ContactStep {
             pressed: Vec::with_capacity(POINTS),
             surface_turn: SurfaceTurn::default(),
             kept: step_parts::LastStep::default(),
-        })
+        }
+    }
+
+    /// Whether the ring is flexible.
+    pub fn is_flexible(&self) -> bool {
+        !self.ring.displacement.is_empty()
     }
 
     /// Radial gap at rest \[m\].

@@ -14,7 +14,6 @@
 use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;
 use crate::eight::Eight;
-use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::plane::length;
 use crate::engine::time_step::CONTACT_FRACTION;
 use crate::stator::Surface;
@@ -31,8 +30,9 @@ pub(crate) const BLOCK: usize = LANES;
 const POINT_COUNT: usize = 384;
 /// Relative difference below which displacements in two sectors are the same, apart from the rounding of the ring's modes.
 const SECTOR_TOLERANCE: f64 = 1e-8;
-/// Largest number of elements of a ring: the table of the truncated modes grows with its square.
-const MAX_ELEMENTS: usize = 200;
+/// Largest number of elements that have points at the same places each. The points of finer rings are as many as the elements, or a few more: a common multiple of a
+/// prime number of elements and [`BLOCK`] would make a table of the truncated modes of several hundred megabytes.
+const MAX_ALIKE_ELEMENTS: usize = 200;
 /// Points of one ring, with the mode shapes and the response of the truncated modes there.
 #[derive(Debug, Clone)]
 pub(crate) struct RingPoints {
@@ -79,26 +79,30 @@ struct TruncatedColumn {
 }
 
 impl RingPoints {
-    /// Creates the points of a ring with `sectors` equal sectors, `per_element` points on each element. Their number is a
-    /// multiple of [`BLOCK`].
+    /// Creates the `count` points of a ring with `sectors` equal sectors; `count` is a multiple of [`BLOCK`]. `part`: `None` for a rigid ring.
     pub fn new(
-        part: &RingPart,
+        part: Option<&RingPart>,
         surface: &Surface,
-        per_element: usize,
+        count: usize,
         sectors: usize,
         statics: StaticCorrection,
     ) -> Self {
-        let locations: Vec<(usize, f64)> = (0..surface.nodes * per_element)
-            .map(|c| (c / per_element, ((c % per_element) as f64 + 0.5) / per_element as f64))
-            .collect();
-        let modes = part.part.coordinates.size();
-        let (count, width) = (locations.len(), modes.next_multiple_of(LANES));
+        // point c is (c + 1/2)/count of a turn
+        let location = |c: usize| {
+            let (half_steps, whole) = ((2 * c + 1) * surface.nodes, 2 * count);
+            (half_steps / whole, (half_steps % whole) as f64 / whole as f64)
+        };
+        let locations: Vec<(usize, f64)> = (0..count).map(location).collect();
+        let modes = part.map_or(0, |part| part.part.coordinates.size());
+        let width = modes.next_multiple_of(LANES);
         let mut shapes = vec![0.0; 2 * count * width];
-        for (&(element, xi), rows) in locations.iter().zip(shapes.chunks_exact_mut(2 * width)) {
-            let (v, u) = rows.split_at_mut(width);
-            for (dof, radial, tangential) in surface.shapes(element, xi) {
-                part.part.coordinates.add_row(dof, radial, &mut v[..modes]);
-                part.part.coordinates.add_row(dof, tangential, &mut u[..modes]);
+        if let Some(part) = part {
+            for (&(element, xi), rows) in locations.iter().zip(shapes.chunks_exact_mut(2 * width)) {
+                let (v, u) = rows.split_at_mut(width);
+                for (dof, radial, tangential) in surface.shapes(element, xi) {
+                    part.part.coordinates.add_row(dof, radial, &mut v[..modes]);
+                    part.part.coordinates.add_row(dof, tangential, &mut u[..modes]);
+                }
             }
         }
         let at = |c: usize, j: usize| [shapes[2 * c * width + j], shapes[(2 * c + 1) * width + j]];
@@ -107,7 +111,7 @@ impl RingPoints {
         };
         let (reach, radial_reach) =
             (lanes_of(&largest(&|c, j| length(at(c, j)))), lanes_of(&largest(&|c, j| at(c, j)[0].abs())));
-        let (sector, truncated_flexibility) = match &part.residual {
+        let (sector, truncated_flexibility) = match part.and_then(|part| part.residual.as_ref()) {
             Some(flexibility) => truncated_table(flexibility, surface, &locations, sectors, statics.gain()),
             None => (count, Vec::new()),
         };
@@ -290,7 +294,7 @@ fn truncated_table(
         }
     };
     let blocks = count / BLOCK;
-    let mut sector = if (count / sectors).is_multiple_of(BLOCK) { count / sectors } else { count };
+    let mut sector = if count.is_multiple_of(sectors * BLOCK) { count / sectors } else { count };
     if sector < count {
         let mut two = vec![[Lane::default(); 4]; 2 * blocks];
         let (first, second) = two.split_at_mut(blocks);
@@ -315,29 +319,19 @@ fn truncated_table(
 }
 
 /// Creates the ring points of a diaphragm for contact steps of `h` \[s\].
-///
-/// # Errors
-/// [`ExponentialError::NotCovered`] for a stator without a flexible ring, or with one that this engine does not cover.
-pub(crate) fn ring_points(
-    diaphragm: &Diaphragm,
-    structure: &Structure,
-    index: usize,
-    h: f64,
-) -> Result<RingPoints, ExponentialError> {
-    let part = ring_of(structure, index)?;
+pub(crate) fn ring_points(diaphragm: &Diaphragm, structure: &Structure, index: usize, h: f64) -> RingPoints {
+    let part = structure.rings[index].as_ref();
     let contact = &diaphragm.contact;
     let inner = contact.surface == ContactSurface::InnerFace;
-    let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
+    let radius = contact.rotor_radius + contact.gap;
+    let surface = part.map_or_else(|| Surface::circle(radius), |part| part.matrices.surface(radius, inner));
     let modes = modal_parameters(part);
-    if modes.iter().any(|&(square, _)| square <= 0.0) {
-        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
+    let mut count = POINT_COUNT.div_ceil(surface.nodes) * surface.nodes;
+    if surface.nodes > MAX_ALIKE_ELEMENTS {
+        count = surface.nodes.next_multiple_of(BLOCK).max(POINT_COUNT);
     }
-    if surface.nodes > MAX_ELEMENTS {
-        return Err(ExponentialError::NotCovered { what: "a ring of more than 200 elements" });
-    }
-    let mut per_element = POINT_COUNT.div_ceil(surface.nodes);
-    while !(per_element * surface.nodes).is_multiple_of(BLOCK) {
-        per_element += 1;
+    while !count.is_multiple_of(BLOCK) {
+        count += surface.nodes;
     }
     // all blades are alike, and stand at nodes
     let (blades, lag) = match &diaphragm.kind {
@@ -347,7 +341,7 @@ pub(crate) fn ring_points(
         _ => (0, 0.0),
     };
     let sectors = if blades > 0 { blades } else { surface.nodes };
-    Ok(RingPoints::new(part, &surface, per_element, sectors, StaticCorrection::new(h, lag * refinement(&modes, h))))
+    RingPoints::new(part, &surface, count, sectors, StaticCorrection::new(h, lag * refinement(&modes, h)))
 }
 
 /// Share of the delay of the truncated modes that a contact step takes: 0 at the default step, which damps these modes itself, 1
@@ -357,17 +351,10 @@ fn refinement(modes: &[(f64, f64)], h: f64) -> f64 {
     (2.0 * CONTACT_FRACTION / (fastest * h) - 1.0).clamp(0.0, 1.0)
 }
 
-/// Flexible ring of a diaphragm.
-///
-/// # Errors
-/// [`ExponentialError::NotCovered`] for a stator without degrees of freedom.
-pub(crate) fn ring_of(structure: &Structure, index: usize) -> Result<&RingPart, ExponentialError> {
-    structure.rings[index].as_ref().ok_or(ExponentialError::NotCovered { what: "a stator without degrees of freedom" })
-}
-
-/// w^2 \[1/s2\] and c \[1/s\] of each mode.
-pub(crate) fn modal_parameters(part: &RingPart) -> Vec<(f64, f64)> {
-    (0..part.part.coordinates.size()).map(|j| (part.part.stiffness[(j, j)], part.part.damping[(j, j)])).collect()
+/// w^2 \[1/s2\] and c \[1/s\] of each mode; none of a rigid ring.
+pub(crate) fn modal_parameters(part: Option<&RingPart>) -> Vec<(f64, f64)> {
+    let Some(RingPart { part, .. }) = part else { return Vec::new() };
+    (0..part.coordinates.size()).map(|j| (part.stiffness[(j, j)], part.damping[(j, j)])).collect()
 }
 
 /// Whether two of `count` points are the same or neighbours.
@@ -396,12 +383,12 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
-        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has ring_points");
+        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6);
         // a table of one sector, and one of all points
-        let (part, contact) = (ring_of(&structure, 0).expect("a ring"), &machine.diaphragms[0].contact);
+        let (part, contact) = (structure.rings[0].as_ref().expect("a ring"), &machine.diaphragms[0].contact);
         let inner = contact.surface == ContactSurface::InnerFace;
         let surface = part.matrices.surface(contact.rotor_radius + contact.gap, inner);
-        let whole = RingPoints::new(part, &surface, ring.count() / surface.nodes, 1, ring.static_correction);
+        let whole = RingPoints::new(Some(part), &surface, ring.count(), 1, ring.static_correction);
         assert_eq!([ring.sectors(), whole.sectors()], [8, 1]);
         let acting = [(7, [3.0, -1.0]), (120, [0.5, 2.0]), (ring.count() - 3, [-1.0, 0.5])];
         let (mut largest, mut error) = (0.0_f64, 0.0_f64);

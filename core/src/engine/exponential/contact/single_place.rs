@@ -195,7 +195,7 @@ fn interpolated(offset: f64, three: [[f64; 2]; 3]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ring_points::{ring_of, ring_points};
+    use super::super::ring_points::ring_points;
     use super::*;
     use crate::contact::{Detector, exact_gap, polar_gap};
     use crate::eight::Plain;
@@ -210,8 +210,8 @@ mod tests {
         let machine = MachineDef::parse(&path, &text).expect("parses").build().expect("valid");
         let structure = Structure::build(&machine, None).expect("buildable");
         let contact = &machine.diaphragms[0].contact;
-        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6).expect("has points");
-        let part = ring_of(&structure, 0).expect("a ring");
+        let ring = ring_points(&machine.diaphragms[0], &structure, 0, 5e-6);
+        let part = structure.rings[0].as_ref().expect("a ring");
         let [outer, inner] = [contact.rotor_radius + contact.gap, contact.rotor_radius];
         let surface = part.matrices.surface(outer, contact.surface == ContactSurface::InnerFace);
         let mut detector = Detector::new(surface);

@@ -1,4 +1,4 @@
-//! Stator of a diaphragm: a flexible ring, or a radial spring without mass.
+//! Stator of a diaphragm: a flexible or a rigid ring, or a radial spring without mass.
 
 use super::contact_step::ContactStep;
 use super::contact_step_result::{ContactStepResult, FreeStep};
@@ -9,7 +9,7 @@ use crate::engine::exponential::torsion::spin::ContactImpulse;
 
 /// Stator with the solver of its contact steps.
 pub(crate) enum Stator {
-    /// Flexible ring.
+    /// Flexible or rigid ring.
     Ring(Box<ContactStep>),
     /// Radial spring.
     Spring(Box<RadialSpring>),
@@ -38,7 +38,7 @@ enum Found {
 }
 
 impl StatorContact {
-    /// Creates the contact with a flexible ring.
+    /// Creates the contact with a ring.
     pub fn of_ring(axes: StatorAxes, ring: ContactStep) -> Self {
         let largest_distance = ring.ring_radius();
         let gap = ring.gap();
@@ -54,8 +54,8 @@ impl StatorContact {
     /// Flexible ring; `None` for a stator without degrees of freedom.
     pub fn ring(&self) -> Option<&ContactStep> {
         match &self.stator {
-            Stator::Ring(ring) => Some(ring),
-            Stator::Spring(_) => None,
+            Stator::Ring(ring) if ring.is_flexible() => Some(ring),
+            Stator::Ring(_) | Stator::Spring(_) => None,
         }
     }
 

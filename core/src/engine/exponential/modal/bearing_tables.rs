@@ -68,7 +68,7 @@ impl BearingTables {
     /// Lowest and highest speed that all tables have \[rad/s\].
     pub fn range(&self) -> [f64; 2] {
         let ranges = self.0.iter().map(|site| site.table.range());
-        ranges.fold([0.0, f64::INFINITY], |[low, high], [from, to]| [from.max(low), to.min(high)])
+        ranges.fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], [from, to]| [from.max(low), to.min(high)])
     }
 
     /// Largest sizes of the stiffnesses \[N/m\] and of the damping coefficients \[N s/m\] of each table.

@@ -79,7 +79,7 @@ impl Run<'_> {
             observer.recorders.judge(machine, self.structure);
         }
         let [low, high] = transient.free_motion.table_range();
-        let has_stopped = speed <= 0.0 && !transient.free_motion.spin().is_driven();
+        let has_stopped = speed <= 0.0 && transient.free_motion.spin().can_stop();
         observer.speed = if has_stopped { 0.0 } else { speed };
         if transient.is_outside() {
             return Err(Cause::OutsideRing);

@@ -91,7 +91,7 @@ impl DiaphragmContact {
                 rolling: (0..nodes.len()).map(|acting| spin.contact_turn_compliance(&step, index, acting)).collect(),
                 jumps: rows.iter().map(|acting| spin.rate_jump(&rows[index], acting)).collect(),
                 truncated: nodes.iter().map(|&acting| truncated(structure, [nodes[index], acting], h)).collect(),
-                stator: stator_of(machine, index, structure, free_motion, h)?,
+                stator: stator_of(machine, index, structure, free_motion, h),
                 clearance: ([0.0; 2], 0.0),
                 displacement: [0.0; 2],
                 velocity: [0.0; 2],
@@ -357,16 +357,16 @@ fn stator_of(
     structure: &Structure,
     free_motion: &FreeMotion,
     h: f64,
-) -> Result<StatorContact, ExponentialError> {
+) -> StatorContact {
     let diaphragm = &machine.diaphragms[index];
     let (axes, contact) = (StatorAxes::new(diaphragm), &diaphragm.contact);
     if let DiaphragmKind::RadialSpring { stiffness } = &diaphragm.kind {
         let start = (free_motion.contact_displacement(index), free_motion.impulse_response(index));
         let spring = RadialSpring::new((axes, contact, *stiffness), structure, h, start);
-        return Ok(StatorContact::of_spring(axes, spring, contact.gap));
+        return StatorContact::of_spring(axes, spring, contact.gap);
     }
-    let points = ring_points_of(machine, index, structure, h)?;
-    Ok(StatorContact::of_ring(axes, ContactStep::new(diaphragm, structure, index, &points, h)?))
+    let points = ring_points_of(machine, index, structure, h);
+    StatorContact::of_ring(axes, ContactStep::new(diaphragm, structure, index, &points, h))
 }
 
 /// Checks that a rotor with this initial displacement in the machine's axes is inside its ring, without contact. A radial spring

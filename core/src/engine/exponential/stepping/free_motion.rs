@@ -211,8 +211,8 @@ impl FreeMotion {
             &mut self.outputs,
         );
         let grid = &self.shared.grid;
-        // a rotor at rest stays in its speed interval
-        if self.spin.speed <= 0.0 {
+        // a rotor that has stopped stays in its speed interval
+        if self.spin.speed <= 0.0 && !self.spin.starts_at_rest() {
             return Ok(());
         }
         if grid.jumps_too_far(&self.interval, self.spin.speed) {

@@ -4,7 +4,7 @@
 //! their key, not on earlier runs or on the order of the runs.
 
 use crate::engine::exponential::ExponentialError;
-use crate::engine::exponential::contact::ring_points::{RingPoints, ring_of, ring_points};
+use crate::engine::exponential::contact::ring_points::{RingPoints, ring_points};
 use crate::engine::exponential::modal::bearing_tables::BearingTables;
 use crate::engine::exponential::modal::grid_spacing::GridSpacing;
 use crate::engine::exponential::modal::modal_basis::LateralModel;
@@ -14,6 +14,7 @@ use crate::engine::exponential::modal::speed_grid::SpeedGrid;
 use crate::engine::exponential::modal::state_space::StateSpace;
 use crate::engine::exponential::settings::StepSettings;
 use crate::engine::shaft_line::sites;
+use crate::engine::time_step::slowest_to_resolve;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Contact, ContactSurface, Machine, Presence};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -101,6 +102,9 @@ impl SharedModel {
     pub fn of(machine: &Machine, structure: &Structure, settings: StepSettings) -> Result<Arc<Self>, ExponentialError> {
         let speed = machine.rotor.initial_speed;
         let mut spacing = GridSpacing::of(machine, settings.spacing);
+        if settings.spacing.is_none() && speed == 0.0 && machine.rotor.speed_law.is_none() {
+            spacing = GridSpacing::reaching(machine, slowest_to_resolve(machine, structure));
+        }
         if settings.spacing.is_none() && !structure.rotor.tables.is_empty() {
             spacing = spacing.refined_for(&BearingTables::new(structure))?;
         }
@@ -139,29 +143,23 @@ impl SharedModel {
     }
 }
 
-/// Returns the points of a diaphragm's ring for contact steps of `step` \[s\]: kept ones, or new ones.
-///
-/// # Errors
-/// [`ExponentialError::NotCovered`] for a ring that this engine does not cover.
-pub(crate) fn ring_points_of(
-    machine: &Machine,
-    index: usize,
-    structure: &Structure,
-    step: f64,
-) -> Result<Arc<RingPoints>, ExponentialError> {
-    let (diaphragm, part) = (&machine.diaphragms[index], ring_of(structure, index)?);
+/// Returns the points of a diaphragm's ring for contact steps of `step` \[s\]: kept ones, or new ones. Those of a rigid ring are not kept.
+pub(crate) fn ring_points_of(machine: &Machine, index: usize, structure: &Structure, step: f64) -> Arc<RingPoints> {
+    let diaphragm = &machine.diaphragms[index];
+    let new_points = || Arc::new(ring_points(diaphragm, structure, index, step));
+    let Some(part) = &structure.rings[index] else { return new_points() };
     let rings: &RingCache = part.engine_cache.get();
     let key = (step.to_bits(), inner_face_radius(&diaphragm.contact));
     let kept = &mut *rings.0.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, ring_points)) = kept.iter().find(|(other, _)| *other == key) {
-        return Ok(Arc::clone(ring_points));
+        return Arc::clone(ring_points);
     }
-    let new_points = Arc::new(ring_points(diaphragm, structure, index, step)?);
+    let new_points = new_points();
     if kept.len() == MAX_KEPT_MODELS {
         kept.remove(0);
     }
     kept.push((key, Arc::clone(&new_points)));
-    Ok(new_points)
+    new_points
 }
 
 /// Radius of an inner face, as bits; `None` for a ring that is touched at its mean line.

@@ -22,7 +22,7 @@ use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::engine::time_step::slowest_to_resolve;
 use crate::record::Loads;
 use crate::structure::Structure;
-use bladeoff_model::machine::{ForceLocation, InitialState, Machine, OnExceed};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation, InitialState, Machine, OnExceed};
 use bladeoff_model::outcome::Limit;
 
 /// Doublings up to which a step is limited by contact and peaks alone. The error of such a step falls with the contact step.
@@ -72,8 +72,9 @@ pub(crate) struct Transient {
     /// Times at which the slope of a prescribed speed changes, in contact steps. The torsional modes ring behind them, as the
     /// shaft does behind a contact, and no step of free motion goes beyond one.
     corners: Vec<u64>,
-    /// Whether the run starts with an initial disturbance. All shaft modes ring then, so every step is one contact step: longer
-    /// steps would sample the dissipation of the fast modes too seldom.
+    /// Whether the run starts with an initial disturbance, or with a rotor at rest. All shaft modes ring then, or their energy is not
+    /// small beside that of the spin, so every step is one contact step: longer steps would sample the dissipation of the fast modes
+    /// too seldom.
     pub disturbed: bool,
     /// Length of the run in contact steps. No step of free motion goes beyond it.
     end: u64,
@@ -112,7 +113,8 @@ impl Transient {
         let load_count = first_monitor + machine.monitors.len();
         let InitialState { displacement, velocity, .. } = machine.rotor.initial;
         let [low, high] = free_motion.table_range();
-        let disturbed = [displacement, velocity] != [[0.0; 2]; 2];
+        let starts_at_rest = free_motion.spin().starts_at_rest();
+        let disturbed = starts_at_rest || [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
             max_doublings: if disturbed { 0 } else { (1..=longest).take_while(is_accurate).last().unwrap_or(0) },
             disturbed,
@@ -132,7 +134,7 @@ impl Transient {
             impulses: Vec::with_capacity(contacts.len()),
             contacts,
             takes_long_steps,
-            speed_range: [low.max(machine.run.end_speed), high],
+            speed_range: [if starts_at_rest { low } else { low.max(machine.run.end_speed) }, high],
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
         })
     }
@@ -341,6 +343,13 @@ fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
         return Err(ExponentialError::NotCovered {
             what: "forces at the place of n (run.force_location = \"current\")",
         });
+    }
+    let is_held = |diaphragm: &Diaphragm| match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => stator.blades.is_some_and(|blades| blades.count > 0),
+        DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => true,
+    };
+    if !machine.diaphragms.iter().all(is_held) {
+        return Err(ExponentialError::NotCovered { what: "a ring that nothing holds" });
     }
     Ok(())
 }

@@ -10,6 +10,7 @@
 //! psi'(n+) = psi'(n) + (1/J + t_s.t) tau + D_w             each contact impulse, with the angular impulse tau at n                       (7)
 //! D_w   = -sum_s m d Im(c_s e^{-i psi_s})/J                 c_s: jump of the velocity of unbalance s by it; on a radial spring
 //! brakes dissipate -T times their turn over the step       h (W(n+) + W(n+1))/2 and that of the torsion                                 (8)
+//! c0 part of T of a rotor that starts at rest              -J W(n+1)/h, cut to [-c0, c0]; W(n+1) without it                              (9)
 //! ```
 //! W: spin \[rad/s\]; Phi: its angle; e: amplitudes of the torsional modes, t: their rows at a node; J: inertia of the loaded
 //! modes ([`super::loaded_modes`]); r, k, f and the impulse of a jump of psi': [`super::unbalance`].
@@ -33,7 +34,8 @@
 //!
 //! Source: equations of Phi and of the torsion of docs/theory/01-shaft-line.md, integrated once. Limits: second order in the
 //! step. In the gyroscopic moments on the lateral motion all sites turn with W. Gyroscopic torques act on the torsional modes
-//! only where they matter ([`super::gyroscopic_torque`]). The rotor must turn. Verified by `tests/exponential/exponential.rs`.
+//! only where they matter ([`super::gyroscopic_torque`]). A rotor that starts at rest may turn in both directions, and (9) holds it at rest. Verified by
+//! `tests/exponential/exponential.rs`, `tests/exponential/at_rest.rs`.
 
 use super::drive::Drive;
 use super::loaded_modes::LoadedModes;
@@ -42,7 +44,7 @@ use super::torsional_modes::{TorsionalModes, TorsionalStep};
 use super::unbalance::Unbalance;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::shaft_line::sites;
-use crate::rotor::braking_torque;
+use crate::rotor::{braking_torque, constant_torque};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
 use bladeoff_numerics::linalg::{column_of, dot};
@@ -73,6 +75,8 @@ pub(crate) struct Spin {
     /// `None` where the spin is an unknown.
     pub(super) drive: Option<Drive>,
     pub(super) braking: Braking,
+    /// Whether the rotor starts at rest without a drive: its brake has the law (9).
+    pub(super) starts_at_rest: bool,
     pub(super) gravity: [f64; 2],
     pub(super) unbalances: Vec<Unbalance>,
     pub(super) torsion: TorsionalModes,
@@ -157,6 +161,7 @@ impl Spin {
             slope_rate: 0.0,
             slope_without_impulse: 0.0,
             braking: machine.braking,
+            starts_at_rest: speed == 0.0 && machine.rotor.speed_law.is_none(),
             gravity: machine.rotor.gravity,
             unbalances: unbalances.zip(&rows).map(|(unbalance, row)| with_compliance(unbalance, row)).collect(),
             torsion: TorsionalModes::new(&loaded_modes.modes, &rows, acting),
@@ -351,15 +356,22 @@ impl Spin {
         1.0 / self.loaded_modes.inertia + dot(row, acting)
     }
 
+    /// Braking torque at a spin \[N m\], which keeps its sign until the rotor has stopped; without the part (9).
+    #[inline(always)]
+    fn brake_at(&self, speed: f64) -> f64 {
+        if self.starts_at_rest {
+            return braking_torque(&self.braking, speed) - constant_torque(&self.braking, speed);
+        }
+        braking_torque(&self.braking, speed.max(f64::MIN_POSITIVE))
+    }
+
     /// Completes the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum \[kg m2/s\] at n+1,
     /// before the impulses [`Spin::correction_impulses`]; inside a kernel.
     #[inline(always)]
     pub fn finish_step(&mut self, step: &SpinStep, velocities: &[[f64; 2]], gyroscopic: f64) {
         let SpinStep { h, over, .. } = *step;
         let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia + self.speed_jump;
-        // the braking torque keeps its sign until the rotor has stopped
-        let [start_speed, end_speed] = [speed_after_impulse, self.next_speed].map(|speed| speed.max(f64::MIN_POSITIVE));
-        let brake = 0.5 * (braking_torque(&self.braking, start_speed) + braking_torque(&self.braking, end_speed));
+        let mut brake = 0.5 * (self.brake_at(speed_after_impulse) + self.brake_at(self.next_speed));
         self.momentum += h * brake;
         let mut momentum_sum = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
@@ -374,6 +386,12 @@ impl Spin {
             self.torsion.torques()[s] = (torque_impulse + momentum_loss) * over;
             self.momentum += torque_impulse;
             momentum_sum += new_momentum;
+        }
+        if self.starts_at_rest {
+            let c0 = self.braking.constant;
+            let held = ((momentum_sum - self.momentum) * over).clamp(-c0, c0);
+            self.momentum += h * held;
+            brake += held;
         }
         if let Some(drive) = &self.drive {
             let slope = (self.next_speed - self.speed) * over;

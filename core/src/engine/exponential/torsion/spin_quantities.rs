@@ -122,9 +122,14 @@ impl Spin {
         self.drive.as_ref().map_or(0.0, |drive| drive.work)
     }
 
-    /// Whether the speed is prescribed.
-    pub fn is_driven(&self) -> bool {
-        self.drive.is_some()
+    /// Whether a run ends where the rotor stops: the speed is not prescribed, and the rotor did not start at rest.
+    pub fn can_stop(&self) -> bool {
+        self.drive.is_none() && !self.starts_at_rest
+    }
+
+    /// Whether the rotor starts at rest without a drive.
+    pub fn starts_at_rest(&self) -> bool {
+        self.starts_at_rest
     }
 
     /// Number of unbalances.
