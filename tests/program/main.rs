@@ -36,6 +36,7 @@ mod setup;
 mod shipped;
 mod stop_coverage;
 mod submit;
+mod table_files;
 #[path = "../support/mod.rs"]
 mod support;
 mod telling;
