@@ -2,10 +2,10 @@
 //!
 //! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
 
-use bladeoff_core::modal::under_weight;
-use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Engine, Machine, RotorKind, ShaftElement};
+use bladeoff_core::modal::{expected_releases, under_weight};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Engine, Machine, Release, RotorKind, ShaftElement, Unbalance};
 use bladeoff_study::{Chosen, Samples};
-use bladeoff_text::document::units::format_digits;
+use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
 
 /// One quantity and its plausible range, both ends included, in the SI unit.
@@ -218,6 +218,31 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
         }
     }
     found
+}
+
+/// Notes on releases that are not expected in a run: they are results, not errors.
+#[must_use]
+pub fn unreleased(machine: &Machine) -> Vec<String> {
+    let unbalances = machine.rotor.unbalances.iter().zip(expected_releases(machine));
+    let note = |(unbalance, at): (&Unbalance, Option<[f64; 2]>)| {
+        let (key, value) = match unbalance.release.filter(|_| at.is_none())? {
+            Release::Time(time) => ("release_time", format_quantity(time, "s")),
+            Release::Speed(speed) => ("release_speed", format_quantity(speed, "rad/s")),
+        };
+        Some(format!(
+            "rotor.unbalances.{}: {key} = {value} is not expected within the run, so this mass is never released (friction of a contact is not in this estimate)",
+            unbalance.name
+        ))
+    };
+    unbalances.filter_map(note).collect()
+}
+
+/// Notes of [`unreleased`] on a study's machine, where no release varies.
+#[must_use]
+pub fn unreleased_of(samples: &Samples) -> Vec<String> {
+    let varies = samples.parameters().iter().any(|varied| varied.info.path.contains(".release_"));
+    let machine = samples.study().machine().filter(|_| !varies).and_then(|subject| subject.def.build().ok());
+    machine.map(|machine| unreleased(&machine)).unwrap_or_default()
 }
 
 /// Largest number of blades of a ring whose stresses the default number of ring modes shows.

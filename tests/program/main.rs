@@ -29,6 +29,7 @@ mod probabilities;
 mod readme;
 mod reference;
 mod released;
+mod releases;
 mod replay;
 mod report;
 mod reuse;
@@ -36,9 +37,9 @@ mod setup;
 mod shipped;
 mod stop_coverage;
 mod submit;
-mod table_files;
 #[path = "../support/mod.rs"]
 mod support;
+mod table_files;
 mod telling;
 mod tutorial;
 mod unanswered;

@@ -8,6 +8,7 @@ mod extremes;
 mod guarded;
 mod limits;
 mod monitors;
+mod releases;
 mod stepping;
 mod stresses;
 mod twin;
