@@ -69,11 +69,13 @@ impl<'a> Run<'a> {
             true => begin(machine, structure, dt)?,
             false => begin(&releases.present(), structure, dt)?,
         };
+        let mut recorders = Recorders::new(machine, &structure.rings, dt);
+        recorders.settle_shaft(machine, structure);
         Ok(Self {
             releases,
             machine,
             structure,
-            recorders: Recorders::new(machine, &structure.rings, dt),
+            recorders,
             loads: BearingLoads::new(machine, structure, &motion.line),
             damping: SolvedGrid::new(machine, structure),
             end_shown: false,

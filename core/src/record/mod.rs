@@ -145,6 +145,13 @@ impl Recorders {
         all
     }
 
+    /// Adds to the bending of the shaft the static response of the truncated modes to the forces of bearing seats off the bearing line.
+    pub fn settle_shaft(&mut self, machine: &Machine, structure: &Structure) {
+        if let Some(lateral) = structure.truncated_seats(&machine.rotor) {
+            self.stresses.settle(lateral);
+        }
+    }
+
     /// Takes an instant, and that of each diaphragm in the machine's order; energies are taken by themselves, when the works of the step
     /// are known.
     #[inline]

@@ -86,6 +86,8 @@ pub(super) struct Context<'a> {
     pub forces: &'a [ContactForces],
     /// Moments of the shaft.
     pub shaft: Option<&'a ShaftStresses>,
+    /// Displacements of the shaft with the static ones of truncated modes.
+    pub bent: &'a [f64],
 }
 
 impl Channel {
@@ -98,7 +100,7 @@ impl Channel {
     /// Value at an instant.
     pub(super) fn value(&self, frame: &Frame<'_>, context: &Context<'_>) -> f64 {
         let moments = |section: usize| {
-            let of = |shaft: &ShaftStresses| shaft.largest(section, frame.displacement, frame.torsion_angles);
+            let of = |shaft: &ShaftStresses| shaft.largest(section, context.bent, frame.torsion_angles);
             context.shaft.map_or_else(LargestMoments::default, of)
         };
         match self.source {

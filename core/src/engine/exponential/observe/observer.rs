@@ -78,6 +78,7 @@ impl<'a> Observer<'a> {
     pub fn new(machine: &'a Machine, structure: &'a Structure, h: f64, transient: &Transient) -> Self {
         let mut recorders = Recorders::new(machine, &structure.rings, h);
         recorders.search_nothing();
+        recorders.settle_shaft(machine, structure);
         let yield_limits = [Limit::RingYield, Limit::BladeYield, Limit::ShaftYield]
             .map(|limit| machine.run.limits[limit as usize].value);
         let yield_watch = YieldWatch::new(&recorders, yield_limits);
