@@ -2,10 +2,10 @@
 //!
 //! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
 
-use bladeoff_core::modal::under_weight;
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, RotorKind, ShaftElement};
+use bladeoff_core::modal::{expected_releases, under_weight};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, Release, RotorKind, ShaftElement, Unbalance};
 use bladeoff_study::{Chosen, Samples};
-use bladeoff_text::document::units::format_digits;
+use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
 
 /// One quantity and its plausible range, both ends included, in the SI unit.
@@ -147,11 +147,12 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
             see(&CLEARANCE, &format!("rotor.bearings.{}", bearing.name), clearance, "");
         }
     }
-    let is_truncated = matches!(rotor.kind, RotorKind::Shaft(_)) && machine.run.engine != Engine::Full;
+    let is_shaft = matches!(rotor.kind, RotorKind::Shaft(_));
+    let is_truncated = is_shaft && machine.run.engine != Engine::Full && !machine.run.static_residual;
     if let Some(raised) = rotor.bearings.iter().find(|one| one.elevation != [0.0; 2]).filter(|_| is_truncated) {
         found.push(format!(
-            "rotor.bearings.{}: with an elevation the bending stresses of the shaft lack the static response of the truncated modes (5 % for 0.1 mm on \
-             the test rig); for stresses use run.engine = \"full\"",
+            "rotor.bearings.{}: with an elevation and run.static_residual = \"off\" the bending stresses of the shaft lack the static response of the \
+             truncated modes (5 % for 0.1 mm on the test rig)",
             raised.name
         ));
     }
@@ -204,6 +205,31 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
         }
     }
     found
+}
+
+/// Notes on releases that are not expected in a run: they are results, not errors.
+#[must_use]
+pub fn unreleased(machine: &Machine) -> Vec<String> {
+    let unbalances = machine.rotor.unbalances.iter().zip(expected_releases(machine));
+    let note = |(unbalance, at): (&Unbalance, Option<[f64; 2]>)| {
+        let (key, value) = match unbalance.release.filter(|_| at.is_none())? {
+            Release::Time(time) => ("release_time", format_quantity(time, "s")),
+            Release::Speed(speed) => ("release_speed", format_quantity(speed, "rad/s")),
+        };
+        Some(format!(
+            "rotor.unbalances.{}: {key} = {value} is not expected within the run, so this mass is never released (friction of a contact is not in this estimate)",
+            unbalance.name
+        ))
+    };
+    unbalances.filter_map(note).collect()
+}
+
+/// Notes of [`unreleased`] on a study's machine, where no release varies.
+#[must_use]
+pub fn unreleased_of(samples: &Samples) -> Vec<String> {
+    let varies = samples.parameters().iter().any(|varied| varied.info.path.contains(".release_"));
+    let machine = samples.study().machine().filter(|_| !varies).and_then(|subject| subject.def.build().ok());
+    machine.map(|machine| unreleased(&machine)).unwrap_or_default()
 }
 
 /// Samples at corners of what varies that are looked at.

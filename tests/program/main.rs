@@ -29,6 +29,7 @@ mod probabilities;
 mod readme;
 mod reference;
 mod released;
+mod releases;
 mod replay;
 mod report;
 mod reuse;
@@ -38,6 +39,7 @@ mod stop_coverage;
 mod submit;
 #[path = "../support/mod.rs"]
 mod support;
+mod table_files;
 mod telling;
 mod tutorial;
 mod unanswered;

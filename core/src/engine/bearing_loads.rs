@@ -62,6 +62,11 @@ impl BearingLoads {
         }
     }
 
+    /// Takes the constant forces of a line whose unbalances have changed.
+    pub fn set_weight(&mut self, line: &ShaftLine<'_>) {
+        self.weight = line.nodal_weight();
+    }
+
     /// At the instant n of a step, after [`ShaftLine::settle`]. `pressed`: nodes and contact forces on the rotor \[N\].
     pub fn update(&mut self, line: &ShaftLine<'_>, pressed: impl Iterator<Item = (usize, [f64; 2])>) {
         if !self.rows.is_empty() {

@@ -14,6 +14,7 @@ mod damping;
 pub mod exponential;
 mod motion;
 mod predictor;
+mod release;
 mod rub;
 mod run;
 mod shaft_line;

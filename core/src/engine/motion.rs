@@ -2,7 +2,8 @@
 
 use super::predictor::Predictor;
 use super::rub::{Rub, StepContact};
-use super::shaft_line::{Increments, ShaftLine};
+use super::shaft_line::{Increments, Jump, ShaftLine};
+use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_model::outcome::Cause;
 
@@ -49,6 +50,16 @@ impl<'a> Motion<'a> {
         self.d = self.line.previous();
         self.predictor.restart(&self.line);
         self.rubs.iter_mut().for_each(Rub::forget_iterations);
+    }
+
+    /// Solves the step from n again, with the unbalances of another machine and a change of the increments of the step before.
+    pub fn release(&mut self, machine: &Machine, structure: &'a Structure, change: &Jump) -> Result<(), Cause> {
+        let line = self.line.released(machine, structure, change).ok_or(Cause::NonFinite)?;
+        self.rubs.iter_mut().for_each(|rub| rub.begin_again(&line));
+        self.line = line;
+        self.solve()?;
+        self.settle();
+        Ok(())
     }
 
     /// Solves the step from n: its increments and contacts.

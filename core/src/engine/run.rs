@@ -3,7 +3,9 @@
 use super::bearing_loads::BearingLoads;
 use super::beginning::begin;
 use super::motion::Motion;
+use super::release::Releases;
 use super::rub::{Rub, StepContact};
+use super::shaft_line::ShaftLine;
 use super::stability::SolvedGrid;
 use super::time_step::{StartError, TimeStep};
 use super::works::{add_works, write_stores};
@@ -53,6 +55,7 @@ struct Run<'a> {
     recorders: Recorders,
     loads: BearingLoads,
     damping: SolvedGrid,
+    releases: Releases<'a>,
     /// The last instant has been shown.
     end_shown: bool,
     /// Why the start did not settle: there is no first step from it.
@@ -61,11 +64,18 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(machine: &'a Machine, structure: &'a Structure, dt: f64) -> Result<Self, StartError> {
-        let (motion, unsettled) = begin(machine, structure, dt)?;
+        let releases = Releases::new(machine);
+        let (motion, unsettled) = match releases.is_over() {
+            true => begin(machine, structure, dt)?,
+            false => begin(&releases.present(), structure, dt)?,
+        };
+        let mut recorders = Recorders::new(machine, &structure.rings, dt);
+        recorders.settle_shaft(machine, structure);
         Ok(Self {
+            releases,
             machine,
             structure,
-            recorders: Recorders::new(machine, &structure.rings, dt),
+            recorders,
             loads: BearingLoads::new(machine, structure, &motion.line),
             damping: SolvedGrid::new(machine, structure),
             end_shown: false,
@@ -87,6 +97,9 @@ impl<'a> Run<'a> {
         }
         self.motion.solve()?;
         self.motion.settle();
+        if !self.releases.is_over() {
+            self.release()?;
+        }
         self.watch(follower)?;
         let step = self.motion.step;
         let stopped = self.motion.advance();
@@ -99,6 +112,25 @@ impl<'a> Run<'a> {
         }
         self.recorders.guard(step, self.machine, self.structure);
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
+    }
+
+    /// Releases what is due at n, after the step from n was solved without; the step is then solved again.
+    fn release(&mut self) -> Result<(), Cause> {
+        let Motion { time, line: ShaftLine { dt, .. }, .. } = self.motion;
+        let now = At { time, speed: self.motion.centred_spin() };
+        while let Some(due) = self.releases.due(now) {
+            let before = self.releases.present();
+            let site = self.releases.happen(&due);
+            let (piece, late) = (self.motion.line.piece(&site), time - due.at.time);
+            let jump = piece.jump(&site, &before, self.structure).ok_or(Cause::NonFinite)?;
+            // v(n) + late Da, at an acceleration that is larger by Da
+            self.motion.release(&self.releases.present(), self.structure, &jump.times(dt * (late - 0.5 * dt)))?;
+            self.loads.set_weight(&self.motion.line);
+            self.recorders.energies.now.released += piece.energy(&site, before.rotor.gravity, late);
+            self.recorders.see_release(due.unbalance, due.at);
+        }
+        self.releases.pass(At { speed: self.motion.centred_spin(), ..now });
+        Ok(())
     }
 
     /// Whether the run has come to its end, unless the rotor has stopped.

@@ -1,9 +1,9 @@
 //! From a machine and its structure to a run that may start: the time step and its limit.
 
-use super::shaft_line::sites;
+use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::{
-    Contact, ContactPoints, Detection, DiaphragmKind, Engine, Machine, RotorKind, UnbalanceKind,
+    Contact, ContactPoints, Detection, DiaphragmKind, Engine, Machine, RotorKind, Unbalance, UnbalanceKind,
 };
 use bladeoff_numerics::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use bladeoff_text::document::units::{format_digits, format_quantity};
@@ -341,7 +341,9 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
         mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
         stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
     }
-    for site in sites(machine) {
+    // an added mass that is released later is not there before
+    let is_there = |one: &&Unbalance| one.release.is_none() || one.kind == UnbalanceKind::Lost;
+    for site in machine.rotor.unbalances.iter().filter(is_there).map(UnbalanceSite::new) {
         let (sin, cos) = libm::sincos(site.phase);
         let arm = [-site.radius * sin, site.radius * cos];
         for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {

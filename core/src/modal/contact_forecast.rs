@@ -10,8 +10,9 @@
 //! turns only ([`TURNS`]); a rotor that passes a critical speed quickly stays below its steady response. Verified by `a_sudden_unbalance_has_the_closed_form_of_a_jeffcott_rotor`
 //! and, against complete runs of the shipped machines, by `tests/contact/contact_forecast.rs`.
 
+use super::releases::{expected_releases, slowed};
 use super::unbalance::LinearRotor;
-use bladeoff_model::machine::{Machine, Presence};
+use bladeoff_model::machine::{InitialState, Machine, Presence};
 use bladeoff_numerics::linalg::{Matrix, Vector, mul_vec, solve};
 use std::f64::consts::TAU;
 
@@ -67,6 +68,11 @@ impl ContactForecast {
 /// One forecast for each diaphragm. Empty where a matrix of the rotor has no inverse.
 #[must_use]
 pub fn contact_forecasts(machine: &Machine) -> Vec<ContactForecast> {
+    let expected = expected_releases(machine);
+    let mut machine = machine.clone();
+    let mut is_expected = expected.iter().map(Option::is_some);
+    machine.rotor.unbalances.retain(|_| is_expected.next() == Some(true));
+    let (machine, expected) = (&machine, expected.into_iter().flatten().collect::<Vec<[f64; 2]>>());
     let rotor = LinearRotor::new(machine);
     let Some(sag) = sag(machine, &rotor) else { return Vec::new() };
     let speeds = speeds(machine, &rotor);
@@ -79,7 +85,11 @@ pub fn contact_forecasts(machine: &Machine) -> Vec<ContactForecast> {
             (node, [sag[u] - offset[0], sag[v] - offset[1]])
         })
         .collect();
-    let Some(release) = release(machine, &rotor, &places) else { return Vec::new() };
+    let mut release = vec![0.0_f64; places.len()];
+    for stage in stages(machine, &expected) {
+        let Some(largest) = self::release(machine, &rotor, &places, &stage) else { return Vec::new() };
+        release.iter_mut().zip(largest).for_each(|(most, here)| *most = most.max(here));
+    }
     let found = machine.diaphragms.iter().enumerate().zip(places.iter().zip(release));
     found
         .map(|((place, diaphragm), ((node, rest), release))| {
@@ -115,17 +125,6 @@ fn speeds(machine: &Machine, rotor: &LinearRotor) -> [f64; 2] {
         }
     }
     [speed, first]
-}
-
-/// Speed after a step of braking alone, by the midpoint rule; a prescribed speed is kept.
-fn slowed(machine: &Machine, rotor: &LinearRotor, speed: f64, h: f64) -> f64 {
-    if machine.rotor.speed_law.is_some() {
-        return speed;
-    }
-    let braking = &machine.braking;
-    let rate = |speed: f64| -(braking.constant + speed * (braking.linear + braking.quadratic * speed)) / rotor.inertia;
-    let middle = (speed + 0.5 * h * rate(speed)).max(0.0);
-    (speed + h * rate(middle)).max(0.0)
 }
 
 /// Speed and size of the largest response of a node. A critical speed that falls between two speeds of the search is found because the
@@ -168,14 +167,40 @@ fn golden(at: &impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> (f64, f64)
     if values[0] > values[1] { (inner[0], values[0]) } else { (inner[1], values[1]) }
 }
 
-/// Largest eccentricity \[m\] at each place in the first turns after the release; `places`: node and where its sag is from the ring's
-/// centre.
-fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])]) -> Option<Vec<f64>> {
-    let speed = machine.rotor.initial_speed;
+/// Releases that happen together.
+struct Stage {
+    /// Time \[s\] and speed \[rad/s\].
+    time: f64,
+    speed: f64,
+    /// Whether each unbalance is there before, and behind.
+    before: Vec<bool>,
+    after: Vec<bool>,
+}
+
+/// The release at t = 0, and those after it in their order; a later one finds the steady motion of those before.
+fn stages(machine: &Machine, expected: &[[f64; 2]]) -> Vec<Stage> {
+    let mut times: Vec<[f64; 2]> = expected.to_vec();
+    times.push([0.0, machine.rotor.initial_speed]);
+    times.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    times.dedup_by_key(|[time, _]| *time);
     let is_before = |place: usize| machine.rotor.unbalances[place].presence == Presence::Before;
-    let before = rotor.amplitudes(speed, is_before)?;
+    let stage = |[time, speed]: [f64; 2]| {
+        let there = |by: &dyn Fn(f64) -> bool| {
+            expected.iter().enumerate().map(|(place, [at, _])| is_before(place) || by(*at)).collect()
+        };
+        Stage { time, speed, before: there(&|at| at < time), after: there(&|at| at <= time) }
+    };
+    times.into_iter().map(stage).collect()
+}
+
+/// Largest eccentricity \[m\] at each place in the first turns after the releases of a stage; `places`: node and where its sag is from the ring's
+/// centre.
+fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])], stage: &Stage) -> Option<Vec<f64>> {
+    let speed = stage.speed;
+    let before = rotor.amplitudes(speed, |place| stage.before[place])?;
     let size = rotor.matrices.lateral_size();
-    let initial = &machine.rotor.initial;
+    // a disturbance of the start has decayed before a later release
+    let initial = if stage.time == 0.0 { machine.rotor.initial } else { InitialState::default() };
     let shift = rotor.matrices.uniform(initial.displacement);
     let drift = rotor.matrices.uniform(initial.velocity);
     let (mut x, mut v): (Vec<f64>, Vec<f64>) =
@@ -189,7 +214,7 @@ fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])])
         return Some(largest);
     }
     let h = TAU / speed / STEPS as f64;
-    let steps = ((machine.run.end_time / h).ceil() as usize).min(TURNS * STEPS);
+    let steps = (((machine.run.end_time - stage.time) / h).ceil() as usize).min(TURNS * STEPS);
     let (mut damping, mut stiffness) = (&rotor.matrices.damping + &rotor.gyroscopic * speed, rotor.stiffness.clone());
     if let Some([k, c]) = rotor.matrices.change_at(speed) {
         stiffness += k;
@@ -198,7 +223,7 @@ fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])])
     let system: Matrix = &rotor.mass + &damping * (0.5 * h) + &stiffness * (0.25 * h * h);
     let force = |angle: f64, speed: f64| {
         let mut force = vec![0.0; size];
-        for site in &rotor.sites {
+        for (site, _) in rotor.sites.iter().zip(&stage.after).filter(|(_, is_there)| **is_there) {
             let (sin, cos) = libm::sincos(site.phase + angle);
             let amplitude = site.mass * site.radius * speed * speed;
             rotor.matrices.add_at(site.node, [amplitude * cos, amplitude * sin], &mut force);

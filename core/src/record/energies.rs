@@ -35,6 +35,8 @@ pub struct Energies {
     pub drive: f64,
     /// Put in by bearing tables, whose stiffness changes with the speed.
     pub tables: f64,
+    /// Put in by masses that were released: kinetic and in gravity, negative of a lost mass.
+    pub released: f64,
 }
 
 impl Energies {
@@ -50,6 +52,7 @@ impl Energies {
             - self.skew
             - self.drive
             - self.tables
+            - self.released
     }
 }
 

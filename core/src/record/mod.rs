@@ -16,6 +16,7 @@ mod loads;
 mod monitor;
 mod peak;
 mod phases;
+mod releases;
 mod ring;
 mod ring_stresses;
 mod row;
@@ -40,6 +41,7 @@ use end::Steps;
 use limits::LimitRecorder;
 use loads::LoadRecorder;
 use monitor::MonitorRecorder;
+use releases::ReleaseRecorder;
 use ring::RingRecorders;
 use row::Row;
 use stresses::StressRecorder;
@@ -106,6 +108,7 @@ pub(crate) struct Recorders {
     damping: LeastDamping,
     loads: LoadRecorder,
     monitors: MonitorRecorder,
+    releases: ReleaseRecorder,
     stresses: StressRecorder,
     steps: Steps,
     /// One for each diaphragm, in the machine's order.
@@ -127,6 +130,7 @@ impl Recorders {
         let mut all = Self {
             loads: LoadRecorder::new(&machine.rotor),
             monitors: MonitorRecorder::new(&machine.monitors),
+            releases: ReleaseRecorder::new(&machine.rotor),
             stresses: StressRecorder::new(&machine.rotor.kind),
             energies: EnergyBalance::default(),
             damping: LeastDamping::default(),
@@ -139,6 +143,13 @@ impl Recorders {
         };
         all.yields = [all.ring_yield(), all.blade_yield(), all.shaft_yield()].iter().any(Option::is_some);
         all
+    }
+
+    /// Adds to the bending of the shaft the static response of the truncated modes to the forces of bearing seats off the bearing line.
+    pub fn settle_shaft(&mut self, machine: &Machine, structure: &Structure) {
+        if let Some(lateral) = structure.truncated_seats(&machine.rotor) {
+            self.stresses.settle(lateral);
+        }
     }
 
     /// Takes an instant, and that of each diaphragm in the machine's order; energies are taken by themselves, when the works of the step
@@ -213,6 +224,11 @@ impl Recorders {
         if let Some(growth) = self.damping.growth() {
             self.limits.see(Limit::UnstableRotor, growth, at);
         }
+    }
+
+    /// Takes the release of an unbalance, by its place in the machine's list.
+    pub fn see_release(&mut self, unbalance: usize, at: At) {
+        self.releases.see(unbalance, at);
     }
 
     /// Of an engine with candidates on the ring, which searches it for no points.
@@ -330,6 +346,7 @@ impl Recorders {
         self.energies.hold();
         self.loads.hold();
         self.monitors.hold();
+        self.releases.hold();
         self.stresses.hold();
         self.rings.iter_mut().for_each(RingRecorders::hold);
         self.limits.hold();
@@ -398,5 +415,6 @@ impl Recorders {
         RingRecorders::report(rings, row.of(Group::Numerics), RingRecorders::report_resolution);
         self.loads.report_components(row.of(Group::BearingLoads));
         self.monitors.report(row.of(Group::Contact));
+        self.releases.report(end.map(|_| self.energies.now.released), row.of(Group::Course));
     }
 }

@@ -21,6 +21,18 @@ pub(crate) struct StressRecorder {
     torsion: Vec<Peak>,
     bending: Vec<Peak>,
     mises: VonMises,
+    /// Static response of the truncated modes; `None` without seats off the bearing line.
+    settled: Option<Settled>,
+}
+
+/// Constant share of the bending: the static response of the truncated modes to forces of bearing seats off the bearing line.
+#[derive(Debug, Clone)]
+struct Settled {
+    /// Displacements and slopes of the nodes [m, rad].
+    lateral: Vec<f64>,
+    /// Bending moments of each element at its ends, as [`StressRecorder::see_bending`] takes them \[N m\], and the larger of their sizes.
+    moments: Vec<[f64; 4]>,
+    sizes: Vec<f64>,
 }
 
 /// Torsional moment \[N m\], torsional shear stress, bending stress and von Mises stress \[Pa\].
@@ -42,12 +54,38 @@ impl StressRecorder {
         };
         let none = vec![Peak::default(); shaft.as_ref().map_or(0, ShaftStresses::sections)];
         let mises = VonMises::new(rotor, shaft.as_ref());
-        Self { shaft, torsion: none.clone(), bending: none, mises }
+        Self { shaft, torsion: none.clone(), bending: none, mises, settled: None }
+    }
+
+    /// Adds constant displacements of the nodes [m, rad], which no instant has.
+    pub fn settle(&mut self, lateral: Vec<f64>) {
+        let Some(shaft) = &self.shaft else { return };
+        let moments: Vec<[f64; 4]> = (0..shaft.elements())
+            .map(|element| {
+                let [[a, b], [c, d]] = shaft.bending_moments(element, &lateral);
+                [a, b, c, d]
+            })
+            .collect();
+        let size = |[a, b, c, d]: &[f64; 4]| libm::hypot(*a, *b).max(libm::hypot(*c, *d));
+        self.settled = Some(Settled { sizes: moments.iter().map(size).collect(), moments, lateral });
+    }
+
+    /// Largest constant moment of some elements \[N m\].
+    fn settled_size(&self, elements: Range<usize>) -> f64 {
+        self.settled.as_ref().map_or(0.0, |settled| settled.sizes[elements].iter().copied().fold(0.0, f64::max))
     }
 
     /// Nodal displacements [m, rad] and torsion angles \[rad\] of the nodes of the shaft line.
     pub fn see(&mut self, x: &[f64], torsion_angles: &[f64], at: At) {
         let Some(shaft) = &self.shaft else { return };
+        let shifted: Vec<f64>;
+        let x = match &self.settled {
+            None => x,
+            Some(settled) => {
+                shifted = x.iter().zip(&settled.lateral).map(|(x, shift)| x + shift).collect();
+                &shifted
+            }
+        };
         for section in 0..self.torsion.len() {
             let largest = shaft.largest(section, x, torsion_angles);
             self.torsion[section].see(largest.torsion, at);
@@ -82,6 +120,7 @@ impl StressRecorder {
     #[inline(always)]
     pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
         let Some(shaft) = &self.shaft else { return false };
+        let bound = bound + self.settled_size(elements.clone());
         let square = bound * bound;
         shaft.section_of()[elements].iter().zip(torsion).any(|(&section, &torsion)| {
             self.bending[section].value.is_none_or(|known| square > known)
@@ -92,10 +131,12 @@ impl StressRecorder {
     /// Bending and torsional moments of some elements \[N m\] at one instant: of each four at its ends, and one.
     #[inline(always)]
     pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
-        let Self { shaft, bending, mises, .. } = self;
+        let Self { shaft, bending, mises, settled, .. } = self;
         let Some(shaft) = shaft else { return };
         for (element, (m, &torsion)) in elements.zip(moments.as_chunks::<4>().0.iter().zip(torsion)) {
             let section = shaft.section_of()[element];
+            let constant = settled.as_ref().map_or([0.0; 4], |settled| settled.moments[element]);
+            let m: [f64; 4] = std::array::from_fn(|i| m[i] + constant[i]);
             // torsion is the same at both ends
             let [near, far] = [m[0] * m[0] + m[1] * m[1], m[2] * m[2] + m[3] * m[3]];
             let (square, node) = if far > near { (far, element + 1) } else { (near, element) };
@@ -116,8 +157,11 @@ impl StressRecorder {
             let torsion = self.torsion[section].value.unwrap_or(0.0);
             self.mises.ratio_of(section, equivalent_square(bound * bound, torsion))
         };
-        let blocks = shaft.section_of().chunks(together).zip(bounds);
-        let all = blocks.flat_map(|(sections, &bound)| sections.iter().map(move |&section| (section, bound)));
+        let blocks = shaft.section_of().chunks(together).zip(bounds).enumerate();
+        let all = blocks.flat_map(|(block, (sections, &bound))| {
+            let bound = bound + self.settled_size(block * together..block * together + sections.len());
+            sections.iter().map(move |&section| (section, bound))
+        });
         all.map(|(section, bound)| ratio(section, bound)).fold(0.0, f64::max)
     }
 

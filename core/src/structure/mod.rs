@@ -16,8 +16,8 @@ pub use truncation_error::MAX_TRUNCATION_ERROR;
 use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key, table_mode_count};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, RotorKind};
-use bladeoff_numerics::linalg::Matrix;
+use bladeoff_model::machine::{Bearing, DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, Rotor, RotorKind};
+use bladeoff_numerics::linalg::{Matrix, mul_vec};
 
 /// A flexible ring.
 #[derive(Debug, Clone, PartialEq)]
@@ -154,6 +154,22 @@ impl Structure {
     #[must_use]
     pub fn fits(&self, machine: &Machine) -> bool {
         self.structural == structural(machine)
+    }
+
+    /// Static displacements of the truncated modes under the forces of bearing seats off the bearing line [m, rad]; `None` without such a seat, or without a correction
+    /// of truncated modes.
+    #[must_use]
+    pub fn truncated_seats(&self, rotor: &Rotor) -> Option<Vec<f64>> {
+        let residual = self.lateral_residual.as_ref()?;
+        let is_raised = |bearing: &Bearing| bearing.elevation != [0.0; 2];
+        rotor.bearings.iter().find(|bearing| is_raised(bearing))?;
+        let mut force = vec![0.0; residual.ncols()];
+        for (site, bearing) in self.rotor.bearings.iter().zip(&rotor.bearings) {
+            site.push(site.seat_force(bearing.elevation), &mut force);
+        }
+        let mut lateral = vec![0.0; residual.nrows()];
+        mul_vec(residual, &force, &mut lateral);
+        Some(lateral)
     }
 
     /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: what of their flexibility the truncated modes have

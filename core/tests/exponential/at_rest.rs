@@ -1,5 +1,4 @@
 //! Rotors at rest at t = 0 without a prescribed speed on the exponential engine: held by the brake, turned by a weight, and turned by the friction of a rub.
-#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_model::outcome::{EndCause, Status};

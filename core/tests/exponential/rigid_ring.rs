@@ -1,5 +1,4 @@
 //! Rigid rings on the exponential engine: the reference engines, convergence over the step, and two rings at once.
-#![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::common::{Row, close, machine, run, study_machine};
 use bladeoff_model::outcome::Status;

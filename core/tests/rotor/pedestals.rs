@@ -400,6 +400,33 @@ fn a_seat_off_the_bearing_line_moves_the_rotor_and_bends_a_third_bearing_into_lo
     }
 }
 
+/// A uniform shaft on three equal supports, the middle one raised: `P = delta/(a^3/(6 E I) + 1.5/k)`, `M = P a/2` at the middle, the stress `M/W`.
+#[test]
+fn a_raised_middle_support_bends_the_shaft() {
+    let (young, diameter, span, k, raised) = (2e11, 0.05_f64, 0.6_f64, 5e8, [3e-5, -4e-5]);
+    let bearing = |name: &str, position: f64, more: &str| {
+        format!("[rotor.bearings.{name}]\nposition = {position:?}\nstiffness = {k:?}\ndamping = 1e3\n{more}\n")
+    };
+    let inertia = std::f64::consts::PI / 64.0 * diameter.powi(4);
+    let force = 5e-5 / (span.powi(3) / (6.0 * young * inertia) + 1.5 / k);
+    let expected = 0.5 * force * span * 0.5 * diameter / inertia;
+    for engine in ["full", "reduced", "exponential"] {
+        let row = run(machine(&format!(
+            "schema = 1\nname = \"three\"\n[run]\nengine = \"{engine}\"\nend_time = 2e-3\n[rotor]\ninitial_speed = 100\n[rotor.material]\n\
+             young_modulus = {young:?}\npoisson_ratio = 0.3\ndensity = 7800\nshear_coefficient = \"none\"\n\
+             [[rotor.shaft]]\nlength = {:?}\nelements = 12\ndiameter = {diameter:?}\n{}{}{}",
+            2.0 * span,
+            bearing("left", 0.0, "axial_stiffness = 1e6"),
+            bearing("middle", span, &format!("elevation = {raised:?}")),
+            bearing("right", 2.0 * span, ""),
+        )));
+        let found = row.value("max_bending_stress_Pa");
+        println!("{engine}: {found} {expected} {:.1e}", found / expected - 1.0);
+        close(engine, found, expected, 1e-6);
+        close(engine, row.value("max_shaft_von_mises_Pa"), expected, 1e-6);
+    }
+}
+
 /// A rotor without a preferred direction: its modes at rest and at a tiny spin are those at a small spin, where the general problem is solved.
 #[test]
 fn round_pedestals_have_round_modes_at_rest() {

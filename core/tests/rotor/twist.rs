@@ -32,6 +32,7 @@ fn what_a_node_has_is_that_of_the_matrices() {
                 phase,
                 kind,
                 presence: Presence::AtRelease,
+                release: None,
             };
             rotor.unbalances = vec![
                 unbalance(UnbalanceKind::Lost, (4, 4), 5e-3, 20e-3, 2.5),

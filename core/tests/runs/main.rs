@@ -8,6 +8,7 @@ mod extremes;
 mod guarded;
 mod limits;
 mod monitors;
+mod releases;
 mod ring_stresses;
 mod stepping;
 mod stresses;

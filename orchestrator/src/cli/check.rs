@@ -13,7 +13,7 @@ use super::shared::shared;
 use crate::engine;
 use crate::engine_choice::machine_alone;
 use crate::html_report::{bearings_of, unstable_of};
-use crate::plausible::{implausible, implausible_of};
+use crate::plausible::{implausible, implausible_of, unreleased, unreleased_of};
 use crate::questions::related;
 use crate::start_check::placed;
 use crate::terminal::{Stability, bearings_beyond, matrices_of, unstable, with_word};
@@ -94,6 +94,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     for note in bearings_of(&samples) {
         remark(&format!("\nnote: {note}\n"));
     }
+    for note in unreleased_of(&samples) {
+        remark(&format!("\nnote: {note}\n"));
+    }
     for text in implausible_of(&samples) {
         remark(&format!("\nwarning: {text}\n"));
     }
@@ -115,7 +118,8 @@ fn machine(path: &Path, as_json: bool) -> Result<Exit, CliError> {
         return Err(placed(&error, &definition, &machine, |_| false).map_or_else(|| error.into(), CliError::from));
     }
     let step = engine::time_step(&machine, &structure)?.step;
-    let notes: Vec<String> = bearings_beyond(&machine, &structure, step).iter().map(|note| note.text()).collect();
+    let mut notes: Vec<String> = bearings_beyond(&machine, &structure, step).iter().map(|note| note.text()).collect();
+    notes.extend(unreleased(&machine));
     let mut warnings = implausible(&machine);
     warnings.extend(unstable(&machine, &structure, speeds_of_run(&machine)).iter().map(ToString::to_string));
     if as_json {

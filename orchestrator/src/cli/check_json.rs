@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::estimate::Estimate;
 use super::json::pretty;
 use crate::html_report::{assumed, assumed_of_machine, bearings_of, unstable_of};
-use crate::plausible::implausible_of;
+use crate::plausible::{implausible_of, unreleased_of};
 use bladeoff_answers::ask::in_words;
 use bladeoff_core::modal::equilibrium;
 use bladeoff_model::machine::{Machine, MachineDef};
@@ -32,6 +32,7 @@ pub(super) fn of_study(samples: &Samples) -> Result<String, CliError> {
     let mut notes = idle_levels(samples);
     notes.extend(fixed_angle(samples).map(|found| found.text()));
     notes.extend(bearings_of(samples));
+    notes.extend(unreleased_of(samples));
     let warnings = [implausible_of(samples), unstable_of(samples)].concat();
     let estimate = if study.function().is_some() { Value::Null } else { Estimate::of(samples)?.json() };
     Ok(pretty(&json!({

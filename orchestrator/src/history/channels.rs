@@ -86,6 +86,8 @@ pub(super) struct Context<'a> {
     pub forces: &'a [ContactForces],
     /// Moments of the shaft.
     pub shaft: Option<&'a ShaftStresses>,
+    /// Displacements of the shaft with the static ones of truncated modes.
+    pub bent: &'a [f64],
 }
 
 impl Channel {
@@ -98,7 +100,7 @@ impl Channel {
     /// Value at an instant.
     pub(super) fn value(&self, frame: &Frame<'_>, context: &Context<'_>) -> f64 {
         let moments = |section: usize| {
-            let of = |shaft: &ShaftStresses| shaft.largest(section, frame.displacement, frame.torsion_angles);
+            let of = |shaft: &ShaftStresses| shaft.largest(section, context.bent, frame.torsion_angles);
             context.shaft.map_or_else(LargestMoments::default, of)
         };
         match self.source {
@@ -254,6 +256,10 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     if !rotor.tables.is_empty() {
         let meaning = "energy put in so far by bearing tables, whose stiffness changes with the speed";
         list.add("tables_J", "J", Source::Energy(|energies| energies.tables), meaning);
+    }
+    if machine.rotor.unbalances.iter().any(|unbalance| unbalance.release.is_some()) {
+        let meaning = "energy put in so far by masses that were released, negative of a lost mass";
+        list.add("released_J", "J", Source::Energy(|energies| energies.released), meaning);
     }
     if let RotorKind::Shaft(shaft) = &machine.rotor.kind {
         for section in 0..ShaftStresses::new(shaft).sections() {

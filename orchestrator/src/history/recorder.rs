@@ -66,6 +66,8 @@ pub struct Recorder {
     path: PathBuf,
     channels: Vec<Channel>,
     shaft: Option<ShaftStresses>,
+    /// Static displacements of the truncated modes, which the moments of the shaft contain.
+    truncated: Option<Vec<f64>>,
     /// `None` once it failed.
     sink: Option<Box<dyn Sink>>,
     failed: Option<HistoryError>,
@@ -121,6 +123,7 @@ impl Recorder {
             values: Vec::with_capacity(channels.len()),
             channels,
             shaft,
+            truncated: structure.truncated_seats(&machine.rotor),
             sink,
             failed,
             temporary,
@@ -182,7 +185,11 @@ impl Follower for Recorder {
     fn see(&mut self, frame: &Frame<'_>) {
         let Some(sink) = &mut self.sink else { return };
         self.forces.iter_mut().for_each(ContactForces::filter);
-        let context = Context { forces: &self.forces, shaft: self.shaft.as_ref() };
+        let whole = self.truncated.as_ref().map(|truncated| {
+            frame.displacement.iter().zip(truncated).map(|(x, truncated)| x + truncated).collect::<Vec<f64>>()
+        });
+        let bent = whole.as_deref().unwrap_or(frame.displacement);
+        let context = Context { forces: &self.forces, shaft: self.shaft.as_ref(), bent };
         self.values.clear();
         self.values.extend(self.channels.iter().map(|channel| channel.value(frame, &context)));
         self.forces.iter_mut().for_each(ContactForces::recorded);

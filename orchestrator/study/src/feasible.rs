@@ -40,6 +40,7 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     if samples.study().machine().is_none() {
         return Ok(());
     }
+    check_releases(samples)?;
     check_values(samples)?;
     let derives = samples.study().sampled.values.derives();
     let chosen = Chosen::new(samples, CHECKED_COMBINATIONS);
@@ -51,6 +52,24 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     }
     let describe = |at| if all { samples.describe(at) } else { chosen.describe(at) };
     Err(StudyError::Problems(vec![report(samples, checked, found, describe)]))
+}
+
+/// Rejects a parameter that gives an unbalance a release which the study's machine has not: the columns of all samples are those of that machine.
+fn check_releases(samples: &Samples) -> Result<(), StudyError> {
+    let study = samples.study();
+    let Some(machine) = study.machine().and_then(|machine| machine.def.build().ok()) else { return Ok(()) };
+    let mut problems = Collector::new(&study.file, &study.text);
+    for parameter in samples.parameters() {
+        let path = &*parameter.info.path;
+        let named = path.strip_prefix("rotor.unbalances.").and_then(|below| below.split_once(".release_"));
+        let Some((name, key)) = named else { continue };
+        if machine.rotor.unbalances.iter().any(|one| one.name == name && one.release.is_none()) {
+            let message = "the machine of the study has no release of this unbalance";
+            let problem = problems.add(parameter.place.clone(), path, message);
+            problem.allowed = Some(format!("a value of release_{key} in the machine file, or in [set]"));
+        }
+    }
+    problems.finish().map_err(|problems| StudyError::Problems(vec![problems]))
 }
 
 /// Samples whose value of a parameter is wrong in the same way: how many, the first, and its value there.

@@ -18,7 +18,7 @@ const BLADES: &str = "count = 8\n";
 /// The whole diaphragm is replaced.
 const DIAPHRAGM: &str = "";
 
-const FEATURES: [Feature; 31] = [
+const FEATURES: [Feature; 32] = [
     ("detection `hyp2`, flexible ring", DETECTION, "detection = \"hyp2\"\n"),
     ("detection `hyp1`", DETECTION, "detection = \"hyp1\"\n"),
     ("detection `hyp2-frozen`", DETECTION, "detection = \"hyp2-frozen\"\n"),
@@ -79,6 +79,7 @@ const FEATURES: [Feature; 31] = [
         "[rotor.damping]\n",
         "[rotor.unbalances.residual]\nposition = \"0.4 m\"\nmass = \"1 g\"\nradius = \"40 mm\"\n\n[rotor.damping]\n",
     ),
+    ("loss at a time or at a speed", "phase = \"0 deg\"\n", "phase = \"0 deg\"\nrelease_speed = \"2990 rpm\"\n"),
     ("prescribed speed", SPEED, "initial_speed = \"3000 rpm\"\nspeed_law = { acceleration = \"-20 rad/s2\" }\n"),
     ("rotor at rest at t = 0", SPEED, "initial_speed = \"0 rpm\"\n"),
     (

@@ -6,10 +6,10 @@
 use super::def::MachineDef;
 use super::layout::Scalar;
 use super::model::{
-    Bearing, ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, RotorKind,
+    Bearing, ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, Release, RotorKind,
     Unbalance, UnbalanceKind,
 };
-use bladeoff_text::document::units::format_digits;
+use bladeoff_text::document::units::{format_digits, format_quantity};
 
 /// The key that the machine may leave out.
 const TORSIONAL: &str = "rotor.damping.torsional";
@@ -109,7 +109,18 @@ fn release(unbalances: &[Unbalance]) -> String {
     }
     let lost = released.iter().any(|one| one.kind == UnbalanceKind::Lost);
     let what = if lost { "the mass is lost at once" } else { "the unbalance appears at once, as an added mass" };
-    format!("{what} at t = 0; blade debris and neighbouring blades carry no load")
+    let events: Vec<String> =
+        released.iter().filter_map(|one| Some(format!("{} {}", one.name, event(one.release?)))).collect();
+    let rest = if events.len() == released.len() { "" } else { " at t = 0" };
+    let when = if events.is_empty() { " at t = 0".to_owned() } else { format!("{rest} ({})", events.join(", ")) };
+    format!("{what}{when}; blade debris and neighbouring blades carry no load")
+}
+
+fn event(release: Release) -> String {
+    match release {
+        Release::Time(time) => format!("at {}", format_quantity(time, "s")),
+        Release::Speed(speed) => format!("at {}", format_quantity(speed, "rad/s")),
+    }
 }
 
 fn spin(machine: &Machine) -> String {

@@ -18,6 +18,7 @@ mod model;
 mod paths;
 mod schema;
 mod template;
+mod unbalance;
 mod value;
 mod words;
 mod write;

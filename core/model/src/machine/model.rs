@@ -6,6 +6,8 @@
 use super::bearing_table::BearingTable;
 use crate::outcome::Limit;
 
+pub use super::unbalance::{Presence, Release, Unbalance, UnbalanceKind};
+
 /// One machine, ready for the solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
@@ -263,56 +265,6 @@ pub struct Pedestal {
     pub stiffness: [f64; 2],
     /// Damping to ground \[N s/m\] >= 0.
     pub damping: [f64; 2],
-}
-
-/// Whether the unbalance is a mass that was added or one that was lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum UnbalanceKind {
-    /// Mass `m` added at the eccentricity (the paper's choice, default).
-    Added,
-    /// Mass `m` lost there: all rows with -m.
-    Lost,
-}
-
-/// When an unbalance is there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Presence {
-    /// Appears at t = 0 (the blade-off, default).
-    AtRelease,
-    /// Was there before: the run starts from the synchronous steady state it causes.
-    Before,
-}
-
-/// Unbalance at a node.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Unbalance {
-    /// Name of its table.
-    pub name: String,
-    /// Node of the unbalance.
-    pub node: usize,
-    /// Node with which it turns: that of its disc, or its own.
-    pub twist_node: usize,
-    /// Mass \[kg\] >= 0.
-    pub mass: f64,
-    /// Eccentricity \[m\] >= 0.
-    pub radius: f64,
-    /// Phase in the rotor \[rad\].
-    pub phase: f64,
-    /// Added or lost.
-    pub kind: UnbalanceKind,
-    /// Since when.
-    pub presence: Presence,
-}
-
-impl Unbalance {
-    /// Mass \[kg\], negative for a lost one.
-    #[must_use]
-    pub fn signed_mass(&self) -> f64 {
-        match self.kind {
-            UnbalanceKind::Added => self.mass,
-            UnbalanceKind::Lost => -self.mass,
-        }
-    }
 }
 
 /// Rayleigh damping C = a M + b K.

@@ -99,6 +99,8 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("rotor.shaft[i].material.yield_strength", "\"550 MPa\""),
     ("diaphragms.NAME.material.yield_strength", "\"400 MPa\""),
     ("rotor.unbalances.NAME.disc", "\"rear\""),
+    ("rotor.unbalances.NAME.release_time", "\"0.5 s\""),
+    ("rotor.unbalances.NAME.release_speed", "\"1650 rpm\""),
     ("rotor.damping.torsional", "\"2e-5 s\""),
     ("rotor.speed_law.acceleration", "\"-50 rpm/s\""),
     ("rotor.speed_law.times", "[\"0 s\", \"6 s\"]"),

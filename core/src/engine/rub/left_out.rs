@@ -67,6 +67,14 @@ impl<'a> LeftOut<'a> {
         self.spring_back();
     }
 
+    /// Goes back to the beginning of the step, for another [`LeftOut::prepare`].
+    pub fn begin_again(&mut self) {
+        (self.held, self.shift) = (self.held_before, self.shift_before);
+        if let Some(ring) = &mut self.ring {
+            std::mem::swap(&mut ring.shift, &mut ring.shift_before);
+        }
+    }
+
     /// Gap at one place by a unit normal force at another \[m/N\].
     ///
     /// It is symmetric, so what it holds is an energy. The gap by a friction force is left out with its counterpart, the slip

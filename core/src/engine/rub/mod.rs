@@ -86,6 +86,13 @@ impl<'a> Rub<'a> {
         }
     }
 
+    /// Goes back to the beginning of the step, with the matrices of another line.
+    pub fn begin_again(&mut self, line: &ShaftLine<'_>) {
+        self.bodies.left_out.begin_again();
+        let Section { node, radius, .. } = self.bodies.section;
+        self.bodies.section = Section::new(line, node, radius, &self.axes);
+    }
+
     /// Corrects the predicted increments `d` (in: without contact, out: with it); `None` without a force. `time` is that of n.
     ///
     /// [`ShaftLine::settle`] must be called with the result.

@@ -40,6 +40,14 @@ impl<'a> Field<'a> {
         })
     }
 
+    /// Takes the place of another field at n, with a change of the increments of the step before.
+    pub fn take_over(&mut self, other: &Self, change: &[f64]) {
+        self.stepper.q.copy_from_slice(&other.stepper.q);
+        self.x.copy_from_slice(&other.x);
+        let previous: Vec<f64> = other.stepper.previous.iter().zip(change).map(|(d, change)| d + change).collect();
+        self.come_from(&previous);
+    }
+
     /// Number of coordinates.
     pub fn size(&self) -> usize {
         self.map.size()

@@ -11,6 +11,7 @@ mod increments;
 #[cfg(test)]
 mod lagrangian_tests;
 mod masses;
+mod piece;
 mod prescribed;
 mod spin;
 mod stepper;
@@ -19,6 +20,7 @@ mod unbalances;
 
 pub(crate) use increments::Increments;
 pub(crate) use masses::{masses, sites};
+pub(crate) use piece::{Jump, PieceMotion};
 pub(crate) use prescribed::{angle_of, speed_of};
 pub(crate) use stepper::Stepper;
 
@@ -113,6 +115,27 @@ impl<'a> ShaftLine<'a> {
             twist,
             others: None,
         })
+    }
+
+    /// The line at n, before [`ShaftLine::prepare`], with the unbalances of another machine; `change` of the increments of the step before. `None` if a mass matrix is singular.
+    pub fn released(&self, machine: &Machine, structure: &'a Structure, change: &Jump) -> Option<Self> {
+        let mut line = Self::new(machine, structure, self.dt)?;
+        line.lateral.take_over(&self.lateral, &change.lateral);
+        line.twist.take_over(&self.twist, &change.twist);
+        line.spin.angle = self.spin.angle;
+        line.tables = self.tables.repeated();
+        line.refresh();
+        Some(line)
+    }
+
+    /// Motion at n of the place of a mass, after [`ShaftLine::settle`].
+    pub fn piece(&self, site: &UnbalanceSite) -> PieceMotion {
+        let (lateral, twist, node) = (&self.lateral, &self.twist, site.twist_node);
+        let psi = self.spin.angle + twist.x[node] + site.phase;
+        PieceMotion {
+            node: [&lateral.x, &lateral.v, &lateral.a].map(|of| self.rotor.at(site.node, of)),
+            angle: [psi, twist.v[node], twist.a[node]],
+        }
     }
 
     /// Puts the line where it is at t = 0, from coordinates; `previous` are the fictitious increments of the step before.

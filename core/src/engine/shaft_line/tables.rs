@@ -31,6 +31,11 @@ impl Tables {
         Self { before: now.clone(), now, places, speed }
     }
 
+    /// These tables before [`Tables::at_speed`] went on to n.
+    pub fn repeated(&self) -> Self {
+        Self { now: self.before.clone(), ..self.clone() }
+    }
+
     /// Goes on to the speed at n \[rad/s\].
     pub fn at_speed(&mut self, rotor: &RotorMatrices, speed: f64) {
         if self.now.is_empty() {

@@ -77,7 +77,9 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
             }
         }
     };
-    sites.iter().filter(|site| site.signed_mass() > 0.0).for_each(|site| add(&mut all, site));
+    // an added mass that is released later may come after the loss
+    let carries = |site: &&Unbalance| site.signed_mass() > 0.0 && site.release.is_none();
+    sites.iter().filter(carries).for_each(|site| add(&mut all, site));
     for (unbalance, site) in sites.iter().enumerate().filter(|(_, site)| site.signed_mass() < 0.0) {
         let factor = all.factor()?;
         let columns = rows(site).map(|row| {

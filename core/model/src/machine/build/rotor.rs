@@ -9,8 +9,8 @@ use super::run::speed_law;
 use super::shaft;
 use super::support::{check_axial, check_lateral};
 use crate::machine::model::{
-    Bearing, Disc, InitialState, Pedestal, PointMass, Presence, Rayleigh, Rotor, RotorKind, RunSettings, Shaft,
-    Unbalance, UnbalanceKind,
+    Bearing, Disc, InitialState, Pedestal, PointMass, Presence, Rayleigh, Release, Rotor, RotorKind, RunSettings,
+    Shaft, Unbalance, UnbalanceKind,
 };
 use crate::machine::schema::END_TIME;
 use crate::machine::some_of;
@@ -265,6 +265,7 @@ fn unbalance(
             (own, own)
         }
     };
+    let release = release(reader, table);
     let number = |key: &str| reader.number(&below(table, key));
     let word = |key: &str| reader.word(&below(table, key));
     Some(Unbalance {
@@ -282,7 +283,27 @@ fn unbalance(
             "before" => Presence::Before,
             _ => Presence::AtRelease,
         },
+        release,
     })
+}
+
+/// The event at which an unbalance appears.
+fn release(reader: &mut Reader<'_>, table: &str) -> Option<Release> {
+    let [time, speed] = ["release_time", "release_speed"].map(|key| below(table, key));
+    if reader.is_given(&time) && reader.is_given(&speed) {
+        reader.fail(&speed, "release_time is given too", "at most one of release_time and release_speed");
+        return None;
+    }
+    let release = match (reader.number(&time), reader.number(&speed)) {
+        (Some(time), _) => Release::Time(time),
+        (_, Some(speed)) => Release::Speed(speed),
+        (None, None) => return None,
+    };
+    if reader.word(&below(table, "present")) == Some("before") {
+        let path = if matches!(release, Release::Time(_)) { time } else { speed };
+        reader.fail(&path, "an unbalance that is present before has no release", "present = \"at release\"");
+    }
+    Some(release)
 }
 
 /// The node of the disc that an unbalance names; `None`: not known.
@@ -304,7 +325,10 @@ fn carrier(reader: &mut Reader<'_>, discs: Option<&[Disc]>, table: &str, name: &
 fn mass_point(reader: &mut Reader<'_>, unbalances: Option<&[Unbalance]>) -> Option<PointMass> {
     let (mass, polar_inertia) = (reader.number("rotor.mass"), reader.number("rotor.polar_inertia"));
     if let Some(unbalances) = unbalances {
-        let total = mass.map(|mass| mass + unbalances.iter().map(Unbalance::signed_mass).sum::<f64>());
+        // an added mass that is released later does not carry the run before
+        let least =
+            |one: &Unbalance| if one.release.is_some() { one.signed_mass().min(0.0) } else { one.signed_mass() };
+        let total = mass.map(|mass| mass + unbalances.iter().map(least).sum::<f64>());
         if total.is_some_and(|total| total <= 0.0) {
             let allowed = "a positive sum of rotor.mass, added and (negative) lost unbalance masses";
             reader.fail("rotor.mass", "the mass point has no mass with its unbalances", allowed);

@@ -62,6 +62,11 @@ impl WatchedPeak {
         }
     }
 
+    /// Replaces the constant part.
+    pub fn set_constant(&mut self, constant: [f64; 2]) {
+        self.constant = length(constant);
+    }
+
     /// Adds a limit whose first exceedance is to be located to a contact step; `ends`: the run ends there.
     pub fn limited(self, limit: f64, ends: bool) -> Self {
         Self { limit: limit * limit, ends, ..self }

@@ -70,6 +70,11 @@ impl EnergyBalance {
         }
     }
 
+    /// Follows a release, which changes the modes.
+    pub fn follow_release(&mut self) {
+        self.terms = None;
+    }
+
     /// Begins an observation at n: takes the stored energy where a balance is due.
     pub fn begin(&mut self, due: Due, transient: &mut Transient, recorders: &mut Recorders) -> Pending {
         if due.balance {

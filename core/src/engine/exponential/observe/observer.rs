@@ -16,6 +16,7 @@ use super::yield_watch::{WatchResult, YieldWatch};
 use crate::engine::exponential::stepping::diaphragm_contact::DiaphragmContact;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::engine::exponential::torsion::spin::ContactImpulse;
+use crate::engine::release::Due as ReleaseDue;
 use crate::record::{At, End, Follower, Recorders, RingInstant, Touch};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -77,6 +78,7 @@ impl<'a> Observer<'a> {
     pub fn new(machine: &'a Machine, structure: &'a Structure, h: f64, transient: &Transient) -> Self {
         let mut recorders = Recorders::new(machine, &structure.rings, h);
         recorders.search_nothing();
+        recorders.settle_shaft(machine, structure);
         let yield_limits = [Limit::RingYield, Limit::BladeYield, Limit::ShaftYield]
             .map(|limit| machine.run.limits[limit as usize].value);
         let yield_watch = YieldWatch::new(&recorders, yield_limits);
@@ -245,6 +247,16 @@ impl<'a> Observer<'a> {
             frames.show(transient.loads(), Some(transient), self.energy.energies(), follower);
         }
         end
+    }
+
+    /// Takes a release: what is evaluated in modes is that of the machine with the mass from here on.
+    pub fn released(&mut self, due: ReleaseDue, energy: f64, transient: &Transient) {
+        let Self { machine, structure, recorders, h, .. } = self;
+        recorders.see_release(due.unbalance, due.at);
+        recorders.energies.now.released += energy;
+        self.shaft_stresses = ShaftStresses::new(machine, structure, &transient.free_motion, recorders, *h);
+        self.energy.follow_release();
+        self.frames = None;
     }
 
     fn frames(&mut self, transient: &Transient) -> &mut FrameSampler<'a> {

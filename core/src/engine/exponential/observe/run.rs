@@ -6,8 +6,10 @@
 use super::observer::Observer;
 use crate::engine::exponential::error::ExponentialError;
 use crate::engine::exponential::settings::StepSettings;
+use crate::engine::exponential::stepping::release::Release;
 use crate::engine::exponential::stepping::transient::Transient;
-use crate::record::{End, Follower, Recorders};
+use crate::engine::release::Releases;
+use crate::record::{At, End, Follower, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, EndCause};
@@ -22,9 +24,14 @@ pub(in crate::engine) fn run(
     settings: StepSettings,
     follower: &mut dyn Follower,
 ) -> Result<(Recorders, End), ExponentialError> {
-    let transient = Transient::new(machine, structure, settings, true)?;
+    let releases = Releases::new(machine);
+    let mut transient = match releases.is_over() {
+        true => Transient::new(machine, structure, settings, true)?,
+        false => Transient::new(&releases.present(), structure, settings, true)?,
+    };
+    transient.await_releases(&releases, machine);
     let observer = Observer::new(machine, structure, settings.step, &transient);
-    let mut run = Run { machine, structure, transient, observer, h: settings.step, steps: 0 };
+    let mut run = Run { machine, structure, transient, observer, releases, h: settings.step, steps: 0 };
     let (cause, failure) = loop {
         if !follower.goes_on(run.steps) || machine.run.step_limit.is_some_and(|limit| run.steps >= limit) {
             break (EndCause::Failure, Some(Cause::StepLimit));
@@ -48,6 +55,7 @@ struct Run<'a> {
     structure: &'a Structure,
     transient: Transient,
     observer: Observer<'a>,
+    releases: Releases<'a>,
     /// Contact step \[s\].
     h: f64,
     /// Steps that have been done.
@@ -64,7 +72,27 @@ impl Run<'_> {
         transient.step(doublings)?;
         observer.after_step(step, doublings, transient, follower);
         self.steps += 1;
-        self.end_cause()
+        let end = self.end_cause()?;
+        if end.is_none() && !self.releases.is_over() {
+            self.release()?;
+        }
+        Ok(end)
+    }
+
+    /// Releases what is due at n.
+    fn release(&mut self) -> Result<(), Cause> {
+        let Self { machine, structure, transient, observer, releases, .. } = self;
+        let now = At { time: transient.free_motion.time(), speed: transient.free_motion.speed() };
+        while let Some(due) = releases.due(now) {
+            let before = releases.present();
+            let (site, late) = (releases.happen(&due), now.time - due.at.time);
+            let release = Release { before: &before, after: &releases.present(), site: &site, late };
+            let energy = transient.release(&release, structure)?;
+            transient.await_releases(releases, machine);
+            observer.released(due, energy, transient);
+        }
+        releases.pass(At { speed: transient.free_motion.speed(), ..now });
+        Ok(())
     }
 
     /// End cause of a run that ends at n+1.

@@ -106,6 +106,16 @@ impl DiaphragmContact {
         machine.diaphragms.iter().enumerate().map(create).collect()
     }
 
+    /// Follows a change of the rotor's masses.
+    pub fn follow(&mut self, machine: &Machine, structure: &Structure, free_motion: &FreeMotion, h: f64) {
+        let spin = free_motion.spin();
+        let step = spin.step(h);
+        let nodes = machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.node);
+        let rows: Vec<Vec<f64>> = nodes.map(|node| spin.rotation_row(structure, node)).collect();
+        self.rolling = (0..rows.len()).map(|acting| spin.contact_turn_compliance(&step, self.index, acting)).collect();
+        self.jumps = rows.iter().map(|acting| spin.rate_jump(&rows[self.index], acting)).collect();
+    }
+
     /// Index of the diaphragm, in the machine's order.
     pub fn index(&self) -> usize {
         self.index

@@ -35,7 +35,7 @@ const FAST_SPIN_CHANGE: f64 = 2e-4;
 /// Largest feedback of the unbalances on the torsion over a contact step ([`Spin::feedback`]) that added damping may stabilise.
 const MAX_FEEDBACK: f64 = 0.05;
 /// Length of the trial step that gives the initial slope of the spin, as a part of a contact step.
-const TRIAL_STEP: f64 = 1.0 / 64.0;
+pub(super) const TRIAL_STEP: f64 = 1.0 / 64.0;
 
 /// Shaft line without contact: the lateral modal state, the spin and the torsion at n.
 #[derive(Debug, Clone)]
@@ -57,9 +57,9 @@ pub struct FreeMotion {
     /// Time in contact steps.
     contact_steps: u64,
     /// Tables of spin and torsion for steps of 2^k contact steps, by k.
-    spin_steps: Vec<SpinStep>,
+    pub(super) spin_steps: Vec<SpinStep>,
     /// Propagator of the trial step at t = 0, for which the intervals have none.
-    trial: Option<Propagator>,
+    pub(super) trial: Option<Propagator>,
     /// Bounds of the state at n for the choice of the next step.
     state_bounds: StateBounds,
     /// Last gyroscopic momentum \[kg m2/s\] with its time in contact steps, and the number of contact steps to the next
@@ -70,6 +70,17 @@ pub struct FreeMotion {
     gyroscopic_torque: Option<(Arc<GyroscopicTorque>, GyroscopicMomenta)>,
     /// Work of the bearing tables, whose stiffness changes with the speed \[J\].
     table_work: f64,
+}
+
+/// Motion from which the propagation of a shaft line starts.
+pub(super) struct Start {
+    /// Lateral coordinates and their rates.
+    pub motion: [Vec<f64>; 2],
+    /// Spin and torsion, before [`Spin::start`].
+    pub spin: Spin,
+    /// Time in contact steps, and work of the bearing tables so far \[J\].
+    pub contact_steps: u64,
+    pub table_work: f64,
 }
 
 /// Initial speed, or the highest one of a prescribed speed \[rad/s\].
@@ -89,7 +100,23 @@ impl FreeMotion {
         }
         let (q, velocity) = initial_motion(machine, structure)?;
         let shared = SharedModel::of(machine, structure, settings)?;
-        let mut spin = Spin::new(machine, structure)?;
+        let spin = Spin::new(machine, structure)?;
+        let start = Start { motion: [q, velocity], spin, contact_steps: 0, table_work: 0.0 };
+        Self::begin(machine, structure, settings, shared, start)
+    }
+
+    /// Begins the motion of a machine from a start.
+    ///
+    /// # Errors
+    /// As [`FreeMotion::new`].
+    pub(super) fn begin(
+        machine: &Machine,
+        structure: &Structure,
+        settings: StepSettings,
+        shared: Arc<SharedModel>,
+        start: Start,
+    ) -> Result<Self, ExponentialError> {
+        let Start { motion: [q, velocity], mut spin, contact_steps, table_work } = start;
         let grid = &shared.grid;
         let interval = grid.interval(grid.index_of(spin.speed))?;
         let initial: Vec<f64> = q.iter().chain(&velocity).copied().collect();
@@ -100,17 +127,17 @@ impl FreeMotion {
             outputs: Vec::new(),
             state_bounds: StateBounds::default(),
             step: settings.step,
-            contact_steps: 0,
+            contact_steps,
             spin_steps: Vec::new(),
             trial: None,
             interval,
             tables: IntervalTables::default(),
             modal_state,
-            gyroscopic: (0, 0.0),
+            gyroscopic: (contact_steps, 0.0),
             gyroscopic_steps: (GYROSCOPIC_STEP / (highest_speed(machine) * settings.step)) as u64,
             spin: spin.clone(),
             gyroscopic_torque: None,
-            table_work: 0.0,
+            table_work,
             shared,
         };
         motion.evaluate_outputs();
@@ -161,6 +188,15 @@ impl FreeMotion {
         let (step, model) = (&self.spin_steps[doublings], &self.interval.model);
         propagate_kernel(&mut self.spin, step, propagator, model, &mut self.modal_state, &mut self.outputs);
         Ok(())
+    }
+
+    /// Takes the motion to the end of a trial step, without what completes a step.
+    pub(super) fn propagate_first(&mut self) {
+        let step = self.spin.step(self.step);
+        if let Some(propagator) = &self.trial {
+            let model = &self.interval.model;
+            propagate_kernel(&mut self.spin, &step, propagator, model, &mut self.modal_state, &mut self.outputs);
+        }
     }
 
     /// Ends a step that [`FreeMotion::propagate`] has begun, with the contact impulses at n.

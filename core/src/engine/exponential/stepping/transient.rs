@@ -19,6 +19,7 @@ use crate::engine::exponential::ExponentialError;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
+use crate::engine::release::{Releases, release_steps};
 use crate::engine::time_step::slowest_to_resolve;
 use crate::record::Loads;
 use crate::structure::Structure;
@@ -69,13 +70,18 @@ pub(crate) struct Transient {
     last_doublings: usize,
     /// Time of the last contact, in contact steps.
     last_contact: Option<u64>,
-    /// Times at which the slope of a prescribed speed changes, in contact steps. The torsional modes ring behind them, as the
+    /// Times at which the slope of a prescribed speed changes or an unbalance is released, in contact steps. The torsional modes ring behind them, as the
     /// shaft does behind a contact, and no step of free motion goes beyond one.
     corners: Vec<u64>,
+    /// Time of the last release of an unbalance, in contact steps, and speeds at which others are released \[rad/s\].
+    last_release: Option<u64>,
+    pub release_speeds: Vec<f64>,
     /// Whether the run starts with an initial disturbance, or with a rotor at rest. All shaft modes ring then, or their energy is not
     /// small beside that of the spin, so every step is one contact step: longer steps would sample the dissipation of the fast modes
     /// too seldom.
     pub disturbed: bool,
+    /// Rate that a long step of free motion resolves \[rad/s\].
+    highest_rate: f64,
     /// Length of the run in contact steps. No step of free motion goes beyond it.
     end: u64,
     /// Lowest and highest spin of the run \[rad/s\]: spin that ends it, or range of the bearing tables. No step of free motion goes beyond them.
@@ -98,13 +104,7 @@ impl Transient {
         let contacts = DiaphragmContact::all(machine, structure, &free_motion, settings.step)?;
         let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| free_motion.step_length(doublings));
         let highest_rate = slowest_to_resolve(machine, structure);
-        let resolves_turn = |doublings: &usize| lengths[*doublings] * highest_rate <= MAX_TURN;
-        let longest = (SHORT_STEP_DOUBLINGS..=MAX_DOUBLINGS).rev().find(resolves_turn).unwrap_or(SHORT_STEP_DOUBLINGS);
-        let braking_rate = free_motion.spin().braking_rate(&machine.braking);
-        let is_accurate = |&doublings: &usize| {
-            lengths[doublings] * braking_rate <= MAX_BRAKING_CHANGE
-                && free_motion.is_stable(doublings, machine.run.end_time)
-        };
+        let max_doublings = max_doublings(machine, &free_motion, lengths, highest_rate);
         let [bearings, pedestals] = [structure.rotor.bearings.len(), structure.rotor.pedestals.len()];
         let support_count = bearings + pedestals;
         let journals = journal_peaks(machine, support_count, &free_motion);
@@ -116,7 +116,8 @@ impl Transient {
         let starts_at_rest = free_motion.spin().starts_at_rest();
         let disturbed = starts_at_rest || [displacement, velocity] != [[0.0; 2]; 2];
         Ok(Self {
-            max_doublings: if disturbed { 0 } else { (1..=longest).take_while(is_accurate).last().unwrap_or(0) },
+            max_doublings: if disturbed { 0 } else { max_doublings },
+            highest_rate,
             disturbed,
             supports,
             loads: vec![[0.0; 2]; load_count],
@@ -129,6 +130,8 @@ impl Transient {
             last_doublings: 0,
             last_contact: None,
             corners: corners(machine, settings.step),
+            last_release: None,
+            release_speeds: Vec::new(),
             lengths,
             free_motion,
             impulses: Vec::with_capacity(contacts.len()),
@@ -162,7 +165,24 @@ impl Transient {
 
     /// Whether the run is in its first steps, [`STARTING_STEPS`].
     pub fn is_starting(&self) -> bool {
-        self.free_motion.contact_steps() < STARTING_STEPS
+        self.free_motion.contact_steps() - self.last_release.unwrap_or(0) < STARTING_STEPS
+    }
+
+    /// Takes the releases that are awaited in a run of a machine.
+    pub fn await_releases(&mut self, releases: &Releases<'_>, machine: &Machine) {
+        self.corners = corners(machine, self.lengths[0]);
+        self.release_speeds = releases.speeds().collect();
+    }
+
+    /// Follows a release at n to a machine with other unbalances: the shaft rings as behind the start.
+    pub(super) fn follow_release(&mut self, machine: &Machine) {
+        let Self { free_motion, watched, contacts, lengths, .. } = self;
+        let loads = watched.len() - contacts.len();
+        watched[..loads].iter_mut().enumerate().for_each(|(at, peak)| peak.set_constant(free_motion.constant_load(at)));
+        if !self.disturbed {
+            self.max_doublings = max_doublings(machine, free_motion, *lengths, self.highest_rate);
+        }
+        (self.last_release, self.last_doublings) = (Some(free_motion.contact_steps()), 0);
     }
 
     /// Evaluates the loads at n, and returns the doublings k of the longest step from n that touches nothing and misses no peak;
@@ -192,6 +212,8 @@ impl Transient {
             last_doublings,
             last_contact,
             corners,
+            last_release,
+            release_speeds,
             end,
             speed_range: [lowest, highest],
             ..
@@ -210,10 +232,10 @@ impl Transient {
         let now = free_motion.contact_steps();
         let passed = corners.partition_point(|corner| *corner <= now);
         let steps_left = corners.get(passed).unwrap_or(end).min(end).saturating_sub(now).max(1);
-        let last_event = (*last_contact).max(passed.checked_sub(1).map(|last| corners[last]));
+        let last_event = (*last_contact).max(passed.checked_sub(1).map(|last| corners[last])).max(*last_release);
         // at most twice the last step: the slope of the spin is known over that length
         let max_doublings = match last_event {
-            _ if now < STARTING_STEPS => 0,
+            _ if now - last_release.unwrap_or(0) < STARTING_STEPS => 0,
             Some(event) if now - event < RINGING_STEPS => RINGING_DOUBLINGS.min(*max_doublings),
             _ => *max_doublings,
         };
@@ -224,10 +246,12 @@ impl Transient {
         {
             longest -= 1;
         }
-        // a stop is found to within a contact step
+        // a stop and a release are found to within a contact step
+        let speed_now = free_motion.speed();
         let leaves = |longest: usize| {
             let speed = free_motion.spin().speed_after(2.0 * lengths[longest]);
-            speed <= *lowest || speed >= *highest
+            let passes = |release: &f64| (speed - release) * (speed_now - release) <= 0.0;
+            speed <= *lowest || speed >= *highest || release_speeds.iter().any(passes)
         };
         while longest > 0 && leaves(longest) {
             longest -= 1;
@@ -313,10 +337,30 @@ fn select_peaks(contacts: &[DiaphragmContact], peaks: &mut [WatchedPeak]) {
     }
 }
 
+/// Largest number of doublings of a run: steps resolve the turn of the rotor and of its lowest mode (`highest_rate`, \[rad/s\]) and the braking, and keep the torsion stable.
+fn max_doublings(
+    machine: &Machine,
+    free_motion: &FreeMotion,
+    lengths: [f64; MAX_DOUBLINGS + 1],
+    highest_rate: f64,
+) -> usize {
+    let resolves_turn = |doublings: &usize| lengths[*doublings] * highest_rate <= MAX_TURN;
+    let longest = (SHORT_STEP_DOUBLINGS..=MAX_DOUBLINGS).rev().find(resolves_turn).unwrap_or(SHORT_STEP_DOUBLINGS);
+    let braking_rate = free_motion.spin().braking_rate(&machine.braking);
+    let is_accurate = |&doublings: &usize| {
+        lengths[doublings] * braking_rate <= MAX_BRAKING_CHANGE
+            && free_motion.is_stable(doublings, machine.run.end_time)
+    };
+    (1..=longest).take_while(is_accurate).last().unwrap_or(0)
+}
+
 /// Times at which the slope of a prescribed speed changes, in contact steps of `h` \[s\].
 fn corners(machine: &Machine, h: f64) -> Vec<u64> {
     let times = machine.rotor.speed_law.iter().flat_map(|law| &law.times);
-    times.filter(|time| **time > 0.0).map(|time| libm::floor(time / h) as u64).collect()
+    let mut corners: Vec<u64> = times.filter(|time| **time > 0.0).map(|time| libm::floor(time / h) as u64).collect();
+    corners.extend(release_steps(machine, h));
+    corners.sort_unstable();
+    corners
 }
 
 /// Peaks of the displacements of journals in bearings with a clearance. Where the clearance limit ends the run, its first excess

@@ -36,6 +36,11 @@ impl Drive {
         Self { law, initial_angle, inertia, unbalance_inertias, time: 0.0, work: 0.0 }
     }
 
+    /// Takes over time and work of another drive of the same law.
+    pub fn take_over(&mut self, other: &Self) {
+        (self.time, self.work) = (other.time, other.work);
+    }
+
     /// Mean angle \[rad\] and spin \[rad/s\] after a step of `h` \[s\].
     pub fn after(&self, h: f64) -> [f64; 2] {
         let time = self.time + h;

@@ -24,7 +24,7 @@ use crate::engine::shaft_line::{masses, sites};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::lanes::LANES;
-use bladeoff_numerics::linalg::{Matrix, column_of, dot, inverse, norm, symmetric_generalised};
+use bladeoff_numerics::linalg::{Matrix, column_of, dot, inverse, mul_vec, norm, symmetric_generalised};
 
 /// Largest part of a uniform rotation in an elastic torsional mode.
 const ELASTIC: f64 = 1e-6;
@@ -132,6 +132,32 @@ impl LoadedModes {
     pub fn max_extrapolation(&self) -> f64 {
         let total_compliance = self.compliance_inertia.iter().map(|q| q.abs()).sum::<f64>();
         (0.5 * (self.inertia / total_compliance - 1.0)).max(1.0)
+    }
+
+    /// Mean angle of the bare shaft line and amplitudes of its elastic modes, from Phi and amplitudes of the loaded modes, or their rates.
+    pub fn to_bare(&self, mean: f64, amplitudes: &[f64]) -> (f64, Vec<f64>) {
+        let mut bare = vec![0.0; self.elastic_indices.len()];
+        mul_vec(&self.bare_amplitudes, &amplitudes[..bare.len()], &mut bare);
+        (mean + dot(&self.shift, amplitudes), bare)
+    }
+
+    /// Inverse of [`LoadedModes::to_bare`].
+    ///
+    /// # Errors
+    /// [`ExponentialError::Singular`] where the loaded modes are dependent.
+    pub fn of_bare(&self, mean: f64, bare: &[f64]) -> Result<(f64, Vec<f64>), ExponentialError> {
+        let inverse = inverse(&self.bare_amplitudes).ok_or(ExponentialError::Singular { part: "the twist" })?;
+        let mut amplitudes = vec![0.0; bare.len()];
+        mul_vec(&inverse, bare, &mut amplitudes);
+        Ok((mean - dot(&self.shift[..bare.len()], &amplitudes), amplitudes))
+    }
+
+    /// Adds a change of the rates, in torsional coordinates, to the mean rate and the rates of the elastic modes of the bare shaft line.
+    pub fn add_to_bare(&self, structure: &Structure, change: &[f64], (mean, bare): (&mut f64, &mut [f64])) {
+        let mut weights = vec![0.0; change.len()];
+        structure.twist.coordinates.project(&structure.rotor.spin_weights, &mut weights);
+        *mean += dot(&weights, change);
+        self.elastic_indices.iter().zip(bare).for_each(|(&index, rate)| *rate += change[index]);
     }
 
     /// Row of a node's rotation beside Phi on the modes (3), zeros up to a multiple of eight.

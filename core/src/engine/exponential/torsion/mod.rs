@@ -6,6 +6,7 @@
 //! - [`torsional_modes`], [`oscillators`]: these modes over a step, in closed form
 //! - `drive`: a prescribed speed
 //! - [`gyroscopic_torque`]: gyroscopic torques on the torsional modes, for machines where they matter
+//! - `release`: the same rotation in the modes of a machine with other unbalances
 //! - [`phasor`]: e^{i psi} for small changes of psi; `spin_quantities`: what other modules read of the spin
 
 mod drive;
@@ -13,6 +14,7 @@ pub(crate) mod gyroscopic_torque;
 mod loaded_modes;
 pub(crate) mod oscillators;
 pub(crate) mod phasor;
+mod release;
 pub(crate) mod spin;
 mod spin_quantities;
 pub(crate) mod torsional_modes;

@@ -207,7 +207,7 @@ impl Spin {
     }
 
     /// Updates the forces of the unbalances at n.
-    fn update_forces(&mut self) {
+    pub(super) fn update_forces(&mut self) {
         for unbalance in &mut self.unbalances {
             unbalance.force = unbalance.force(unbalance.phasor.unit, unbalance.rate, self.slope);
         }

@@ -177,6 +177,24 @@ impl TorsionalModes {
         &self.displacement
     }
 
+    /// Rates of these amplitudes.
+    pub fn rate(&self) -> &[f64] {
+        &self.rate
+    }
+
+    /// Starts from amplitudes and their rates; `dissipated`: energy that damping has taken before \[J\].
+    pub fn start(&mut self, displacement: &[f64], rate: &[f64], dissipated: f64) {
+        self.displacement[..displacement.len()].copy_from_slice(displacement);
+        self.rate[..rate.len()].copy_from_slice(rate);
+        for r in 0..self.rows.len() / self.displacement.len().max(1) {
+            let [turn, rate] = [&self.displacement, &self.rate].map(|of| dot(self.row(r), of));
+            let lane = &mut self.row_motion[r / GROUP].0;
+            (lane[r % GROUP], lane[GROUP + r % GROUP]) = (turn, rate);
+        }
+        self.previous_row_motion.clone_from(&self.row_motion);
+        self.work = dissipated + self.energies().iter().sum::<f64>();
+    }
+
     /// Rotation along one of the rows and its rate (1).
     #[inline(always)]
     pub fn at_row(&self, r: usize) -> [f64; 2] {
