@@ -44,7 +44,7 @@ fn runs(seen: &Seen) -> Option<String> {
     })
 }
 
-/// What status ok does not mean here.
+/// Restrictions of the status ok in this study.
 fn restrictions(limits: &LimitTable) -> Option<String> {
     let noted = limits.names_noted();
     let noted = (!noted.is_empty()).then(|| format!("ok runs exceed {}, which is only noted", noted.join(" and ")));

@@ -15,7 +15,7 @@ use bladeoff_text::document::units::format_digits;
 /// Result that is watched in a study without questions.
 const DEFAULT: &str = "max_bearing_load_N";
 
-/// What is known so far.
+/// Results of the run so far.
 #[derive(Debug, Default)]
 pub(super) struct SoFar {
     worst: Option<Worst>,
@@ -37,7 +37,7 @@ struct Worst {
 struct FirstAnswer {
     name: String,
     formula: Formula,
-    /// Of each column of the formula among the values of an outcome.
+    /// Place of each column of the formula among the values of an outcome.
     places: Vec<usize>,
     events: u64,
     rows: u64,

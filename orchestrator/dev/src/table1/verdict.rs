@@ -122,7 +122,7 @@ fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
              {}. With {starts} start{} each it happens one time in {:.0}: 2/C({}, {starts}). ×: ratio of the \
              larger of the paper to the smaller, ours from the medians.",
             1.0 / CHANCE,
-            if engines.len() > 1 { "every engine says so" } else { "the engine that was run says so" },
+            if engines.len() > 1 { "every engine agrees" } else { "the engine that was run agrees" },
             if starts == 1 { "" } else { "s" },
             1.0 / chance,
             2 * starts,

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Runs the turbine with each detection from several slightly different starts (phase of the lost blade, 1 % of its mass),
 /// with the chosen engines, and prints the paper's Table 1 beside ours with the scatter over the starts. An ordering of two
 /// detections is claimed only where all values of one lie below all of the other, at so many starts that this is no
-/// accident (four or more), and where every engine says so. What was measured about the causes follows. The machine is ours,
+/// accident (four or more), and where every engine agrees. Measurements about the causes follow. The machine is ours,
 /// not the paper's. Writes table1.md, runs.csv (every run), histories and figures like figures 7 to 13 of the paper into a
 /// directory; the figures are of the first engine of the study, from the machine's own start.
 ///
