@@ -93,7 +93,7 @@ impl Value {
 /// file are reported together with them.
 ///
 /// # Errors
-/// A file above [`MAX_FILE_BYTES`], or a syntax error after which the rest cannot be read: the first one (later ones are its consequences).
+/// A file above [`MAX_FILE_BYTES`], or one with too many syntax errors to be read: the first one (later ones may be its consequences).
 pub fn parse_toml<'a>(file: &'a str, text: &'a str) -> Result<(Node, Collector<'a>), Problems> {
     if text.len() > MAX_FILE_BYTES {
         let mut problems = Collector::new(file, "");
@@ -106,20 +106,113 @@ pub fn parse_toml<'a>(file: &'a str, text: &'a str) -> Result<(Node, Collector<'
         Ok(table) => return Ok((root(&table), problems)),
         Err(error) => error,
     };
-    let (table, errors) = DeTable::parse_recoverable(text);
-    let tree = root(&table);
-    let mut places: Vec<(usize, &Error)> =
-        errors.iter().map(|error| (line_start(text, error.span().unwrap_or(0..0).start), error)).collect();
-    places.sort_by_key(|(line, error)| (*line, error.span().unwrap_or(0..0).start));
-    places.dedup_by_key(|(line, _)| *line);
-    let is_readable = places.len() <= MOST_SYNTAX_ERRORS && !places.iter().any(|(line, _)| swallows(&tree, *line));
-    if !is_readable {
-        report(&first, &mut problems);
-        return Err(problems.into_problems());
+    match read_around(text) {
+        Some((tree, errors)) => {
+            errors.into_iter().for_each(|error| error.report(&mut problems));
+            problems.keep_apart_from_syntax();
+            Ok((tree, problems))
+        }
+        None => {
+            SyntaxError::of(text, &first).report(&mut problems);
+            Err(problems.into_problems())
+        }
     }
-    places.iter().for_each(|(_, error)| report(error, &mut problems));
-    problems.keep_apart_from_syntax();
-    Ok((tree, problems))
+}
+
+/// A syntax error with the start of its line.
+struct SyntaxError {
+    line: usize,
+    span: Range<usize>,
+    message: String,
+}
+
+impl SyntaxError {
+    fn of(text: &str, error: &Error) -> Self {
+        let span = error.span().unwrap_or(0..0);
+        let message = error.message().trim_end().replace('\n', ", ");
+        Self { line: line_start(text, span.start), span, message }
+    }
+
+    fn report(self, problems: &mut Collector<'_>) {
+        let at = match problems.excerpt(self.span.clone()).trim() {
+            "" => String::new(),
+            piece => format!(" at `{piece}`"),
+        };
+        problems.add(self.span, "", format!("not valid TOML: {}{at}", self.message));
+    }
+}
+
+/// The tree around syntax errors and the errors, the first of each line; `None`: too many of them. An array or a string that swallows
+/// later keys is taken out up to the next key, and the rest is read again.
+fn read_around(text: &str) -> Option<(Node, Vec<SyntaxError>)> {
+    let mut rest = text.to_owned();
+    let mut unclosed: Vec<SyntaxError> = Vec::new();
+    while unclosed.len() <= MOST_SYNTAX_ERRORS {
+        let (table, errors) = DeTable::parse_recoverable(&rest);
+        let tree = root(&table);
+        let mut errors: Vec<SyntaxError> = errors.iter().map(|error| SyntaxError::of(&rest, error)).collect();
+        errors.sort_by_key(|error| (error.line, error.span.start));
+        errors.dedup_by_key(|error| error.line);
+        let found = errors.iter().find_map(|error| Some((swallower(tree.value.as_table()?, error.line)?, error)));
+        let Some((entry, error)) = found else {
+            errors.append(&mut unclosed);
+            errors.sort_by_key(|error| error.span.start);
+            return (errors.len() <= MOST_SYNTAX_ERRORS).then_some((tree, errors));
+        };
+        let value = entry.node.span.start;
+        // a key that is read twice may have its name behind this value
+        let start = entry.name_span.start.min(value);
+        let first_line = value..value + rest[value..].find('\n').unwrap_or(rest.len() - value);
+        let line = 1 + rest[..error.line].matches('\n').count();
+        let message = format!(
+            "{} with an error or without its end: {} (line {line})",
+            entry.node.value.type_name(),
+            error.message
+        );
+        unclosed.push(SyntaxError { line: line_start(&rest, start), span: first_line, message });
+        let end = next_key(&rest, value);
+        // blanks of the same number of bytes, so that all places stay
+        let blank: String = rest[start..end].bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect();
+        rest.replace_range(start..end, &blank);
+    }
+    None
+}
+
+/// The entry whose value begins on an earlier line and contains the line at `line`, which has a syntax error: an array or a string without
+/// its end has swallowed other keys.
+fn swallower(entries: &[Entry], line: usize) -> Option<&Entry> {
+    entries.iter().find_map(|entry| match &entry.node.value {
+        // the span of a table is its header, or that of an inline table
+        Value::Table(inner) => swallower(inner, line),
+        Value::Array(items) => {
+            let inner = items.iter().filter_map(|item| item.value.as_table());
+            inner.into_iter().find_map(|table| swallower(table, line)).or_else(|| contains(entry, line))
+        }
+        _ => contains(entry, line),
+    })
+}
+
+fn contains(entry: &Entry, line: usize) -> Option<&Entry> {
+    let span = &entry.node.span;
+    (span.start < line && line <= span.end).then_some(entry)
+}
+
+/// Start of the first line behind that of `at` which looks like a key or the header of a table; the end of the text without one.
+fn next_key(text: &str, at: usize) -> usize {
+    let mut start = at;
+    while let Some(newline) = text[start..].find('\n') {
+        start += newline + 1;
+        let line = text[start..].lines().next().unwrap_or_default().trim();
+        let is_word =
+            |name: &str| !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_-.\"'[] ".contains(c));
+        let is_header = line.starts_with('[')
+            && line.trim_start_matches('[').starts_with(|c: char| c.is_alphabetic() || "_\"'".contains(c))
+            && !line.ends_with(',');
+        if is_header || line.split_once('=').is_some_and(|(name, _)| is_word(name.trim())) {
+            return start;
+        }
+    }
+    text.len()
 }
 
 fn root(table: &Spanned<DeTable<'_>>) -> Node {
@@ -128,26 +221,6 @@ fn root(table: &Spanned<DeTable<'_>>) -> Node {
 
 fn line_start(text: &str, at: usize) -> usize {
     text.get(..at).and_then(|before| before.rfind('\n')).map_or(0, |newline| newline + 1)
-}
-
-/// Whether a value that begins on an earlier line contains the line at `line`, which has a syntax error: an array or a string without
-/// its end has swallowed other keys.
-fn swallows(node: &Node, line: usize) -> bool {
-    match &node.value {
-        // the span of a table is its header, or that of an inline table
-        Value::Table(entries) => entries.iter().any(|entry| swallows(&entry.node, line)),
-        Value::Array(items) if items.iter().any(|item| swallows(item, line)) => true,
-        _ => node.span.start < line && line <= node.span.end,
-    }
-}
-
-fn report(error: &Error, problems: &mut Collector<'_>) {
-    let span = error.span().unwrap_or(0..0);
-    let at = match problems.excerpt(span.clone()).trim() {
-        "" => String::new(),
-        piece => format!(" at `{piece}`"),
-    };
-    problems.add(span, "", format!("not valid TOML: {}{at}", error.message().trim_end().replace('\n', ", ")));
 }
 
 fn entries(table: &DeTable<'_>) -> Vec<Entry> {
@@ -185,6 +258,7 @@ fn convert(value: &DeValue<'_>) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn tables_keep_the_order_and_places_of_the_file() {
@@ -225,11 +299,64 @@ mod tests {
     }
 
     #[test]
-    fn an_array_or_string_without_an_end_hides_what_follows() {
-        for text in ["a = [[1, 2], [3, 4]\nb = 2\nc = = 3\n", "a = '''x\nb = 2\nc = = 3\n", &"x\n".repeat(20)] {
-            assert_eq!(parse_toml("f", text).unwrap_err().list.len(), 1, "{text}");
+    fn an_array_or_string_without_an_end_hides_nothing() {
+        for text in [
+            "a = [[1, 2], [3, 4]\nb = 2\nc = = 3\n",
+            "a = '''x\nb = 2\nc = = 3\n",
+            "a = [\n  1,\n  2 3,\n]\nb = 2\nc = = 3\n",
+        ] {
+            let (root, problems) = parse_toml("f", text).unwrap_or_else(|problems| panic!("{text}: {problems}"));
+            let names: Vec<&str> = root.value.as_table().unwrap().iter().map(|entry| entry.name.as_str()).collect();
+            assert!(names.contains(&"b") && !names.contains(&"a"), "{text}: {names:?}");
+            let found = problems.into_problems();
+            let lines: Vec<usize> = found.list.iter().map(|problem| problem.line).collect();
+            assert_eq!(lines, [1, 1 + text[..text.find("c =").unwrap()].matches('\n').count()], "{text}: {found}");
+            assert!(found.list[0].message.contains("without its end"), "{found}");
+        }
+        assert_eq!(parse_toml("f", &"x\n".repeat(20)).unwrap_err().list.len(), 1);
+        assert_eq!(parse_toml("f", &"x = [\n".repeat(20)).unwrap_err().list.len(), 1);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// Pieces of TOML in any order: read or refused, with all places within the text.
+        #[test]
+        fn any_text_is_a_tree_or_refused(pieces in prop::collection::vec(prop::sample::select(PIECES.to_vec()), 0..24)) {
+            let text = pieces.concat();
+            let problems = read(&text);
+            prop_assert!(problems.list.iter().all(|problem| problem.span.end <= text.len()), "{problems}");
         }
     }
+
+    const PIECES: [&str; 26] = [
+        "\n",
+        "\n",
+        "\n",
+        "a",
+        "b",
+        "[",
+        "]",
+        "[[",
+        "]]",
+        " = ",
+        "=",
+        "1",
+        "\"x",
+        "\"",
+        "'''",
+        "\"\"\"",
+        "{",
+        "}",
+        ",",
+        ".",
+        "#",
+        "[[a]]\n",
+        "[a.b]\n",
+        "b = [1\n",
+        "a.b = 2\n",
+        "ä = 1\n",
+    ];
 
     #[test]
     fn duplicate_keys_deep_nesting_and_large_files_are_refused() {
