@@ -1,5 +1,6 @@
 //! What comparing two tables gives.
 
+use super::circle;
 use crate::estimate::figures::{Figures, Method};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
@@ -201,7 +202,7 @@ pub struct Difference {
     pub mean_b: Option<f64>,
     /// Mean of B - A.
     pub mean: Interval,
-    /// Largest |B - A| over the root mean square of A; `None` where all A are 0 or nothing moved.
+    /// Largest |B - A| over the root mean square of A, of angles over half a turn; `None` where all A are 0 or nothing moved.
     pub relative: Option<f64>,
     /// The pairs that moved farthest, the farthest first.
     pub largest_changes: Vec<PairChange>,
@@ -222,10 +223,10 @@ pub struct PairChange {
 }
 
 impl PairChange {
-    /// B - A.
+    /// B - A, in the unit of the column; of angles the short way round.
     #[must_use]
-    pub fn difference(&self) -> Option<f64> {
-        Some(self.value_b? - self.value_a?)
+    pub fn difference(&self, unit: &str) -> Option<f64> {
+        Some(circle::difference(unit, self.value_a?, self.value_b?))
     }
 }
 

@@ -15,6 +15,7 @@
 
 mod apart;
 mod asked;
+mod circle;
 mod draw;
 mod error;
 mod found;

@@ -5,6 +5,7 @@
 //! d = B - A,   mean d with Student's t: of pairs, of points where several pairs are of one, of replicates
 //! ```
 
+use super::circle::{self, is_angle};
 use super::draw::Clusters;
 use super::found::{Difference, Interval, Judged, Pair, PairChange, WordChange};
 use super::load::Words;
@@ -15,6 +16,7 @@ use crate::estimate::known::Values;
 use crate::estimate::mean::mean;
 use crate::tables::ColumnHead;
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 /// Pairs that are shown as the farthest, and with a value in one alone.
 const SHOWN: usize = 5;
@@ -67,7 +69,7 @@ impl Farthest {
 pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Difference {
     let mut values = Values::default();
     let (mut same, mut empty, mut only_in_a, mut only_in_b) = (0, 0, 0, 0);
-    let (mut sum_a, mut sum_b, mut squares) = (Sum::default(), Sum::default(), Sum::default());
+    let (mut mean_a, mut mean_b, mut squares) = (circle::Mean::default(), circle::Mean::default(), Sum::default());
     let (mut farthest, mut one_sided) = (Farthest::default(), Vec::new());
     for (at, &(row_a, row_b)) in pairs.rows.iter().enumerate() {
         let (of_a, of_b) = (a[row_a], b[row_b]);
@@ -80,13 +82,13 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
             }
             continue;
         }
-        let moved = of_b - of_a;
+        let moved = circle::difference(&head.unit, of_a, of_b);
         same += u64::from(moved == 0.0);
         if moved != 0.0 {
             farthest.see(moved.abs(), at, SHOWN);
         }
-        sum_a.add(of_a);
-        sum_b.add(of_b);
+        mean_a.add(&head.unit, of_a);
+        mean_b.add(&head.unit, of_b);
         squares.add(of_a * of_a);
         values.point.push(pairs.clusters.cluster(at));
         values.low.push(moved);
@@ -96,7 +98,8 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
     let scheme = pairs.clusters.narrowed(&mut values.point);
     let found = mean(&values, &scheme, |cluster| cluster, 1.0 - CONFIDENCE);
     let largest = farthest.0.first().map(|(moved, _)| *moved);
-    let size = libm::sqrt(squares.value() / count);
+    // an angle has no size: half a turn is the farthest
+    let size = if is_angle(&head.unit) { PI } else { libm::sqrt(squares.value() / count) };
     let largest_changes = farthest.0.iter().map(|&(_, at)| {
         let (row_a, row_b) = pairs.rows[at];
         pairs.change(at, a[row_a], b[row_b])
@@ -109,8 +112,8 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
         empty,
         only_in_a,
         only_in_b,
-        mean_a: finite(sum_a.value() / count),
-        mean_b: finite(sum_b.value() / count),
+        mean_a: finite(mean_a.value(&head.unit)),
+        mean_b: finite(mean_b.value(&head.unit)),
         mean: Interval::of(found),
         relative: largest.and_then(|largest| finite(largest / size)),
         largest_changes: largest_changes.collect(),
@@ -190,7 +193,7 @@ mod tests {
         assert_eq!((found.pairs, found.same, found.empty, found.only_in_a, found.only_in_b), (3, 1, 1, 1, 1));
         assert_eq!(found.mean.estimate, Some(-0.5));
         let largest_changes: Vec<(u64, Option<f64>)> =
-            found.largest_changes.iter().map(|one| (one.pair.a, one.difference())).collect();
+            found.largest_changes.iter().map(|one| (one.pair.a, one.difference(""))).collect();
         assert_eq!(largest_changes, [(4, Some(-2.0)), (5, Some(0.5))]);
         let sided: Vec<u64> = found.one_sided.iter().map(|one| one.pair.a).collect();
         assert_eq!(sided, [2, 3]);
@@ -198,6 +201,22 @@ mod tests {
         let half = 0.95 * libm::sqrt(2.0 / (4.0 * 0.975 * 0.025)) * libm::sqrt(1.75 / 3.0);
         let (low, high) = (found.mean.low.expect("three"), found.mean.high.expect("three"));
         assert!((low + 0.5 + half).abs() < 1e-12 && (high + 0.5 - half).abs() < 1e-12, "{low} {high} {half}");
+    }
+
+    #[test]
+    fn angles_are_compared_on_the_circle() {
+        let (a, b) = ([3.1, -3.0, 1.0], [-3.1, 3.1, 1.0]);
+        let (rows, samples): (Vec<_>, Vec<u64>) = ((0..3).map(|row| (row, row)).collect(), (0..3).collect());
+        let clusters = Draw::whole(Scheme::Independent, 1, vec![0; 3]).clusters(samples.iter().copied());
+        let pairs = Pairs { rows: &rows, samples: (&samples, &samples), clusters: &clusters };
+        let found = difference(&ColumnHead { unit: "rad".into(), ..head() }, &a, &b, &pairs);
+        let movers: Vec<(u64, f64)> =
+            found.largest_changes.iter().map(|one| (one.pair.a, one.difference("rad").expect("both"))).collect();
+        let turn = std::f64::consts::TAU;
+        assert_eq!(movers.iter().map(|one| one.0).collect::<Vec<_>>(), [1, 0]);
+        assert!((movers[0].1 + turn - 6.1).abs() < 1e-12 && (movers[1].1 - turn + 6.2).abs() < 1e-12, "{movers:?}");
+        assert!((found.mean.estimate.expect("three") + 0.1 / 3.0).abs() < 1e-12, "{:?}", found.mean);
+        assert!((found.relative.expect("moved") - (turn - 6.1) / PI).abs() < 1e-12);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A comparison in words.
 
+use super::circle::is_angle;
 use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Pair, PairChange};
 use super::paired::is_reached;
 use crate::ask::{counted, percent_given};
@@ -220,7 +221,9 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
                 value(one.mean_a, &one.unit),
                 one.mean.estimate.map_or("none".to_owned(), |mean| signed(mean, &one.unit)),
                 interval(&one.mean, &one.unit),
-                farthest.and_then(PairChange::difference).map_or(String::new(), |apart| signed(apart, &one.unit)),
+                farthest
+                    .and_then(|change| change.difference(&one.unit))
+                    .map_or(String::new(), |apart| signed(apart, &one.unit)),
                 farthest.map_or(String::new(), |change| change.pair.a.to_string()),
             ]);
         }
@@ -338,10 +341,14 @@ fn intervals_of(one: &Apart) -> impl Iterator<Item = (&str, &Interval)> {
 /// "123 N in A, 124 N in B (+1 N, +0.8 %)".
 fn both(change: &PairChange, unit: &str) -> String {
     let mut text = format!("{} in A, {} in B", value(change.value_a, unit), value(change.value_b, unit));
-    if let (Some(apart), Some(a)) = (change.difference(), change.value_a) {
+    if let (Some(apart), Some(a)) = (change.difference(unit), change.value_a) {
         text.push_str(&format!(" ({}", signed(apart, unit)));
         let part = 100.0 * apart / a.abs();
-        text.push_str(&if part.is_finite() { format!(", {} %)", signed(part, "")) } else { ")".to_owned() });
+        text.push_str(&if part.is_finite() && !is_angle(unit) {
+            format!(", {} %)", signed(part, ""))
+        } else {
+            ")".to_owned()
+        });
     }
     text
 }

@@ -6,6 +6,7 @@
 //! A decimal has no exact double, so what is at the bound as it is written may come out an ulp beyond: a part of 1e-9 of what is allowed is
 //! left to that. A tolerance of 0 leaves nothing: bits have to be the same.
 
+use super::circle::{difference, is_angle};
 use crate::tables::{ColumnHead, HeadKind};
 use bladeoff_text::document::units::parse_bare_or_quantity;
 use bladeoff_text::document::{cut, nearest};
@@ -50,6 +51,8 @@ pub(super) struct Tolerance {
     /// Its column.
     pub column: String,
     limit: Limit,
+    /// Unit of the column.
+    unit: String,
 }
 
 impl Tolerance {
@@ -64,6 +67,9 @@ impl Tolerance {
             return Err(format!("it says no value; such as \"{name} 1 %\""));
         }
         let limit = match value.strip_suffix('%') {
+            Some(_) if is_angle(&head.unit) => {
+                return Err(format!("a share of an angle has no meaning; such as \"{name} 5 deg\""));
+            }
             Some(number) => Limit::Share(plain(number.trim())? / 100.0),
             None => Limit::Absolute(amount(value, head)?),
         };
@@ -71,7 +77,7 @@ impl Tolerance {
         if number < 0.0 {
             return Err("a tolerance is 0 or more".to_owned());
         }
-        Ok(Self { text: text.to_owned(), column: head.name.clone(), limit })
+        Ok(Self { text: text.to_owned(), column: head.name.clone(), limit, unit: head.unit.clone() })
     }
 
     /// What may be between a value of A and one of B.
@@ -84,7 +90,7 @@ impl Tolerance {
 
     /// Whether a value of B is near enough to one of A; how many times as far as allowed.
     pub fn judge(&self, a: f64, b: f64) -> (bool, f64) {
-        let (apart, allowed) = ((b - a).abs(), self.allowed(a));
+        let (apart, allowed) = (difference(&self.unit, a, b).abs(), self.allowed(a));
         let is_within = apart <= allowed * (1.0 + ROUNDING);
         (is_within, if apart == 0.0 { 0.0 } else { apart / allowed })
     }
@@ -154,6 +160,7 @@ mod tests {
             head("load_N", "N", HeadKind::Numbers),
             head("g", "", HeadKind::Numbers),
             head("odd", "furlong", HeadKind::Numbers),
+            head("place_rad", "rad", HeadKind::Numbers),
             head("end_cause", "", HeadKind::Words),
         ];
         let inputs = [head("gap_m", "m", HeadKind::Numbers)];
@@ -190,11 +197,19 @@ mod tests {
             ("gap_m 1 mm", "is an input"),
             ("old 1", "B has no column old"),
             ("new 1", "A has no column new"),
+            ("place_rad 1 %", "such as \"place_rad 5 deg\""),
             ("odd 3 m", "a bare number in furlong"),
         ] {
             let why = read(text).expect_err(text);
             assert!(why.contains(told), "{text}: {why}");
         }
+    }
+
+    #[test]
+    fn a_tolerance_of_an_angle_holds_across_the_cut() {
+        let few = read("place_rad 5 deg").expect("an angle");
+        assert!(few.judge(3.1, -3.1).0 && few.judge(-3.12, 3.12).0);
+        assert!(!few.judge(3.0, -3.1).0 && !few.judge(0.0, 0.1).0);
     }
 
     #[test]

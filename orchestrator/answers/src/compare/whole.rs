@@ -2,6 +2,7 @@
 
 use super::apart::{Rest, apart};
 use super::asked::{Asked, Source};
+use super::circle::{is_angle, unwrapped};
 use super::draw::{Clusters, Draw};
 use super::error::CompareError;
 use super::found::{Change, Compared, Inputs, Judged, Matched, Pair, SCHEMA, Sided, Statuses};
@@ -151,7 +152,10 @@ impl Work<'_> {
                 match (cells_a, cells_b) {
                     (Loaded::Numbers(a), Loaded::Numbers(b)) => {
                         found.paired.push(difference(head, a, b, pairs));
-                        if has_rests {
+                        if has_rests && is_angle(&head.unit) {
+                            let [a, b] = unwrapped(&head.unit, a, b);
+                            found.apart.push(apart(head, (&a, &rest_a), (&b, &rest_b)));
+                        } else if has_rests {
                             found.apart.push(apart(head, (a, &rest_a), (b, &rest_b)));
                         }
                         for (place, tolerance) in judged.iter_mut().zip(&self.names.tolerances) {
