@@ -272,12 +272,26 @@ fn a_table_that_the_run_may_leave_is_rejected() {
         MachineDef::parse("test.toml", &text).expect_err("a problem").to_string()
     };
     let low = problem("[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 99\n", "", "");
-    assert!(low.contains("the table begins at 954.93 rpm, the run may fall to run.end_speed = 945.38 rpm"), "{low}");
+    assert_eq!(
+        low.split_once(": ").map(|(_, rest)| rest),
+        Some(
+            "run.end_speed = 99: the run may fall below the table of rotor.bearings.left, which begins at 954.93 rpm; allowed: at least \
+             954.93 rpm, or a table from 945.38 rpm"
+        )
+    );
     let high = problem("[rotor]\ninitial_speed = 670\n[run]\nend_time = 1\nend_speed = 100\n", "", "");
-    assert!(high.contains("the table ends at 6684.51 rpm, the run reaches 6398.03 rpm"), "{high}");
+    assert_eq!(
+        high.split_once(": ").map(|(_, rest)| rest),
+        Some(
+            "rotor.initial_speed = 670: the table of rotor.bearings.left ends at 6684.51 rpm, below 6717.93 rpm, which is 1.05 times the \
+             largest speed of the run, 6398.03 rpm; allowed: at most 6366.2 rpm, or a table up to 6717.93 rpm"
+        )
+    );
     let law =
         "[rotor]\ninitial_speed = 350\n[rotor.speed_law]\nacceleration = 400\n[run]\nend_time = 1\nend_speed = 100\n";
-    assert!(problem(law, "", "").contains("the run reaches 7161.97 rpm"));
+    let law = problem(law, "", "");
+    assert!(law.contains("rotor.speed_law.acceleration = 400: the table of rotor.bearings.left ends at"), "{law}");
+    assert!(law.contains("the largest speed of the run, 7161.97 rpm"), "{law}");
     let descending = problem(AT_CONSTANT_SPEED, "[100, 200, 300,", "[100, 300, 200,");
     assert!(descending.contains("not a list of ascending speeds"), "{descending}");
     let short = problem(AT_CONSTANT_SPEED, "kyy = [5e7, ", "kyy = [");

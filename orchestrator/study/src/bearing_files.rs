@@ -11,9 +11,10 @@
 //! So the lines of the file keep their numbers, and all that follows knows one form of a table: results, workers and a replay need no further file, and the
 //! identity of the machine contains the content of the file.
 
-use crate::csv::Csv;
+use crate::csv::{Cell, Csv};
 use crate::input::read_input;
-use bladeoff_text::document::units::parse_quantity;
+use crate::kind::{FileKind, kind_of};
+use bladeoff_text::document::units::{format_digits, parse_quantity};
 use bladeoff_text::document::{Collector, Entry, Problems, Value, cut, parse_toml};
 use std::fmt::Write;
 use std::ops::Range;
@@ -21,6 +22,8 @@ use std::path::{Component, Path};
 
 /// Largest file of a table.
 const MOST_BYTES: u64 = 1 << 20;
+/// Most rows, as of the lists in a machine file.
+const MOST_ROWS: usize = 10_000;
 /// Names of the column of speeds, and key of the list.
 const SPEEDS: ([&str; 2], &str) = (["speed", "frequency"], "speeds");
 /// Columns of coefficients, whose lists have the same names.
@@ -37,7 +40,7 @@ pub fn with_tables(path: &Path, text: String) -> Result<String, Problems> {
     if !problems.is_empty() {
         return Ok(text);
     }
-    let mut lists = Vec::new();
+    let (mut lists, mut in_table) = (Vec::new(), None);
     for bearing in named(document.value.as_table().unwrap_or_default(), &["rotor", "bearings"]) {
         let entries = bearing.node.value.as_table().unwrap_or_default();
         let Some(entry) = entries.iter().find(|entry| entry.name == "table") else { continue };
@@ -52,12 +55,21 @@ pub fn with_tables(path: &Path, text: String) -> Result<String, Problems> {
         if entries.iter().any(|entry| entry.name == "coefficients") {
             let problem = problems.add(entry.node.span.clone(), key, "the bearing has a table of its own");
             problem.allowed = Some("table = \"FILE.csv\", or [rotor.bearings.NAME.coefficients]".to_owned());
-        } else if let Some(block) = read_table(path, name, entry, &key, &mut problems) {
-            lists.push((entry.name_span.start..entry.node.span.end, bearing.name.clone(), block));
+        } else {
+            match read_table(path, name, entry, &key, &mut problems) {
+                Some(Ok(block)) => {
+                    lists.push((entry.name_span.start..entry.node.span.end, bearing.name.clone(), block));
+                }
+                Some(Err(problems)) => in_table = in_table.or(Some(problems)),
+                None => {}
+            }
         }
     }
     problems.finish()?;
-    Ok(replaced(text, lists))
+    match in_table {
+        Some(problems) => Err(problems),
+        None => Ok(replaced(text, lists)),
+    }
 }
 
 /// The entries of a table within tables.
@@ -79,8 +91,14 @@ fn replaced(mut text: String, lists: Vec<(Range<usize>, String, String)>) -> Str
     text
 }
 
-/// The lists of one file.
-fn read_table(machine: &Path, name: &str, entry: &Entry, key: &str, problems: &mut Collector<'_>) -> Option<String> {
+/// The lists of one file, or the problems in it; `None`: a problem of its name was added.
+fn read_table(
+    machine: &Path,
+    name: &str,
+    entry: &Entry,
+    key: &str,
+    problems: &mut Collector<'_>,
+) -> Option<Result<String, Problems>> {
     let span = entry.node.span.clone();
     let mut fail = |message: String, allowed: &str| {
         let problem = problems.add(span.clone(), key, message);
@@ -103,25 +121,19 @@ fn read_table(machine: &Path, name: &str, entry: &Entry, key: &str, problems: &m
             return None;
         }
     };
-    match lists(&text) {
-        Ok(lists) => Some(lists),
-        Err(NotATable { line, message }) => {
-            fail(
-                format!("line {line}: {message}"),
-                "columns speed, kxx, kyy and further coefficients, a row for each speed",
-            );
-            None
-        }
+    if kind_of(&text) == Some(FileKind::Ross) {
+        fail(
+            "is a file saved by ROSS; write the arrays frequency, kxx, kyy, cxx, ... of its bearing as columns of a CSV file".to_owned(),
+            ALLOWED,
+        );
+        return None;
     }
+    let named_by = format!("table of {}", key.trim_end_matches(".table"));
+    Some(lists(&file.to_string_lossy(), &text, &named_by))
 }
 
-/// Why a file is no table.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}: {message}")]
-struct NotATable {
-    line: usize,
-    message: String,
-}
+/// Contents of the file of a table, in words.
+const ALLOWED: &str = "a CSV file with the columns speed, kxx, kyy and further coefficients, a row for each speed";
 
 /// One column that is read: its key, its place in a row, its unit and its numbers.
 struct Column {
@@ -131,50 +143,26 @@ struct Column {
     numbers: Vec<f64>,
 }
 
-/// The lists of a file as TOML.
-fn lists(text: &str) -> Result<String, NotATable> {
-    let line_of = |at: usize| 1 + text[..at].matches('\n').count();
-    let mut problems = Collector::new("", text);
-    let no_header = || NotATable { line: 1, message: "no header with the column kxx".to_owned() };
-    let csv = Csv::new(text, &mut problems).ok_or_else(no_header)?;
-    let mut columns: Vec<Column> = Vec::new();
-    let (mut rows, mut width) = (0, 0);
-    for line in csv.lines() {
-        let number = line_of(line.start);
-        let cells: Vec<String> = csv.header(line).into_iter().map(|cell| cell.text.trim().to_owned()).collect();
-        if columns.is_empty() {
-            columns = header(&cells).map_err(|message| NotATable { line: number, message })?;
-            width = cells.len();
-            continue;
-        }
-        // a decimal comma between commas makes two cells of one
-        if cells.len() > width {
-            let message = format!("{} cells, the header has {width}", cells.len());
-            return Err(NotATable { line: number, message });
-        }
-        if rows == 0 && is_units(&columns, &cells) {
-            for column in &mut columns {
-                let unit = cells.get(column.place).filter(|unit| !unit.is_empty()).cloned();
-                if let (Some(in_header), Some(unit)) = (&column.unit, &unit)
-                    && in_header != unit
-                {
-                    let message = format!("{} is in {in_header} by the header and in {unit} here", column.key);
-                    return Err(NotATable { line: number, message });
-                }
-                column.unit = unit.or(column.unit.take());
-            }
-            continue;
-        }
-        rows += 1;
-        for column in &mut columns {
-            let cell = cells.get(column.place).map_or("", String::as_str);
-            let value = value(column, cell).map_err(|message| NotATable { line: number, message })?;
-            column.numbers.push(value);
-        }
+/// Problems of a table, each at its cell.
+struct TableProblems<'a> {
+    found: Collector<'a>,
+    named_by: &'a str,
+}
+
+impl TableProblems<'_> {
+    fn add(&mut self, span: Range<usize>, key: &str, message: &str, allowed: impl Into<String>) {
+        let value = self.found.excerpt(span.clone());
+        let problem = self.found.add(span, key, format!("{message} ({})", self.named_by));
+        problem.value = Some(value).filter(|value| !key.is_empty() && !value.is_empty());
+        problem.allowed = Some(allowed.into());
     }
-    if columns.is_empty() {
-        return Err(no_header());
-    }
+}
+
+/// The lists of a file as TOML; all problems at once.
+fn lists(file: &str, text: &str, named_by: &str) -> Result<String, Problems> {
+    let mut problems = TableProblems { found: Collector::new(file, text), named_by };
+    let columns = columns(text, &mut problems);
+    problems.found.finish()?;
     let mut block = String::new();
     for Column { key, numbers, .. } in columns {
         let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
@@ -183,41 +171,117 @@ fn lists(text: &str) -> Result<String, NotATable> {
     Ok(block)
 }
 
+/// The columns of a file with their numbers. Incomplete where a problem was added.
+fn columns(text: &str, problems: &mut TableProblems<'_>) -> Vec<Column> {
+    let Some(csv) = Csv::new(text, &mut problems.found) else { return Vec::new() };
+    let mut columns: Vec<Column> = Vec::new();
+    let (mut rows, mut width, mut end) = (0, 0, 0..0);
+    for line in csv.lines() {
+        end = line.clone();
+        let cells = csv.header(line.clone());
+        if columns.is_empty() {
+            columns = header(&line, &cells, problems);
+            width = cells.len();
+            if !problems.found.is_empty() {
+                return columns;
+            }
+            continue;
+        }
+        // a decimal comma between commas makes two cells of one
+        if cells.len() > width {
+            problems.add(line, "", &format!("{} cells, the header has {width}", cells.len()), format!("{width} cells"));
+            continue;
+        }
+        if rows == 0 && is_units(&columns, &cells) {
+            take_units(&mut columns, &cells, problems);
+            continue;
+        }
+        rows += 1;
+        for column in &mut columns {
+            let at = cells.get(column.place).map_or(line.end..line.end, |cell| cell.span.clone());
+            let cell = cells.get(column.place).map_or("", |cell| cell.text.trim());
+            match value(column, cell) {
+                Ok(value) => {
+                    let before = column.numbers.last().filter(|before| column.key == SPEEDS.1 && value <= **before);
+                    if before.is_some() {
+                        problems.add(at, column.key, "not above the speed of the row before", "ascending speeds");
+                    }
+                    column.numbers.push(value);
+                }
+                Err((message, allowed)) => problems.add(at, column.key, &message, allowed),
+            }
+        }
+    }
+    if columns.is_empty() {
+        problems.add(0..text.len().min(1), "", "no header with the column kxx", ALLOWED);
+    } else if !(2..=MOST_ROWS).contains(&rows) {
+        let message = format!("the table has {}", counted(rows));
+        problems.add(end, "", &message, format!("2 to {MOST_ROWS} rows of numbers below the header"));
+    }
+    columns
+}
+
+fn counted(rows: usize) -> String {
+    if rows == 1 { "1 row of numbers".to_owned() } else { format!("{rows} rows of numbers") }
+}
+
+/// The units of a row below the header.
+fn take_units(columns: &mut [Column], cells: &[Cell<'_>], problems: &mut TableProblems<'_>) {
+    for column in columns {
+        let Some(cell) = cells.get(column.place) else { continue };
+        let unit = Some(cell.text.trim().to_owned()).filter(|unit| !unit.is_empty());
+        if let (Some(in_header), Some(unit)) = (&column.unit, &unit)
+            && in_header != unit
+        {
+            let message = format!("is in {in_header} by the header and in {unit} here");
+            problems.add(cell.span.clone(), column.key, &message, "one unit");
+        }
+        column.unit = unit.or(column.unit.take());
+    }
+}
+
 /// The columns that are read, by a header; none of a line before it.
-fn header(cells: &[String]) -> Result<Vec<Column>, String> {
+fn header(line: &Range<usize>, cells: &[Cell<'_>], problems: &mut TableProblems<'_>) -> Vec<Column> {
     let parts: Vec<(String, Option<String>)> = cells
         .iter()
-        .map(|cell| match cell.split_once('[') {
+        .map(|cell| match cell.text.trim().split_once('[') {
             Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim_end_matches(']').trim().to_owned())),
-            None => (cell.to_lowercase(), None),
+            None => (cell.text.trim().to_lowercase(), None),
         })
         .collect();
-    if !parts.iter().any(|(name, _)| name == "kxx") {
-        return Ok(Vec::new());
-    }
     let mut columns: Vec<Column> = Vec::new();
+    if !parts.iter().any(|(name, _)| name == "kxx") {
+        return columns;
+    }
     for (place, (name, unit)) in parts.into_iter().enumerate() {
+        let span = cells[place].span.clone();
         let key = if SPEEDS.0.contains(&name.as_str()) {
             SPEEDS.1
         } else if let Some(key) = COEFFICIENTS.into_iter().find(|key| *key == name) {
             key
         } else if is_like_a_coefficient(&name) {
-            return Err(format!(
-                "the column {name:?} is none of {}; a unit is in square brackets",
-                COEFFICIENTS.join(", ")
-            ));
+            let allowed = format!("{}; a unit is in square brackets", COEFFICIENTS.join(", "));
+            problems.add(span, "header", "not the name of a coefficient", allowed);
+            continue;
         } else {
             continue;
         };
         if columns.iter().any(|column| column.key == key) {
-            return Err(format!("two columns for {key}"));
+            problems.add(span, "header", &format!("a second column for {key}"), "one column");
+            continue;
         }
-        columns.push(Column { key, place, unit, numbers: Vec::new() });
+        let column = Column { key, place, unit, numbers: Vec::new() };
+        if let Err((message, allowed)) = value(&column, "0") {
+            problems.add(span, "header", &message, allowed);
+        }
+        columns.push(column);
     }
-    if columns.iter().all(|column| column.key != SPEEDS.1) {
-        return Err("no column speed or frequency".to_owned());
+    for (key, name) in [(SPEEDS.1, "speed or frequency"), ("kyy", "kyy")] {
+        if columns.iter().all(|column| column.key != key) {
+            problems.add(line.clone(), "", &format!("no column {name}"), ALLOWED);
+        }
     }
-    Ok(columns)
+    columns
 }
 
 /// Whether the name of a column reads like a coefficient with another spelling: `c_xx`, `cxxx`, `cxx(n s/m)`.
@@ -228,27 +292,35 @@ fn is_like_a_coefficient(name: &str) -> bool {
 }
 
 /// Whether a row has units instead of numbers.
-fn is_units(columns: &[Column], cells: &[String]) -> bool {
-    columns.iter().all(|column| {
-        cells.get(column.place).is_some_and(|cell| !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)))
-    }) && columns.iter().any(|column| cells.get(column.place).is_some_and(|cell| !cell.is_empty()))
+fn is_units(columns: &[Column], cells: &[Cell<'_>]) -> bool {
+    let is_number = |cell: &str| cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    columns.iter().all(|column| cells.get(column.place).is_some_and(|cell| !is_number(cell.text.trim())))
+        && columns.iter().any(|column| cells.get(column.place).is_some_and(|cell| !cell.text.trim().is_empty()))
 }
 
-/// A number of a column in SI.
-fn value(column: &Column, cell: &str) -> Result<f64, String> {
-    let unit = match column.key.as_bytes()[0] {
-        b's' => "rad/s",
-        b'k' => "N/m",
-        _ => "N s/m",
+/// A number of a column in SI, or what is wrong and what is allowed.
+fn value(column: &Column, cell: &str) -> Result<f64, (String, String)> {
+    let (unit, [least, most]) = match column.key.as_bytes()[0] {
+        b's' => ("rad/s", [0.0, 1e6]),
+        b'k' => ("N/m", [-1e18, 1e18]),
+        _ => ("N s/m", [-1e18, 1e18]),
     };
+    let allowed = || format!("a number, {} to {} {unit}", format_digits(least, "", 3), format_digits(most, "", 3));
     let number: f64 = match cell.replace(',', ".").parse() {
         Ok(number) if f64::is_finite(number) => number,
-        _ => return Err(format!("{} is no number: {cell:?}", column.key)),
+        _ if cell.is_empty() => return Err(("no value".to_owned(), allowed())),
+        _ => return Err(("not a number".to_owned(), allowed())),
     };
-    let Some(given) = &column.unit else { return Ok(number) };
-    // in tables of bearings lb is a force
-    let given = if unit == "rad/s" { given.clone() } else { given.replace("lb", "lbf").replace("lbff", "lbf") };
-    parse_quantity(&format!("{number:e} {given}"), unit).map_err(|error| format!("{}: {error}", column.key))
+    let number = match &column.unit {
+        None => number,
+        Some(given) => {
+            // in tables of bearings lb is a force
+            let given = if unit == "rad/s" { given.clone() } else { given.replace("lb", "lbf").replace("lbff", "lbf") };
+            let found = parse_quantity(&format!("{number:e} {given}"), unit);
+            found.map_err(|error| (error.to_string(), format!("{unit}, or a unit of the same kind")))?
+        }
+    };
+    if (least..=most).contains(&number) { Ok(number) } else { Err(("out of range".to_owned(), allowed())) }
 }
 
 #[cfg(test)]
@@ -309,14 +381,38 @@ mod tests {
             assert!(found.contains("leads out of the directory"), "{found}");
         }
         for (content, message) in [
-            ("a,b\n1,2\n", "no header with the column kxx"),
-            ("kxx,kyy\n1,2\n", "line 1: no column speed or frequency"),
-            ("speed,frequency,kxx\n1,2,3\n", "line 1: two columns for speeds"),
-            ("speed,kxx\n1,2\n\n3,x\n", "line 4: kxx is no number: \"x\""),
-            ("speed,kxx [kg]\n1,2\n", "line 2: kxx: "),
+            ("a,b\n1,2\n", "one.csv:1:1: no header with the column kxx (table of rotor.bearings.one)"),
+            ("kxx,kyy\n1,2\n", "one.csv:1:1: no column speed or frequency"),
+            ("speed,kxx\n1,2\n", "one.csv:1:1: no column kyy"),
+            ("speed,frequency,kxx,kyy\n1,2,3\n", "one.csv:1:7: header = frequency: a second column for speeds"),
+            (
+                "speed,kxx,kyy\n1,2,3\n\n3,x,3\n",
+                "one.csv:4:3: kxx = x: not a number (table of rotor.bearings.one); allowed: a number, -1e18 to 1e18 N/m",
+            ),
+            ("speed,kxx,kyy\n1,2,3\n2,3,\n", "one.csv:3:5: kyy: no value"),
+            ("speed,kxx,kyy\n1,2,3\n2,3\n", "one.csv:3:4: kyy: no value"),
+            ("speed,kxx,kyy\n1,2,1e300\n2,3,4\n", "one.csv:2:5: kyy = 1e300: out of range"),
+            ("speed,kxx,kyy\n2,2,3\n1,3,4\n", "one.csv:3:1: speeds = 1: not above the speed of the row before"),
+            ("speed,kxx [kg],kyy\n1,2,3\n", "one.csv:1:7: header = kxx [kg]: "),
+            ("speed,kxx,kyy\n", "one.csv:1:1: the table has 0 rows of numbers"),
+            ("speed,kxx,kyy\n1,2,3\n", "one.csv:2:1: the table has 1 row of numbers"),
         ] {
             std::fs::write(directory.path().join("tables/one.csv"), content).expect("written");
             assert!(problem(MACHINE).contains(message), "{content}: {}", problem(MACHINE));
+        }
+        // all problems of a file at once
+        std::fs::write(directory.path().join("tables/one.csv"), "speed,kxx,kyy\n1,x,3\n0,3,y\n").expect("written");
+        assert_eq!(problem(MACHINE).lines().count(), 3, "{}", problem(MACHINE));
+        for ross in [
+            "[\"BearingElement_Bearing 0\"]\nn = 0\nkxx = [1e6, 2e6]\nfrequency = [0, 300]\n",
+            "{\"BearingElement_Bearing 0\": {\"n\": 0, \"kxx\": [1e6, 2e6], \"frequency\": [0, 300]}}",
+        ] {
+            std::fs::write(directory.path().join("tables/one.csv"), ross).expect("written");
+            let found = problem(MACHINE);
+            assert!(
+                found.contains("m.toml:12:9") && found.contains("is a file saved by ROSS; write the arrays"),
+                "{found}"
+            );
         }
         // a bearing in braces, two sources, and no table at all
         let braces = "[rotor.bearings]\none = { kind = \"table\", table = \"tables/one.csv\" }\n";
@@ -330,16 +426,16 @@ mod tests {
 
     #[test]
     fn what_reads_like_a_coefficient_is_never_left_out_in_silence() {
-        let message = |text: &str| lists(text).expect_err(text).to_string();
-        assert!(
-            message("speed,kxx,kyy\n0,2,5e6,2,1e6\n400,2,5e6,2,1e6\n").starts_with("line 2: 5 cells, the header has 3")
-        );
+        let message = |text: &str| lists("t.csv", text, "table of b").expect_err(text).to_string();
+        let wide = message("speed,kxx,kyy\n0,2,5e6,2,1e6\n400,2,5e6,2,1e6\n");
+        assert!(wide.starts_with("t.csv:2:1: 5 cells, the header has 3"), "{wide}");
         for name in ["c_xx", "cxxx", "Cxx(N s/m)", "K-xy"] {
             let found = message(&format!("speed,kxx,kyy,{name}\n0,1,1,1\n1,1,1,1\n"));
-            assert!(found.contains("is none of kxx, kxy"), "{name}: {found}");
+            assert!(found.contains("not the name of a coefficient"), "{name}: {found}");
         }
         let twice = message("speed [rpm],kxx,kyy\nrad/s,N/m,N/m\n0,1,1\n1,1,1\n");
-        assert!(twice.contains("speeds is in rpm by the header and in rad/s here"), "{twice}");
-        assert!(lists("speed,kxx,kyy,mxx,critical\n0,1,1,1,1\n1,1,1,1,1\n").is_ok());
+        assert!(twice.contains("is in rpm by the header and in rad/s here"), "{twice}");
+        let whole = lists("t.csv", "speed,kxx,kyy,mxx,critical\n0,1,1,1,1\n1,1,1,1,1\n", "table of b");
+        assert!(whole.is_ok());
     }
 }

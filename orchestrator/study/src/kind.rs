@@ -39,11 +39,24 @@ pub fn kind_of(text: &str) -> Option<FileKind> {
     }
 }
 
-/// Whether a text holds elements as ROSS saves them: each is a table or an object named by its class, with its left node `n`.
+/// Classes of ROSS whose objects a file has: `"BearingElement_Bearing 0"` is a table of TOML or an object of JSON.
+const ROSS: [&str; 6] =
+    ["ShaftElement_", "DiskElement_", "BearingElement_", "SealElement_", "CouplingElement_", "PointMass_"];
+
+/// Whether a text holds elements as ROSS saves them: each is a table or an object named by its class and a tag.
 fn is_of_ross(text: &str) -> bool {
-    text.contains("ShaftElement_")
-        && text.contains("odl")
-        && ["\"ShaftElement_", "'ShaftElement_", "[ShaftElement_"].iter().any(|start| text.contains(start))
+    let is_named = |(at, _): (usize, &str)| {
+        let start = text[..at].rfind(|c: char| !c.is_ascii_alphanumeric()).map_or(0, |before| before + 1);
+        let before = text[..start].trim_end_matches(['"', '\'']);
+        let line = &before[before.rfind('\n').map_or(0, |newline| newline + 1)..];
+        // a header of TOML, or the key of a JSON object
+        if line.trim() == "[" {
+            return true;
+        }
+        let rest = text[at..].split_once('"').map_or("", |(_, rest)| rest);
+        before.len() < start && before.trim_end().ends_with(['{', ',']) && rest.trim_start().starts_with(':')
+    };
+    ROSS.iter().any(|class| text.match_indices(class).any(is_named))
 }
 
 #[cfg(test)]
@@ -66,6 +79,18 @@ mod tests {
             "{\"parameters\": {}, \"ShaftElement_0\": {\"L\": 0.25, \"odl\": 0.05, \"n\": 0}}",
         ] {
             assert_eq!(kind_of(ross), Some(FileKind::Ross), "{ross}");
+        }
+        // a bearing alone, one of a film, and names of this program that are like a class
+        for ross in ["[\"BearingElement_a\"]\nn = 0\n", "[BallBearingElement_a]\nn = 0\n", "{ \"SealElement_0\" : {}}"]
+        {
+            assert_eq!(kind_of(ross), Some(FileKind::Ross), "{ross}");
+        }
+        for own in [
+            "name = \"ShaftElement_1\"\n[rotor]\n",
+            "[rotor.bearings.BearingElement_a]\n",
+            "x = [\"a\", \"DiskElement_1\"]",
+        ] {
+            assert_ne!(kind_of(own), Some(FileKind::Ross), "{own}");
         }
         for broken in ["[rotor", "name = \"lab\n[rotor]\nkind = \"beam\"\n"] {
             assert_eq!(kind_of(broken), Some(FileKind::Machine), "{broken}");

@@ -5,7 +5,7 @@ use super::reader::Reader;
 use crate::machine::bearing_table::{BearingTable, COEFFICIENTS, Interpolation};
 use bladeoff_text::document::units::format_digits;
 
-/// Largest initial speed over the highest speed of a table that a run may start with: an unbalance makes the speed swing.
+/// Least ratio of the highest speed of a table to the largest speed of a run: an unbalance makes the speed swing.
 const MARGIN: f64 = 1.05;
 /// Keys of the coefficients, and whether a table needs them.
 const KEYS: [(&str, bool); COEFFICIENTS] = [
@@ -65,7 +65,7 @@ pub(super) fn bearing_table(reader: &mut Reader<'_>, bearing: &str) -> Option<Be
     if !complete {
         return None;
     }
-    check_range(reader, &path, &speeds)?;
+    check_range(reader, bearing, &speeds)?;
     Some(BearingTable::new(speeds, values, interpolation))
 }
 
@@ -80,14 +80,15 @@ fn list(reader: &mut Reader<'_>, table: &str, key: &'static str, is_needed: bool
     Some(found)
 }
 
-/// The table covers the speeds of the run, which falls from its initial speed to its end speed.
-fn check_range(reader: &mut Reader<'_>, path: &str, speeds: &[f64]) -> Option<()> {
+/// The table covers the speeds of the run, which falls from its initial speed to its end speed. A problem is placed at the speed of the
+/// run: the lists of a table in a file of its own are not in the machine file that the user sees.
+fn check_range(reader: &mut Reader<'_>, bearing: &str, speeds: &[f64]) -> Option<()> {
     let (low, high) = (speeds[0], speeds[speeds.len() - 1]);
     let shown = |speed: f64| format_digits(speed, "rad/s", 6);
     let end = reader.number("run.end_speed")?;
     if low > end {
-        let message = format!("the table begins at {}, the run may fall to run.end_speed = {}", shown(low), shown(end));
-        reader.fail(path, message, format!("a first speed of at most {}, or a higher run.end_speed", shown(end)));
+        let message = format!("the run may fall below the table of {bearing}, which begins at {}", shown(low));
+        reader.fail("run.end_speed", message, format!("at least {}, or a table from {}", shown(low), shown(end)));
         return None;
     }
     let law = reader.list("rotor.speed_law.speeds").unwrap_or_default();
@@ -95,13 +96,21 @@ fn check_range(reader: &mut Reader<'_>, path: &str, speeds: &[f64]) -> Option<()
     let acceleration = reader.number("rotor.speed_law.acceleration").unwrap_or(0.0);
     let accelerated = initial + acceleration * reader.number("run.end_time")?;
     let largest = law.into_iter().chain([accelerated]).fold(initial, f64::max);
-    if high < MARGIN * largest {
-        let message = format!("the table ends at {}, the run reaches {}", shown(high), shown(largest));
-        reader.fail(
-            path,
-            message,
-            format!("a last speed of at least {}, 1.05 times the largest speed", shown(MARGIN * largest)),
+    let needed = MARGIN * largest;
+    if high < needed {
+        let key = match largest {
+            largest if largest == initial => "rotor.initial_speed",
+            largest if largest == accelerated => "rotor.speed_law.acceleration",
+            _ => "rotor.speed_law.speeds",
+        };
+        let message = format!(
+            "the table of {bearing} ends at {}, below {}, which is {MARGIN} times the largest speed of the run, {}",
+            shown(high),
+            shown(needed),
+            shown(largest)
         );
+        let allowed = format!("at most {}, or a table up to {}", shown(high / MARGIN), shown(needed));
+        reader.fail(key, message, allowed);
         return None;
     }
     Some(())
