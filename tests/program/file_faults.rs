@@ -112,6 +112,7 @@ fn a_damaged_list_of_shards_puts_no_chunk_aside() {
     let said: serde_json::Value = serde_json::from_str(&whole).expect("JSON");
     let digest = said["samples_blake3"].as_str().expect("a hash").to_owned();
     let basis = said["provenance"]["basis_blake3"].as_str().expect("a hash").to_owned();
+    let hash = |key: &str| said["provenance"][key].as_str().expect("a hash").to_owned();
     let other = |hash: &str| format!("{}{}", if hash.starts_with('a') { 'b' } else { 'a' }, &hash[1..]);
     for changed in [
         whole.replace("small.toml", "smell.toml"),
@@ -119,18 +120,77 @@ fn a_damaged_list_of_shards_puts_no_chunk_aside() {
         whole.replace(&basis, &other(&basis)),
         whole.replace("\"samples\": \"12\"", "\"samples\": \"13\""),
         whole.replace("\"chunk\": 3", "\"chunk\": 4"),
+        whole.replace(&hash("study_blake3"), &other(&hash("study_blake3"))),
+        whole.replace(&hash("plan_blake3"), &other(&hash("plan_blake3"))),
+        whole.replace("\"checksum\": \"", "\"checksum\": \"x"),
     ] {
         assert_ne!(changed, whole);
         fs::write(shards.path("shards.json"), &changed).expect("written");
         let merged = shards.merge();
-        assert_eq!(merged.code, 6, "{changed}: {}", merged.err);
-        assert!(!merged.err.contains("grown") && !merged.err.contains("put aside"), "{}", merged.err);
         let run = say(&["run", &shards.study, "--out", &shards.out, "--shard", "0/1"]);
-        assert!(run.code == 6 && run.err.contains("shards.json"), "{changed}: {}: {}", run.code, run.err);
+        let status = |more: &[&str]| say(&[&["status", shards.out.as_str()], more].concat());
+        let expected = format!(
+            "error: {}/shards.json: it is damaged: its contents do not have the recorded checksum; no finished sample is lost; copy \
+             shards.json from another copy of this directory, or compute the study in a new directory (--out NEW)\n",
+            shards.out
+        );
+        for said in [merged, run, status(&["--verify"]), status(&[])] {
+            assert!(said.code == 6 && said.err.ends_with(&expected), "{changed}: {}: {}", said.code, said.err);
+        }
         assert_eq!(shards.chunks(), 4, "{changed}");
     }
     fs::write(shards.path("shards.json"), &whole).expect("written");
     assert_eq!(shards.merge().code, 0);
+}
+
+/// A file of an earlier build has no checksum: then the chunks that name it decide.
+#[test]
+fn a_damaged_list_of_shards_without_a_checksum_puts_no_chunk_aside() {
+    let shards = Shards::new();
+    let whole = String::from_utf8(shards.bytes("shards.json")).expect("text");
+    let mut fields: serde_json::Value = serde_json::from_str(&whole).expect("JSON");
+    fields.as_object_mut().expect("an object").remove("checksum").expect("there");
+    fs::write(shards.path("shards.json"), fields.to_string().replace("small.toml", "smell.toml")).expect("written");
+    let merged = shards.merge();
+    assert!(
+        merged.code == 6 && merged.err.contains("shards.json: it has changed since the chunks were made"),
+        "{}",
+        merged.err
+    );
+    assert_eq!(shards.chunks(), 4);
+}
+
+/// Seed and number of samples are in the metadata of the table, too.
+#[test]
+fn a_manifest_that_contradicts_its_table_is_reported() {
+    let folder = Folder::new();
+    let (study, out) = (folder.small_study(), folder.name("out"));
+    assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
+    let manifest = folder.path("out/manifest.json");
+    let whole = fs::read_to_string(&manifest).expect("text");
+    for (from, to, message) in [
+        ("\"seed\": \"7\"", "\"seed\": \"8\"", "its seed is \"8\", that of results.parquet is \"7\""),
+        ("\"samples\": \"12\"", "\"samples\": \"13\"", "its samples is \"13\", that of results.parquet is \"12\""),
+        ("\"samples\": 12", "\"samples\": 120", "its samples is \"120\", that of results.parquet is \"12\""),
+        (
+            "\"study\": \"small\"",
+            "\"study\": \"smell\"",
+            "its study is \"smell\", that of results.parquet is \"small\"",
+        ),
+        ("\"numerics_version\": \"", "\"numerics_version\": \"1", "its numerics_version is"),
+    ] {
+        let changed = whole.replace(from, to);
+        assert_ne!(changed, whole, "{from} is in {whole}");
+        fs::write(&manifest, changed).expect("written");
+        let status = say(&["status", &out, "--verify"]);
+        assert_eq!(status.code, 6, "{}", status.out);
+        let line = status.out.lines().find(|line| line.starts_with("manifest.json")).unwrap_or_default();
+        assert!(line.contains("damaged: ") && line.contains(message), "{to}: {}", status.out);
+        // the next run writes it again
+        assert_eq!(say(&["run", &study, "--out", &out]).code, 0, "{to}");
+        let status = say(&["status", &out, "--verify"]);
+        assert_eq!(status.code, 0, "{to}: {}", status.out);
+    }
 }
 
 #[test]

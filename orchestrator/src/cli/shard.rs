@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::output::remark;
 use crate::dispatch::Ended;
-use crate::run::shards::{SHARDS, Shard, ShardFinished, ShardRequest, memory_of_worker, run_shard};
+use crate::run::shards::{SHARDS, Shard, ShardError, ShardFinished, ShardRequest, memory_of_worker, run_shard};
 use crate::run::{Request, TRUST, resume_command};
 use bladeoff_answers::summary::counted;
 use bladeoff_study::{Samples, parse_duration};
@@ -55,7 +55,7 @@ impl ShardArgs {
         let request =
             ShardRequest { run, shard, chunk: self.chunk, reuse: self.reuse.clone(), scratch, patience: self.patience };
         let finished = run_shard(&request, samples, &|text| remark(text)).inspect_err(|error| {
-            if !error.is_refusal() {
+            if !error.is_refusal() && !matches!(error, ShardError::Damaged { .. }) {
                 remark(&format!("what is published is kept; resume with: {again}"));
             }
         })?;

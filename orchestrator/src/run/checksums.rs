@@ -10,12 +10,12 @@ use super::directory::{
     ANSWER_SUMS, ANSWERS, CURVES, LEDGER, MACHINE, MANIFEST, PARTS, POINTS, RESULTS, STUDY, TIMINGS, row_files,
     timing_files,
 };
-use super::manifest::{Checksums, provenance as told_inputs};
+use super::manifest::{Checksums, provenance as told_inputs, values};
 use super::provenance::empirical_key;
 use super::resume::of_record;
 use super::status::{RunState, directory_status};
 use bladeoff_answers::summary::counted;
-use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows};
+use bladeoff_answers::tables::{Checksum, TableError, count_sound_rows, read_metadata};
 use bladeoff_record::{Reader, RecordError};
 use bladeoff_study::empirical;
 use bladeoff_study::sampling::layout::MOST_PARAMETERS;
@@ -129,7 +129,12 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     for (name, wanted) in [(RESULTS, recorded.results), (TIMINGS, recorded.timings)] {
         match compare(&folder.place(name), wanted) {
             Ok(Compared::Missing) if wanted.is_none() => {}
-            compared => all.push(in_words(name, compared)),
+            compared => {
+                if name == RESULTS && matches!(compared, Ok(Compared::Whole)) {
+                    all.extend(contradictions(&folder));
+                }
+                all.push(in_words(name, compared));
+            }
         }
     }
     let own = [
@@ -161,6 +166,22 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
         all.extend(parts(&row_files(directory), &timing_files(directory)));
     }
     Ok(all)
+}
+
+/// Compares the manifest with the metadata of an unchanged table; `None`: no value differs.
+fn contradictions(folder: &Folder) -> Option<Verified> {
+    let table = read_metadata(&folder.place(RESULTS)).ok()?;
+    let of_table = |key: &str| table.iter().find(|(name, _)| name.strip_prefix("bladeoff.") == Some(key));
+    let differs = |(key, told): (String, String)| {
+        let (_, value) = of_table(&key).filter(|(_, value)| *value != told)?;
+        Some(format!("its {key} is {told:?}, that of {RESULTS} is {value:?}"))
+    };
+    let found: Vec<String> = values(&folder.place(MANIFEST)).into_iter().filter_map(differs).collect();
+    (!found.is_empty()).then(|| Verified {
+        name: MANIFEST.to_owned(),
+        is_whole: Some(false),
+        words: format!("damaged: {}", found.join("; ")),
+    })
 }
 
 /// Verifies the answers and their curves, if they exist.

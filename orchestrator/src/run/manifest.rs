@@ -85,6 +85,22 @@ pub(super) fn provenance(path: &Place) -> Option<Value> {
     read(path).map(|mut recorded| recorded["provenance"].take())
 }
 
+/// Values of a manifest that the metadata of the table has too: the provenance, and what is given beside it.
+pub(super) fn values(path: &Place) -> Vec<(String, String)> {
+    let Some(recorded) = read(path) else { return Vec::new() };
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let beside = TWICE.into_iter().filter_map(|key| Some((key.to_owned(), text(recorded.get(key)?))));
+    let provenance = recorded["provenance"].as_object().into_iter().flatten();
+    let mut values: Vec<(String, String)> = provenance.map(|(key, value)| (key.clone(), text(value))).collect();
+    values.extend(beside);
+    values.sort();
+    values.dedup();
+    values
+}
+
+/// Keys of the manifest that its provenance repeats.
+const TWICE: [&str; 2] = ["samples", "study"];
+
 /// Key of the checksums.
 const KEY: &str = "tables";
 
@@ -104,6 +120,10 @@ pub(super) fn mended(path: &Place, tables: Checksums, provenance: &[(String, Str
     let mut manifest = recorded.clone();
     manifest[KEY] = tables.json();
     manifest["provenance"] = inputs(provenance);
+    for (key, value) in provenance.iter().filter(|(key, _)| TWICE.contains(&key.as_str())) {
+        manifest[key] =
+            value.parse::<u64>().ok().filter(|_| key == "samples").map_or_else(|| json!(value), Value::from);
+    }
     (manifest != recorded).then(|| as_text(&manifest))
 }
 

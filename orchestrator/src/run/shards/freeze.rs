@@ -12,7 +12,7 @@ use super::publish::put_once;
 use super::published::{
     are_whole, refuse_damaged_basis, refuse_damaged_study, refuse_other_list, restore_computed, restore_study,
 };
-use super::shards_file::{ShardsFile, VERSIONS, expected_fields, new_fields};
+use super::shards_file::{ShardsFile, VERSIONS, expected_fields, new_fields, text_of};
 use super::shared::Shared;
 use crate::engine_choice::as_planned;
 use crate::version::VERSION;
@@ -20,7 +20,7 @@ use bladeoff_study::{FrozenFiles, Samples, load, load_frozen};
 use bladeoff_system::files::FileError;
 use bladeoff_system::place::Place;
 use bladeoff_worker::job_spec::{BASIS_FILE, MOST_BASIS, PLAN_FILE};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::io;
 use std::path::Path;
 
@@ -178,11 +178,7 @@ pub(super) fn freeze<'a>(
     publish(shared, PLAN_FILE, prepared.job.text().as_bytes())?;
     let size = asked.unwrap_or_else(|| chunk(&prepared));
     check_chunk(size, samples.count())?;
-    let said = new_fields(&prepared, size);
-    let mut text =
-        serde_json::to_string_pretty(&Value::Object(said)).expect("strings and numbers always have a JSON form");
-    text.push('\n');
-    put_once(folder, SHARDS, text.as_bytes())?;
+    put_once(folder, SHARDS, text_of(new_fields(&prepared, size)).as_bytes())?;
     let shards_file =
         ShardsFile::read(shared)?.ok_or_else(|| ShardError::Replaced { path: shared.path().to_path_buf() })?;
     let prepared = known(shared, samples, &shards_file)?;

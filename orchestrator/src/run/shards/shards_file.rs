@@ -24,6 +24,14 @@ const FORMAT: &str = "bladeoff shards";
 const VERSION_OF_LAYOUT: u64 = 1;
 /// Largest file that is read \[bytes\].
 const MOST: u64 = 1 << 20;
+/// Key of the BLAKE3 of all other keys. Files of earlier builds do not have it.
+const CHECKSUM: &str = "checksum";
+/// Other keys of the file.
+const KEYS: [&str; 10] =
+    ["chunk", "format", "limit", "program", "provenance", "samples", "samples_blake3", "scale", "study", "study_file"];
+/// Advice for a damaged `shards.json`.
+const WHAT_TO_DO: &str = "no finished sample is lost; copy shards.json from another copy of this directory, or compute the study in a new \
+                          directory (--out NEW)";
 
 /// Keys that name versions of a program. A difference in them is no damage.
 pub(super) const VERSIONS: [&str; 5] = ["program", "numerics_version", "table_schema", "ledger_version", EXPONENTIAL];
@@ -50,21 +58,37 @@ impl ShardsFile {
             Err(error) if error.source.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error.into()),
         };
-        let damaged = |why: &str| ShardError::Damaged { path: place.to_path_buf(), why: why.to_owned() };
-        let fields = match serde_json::from_slice(&bytes) {
-            Ok(Value::Object(fields)) if fields.get("format") == Some(&json!(FORMAT)) => fields,
-            _ => return Err(damaged("it is none that a shard has written")),
+        let damaged = |why: &str| {
+            let why = format!("it is damaged: {why}; {WHAT_TO_DO}");
+            ShardError::Damaged { path: place.to_path_buf(), why }
         };
+        let Ok(Value::Object(mut fields)) = serde_json::from_slice(&bytes) else {
+            return Err(damaged("it is not a JSON object"));
+        };
+        let is_known = |key: &String| key == "version" || KEYS.contains(&key.as_str());
+        match fields.remove(CHECKSUM) {
+            Some(found) if found != json!(checksum(&fields)) => {
+                return Err(damaged("its contents do not have the recorded checksum"));
+            }
+            None if let Some(key) = fields.keys().find(|key| !is_known(key)) => {
+                return Err(damaged(&format!("it has no checksum and the unknown key {key:?}")));
+            }
+            _ => {}
+        }
+        if fields.get("format") != Some(&json!(FORMAT)) {
+            return Err(damaged(&format!("its key format is not {FORMAT:?}")));
+        }
         if fields.get("version") != Some(&json!(VERSION_OF_LAYOUT)) {
-            return Err(damaged("it is of another version of bladeoff"));
+            let why = "another version of bladeoff wrote it; use that version, or another --out".to_owned();
+            return Err(ShardError::Damaged { path: place.to_path_buf(), why });
         }
         let number = |key: &str| fields.get(key).and_then(Value::as_u64).filter(|number| *number > 0);
         let (Some(samples), Some(size)) = (number("samples"), number("chunk")) else {
-            return Err(damaged("it does not say how many samples there are, and in which chunks"));
+            return Err(damaged("it lacks the number of samples or the chunk size"));
         };
         let chunks = Chunks::new(samples, size);
         if size > MOST_OF_CHUNK || chunks.count() > MOST_CHUNKS {
-            return Err(damaged("its chunks are too large or too many"));
+            return Err(damaged("its chunk size or its number of chunks is out of range"));
         }
         Ok(Some(Self { hash: blake3::hash(&bytes).to_hex().to_string(), fields, chunks }))
     }
@@ -140,8 +164,7 @@ impl ShardsFile {
     pub fn contradicts(&self, shared: &Shared, changes: &[Change]) -> ShardError {
         let changes: Vec<String> = changes.iter().map(Change::to_string).collect();
         let why = format!(
-            "it is damaged: it does not agree with the study and the basis beside it ({}); no finished sample is lost; copy it from \
-             another copy of this directory",
+            "it is damaged: it does not agree with the study and the basis beside it ({}); {WHAT_TO_DO}",
             changes.join("; ")
         );
         ShardError::Damaged { path: shared.path().join(SHARDS), why }
@@ -156,6 +179,18 @@ impl ShardsFile {
             Err(ShardError::Changed { path: shared.path().to_path_buf(), changes })
         }
     }
+}
+
+/// BLAKE3 of the contents, as the key `checksum` has it.
+fn checksum(fields: &Map<String, Value>) -> String {
+    let text = Value::Object(fields.clone()).to_string();
+    blake3::hash(text.as_bytes()).to_hex().to_string()
+}
+
+/// Text of a new `shards.json`, with its checksum.
+pub(super) fn text_of(mut fields: Map<String, Value>) -> String {
+    fields.insert(CHECKSUM.to_owned(), json!(checksum(&fields)));
+    format!("{:#}\n", Value::Object(fields))
 }
 
 /// Lists differences by key.
@@ -199,4 +234,47 @@ pub(super) fn new_fields(prepared: &Prepared<'_>, chunk: u64) -> Map<String, Val
     });
     let Value::Object(fields) = value else { unreachable!("written as an object") };
     fields
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::shards::shared::Shared;
+
+    const FIELDS: &str = r#"{"chunk": 10, "format": "bladeoff shards", "limit": null, "program": "0.1.0", "provenance": {"seed": "3"},
+        "samples": 120, "samples_blake3": "bba7", "scale": null, "study": "f", "study_file": "f.toml", "version": 1}"#;
+
+    fn read(bytes: &[u8]) -> Result<Option<ShardsFile>, ShardError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join(SHARDS), bytes).expect("written");
+        ShardsFile::read(&Shared::open(folder.path()).expect("readable").expect("there"))
+    }
+
+    /// Every single flipped bit is found, and the message names the file and a remedy.
+    #[test]
+    fn every_flipped_bit_of_shards_json_is_found() {
+        let fields: Map<String, Value> = serde_json::from_str(FIELDS).expect("JSON");
+        let whole = text_of(fields.clone()).into_bytes();
+        let known = read(&whole).expect("whole").expect("there");
+        assert_eq!(known.fields, fields);
+        for bit in 0..8 * whole.len() {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            match read(&bytes) {
+                Err(error) => {
+                    let text = error.to_string();
+                    assert!(text.contains(SHARDS) && text.contains("it is damaged") && text.contains("copy"), "{text}");
+                }
+                // white space between tokens, or the case of an escape
+                Ok(found) => assert_eq!(found.expect("there").fields, fields, "bit {bit}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_of_an_earlier_build_has_no_checksum() {
+        assert!(read(FIELDS.as_bytes()).expect("readable").is_some());
+        let unknown = read(FIELDS.replace("\"study\"", "\"stuey\"").as_bytes()).expect_err("damaged").to_string();
+        assert!(unknown.contains("the unknown key \"stuey\""), "{unknown}");
+    }
 }
