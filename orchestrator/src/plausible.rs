@@ -9,6 +9,7 @@ use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
 
 /// One quantity and its plausible range, both ends included, in the SI unit.
+#[derive(Debug)]
 struct Rule {
     quantity: &'static str,
     range: [f64; 2],
@@ -22,91 +23,123 @@ const fn rule(quantity: &'static str, range: [f64; 2], unit: &'static str, hint:
 }
 
 const UNIT: &str = "is its unit right?";
-const MODULUS: Rule = rule("Young's modulus", [1e9, 1e12], "Pa", UNIT);
-const DENSITY: Rule = rule("density", [500.0, 25_000.0], "kg/m3", UNIT);
-const SHAFT_DIAMETER: Rule = rule("outer diameter", [1e-3, 5.0], "m", UNIT);
-const SHAFT_LENGTH: Rule = rule("length of the shaft", [0.01, 100.0], "m", UNIT);
-const INERTIA: Rule = rule(
+static MODULUS: Rule = rule("Young's modulus", [1e9, 1e12], "Pa", UNIT);
+static DENSITY: Rule = rule("density", [500.0, 25_000.0], "kg/m3", UNIT);
+static SHAFT_DIAMETER: Rule = rule("outer diameter", [1e-3, 5.0], "m", UNIT);
+static SHAFT_LENGTH: Rule = rule("length of the shaft", [0.01, 100.0], "m", UNIT);
+static INERTIA: Rule = rule(
     "polar over transverse inertia",
     [0.0, 2.0 * (1.0 + 1e-6)],
     "",
     "a thin disc has 2, every other body less: are the two interchanged?",
 );
-const STIFFNESS: Rule = rule("stiffness", [0.0, 1e12], "N/m", UNIT);
-const YIELD: Rule = rule("yield strength", [1e7, 5e9], "Pa", UNIT);
-const BEARING_DAMPING: Rule = rule("damping", [0.0, 1e9], "N s/m", UNIT);
-const FRICTION: Rule = rule("friction coefficient", [0.0, 1.5], "", "dry steel has 0.1 to 0.8");
-const RADIUS: Rule = rule("radius of the unbalance", [1e-5, 5.0], "m", UNIT);
-const GAP: Rule = rule("gap", [5e-6, 0.1], "m", UNIT);
-const GYRATION: Rule = rule(
+static STIFFNESS: Rule = rule("stiffness", [0.0, 1e12], "N/m", UNIT);
+static YIELD: Rule = rule("yield strength", [1e7, 5e9], "Pa", UNIT);
+static BEARING_DAMPING: Rule = rule("damping", [0.0, 1e9], "N s/m", UNIT);
+static FRICTION: Rule = rule("friction coefficient", [0.0, 1.5], "", "dry steel has 0.1 to 0.8");
+static RADIUS: Rule = rule("radius of the unbalance", [1e-5, 5.0], "m", UNIT);
+static GAP: Rule = rule("gap", [5e-6, 0.1], "m", UNIT);
+static GYRATION: Rule = rule(
     "radius of gyration over the length of the shaft",
     [0.0, 1.0],
     "",
     "are its mass and its inertias in SI units?",
 );
-const CLEARANCE: Rule = rule("radial clearance", [1e-6, 5e-3], "m", UNIT);
-const CRITICAL_DAMPING: Rule = rule(
+static CLEARANCE: Rule = rule("radial clearance", [1e-6, 5e-3], "m", UNIT);
+static CRITICAL_DAMPING: Rule = rule(
     "damping ratio of the first bending mode by the shaft's stiffness-proportional damping",
     [0.0, 0.2],
     "",
     "steel has 0.001 to 0.01: is stiffness_proportional in seconds?",
 );
-const SLENDER: Rule = rule(
+static SLENDER: Rule = rule(
     "polar over transverse inertia",
     [0.05, f64::INFINITY],
     "",
     "a drum ten times as long as its radius has 0.06: are both in the same unit?",
 );
-const SAG: Rule =
+static SAG: Rule =
     rule("sag under its weight", [0.0, 0.02], "m", "are the stiffness of its bearings and Young's modulus right?");
-const FREQUENCY: Rule = rule(
+static FREQUENCY: Rule = rule(
     "first bending frequency over running speed",
     [0.01, f64::INFINITY],
     "",
     "are the stiffness of its bearings and Young's modulus right?",
 );
-const SURFACE: Rule =
+static SURFACE: Rule =
     rule("surface speed", [0.0, 1000.0], "m/s", "are speed (a number alone is in rad/s) and rotor_radius right?");
-const RING_RADIUS: Rule = rule("mean radius", [1e-3, 10.0], "m", UNIT);
-const RING_WIDTH: Rule = rule("width over mean radius", [1e-3, 2.0], "", "are width and mean_radius in the same unit?");
-const RING_THICKNESS: Rule =
+static RING_RADIUS: Rule = rule("mean radius", [1e-3, 10.0], "m", UNIT);
+static RING_WIDTH: Rule =
+    rule("width over mean radius", [1e-3, 2.0], "", "are width and mean_radius in the same unit?");
+static RING_THICKNESS: Rule =
     rule("thickness over mean radius", [1e-4, 0.5], "", "are thickness and mean_radius in the same unit?");
-const UNBALANCE: Rule = rule("mass over the rotor's mass", [0.0, 0.5], "", UNIT);
-const BLADE_LENGTH: Rule =
+static UNBALANCE: Rule = rule("mass over the rotor's mass", [0.0, 0.5], "", UNIT);
+static BLADE_LENGTH: Rule =
     rule("blade length over mean radius", [1e-2, 10.0], "", "are blades.length and mean_radius in the same unit?");
-const BLADE_WIDTH: Rule =
+static BLADE_WIDTH: Rule =
     rule("blade width over ring width", [1e-2, 10.0], "", "are blades.width and ring.width in the same unit?");
-const BLADE_THICKNESS: Rule =
+static BLADE_THICKNESS: Rule =
     rule("blade thickness over length", [1e-3, 1.0], "", "are thickness and length of the blades in the same unit?");
 
 impl Rule {
     /// The warning about a value of `subject`, if it is not plausible; `beside`: what else helps to judge it.
-    fn judge(&self, subject: &str, value: f64, beside: &str) -> Option<String> {
+    fn judge(&'static self, subject: &str, value: f64, beside: &str) -> Option<Finding> {
         let [least, most] = self.range;
         if (least..=most).contains(&value) {
             return None;
         }
-        let shown = |value: f64| format_digits(value, self.unit, 3);
+        let text = self.text(subject, &format!("{}{beside}", self.shown(value)));
+        Some(Finding { text, of: Some((subject.to_owned(), self, value)) })
+    }
+
+    fn shown(&self, value: f64) -> String {
+        format_digits(value, self.unit, 3)
+    }
+
+    fn text(&self, subject: &str, found: &str) -> String {
+        let [least, most] = self.range;
         let usual = match (least > 0.0, most.is_finite()) {
-            (true, true) => format!("{} to {}", shown(least), shown(most)),
-            (true, false) => format!("at least {}", shown(least)),
-            _ => format!("at most {}", shown(most)),
+            (true, true) => format!("{} to {}", self.shown(least), self.shown(most)),
+            (true, false) => format!("at least {}", self.shown(least)),
+            _ => format!("at most {}", self.shown(most)),
         };
         let Self { quantity, hint, .. } = self;
-        Some(format!("{subject}: {quantity} {}{beside}, plausible is {usual}; {hint}", shown(value)))
+        format!("{subject}: {quantity} {found}, plausible is {usual}; {hint}")
+    }
+}
+
+/// One warning about a machine.
+#[derive(Debug, Clone)]
+struct Finding {
+    text: String,
+    /// Subject, rule and value of a quantity outside its range.
+    of: Option<(String, &'static Rule, f64)>,
+}
+
+impl Finding {
+    /// Whether both are about the same quantity of the same part, whatever its value.
+    fn is_like(&self, other: &Self) -> bool {
+        match (&self.of, &other.of) {
+            (Some((subject, rule, _)), Some((others, of_other, _))) => {
+                subject == others && rule.quantity == of_other.quantity && rule.hint == of_other.hint
+            }
+            _ => self.text == other.text,
+        }
     }
 }
 
 /// Warnings about a machine, in the order of its file; empty where all is plausible.
 #[must_use]
 pub fn implausible(machine: &Machine) -> Vec<String> {
+    findings(machine).into_iter().map(|finding| finding.text).collect()
+}
+
+fn findings(machine: &Machine) -> Vec<Finding> {
     let mut found = Vec::new();
-    let mut see = |rule: &Rule, subject: &str, value: f64, beside: &str| {
-        found.extend(rule.judge(subject, value, beside).filter(|text| !found.contains(text)));
-    };
+    let mut see = |rule, subject: &str, value, beside: &str| add(&mut found, rule, subject, value, beside);
     let rotor = &machine.rotor;
     if let RotorKind::Shaft(shaft) = &rotor.kind {
-        let quantities: [(&Rule, fn(&ShaftElement) -> f64); 3] =
+        let quantities: [(&'static Rule, fn(&ShaftElement) -> f64); 3] =
             [(&MODULUS, |one| one.young_modulus), (&DENSITY, |one| one.density), (&SHAFT_DIAMETER, |one| one.diameter)];
         for element in &shaft.elements {
             if let Some(strength) = element.yield_strength {
@@ -150,15 +183,13 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
     let is_shaft = matches!(rotor.kind, RotorKind::Shaft(_));
     let is_truncated = is_shaft && machine.run.engine != Engine::Full && !machine.run.static_residual;
     if let Some(raised) = rotor.bearings.iter().find(|one| one.elevation != [0.0; 2]).filter(|_| is_truncated) {
-        found.push(format!(
+        found.push(alone(format!(
             "rotor.bearings.{}: with an elevation and run.static_residual = \"off\" the bending stresses of the shaft lack the static response of the \
              truncated modes (5 % for 0.1 mm on the test rig)",
             raised.name
-        ));
+        )));
     }
-    let mut see = |rule: &Rule, subject: &str, value: f64, beside: &str| {
-        found.extend(rule.judge(subject, value, beside).filter(|text| !found.contains(text)));
-    };
+    let mut see = |rule, subject: &str, value, beside: &str| add(&mut found, rule, subject, value, beside);
     if let Some(weight) = under_weight(machine) {
         see(&SAG, "rotor", weight.sag, "");
         if rotor.initial_speed > 0.0 {
@@ -191,7 +222,7 @@ pub fn implausible(machine: &Machine) -> Vec<String> {
                 see(&YIELD, &subject, strength, "");
             }
             see(&RING_RADIUS, &subject, ring.mean_radius, "");
-            let mut compare = |rule: &Rule, size: f64, reference: f64| {
+            let mut compare = |rule: &'static Rule, size: f64, reference: f64| {
                 let [shown, of] = [size, reference].map(|size| format_digits(size, "m", 3));
                 see(rule, &subject, size / reference, &format!(" ({shown} of {of})"));
             };
@@ -232,30 +263,97 @@ pub fn unreleased_of(samples: &Samples) -> Vec<String> {
     machine.map(|machine| unreleased(&machine)).unwrap_or_default()
 }
 
+/// Adds the warning about a value, unless it is there already.
+fn add(found: &mut Vec<Finding>, rule: &'static Rule, subject: &str, value: f64, beside: &str) {
+    let finding = rule.judge(subject, value, beside);
+    found.extend(finding.filter(|finding| !found.iter().any(|other| other.text == finding.text)));
+}
+
+/// A warning without a range.
+fn alone(text: String) -> Finding {
+    Finding { text, of: None }
+}
+
 /// Samples at corners of what varies that are looked at.
 const MOST_SAMPLES: u64 = 8;
 
-/// Warnings about a study's machine, and about what varies at corners of its axes that the machine does not have.
+/// Warnings about a study's machine, and about samples at corners of its axes: one for each quantity, with its range over them.
 #[must_use]
 pub fn implausible_of(samples: &Samples) -> Vec<String> {
     let Some(subject) = samples.study().machine() else { return Vec::new() };
-    let mut found = subject.def.build().map(|machine| implausible(&machine)).unwrap_or_default();
+    let of_machine = subject.def.build().map(|machine| findings(&machine)).unwrap_or_default();
+    let text = |finding: &Finding| finding.text.clone();
     if samples.parameters().is_empty() {
-        return found;
+        return of_machine.iter().map(text).collect();
     }
-    let of_machine = found.clone();
     let chosen = Chosen::new(samples, MOST_SAMPLES);
+    let mut groups: Vec<Group> = Vec::new();
+    let mut looked_at: Vec<String> = Vec::new();
     // corners stand at the end
     for at in (0..chosen.count()).rev().take(MOST_SAMPLES as usize) {
         let Ok(machine) = chosen.machine(at).build() else { continue };
-        for text in implausible(&machine).into_iter().filter(|text| !of_machine.contains(text)) {
-            let described = format!("with {}: {text}", chosen.describe(at));
-            if !found.iter().any(|other| other.ends_with(&text)) {
-                found.push(described);
+        let described = chosen.describe(at);
+        // a small study has fewer samples than corners
+        if looked_at.contains(&described) {
+            continue;
+        }
+        looked_at.push(described);
+        let is_new = |finding: &Finding| !of_machine.iter().any(|of_machine| of_machine.text == finding.text);
+        for finding in findings(&machine).into_iter().filter(is_new) {
+            match groups.iter_mut().find(|group| group.worst.is_like(&finding)) {
+                Some(group) => group.add(finding, at),
+                None => groups.push(Group::of(finding, at)),
             }
         }
     }
+    // the range over the samples includes what the machine's own value shows
+    let is_alone = |finding: &&Finding| !groups.iter().any(|group| group.worst.is_like(finding));
+    let mut found: Vec<String> = of_machine.iter().filter(is_alone).map(text).collect();
+    found.extend(groups.iter().map(|group| group.text(looked_at.len(), &chosen.describe(group.at))));
     found
+}
+
+/// Warnings of several samples about the same quantity.
+struct Group {
+    /// The warning with the value furthest outside the plausible range, and its sample.
+    worst: Finding,
+    at: u64,
+    samples: u64,
+    range: [f64; 2],
+}
+
+impl Group {
+    fn of(finding: Finding, at: u64) -> Self {
+        let value = finding.of.as_ref().map_or(0.0, |(.., value)| *value);
+        Self { worst: finding, at, samples: 1, range: [value; 2] }
+    }
+
+    fn add(&mut self, finding: Finding, at: u64) {
+        self.samples += 1;
+        let Some((_, rule, value)) = finding.of else { return };
+        self.range = [self.range[0].min(value), self.range[1].max(value)];
+        let is_worse = match &self.worst.of {
+            Some((.., worst)) if value < rule.range[0] => value < *worst,
+            Some((.., worst)) => value > *worst,
+            None => false,
+        };
+        if is_worse {
+            (self.worst, self.at) = (finding, at);
+        }
+    }
+
+    /// The warning; `described`: the values of the worst sample.
+    fn text(&self, looked_at: usize, described: &str) -> String {
+        let of = format!("{} of {looked_at} samples that were looked at", self.samples);
+        match &self.worst.of {
+            Some((subject, rule, _)) if self.range[0] < self.range[1] => {
+                let [least, most] = self.range.map(|value| rule.shown(value));
+                format!("{} (in {of}; worst with {described})", rule.text(subject, &format!("{least} to {most}")))
+            }
+            _ if self.samples > 1 => format!("{} (in {of}, one with {described})", self.worst.text),
+            _ => format!("with {described}: {}", self.worst.text),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -359,7 +457,7 @@ mod tests {
             assert_eq!(of(&RIG.replace("1.25e-3 kg m2", ratio)), [] as [String; 0], "{ratio}");
         }
         let quiet = MODULUS.judge("x", 1e9, "").or(MODULUS.judge("x", 1e12, ""));
-        assert_eq!(quiet, None);
+        assert!(quiet.is_none(), "{quiet:?}");
         assert!(MODULUS.judge("x", 0.999e9, "").is_some() && MODULUS.judge("x", f64::NAN, "").is_some());
     }
 }

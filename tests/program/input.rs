@@ -212,22 +212,18 @@ fn mistakes_of_machine_study_and_points_are_told_at_once() {
     {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
-    // an array without its end does: of such a machine only the format is known
+    // neither does an array without its end
     folder.write("machines/rig.toml", &rig.replace("schema = 1", "schema = [1"));
     let said = say(&["check", &study]);
     for part in [
-        "not valid TOML",
-        "set.run.end_tme = \"0.1 s\": no machine has such a parameter",
+        "not valid TOML: an array with an error or without its end",
+        "elements = 17",
+        "did you mean `run.end_time`?",
         "contact.frictoin",
         "sed: unknown key",
     ] {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
-    assert!(
-        !said.err.contains("contact.gap: no machine") && !said.err.contains("blade_off.mass: no machine"),
-        "{}",
-        said.err
-    );
 }
 
 #[test]

@@ -191,14 +191,32 @@ fn a_link_in_the_folder_of_a_study_is_followed() {
     assert_eq!(said.code, 0, "{}", said.err);
 }
 
-/// Threads that cannot be started for want of address space were reported as a limit on processes.
+/// Threads that cannot be started for want of address space were reported as a limit on processes, and a smaller limit ended the
+/// command by SIGABRT.
 #[test]
-fn a_limit_of_the_address_space_is_named_where_threads_cannot_be_started() {
+fn a_limit_of_the_address_space_is_named_with_the_value_that_is_needed() {
     let folder = Folder::new();
     let study = folder.write("s.toml", &format!("{HEAD}[set]\n\"run.end_time\" = \"1 ms\"\n"));
-    let mut command = Command::new("sh");
-    command.args(["-c", "ulimit -v 600000; exec \"$0\" check \"$1\"", env!("CARGO_BIN_EXE_bladeoff"), &study]);
-    let said = said(command.env("RAYON_NUM_THREADS", "2000").output().expect("it starts"));
-    let named = "the address space is limited to 614 MB (ulimit -v), which their stacks need";
-    assert!(said.code == 6 && said.err.contains(named), "{} {}", said.code, said.err);
+    for (limit, threads, message) in [
+        (
+            600_000,
+            "2000",
+            "error: the address space is limited to 614 MB (ulimit -v 600000), and 16400 MB are needed for 2000 threads; raise the limit with \
+             `ulimit -v 16015625`, or remove it with `ulimit -v unlimited`\n",
+        ),
+        (
+            200_000,
+            "2",
+            "error: the address space is limited to 204 MB (ulimit -v 200000), and 416 MB are needed for 2 threads; raise the limit with \
+             `ulimit -v 406250`, or remove it with `ulimit -v unlimited`\n",
+        ),
+    ] {
+        for command in ["check", "run", "simulate"] {
+            let mut shell = Command::new("sh");
+            let line = format!("ulimit -v {limit}; exec \"$0\" {command} \"$1\"");
+            shell.args(["-c", &line, env!("CARGO_BIN_EXE_bladeoff"), &study]);
+            let said = said(shell.env("RAYON_NUM_THREADS", threads).output().expect("it starts"));
+            assert_eq!((said.code, said.err.as_str()), (6, message), "{command}");
+        }
+    }
 }

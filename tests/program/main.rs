@@ -23,6 +23,7 @@ mod json_outputs;
 mod limits;
 mod little_said;
 mod maps;
+mod named_places;
 mod outputs;
 mod printed;
 mod probabilities;

@@ -80,7 +80,7 @@ fn reproducible(text: &str) -> String {
 }
 
 /// Exit code, standard output and standard error of a command in this folder.
-fn printed(folder: &Folder, args: &[&str]) -> String {
+pub(crate) fn printed(folder: &Folder, args: &[&str]) -> String {
     let mut command = bladeoff(args);
     let said = said(
         command
@@ -100,7 +100,7 @@ fn printed(folder: &Folder, args: &[&str]) -> String {
 }
 
 /// Compares with the snapshot of this name.
-fn reviewed(name: &str, text: &str) {
+pub(crate) fn reviewed(name: &str, text: &str) {
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path(root().join("tests/program/snapshots"));
     settings.set_prepend_module_to_snapshot(false);

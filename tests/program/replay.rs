@@ -48,7 +48,7 @@ fn a_replayed_sample_is_equal_to_its_row() {
         assert!(read(&folder.path("worst.csv")).expect("readable").time.len() > 100);
     }
     for (asked, told) in [
-        (["--sample", "9"], "has no sample 9; it has 9 rows"),
+        (["--sample", "9"], "has no sample 9; its samples are 0 to 8"),
         (["--worst", "max_bearing_lod_N"], "did you mean max_bearing_load_N?"),
         (["--worst", "rub_regime"], "`rub_regime` is a column of words, not of numbers"),
         (["--worst", "model_work_J"], "no row of"),

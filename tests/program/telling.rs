@@ -223,7 +223,7 @@ fn the_last_run_is_taken_where_none_is_named_and_replay_says_what_to_give() {
     assert!(value["directory"].as_str().is_some_and(|directory| directory.ends_with(&last)), "{last}: {}", json.out);
     let which = here(&["replay"]);
     assert_eq!(which.code, 2, "{}", which.err);
-    assert!(which.err.contains("--sample N") && which.err.contains("up to 19"), "{}", which.err);
+    assert!(which.err.contains("which sample of ") && which.err.contains("up to 19"), "{}", which.err);
     let examples: Vec<&str> = which.err.lines().filter(|line| line.contains(" replay ")).collect();
     assert_eq!(examples.len(), 2, "{}", which.err);
     for example in examples {
@@ -258,10 +258,10 @@ fn a_number_that_must_be_one_at_least_says_so() {
 #[test]
 fn a_sample_with_a_sign_is_no_option() {
     for (words, code, told) in [
-        (&["why", "-1"][..], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
-        (&["why", "runs/x", "-1"], 3, "\"-1\" is not the number of a sample: samples are numbered from 0"),
+        (&["why", "-1"][..], 2, "\"-1\" is not the number of a sample: samples are numbered from 0"),
+        (&["why", "runs/x", "-1"], 2, "\"-1\" is not the number of a sample: samples are numbered from 0"),
         (&["why", "--1"], 2, "error: --1 is not an option; write the number without dashes: 1\n"),
-        (&["replay", "runs/x", "5"], 2, "error: 5 is one argument too many; a sample is named by --sample 5\n"),
+        (&["replay", "runs/x", "-5"], 2, "error: -5 is not an option; write the number without dashes: 5\n"),
     ] {
         let said = say(words);
         assert_eq!(said.code, code, "{words:?}: {}", said.err);

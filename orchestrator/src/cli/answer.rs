@@ -10,16 +10,15 @@ use crate::html_report::{LimitTable, bearings_of, too_many_beyond};
 use crate::questions::{
     Answering, Forecasts, Meant, Refinement, Source, Waiting, answer, forecasts, keep, meant, pace, told,
 };
-use crate::run::PrecisionCheck;
 use crate::run::directory::{ANSWERS, CURVES, MANIFEST, RESULTS, STUDY, read_current};
 use crate::run::shards::{directory_status, is_unmerged, row_files, unread};
+use crate::run::{PrecisionCheck, RunState};
 use bladeoff_answers::ask::{in_words, percent_given};
 use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::Table;
 use bladeoff_study::{Asked, Samples, StudyError, read_asked};
 use bladeoff_system::shown;
 use bladeoff_text::document::Collector;
-use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Lines of what is not precise enough, at most.
@@ -88,16 +87,30 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(exit)
 }
 
-/// Says how many samples nobody works on are in the record of a directory and in none of its tables: after a kill, or where a table was
-/// removed.
+/// Prints how many finished samples are in the record of a directory and in none of its tables: a run in progress writes them with the next
+/// part, and a command is named for one that was killed.
 pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     if is_unmerged(directory) {
         unread(directory).iter().for_each(|damaged| remark(&format!("warning: {damaged}")));
         return Ok(());
     }
-    let Some(seen) = directory_status(directory)?.filter(|seen| seen.is_counted) else { return Ok(()) };
-    let done = seen.last_report.as_ref().and_then(|told| told.get("done")).and_then(Value::as_u64).unwrap_or(0);
+    let Some(seen) = directory_status(directory)? else { return Ok(()) };
+    let told = |key: &str| seen.last_report.as_ref()?.get(key)?.as_u64();
+    let done = told("done").unwrap_or(0);
     let rows = read_current(directory, row_files, Table::count_rows)? as u64;
+    if matches!(seen.state, RunState::Running { .. })
+        && let Some(total) = told("total").filter(|_| done > rows)
+    {
+        remark(&format!(
+            "note: {done} of {} are finished, and the tables have rows of {rows} of them; the run writes the others with its next part \
+             (run --refresh)",
+            counted(total, "sample")
+        ));
+        return Ok(());
+    }
+    if !seen.is_counted {
+        return Ok(());
+    }
     if done > rows {
         let how = resume_command(&seen)
             .map(|command| format!("; this writes them and resumes: {command}"))

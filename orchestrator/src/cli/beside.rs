@@ -5,10 +5,11 @@ use super::machine::set;
 use crate::engine;
 use bladeoff_answers::summary::{Align, TextTable};
 use bladeoff_answers::tables::{ENGINE, NOTES, Table, TableSchema};
-use bladeoff_model::machine::{Machine, MachineDef, ParamValue};
+use bladeoff_model::machine::{Machine, MachineDef, ParamValue, PathError};
 use bladeoff_model::outcome::{Outcome, Part};
 use bladeoff_study::show;
 use bladeoff_text::document::units::{format_digits, format_quantity};
+use bladeoff_text::document::{cut, nearest};
 use bladeoff_worker::core_solver::SolverError;
 
 /// Why a changed sample has no machine.
@@ -36,15 +37,63 @@ pub(super) struct Set {
     pub before: String,
 }
 
+/// Names of a study that `--set` may use instead of paths.
+#[derive(Debug, Default)]
+pub(super) struct StudyNames {
+    /// Short name (`as`) and path of each parameter that has one.
+    pub parameters: Vec<(String, String)>,
+    /// Variables of formulas, which the machine does not have.
+    pub variables: Vec<String>,
+}
+
+impl StudyNames {
+    /// The path that a word of `--set` names.
+    ///
+    /// # Errors
+    /// The reason why it names none, in words.
+    fn path(&self, machine: &MachineDef, word: &str) -> Result<String, String> {
+        let of_study = self.parameters.iter().find(|(short, _)| short == word).map(|(_, path)| path);
+        match (of_study, machine.find(word)) {
+            (Some(path), Ok(info)) if info.path != *path => Err(format!(
+                "`{word}` names two parameters: {path} by the study, {} by its ending; write the whole path",
+                info.path
+            )),
+            (Some(path), _) => Ok(path.clone()),
+            (None, Err(PathError::Unknown { .. })) if self.variables.iter().any(|name| name == word) => {
+                Err(format!("`{word}` is a variable of formulas; set the parameters that are derived from it"))
+            }
+            (None, Err(PathError::Unknown { .. })) => {
+                let shorts = self.parameters.iter().map(|(short, _)| short.as_str());
+                match nearest(word, shorts) {
+                    Some(near) => Err(format!(
+                        "neither the study nor its machine has a parameter `{}`; did you mean `{near}`?",
+                        cut(word, 120)
+                    )),
+                    None => Ok(word.to_owned()),
+                }
+            }
+            (None, _) => Ok(word.to_owned()),
+        }
+    }
+}
+
 /// Sets the values of `--set` and adds each to `changes`.
-pub(super) fn change(machine: &mut MachineDef, given: &[String], changes: &mut Vec<Set>) -> Result<(), Unchanged> {
+pub(super) fn change(
+    machine: &mut MachineDef,
+    given: &[String],
+    names: &StudyNames,
+    changes: &mut Vec<Set>,
+) -> Result<(), Unchanged> {
     for argument in given {
         let shown = format!("--set {argument}");
         let Some((path, value)) = argument.split_once('=') else {
             let (message, allowed) = ("there is no `=`".to_owned(), Some("PATH=VALUE".to_owned()));
             return Err(Unchanged::Argument(CliError::Argument { argument: shown, message, allowed }));
         };
-        let (path, value) = (path.trim(), value.trim());
+        let path = names.path(machine, path.trim()).map_err(|message| {
+            Unchanged::Argument(CliError::Argument { argument: shown.clone(), message, allowed: None })
+        })?;
+        let (path, value) = (path.as_str(), value.trim());
         let before = machine.resolve(path).map(|info| info.shown).unwrap_or_default();
         set(machine, path, value, &shown).map_err(Unchanged::Argument)?;
         if let Ok(info) = machine.resolve(path) {

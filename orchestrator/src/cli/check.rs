@@ -86,22 +86,22 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     for said in idle_levels(&samples) {
-        remark(&format!("\n{said}\n"));
+        remark(&format!("\n{said}"));
     }
     if let Some(found) = fixed_angle(&samples) {
-        remark(&format!("\n{}\n", found.text()));
+        remark(&format!("\n{}", found.text().trim_end()));
     }
     for note in bearings_of(&samples) {
-        remark(&format!("\nnote: {note}\n"));
+        remark(&format!("\nnote: {note}"));
     }
     for note in unreleased_of(&samples) {
         remark(&format!("\nnote: {note}\n"));
     }
     for text in implausible_of(&samples) {
-        remark(&format!("\nwarning: {text}\n"));
+        remark(&format!("\nwarning: {text}"));
     }
     for range in unstable_of(&samples) {
-        remark(&format!("\nwarning: {range}\n"));
+        remark(&format!("\nwarning: {range}"));
     }
     estimate(&samples)?;
     Ok(Exit::Ok)

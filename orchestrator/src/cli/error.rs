@@ -1,7 +1,7 @@
 //! Every way a subcommand can end badly, with its exit code.
 
 use super::exit::Exit;
-use super::refusals::{DesignExportError, NoDirectory, NotAsked, NotCompared, ReplayError, WhyError};
+use super::refusals::{DesignExportError, NoDirectory, NotAsked, NotCompared, ReplayError, SampleError, WhyError};
 use crate::dispatch::Signal;
 use crate::engine::EngineError;
 use crate::history::HistoryError;
@@ -20,7 +20,7 @@ use bladeoff_study::{InputError, StudyError, meant};
 use bladeoff_system::call;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
-use bladeoff_system::threads::ThreadsError;
+use bladeoff_system::threads::{AddressSpaceError, ThreadsError};
 use bladeoff_text::document::Problems;
 use bladeoff_worker::job_spec::JobSpecError;
 use std::ffi::OsStr;
@@ -171,9 +171,15 @@ pub enum CliError {
     /// A sample of which nothing can be said.
     #[error(transparent)]
     Why(#[from] WhyError),
+    /// A command line that names no sample.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
     /// What is computed in parallel.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
+    /// A limit of the address space that is too small.
+    #[error(transparent)]
+    AddressSpace(#[from] AddressSpaceError),
     /// A run with a history was ended by a signal.
     #[error("{words}")]
     Stopped {
@@ -229,6 +235,7 @@ impl CliError {
             | CliError::NotAsked(_) => Exit::Input,
             CliError::Why(WhyError::Beginning { .. }) => Exit::Incomplete,
             CliError::Why(_) => Exit::Input,
+            CliError::Sample(error) => sample_exit(error),
             CliError::Study(StudyError::Problems(_) | StudyError::AMachine { .. } | StudyError::OfRoss(_))
             | CliError::Start(_) => Exit::Input,
             CliError::Unmeant { .. }
@@ -237,7 +244,7 @@ impl CliError {
                 Exit::Usage
             }
             CliError::Study(StudyError::Combinations(_)) => Exit::Input,
-            CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) => Exit::Io,
+            CliError::Study(StudyError::Threads(_)) | CliError::Threads(_) | CliError::AddressSpace(_) => Exit::Io,
             CliError::Study(StudyError::Input(error)) | CliError::Input(error) => input_exit(error),
             CliError::Engine(_) => Exit::Input,
             CliError::Replay(ReplayError::Which { .. }) => Exit::Usage,
@@ -286,6 +293,18 @@ fn of_a_study(path: &Path, machine: Option<&str>) -> String {
         text.push_str(&format!("\n  one run of its machine: {}", command("simulate", &machine)));
     }
     text
+}
+
+fn sample_exit(error: &SampleError) -> Exit {
+    match error {
+        SampleError::Number { .. }
+        | SampleError::Twice { .. }
+        | SampleError::Order { .. }
+        | SampleError::Samples { .. }
+        | SampleError::SampleAndWorst { .. }
+        | SampleError::Which { .. } => Exit::Usage,
+        SampleError::File { .. } | SampleError::Sample { .. } | SampleError::NoRow { .. } => Exit::Input,
+    }
 }
 
 fn compare_exit(error: &CompareError) -> Exit {

@@ -9,14 +9,14 @@ use std::process::ExitCode;
 pub enum Exit {
     /// All asked for was done; invalid and beyond samples within the study's limits.
     Ok = 0,
-    /// An internal error.
+    /// An internal error, or results that differ although they must not.
     Bug = 1,
     /// Invalid command line.
     Usage = 2,
     /// A file, machine, study or result directory that is missing or rejected.
     Input = 3,
     /// Complete, with more failed, invalid or beyond samples than the study allows; a failed `simulate`; a gate that failed; a
-    /// comparison out of tolerance.
+    /// comparison out of tolerance; a replay that differs from the row of another numerics version.
     Failures = 4,
     /// Not all samples were computed; a gate that is open.
     Incomplete = 5,
@@ -57,7 +57,8 @@ impl Exit {
             }
             Self::Failures => {
                 "complete, but more samples failed, were invalid or were beyond the model than the study allows; \
-                 a `simulate` that failed; a `gate` that failed; a `compare` out of tolerance"
+                 a `simulate` that failed; a `gate` that failed; a `compare` out of tolerance; a `replay` that differs from the row of \
+                 another numerics version"
             }
             Self::Incomplete => {
                 "incomplete: some samples were not computed, and the same command resumes; a `gate` that is open"
@@ -97,7 +98,8 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done; all samples ok, or invalid or beyond the model
        within the limits of the study
-  1    internal error (a bug: please report it)
+  1    internal error (a bug: please report it); replay or
+       verify: results that differ although they must not
   2    invalid command line
   3    invalid input: a file, machine, study or result
        directory that is missing or rejected

@@ -39,6 +39,7 @@ mod render;
 mod replay;
 mod report;
 mod run;
+mod sample_words;
 mod schema;
 mod shard;
 mod shards;
@@ -62,6 +63,7 @@ pub use status::text as status_text;
 pub use why::text as why_text;
 
 use bladeoff_numerics::linalg::lanes::Width;
+use bladeoff_system::threads::check_address_space;
 use bladeoff_text::document::visible;
 use bladeoff_worker::fault::Faults;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -206,15 +208,9 @@ fn refuse(error: &clap::Error) -> ! {
         (error.kind(), error.get(ContextKind::InvalidArg))
         && let Ok(number) = word.trim_start_matches('-').parse::<u64>()
     {
-        let understood = command_line();
-        let named = arguments.get(1).and_then(|name| understood.find_subcommand(name));
-        let takes_samples =
-            named.is_some_and(|command| command.get_arguments().any(|arg| arg.get_long() == Some("sample")));
-        let told = match (word.starts_with('-'), takes_samples) {
-            (true, _) => Some(format!("{word} is not an option; write the number without dashes: {number}")),
-            (false, true) => Some(format!("{word} is one argument too many; a sample is named by --sample {number}")),
-            (false, false) => None,
-        };
+        let told = word
+            .starts_with('-')
+            .then(|| format!("{word} is not an option; write the number without dashes: {number}"));
         if let Some(told) = told {
             output::remark(&format!("error: {told}"));
             std::process::exit(error.exit_code());
@@ -243,6 +239,21 @@ fn refuse(error: &clap::Error) -> ! {
 }
 
 fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliError> {
+    let computes_nothing = matches!(
+        command,
+        Command::Status(_)
+            | Command::Why(_)
+            | Command::Paths(_)
+            | Command::Recover(_)
+            | Command::Doctor(_)
+            | Command::New(_)
+            | Command::Schema(_)
+            | Command::Completions(_)
+            | Command::Man(_)
+    );
+    if !computes_nothing {
+        check_address_space()?;
+    }
     match command {
         Command::Run(args) => run::main(&args, faults),
         Command::Submit(args) => submit::main(&args),

@@ -98,24 +98,75 @@ pub enum NotCompared {
     Changing,
 }
 
-/// Why nothing can be said of a sample.
+/// Why a command line names no sample.
 #[derive(Debug, thiserror::Error)]
-pub enum WhyError {
+pub enum SampleError {
     /// Not a number.
     #[error(
         "{word:?} is not the number of a sample: samples are numbered from 0, as in the column `sample` of the table"
     )]
     Number {
-        /// What was given.
+        /// Word of the command line.
         word: String,
     },
     /// Two directories.
     #[error("the directory is given twice: {} and {}", shown(first), shown(second))]
     Twice {
         /// Before the sample.
-        first: String,
+        first: PathBuf,
         /// By --dir.
         second: PathBuf,
+    },
+    /// The number before the directory.
+    #[error("the directory comes first: {}", sample_command(command, directory, sample))]
+    Order {
+        /// Name of the command.
+        command: &'static str,
+        /// The directory.
+        directory: PathBuf,
+        /// The number.
+        sample: String,
+    },
+    /// A file in place of a directory.
+    #[error(
+        "{} is a file, not a result directory{}",
+        shown(file),
+        meant.as_ref().map(|meant| format!("; its directory is {}", shown(meant))).unwrap_or_default()
+    )]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Directory of a table.
+        meant: Option<PathBuf>,
+    },
+    /// Two samples.
+    #[error("the sample is given twice: {first} and --sample {second}")]
+    Samples {
+        /// After the directory.
+        first: u64,
+        /// By --sample.
+        second: u64,
+    },
+    /// A sample and a column.
+    #[error("the sample is given twice: {first} and --worst {column}")]
+    SampleAndWorst {
+        /// After the directory.
+        first: u64,
+        /// By --worst.
+        column: String,
+    },
+    /// No sample.
+    #[error(
+        "which sample of {}? its samples are 0 to {}; for example: {}",
+        shown(directory),
+        count - 1,
+        sample_command("why", directory, &(count / 2).to_string())
+    )]
+    Which {
+        /// The directory.
+        directory: PathBuf,
+        /// Samples of the study.
+        count: u64,
     },
     /// No such sample.
     #[error("the study in {} has no sample {sample}; its samples are 0 to {}", shown(directory), count - 1)]
@@ -124,9 +175,36 @@ pub enum WhyError {
         directory: PathBuf,
         /// The number.
         sample: u64,
-        /// Samples there are.
+        /// Samples of the study.
         count: u64,
     },
+    /// A sample without a row.
+    #[error(
+        "sample {sample} has no row in {}, which has {}; its state: {}",
+        shown(table),
+        counted(*rows as u64, "row"),
+        sample_command("why", directory, &sample.to_string())
+    )]
+    NoRow {
+        /// The directory.
+        directory: PathBuf,
+        /// The table, or the folder of its parts.
+        table: PathBuf,
+        /// The number.
+        sample: u64,
+        /// Rows of the table.
+        rows: usize,
+    },
+}
+
+/// The command for a sample.
+fn sample_command(command: &str, directory: &Path, sample: &str) -> String {
+    call::command([OsStr::new(command), call::path_word(directory).as_ref(), OsStr::new(sample)])
+}
+
+/// Reasons why a sample cannot be described.
+#[derive(Debug, thiserror::Error)]
+pub enum WhyError {
     /// A run that has not written down yet what it computes.
     #[error("the run in {} is just beginning: its study is not written there yet", shown(directory))]
     Beginning {
@@ -155,9 +233,9 @@ pub enum WhyError {
 pub enum ReplayError {
     /// Neither a sample nor a column is named.
     #[error(
-        "which sample? --sample N (a number of the column `sample`, up to {last}), or --worst COLUMN for the one with the \
-         largest value; such as\n  {}\n  {}",
-        replay(directory, "--sample", &example.to_string()),
+        "which sample of {}? its samples are up to {last}; --worst COLUMN selects the one with the largest value; for example:\n  {}\n  {}",
+        shown(directory),
+        sample_command("replay", directory, &example.to_string()),
         replay(directory, "--worst", "max_bearing_load_N")
     )]
     Which {
@@ -167,16 +245,6 @@ pub enum ReplayError {
         example: u64,
         /// Its last sample.
         last: u64,
-    },
-    /// No such sample.
-    #[error("{} has no sample {sample}; it has {}", shown(table), counted(*rows as u64, "row"))]
-    Sample {
-        /// The table, or the folder of its parts.
-        table: PathBuf,
-        /// The number.
-        sample: u64,
-        /// Rows there are.
-        rows: usize,
     },
     /// No such column of numbers.
     #[error("{} has no column {column:?} of numbers{}", shown(table), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]

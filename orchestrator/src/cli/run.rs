@@ -121,8 +121,8 @@ pub struct Args {
     #[arg(long, value_name = "WHICH", value_parser = rerun)]
     rerun: Option<Rerun>,
 
-    /// Time between two parts of finished rows (parts/part-N.parquet) while the study runs. Every 65536 rows are a part
-    /// in any case; 0 writes only these
+    /// Time between two parts of finished rows (parts/part-N.parquet) while the study runs; the first ones are written
+    /// after 2 s, 4 s, 8 s and so on. Every 65536 rows are a part in any case; 0 writes only these
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = refresh)]
     refresh: Duration,
 

@@ -140,11 +140,16 @@ impl Values {
         Ok(found)
     }
 
-    /// Worst value and histogram; one line where there is no value yet.
+    /// Worst value and histogram; one line with the number of rows where there is no value yet.
     fn text(&self, column: &str, unit: &str) -> String {
         let show = |value: f64| format_digits(value, unit, 4);
         let Some((largest, sample, status)) = &self.largest else {
-            return format!("\n{column}: no value yet\n");
+            return match self.rows {
+                0 => format!(
+                    "\n{column}: no value yet, because the tables have no row; the run writes the first ones after some seconds\n"
+                ),
+                rows => format!("\n{column}: no value in {}\n", counted(rows as u64, "row")),
+            };
         };
         let mut text = format!("\n{column}: largest so far {} (sample {sample}, {status})\n", show(*largest));
         for (from, to, count) in bins(&self.all) {
@@ -178,6 +183,13 @@ fn bins(values: &[f64]) -> Vec<(f64, f64, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn without_a_value_the_number_of_rows_is_printed() {
+        let text = |rows| Values { rows, ..Values::default() }.text("g", "");
+        assert!(text(0).contains("g: no value yet, because the tables have no row"), "{}", text(0));
+        assert_eq!(text(3), "\ng: no value in 3 rows\n");
+    }
 
     #[test]
     fn bins_count_every_value_once() {

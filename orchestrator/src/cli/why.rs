@@ -4,8 +4,8 @@ use super::error::CliError;
 use super::exit::Exit;
 use super::json::{JsonObject, number, pretty};
 use super::output::{print_json, tell};
-use super::place::default_directory;
-use super::refusals::WhyError;
+use super::refusals::{SampleError, WhyError};
+use super::sample_words;
 use crate::engine;
 use crate::engine_choice::as_planned;
 use crate::run::directory::{LEDGER, MANIFEST, RESULTS, WORKER_LOG, read_current};
@@ -52,7 +52,7 @@ const MOST_LOG: u64 = 64 << 20;
 /// names it.
 #[derive(Debug, clap::Args)]
 #[command(
-    override_usage = "bladeoff why [DIRECTORY] SAMPLE\n       bladeoff why SAMPLE --dir DIRECTORY",
+    override_usage = "bladeoff why [DIRECTORY] SAMPLE\n       bladeoff why DIRECTORY#SAMPLE\n       bladeoff why SAMPLE --dir DIRECTORY",
     after_help = "Examples:
   bladeoff why 17
   bladeoff why runs/first-look 17
@@ -75,7 +75,8 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    let (directory, sample) = place(args)?;
+    let (directory, sample) = sample_words::read("why", &args.words, false, args.dir.as_deref())?;
+    let Some(sample) = sample else { return Err(which(&directory)) };
     let known = known(&directory, sample)?;
     if args.json {
         print_json(&as_json(&known, &directory, sample)?)?;
@@ -83,6 +84,19 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         tell(&known.text())?;
     }
     Ok(Exit::Ok)
+}
+
+/// The question which sample is meant, or the error of a directory without samples.
+fn which(directory: &Path) -> CliError {
+    let samples = match directory_status(directory) {
+        Ok(Some(_)) => frozen(directory),
+        Ok(None) => Err(CliError::NotARun { path: directory.to_path_buf() }),
+        Err(error) => Err(error.into()),
+    };
+    match samples {
+        Ok(samples) => SampleError::Which { directory: directory.to_path_buf(), count: samples.count() }.into(),
+        Err(error) => error,
+    }
 }
 
 /// Everything that is known of a sample, in words.
@@ -141,7 +155,7 @@ fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
     let seen = directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let samples = frozen(directory)?;
     if sample >= samples.count() {
-        return Err(WhyError::Sample { directory: directory.to_path_buf(), sample, count: samples.count() }.into());
+        return Err(SampleError::Sample { directory: directory.to_path_buf(), sample, count: samples.count() }.into());
     }
     let mut lines = Lines::default();
     lines.push("sample", format!("{sample} of {} in {}", samples.count(), shown(directory)));
@@ -259,25 +273,6 @@ impl Lines {
     fn push(&mut self, name: &str, text: impl AsRef<str>) {
         self.0.push((name.to_owned(), visible(text.as_ref()).into_owned()));
     }
-}
-
-/// Directory and sample of the command line.
-fn place(args: &Args) -> Result<(PathBuf, u64), CliError> {
-    let (directory, word) = match args.words.as_slice() {
-        [directory, word] => (Some(directory), word),
-        [word, ..] => (None, word),
-        [] => unreachable!("clap asks for one or two"),
-    };
-    let sample = word.parse().map_err(|_| WhyError::Number { word: word.clone() })?;
-    let directory = match (directory, &args.dir) {
-        (Some(first), Some(second)) => {
-            return Err(WhyError::Twice { first: first.clone(), second: second.clone() }.into());
-        }
-        (Some(directory), None) => directory.into(),
-        (None, Some(directory)) => directory.clone(),
-        (None, None) => default_directory()?,
-    };
-    Ok((directory, sample))
 }
 
 /// The study as it is frozen in the directory, with the part of it that was run.

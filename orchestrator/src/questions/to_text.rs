@@ -49,7 +49,7 @@ pub fn decided(decisions: &[Decision], points: u64, of: u64) -> String {
 fn head(what: &str, points: u64, of: u64) -> String {
     match points {
         0 => format!(
-            "{what}: none yet. Points count in their order, and rows of the first of {} are missing.\n",
+            "{what}: none yet. Points count in their order, and the first of {} has no complete rows in the tables.\n",
             counted(of, "point")
         ),
         _ if points == of => format!("{what}, of {}:\n", counted(of, "point")),
@@ -60,7 +60,7 @@ fn head(what: &str, points: u64, of: u64) -> String {
 /// Where each sample is a point of its own.
 fn head_of_samples(samples: u64, of: u64) -> String {
     match samples {
-        0 => format!("Answers: none yet. There is no row of {}.\n", counted(of, "sample")),
+        0 => format!("Answers: none yet. The tables have no row of {}.\n", counted(of, "sample")),
         _ if samples == of => format!("Answers, of {}:\n", counted(of, "sample")),
         _ => format!("Answers so far, of {samples} of {}:\n", counted(of, "sample")),
     }
@@ -74,7 +74,7 @@ mod tests {
     fn the_head_says_how_far_it_is() {
         assert_eq!(
             head("Answers", 0, 1000),
-            "Answers: none yet. Points count in their order, and rows of the first of 1000 points are missing.\n"
+            "Answers: none yet. Points count in their order, and the first of 1000 points has no complete rows in the tables.\n"
         );
         assert_eq!(head("Answers", 7, 1000), "Answers so far, of the first 7 of 1000 points:\n");
         assert_eq!(head("Gates", 1, 1), "Gates, of 1 point:\n");

@@ -27,6 +27,8 @@ use std::time::{Duration, Instant};
 
 /// Largest number of rows of a part; so many waiting rows are written before the interval is over.
 pub(super) const PART_ROWS: usize = 65_536;
+/// Time of the first part after the start; the time between parts doubles from it until it is the asked one.
+const FIRST: Duration = Duration::from_secs(2);
 /// Pause after a part that could not be written.
 const RETRY: Duration = Duration::from_secs(10);
 
@@ -71,7 +73,8 @@ impl Drop for PartsHandle<'_> {
     }
 }
 
-/// Runs `work` while parts are written: every `every`, earlier with many rows, and only with many rows if `every` is zero.
+/// Runs `work` while parts are written: every `every`, more often at the start ([`FIRST`]) and with many rows, and only with many rows if
+/// `every` is zero.
 /// `there`: rows of earlier runs. After `work` nothing more is written without [`PartsHandle::write_rest`]; the second result is
 /// that of writing the rest.
 ///
@@ -151,7 +154,8 @@ impl From<FileError> for Stop {
 
 impl Writer<'_> {
     fn run(mut self, every: Duration, requests: &Receiver<PartsRequest>) -> Result<(), RunError> {
-        let mut due = if self.earlier.is_some() { Instant::now() } else { Instant::now() + every };
+        let mut between = FIRST.min(every);
+        let mut due = if self.earlier.is_some() { Instant::now() } else { Instant::now() + between };
         let mut failed = None;
         loop {
             let wait = if every.is_zero() && self.earlier.is_none() { RETRY } else { due - Instant::now().min(due) };
@@ -171,7 +175,8 @@ impl Writer<'_> {
                 failed = written.is_err().then(Instant::now);
             }
             if now >= due {
-                due = Instant::now() + if failed.is_some() { RETRY } else { every };
+                between = (between * 2).min(every);
+                due = Instant::now() + if failed.is_some() { RETRY } else { between };
             }
         }
     }
