@@ -304,7 +304,7 @@ fn what_is_not_covered_is_refused_at_its_key() {
     for (path, value) in [
         ("run.force_location", "current"),
         ("run.step", "1 us"),
-        ("rotor.initial_speed", "0 rad/s"),
+        ("diaphragms.seal.blades.count", "0"),
         ("run.contact_step", "1 s"),
     ] {
         let said = refused(&[engine, (path, value)]);

@@ -228,6 +228,26 @@ fn two_flexible_rings_converge() {
     }
 }
 
+/// Two close rings: the minima of one move to the next ring point and back with the impulses at the other. The runs ended with `loss_of_uniqueness`.
+#[test]
+fn close_rings_settle_where_their_points_alternate() {
+    for [one, other] in [[0.45, 0.55], [0.3, 0.31]] {
+        let of = |engine: &str| {
+            let of_run = format!("end_time = 0.05\nengine = \"{engine}\"");
+            let text = rig_text(&of_run, &[("a", one, 3e-4), ("b", other, 3.02e-4)]);
+            let row = run(machine(&text.replace("mass = \"10 g\"", "mass = \"25 g\"")));
+            both_touch(&row);
+            row
+        };
+        let (row, reduced) = (of("exponential"), of("reduced"));
+        assert!(row.value("energy_error") < 2e-7, "{}", row.value("energy_error"));
+        for name in ["contact_impulse_Ns", "max_bearing_load_N", "friction_energy_J"] {
+            near(&row, name, reduced.value(name), 2e-3);
+        }
+        near(&row, "end_speed_rad_s", reduced.value("end_speed_rad_s"), 1e-4);
+    }
+}
+
 /// A ring and a spring at once, in both orders of the file.
 #[test]
 fn a_ring_and_a_spring_touch_at_once() {

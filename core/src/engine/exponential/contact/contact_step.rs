@@ -305,18 +305,20 @@ impl ContactStep {
     #[inline(always)]
     fn collect_minima<V: Eight>(&mut self, rotor: [f64; 2], free: &FreeStep<'_>, operator: &DelassusOperator) {
         self.broad_phase.find_minima::<V>(&self.ring_points, rotor, &self.predictor.ring);
-        let minima = self.broad_phase.minima.len();
+        for at in 0..self.kept.searched.len() {
+            let position = self.place_on_predicted_motion::<V>(self.kept.searched[at], rotor);
+            add_point(self, &position, at, free, operator);
+        }
+        let (minima, has_searched) = (self.broad_phase.minima.len(), !self.points.is_empty());
         // gap minima first, then the points of the last step
         for at in 0..minima + self.pressed.len() {
-            let index = if at < minima {
-                self.broad_phase.minima[at]
-            } else {
-                let (index, count) = (self.pressed[at - minima].position.index, self.ring_points.count());
-                if self.points.iter().any(|point| are_adjacent(point.position.index, index, count)) {
-                    continue;
-                }
-                index
-            };
+            let index =
+                if at < minima { self.broad_phase.minima[at] } else { self.pressed[at - minima].position.index };
+            let is_adjacent =
+                |point: &ContactPoint| are_adjacent(point.position.index, index, self.ring_points.count());
+            if (at >= minima || has_searched) && self.points.iter().any(is_adjacent) {
+                continue;
+            }
             let position = self.broad_phase.minimum_near(&self.ring_points, index, rotor, &self.predictor.ring);
             let (is_added, max_points) =
                 if at < minima { (position.gap < 0.0, POINTS - 2) } else { (true, POINTS - 1) };

@@ -126,16 +126,20 @@ impl StatorContact {
     }
 
     /// Finds the impulse of a contact step under given impulses at the other diaphragms. Can be repeated in a step, which
-    /// [`StatorContact::finish_step`] ends.
+    /// [`StatorContact::finish_step`] ends. `keeps_points`: whether the points of the searches before in this step take part.
     ///
     /// # Errors
     /// [`ExponentialError::NoImpulses`] where no impulses fulfil the conditions of a ring.
-    pub fn find(&mut self, free: &FreeStep<'_>) -> Result<Option<ContactImpulse>, ExponentialError> {
+    pub fn find(
+        &mut self,
+        free: &FreeStep<'_>,
+        keeps_points: bool,
+    ) -> Result<Option<ContactImpulse>, ExponentialError> {
         match &mut self.stator {
             Stator::Ring(ring) => {
                 match self.found {
                     None => ring.begin_step(),
-                    Some(_) => ring.restore_last_impulses(),
+                    Some(_) => ring.restore_last_impulses(keeps_points),
                 }
                 let least_gap = ring.find(free)?;
                 self.found = Some(Found::Ring(least_gap));

@@ -13,6 +13,9 @@
 //! All diaphragms have one contact step. A diaphragm that nothing touches adds no impulse, so it changes no digit of the others. A
 //! ring at rest that the rotor does not reach costs one comparison in a contact step.
 //!
+//! Whether a point of a ring joins depends on its penetration, so the impulses of a ring jump with those at another diaphragm. Rounds
+//! around such a jump would alternate. From [`SETTLING_ROUNDS`] on a ring therefore keeps all points of the rounds before.
+//!
 //! Source: block Gauss-Seidel iteration on the Delassus operator of all diaphragms, as in `engine::together`. The rounds contract by
 //! the coupling of two seats over a step, `D_ij D_ji/(D_ii D_jj)`. Limits: rounds whose direction of slip alternates end the run
 //! after [`MAX_ROUNDS`]. Verified by `tests/exponential/several_diaphragms.rs`.
@@ -36,7 +39,7 @@ use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 const MAX_ROUNDS: usize = 100;
 /// Change of an impulse between two rounds that is negligible, relative to the largest impulse of the step.
 const MAX_CHANGE: f64 = 1e-9;
-/// Rounds after which [`MAX_LATE_CHANGE`] is negligible: close points of a ring may exchange impulses in every round.
+/// Rounds after which [`MAX_LATE_CHANGE`] is negligible, and rings keep their points: close points of a ring may exchange impulses in every round.
 const SETTLING_ROUNDS: usize = 30;
 const MAX_LATE_CHANGE: f64 = 1e-6;
 
@@ -275,7 +278,7 @@ fn solve_several(contacts: &mut [DiaphragmContact], free_motion: &FreeMotion) ->
     let free = reached.map(|at| contacts[at].free_step(free_motion));
     let mut is_alone = false;
     if let (Some(at), Some(free)) = (reached, &free) {
-        contacts[at].found = contacts[at].stator.find(free)?;
+        contacts[at].found = contacts[at].stator.find(free, false)?;
         contacts[at].is_due = false;
         let is_clear = |other: &DiaphragmContact| other.is_clear(other.ends_under(contacts, free_motion));
         is_alone = contacts.iter().all(|other| other.index == at || is_clear(other));
@@ -309,7 +312,8 @@ fn solve_together(contacts: &mut [DiaphragmContact], free_motion: &FreeMotion) -
             return Err(ExponentialError::NoImpulses);
         }
         rounds += 1;
-        let max_change = if rounds > SETTLING_ROUNDS { MAX_LATE_CHANGE } else { MAX_CHANGE };
+        let is_late = rounds > SETTLING_ROUNDS;
+        let max_change = if is_late { MAX_LATE_CHANGE } else { MAX_CHANGE };
         for at in 0..contacts.len() {
             if !std::mem::take(&mut contacts[at].is_due) {
                 continue;
@@ -318,7 +322,7 @@ fn solve_together(contacts: &mut [DiaphragmContact], free_motion: &FreeMotion) -
                 None
             } else {
                 let free = contacts[at].free_step_under(contacts, free_motion);
-                contacts[at].stator.find(&free)?
+                contacts[at].stator.find(&free, is_late)?
             };
             let last = std::mem::replace(&mut contacts[at].found, found);
             if change(last, found, contacts) > max_change {

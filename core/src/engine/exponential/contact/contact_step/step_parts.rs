@@ -10,11 +10,13 @@ use super::ContactStep;
 use crate::eight::{Eight, by_width};
 use crate::engine::exponential::ExponentialError;
 
-/// Contact points of the last step, and the impulses of the predictor.
+/// Contact points of the last step, and the impulses of the predictor; ring points, with offsets, of
+/// the search before in this step that take part in the next.
 #[derive(Default)]
 pub(super) struct LastStep {
     pub(super) pressed: Vec<PressedPoint>,
     pub(super) predictor: LastImpulses,
+    pub(super) searched: Vec<(usize, f64)>,
 }
 
 impl ContactStep {
@@ -28,12 +30,23 @@ impl ContactStep {
     pub fn begin_step(&mut self) {
         self.current = 1 - self.current;
         self.kept.pressed.clear();
+        self.kept.searched.clear();
         self.model_slopes[0] = self.model_slopes[1];
         propagate_step(self);
     }
 
-    /// Takes back the impulses of the last step that a search in this one has forgotten, before the search is repeated.
-    pub fn restore_last_impulses(&mut self) {
+    /// Takes back the impulses of the last step that a search in this one has forgotten, before the search is repeated. With
+    /// `keeps_points` nothing is taken back, and the points of the search before take part where they are.
+    pub fn restore_last_impulses(&mut self, keeps_points: bool) {
+        if keeps_points {
+            if !self.points.is_empty() {
+                self.kept.searched.clear();
+                self.kept
+                    .searched
+                    .extend(self.points.iter().map(|point| (point.position.index, point.position.offset)));
+            }
+            return;
+        }
         if self.pressed.is_empty() && !self.kept.pressed.is_empty() {
             self.pressed.clone_from(&self.kept.pressed);
             self.predictor.set_last(&self.kept.predictor);
