@@ -42,8 +42,12 @@ impl NodalForces {
 
     /// Adds a force at a place of the surface: radial and tangential part \[N\].
     pub fn add_at(&mut self, surface: &Surface, (element, xi): (usize, f64), [radial, tangential]: [f64; 2]) {
-        for (dof, r, t) in surface.shapes(element, xi) {
-            self.add(dof, radial * r + tangential * t);
+        let forces = surface.shapes(element, xi).map(|(dof, r, t)| (dof, radial * r + tangential * t));
+        // the two nodes of an element differ
+        if self.0.is_empty() && surface.nodes > 1 {
+            self.0.extend_from_slice(&forces);
+        } else {
+            forces.into_iter().for_each(|(dof, force)| self.add(dof, force));
         }
     }
 

@@ -14,8 +14,8 @@ use crate::structure::Part;
 use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times};
 use bladeoff_numerics::linalg::{Csr, Matrix};
 
-/// Groups of places with bounds of the stresses by contact forces.
-const GROUPS: usize = 3;
+/// Largest number of groups of places with bounds of the stresses by contact forces.
+const GROUPS: usize = 4;
 /// The bound with room for the rounding of its sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
