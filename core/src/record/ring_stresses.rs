@@ -163,7 +163,7 @@ impl RingStressRecorder {
         row.peak(
             "max_ring_stress",
             "Pa",
-            "largest hoop plus bending stress at a face of the diaphragm's ring, nominal",
+            "largest hoop plus bending stress at a face of the diaphragm's ring, nominal; engine exponential without a yield limit: up to about 4 % too small",
             with_ring.map(|ring| ring.ring),
         );
         row.real(

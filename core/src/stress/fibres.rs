@@ -14,8 +14,8 @@ use crate::structure::Part;
 use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times};
 use bladeoff_numerics::linalg::{Csr, Matrix};
 
-/// Groups of places with bounds of the stresses by contact forces.
-const GROUPS: usize = 3;
+/// Largest number of groups of places with bounds of the stresses by contact forces.
+pub(super) const GROUPS: usize = 4;
 /// The bound with room for the rounding of its sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
@@ -116,14 +116,14 @@ impl Bounds {
         rows_times(&self.pairs, amplitudes)
     }
 
-    /// Bounds of the stresses of the first groups by the difference of contact forces from others \[Pa\]; 0 without truncated modes.
-    pub fn of_forces(&self, forces: &NodalForces, from: &NodalForces) -> [f64; GROUPS] {
+    /// Bounds of the stresses of the first groups by contact forces on DOFs \[Pa\]; 0 without truncated modes.
+    pub fn of_forces(&self, forces: impl Iterator<Item = (usize, f64)>) -> [f64; GROUPS] {
         let mut sums = [0.0; GROUPS];
-        forces.differences(from, |dof, force| {
+        for (dof, force) in forces {
             if let Some(largest) = self.forces.get(dof) {
                 sums.iter_mut().zip(largest).for_each(|(sum, largest)| *sum += force.abs() * largest);
             }
-        });
+        }
         sums
     }
 }

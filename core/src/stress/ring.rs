@@ -1,7 +1,7 @@
 //! Stress of the diaphragm's ring: membrane and bending.
 
 use super::blades::BladeStresses;
-use super::fibres::{Amplitudes, Bounds, Fibres, Pairs};
+use super::fibres::{Amplitudes, Bounds, Fibres, GROUPS, Pairs};
 use super::force_columns::ForceColumns;
 use crate::stator::NodalForces;
 use crate::structure::{Coordinates, RingPart};
@@ -46,6 +46,8 @@ pub(crate) struct RingStresses {
 struct Last {
     coordinates: Vec<f64>,
     forces: NodalForces,
+    /// Bounds of the stresses by the latter \[Pa\].
+    by_forces: [f64; GROUPS],
     /// Bounds of their stresses \[Pa\]: of the ring, of the blades, and of the bending of the blades alone.
     most: [f64; 3],
 }
@@ -84,7 +86,12 @@ impl RingStresses {
             Some(blades) => Bounds::new(&[&ring, &blades.both, &blades.bending]),
             None => Bounds::new(&[&ring]),
         };
-        let last = Last { coordinates: vec![0.0; coordinates.size()], forces: NodalForces::none(), most: [0.0; 3] };
+        let last = Last {
+            coordinates: vec![0.0; coordinates.size()],
+            forces: NodalForces::none(),
+            by_forces: [0.0; GROUPS],
+            most: [0.0; 3],
+        };
         let spacing = 2.0 * std::f64::consts::PI / stator.ring.elements as f64;
         Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default(), last }
     }
@@ -100,14 +107,17 @@ impl RingStresses {
     pub fn above(&mut self, known: &Known, q: &[f64], forces: &NodalForces) -> Largest {
         let Self { pairs, ring, blades, bounds, amplitudes, last, .. } = self;
         let far = bounds.of(pairs.distances(q, &last.coordinates, amplitudes));
-        let far_by_forces = bounds.of_forces(forces, &last.forces);
+        let by_forces = bounds.of_forces(forces.all().iter().copied());
+        let far_by_forces = match forces.changes(&last.forces) {
+            Some(changes) => bounds.of_forces(changes),
+            None => std::array::from_fn(|group| by_forces[group] + last.by_forces[group]),
+        };
         let known = [known.ring, known.blades, known.bending];
         let mut most = [0, 1, 2].map(|group| last.most[group] + (far[group] + far_by_forces[group]));
         if (0..3).all(|group| most[group] <= known[group]) {
             return Largest::default();
         }
-        let (whole, by_forces) =
-            (bounds.of(pairs.amplitudes(q, amplitudes)), bounds.of_forces(forces, &NodalForces::none()));
+        let whole = bounds.of(pairs.amplitudes(q, amplitudes));
         let whole = [0, 1, 2].map(|group| whole[group] + by_forces[group]);
         let mut of = |group: usize, fibres: Option<&mut Fibres>, may: bool| {
             most[group] = most[group].min(whole[group]);
@@ -122,6 +132,7 @@ impl RingStresses {
         let bending = of(2, blades.as_mut().map(|blades| &mut blades.bending), bends);
         last.coordinates.copy_from_slice(q);
         last.forces.clone_from(forces);
+        last.by_forces = by_forces;
         last.most = [0, 1, 2].map(|group| most[group] + ROUNDING * whole[group]);
         Largest { ring, blades: both, bending }
     }

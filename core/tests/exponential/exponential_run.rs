@@ -69,7 +69,14 @@ fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     let reference = run(machine_with(&study_machine("lp_turbine_paper"), &[change[0], ("run.step", "1.35e-5 s")]));
     let ours = exponential(machine_with(&study_machine("lp_turbine_paper"), &change), 1.25e-5);
     assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
-    agree(&ours, &reference, COLUMNS);
+    let (ring, others): (Vec<_>, Vec<_>) = COLUMNS.iter().partition(|(name, _)| *name == "max_ring_stress_Pa");
+    agree(&ours, &reference, &others);
+    // two points beside a blade's foot share the force, in each engine in its own way: the reference is a run with all ring modes
+    let all_modes = [change[0], ("run.ring_modes", "10000")];
+    let exact = exponential(machine_with(&study_machine("lp_turbine_paper"), &all_modes), 2.5e-6).value(ring[0].0);
+    let errors = [&ours, &reference].map(|row| row.value(ring[0].0) / exact - 1.0);
+    println!("ring stress against all ring modes: {errors:?}");
+    assert!(errors.iter().all(|error| (0.0..0.08).contains(error)), "{errors:?}");
     println!("energy error {:e}, normal work {:e}", ours.value("energy_error"), ours.value("normal_work_J"));
     assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
 }

@@ -1,6 +1,6 @@
 //! Times at which yield limits are first exceeded, against stresses evaluated at every contact step of a history.
 //!
-//! The history is that of a run without static residual: its ring has the displacement of its modes alone, as the recorded stresses do. Ring and blades are evaluated here from the nodal
+//! The history is that of a run without static residual: the truncated modes, which follow the friction force in stresses alone, are missing in both. Ring and blades are evaluated here from the nodal
 //! displacements by the formulas of docs/theory/07-stresses-and-rub.md, the shaft by [`ShaftStresses`], which has tests of its own against textbook formulas.
 
 use crate::common::{Every, Row, machine_with, run, run_seen, study_machine};

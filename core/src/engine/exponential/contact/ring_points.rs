@@ -36,7 +36,7 @@ const MAX_ALIKE_ELEMENTS: usize = 200;
 /// Points of one ring, with the mode shapes and the response of the truncated modes there.
 #[derive(Debug, Clone)]
 pub(crate) struct RingPoints {
-    /// Surface of the ring.
+    /// Surface of the ring, for its shape functions: rings that touch at their mean line share these points whatever their gap.
     pub surface: Surface,
     /// Angle between two points \[rad\].
     pub spacing: f64,
