@@ -223,3 +223,26 @@ fn a_released_blade_rubs_and_nobody_who_looks_changes_it() {
         assert!(plain.value("energy_error") < 1e-5, "{engine}: {}", plain.value("energy_error"));
     }
 }
+
+/// A second mass is lost while the rotor rubs: the balance closes, and both engines have the same energy and speed of it.
+#[test]
+fn a_second_blade_is_lost_in_a_rub() {
+    let text = study_machine("lab_rig").replace("end_time = \"0.6 s\"", "end_time = \"0.25 s\"").replace(
+        "[rotor.damping]",
+        "[rotor.unbalances.second]\ndisc = \"left\"\nmass = \"4 g\"\nradius = \"40 mm\"\nphase = \"50 deg\"\nkind = \"lost\"\n\
+         release_time = \"0.2000013 s\"\n\n[rotor.damping]",
+    );
+    let rows = ["reduced", "exponential"]
+        .map(|engine| run(machine(&text.replace("[run]", &format!("[run]\nengine = \"{engine}\"")))));
+    for row in &rows {
+        assert!(
+            row.value("first_contact_s") < 0.19 && row.value("contact_impulse_Ns") > 0.1,
+            "contact before the release"
+        );
+        assert!(row.value("energy_error") < 1e-5, "{}", row.value("energy_error"));
+        println!("{} {}", row.value("released_energy_J"), row.value("release_second_at_rad_s"));
+    }
+    for column in ["released_energy_J", "release_second_at_rad_s"] {
+        close(column, rows[1].value(column), rows[0].value(column), 2e-2);
+    }
+}
