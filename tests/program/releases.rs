@@ -89,8 +89,13 @@ fn a_history_has_the_energy_of_the_released_mass_and_a_twin_the_same_release() {
         let text = fs::read_to_string(folder.path("history.csv")).expect("written");
         let mut lines = text.lines().filter(|line| !line.starts_with('#'));
         let place = lines.next().expect("a head").split(',').position(|name| name.contains("released_J"));
-        let last =
-            lines.next_back().expect("instants").split(',').nth(place.expect("the channel")).expect("a cell").to_owned();
+        let last = lines
+            .next_back()
+            .expect("instants")
+            .split(',')
+            .nth(place.expect("the channel"))
+            .expect("a cell")
+            .to_owned();
         let energy: f64 = last.parse().expect("a number");
         assert!((energy / row["released_energy_J"].as_f64().expect("there") - 1.0).abs() < 1e-9, "{energy} {row}");
     }
