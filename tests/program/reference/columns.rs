@@ -10,9 +10,10 @@ use std::fs;
 
 pub fn page() -> String {
     let text = fs::read_to_string(root().join("studies/machines/lp_turbine_paper.toml")).expect("shipped");
-    // with a pedestal and a monitor, which have columns of their own
+    // with a pedestal, a monitor and a release, which have columns of their own
     let text = format!(
-        "{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n[monitors.NAME]\nposition = \"1 m\"\ngap = \"1 mm\"\n"
+        "{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n[monitors.NAME]\nposition = \"1 m\"\ngap = \"1 mm\"\n\
+         [rotor.unbalances.NAME]\nposition = \"4.55 m\"\nmass = \"1 kg\"\nradius = \"1 m\"\nrelease_time = \"1 s\"\n"
     );
     let machine = MachineDef::parse("lp_turbine_paper.toml", &text).and_then(|def| def.build()).expect("valid");
     let bearings: Vec<String> = machine.rotor.bearings.iter().map(|bearing| bearing.name.clone()).collect();
