@@ -62,6 +62,42 @@ pub fn table_rotor(interpolation: &str, tail: &str) -> String {
     )
 }
 
+/// Rotor of the independent reference of two diaphragms: 1 m long, a disc of 20 kg in the middle, 250 rad/s at t = 0. `of_run`: lines of `[run]`.
+pub fn seal_rotor(of_run: &str, diaphragms: &str) -> String {
+    format!(
+        "schema = 1\nname = \"two\"\n[run]\nend_time = 0.25\n{of_run}\nend_beyond = \"off\"\n\
+         [rotor]\ninitial_speed = 250\n\
+         [rotor.material]\nyoung_modulus = 200e9\npoisson_ratio = 0.3\ndensity = 7800\nshear_coefficient = {:?}\n\
+         [[rotor.shaft]]\nlength = 1\ndiameter = 0.05\nelements = 4\n\
+         [rotor.discs.middle]\nposition = 0.5\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
+         [rotor.bearings.left]\nposition = 0\nstiffness = 1e7\ndamping = 2000\naxial_stiffness = 1e6\n\
+         [rotor.bearings.right]\nposition = 1\nstiffness = 1e7\ndamping = 2000\n\
+         [rotor.unbalances.blade_off]\nposition = 0.5\nmass = 0.1\nradius = 0.1\n\
+         [rotor.damping]\nstiffness_proportional = 2e-5\n\
+         [braking]\nconstant = 20\nlinear = 0.05\nquadratic = 2e-4\n{diaphragms}",
+        7.8 / 8.8,
+    )
+}
+
+/// Radial spring of [`seal_rotor`].
+pub fn spring_seal(name: &str, position: f64, gap: f64) -> String {
+    format!(
+        "[diaphragms.{name}]\nkind = \"radial-spring\"\nstiffness = 2e6\n[diaphragms.{name}.contact]\nposition = {position:?}\n\
+         rotor_radius = 0.04\ngap = {gap:?}\nfriction = 0.15\nfriction_law = \"slip\"\n"
+    )
+}
+
+/// Text of the lab rig with its ring at other places: names, positions and gaps. `of_run`: lines in the place of its end time.
+pub fn with_rings(rig: &str, of_run: &str, rings: &[(&str, f64, f64)]) -> String {
+    let (before, ring) = rig.split_at(rig.find("[diaphragms.seal]").expect("has a ring"));
+    let rings = rings.iter().map(|(name, position, gap)| {
+        ring.replace("seal", name)
+            .replace("position = \"0.5 m\"", &format!("position = {position:?}"))
+            .replace("gap = \"0.5 mm\"", &format!("gap = {gap:?}"))
+    });
+    before.replace("end_time = \"0.6 s\"", of_run) + &rings.collect::<String>()
+}
+
 /// A rotor drawn at random, whose lost masses may have more inertia than their nodes, which no start in the plane of the nodes sees: the
 /// same mass and unbalance are lost as `2 m` on the axis, with m added opposite.
 pub fn drawn(text: &str) -> Machine {

@@ -4,37 +4,18 @@
 //! the span, integrated by Radau IIA of order 5 (two tolerances agree to 1e-7 or better in forces, 1e-9 in the end speed).
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
-use crate::common::{Row, machine, run};
+use crate::common::{Row, machine, run, seal_rotor, spring_seal, study_machine, with_rings};
 use bladeoff_core::record::columns;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 
-/// The rotor of the reference: 1 m long, a disc of 20 kg in the middle, 250 rad/s at the start.
+/// The rotor of the reference on the full engine.
 fn rotor(step: f64, diaphragms: &str) -> String {
-    format!(
-        "schema = 1\nname = \"two\"\n[run]\nend_time = 0.25\nengine = \"full\"\nstep = {step:?}\nend_beyond = \"off\"\n\
-         [rotor]\ninitial_speed = 250\n\
-         [rotor.material]\nyoung_modulus = 200e9\npoisson_ratio = 0.3\ndensity = 7800\nshear_coefficient = {:?}\n\
-         [[rotor.shaft]]\nlength = 1\ndiameter = 0.05\nelements = 4\n\
-         [rotor.discs.middle]\nposition = 0.5\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
-         [rotor.bearings.left]\nposition = 0\nstiffness = 1e7\ndamping = 2000\naxial_stiffness = 1e6\n\
-         [rotor.bearings.right]\nposition = 1\nstiffness = 1e7\ndamping = 2000\n\
-         [rotor.unbalances.blade_off]\nposition = 0.5\nmass = 0.1\nradius = 0.1\n\
-         [rotor.damping]\nstiffness_proportional = 2e-5\n\
-         [braking]\nconstant = 20\nlinear = 0.05\nquadratic = 2e-4\n{diaphragms}",
-        7.8 / 8.8,
-    )
-}
-
-fn spring(name: &str, position: f64, gap: f64) -> String {
-    format!(
-        "[diaphragms.{name}]\nkind = \"radial-spring\"\nstiffness = 2e6\n[diaphragms.{name}.contact]\nposition = {position:?}\n\
-         rotor_radius = 0.04\ngap = {gap:?}\nfriction = 0.15\nfriction_law = \"slip\"\n"
-    )
+    seal_rotor(&format!("engine = \"full\"\nstep = {step:?}"), diaphragms)
 }
 
 fn pair(step: f64, gaps: [f64; 2]) -> Row {
-    let diaphragms = spring("a", 0.25, gaps[0]) + &spring("b", 0.75, gaps[1]);
+    let diaphragms = spring_seal("a", 0.25, gaps[0]) + &spring_seal("b", 0.75, gaps[1]);
     let row = run(machine(&rotor(step, &diaphragms)));
     assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
     row
@@ -51,7 +32,7 @@ const EQUAL: [f64; 2] = [4e-4, 4e-4];
 
 #[test]
 fn one_diaphragm_has_the_force_of_the_reference() {
-    let row = run(machine(&rotor(STEP, &spring("a", 0.25, 4e-4))));
+    let row = run(machine(&rotor(STEP, &spring_seal("a", 0.25, 4e-4))));
     near(row.value("max_contact_force_N"), 629.2825138, 1e-5, "force");
     near(row.value("end_speed_rad_s"), 199.1478310655, 1e-7, "end speed");
 }
@@ -75,18 +56,9 @@ fn unequal_gaps_have_the_forces_of_the_reference_and_those_of_the_mirrored_machi
     near(mirrored.value("end_speed_rad_s"), row.value("end_speed_rad_s"), 1e-9, "mirrored");
 }
 
-const RIG: &str = include_str!("../../../studies/machines/lab_rig.toml");
-
 /// The test rig with rings of these names, places and gaps in the place of its own.
-fn rig(run: &str, rings: &[(&str, f64, f64)]) -> Machine {
-    let (before, ring) = RIG.split_at(RIG.find("[diaphragms.seal]").expect("has a ring"));
-    let rings = rings.iter().map(|(name, position, gap)| {
-        ring.replace("seal", name)
-            .replace("position = \"0.5 m\"", &format!("position = {position:?}"))
-            .replace("gap = \"0.5 mm\"", &format!("gap = {gap:?}"))
-    });
-    let before = before.replace("end_time = \"0.6 s\"", run);
-    machine(&(before + &rings.collect::<String>()))
+fn rig(of_run: &str, rings: &[(&str, f64, f64)]) -> Machine {
+    machine(&with_rings(&study_machine("lab_rig"), of_run, rings))
 }
 
 #[test]

@@ -5,40 +5,20 @@
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::bearing_tables;
-use crate::common::{Row, close, machine, run, run_seen, study_machine};
+use crate::common::{Row, close, machine, run, run_seen, seal_rotor, spring_seal, study_machine, with_rings};
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 
-/// Rotor of the reference: 1 m long, a disc of 20 kg in the middle, 250 rad/s at t = 0.
 fn rotor(of_run: &str, diaphragms: &str) -> Machine {
-    machine(&format!(
-        "schema = 1\nname = \"two\"\n[run]\nend_time = 0.25\n{of_run}\nend_beyond = \"off\"\n\
-         [rotor]\ninitial_speed = 250\n\
-         [rotor.material]\nyoung_modulus = 200e9\npoisson_ratio = 0.3\ndensity = 7800\nshear_coefficient = {:?}\n\
-         [[rotor.shaft]]\nlength = 1\ndiameter = 0.05\nelements = 4\n\
-         [rotor.discs.middle]\nposition = 0.5\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
-         [rotor.bearings.left]\nposition = 0\nstiffness = 1e7\ndamping = 2000\naxial_stiffness = 1e6\n\
-         [rotor.bearings.right]\nposition = 1\nstiffness = 1e7\ndamping = 2000\n\
-         [rotor.unbalances.blade_off]\nposition = 0.5\nmass = 0.1\nradius = 0.1\n\
-         [rotor.damping]\nstiffness_proportional = 2e-5\n\
-         [braking]\nconstant = 20\nlinear = 0.05\nquadratic = 2e-4\n{diaphragms}",
-        7.8 / 8.8,
-    ))
-}
-
-fn spring(name: &str, position: f64, gap: f64) -> String {
-    format!(
-        "[diaphragms.{name}]\nkind = \"radial-spring\"\nstiffness = 2e6\n[diaphragms.{name}.contact]\nposition = {position:?}\n\
-         rotor_radius = 0.04\ngap = {gap:?}\nfriction = 0.15\nfriction_law = \"slip\"\n"
-    )
+    machine(&seal_rotor(of_run, diaphragms))
 }
 
 const EXPONENTIAL: &str = "engine = \"exponential\"";
 
 /// Row of the reference's rotor with springs a and b of these gaps, both of which touch.
 fn pair(of_run: &str, gaps: [f64; 2]) -> Row {
-    let row = run(rotor(of_run, &(spring("a", 0.25, gaps[0]) + &spring("b", 0.75, gaps[1]))));
+    let row = run(rotor(of_run, &(spring_seal("a", 0.25, gaps[0]) + &spring_seal("b", 0.75, gaps[1]))));
     both_touch(&row);
     row
 }
@@ -98,16 +78,6 @@ fn rig_text(of_run: &str, rings: &[(&str, f64, f64)]) -> String {
     with_rings(&study_machine("lab_rig"), of_run, rings)
 }
 
-fn with_rings(text: &str, of_run: &str, rings: &[(&str, f64, f64)]) -> String {
-    let (before, ring) = text.split_at(text.find("[diaphragms.seal]").expect("has a ring"));
-    let rings = rings.iter().map(|(name, position, gap)| {
-        ring.replace("seal", name)
-            .replace("position = \"0.5 m\"", &format!("position = {position:?}"))
-            .replace("gap = \"0.5 mm\"", &format!("gap = {gap:?}"))
-    });
-    before.replace("end_time = \"0.6 s\"", of_run) + &rings.collect::<String>()
-}
-
 fn rig(of_run: &str, rings: &[(&str, f64, f64)]) -> Machine {
     machine(&rig_text(of_run, rings))
 }
@@ -147,7 +117,7 @@ fn a_diaphragm_out_of_reach_changes_no_digit() {
     }
     let of_run = format!("{EXPONENTIAL}\ncontact_step = 5e-6");
     let of = |diaphragms: &str| run(rotor(&of_run, diaphragms));
-    let (near, far) = (spring("seal", 0.25, 4e-4), spring("far", 0.75, 1e-2));
+    let (near, far) = (spring_seal("seal", 0.25, 4e-4), spring_seal("far", 0.75, 1e-2));
     let alone = of(&near);
     same_digits(&alone, &of(&(near.clone() + &far)), "seal");
     same_digits(&alone, &of(&(far + &near)), "seal");
@@ -254,7 +224,7 @@ fn a_ring_and_a_spring_touch_at_once() {
     let of = |is_ring_first: bool, engine: &str| {
         let text = rig_text(&format!("end_time = 0.15\n{engine}\nrotor_modes = 30"), &[("a", 0.4, 3e-4)]);
         let at = text.find("[diaphragms.a]").expect("has a ring");
-        let spring = spring("b", 0.6, 3.05e-4).replace("0.04", "0.02").replace("2e6", "2e5");
+        let spring = spring_seal("b", 0.6, 3.05e-4).replace("0.04", "0.02").replace("2e6", "2e5");
         let text = if is_ring_first { text + &spring } else { format!("{}{spring}{}", &text[..at], &text[at..]) };
         let row = run(machine(&text));
         both_touch(&row);
