@@ -34,7 +34,8 @@ pub(crate) use contact::Touch;
 pub(crate) use end::End;
 pub(crate) use energies::EnergyBalance;
 pub(crate) use peak::{At, Peak};
-pub(crate) use ring::{RingInstant, RingState};
+pub(crate) use ring::RingInstant;
+pub(crate) use ring_stresses::RingState;
 pub(crate) use twin::{Compared, Twin};
 
 use end::Steps;

@@ -2,10 +2,9 @@
 
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
-use super::ring_stresses::RingStressRecorder;
+use super::ring_stresses::{RingState, RingStressRecorder};
 use super::row::{OfRing, Row};
 use super::whirl::{Motion, WhirlRecorder};
-use crate::stator::NodalForces;
 use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Empty, EndCause};
@@ -22,15 +21,6 @@ pub(crate) struct RingInstant<'a> {
     pub touch: Option<Touch>,
     /// State of the flexible ring, once it moves.
     pub ring: Option<RingState<'a>>,
-}
-
-/// State of a flexible ring at an instant, from which its stresses follow.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RingState<'a> {
-    /// Coordinates.
-    pub coordinates: &'a [f64],
-    /// Contact forces, which the truncated modes follow; without truncated modes they are not used.
-    pub forces: &'a NodalForces,
 }
 
 /// Quantity of the largest distance of the rotor from the ring's centre.

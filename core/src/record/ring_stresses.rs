@@ -1,8 +1,8 @@
 //! Largest stresses of one diaphragm: of its ring, and of its blades.
 
 use super::peak::{At, Peak};
-use super::ring::RingState;
 use super::row::{FLEXIBLE, Row};
+use crate::stator::NodalForces;
 use crate::stress::{Known, RingStresses};
 use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
@@ -10,6 +10,15 @@ use bladeoff_model::outcome::Empty;
 
 /// Part that a machine needs for stresses of blades.
 const BLADES: &str = "a diaphragm with blades";
+
+/// State of a flexible ring at an instant, from which its stresses follow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RingState<'a> {
+    /// Coordinates.
+    pub coordinates: &'a [f64],
+    /// Contact forces, which the truncated modes follow; without truncated modes they are not used.
+    pub forces: &'a NodalForces,
+}
 
 /// Watches the ring of one diaphragm and its blades.
 #[derive(Debug, Clone)]
