@@ -1,6 +1,6 @@
 //! `bladeoff run`: a study on all cores.
 
-use super::answer::{answers_of_run, check_questions, refinement, waiting};
+use super::answer::{answers_of_run, check_questions, refinement, understood, waiting};
 use super::budget::BudgetArgs;
 use super::error::CliError;
 use super::exit::Exit;
@@ -11,14 +11,16 @@ use crate::dispatch::{self, DispatchError, Ended, limit_preparation, time_left, 
 use crate::engine_choice::by_starts;
 use crate::html_report::{Horizon, LimitTable, bearings_of};
 use crate::plausible::implausible_of;
-use crate::questions::{Refinement, check_asked};
+use crate::questions::{Refinement, check_asked, columns_asked};
 use crate::run::directory::LEDGER;
 use crate::run::shards::{SHARDS, cores, row_files};
 use crate::run::{
-    Finished, PrecisionCheck, Refining, Request, Rerun, RunError, TRUST, give_back, own_columns, resume_command, run,
+    Finished, PrecisionCheck, Refining, Request, Rerun, RunError, TRUST, Watched, give_back, own_columns,
+    resume_command, run,
 };
 use crate::start_check::check_starts;
 use crate::terminal::Tally;
+use bladeoff_answers::ask::{Ask, Figure};
 use bladeoff_answers::summary::are;
 use bladeoff_answers::summary::{Summary, counted, duration, wrapped};
 use bladeoff_model::outcome::{Cause, Status};
@@ -295,6 +297,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
         rerun: args.rerun.clone(),
         looking: waiting(&samples)?.map(|waiting| Rc::new(waiting) as Rc<dyn PrecisionCheck>),
         refining: refinement.map(|refinement| Rc::new(refinement) as Rc<dyn Refining>),
+        watched: watched(&samples),
         refresh: args.refresh,
         sample: args.budget.of_sample(samples.study().limits.sample),
         limits,
@@ -399,6 +402,18 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
     }
     let total = finished.end.map_or(total, |end| end.samples);
     verdict_of(study, &finished.tally, total)
+}
+
+/// Quantities of the progress line: those of the questions.
+fn watched(samples: &Samples) -> Watched {
+    let study = samples.study();
+    // questions with mistakes were rejected before
+    let asked = understood(samples, &study.file, &study.text, &study.asked).unwrap_or_default();
+    let probabilities = asked.questions.iter().filter_map(|question| match &question.ask {
+        Ask::One(Figure::Probability(formula)) => Some((question.name.clone(), formula.clone())),
+        _ => None,
+    });
+    Watched { columns: columns_asked(samples, &asked.questions, &[]), probabilities: probabilities.collect() }
 }
 
 /// Whether more samples of a complete study failed, were invalid or beyond the model than it allows.

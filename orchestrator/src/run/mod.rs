@@ -66,6 +66,7 @@ pub use lock::{Holder, LockError, LockKeeper, LockState, give_back, lock_state};
 pub use provenance::is_of_formulas;
 pub use request::{Finished, Request};
 pub use resume::Rerun;
+pub use so_far::Watched;
 pub(crate) use stamp::timestamp;
 pub use status::{DirectoryStatus, RunState, TRUST, directory_status, resume_command};
 pub use trust::Untrusted;

@@ -4,6 +4,7 @@ use super::chosen::Refining;
 use super::directory::RESULTS;
 use super::end::{PrecisionCheck, TableEnd};
 use super::resume::Rerun;
+use super::so_far::Watched;
 use crate::dispatch::Ended;
 use crate::schedule::RunLimits;
 use crate::terminal::Tally;
@@ -36,6 +37,8 @@ pub struct Request {
     pub looking: Option<Rc<dyn PrecisionCheck>>,
     /// Choice of samples for a map.
     pub refining: Option<Rc<dyn Refining>>,
+    /// Quantities of the progress line.
+    pub watched: Watched,
     /// Interval of partial tables; zero: only with many rows.
     pub refresh: Duration,
     /// Fault hooks of this process, passed in by the binary.

@@ -2,18 +2,24 @@
 //!
 //! Short runs end first, so this is no estimate. `answer` uses the points up to the first missing one.
 
-use crate::questions::{Source, columns_asked, meant};
-use bladeoff_answers::ask::{Ask, Figure};
 use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::truth::{Truth, truth_of_known};
 use bladeoff_answers::figures::plain_name;
 use bladeoff_answers::tables::Field;
 use bladeoff_model::outcome::{Outcome, Status};
-use bladeoff_study::Samples;
 use bladeoff_text::document::units::format_digits;
 
 /// Result that is watched in a study without questions.
 const DEFAULT: &str = "max_bearing_load_N";
+
+/// Quantities that the progress line shows.
+#[derive(Debug, Clone, Default)]
+pub struct Watched {
+    /// Columns that questions name, in their order; the first one with numbers in the outcome is shown.
+    pub columns: Vec<String>,
+    /// Names and conditions of the questions for a probability; the first one of results alone is shown.
+    pub probabilities: Vec<(String, Formula)>,
+}
 
 /// Results of the run so far.
 #[derive(Debug, Default)]
@@ -44,25 +50,19 @@ struct FirstAnswer {
 }
 
 impl SoFar {
-    /// For the rows of these samples, whose outcomes have the values `fields`.
-    pub fn new(samples: &Samples, fields: &[Field]) -> Self {
-        let study = samples.study();
-        let source = Source { file: &study.file, text: &study.text, asked: &study.asked };
-        // questions with mistakes were refused before the run
-        let questions = meant(samples, source).map(|meant| meant.questions).unwrap_or_default();
+    /// For outcomes with the values `fields`.
+    pub fn new(watched: &Watched, fields: &[Field]) -> Self {
         let place = |column: &str| fields.iter().position(|field| field.name == column);
-        let asked = columns_asked(samples, &questions, &[]);
-        let watched = asked.iter().map(String::as_str).chain([DEFAULT]).find_map(place);
-        let worst = watched.map(|place| Worst {
+        let shown = watched.columns.iter().map(String::as_str).chain([DEFAULT]).find_map(place);
+        let worst = shown.map(|place| Worst {
             name: plain_name(&fields[place].name, &fields[place].unit),
             unit: fields[place].unit.clone(),
             place,
             largest: None,
         });
-        let answer = questions.into_iter().find_map(|question| {
-            let Ask::One(Figure::Probability(formula)) = question.ask else { return None };
+        let answer = watched.probabilities.iter().find_map(|(name, formula)| {
             let places: Option<Vec<usize>> = formula.columns.iter().map(|column| place(column)).collect();
-            Some(FirstAnswer { name: question.name, formula, places: places?, events: 0, rows: 0 })
+            Some(FirstAnswer { name: name.clone(), formula: formula.clone(), places: places?, events: 0, rows: 0 })
         });
         Self { worst, answer }
     }
@@ -101,18 +101,18 @@ impl SoFar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bladeoff_answers::estimate::formula::Known;
     use bladeoff_answers::tables::FieldKind;
     use bladeoff_model::outcome::{CauseSet, EndCause};
-    use bladeoff_study::load;
-    use std::path::Path;
 
     #[test]
     fn ok_rows_alone_are_counted() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/blade-off-risk.toml");
-        let samples = Samples::new(load(&file, |_| Vec::new()).expect("a study"), None, None).expect("samples");
+        let known = Known { columns: vec![(DEFAULT.to_owned(), true)], ..Known::default() };
+        let formula = Formula::condition("max_bearing_load_N > 1.5e6", &known).expect("a condition");
+        let watched = Watched { columns: Vec::new(), probabilities: vec![("overload".to_owned(), formula)] };
         let field =
             |name: &str| Field { name: name.into(), unit: "N".into(), meaning: String::new(), kind: FieldKind::Real };
-        let mut known = SoFar::new(&samples, &[field("other_N"), field(DEFAULT)]);
+        let mut known = SoFar::new(&watched, &[field("other_N"), field(DEFAULT)]);
         assert_eq!(known.text(), "");
         for (status, load) in [(Status::Ok, 1.6e6), (Status::Ok, 0.2e6), (Status::Invalid, 9e9)] {
             known.see(&Outcome {
@@ -124,6 +124,6 @@ mod tests {
                 values: vec![None, Some(load)],
             });
         }
-        assert_eq!(known.text(), "largest bearing load 1.6 MN, bearing-overload 1 of 2");
+        assert_eq!(known.text(), "largest bearing load 1.6 MN, overload 1 of 2");
     }
 }

@@ -69,7 +69,7 @@ impl Telling {
         {
             let known = &mut *known.borrow_mut();
             (known.taken, known.durable) = (tally.clone(), tally.clone());
-            known.so_far = SoFar::new(samples, session.prepared.schema.outcome());
+            known.so_far = SoFar::new(&session.request.watched, session.prepared.schema.outcome());
         }
         let status = StatusWriter::new(session.directory.open(), samples, reused).trusting(session.request.trusts);
         let progress = Progress::start(samples.count(), reused, Instant::now());

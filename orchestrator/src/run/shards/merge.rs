@@ -11,6 +11,7 @@ use super::super::error::RunError;
 use super::super::manifest::{Checksums, Course, manifest, tells_complete};
 use super::super::prepare::Prepared;
 use super::super::request::Request;
+use super::super::so_far::Watched;
 use super::super::status::StatusWriter;
 use super::super::tables::{RowsWriter, end_metadata, is_current, tally};
 use super::chunk::{Chunk, ChunkError, read};
@@ -258,6 +259,7 @@ impl Merging<'_> {
             rerun: None,
             looking: None,
             refining: None,
+            watched: Watched::default(),
             refresh: Duration::ZERO,
             faults: &NoFaults,
         };
