@@ -1,8 +1,9 @@
 //! Contact of the exponential engine: against the reduced engine at a fine step, and against itself.
 
-use crate::common::{machine_with, run, study_machine};
+use crate::common::{close, machine_with, run, study_machine};
 use bladeoff_core::engine::exponential::{ExponentialError, RubbingRun, StepSettings, rubbing_run};
 use bladeoff_core::structure::Structure;
+use bladeoff_model::outcome::Status;
 
 fn rub(name: &str, changes: &[(&str, &str)], step: f64, flies: bool) -> RubbingRun {
     let machine = machine_with(&study_machine(name), changes);
@@ -108,4 +109,31 @@ fn a_rub_converges_with_the_cells_of_the_grid() {
     let errors = [2, 10].map(|cells| (of(1.0, cells) / exact - 1.0).abs());
     println!("impulse with 2 and 10 cells: {errors:?}");
     assert!(errors[1] < 0.5 * errors[0] && errors[1] < 1e-4, "{errors:?}");
+}
+
+/// Rings of more than 200 elements have points that are no multiple of the elements: 384 on 240 elements, and on 221 elements with 13 blades.
+#[test]
+fn rings_of_many_elements_rub_as_in_the_reduced_engine() {
+    for (elements, blades) in [("elements = 240", "count = 8"), ("elements = 221", "count = 13")] {
+        let text = study_machine("lab_rig").replace("elements = 16", elements).replace("count = 8", blades);
+        assert!(text.contains(elements) && text.contains(blades));
+        let of = |engine: &str| {
+            let changes = [("run.engine", engine), ("run.end_time", "0.03 s"), ("blade_off.mass", "25 g")];
+            let row = run(machine_with(&text, &changes));
+            assert!(row.value("contact_impulse_Ns") > 1.0 && row.value("impacts") >= 2.0, "contact happened");
+            assert_eq!(row.outcome.status, Status::Ok, "{engine}: {:?}", row.outcome.causes.words());
+            row
+        };
+        let [ours, reduced] = ["exponential", "reduced"].map(of);
+        for name in [
+            "contact_impulse_Ns",
+            "friction_energy_J",
+            "max_bearing_load_N",
+            "max_filtered_contact_force_N",
+            "end_speed_rad_s",
+        ] {
+            let error = close(name, ours.value(name), reduced.value(name), 4e-3);
+            println!("{elements}: {name} {error:.1e}");
+        }
+    }
 }
