@@ -109,7 +109,8 @@ fn check_range(reader: &mut Reader<'_>, bearing: &str, speeds: &[f64]) -> Option
             shown(needed),
             shown(largest)
         );
-        let allowed = format!("at most {}, or a table up to {}", shown(high / MARGIN), shown(needed));
+        let allowed =
+            format!("a largest speed of at most {}, or a table up to {}", shown(high / MARGIN), shown(needed));
         reader.fail(key, message, allowed);
         return None;
     }
