@@ -216,7 +216,7 @@ fn a_page_has_verdict_distributions_and_the_history_of_the_worst_run() {
     assert!(place("id=\"gates\"") < place("id=\"assumptions\""), "decisions before assumptions");
     place("max bearing load: 12 runs, ");
     place("limit of a question or gate");
-    place("contact.gap: 12 runs, 0.3");
+    place("contact.gap: 12 runs, 3");
     place("The machine of sample 0 from the side");
     place("<summary>Program, engine, times and checksums</summary>");
     let worst =

@@ -163,7 +163,7 @@ fn what_is_handed_in_again_are_the_shards_that_lack_a_chunk() {
     assert!(hosts.code == 2 && hosts.err.contains("--scheduler parallel"), "{}", hosts.err);
     let pbs = said(submit(&folder, "pbs", &["--shards", "3"]).output().expect("it starts"));
     assert!(
-        pbs.code == 0 && pbs.err.contains("not run by us") && pbs.out.contains("job0=$(qsub -J 1-2 "),
+        pbs.code == 0 && pbs.err.contains("did not run") && pbs.out.contains("job0=$(qsub -J 1-2 "),
         "{}{}",
         pbs.out,
         pbs.err

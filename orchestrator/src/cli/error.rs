@@ -140,7 +140,7 @@ pub enum CliError {
             let status = call::command([OsStr::new("status"), call::path_word(path).as_os_str()]);
             format!("{} has no table yet; progress and how to resume: {status}", shown(path))
         } else {
-            format!("{} is not a result directory: it has no results.parquet{}", shown(path), meant(path))
+            no_directory(path, "it has no results.parquet")
         }
     )]
     NoResults {
@@ -148,7 +148,7 @@ pub enum CliError {
         path: PathBuf,
     },
     /// A directory that no study ran in.
-    #[error("{} is not a result directory: no study was run in it{}", shown(path), meant(path))]
+    #[error("{}", no_directory(path, "no study was run in it"))]
     NotARun {
         /// The directory.
         path: PathBuf,
@@ -198,6 +198,17 @@ pub enum CliError {
     /// Whoever read standard output went away: nothing to complain about.
     #[error("the reader of standard output has left")]
     ReaderLeft,
+}
+
+/// Says that there is no such directory, or why it is not a result directory.
+fn no_directory(path: &Path, why: &str) -> String {
+    let near = meant(path);
+    match path.symlink_metadata() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            format!("there is no directory {}{near}", shown(path))
+        }
+        _ => format!("{} is not a result directory: {why}{near}", shown(path)),
+    }
 }
 
 impl CliError {

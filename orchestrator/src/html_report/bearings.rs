@@ -256,7 +256,7 @@ mod tests {
                 &(set.to_owned() + &vary("right.damping", from, to, 60) + &vary("contact.friction", "0.1", "0.3", 50)),
             );
             let held = notes.iter().find(|note| note.contains("holds the shaft")).expect("said");
-            assert!(held.contains("looked at, of 3000: ") && held.contains("right.damping = 1e5 N s/m"), "{held}");
+            assert!(held.contains("checked, of 3000: ") && held.contains("right.damping = 1e5 N s/m"), "{held}");
         }
         let notes = said(&(format!("{set}\"right.damping\" = 1e5\n") + &vary("contact.friction", "0.1", "0.3", 50)));
         assert!(!notes.is_empty() && notes.iter().all(|note| !note.contains("samples")), "{notes:?}");

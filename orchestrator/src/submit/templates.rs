@@ -114,7 +114,7 @@ fn scripts(
     let shard = format!(
         "#!/bin/bash
 {}
-# A template that was reviewed and not run by us: read it before you hand it in. One task: one shard of the study, on one node. It may be
+# A template that the developers reviewed but did not run: read it before you submit it. One task: one shard of the study, on one node. It may be
 # killed and started again at any time: what it has published is kept. Exit code 5: its time was over; `bladeoff submit` again resumes.
 {}
 for _ in 1 2 3 4; do
