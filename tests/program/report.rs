@@ -215,7 +215,7 @@ fn a_page_has_verdict_distributions_and_the_history_of_the_worst_run() {
     assert!(place("Verdict: 1 gate decision: ") < place("<nav"), "above everything");
     assert!(place("id=\"gates\"") < place("id=\"assumptions\""), "decisions before assumptions");
     place("max bearing load: 12 runs, ");
-    place("limit of a question or gate");
+    place("limit 120 N");
     place("contact.gap: 12 runs, 3");
     place("The machine of sample 0 from the side");
     place("<summary>Program, engine, times and checksums</summary>");

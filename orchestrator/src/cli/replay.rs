@@ -12,7 +12,7 @@ use super::sample_words;
 use super::simulate;
 use super::why::frozen;
 use crate::engine;
-use crate::html_report::Envelope;
+use crate::html_report::{Computed, Envelope};
 use crate::run::directory::{PARTS, RESULTS, read_current};
 use crate::run::shards::row_files;
 use crate::run::{is_of_formulas, refuse_changed};
@@ -149,14 +149,23 @@ fn other_numerics(metadata: &[(String, String)]) -> Option<String> {
 }
 
 /// Computes a sample again and keeps the largest values over the time, for the page of `report`. Prints nothing.
-pub(super) fn envelope_of(directory: &Path, sample: u64) -> Result<(Machine, Envelope), CliError> {
+pub(super) fn computed_again(directory: &Path, sample: u64) -> Result<Computed, CliError> {
     let rows = read_current(directory, row_files, |files| Table::row(files, sample))?;
     let (row, path) = rows.ok_or_else(|| CliError::no_results(directory))?;
     let (mut solver, params) = solver_of(directory, &row, &path)?;
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let mut envelope = Envelope::new(&machine, engine::time_step(&machine, structure)?.step);
-    engine::simulate_watched(&machine, structure, &mut envelope)?;
-    Ok((machine, envelope))
+    let outcome = engine::simulate_watched(&machine, structure, &mut envelope)?;
+    let found = compared(&row, &machine, &outcome);
+    let differs = (!found.differences.is_empty()).then(|| {
+        format!(
+            "This run differs from its row in {} of {} columns: the directory is of another version of the program, or was changed. `bladeoff replay` lists \
+             the differences.",
+            found.differences.len(),
+            found.columns
+        )
+    });
+    Ok(Computed { machine, envelope, differs })
 }
 
 /// The solver of a directory, and the parameters of one of its rows.

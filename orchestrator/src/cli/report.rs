@@ -7,7 +7,7 @@ use super::gate::name;
 use super::output::remark;
 use super::place::default_directory;
 use super::plot::replacing;
-use super::replay::envelope_of;
+use super::replay::computed_again;
 use crate::html_report::{Ahead, Subject, report};
 use crate::questions::{Answering, Meant};
 use crate::run::directory::{MANIFEST, RESULTS};
@@ -120,7 +120,7 @@ fn write(args: &Args, subject: Subject<'_>, again_after: Option<Duration>) -> Re
     // a page of a running study takes no processor time from it
     let wants_history = !args.no_history && !is_function && again_after.is_none();
     let again = |sample| {
-        let compute = || envelope_of(directory, sample).map_err(|error| error.to_string());
+        let compute = || computed_again(directory, sample).map_err(|error| error.to_string());
         wants_history.then(|| with_word(|| format!("computing sample {sample} again for its history"), compute))
     };
     let mut made = report(subject, ahead, again)?;

@@ -11,7 +11,7 @@ use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape, shown};
 use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::{Table, TableError};
 use bladeoff_study::{Origin, Samples};
-use bladeoff_text::document::units::parse_any_quantity;
+use bladeoff_text::document::units::{format_digits, parse_any_quantity};
 use std::path::PathBuf;
 
 /// Bins of a histogram: the square root of the number of values, within these.
@@ -106,6 +106,13 @@ impl Histogram {
         ((share * bins as f64) as usize).min(bins - 1)
     }
 
+    /// Whether a limit is so near to the values that both can be seen in one picture.
+    fn is_near(&self, limit: f64) -> bool {
+        let (low, high) = self.range;
+        let room = 2.0 * (high - low).max(0.02 * high.abs());
+        (low - room..=high + room).contains(&limit)
+    }
+
     fn runs(&self) -> u64 {
         self.ok.iter().chain(&self.others).sum()
     }
@@ -140,14 +147,15 @@ impl Histogram {
         }
         add(if has_others { "ok" } else { "" }, "c0", steps(&|_| 0, &ok));
         add("", "c0", outline(&ok));
-        for value in at {
+        for value in at.iter().filter(|value| self.is_near(**value)) {
             add(
-                "limit of a question or gate",
+                &format!("limit {}", format_digits(*value, &of.unit, 6)),
                 "ink",
                 Shape::Line([0.0, 1.08 * most].map(|y| (value * scale.factor, y)).to_vec(), true),
             );
         }
-        let ends = [edge(0), edge(self.ok.len())].into_iter().chain(at.iter().map(|value| value * scale.factor));
+        let near = at.iter().filter(|value| self.is_near(**value)).map(|value| value * scale.factor);
+        let ends = [edge(0), edge(self.ok.len())].into_iter().chain(near);
         Chart {
             x: Axis::numbers(scale.label(&of.name), ends),
             y: Axis::numbers("runs", [].into_iter()).from_to(0.0, 1.08 * most),
@@ -167,6 +175,9 @@ impl Histogram {
             number(self.range.0),
             number(self.range.1)
         );
+        for value in at.iter().filter(|value| !self.is_near(**value)) {
+            caption += &format!(" The limit {} is far outside.", format_digits(*value, &of.unit, 6));
+        }
         if self.without > 0 {
             caption += &format!(" Without a value: {}.", counted(self.without, "run"));
         }
@@ -225,6 +236,17 @@ fn limit_in(formula: &Formula, of: &Coordinate) -> Option<f64> {
         return None;
     }
     let (left, right) = formula.text.split_once(['<', '>'])?;
-    let number = |text: &str| parse_any_quantity(text.trim_start_matches('=').trim()).ok();
-    number(right).or_else(|| number(left))
+    let (left, right) = (left.trim(), right.trim_start_matches('=').trim());
+    // a product, a sum or a function of the column is another quantity
+    let is_column = |side: &str| {
+        let name = side.trim_matches('`');
+        name.starts_with(|first: char| first.is_ascii_alphabetic())
+            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '.'))
+    };
+    let number = match (is_column(left), is_column(right)) {
+        (true, false) => right,
+        (false, true) => left,
+        _ => return None,
+    };
+    parse_any_quantity(number).ok()
 }

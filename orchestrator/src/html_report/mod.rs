@@ -84,8 +84,19 @@ pub struct Ahead {
     pub short: Vec<String>,
 }
 
-/// A sample that was computed again; in words why it was not.
-pub type Again = Result<(Machine, Envelope), String>;
+/// A sample that was computed again, or in words why it was not.
+pub type Again = Result<Computed, String>;
+
+/// A sample that was computed again.
+#[derive(Debug)]
+pub struct Computed {
+    /// Its machine.
+    pub machine: Machine,
+    /// Largest values over the time.
+    pub envelope: Envelope,
+    /// How its row differs from the one in the table; `None`: it is equal bit for bit.
+    pub differs: Option<String>,
+}
 
 /// Makes the report. `again` computes a sample again for its history; it returns `None` where no history is wanted.
 ///
@@ -158,7 +169,7 @@ pub fn report(
     );
     add("limits", "What this page does not cover", provenance::limits(samples));
     let ended = end.map(|end| end.words(samples));
-    let mut lead = vec![verdict::verdict(&seen, looked.as_ref(), &limits)];
+    let mut lead = vec![verdict::verdict(&seen, of, looked.as_ref(), &limits, too_many.as_deref())];
     lead.extend(self::lead(&seen, of, looked.as_ref(), ended));
     lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
     lead.extend(sensitive.map(Block::Text));
@@ -255,7 +266,7 @@ fn history(seen: &Seen, again: impl FnOnce(u64) -> Option<Again>) -> Vec<Block> 
     let Some((name, worst)) = worst_history::worst_run(seen) else { return Vec::new() };
     match again(worst.sample) {
         None => Vec::new(),
-        Some(Ok((machine, envelope))) => worst_history::blocks(name, worst, &machine, &envelope),
+        Some(Ok(computed)) => worst_history::blocks(name, worst, &computed),
         Some(Err(why)) => {
             vec![Block::Note(format!("The history of sample {} is not shown: {why}.", worst.sample))]
         }

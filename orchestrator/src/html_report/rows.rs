@@ -16,6 +16,8 @@ const MOST_OF_CAUSE: usize = 400;
 /// Parameters and results with an axis of their own.
 const MOST_PARAMETERS: usize = 9;
 const MOST_RESULTS: usize = 4;
+/// Results of questions and gates, which may be more.
+const MOST_ASKED: usize = 12;
 /// Runs of a list of the worst.
 const WORST: usize = 5;
 /// Results that a machine's table has and a reader looks at first.
@@ -177,7 +179,7 @@ pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[S
         }
     });
     let found = wanted.iter().filter_map(|name| results.iter().find(|column| column.field.name == *name));
-    all.extend(found.take(MOST_RESULTS).map(|column| Coordinate {
+    all.extend(found.take(asked.len().clamp(MOST_RESULTS, MOST_ASKED)).map(|column| Coordinate {
         column: column.field.name.clone(),
         name: plain_name(&column.field.name, &column.field.unit),
         unit: column.field.unit.clone(),

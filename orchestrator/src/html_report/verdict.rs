@@ -9,10 +9,19 @@ use bladeoff_answers::page::Block;
 use bladeoff_answers::summary::counted;
 
 /// "Verdict: 2 of 3 gates passed, 1 is open. ..."
-pub(super) fn verdict(seen: &Seen, looked: Option<&Looked>, limits: &LimitTable) -> Block {
+pub(super) fn verdict(
+    seen: &Seen,
+    of: u64,
+    looked: Option<&Looked>,
+    limits: &LimitTable,
+    excess: Option<&str>,
+) -> Block {
     let decisions = looked.map_or(&[][..], |looked| &looked.decisions);
-    let text = [gates(decisions), runs(seen), restrictions(limits)].into_iter().flatten().collect::<Vec<_>>().join(" ");
-    Block::Verdict(format!("Verdict: {text}"))
+    let parts = [gates(decisions), runs(seen), restrictions(limits, excess)];
+    let text = parts.into_iter().flatten().collect::<Vec<_>>().join(" ");
+    let so_far =
+        if seen.rows < of { format!(" so far, {} of {}", seen.rows, counted(of, "run")) } else { String::new() };
+    Block::Verdict(format!("Verdict{so_far}: {text}"))
 }
 
 /// The gates, failed ones first; a gate is counted once for each group that it judges.
@@ -31,12 +40,13 @@ fn gates(decisions: &[Decision]) -> Option<String> {
 /// For how many runs the model holds.
 fn runs(seen: &Seen) -> Option<String> {
     if seen.rows == 0 {
-        return Some("no run has ended yet.".to_owned());
+        return Some("No run has ended yet.".to_owned());
     }
     let (ok, all) = (seen.ok(), counted(seen.rows, "run"));
     Some(match seen.rows - ok {
-        0 => format!("all {all} passed the numerical checks and the limits that end a run."),
-        bad if ok == 0 => format!("none of the {} may be used for design.", counted(bad, "run")),
+        0 if ok == 1 => "The run passed the numerical checks and the limits that end a run.".to_owned(),
+        0 => format!("All {all} passed the numerical checks and the limits that end a run."),
+        bad if ok == 0 => format!("No run may be used for design ({} not ok).", counted(bad, "run")),
         bad => format!(
             "{ok} of {all} passed the numerical checks and the limits that end a run; {bad} ({}) did not.",
             percent(bad as f64 / seen.rows as f64)
@@ -45,10 +55,10 @@ fn runs(seen: &Seen) -> Option<String> {
 }
 
 /// Restrictions of the status ok in this study.
-fn restrictions(limits: &LimitTable) -> Option<String> {
+fn restrictions(limits: &LimitTable, excess: Option<&str>) -> Option<String> {
     let noted = limits.names_noted();
     let noted = (!noted.is_empty()).then(|| format!("ok runs exceed {}, which is only noted", noted.join(" and ")));
     let unjudged = limits.unjudged().map(|_| "stresses are not judged".to_owned());
-    let parts: Vec<String> = noted.into_iter().chain(unjudged).collect();
+    let parts: Vec<String> = excess.map(str::to_owned).into_iter().chain(noted).chain(unjudged).collect();
     (!parts.is_empty()).then(|| format!("Restrictions: {}.", parts.join("; ")))
 }

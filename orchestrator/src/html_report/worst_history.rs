@@ -1,5 +1,6 @@
 //! The history of the worst run: its largest values in equal parts of the time, so that no peak falls between two points.
 
+use super::Computed;
 use super::rows::{Extreme, Seen};
 use super::words::kind_in_words;
 use bladeoff_answers::figures::Scale;
@@ -31,6 +32,7 @@ struct Part {
 }
 
 /// Follows a run and keeps the largest values of each part of its time.
+#[derive(Debug)]
 pub struct Envelope {
     parts: Vec<Part>,
     /// Length of a part \[s\].
@@ -117,7 +119,8 @@ pub(super) fn worst_run(seen: &Seen) -> Option<(&str, &Extreme)> {
 }
 
 /// The charts, one for each quantity that the run has.
-pub(super) fn blocks(name: &str, worst: &Extreme, machine: &Machine, envelope: &Envelope) -> Vec<Block> {
+pub(super) fn blocks(name: &str, worst: &Extreme, computed: &Computed) -> Vec<Block> {
+    let Computed { machine, envelope, differs } = computed;
     let (parts, has_contact) = (&envelope.parts, !machine.diaphragms.is_empty());
     let every = format_digits(envelope.part, "s", 2);
     let mut blocks = vec![
@@ -127,6 +130,7 @@ pub(super) fn blocks(name: &str, worst: &Extreme, machine: &Machine, envelope: &
             kind_in_words(&worst.kind)
         )),
     ];
+    blocks.extend(differs.clone().map(Block::Warning));
     type Read = fn(&Part) -> f64;
     let quantities: [(&str, &str, Read, bool); 4] = [
         ("speed", "rad/s", |part| part.speed, true),

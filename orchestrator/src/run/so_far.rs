@@ -83,7 +83,7 @@ impl SoFar {
         }
     }
 
-    /// "largest max bearing load 1.2 MN, overload 3 of 40"; empty before the first ok row.
+    /// "largest max bearing load 1.2 MN, overload 3 of 40 ok runs"; empty before the first ok row.
     pub fn text(&self) -> String {
         let worst = self.worst.iter().filter_map(|worst| {
             Some(format!(
@@ -93,7 +93,7 @@ impl SoFar {
             ))
         });
         let answer = self.answer.iter().filter(|answer| answer.rows > 0);
-        let answer = answer.map(|answer| format!("{} {} of {}", answer.name, answer.events, answer.rows));
+        let answer = answer.map(|answer| format!("{} {} of {} ok runs", answer.name, answer.events, answer.rows));
         worst.chain(answer).collect::<Vec<_>>().join(", ")
     }
 }
@@ -124,6 +124,6 @@ mod tests {
                 values: vec![None, Some(load)],
             });
         }
-        assert_eq!(known.text(), "largest bearing load 1.6 MN, overload 1 of 2");
+        assert_eq!(known.text(), "largest bearing load 1.6 MN, overload 1 of 2 ok runs");
     }
 }

@@ -281,14 +281,26 @@ fn header(line: &Range<usize>, cells: &[Cell<'_>], problems: &mut TableProblems<
             problems.add(line.clone(), "", &format!("no column {name}"), ALLOWED);
         }
     }
+    // a cross coefficient without its partner is a misspelt header more often than a bearing
+    for (key, partner) in [("kxy", "kyx"), ("kyx", "kxy"), ("cxy", "cyx"), ("cyx", "cxy")] {
+        let has = |key: &str| columns.iter().any(|column| column.key == key);
+        if has(key) && !has(partner) {
+            problems.add(
+                line.clone(),
+                "",
+                &format!("a column {key} without {partner}"),
+                "both, with zeros if necessary",
+            );
+        }
+    }
     columns
 }
 
-/// Whether the name of a column reads like a coefficient with another spelling: `c_xx`, `cxxx`, `cxx(n s/m)`.
+/// Whether the name of a column reads like a coefficient with another spelling: `c_xx`, `cxxx`, `kxz`, `cxx(n s/m)`. `kzz` and `czz` are axial.
 fn is_like_a_coefficient(name: &str) -> bool {
     let plain: String = name.split('(').next().unwrap_or_default().chars().filter(|c| c.is_alphanumeric()).collect();
     let indices = plain.strip_prefix(['k', 'c']).unwrap_or_default();
-    !indices.is_empty() && indices.chars().all(|c| matches!(c, 'x' | 'y'))
+    !indices.is_empty() && indices != "zz" && indices.chars().all(|c| matches!(c, 'x' | 'y' | 'z'))
 }
 
 /// Whether a row has units instead of numbers.
@@ -381,6 +393,8 @@ mod tests {
             assert!(found.contains("leads out of the directory"), "{found}");
         }
         for (content, message) in [
+            ("speed,kxx,kxz,kyy\n1,2,3,4\n2,3,4,5\n", "not the name of a coefficient"),
+            ("speed,kxx,kyx,kyy\n1,2,3,4\n2,3,4,5\n", "a column kyx without kxy"),
             ("a,b\n1,2\n", "one.csv:1:1: no header with the column kxx (table of rotor.bearings.one)"),
             ("kxx,kyy\n1,2\n", "one.csv:1:1: no column speed or frequency"),
             ("speed,kxx\n1,2\n", "one.csv:1:1: no column kyy"),

@@ -317,7 +317,8 @@ impl<'a> Observer<'a> {
         if touch.is_some() {
             ring_stresses.reset();
         }
-        if let Some(ring) = contact.stator.ring() {
+        // no force has acted on a ring that was never touched
+        if let Some(ring) = contact.stator.ring().filter(|_| contact.stator.has_touched) {
             ring_stresses.take_step(ring, contact_steps);
         }
         let is_watched = !step.due.motion && step.watch.ring;
