@@ -340,8 +340,9 @@ fn why_tells_all_of_a_sample() {
     assert_eq!(say(&["why", &out, "5"]).out, why.out);
     let replay = say(&["replay", &out, "--sample", "5"]);
     assert_eq!(replay.code, 0, "{}", replay.err);
-    for wrong in [&["why", &*out, "24"][..], &["why", &out, "x"], &["why", &out, "5", "--dir", &out]] {
-        assert_eq!(say(wrong).code, 3, "{wrong:?}");
+    let wrong = [(3, &["why", &*out, "24"][..]), (2, &["why", &out, "x"]), (3, &["why", &out, "5", "--dir", &out])];
+    for (code, words) in wrong {
+        assert_eq!(say(words).code, code, "{words:?}");
     }
     let mut here = bladeoff(&["why", "5"]);
     let here = said(here.current_dir(&out).output().expect("it starts"));

@@ -16,7 +16,9 @@ pub use truncation_error::MAX_TRUNCATION_ERROR;
 use crate::modal::{Basis, BasisError, ModeSet, is_key_of, modal_key, table_mode_count};
 use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
-use bladeoff_model::machine::{Bearing, DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, Rotor, RotorKind};
+use bladeoff_model::machine::{
+    Bearing, Diaphragm, DiaphragmKind, Engine, Machine, ModelLimit, OnExceed, Rotor, RotorKind,
+};
 use bladeoff_numerics::linalg::{Matrix, mul_vec};
 
 /// A flexible ring.
@@ -173,9 +175,17 @@ impl Structure {
     }
 
     /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: what of their flexibility the truncated modes have
-    /// without their inertia.
+    /// without their inertia. 1 of a rigid ring beside a flexible one with truncated modes of the rotor: the rigid ring takes up to 67 % too much of an
+    /// impact there (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
     #[must_use]
     pub fn truncation_error_at_contact(&self, machine: &Machine) -> f64 {
+        let is_truncated = |diaphragm: &Diaphragm| {
+            let rotor = self.rotor_truncation_errors.get(diaphragm.contact.node);
+            truncation_error::at_contact(rotor, &[], &DiaphragmKind::Rigid) > 0.0
+        };
+        if has_rigid_and_flexible_rings(machine) && machine.diaphragms.iter().any(is_truncated) {
+            return 1.0;
+        }
         let shares = machine.diaphragms.iter().zip(&self.rings).map(|(diaphragm, ring)| {
             let rotor = self.rotor_truncation_errors.get(diaphragm.contact.node);
             truncation_error::at_contact(
@@ -204,6 +214,13 @@ pub fn same_structure(one: &Machine, other: &Machine) -> bool {
 fn coordinates(machine: &Machine) -> (bool, bool) {
     let reduced = machine.run.engine != Engine::Full;
     (reduced, reduced && machine.run.static_residual)
+}
+
+/// Whether a rigid ring stands beside a flexible one.
+fn has_rigid_and_flexible_rings(machine: &Machine) -> bool {
+    let kinds = || machine.diaphragms.iter().map(|diaphragm| &diaphragm.kind);
+    kinds().any(|kind| matches!(kind, DiaphragmKind::Rigid))
+        && kinds().any(|kind| matches!(kind, DiaphragmKind::Flexible(_)))
 }
 
 /// `by_sectors`: its statics are found as its modes are; of the engines before that, rows that earlier builds began keep their bytes otherwise.
