@@ -317,13 +317,13 @@ impl<'a> Observer<'a> {
         if touch.is_some() {
             ring_stresses.reset();
         }
-        // no force has acted on a ring that was never touched
-        let touched = if contact.stator.has_touched { contact.stator.ring() } else { None };
-        if let Some(ring) = touched {
+        let flexible = contact.stator.ring();
+        if let Some(ring) = flexible {
             ring_stresses.take_step(ring, contact_steps);
         }
         let is_watched = !step.due.motion && step.watch.ring;
-        let observed = touched.filter(|_| step.due.motion || is_watched);
+        let is_observed = (step.due.motion || is_watched) && contact.stator.has_touched;
+        let observed = flexible.filter(|_| is_observed);
         let state = observed.and_then(|ring| ring_stresses.state(diaphragm, ring, recorders));
         if let (true, Some(state), Some(watch)) = (is_watched, state, yield_watch) {
             recorders.watch_ring(diaphragm, watch.ring_limits(), state, step.at);
