@@ -58,7 +58,7 @@ fn a_run_that_is_not_ok_is_in_every_list_of_summary_and_report() {
     let study = folder.write("judged.toml", study);
     let check = say(&["check", &study]);
     assert_eq!(check.code, 0, "{}", check.err);
-    assert!(check.out.contains("gravity: off") && check.out.contains("; varies between samples, another has: on,"));
+    assert!(check.out.contains("gravity: off") && check.out.contains("; this is sample 0, another sample has: on,"));
     assert!(check.out.contains("contact expected in 4 of 4 samples that were checked"), "{}", check.out);
 
     let out = folder.name("judged");

@@ -5,7 +5,7 @@ use super::words::{Quantity, group, group_or_all, numbers};
 use super::{Ahead, curves, sensitivity};
 use crate::questions::Answering;
 use crate::run::TableColumn;
-use bladeoff_answers::ask::{Answer, Ask, Question, in_words};
+use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol};
 use bladeoff_answers::page::{self, Block, Table};
@@ -15,8 +15,26 @@ const MOST_GROUPS: usize = 24;
 const MOST_CURVES: usize = 5;
 
 /// Every question with its sentences; several groups side by side.
-pub(super) fn answers(answering: &Answering, questions: &[Question], columns: &[TableColumn]) -> Vec<Block> {
+pub(super) fn answers(
+    answering: &Answering,
+    questions: &[Question],
+    columns: &[TableColumn],
+    is_of_machine: bool,
+) -> Vec<Block> {
     let mut blocks = Vec::new();
+    let is_probability = |question: &Question| {
+        matches!(
+            question.ask,
+            Ask::One(Figure::Probability(_))
+                | Ask::Difference(Figure::Probability(_), ..)
+                | Ask::Exceedance(_)
+                | Ask::Fragility(..)
+        )
+    };
+    if is_of_machine && questions.iter().any(is_probability) {
+        let text = "A probability is that of one event as the study describes it (one lost blade), not a rate per year of operation.";
+        blocks.push(Block::Text(text.to_owned()));
+    }
     let all_maps = answering.answers.answers.iter().filter(|answer| answer.map.is_some()).count();
     for question in questions {
         let of: Vec<&Answer> = answering.answers.answers.iter().filter(|answer| answer.name == question.name).collect();

@@ -53,7 +53,7 @@ pub fn assumed(samples: &Samples) -> Vec<String> {
             None => line(one.topic, &one.text),
             Some(other) => {
                 format!(
-                    "{}; varies between samples, another has: {}",
+                    "{}; this is sample 0, another sample has: {}",
                     line(one.topic, &one.text),
                     difference(&one.text, &other)
                 )

@@ -8,7 +8,7 @@
 
 use super::limit_values::{LimitValue, not_judged, of_study, stress, unjudged_stresses};
 use crate::terminal::{Tally, just_above};
-use bladeoff_answers::page::Table as PageTable;
+use bladeoff_answers::page::{Block, Table as PageTable};
 use bladeoff_answers::summary::{Align, TextTable, counted};
 use bladeoff_answers::tables::{Table, TableError};
 use bladeoff_model::machine::OnExceed;
@@ -16,6 +16,9 @@ use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
 use bladeoff_text::document::units::format_digits;
 use std::path::PathBuf;
+
+/// Stress above which no steel of a turbine's rings, blades or shafts is elastic \[Pa\]: maraging steels yield at up to 2 GPa, blade steels below 1.3 GPa.
+const ABOVE_ANY_STEEL: f64 = 2e9;
 
 /// How the column of a limit's ratio begins; the limit's name follows.
 const RATIO: &str = "limit_ratio_";
@@ -97,9 +100,36 @@ impl LimitTable {
         unjudged_stresses(&parts.collect::<Vec<_>>())
     }
 
-    /// The table of a page; `None` for a study of formulas.
+    /// Stresses that are not judged: part, whether the largest of the ok rows is above what any steel bears, and the reason in words.
+    pub(super) fn unjudged_in_words(&self) -> Vec<(&'static str, bool, String)> {
+        let all = self.0.iter().filter_map(|of| {
+            let (key, (largest, sample)) = (of.of.lacks?, of.stress?);
+            let (is_above, part) = (largest > ABOVE_ANY_STEEL, stress(of.of.limit.limit)?.1);
+            let shown = format_digits(largest, "Pa", 4);
+            let more = if is_above { ", above what any steel bears elastically" } else { "" };
+            Some((
+                part,
+                is_above,
+                format!("{}; the largest of the ok runs is {shown} (sample {sample}){more}", not_judged(key)),
+            ))
+        });
+        all.collect()
+    }
+
+    /// The table of a page, and what its ratios mean; empty for a study of formulas.
     #[must_use]
-    pub fn page(&self) -> Option<PageTable> {
+    pub fn blocks(&self) -> Vec<Block> {
+        let Some(table) = self.page() else { return Vec::new() };
+        let ends = self.judged().any(|of| of.exceeded > 0 && of.of.limit.on_exceed == OnExceed::Beyond);
+        let note = ends.then(|| {
+            let text = "A run that ends at a limit has a ratio just above 1 there. How far the machine would have exceeded the limit is not computed.";
+            Block::Note(text.to_owned())
+        });
+        std::iter::once(Block::Table(table)).chain(note).collect()
+    }
+
+    /// The table of a page; `None` for a study of formulas.
+    fn page(&self) -> Option<PageTable> {
         let rows = self.0.iter().map(|of| match of.of.lacks {
             None => of.cells(),
             Some(key) => {

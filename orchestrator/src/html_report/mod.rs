@@ -21,6 +21,7 @@ mod regimes;
 mod rows;
 mod sensitivity;
 mod stability;
+mod usable;
 mod verdict;
 mod words;
 mod worst;
@@ -145,17 +146,29 @@ pub fn report(
             sections.push(Section { id, heading: heading.to_owned(), blocks });
         }
     };
+    let bearings = bearings_of(samples);
+    if samples.study().function().is_none() {
+        add(
+            "use",
+            "What may be used for design",
+            usable::usable(&seen, of, looked.as_ref(), questions, &limits, &bearings),
+        );
+    }
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
-        add("answers", "Answers", answered::answers(answering, questions, &columns));
+        add(
+            "answers",
+            "Answers",
+            answered::answers(answering, questions, &columns, samples.study().function().is_none()),
+        );
         let results = distributions::results(&asked, (questions, gates), &coordinates, &found);
         add("distributions", "Distributions of the results", results);
         add("precision", "Precision over samples", answered::precision(looks, questions, &columns, &ahead(answering)));
     }
     add("results", "Results", came_out(summary));
     add("assumptions", "Machine and assumptions", machine(samples));
-    add("model-limits", "Limits of the model", limits.page().map(Block::Table).into_iter().collect());
-    add("regimes", "Regimes", regimes::regimes(&seen));
+    add("model-limits", "Limits of the model", limits.blocks());
+    add("regimes", "Regimes", regimes::regimes(&seen, &columns));
     add("failures", "Where runs fail", failing::failures(&seen, subject));
     let mut worst = worst::worst(&seen, subject);
     worst.extend(history(&seen, again));
@@ -176,7 +189,7 @@ pub fn report(
     lead.extend(too_many.map(|line| Block::Warning(format!("{line}."))));
     lead.extend(limits.unjudged().map(|text| Block::Warning(format!("Model limits: {text}."))));
     lead.extend(limits.noted().into_iter().map(|line| Block::Warning(format!("{line}."))));
-    lead.extend(bearings_of(samples).into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
+    lead.extend(bearings.into_iter().map(|note| Block::Warning(format!("Peak bearing loads: {note}."))));
     lead.extend(unstable_of(samples).into_iter().map(|range| Block::Warning(format!("Whirl is {range}."))));
     let page = Page { title: subject.name.to_owned(), lead, sections, reload: None };
     Ok(Report { page, rows: (seen.rows, of), is_known })

@@ -2,6 +2,7 @@
 
 use super::rows::{ByStatus, Seen};
 use super::words::{by_status, percent};
+use crate::run::TableColumn;
 use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape};
 use bladeoff_answers::page::{Block, Table};
 use std::collections::BTreeSet;
@@ -47,9 +48,15 @@ fn not_ok(by: &ByStatus) -> u64 {
 }
 
 /// How many runs are in which regime.
-pub(super) fn regimes(seen: &Seen) -> Vec<Block> {
-    let columns: BTreeSet<&str> = seen.regimes.keys().map(|(column, ..)| column.as_str()).collect();
-    columns.into_iter().filter_map(|column| block(&Counts { seen, column })).collect()
+pub(super) fn regimes(seen: &Seen, columns: &[TableColumn]) -> Vec<Block> {
+    let names: BTreeSet<&str> = seen.regimes.keys().map(|(column, ..)| column.as_str()).collect();
+    let of = |column: &str| {
+        let field = columns.iter().map(|of| &of.field).find(|field| field.name == column);
+        let meaning = field.filter(|field| !field.meaning.is_empty());
+        let meaning = meaning.map(|field| Block::Note(format!("{}: {}.", column.replace('_', " "), field.meaning)));
+        block(&Counts { seen, column }).into_iter().chain(meaning).collect::<Vec<_>>()
+    };
+    names.into_iter().flat_map(of).collect()
 }
 
 fn block(counts: &Counts<'_>) -> Option<Block> {
@@ -149,6 +156,6 @@ mod tests {
     }
 
     fn regimes_of(seen: &Seen) -> Vec<Block> {
-        super::regimes(seen)
+        super::regimes(seen, &[])
     }
 }

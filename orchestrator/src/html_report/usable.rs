@@ -1,0 +1,133 @@
+//! Numbers of a page that may be used for design, and those that may not.
+//!
+//! ```text
+//! yes:        every run counts: an interval holds whether runs that are not ok are harmless or harmful
+//! restricted: something that the number leaves out is named beside it
+//! no:         the model does not describe it
+//! ```
+
+use super::limits::LimitTable;
+use super::rows::Seen;
+use super::words::percent;
+use crate::questions::Looked;
+use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
+use bladeoff_answers::page::{Block, Table};
+use bladeoff_answers::summary::counted;
+
+/// One row of the table.
+#[derive(Debug, Clone, PartialEq)]
+struct Use {
+    number: String,
+    word: &'static str,
+    why: String,
+}
+
+const YES: &str = "yes";
+const RESTRICTED: &str = "restricted";
+const NO: &str = "no";
+
+/// The table; empty before the first run has ended.
+pub(super) fn usable(
+    seen: &Seen,
+    of: u64,
+    looked: Option<&Looked>,
+    questions: &[Question],
+    limits: &LimitTable,
+    bearings: &[String],
+) -> Vec<Block> {
+    if seen.rows == 0 {
+        return Vec::new();
+    }
+    let mut uses: Vec<Use> = Vec::new();
+    if let Some(looked) = looked {
+        let answers = &looked.answering.answers.answers;
+        for question in questions {
+            let of: Vec<&Answer> = answers.iter().filter(|answer| answer.name == question.name).collect();
+            uses.extend(of_question(question, &of));
+        }
+    }
+    uses.extend(of_rows(seen));
+    let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
+    uses.extend(limits.unjudged_in_words().into_iter().map(|(part, is_above_any_steel, why)| {
+        put((format!("stress of {part}"), if is_above_any_steel { NO } else { RESTRICTED }, why))
+    }));
+    uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
+    uses.extend(bearings.iter().map(|why| put(("peak bearing loads".to_owned(), RESTRICTED, why.clone()))));
+    let place = |word| [YES, RESTRICTED, NO].iter().position(|one| *one == word);
+    uses.sort_by_key(|one| place(one.word));
+    let head = ["number", "for design", "why"].map(str::to_owned).to_vec();
+    let rows = uses.into_iter().map(|one| vec![one.number, one.word.to_owned(), one.why]).collect();
+    let mut blocks = vec![Block::Table(Table { head, rows, verbatim: Vec::new() })];
+    if seen.rows < of {
+        let more = "The study is not complete: a number that may be used will still change, within its interval in most cases.";
+        blocks.push(Block::Note(more.to_owned()));
+    }
+    blocks
+}
+
+/// Whether the answers to a question may be used; `None` without an answer.
+fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
+    let (bad, n) = (answers.iter().map(|answer| answer.bad).max()?, answers.iter().map(|answer| answer.n).max()?);
+    let runs =
+        if answers.len() > 1 { format!("up to {} of a group", counted(bad, "run")) } else { counted(bad, "run") };
+    let is_one_number = matches!(question.ask, Ask::One(_) | Ask::Difference(..));
+    let has_interval = answers.iter().any(|answer| answer.low.is_some() || answer.high.is_some());
+    let (word, why) = match &question.ask {
+        _ if n == 0 => (NO, "no point has a value".to_owned()),
+        _ if is_one_number && !has_interval => (NO, "there is no interval".to_owned()),
+        _ if bad == 0 => (YES, "all its runs are ok".to_owned()),
+        Ask::One(Figure::Mean(_)) | Ask::Difference(Figure::Mean(_), ..) | Ask::Sensitivity(_) => {
+            (RESTRICTED, format!("it describes the ok runs alone; {runs} not ok are left out"))
+        }
+        Ask::Map(_) => (RESTRICTED, format!("hatched cells have runs that are not ok ({runs})")),
+        Ask::One(_) | Ask::Difference(..) | Ask::Exceedance(_) | Ask::Fragility(..) => {
+            (YES, format!("use the interval, not the estimate: it holds whatever the {runs} not ok would have shown"))
+        }
+    };
+    Some(Use { number: format!("answer \u{201c}{}\u{201d}: {}", question.name, in_words(question)), word, why })
+}
+
+/// Whether rows may be used, by their status.
+fn of_rows(seen: &Seen) -> Vec<Use> {
+    let (ok, bad) = (seen.ok(), seen.rows - seen.ok());
+    let share = |count: u64| format!("{} ({})", counted(count, "run"), percent(count as f64 / seen.rows as f64));
+    let mut uses = Vec::new();
+    if ok > 0 {
+        let why = "the numerical checks passed and no limit was exceeded that ends a run".to_owned();
+        uses.push(Use { number: format!("results of the ok runs: {}", share(ok)), word: YES, why });
+    }
+    if bad > 0 {
+        let why =
+            "the value reached while limits and guards held is a lower bound of a maximum, nothing more".to_owned();
+        uses.push(Use { number: format!("results of runs that are not ok: {}", share(bad)), word: NO, why });
+    }
+    uses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html_report::rows::OfKind;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn rows_that_are_not_ok_are_not_for_design() {
+        let kind = |status: &str, count| OfKind { kind: (status.to_owned(), String::new()), count, first: 0 };
+        let mut seen = Seen {
+            coordinates: Vec::new(),
+            words: Vec::new(),
+            rows: 4,
+            kinds: vec![kind("ok", 3), kind("beyond", 1)],
+            picked: Vec::new(),
+            ends: Vec::new(),
+            regimes: BTreeMap::new(),
+        };
+        let words = |seen: &Seen| of_rows(seen).into_iter().map(|one| (one.number, one.word)).collect::<Vec<_>>();
+        let some = "results of the ok runs: 3 runs (75 %)".to_owned();
+        assert_eq!(words(&seen), [(some, YES), ("results of runs that are not ok: 1 run (25 %)".to_owned(), NO)]);
+        (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
+        assert_eq!(words(&seen), [("results of runs that are not ok: 2 runs (100 %)".to_owned(), NO)]);
+        seen.rows = 0;
+        assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[]).is_empty());
+    }
+}
