@@ -144,6 +144,34 @@ fn a_changed_table_is_refused_by_all_that_read_it_and_made_again_by_run() {
 }
 
 #[test]
+fn a_changed_copy_of_study_or_machine_is_refused_by_all_that_read_rows() {
+    let complete = Complete::new();
+    let out = complete.out.as_str();
+    let page = complete.folder.path("page.html");
+    for name in ["study.toml", "machine.toml"] {
+        let text = String::from_utf8(complete.bytes(name)).expect("text");
+        // the last letter of its name, so that the file can still be read
+        let start = text.find("name = \"").expect("has a name") + 8;
+        let last = start + text[start..].find('"').expect("ends") - 1;
+        complete.with_bit_changed(name, last, || {
+            let page = page.to_str().expect("UTF-8");
+            for command in [
+                &["report", out, "--out", page][..],
+                &["replay", out, "--sample", "3"],
+                &["why", out, "3"],
+                &["export", out, "--csv"],
+            ] {
+                let said = say(command);
+                assert_eq!((said.code, said.out.as_str()), (6, ""), "{command:?}: {}", said.err);
+                assert!(said.err.contains(&format!("{name} is damaged: it is not as it was written")), "{}", said.err);
+            }
+        });
+        assert!(!page.exists());
+        assert_eq!(say(&["why", out, "3"]).code, 0);
+    }
+}
+
+#[test]
 fn verify_looks_at_record_inputs_and_parts_as_well() {
     let complete = Complete::new();
     let damaged = |name: &str| {

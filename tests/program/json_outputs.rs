@@ -2,6 +2,7 @@
 
 use crate::support::{Folder, json, say};
 use serde_json::Value;
+use std::collections::BTreeSet;
 
 /// 16 runs of 0.06 s: gap x friction, four angles each.
 const STUDY: &str = r#"schema = 1
@@ -35,6 +36,65 @@ upper = "360 deg"
 require = "P(max_bearing_load_N > 1 N) < 0.5"
 confidence = 0.9
 "#;
+
+/// Names of the keys that the page has for a command: all words in backquotes below its heading.
+fn documented(command: &str) -> BTreeSet<&'static str> {
+    let page = include_str!("../../docs/json-output.md");
+    let (_, after) = page.split_once(&format!("\n## `{command}`\n")).unwrap_or_else(|| panic!("no heading {command}"));
+    let section = after.split("\n## ").next().expect("a section");
+    section.split('`').skip(1).step_by(2).collect()
+}
+
+/// Keys of an object and of the objects in it, but of objects whose keys are columns, paths or words of the study.
+fn keys(value: &Value, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(object) => {
+            for (key, value) in object {
+                found.insert(key.clone());
+                if !["row", "result", "parameters", "group", "by_status", "by_cause", "map"].contains(&key.as_str())
+                    || value.is_array()
+                {
+                    keys(value, found);
+                }
+            }
+        }
+        Value::Array(all) => all.iter().for_each(|one| keys(one, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_key_is_documented() {
+    let folder = Folder::new();
+    let (study, out, rig) = (folder.write("asked.toml", STUDY), folder.name("out"), folder.name("machines/rig.toml"));
+    assert_eq!(say(&["run", &study, "--out", &out, "--workers", "2"]).code, 0);
+    let questioned = folder.write(
+        "questioned.toml",
+        &STUDY.replace("[[gate]]", "[[question]]\nname = \"load\"\nmean = \"max_bearing_load_N\"\n\n[[gate]]"),
+    );
+    let answered = folder.name("answered");
+    assert_eq!(say(&["run", &questioned, "--out", &answered, "--workers", "2"]).code, 0);
+    let calls: [(i32, &[&str]); 10] = [
+        (0, &["check", &study]),
+        (0, &["check", &rig]),
+        (0, &["modes", &rig]),
+        (0, &["paths", &rig]),
+        (0, &["status", &out]),
+        (0, &["why", &out, "0"]),
+        (0, &["answer", &answered]),
+        (4, &["gate", &out]),
+        (0, &["compare", &out, &answered]),
+        (0, &["replay", &out, "--sample", "0"]),
+    ];
+    for (code, words) in calls {
+        let found = object(code, &[words, &["--json"]].concat());
+        let (known, mut all) = (documented(words[0]), BTreeSet::new());
+        keys(&found, &mut all);
+        assert!(all.len() > 2, "{words:?}: {found}");
+        let unknown: Vec<&String> = all.iter().filter(|key| !known.contains(key.as_str())).collect();
+        assert!(unknown.is_empty(), "{words:?}: keys that docs/json-output.md does not have: {unknown:?}");
+    }
+}
 
 fn object(code: i32, args: &[&str]) -> Value {
     let said = say(args);

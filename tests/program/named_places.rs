@@ -186,6 +186,18 @@ fn replay_set_takes_the_names_of_the_study() {
     );
     assert!(set("contact.gpa=0.5 mm")[0].contains("did you mean `diaphragms.seal.contact.gap`?"));
     assert_eq!(set("clearance=0.5 kg").len(), 1);
+    // a derived parameter keeps its value
+    folder.write(
+        "k.toml",
+        "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"20 ms\"\n\
+         [[vary]]\npath = \"contact.gap\"\nas = \"clearance\"\nvalues = [\"0.4 mm\", \"1 mm\"]\n\
+         [[derived]]\npath = \"blade_off.mass\"\nformula = \"20 kg * clearance / (1 m)\"\n",
+    );
+    let ran = printed(&folder, &["run", "k.toml", "--out", "k"]);
+    assert!(ran.contains("exit code 0"), "{ran}");
+    let note = "note: derived parameters keep the values of the row; --set changes each alone: rotor.unbalances.blade_off.mass";
+    assert!(printed(&folder, &["replay", "k", "1", "--set", "clearance=0.5 mm"]).contains(note));
+    assert!(!printed(&folder, &["replay", "k", "1", "--set", "blade_off.mass=9 g"]).contains("note: derived"));
     // a short name that ends another path
     folder.write(
         "t.toml",

@@ -156,20 +156,10 @@ fn between(stepping: &str, gaps: [f64; 2]) -> String {
              rotor_radius = 0.04\ngap = {gap:?}\nfriction = 0.15\nfriction_law = \"slip\"\n"
         )
     };
+    let rotor = include_str!("two_diaphragms.toml");
+    let springs = spring("a", 0.25, gaps[0]) + &spring("b", 0.75, gaps[1]);
     format!(
-        "schema = 1\nname = \"two diaphragms\"\n[run]\nend_time = 0.25\nend_beyond = \"off\"\n{stepping}\
-         [rotor]\ninitial_speed = 250\n\
-         [rotor.material]\nyoung_modulus = 200e9\npoisson_ratio = 0.3\ndensity = 7800\nshear_coefficient = {:?}\n\
-         [[rotor.shaft]]\nlength = 1\ndiameter = 0.05\nelements = 4\n\
-         [rotor.discs.middle]\nposition = 0.5\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
-         [rotor.bearings.left]\nposition = 0\nstiffness = 1e7\ndamping = 2000\naxial_stiffness = 1e6\n\
-         [rotor.bearings.right]\nposition = 1\nstiffness = 1e7\ndamping = 2000\n\
-         [rotor.unbalances.blade_off]\nposition = 0.5\nmass = 0.1\nradius = 0.1\n\
-         [rotor.damping]\nstiffness_proportional = 2e-5\n\
-         [braking]\nconstant = 20\nlinear = 0.05\nquadratic = 2e-4\n{}{}",
-        7.8 / 8.8,
-        spring("a", 0.25, gaps[0]),
-        spring("b", 0.75, gaps[1])
+        "schema = 1\nname = \"two diaphragms\"\n[run]\nend_time = 0.25\nend_beyond = \"off\"\n{stepping}{rotor}{springs}"
     )
 }
 

@@ -64,19 +64,8 @@ pub fn table_rotor(interpolation: &str, tail: &str) -> String {
 
 /// Rotor of the independent reference of two diaphragms: 1 m long, a disc of 20 kg in the middle, 250 rad/s at t = 0. `of_run`: lines of `[run]`.
 pub fn seal_rotor(of_run: &str, diaphragms: &str) -> String {
-    format!(
-        "schema = 1\nname = \"two\"\n[run]\nend_time = 0.25\n{of_run}\nend_beyond = \"off\"\n\
-         [rotor]\ninitial_speed = 250\n\
-         [rotor.material]\nyoung_modulus = 200e9\npoisson_ratio = 0.3\ndensity = 7800\nshear_coefficient = {:?}\n\
-         [[rotor.shaft]]\nlength = 1\ndiameter = 0.05\nelements = 4\n\
-         [rotor.discs.middle]\nposition = 0.5\nmass = 20\ntransverse_inertia = 0.1\npolar_inertia = 0.2\n\
-         [rotor.bearings.left]\nposition = 0\nstiffness = 1e7\ndamping = 2000\naxial_stiffness = 1e6\n\
-         [rotor.bearings.right]\nposition = 1\nstiffness = 1e7\ndamping = 2000\n\
-         [rotor.unbalances.blade_off]\nposition = 0.5\nmass = 0.1\nradius = 0.1\n\
-         [rotor.damping]\nstiffness_proportional = 2e-5\n\
-         [braking]\nconstant = 20\nlinear = 0.05\nquadratic = 2e-4\n{diaphragms}",
-        7.8 / 8.8,
-    )
+    let rotor = include_str!("../../src/verification/two_diaphragms.toml");
+    format!("schema = 1\nname = \"two\"\n[run]\nend_time = 0.25\n{of_run}\nend_beyond = \"off\"\n{rotor}{diaphragms}")
 }
 
 /// Radial spring of [`seal_rotor`].

@@ -44,6 +44,8 @@ pub(super) struct StudyNames {
     pub parameters: Vec<(String, String)>,
     /// Variables of formulas, which the machine does not have.
     pub variables: Vec<String>,
+    /// Paths of the parameters that formulas compute.
+    pub derived: Vec<String>,
 }
 
 impl StudyNames {

@@ -22,6 +22,7 @@ use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome, Part};
+use bladeoff_study::Origin;
 use bladeoff_system::{call, shown};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
 use bladeoff_worker::job_spec::{JobSpec, MachineJob};
@@ -222,10 +223,21 @@ fn changed(
         print_json(&object.finish())?;
         return Ok(Exit::Ok);
     }
+    if let Some(note) = kept(named, &sets.iter().map(|set| set.path.as_str()).collect::<Vec<_>>()) {
+        remark(&note);
+    }
     let lines = sets.iter().map(|set| format!("{:<32} {} = {}, in the row {}\n", "set", set.path, set.now, set.before));
     let lines: String = lines.collect();
     tell(&format!("{:<32} {sample} of {}\n{lines}{}", "sample", shown(path), beside(row, &machine, &outcome)))?;
     Ok(Exit::Ok)
+}
+
+/// A note of the parameters that formulas of the study computed: a changed input does not change them.
+fn kept(named: &StudyNames, set: &[&str]) -> Option<String> {
+    let kept: Vec<&str> = named.derived.iter().map(String::as_str).filter(|path| !set.contains(path)).collect();
+    (!kept.is_empty()).then(|| {
+        format!("note: derived parameters keep the values of the row; --set changes each alone: {}", kept.join(", "))
+    })
 }
 
 /// The row that is asked for, the file it is in, its sample.
@@ -312,6 +324,9 @@ fn columns_by_path(directory: &Path) -> BTreeMap<String, String> {
 fn names(directory: &Path) -> StudyNames {
     let mut names = StudyNames::default();
     for given in frozen(directory).iter().flat_map(|samples| samples.parameters()) {
+        if matches!(given.origin, Origin::Derived(_)) && !given.is_variable {
+            names.derived.push(given.info.path.clone());
+        }
         match &given.short {
             _ if given.is_variable => names.variables.push(given.info.path.clone()),
             Some(short) => names.parameters.push((short.clone(), given.info.path.clone())),

@@ -30,6 +30,10 @@ use std::path::{Path, PathBuf};
 /// Upper bound of the size of a study, machine, points file or basis \[bytes\].
 const LONGEST_INPUT: u64 = 1 << 30;
 
+/// Keys of the hashes of study and machine in the manifest.
+const STUDY_HASH: &str = "study_blake3";
+const MACHINE_HASH: &str = "machine_blake3";
+
 /// Result of comparing a file with its checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Compared {
@@ -70,12 +74,22 @@ fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Resul
     Ok(if hasher.finalize() == wanted { Compared::Whole } else { Compared::Changed })
 }
 
-/// Rejects a directory whose finished table has changed; returns whether a checksum exists.
+/// Rejects a directory whose finished table has changed, or whose copy of the study or the machine has: a reader would ask other questions, or draw
+/// and compute another machine, than the table is of. Returns whether the table has a checksum.
 ///
 /// # Errors
 /// [`TableError::Changed`], or a file error.
 pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
     let folder = open(directory)?;
+    let inputs = told_inputs(&folder.place(MANIFEST));
+    for (name, key) in [(STUDY, STUDY_HASH), (MACHINE, MACHINE_HASH)] {
+        let recorded = inputs.as_ref().and_then(|inputs| inputs.get(key)).and_then(|recorded| recorded.as_str());
+        let path = folder.place(name);
+        if compare_hash(&path, recorded.and_then(|recorded| Hash::from_hex(recorded).ok()), None)? == Compared::Changed
+        {
+            return Err(TableError::Changed { path: path.to_path_buf() });
+        }
+    }
     let path = folder.place(RESULTS);
     match compare(&path, Checksums::recorded(&folder.place(MANIFEST)).results)? {
         Compared::Changed => Err(TableError::Changed { path: path.to_path_buf() }),
@@ -138,8 +152,8 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
         }
     }
     let own = [
-        (STUDY, "study_blake3"),
-        (MACHINE, "machine_blake3"),
+        (STUDY, STUDY_HASH),
+        (MACHINE, MACHINE_HASH),
         (POINTS, "points_blake3"),
         (BASIS_FILE, "basis_blake3"),
         (PLAN_FILE, "plan_blake3"),
