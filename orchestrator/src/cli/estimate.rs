@@ -330,6 +330,12 @@ impl Follower for Watch {
         }
         !self.cut
     }
+    fn follows(&self) -> bool {
+        false
+    }
+    fn wants_energies(&self) -> bool {
+        false
+    }
     fn wants(&mut self, _step: u64, _time: f64) -> bool {
         false
     }

@@ -120,6 +120,10 @@ impl Follower for RunWatch<'_> {
         self.wanted.0
     }
 
+    fn wants_energies(&self) -> bool {
+        self.inner.as_ref().is_some_and(|inner| inner.wants_energies())
+    }
+
     fn see(&mut self, frame: &Frame<'_>) {
         if self.wanted.1 {
             self.show(frame.time, frame.speed);

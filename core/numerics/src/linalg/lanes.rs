@@ -204,7 +204,6 @@ kernel! {
     /// `C = A B` of as many rows, inner places and columns, column by column; each entry summed over the inner index in ascending order.
     pub fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
         let [rows, inner, columns] = sizes;
-        c.fill(0.0);
         let whole = columns - columns % TOGETHER;
         for j in (0..whole).step_by(TOGETHER) {
             let factors: [&[f64]; TOGETHER] = std::array::from_fn(|n| &b[(j + n) * inner..(j + n + 1) * inner]);
@@ -220,6 +219,7 @@ kernel! {
             }
         }
         // columns that are left over, one by one
+        c[whole * rows..].fill(0.0);
         for j in whole..columns {
             for k in 0..inner {
                 let factor = b[j * inner + k];

@@ -16,12 +16,37 @@ pub struct StepSettings {
     pub spacing: Option<f64>,
     /// Speed intervals between two grid speeds, an even number.
     pub cells: u32,
+    /// Fault that a test injects into the run.
+    #[cfg(test)]
+    pub(crate) fault: Option<Fault>,
+}
+
+/// Fault of a run that the guards of energy must find (`observe/fault_tests.rs`).
+#[cfg(test)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// The motion has the gyroscopic matrix with the opposite sign.
+    GyroscopicSign,
+    /// Friction exerts no torque on the spin.
+    MissingTorque,
+    /// The static correction of the ring's modes has the opposite sign.
+    StaticCorrection,
+    /// The modal state is not transformed between two speed intervals.
+    LostBasisChange,
+    /// The motion has 5 % more damping than the energy balance.
+    Damping,
 }
 
 impl StepSettings {
     /// Settings of a contact step \[s\] with the default grid.
     #[must_use]
     pub fn of_step(step: f64) -> Self {
-        Self { step, spacing: None, cells: INTERVALS_PER_BASIS }
+        Self {
+            step,
+            spacing: None,
+            cells: INTERVALS_PER_BASIS,
+            #[cfg(test)]
+            fault: None,
+        }
     }
 }

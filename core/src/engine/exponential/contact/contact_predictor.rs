@@ -73,6 +73,19 @@ impl ContactPredictor {
         }
     }
 
+    /// Reverses the sign of the static correction, as a fault. Returns it as it was.
+    #[cfg(test)]
+    pub fn reverse_static_correction(&mut self) -> Vec<Lane> {
+        let before = self.static_correction.clone();
+        for (compliance, correction) in self.compliance.iter_mut().zip(&mut self.static_correction) {
+            for (compliance, correction) in compliance.0.iter_mut().zip(&mut correction.0) {
+                *compliance -= 2.0 * *correction;
+                *correction = -*correction;
+            }
+        }
+        before
+    }
+
     /// Forgets the impulses of the last step.
     #[inline(always)]
     pub fn reset(&mut self) {

@@ -157,6 +157,14 @@ impl ContactStep {
         }
     }
 
+    /// Reverses the sign of the static correction of the ring's modes, as a fault.
+    #[cfg(test)]
+    pub fn reverse_static_correction(&mut self) {
+        let before = self.predictor.reverse_static_correction();
+        let entries = self.compliance.iter_mut().zip(&before).flat_map(|(all, one)| all.0.iter_mut().zip(&one.0));
+        entries.for_each(|(compliance, correction)| *compliance -= 2.0 * STATIC_WEIGHT * correction);
+    }
+
     /// Whether the ring is flexible.
     pub fn is_flexible(&self) -> bool {
         !self.ring.displacement.is_empty()

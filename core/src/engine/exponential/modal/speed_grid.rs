@@ -206,6 +206,10 @@ impl SpeedGrid {
 
     /// Transforms the modal state y from one interval to the next, up or down, by (2).
     pub fn change_basis(&self, from: &SpeedInterval, to: &SpeedInterval, y: &mut Vec<f64>, scratch: &mut Vec<f64>) {
+        #[cfg(test)]
+        if self.model.state_space.fault == Some(crate::engine::exponential::settings::Fault::LostBasisChange) {
+            return;
+        }
         let mut apply = |matrix: &Matrix| {
             lanes::product([matrix.nrows(), matrix.ncols(), 1], matrix.as_slice(), y, scratch);
             std::mem::swap(y, scratch);

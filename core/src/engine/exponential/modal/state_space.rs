@@ -52,6 +52,9 @@ pub(crate) struct StateSpace {
     gyroscopic_products: GyroscopicProducts,
     /// Scale factors `(s_q, s_p)` of (2), 2n.
     scale: Vec<f64>,
+    /// Fault that a test injects.
+    #[cfg(test)]
+    pub fault: Option<crate::engine::exponential::settings::Fault>,
 }
 
 /// Products of G that the change of A with the spin consists of, n x n each.
@@ -101,7 +104,20 @@ impl StateSpace {
             stiffness,
             mass,
             tables: BearingTables::new(structure),
+            #[cfg(test)]
+            fault: None,
         })
+    }
+
+    /// These matrices with a fault.
+    #[cfg(test)]
+    pub fn with_fault(mut self, fault: Option<crate::engine::exponential::settings::Fault>) -> Self {
+        if fault == Some(crate::engine::exponential::settings::Fault::GyroscopicSign) {
+            self.gyroscopic.neg_mut();
+            self.gyroscopic_products.m_inv_g.neg_mut();
+            self.gyroscopic_products.c_m_inv_g.neg_mut();
+        }
+        Self { fault, ..self }
     }
 
     /// `K` at a spin \[rad/s\].

@@ -4,6 +4,8 @@ pub(crate) mod damping_watch;
 pub(crate) mod dissipated_energy;
 pub(crate) mod energy_balance;
 pub(crate) mod energy_terms;
+#[cfg(test)]
+mod fault_tests;
 pub(crate) mod frame_sampler;
 pub(crate) mod nodal_motion;
 pub(crate) mod observation_schedule;

@@ -133,6 +133,8 @@ impl SharedModel {
         let outputs = Outputs::new(machine, structure);
         let feedthrough = outputs.feedthrough(&state_space, speed);
         let measures = SectionLoadModel::new(machine, structure, &state_space, outputs.weight());
+        #[cfg(test)]
+        let state_space = state_space.with_fault(settings.fault);
         let grid = SpeedGrid::new(LateralModel { state_space, outputs, measures }, spacing, settings.cells, speed)?;
         let shared = Arc::new(Self { grid, feedthrough });
         if kept.len() == MAX_KEPT_MODELS {

@@ -16,7 +16,11 @@
 use super::diaphragm_contact::{self, DiaphragmContact};
 use super::free_motion::FreeMotion;
 use crate::engine::exponential::ExponentialError;
+#[cfg(test)]
+use crate::engine::exponential::contact::stator::Stator;
 use crate::engine::exponential::modal::peak_bound::WatchedPeak;
+#[cfg(test)]
+use crate::engine::exponential::settings::Fault;
 use crate::engine::exponential::settings::{MAX_DOUBLINGS, StepSettings};
 use crate::engine::exponential::torsion::spin::ContactImpulse;
 use crate::engine::release::{Releases, release_steps};
@@ -86,6 +90,9 @@ pub(crate) struct Transient {
     end: u64,
     /// Lowest and highest spin of the run \[rad/s\]: spin that ends it, or range of the bearing tables. No step of free motion goes beyond them.
     speed_range: [f64; 2],
+    /// Fault that a test injects.
+    #[cfg(test)]
+    fault: Option<Fault>,
 }
 
 impl Transient {
@@ -102,6 +109,8 @@ impl Transient {
         check_covered(machine)?;
         let free_motion = FreeMotion::new(machine, structure, settings)?;
         let contacts = DiaphragmContact::all(machine, structure, &free_motion, settings.step)?;
+        #[cfg(test)]
+        let contacts = with_fault(contacts, settings.fault);
         let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| free_motion.step_length(doublings));
         let highest_rate = slowest_to_resolve(machine, structure);
         let max_doublings = max_doublings(machine, &free_motion, lengths, highest_rate);
@@ -139,6 +148,8 @@ impl Transient {
             takes_long_steps,
             speed_range: [if starts_at_rest { low } else { low.max(machine.run.end_speed) }, high],
             end: libm::round(machine.run.end_time / settings.step).max(1.0) as u64,
+            #[cfg(test)]
+            fault: settings.fault,
         })
     }
 
@@ -307,6 +318,11 @@ impl Transient {
         diaphragm_contact::solve(contacts, free_motion)?;
         for (diaphragm, contact) in contacts.iter().enumerate() {
             let Some(contact) = contact.impact.as_ref().map(|impact| impact.contact) else { continue };
+            #[cfg(test)]
+            let contact = match self.fault {
+                Some(Fault::MissingTorque) => ContactImpulse { torque: 0.0, ..contact },
+                _ => contact,
+            };
             impulses.push(contact);
             *last_contact = Some(free_motion.contact_steps());
             let (force, [u, v]) = (contact.impulse.map(|part| part / h), contact.impulse);
@@ -320,6 +336,19 @@ impl Transient {
         }
         free_motion.complete_step(0, impulses)
     }
+}
+
+/// Contacts with the fault that a test injects.
+#[cfg(test)]
+fn with_fault(mut contacts: Vec<DiaphragmContact>, fault: Option<Fault>) -> Vec<DiaphragmContact> {
+    if fault == Some(Fault::StaticCorrection) {
+        for contact in &mut contacts {
+            if let Stator::Ring(ring) = &mut contact.stator.stator {
+                ring.reverse_static_correction();
+            }
+        }
+    }
+    contacts
 }
 
 /// Selects the diaphragms at which peaks of the rotor's displacement limit the step: the one with the largest share of its gap used
