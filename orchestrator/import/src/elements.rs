@@ -123,7 +123,9 @@ pub struct Rotor {
     pub bearings: Vec<Bearing>,
     pub masses: Vec<PointMass>,
     /// Whether a shaft element was not usable, which was reported: the shaft has a gap there.
-    pub incomplete: bool,
+    pub gap: bool,
+    /// Whether a bearing was not usable, which was reported.
+    pub lost_bearing: bool,
 }
 
 /// Tables that are no elements.
@@ -147,7 +149,7 @@ impl Rotor {
                 _ => {}
             }
         }
-        if rotor.beams.is_empty() && !rotor.incomplete {
+        if rotor.beams.is_empty() && !rotor.gap {
             problems.add(0..0, "", "no shaft elements").allowed =
                 Some("a rotor saved by ROSS, with tables named ShaftElement_TAG".to_owned());
         }
@@ -161,12 +163,13 @@ impl Rotor {
         if class.starts_with("ShaftElement") {
             match beam(fields, notes) {
                 Some(beam) => self.beams.push(beam),
-                None => self.incomplete = true,
+                None => self.gap = true,
             }
         } else if class.starts_with("PointMass") {
             self.masses.extend(point_mass(fields));
         } else if class.starts_with("Coupling") {
             coupling(fields);
+            self.gap = true;
         } else if fields.has("kxx") {
             if class.starts_with("Magnetic") {
                 notes.push(Note::new(
@@ -174,7 +177,10 @@ impl Rotor {
                     "the controller of a magnetic bearing is not converted: its coefficients are taken as they are",
                 ));
             }
-            self.bearings.extend(bearing(fields, notes));
+            match bearing(fields, notes) {
+                Some(bearing) => self.bearings.push(bearing),
+                None => self.lost_bearing = true,
+            }
         } else if fields.has("Ip") && fields.has("Id") {
             if class.starts_with("Gear") {
                 notes.push(Note::new(&element, "the mesh of a gear is not converted: it is a disc"));
@@ -284,7 +290,8 @@ fn bearing(mut fields: Fields<'_, '_, '_>, notes: &mut Vec<Note>) -> Option<Bear
     let (element, span) = (fields.element.to_owned(), fields.span.clone());
     let node = fields.node("n");
     let link = if fields.has("n_link") { Some(fields.node("n_link")?) } else { None };
-    let name = if fields.has("frequency") || !fields.has("speed") { "frequency" } else { "speed" };
+    // by class and version
+    let name = ["frequency", "speed", "omega"].into_iter().find(|name| fields.has(name)).unwrap_or("frequency");
     let speeds = fields.list(name, Sign::NotNegative);
     let lists = NAMES.map(|names| names.map(|name| fields.list(name, Sign::Any)));
     let axial = [fields.list("kzz", Sign::Any), fields.list("czz", Sign::Any)];

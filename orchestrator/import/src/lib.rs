@@ -30,7 +30,7 @@ pub struct Imported {
 /// Something that a machine file cannot hold.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
-    /// The element of the other program, as its file names it.
+    /// Elements of the other program, as its file names them.
     pub element: String,
     /// Quantity that was not converted, the reason, and its replacement.
     pub message: String,
@@ -44,8 +44,31 @@ impl Note {
 
 impl std::fmt::Display for Note {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", names::in_one_line(&self.element), self.message)
+        write!(f, "{}: {}", self.element, self.message)
     }
+}
+
+/// Elements that a note names.
+const MOST_NAMED: usize = 3;
+
+/// One note for all elements of which the same is said.
+fn joined(notes: Vec<Note>) -> Vec<Note> {
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+    for Note { element, message } in notes {
+        match groups.iter_mut().find(|(said, _)| *said == message) {
+            Some((_, elements)) => elements.push(element),
+            None => groups.push((message, vec![element])),
+        }
+    }
+    let note = |(message, elements): (String, Vec<String>)| {
+        let mut element =
+            elements.iter().take(MOST_NAMED).map(|name| names::in_one_line(name)).collect::<Vec<_>>().join(", ");
+        if elements.len() > MOST_NAMED {
+            element.push_str(&format!(" and {} more", elements.len() - MOST_NAMED));
+        }
+        Note { element, message }
+    };
+    groups.into_iter().map(note).collect()
 }
 
 /// Converts a rotor saved by ROSS (`Rotor.save`, TOML or JSON). `file` names it in messages and in the machine file.
@@ -62,7 +85,9 @@ pub fn from_ross(file: &str, text: &str) -> Result<Imported, Problems> {
     let supports = line.as_ref().map(|line| Supports::of(&rotor, line, &mut problems, &mut notes));
     problems.finish()?;
     let (Some(line), Some(supports)) = (line, supports) else { return Ok(Imported { machine: String::new(), notes }) };
-    let machine = write::machine(file, text, &rotor, &line, &supports, &mut notes);
+    let body = write::machine(file, &rotor, &line, &supports, &mut notes);
+    let mut notes = joined(notes);
+    let machine = write::provenance(file, text, &rotor, &notes) + &body;
     if let Err(problems) = MachineDef::parse("machine", &machine) {
         for problem in problems.list {
             notes.push(Note::new("machine file", format!("is rejected as it is: {}", problem.headline())));

@@ -22,7 +22,7 @@ pub struct Line<'a> {
 impl<'a> Line<'a> {
     /// Sorts the elements of a rotor; `None`: reported.
     pub fn of(rotor: &'a Rotor, problems: &mut Collector<'_>) -> Option<Self> {
-        if rotor.incomplete {
+        if rotor.gap {
             return None;
         }
         let mut sorted: Vec<&Beam> = rotor.beams.iter().collect();

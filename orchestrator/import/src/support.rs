@@ -84,7 +84,7 @@ impl<'a> Supports<'a> {
                 masses.push(mass);
             }
         }
-        if on_shaft.is_empty() {
+        if on_shaft.is_empty() && !rotor.lost_bearing {
             problems.add(0..0, "", "no bearing on the shaft").allowed = Some("at least one BearingElement".to_owned());
         }
         Self { on_shaft, discs, masses }

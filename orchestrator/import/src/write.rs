@@ -14,15 +14,8 @@ const SPEED: f64 = 100.0;
 /// A table must reach this much beyond the initial speed.
 const BEYOND: f64 = 1.05;
 
-/// The machine file; what is decided here is noted.
-pub fn machine(
-    file: &str,
-    text: &str,
-    rotor: &Rotor,
-    line: &Line<'_>,
-    supports: &Supports<'_>,
-    notes: &mut Vec<Note>,
-) -> String {
+/// The machine file behind its head; what is decided here is noted.
+pub fn machine(file: &str, rotor: &Rotor, line: &Line<'_>, supports: &Supports<'_>, notes: &mut Vec<Note>) -> String {
     let mut body = String::new();
     run(&mut body, file, supports);
     let material = &line.base[0].material;
@@ -33,7 +26,7 @@ pub fn machine(
     bearings(&mut body, line, supports, notes);
     damping(&mut body, rotor, supports, notes);
     body.push_str(MISSING);
-    provenance(file, text, rotor, notes) + &body
+    body
 }
 
 /// Tables that a rotor of ROSS does not have, as comments.
@@ -75,7 +68,8 @@ fn put(out: &mut String, line: impl AsRef<str>) {
     out.push('\n');
 }
 
-fn provenance(file: &str, text: &str, rotor: &Rotor, notes: &[Note]) -> String {
+/// Head of the machine file: its source, and what is not in it.
+pub fn provenance(file: &str, text: &str, rotor: &Rotor, notes: &[Note]) -> String {
     let mut out = String::new();
     let version = rotor.version.as_deref().map_or_else(String::new, |version| format!(" {}", in_one_line(version)));
     put(&mut out, format!("# Machine file of bladeoff, converted from a rotor saved by ROSS{version}."));
@@ -263,7 +257,7 @@ fn bearings(out: &mut String, line: &Line<'_>, supports: &Supports<'_>, notes: &
             put(out, "interpolation = \"pchip\"");
             out.push_str(&axial_line);
             table(out, &name, bearing);
-            notes.push(Note::new(&bearing.element, "between the speeds of its table ROSS has other curves (cubic splines): the coefficients differ there, not at the speeds themselves"));
+            notes.push(Note::new(&bearing.element, "ROSS has other curves (cubic splines) between the speeds of a table, and beyond its ends: coefficients differ there, not at the speeds themselves"));
         } else {
             for (key, matrix) in [("stiffness", &bearing.stiffness), ("damping", &bearing.damping)] {
                 let [xx, xy, yx, yy] = [0, 1, 2, 3].map(|k| exact(matrix[k][0]));

@@ -171,6 +171,38 @@ fn bearings_tables_and_shared_supports_are_as_the_file_says() {
     assert!((shaft.elements[0].shear_coefficient.expect("shear") - expected).abs() < 1e-14);
 }
 
+/// A rotor with many seals has one note for all of them.
+#[test]
+fn the_same_note_of_many_elements_is_one() {
+    let text = ROTOR.replace("rotary_inertia = true", "rotary_inertia = false");
+    let found = notes(&text);
+    let expected = "ShaftElement_Shaft Element 0, ShaftElement_Shaft Element 1, ShaftElement_Shaft Element 8 and 6 more: rotary inertia";
+    assert!(found.len() == 3 && found.iter().any(|note| note.starts_with(expected)), "{found:#?}");
+}
+
+/// A bearing that cannot be read, or a coupling, is one mistake: its consequences are not reported as well.
+#[test]
+fn one_mistake_is_one_problem() {
+    let single = |text: &str| from_ross("rotor.toml", text).expect_err("a mistake").list.len();
+    let one_bearing = &ROTOR[..ROTOR.find("[\"SealElement_Seal 3\"]").expect("a seal")];
+    let shaft = |text: &str| {
+        format!("{text}\n{}", &ROTOR[ROTOR.find("[\"ShaftElement_Shaft Element 0\".material]").expect("materials")..])
+    };
+    assert_eq!(single(&shaft(&one_bearing.replace("kxx = [ 50000000.0,]", "kxx = [ \"stiff\",]"))), 1);
+    let coupling = changed("[\"ShaftElement_Shaft Element 3\"]", "[\"CouplingElement_A\"]")
+        .replace("[\"ShaftElement_Shaft Element 3\".material]", "[\"CouplingElement_A\".material]");
+    assert_eq!(single(&coupling), 1);
+}
+
+/// Film bearings of ROSS have their speeds under other names.
+#[test]
+fn speeds_have_one_of_three_names() {
+    for name in ["speed", "omega"] {
+        let text = changed("frequency = [", &format!("{name} = ["));
+        assert_eq!(import(&text).machine.replace(' ', "").matches("speeds=[0.0,200.0").count(), 1, "{name}");
+    }
+}
+
 /// Names and tags of a file become comments of one line: no part of them is read as TOML.
 #[test]
 fn names_and_tags_cannot_leave_their_comments() {
