@@ -18,6 +18,7 @@ mod file_faults;
 mod foreign_files;
 mod fuzz;
 mod history;
+mod import;
 mod input;
 mod json_outputs;
 mod limits;

@@ -368,8 +368,23 @@ fn the_written_record_builds_the_same_machine() {
         .replacen("length = \"300 mm\"", "element_lengths = [0.1, 0.2]", 1)
         .replacen("elements = 2", "[rotor.shaft.material]\ndensity = 7000", 1)
         .replacen("name = \"lab_rig\"", "name = 'quote \" and \\ \u{b5}'", 1);
+    let layers = shipped("lab_rig")
+        .replacen(
+            "elements = 2",
+            "elements = 2\nend_diameter = \"30 mm\"\nend_inner_diameter = \"10 mm\"\nmaterial = {density = 7000}",
+            1,
+        )
+        .replacen(
+            "[rotor.discs.left]",
+            "[rotor.layers.hub]\nposition = 0.1\nlength = 0.15\ndiameter = 0.05\ninner_diameter = 0.03\nmaterial = {young_modulus = 1e6}\n\
+             [rotor.discs.left]",
+            1,
+        );
+    let RotorKind::Shaft(shaft) = build(&layers).rotor.kind else { panic!() };
+    assert_eq!((shaft.layers[0].elements.len(), shaft.layers[0].elements[1].length), (2, 0.1));
     for def in [
         varied,
+        parse(&layers),
         parse(&shipped("lab_rig")),
         parse(POINT_MASS),
         parse(&points),

@@ -22,7 +22,7 @@
 //! `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
 
 use bladeoff_model::machine::{
-    Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Machine, Pedestal, PointMass, Ring, Rotor,
+    Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Layer, Machine, Pedestal, PointMass, Ring, Rotor,
     RotorKind, RunSettings, Shaft, ShaftElement,
 };
 
@@ -121,33 +121,45 @@ fn of_run(text: &mut Text, run: &RunSettings) {
 }
 
 fn of_shaft(text: &mut Text, shaft: &Shaft) {
-    let Shaft { nodes, elements, discs } = shaft;
+    let Shaft { nodes, elements, layers, discs } = shaft;
     text.word("shaft").end();
     text.word("nodes").numbers(nodes).end();
-    for &element in elements {
-        let ShaftElement {
-            length,
-            diameter,
-            inner_diameter,
-            young_modulus,
-            poisson_ratio,
-            density,
-            shear_coefficient,
-            yield_strength: _,
-            section: _,
-        } = element;
-        text.word("element");
-        text.numbers(&[length, diameter, inner_diameter, young_modulus, poisson_ratio, density]);
-        match shear_coefficient {
-            Some(coefficient) => text.numbers(&[coefficient]),
-            None => text.word("-"),
-        };
-        text.end();
+    elements.iter().for_each(|element| of_element(text, "element", element));
+    for Layer { name: _, first, elements } in layers {
+        text.word("layer").count(*first).end();
+        elements.iter().for_each(|element| of_element(text, "part", element));
     }
     for disc in discs {
         let Disc { name: _, node, mass, transverse_inertia, polar_inertia } = disc;
         text.word("disc").count(*node).numbers(&[*mass, *transverse_inertia, *polar_inertia]).end();
     }
+}
+
+fn of_element(text: &mut Text, word: &str, element: &ShaftElement) {
+    let ShaftElement {
+        length,
+        diameter,
+        inner_diameter,
+        end_diameter,
+        end_inner_diameter,
+        young_modulus,
+        poisson_ratio,
+        density,
+        shear_coefficient,
+        yield_strength: _,
+        section: _,
+    } = *element;
+    text.word(word);
+    text.numbers(&[length, diameter, inner_diameter, young_modulus, poisson_ratio, density]);
+    match shear_coefficient {
+        Some(coefficient) => text.numbers(&[coefficient]),
+        None => text.word("-"),
+    };
+    // nothing for a cylinder: the key of a machine without tapers is that of earlier builds
+    if element.is_tapered() {
+        text.word("to").numbers(&[end_diameter, end_inner_diameter]);
+    }
+    text.end();
 }
 
 fn of_ring(text: &mut Text, stator: &FlexibleStator) {

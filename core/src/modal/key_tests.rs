@@ -70,6 +70,16 @@ fn what_the_modes_depend_on_is_in_the_key_and_nothing_else() {
         |m| shaft(m).elements[3].length += 1e-9,
         |m| shaft(m).elements[3].diameter += 1e-9,
         |m| shaft(m).elements[3].inner_diameter += 1e-9,
+        |m| shaft(m).elements[3].end_diameter += 1e-9,
+        |m| shaft(m).elements[3].end_inner_diameter += 1e-9,
+        |m| {
+            let part = shaft(m).elements[3];
+            shaft(m).layers.push(Layer { name: String::new(), first: 3, elements: vec![part] });
+        },
+        |m| {
+            let part = shaft(m).elements[3];
+            shaft(m).layers.push(Layer { name: String::new(), first: 2, elements: vec![part] });
+        },
         |m| shaft(m).elements[3].young_modulus += 1.0,
         |m| shaft(m).elements[3].poisson_ratio += 1e-9,
         |m| shaft(m).elements[3].density += 1e-9,

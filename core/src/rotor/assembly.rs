@@ -254,7 +254,8 @@ impl RotorMatrices {
 fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
     let mut all = RotorMatrices::empty(shaft.nodes.len(), 2, pedestals(rotor));
     for (i, element) in shaft.elements.iter().enumerate() {
-        let blocks = shaft_blocks(element);
+        let mut blocks = shaft_blocks(element);
+        shaft.layers_on(i).for_each(|layer| blocks.add(&shaft_blocks(layer)));
         // XZ plane [u, theta_v] as it stands; YZ plane [v, -theta_u]
         let (xz, yz) = (all.u(i), all.v(i));
         for (first, signs) in [(xz, [1.0; 4]), (yz, [1.0, -1.0, 1.0, -1.0])] {

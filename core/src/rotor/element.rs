@@ -1,8 +1,8 @@
 //! Two-node Timoshenko shaft element, matrices of one bending plane and of twist and traction.
 
-use nalgebra::{Matrix2, Matrix4, Vector4};
+use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
-use bladeoff_model::machine::ShaftElement;
+use bladeoff_model::machine::{GAUSS5, ShaftElement};
 
 /// Element matrices in the plane set `[w1, s1, w2, s2]` (deflection and slope angle of the section at both ends).
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct ShaftBlocks {
     pub axial_stiffness: Matrix2<f64>,
 }
 
-/// Abscissae and weights of the 4-point Gauss rule on [0, 1]: exact to degree 7, the products here reach 6.
+/// Abscissae and weights of the 4-point Gauss rule on [0, 1]: exact to degree 7, the products along a cylinder reach 6.
 pub(crate) const GAUSS4: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
@@ -31,69 +31,93 @@ pub(crate) const GAUSS4: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
+impl ShaftBlocks {
+    /// Adds another beam between the same nodes.
+    pub fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.stiffness += other.stiffness;
+        self.gyroscopic += other.gyroscopic;
+        self.twist_mass += other.twist_mass;
+        self.twist_stiffness += other.twist_stiffness;
+        self.axial_mass += other.axial_mass;
+        self.axial_stiffness += other.axial_stiffness;
+    }
+}
+
 /// Matrices of one shaft element.
 ///
 /// ```text
-/// Phi = 12 E I / (k G S L^2)                                     shear parameter; 0 without shear deformation
+/// Phi = 12 E I/(k G S L^2)                                       shear parameter of the middle; 0 without shear deformation
 /// M = int rho S N_w^T N_w + rho I N_s^T N_s dz                    consistent mass, translation and rotary inertia
 /// K = int E I N_s'^T N_s' + k G S (N_w' - N_s)^T (N_w' - N_s) dz  strain energy (4) of the paper
 /// H = int rho I_p N_s^T N_s dz,  I_p = 2 I
 /// ```
+/// S and I of a tapered element vary along it; the integrals are exact.
 /// Source: paper eqs (3), (4); static shape functions of the Timoshenko beam (Przemieniecki 1968), as the conventions of
-/// the reference data state them. Deviation: none.
+/// the reference data state them; for tapers Genta and Gugliotta (1988). Deviation: none.
 ///
 /// # Units
 /// SI; the plane set is `[u, theta_v]` in XZ as it stands and `[v, -theta_u]` in YZ.
 /// # Limits
-/// Round section, small rotations; no axial-force or torque-bending coupling (third order, dropped as in the paper).
+/// Round section, small rotations; no axial-force or torque-bending coupling (third order, dropped as in the paper). The shape functions of a tapered
+/// element are those of a cylinder, so a strong taper needs several elements.
 /// # Verified by
-/// `rigid_motions_cost_nothing_and_carry_the_section_s_inertia`, `reference_rotors_*` in `tests/rotor/linear_rotors.rs`
+/// `rigid_motions_cost_nothing_and_carry_the_section_s_inertia`, `reference_rotors_*` in `tests/rotor/linear_rotors.rs`, `tests/rotor/tapers.rs`
 #[must_use]
 pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
-    let pi = std::f64::consts::PI;
-    let (od, id, l) = (element.diameter, element.inner_diameter, element.length);
-    let area = pi / 4.0 * (od * od - id * id);
-    let inertia = pi / 64.0 * (od * od * od * od - id * id * id * id);
-    let polar = 2.0 * inertia;
-    let (e, rho) = (element.young_modulus, element.density);
-    let g = e / (2.0 * (1.0 + element.poisson_ratio));
-    let shear_rigidity = element.shear_coefficient.map(|k| k * g * area);
-    let phi = shear_parameter(element);
-
+    let l = element.length;
+    let (e, rho, g) = (element.young_modulus, element.density, element.shear_modulus());
+    let phi = element.shear_parameter();
     let mut blocks = ShaftBlocks {
         mass: Matrix4::zeros(),
         stiffness: Matrix4::zeros(),
         gyroscopic: Matrix4::zeros(),
-        twist_mass: Matrix2::new(2.0, 1.0, 1.0, 2.0) * (rho * polar * l / 6.0),
-        twist_stiffness: Matrix2::new(1.0, -1.0, -1.0, 1.0) * (g * polar / l),
-        axial_mass: Matrix2::new(2.0, 1.0, 1.0, 2.0) * (rho * area * l / 6.0),
-        axial_stiffness: Matrix2::new(1.0, -1.0, -1.0, 1.0) * (e * area / l),
+        twist_mass: Matrix2::zeros(),
+        twist_stiffness: Matrix2::zeros(),
+        axial_mass: Matrix2::zeros(),
+        axial_stiffness: Matrix2::zeros(),
     };
-    for (xi, weight) in GAUSS4 {
-        let (w, s, ds) = shapes(xi, l, phi);
+    let points: &[(f64, f64)] = if element.is_tapered() { &GAUSS5 } else { &GAUSS4 };
+    for &(xi, weight) in points {
+        let [w, s, ds] = element.shapes(xi, phi).map(Vector4::from);
+        let (area, inertia) = (element.area_at(xi), element.inertia_at(xi));
+        let polar = 2.0 * inertia;
         let dz = weight * l;
         blocks.mass += (w * w.transpose()) * (rho * area * dz) + (s * s.transpose()) * (rho * inertia * dz);
         blocks.stiffness += (ds * ds.transpose()) * (e * inertia * dz);
         blocks.gyroscopic += (s * s.transpose()) * (rho * polar * dz);
     }
-    if let Some(rigidity) = shear_rigidity {
+    if let Some(rigidity) = element.shear_coefficient.map(|k| k * g * element.mean_area()) {
         // w' - s is constant along the element: -Phi/(1+Phi) times the strain that pure bending would need
         let shear = Vector4::new(-1.0 / l, -0.5, 1.0 / l, -0.5) * (phi / (1.0 + phi));
         blocks.stiffness += (shear * shear.transpose()) * (rigidity * l);
     }
+    add_linear(element, &mut blocks);
     blocks
 }
 
-/// `Phi`, 0 without shear deformation.
-fn shear_parameter(element: &ShaftElement) -> f64 {
-    let pi = std::f64::consts::PI;
-    let (od, id, l) = (element.diameter, element.inner_diameter, element.length);
-    let area = pi / 4.0 * (od * od - id * id);
-    let inertia = pi / 64.0 * (od * od * od * od - id * id * id * id);
-    let e = element.young_modulus;
-    let g = e / (2.0 * (1.0 + element.poisson_ratio));
-    let shear_rigidity = element.shear_coefficient.map(|k| k * g * area);
-    shear_rigidity.map_or(0.0, |rigidity| 12.0 * e * inertia / (rigidity * l * l))
+/// Twist and traction: masses by linear shape functions, stiffness of the static flexibility.
+fn add_linear(element: &ShaftElement, blocks: &mut ShaftBlocks) {
+    let (l, e, rho, g) = (element.length, element.young_modulus, element.density, element.shear_modulus());
+    let (consistent, pair) = (Matrix2::new(2.0, 1.0, 1.0, 2.0), Matrix2::new(1.0, -1.0, -1.0, 1.0));
+    if !element.is_tapered() {
+        let (area, polar) = (element.area_at(0.0), 2.0 * element.inertia_at(0.0));
+        blocks.twist_mass = consistent * (rho * polar * l / 6.0);
+        blocks.twist_stiffness = pair * (g * polar / l);
+        blocks.axial_mass = consistent * (rho * area * l / 6.0);
+        blocks.axial_stiffness = pair * (e * area / l);
+        return;
+    }
+    let (mut twist, mut axial) = (0.0, 0.0);
+    for (xi, weight) in GAUSS5 {
+        let ends = Vector2::new(1.0 - xi, xi);
+        let (area, polar, outer) = (element.area_at(xi), 2.0 * element.inertia_at(xi), ends * ends.transpose());
+        blocks.twist_mass += outer * (rho * polar * weight * l);
+        blocks.axial_mass += outer * (rho * area * weight * l);
+        twist += weight * l / (g * polar);
+        axial += weight * l / (e * area);
+    }
+    (blocks.twist_stiffness, blocks.axial_stiffness) = (pair / twist, pair / axial);
 }
 
 /// Deflection \[m\] at `xi = z/L` between the ends of an element, from its plane set `[w1, s1, w2, s2]`.
@@ -102,33 +126,8 @@ fn shear_parameter(element: &ShaftElement) -> f64 {
 /// `a_deflection_between_the_nodes_is_that_of_the_beam`.
 #[must_use]
 pub fn deflection(element: &ShaftElement, ends: [f64; 4], xi: f64) -> f64 {
-    let (w, _, _) = shapes(xi, element.length, shear_parameter(element));
-    w.dot(&Vector4::from(ends))
-}
-
-/// Deflection, section angle and its derivative along z for the plane set, at xi = z/L.
-fn shapes(xi: f64, l: f64, phi: f64) -> (Vector4<f64>, Vector4<f64>, Vector4<f64>) {
-    let (x2, x3, c) = (xi * xi, xi * xi * xi, 1.0 / (1.0 + phi));
-    let bubble = 0.5 * phi * (xi - x2);
-    let w = Vector4::new(
-        c * (1.0 - 3.0 * x2 + 2.0 * x3 + phi * (1.0 - xi)),
-        c * l * (xi - 2.0 * x2 + x3 + bubble),
-        c * (3.0 * x2 - 2.0 * x3 + phi * xi),
-        c * l * (x3 - x2 - bubble),
-    );
-    let s = Vector4::new(
-        c * 6.0 * (x2 - xi) / l,
-        c * (1.0 - 4.0 * xi + 3.0 * x2 + phi * (1.0 - xi)),
-        c * 6.0 * (xi - x2) / l,
-        c * (3.0 * x2 - 2.0 * xi + phi * xi),
-    );
-    let ds = Vector4::new(
-        c * 6.0 * (2.0 * xi - 1.0) / (l * l),
-        c * (6.0 * xi - 4.0 - phi) / l,
-        c * 6.0 * (1.0 - 2.0 * xi) / (l * l),
-        c * (6.0 * xi - 2.0 + phi) / l,
-    );
-    (w, s, ds)
+    let [w, _, _] = element.shapes(xi, element.shear_parameter());
+    Vector4::from(w).dot(&Vector4::from(ends))
 }
 
 #[cfg(test)]
@@ -140,6 +139,8 @@ mod tests {
             length: 0.7,
             diameter: 0.2,
             inner_diameter: 0.05,
+            end_diameter: 0.2,
+            end_inner_diameter: 0.05,
             young_modulus: 2.1e11,
             poisson_ratio: 0.3,
             density: 7850.0,

@@ -2,6 +2,8 @@
 
 use bladeoff_model::machine::{Shaft, ShaftElement};
 
+use crate::rotor::shaft_blocks;
+
 /// Section moduli of a round section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionModuli {
@@ -36,9 +38,9 @@ pub struct LargestMoments {
 struct Element {
     /// `G I_p/L` [N m/rad].
     torsion: f64,
-    /// `6 E I/((1+Phi) L^2)`, `(4+Phi) E I/((1+Phi) L)`, `(2-Phi) E I/((1+Phi) L)`.
-    chord: f64,
-    near: f64,
+    /// `6 E I/((1+Phi) L^2)`, `(4+Phi) E I/((1+Phi) L)` at each end, and `(2-Phi) E I/((1+Phi) L)`.
+    chord: [f64; 2],
+    near: [f64; 2],
     far: f64,
 }
 
@@ -59,7 +61,8 @@ struct Element {
 /// # Units
 /// SI.
 /// # Limits
-/// Torsional shear only: the transverse shear stress, which is zero at the outer fibre, is not in `tau`. Loads inside an
+/// Nominal stresses of a tapered section are upper bounds: its largest moments over its smallest moduli. A section below a layer has the moments that it carries
+/// itself. Torsional shear only: the transverse shear stress, which is zero at the outer fibre, is not in `tau`. Loads inside an
 /// element (its own inertia and weight) enter through its nodes, so M has an error of `q L^2/12` for a load q per length;
 /// refine the mesh where that matters. In the reduced engine moments beside the contact lack the modes left out.
 /// # Verified by
@@ -76,10 +79,14 @@ pub struct ShaftStresses {
 }
 
 impl SectionModuli {
-    /// Of one element's section.
+    /// The smaller ones of an element's ends.
     #[must_use]
     pub fn of(element: &ShaftElement) -> Self {
-        let (od, id) = (element.diameter, element.inner_diameter);
+        let [left, right] = [0.0, 1.0].map(|xi| Self::of_ring(element.diameters_at(xi)));
+        if right.bending < left.bending { right } else { left }
+    }
+
+    fn of_ring([od, id]: [f64; 2]) -> Self {
         let bending = std::f64::consts::PI * (od * od * od * od - id * id * id * id) / (32.0 * od);
         Self { bending, torsion: 2.0 * bending }
     }
@@ -97,6 +104,12 @@ impl ShaftStresses {
                 all.sections.push((i, i));
                 all.moduli.push(SectionModuli::of(element));
                 last = Some(element.section);
+            }
+            let moduli = SectionModuli::of(element);
+            if let Some(least) = all.moduli.last_mut()
+                && moduli.bending < least.bending
+            {
+                *least = moduli;
             }
             if let Some(section) = all.sections.last_mut() {
                 section.1 = i + 1;
@@ -188,6 +201,9 @@ fn larger(known: f64, value: f64) -> f64 {
 
 impl Element {
     fn new(element: &ShaftElement) -> Self {
+        if element.is_tapered() {
+            return Self::tapered(element);
+        }
         let l = element.length;
         let (od, id) = (element.diameter, element.inner_diameter);
         let inertia = std::f64::consts::PI / 64.0 * (od * od * od * od - id * id * id * id);
@@ -198,9 +214,21 @@ impl Element {
         let scale = rigidity / ((1.0 + phi) * l);
         Self {
             torsion: g * 2.0 * inertia / l,
-            chord: 6.0 * scale / l,
-            near: (4.0 + phi) * scale,
+            chord: [6.0 * scale / l; 2],
+            near: [(4.0 + phi) * scale; 2],
             far: (2.0 - phi) * scale,
+        }
+    }
+
+    /// Rows of the stiffness of a taper, so that the moments are in equilibrium with the forces at its nodes.
+    fn tapered(element: &ShaftElement) -> Self {
+        let blocks = shaft_blocks(element);
+        let k = &blocks.stiffness;
+        Self {
+            torsion: blocks.twist_stiffness[(0, 0)],
+            chord: [k[(1, 0)], k[(3, 0)]],
+            near: [k[(1, 1)], k[(3, 3)]],
+            far: k[(1, 3)],
         }
     }
 
@@ -212,10 +240,11 @@ impl Element {
     /// From `[u1, theta_v1, u2, theta_v2]` and `[v1, theta_u1, v2, theta_u2]`; the slope of the YZ plane is `-theta_u`.
     #[inline]
     fn bending_moments(&self, a: &[f64], b: &[f64]) -> [[f64; 2]; 2] {
-        let (chord_x, chord_y) = (self.chord * (a[2] - a[0]), self.chord * (b[2] - b[0]));
+        let (x, y) = (a[2] - a[0], b[2] - b[0]);
+        let ([left, right], [near, far_end], far) = (self.chord, self.near, self.far);
         [
-            [chord_x - self.near * a[1] - self.far * a[3], chord_y + self.near * b[1] + self.far * b[3]],
-            [self.far * a[1] + self.near * a[3] - chord_x, -self.far * b[1] - self.near * b[3] - chord_y],
+            [left * x - near * a[1] - far * a[3], left * y + near * b[1] + far * b[3]],
+            [far * a[1] + far_end * a[3] - right * x, -far * b[1] - far_end * b[3] - right * y],
         ]
     }
 }
@@ -232,6 +261,8 @@ mod tests {
             length: 0.25,
             diameter: if section == 0 { 0.1 } else { 0.08 },
             inner_diameter: 0.02,
+            end_diameter: if section == 0 { 0.1 } else { 0.08 },
+            end_inner_diameter: 0.02,
             young_modulus: 2.1e11,
             poisson_ratio: 0.3,
             density: 7850.0,
@@ -242,6 +273,7 @@ mod tests {
         Shaft {
             nodes: vec![0.0, 0.25, 0.5, 0.75, 1.0],
             elements: vec![element(0), element(0), element(1), element(1)],
+            layers: Vec::new(),
             discs: Vec::new(),
         }
     }

@@ -14,5 +14,6 @@ mod modes;
 mod outside;
 mod pedestals;
 mod stability;
+mod tapers;
 mod torsion;
 mod twist;

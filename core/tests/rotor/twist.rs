@@ -5,7 +5,7 @@ use bladeoff_core::engine::{TimeStep, simulate};
 use bladeoff_core::record::NoHistory;
 use bladeoff_core::rotor::RotorMatrices;
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::{Presence, RotorKind, Unbalance, UnbalanceKind, overdrawn};
+use bladeoff_model::machine::{Layer, Presence, RotorKind, Unbalance, UnbalanceKind, overdrawn};
 use bladeoff_model::outcome::Status;
 use bladeoff_numerics::linalg::{Matrix, mul, mul_tn, spd_inverse};
 
@@ -14,14 +14,22 @@ const LOST: (&str, &str) = ("blade_off.kind", "lost");
 /// What the check of a file holds a lost mass against (closed forms, condensed to the nodes) is what the dense matrices of a run say.
 #[test]
 fn what_a_node_has_is_that_of_the_matrices() {
-    for (name, shear, bore) in
-        [("lp_turbine_paper", Some(0.9), 0.0), ("lab_rig", Some(0.3), 0.4), ("lab_rig", None, 0.5)]
-    {
+    for (name, shear, bore, taper) in [
+        ("lp_turbine_paper", Some(0.9), 0.0, 1.0),
+        ("lab_rig", Some(0.3), 0.4, 1.0),
+        ("lab_rig", None, 0.5, 1.0),
+        ("lab_rig", Some(0.9), 0.3, 1.6),
+    ] {
         for (last, turns) in [(0, 0), (4, 4), (6, 6), (0, 4), (6, 3)] {
             let mut rotor = machine(&study_machine(name)).rotor;
             let RotorKind::Shaft(shaft) = &mut rotor.kind else { unreachable!("a shaft") };
             for element in &mut shaft.elements {
                 (element.shear_coefficient, element.inner_diameter) = (shear, bore * element.diameter);
+                (element.end_diameter, element.end_inner_diameter) = (taper * element.diameter, element.inner_diameter);
+            }
+            if taper != 1.0 {
+                let elements = shaft.elements[3..5].to_vec();
+                shaft.layers.push(Layer { name: String::new(), first: 3, elements });
             }
             let unbalance = |kind, (node, twist_node), mass, radius, phase| Unbalance {
                 name: String::new(),

@@ -22,6 +22,7 @@ mod functions;
 mod gate;
 mod hints;
 mod history;
+mod import;
 mod json;
 mod machine;
 mod man;
@@ -96,6 +97,7 @@ enum Command {
     Modes(modes::Args),
     Paths(paths::Args),
     New(new::Args),
+    Import(import::Args),
     Answer(answer::Args),
     Map(map::Args),
     Gate(gate::Args),
@@ -247,6 +249,7 @@ fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliEr
             | Command::Recover(_)
             | Command::Doctor(_)
             | Command::New(_)
+            | Command::Import(_)
             | Command::Schema(_)
             | Command::Completions(_)
             | Command::Man(_)
@@ -266,6 +269,7 @@ fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliEr
         Command::Modes(args) => modes::main(&args),
         Command::Paths(args) => paths::main(&args),
         Command::New(args) => new::main(&args),
+        Command::Import(args) => import::main(&args),
         Command::Answer(args) => answer::main(&args),
         Command::Map(args) => map::main(&args),
         Command::Gate(args) => gate::main(&args),

@@ -10,15 +10,15 @@ use std::path::PathBuf;
 
 /// A rotor as ROSS saves it, where a study or a machine was asked for.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "{} is a rotor saved by ROSS, which {} does not read: write its shaft, discs and bearings into a machine file, of which {} makes a template",
-    shown(path),
-    call::program(),
-    call::command(["new", "machine"])
-)]
+#[error("{} is a rotor saved by ROSS; convert it to a machine file: {}", shown(path), import(path))]
 pub struct OfRoss {
     /// The file.
     pub path: PathBuf,
+}
+
+/// The command that converts a rotor.
+fn import(path: &std::path::Path) -> String {
+    call::command([OsStr::new("import"), OsStr::new("ross"), call::path_word(path).as_os_str()])
 }
 
 /// Why a study cannot be run as it is.

@@ -344,10 +344,10 @@ impl Loader<'_> {
                 let problem = self.problems.add(
                     entry.node.span.clone(),
                     "machine",
-                    "is a rotor saved by ROSS, which is not read",
+                    "is a rotor saved by ROSS, not a machine file",
                 );
                 problem.value = Some(format!("{:?}", cut(named, 120)));
-                problem.allowed = Some(allowed.to_owned());
+                problem.allowed = Some(format!("{allowed}; `bladeoff import ross` makes a machine file of it"));
                 return None;
             }
             Err(_) if matches!(kind_of(&text), Some(FileKind::Study(_))) => {

@@ -43,10 +43,11 @@ fn drawn_folders() -> Vec<PathBuf> {
 }
 
 /// The packages, the inner one first.
-const PACKAGES: [&str; 12] = [
+const PACKAGES: [&str; 13] = [
     "worker/protocol",
     "orchestrator/study",
     "orchestrator/record",
+    "orchestrator/import",
     "orchestrator/answers",
     "orchestrator/dev",
     "system",
@@ -115,7 +116,7 @@ fn libraries_are_named_where_they_may_be() {
 }
 
 /// A package, and which of ours it may depend on.
-const LAYERS: [(&str, &[&str]); 12] = [
+const LAYERS: [(&str, &[&str]); 13] = [
     ("core/numerics", &[]),
     ("core/text", &[]),
     ("core/model", &["text"]),
@@ -125,10 +126,11 @@ const LAYERS: [(&str, &[&str]); 12] = [
     ("worker", &["text", "model", "core", "system", "protocol"]),
     ("orchestrator/study", &["numerics", "text", "model", "system"]),
     ("orchestrator/record", &["model", "system", "study"]),
+    ("orchestrator/import", &["text", "model"]),
     ("orchestrator/answers", &["numerics", "text", "model", "system"]),
     (
         "orchestrator",
-        &["numerics", "text", "model", "core", "system", "protocol", "worker", "study", "record", "answers"],
+        &["numerics", "text", "model", "core", "system", "protocol", "worker", "study", "record", "import", "answers"],
     ),
     ("orchestrator/dev", &["model", "core", "system", "protocol", "worker", "study", "record", "answers", "bladeoff"]),
 ];

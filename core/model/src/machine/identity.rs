@@ -23,8 +23,10 @@ use super::schema::{CONTACT_STEP, ENGINE, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
 
 /// Keys that a machine of an earlier build has not: without a value of its own, such a key does not count.
-const LATER: [&str; 9] = [
+const LATER: [&str; 11] = [
     CONTACT_STEP,
+    "rotor.shaft[i].end_diameter",
+    "rotor.shaft[i].end_inner_diameter",
     "rotor.bearings.NAME.kind",
     "rotor.bearings.NAME.interpolation",
     "rotor.bearings.NAME.stiffness_factor",

@@ -17,6 +17,7 @@ mod load;
 mod model;
 mod paths;
 mod schema;
+mod section;
 mod template;
 mod unbalance;
 mod value;
@@ -33,5 +34,6 @@ pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, s
 pub use schema::{
     CONTACT_STEP, END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, When, keys,
 };
+pub use section::GAUSS5;
 pub use template::machine_template;
 pub use value::{ParamValue, ValueError};

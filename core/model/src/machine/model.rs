@@ -165,19 +165,43 @@ pub struct Shaft {
     pub nodes: Vec<f64>,
     /// Elements from left to right; element i joins nodes i and i+1.
     pub elements: Vec<ShaftElement>,
+    /// Layers on the elements, in the order of the file.
+    pub layers: Vec<Layer>,
     /// Discs in the order of the file.
     pub discs: Vec<Disc>,
 }
 
-/// One shaft element (round, hollow if `inner_diameter` > 0).
+impl Shaft {
+    /// Parts of the layers that lie on an element, in the order of the file.
+    pub fn layers_on(&self, element: usize) -> impl Iterator<Item = &ShaftElement> {
+        self.layers.iter().filter_map(move |layer| layer.elements.get(element.checked_sub(layer.first)?))
+    }
+}
+
+/// A sleeve or another layer on the shaft: its stiffness and mass add to those of the elements below it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Name of its table.
+    pub name: String,
+    /// First shaft element that it lies on.
+    pub first: usize,
+    /// Its part on each of these elements, from left to right, as long as the element.
+    pub elements: Vec<ShaftElement>,
+}
+
+/// One shaft element, round, hollow if it has an inner diameter; diameters are linear between its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftElement {
     /// Length \[m\] > 0.
     pub length: f64,
-    /// Outer diameter \[m\] > 0.
+    /// Outer diameter at its left end \[m\] > 0.
     pub diameter: f64,
-    /// Inner diameter \[m\], 0 <= inner < outer.
+    /// Inner diameter at its left end \[m\], 0 <= inner < outer.
     pub inner_diameter: f64,
+    /// Outer diameter at its right end \[m\] > 0.
+    pub end_diameter: f64,
+    /// Inner diameter at its right end \[m\], 0 <= inner < outer.
+    pub end_inner_diameter: f64,
     /// Young's modulus \[Pa\].
     pub young_modulus: f64,
     /// Poisson's ratio \[-\].

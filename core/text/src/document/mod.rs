@@ -1,12 +1,14 @@
 //! What machine files and study files share: a TOML tree that knows where everything stands, the list of all problems
 //! of a file, nearest names, quantities with units, and text from outside made visible.
 
+mod json;
 mod nearest;
 mod problem;
 mod tree;
 pub mod units;
 mod visible;
 
+pub use json::parse_json;
 pub use nearest::nearest;
 pub use problem::{BYTE_ORDER_MARK, Collector, MISSING, MOST_PROBLEMS, Problem, Problems, cut};
 pub use tree::{Entry, MAX_FILE_BYTES, Node, Value, parse_toml};

@@ -2,9 +2,9 @@
 
 use super::style::{FINE, GREY, SMALL, TEXT, TITLE, tick, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
-use bladeoff_model::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft};
+use bladeoff_model::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft, ShaftElement};
 use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
-use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, RGBColor, WHITE};
+use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, RGBAColor, RGBColor, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::f64::consts::PI;
 
@@ -46,7 +46,8 @@ fn disc_size(disc: &Disc) -> (f64, f64) {
 
 /// Largest radius of what is drawn from the side.
 fn outer(machine: &Machine, shaft: &Shaft) -> f64 {
-    let shafts = shaft.elements.iter().map(|element| 0.5 * element.diameter);
+    let layers = shaft.layers.iter().flat_map(|layer| &layer.elements);
+    let shafts = shaft.elements.iter().chain(layers).map(|element| 0.5 * element.diameter.max(element.end_diameter));
     let discs = shaft.discs.iter().map(|disc| disc_size(disc).0);
     let unbalances = machine.rotor.unbalances.iter().map(|unbalance| unbalance.radius);
     let stators = machine.diaphragms.iter().map(|diaphragm| match &diaphragm.kind {
@@ -83,8 +84,18 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         .y_desc("radius [m]")
         .draw()?;
     let mut from = 0.0;
+    for layer in &shaft.layers {
+        for (element, from) in layer.elements.iter().zip(&shaft.nodes[layer.first..]) {
+            draw_taper(&mut chart, element, *from, COLOURS[0].mix(0.2))?;
+        }
+    }
     for element in &shaft.elements {
         let to = from + element.length;
+        if element.is_tapered() {
+            draw_taper(&mut chart, element, from, SHAFT.to_rgba())?;
+            from = to;
+            continue;
+        }
         let (r, bore) = (0.5 * element.diameter, 0.5 * element.inner_diameter);
         for (low, high) in if bore > 0.0 { vec![(-r, -bore), (bore, r)] } else { vec![(-r, r)] } {
             chart.draw_series([
@@ -151,6 +162,25 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         chart.draw_series([Text::new(unbalance.name.replace('_', " "), beside, style)])?;
     }
     label(&mut chart, machine, shaft, (radius, half_r))
+}
+
+/// The walls of an element with different ends, above and below the axis.
+fn draw_taper(
+    chart: &mut Chart<'_, '_>,
+    element: &ShaftElement,
+    from: f64,
+    fill: RGBAColor,
+) -> Result<(), FigureError> {
+    let to = from + element.length;
+    let radii = [0.0, 1.0].map(|xi| element.diameters_at(xi).map(|diameter| 0.5 * diameter));
+    for sign in [1.0, -1.0] {
+        let [[outer, inner], [end_outer, end_inner]] = radii.map(|ends| ends.map(|r| sign * r));
+        let corners = vec![(from, inner), (from, outer), (to, end_outer), (to, end_inner)];
+        let outline: Vec<(f64, f64)> = corners.iter().chain(corners.first()).copied().collect();
+        chart.draw_series([Polygon::new(corners, fill.filled())])?;
+        chart.draw_series([PathElement::new(outline, GREY.stroke_width(FINE))])?;
+    }
+    Ok(())
 }
 
 type Chart<'a, 'b> = plotters::chart::ChartContext<

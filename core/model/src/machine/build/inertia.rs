@@ -10,23 +10,27 @@
 //! Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 11. Verified by `what_a_node_has_is_that_of_the_matrices`
 //! (`tests/rotor/twist.rs` of the core) against that quadrature, and the tests below.
 
-use std::f64::consts::PI;
-
 use crate::machine::model::ShaftElement;
+use crate::machine::section::GAUSS5;
 
-/// Area \[m2\] and second moment of area about a diameter \[m4\].
-fn section(element: &ShaftElement) -> (f64, f64) {
-    let (outer, inner) = (element.diameter * element.diameter, element.inner_diameter * element.inner_diameter);
-    (PI / 4.0 * (outer - inner), PI / 64.0 * (outer * outer - inner * inner))
-}
-
-/// (1) [kg, kg m, kg m2].
+/// (1) [kg, kg m, kg m2]; of a tapered element by quadrature.
 pub(super) fn element_mass(element: &ShaftElement) -> [[f64; 4]; 4] {
-    let (area, inertia) = section(element);
     let (l, rho) = (element.length, element.density);
-    let shear_modulus = element.young_modulus / (2.0 * (1.0 + element.poisson_ratio));
-    let rigidity = element.shear_coefficient.map(|k| k * shear_modulus * area);
-    let phi = rigidity.map_or(0.0, |rigidity| 12.0 * element.young_modulus * inertia / (rigidity * l * l));
+    let phi = element.shear_parameter();
+    if element.is_tapered() {
+        let mut mass = [[0.0; 4]; 4];
+        for (xi, weight) in GAUSS5 {
+            let [w, s, _] = element.shapes(xi, phi);
+            let (area, inertia) = (element.area_at(xi), element.inertia_at(xi));
+            for (a, row) in mass.iter_mut().enumerate() {
+                for (b, entry) in row.iter_mut().enumerate() {
+                    *entry += rho * weight * l * (area * w[a] * w[b] + inertia * s[a] * s[b]);
+                }
+            }
+        }
+        return mass;
+    }
+    let (area, inertia) = (element.area_at(0.0), element.inertia_at(0.0));
     let squared = phi * phi;
     let scale = 1.0 / ((1.0 + phi) * (1.0 + phi));
     let (t, r) = (rho * area * l / 840.0 * scale, rho * inertia / (30.0 * l) * scale);
@@ -41,16 +45,25 @@ pub(super) fn element_mass(element: &ShaftElement) -> [[f64; 4]; 4] {
     [[ww, ws, w_w, w_s], [ws, ss, -w_s, s_s], [w_w, -w_s, ww, -ws], [w_s, s_s, -ws, ss]]
 }
 
-/// (2) \[kg m2\].
+/// (2) \[kg m2\]; of a tapered element by quadrature.
 pub(super) fn element_twist_mass(element: &ShaftElement) -> [[f64; 2]; 2] {
-    let (_, inertia) = section(element);
-    let third = element.density * 2.0 * inertia * element.length / 3.0;
+    if element.is_tapered() {
+        let mut mass = [[0.0; 2]; 2];
+        for (xi, weight) in GAUSS5 {
+            let polar = element.density * 2.0 * element.inertia_at(xi) * weight * element.length;
+            let ends = [1.0 - xi, xi];
+            (0..4).for_each(|i| mass[i / 2][i % 2] += polar * ends[i / 2] * ends[i % 2]);
+        }
+        return mass;
+    }
+    let third = element.density * 2.0 * element.inertia_at(0.0) * element.length / 3.0;
     [[third, third / 2.0], [third / 2.0, third]]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     #[test]
     fn rigid_motions_carry_the_mass_and_the_inertia_of_a_rod() {
@@ -59,6 +72,8 @@ mod tests {
                 length: 0.7,
                 diameter: 0.2,
                 inner_diameter: 0.05,
+                end_diameter: 0.2,
+                end_inner_diameter: 0.05,
                 young_modulus: 2.1e11,
                 poisson_ratio: 0.3,
                 density: 7850.0,

@@ -111,12 +111,14 @@ fn condensed(shaft: &Shaft, nodes: &[usize], turning: &[usize]) -> Option<(Symme
     let size = shaft.nodes.len();
     let (mut lateral, mut twist) = (Symmetric::banded(2 * size, 3), Symmetric::banded(size, 1));
     for (i, element) in shaft.elements.iter().enumerate() {
-        let (mass, twist_mass) = (element_mass(element), element_twist_mass(element));
-        for a in 0..4 {
-            (0..=a).for_each(|b| lateral.add(2 * i + a, 2 * i + b, mass[a][b]));
-        }
-        for a in 0..2 {
-            (0..=a).for_each(|b| twist.add(i + a, i + b, twist_mass[a][b]));
+        for part in [element].into_iter().chain(shaft.layers_on(i)) {
+            let (mass, twist_mass) = (element_mass(part), element_twist_mass(part));
+            for a in 0..4 {
+                (0..=a).for_each(|b| lateral.add(2 * i + a, 2 * i + b, mass[a][b]));
+            }
+            for a in 0..2 {
+                (0..=a).for_each(|b| twist.add(i + a, i + b, twist_mass[a][b]));
+            }
         }
     }
     for disc in &shaft.discs {

@@ -6,6 +6,7 @@ mod covered;
 mod diaphragm;
 mod factor;
 mod inertia;
+mod layer;
 mod limits;
 mod lost;
 mod monitor;

@@ -44,10 +44,18 @@ fn tables(reader: &Reader<'_>) -> Vec<Path> {
     members.collect()
 }
 
+/// Where a layer begins and ends \[m\], as far as the file says it.
+pub(super) fn layer_ends(reader: &Reader<'_>, table: &str) -> [Option<f64>; 2] {
+    let start = reader.number(&below(table, "position"));
+    [start, start.and_then(|start| Some(start + reader.number(&below(table, "length"))?))]
+}
+
 /// Splits the elements in which something stands. The nodes do not depend on the order in which a file names things.
 pub(super) fn split(reader: &Reader<'_>, line: &mut Line) {
     let mut places: Vec<f64> =
         tables(reader).iter().filter_map(|table| reader.number(&below(table, "position"))).collect();
+    let layers = reader.layout.group("rotor.layers").iter();
+    places.extend(layers.flat_map(|layer| layer_ends(reader, &below("rotor.layers", &layer.name))).flatten());
     places.sort_by(f64::total_cmp);
     for place in places {
         if let Where::Between(right) = find(&line.nodes, place)
@@ -57,8 +65,9 @@ pub(super) fn split(reader: &Reader<'_>, line: &mut Line) {
             line.nodes.insert(right, place);
             if let Some(elements) = &mut line.elements {
                 let whole = elements[right - 1];
-                elements[right - 1].length = place - from;
-                elements.insert(right, ShaftElement { length: to - place, ..whole });
+                let cut = (place - from) / (to - from);
+                elements[right - 1] = whole.part([0.0, cut], place - from);
+                elements.insert(right, whole.part([cut, 1.0], to - place));
             }
         }
     }
@@ -101,11 +110,16 @@ pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) 
     };
     let path = below(table, "position");
     let place = reader.number(&path)?;
+    node_at(reader, nodes, &path, place)
+}
+
+/// The node at a place \[m\] that a key determines; reports a place that cannot be one.
+pub(super) fn node_at(reader: &mut Reader<'_>, nodes: &[f64], path: &str, place: f64) -> Option<usize> {
     let length = nodes[nodes.len() - 1];
     let metres = |z: f64| format_digits(z, "m", 10);
     match find(nodes, place) {
         Where::Node(node) => return Some(node),
-        Where::Outside => drop(reader.fail(&path, "outside the shaft", format!("0 to {}", metres(length)))),
+        Where::Outside => drop(reader.fail(path, "outside the shaft", format!("0 to {}", metres(length)))),
         Where::Near(node) => {
             let apart = (place - nodes[node]).abs();
             let message = format!(
@@ -114,11 +128,11 @@ pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) 
                 metres(nodes[node])
             );
             let allowed = format!("{}, or at least {} away from it", metres(nodes[node]), metres(SHORTEST * length));
-            reader.fail(&path, message, allowed);
+            reader.fail(path, message, allowed);
         }
         Where::Between(_) => {
             let message = "no node there, and no element may be split any more";
-            reader.fail(&path, message, format!("at most {MOST_ELEMENTS} elements in all sections together"));
+            reader.fail(path, message, format!("at most {MOST_ELEMENTS} elements in all sections together"));
         }
     }
     None

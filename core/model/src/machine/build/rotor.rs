@@ -1,6 +1,7 @@
 //! `[rotor]`: what the rotor is made of, what it carries, how it starts.
 
 use super::bearing_table::bearing_table;
+use super::layer::layer;
 use super::lost::{MOST_LOST, overdrawn};
 use super::path::{below, joined};
 use super::places::{self, Nodes};
@@ -37,6 +38,9 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
         }),
         None => None,
     };
+    let layers = each(reader, "rotor.layers", |reader, name, table| {
+        layer(reader, nodes.as_ref(), elements.as_deref(), name, table)
+    });
     let discs = if point == Some(true) { Some(Vec::new()) } else { discs(reader, nodes.as_ref()) };
     let bearings = each(reader, "rotor.bearings", |reader, name, table| bearing(reader, nodes.as_ref(), name, table));
     let unbalances = each(reader, "rotor.unbalances", |reader, name, table| {
@@ -56,7 +60,7 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
         let kind = match (&nodes, mass_point) {
             (Some(Nodes::Point), Some(point)) => RotorKind::PointMass(point),
             (Some(Nodes::Line(nodes)), _) => {
-                RotorKind::Shaft(Shaft { nodes: nodes.clone(), elements: elements?, discs: discs? })
+                RotorKind::Shaft(Shaft { nodes: nodes.clone(), elements: elements?, layers: layers?, discs: discs? })
             }
             _ => return None,
         };

@@ -19,7 +19,7 @@ pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {
     let mut elements = Some(Vec::new());
     for section in 0..sections {
         let lengths = lengths(reader, section);
-        let cross_section = cross_section(reader, section);
+        let cross_section = Form::read(reader, &format!("rotor.shaft[{section}]"));
         let (Some(list), Some(lengths)) = (&mut nodes, lengths) else {
             nodes = None;
             continue;
@@ -34,7 +34,10 @@ pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {
         list.extend((1..=lengths.count()).map(|i| start + lengths.up_to(i)));
         match (&mut elements, cross_section) {
             (Some(elements), Some(form)) => {
-                elements.extend((0..lengths.count()).map(|i| ShaftElement { length: lengths.of(i), ..form }));
+                let whole = lengths.up_to(lengths.count());
+                let place = |i: usize| if i == 0 { 0.0 } else { lengths.up_to(i) / whole };
+                elements
+                    .extend((0..lengths.count()).map(|i| form.part([place(i), place(i + 1)], lengths.of(i), section)));
             }
             _ => elements = None,
         }
@@ -117,51 +120,99 @@ fn lengths(reader: &mut Reader<'_>, section: usize) -> Option<Lengths> {
     }
 }
 
-/// An element of the section without its length.
-fn cross_section(reader: &mut Reader<'_>, section: usize) -> Option<ShaftElement> {
-    let table = format!("rotor.shaft[{section}]");
-    let path = |key: &str| below(&table, key);
-    let diameter = reader.number(&path("diameter"));
-    let inner_diameter = reader.number(&path("inner_diameter"));
-    if let (Some(outer), Some(inner)) = (diameter, inner_diameter)
-        && inner >= outer
-    {
-        let allowed = format!("below diameter = {}", format_digits(outer, "m", 10));
-        reader.fail(&path("inner_diameter"), "the bore is not smaller than the shaft", allowed);
-        return None;
+/// Shear deformation of a section.
+#[derive(Clone, Copy)]
+enum Shear {
+    Cowper,
+    Coefficient(f64),
+    Rigid,
+}
+
+/// Cross-sections of a table: diameters at both ends, linear between them, and material.
+pub(super) struct Form {
+    /// Outer and inner diameter at the start and at the end \[m\].
+    ends: [[f64; 2]; 2],
+    young_modulus: f64,
+    poisson_ratio: f64,
+    density: f64,
+    yield_strength: Option<f64>,
+    shear: Shear,
+}
+
+impl Form {
+    /// Reads the table of a section or a layer.
+    pub(super) fn read(reader: &mut Reader<'_>, table: &str) -> Option<Self> {
+        let path = |key: &str| below(table, key);
+        let start = [reader.number(&path("diameter")), reader.number(&path("inner_diameter"))];
+        let keys = ["end_diameter", "end_inner_diameter"];
+        let end = [0, 1].map(|i| {
+            let key = path(keys[i]);
+            if reader.is_given(&key) { reader.number(&key) } else { start[i] }
+        });
+        for (ends, names) in [(start, ["diameter", "inner_diameter"]), (end, keys)] {
+            if let [Some(outer), Some(inner)] = ends
+                && inner >= outer
+            {
+                // where the key is that makes it so: an end may have the bore or the diameter of the start
+                let at = if reader.is_given(&path(names[1])) { names[1] } else { names[0] };
+                let allowed = if at == names[1] {
+                    format!("below {} = {}", names[0], format_digits(outer, "m", 10))
+                } else {
+                    format!("above {} = {}", names[1], format_digits(inner, "m", 10))
+                };
+                reader.fail(&path(at), "the bore is not smaller than the shaft", allowed);
+                return None;
+            }
+        }
+        let own_or_common = |reader: &Reader<'_>, key: &str| {
+            let own = joined(&[table, ".material.", key]);
+            if reader.is_given(&own) { reader.number(&own) } else { reader.number(&below("rotor.material", key)) }
+        };
+        let young_modulus = own_or_common(reader, "young_modulus");
+        let poisson_ratio = own_or_common(reader, "poisson_ratio");
+        let density = own_or_common(reader, "density");
+        let yield_strength = own_or_common(reader, "yield_strength");
+        let (short, long) = (path("shear_coefficient"), path("material.shear_coefficient"));
+        if reader.is_given(&short) && reader.is_given(&long) {
+            reader.fail(&short, "given twice for this section", format!("either this or {}", &*long));
+            return None;
+        }
+        let common = below("rotor.material", "shear_coefficient");
+        let shear = [short, long].into_iter().find(|path| reader.is_given(path)).unwrap_or(common);
+        let ends = [[start[0]?, start[1]?], [end[0]?, end[1]?]];
+        let shear = match reader.word(&shear) {
+            Some("cowper") => Shear::Cowper,
+            Some(_) => Shear::Rigid,
+            None => Shear::Coefficient(reader.number(&shear)?),
+        };
+        let (young_modulus, poisson_ratio, density) = (young_modulus?, poisson_ratio?, density?);
+        Some(Self { ends, young_modulus, poisson_ratio, density, yield_strength, shear })
     }
-    let own_or_common = |reader: &Reader<'_>, key: &str| {
-        let own = joined(&[&table, ".material.", key]);
-        if reader.is_given(&own) { reader.number(&own) } else { reader.number(&below("rotor.material", key)) }
-    };
-    let young_modulus = own_or_common(reader, "young_modulus");
-    let poisson_ratio = own_or_common(reader, "poisson_ratio");
-    let density = own_or_common(reader, "density");
-    let yield_strength = own_or_common(reader, "yield_strength");
-    let (short, long) = (path("shear_coefficient"), path("material.shear_coefficient"));
-    if reader.is_given(&short) && reader.is_given(&long) {
-        reader.fail(&short, "given twice for this section", format!("either this or {}", &*long));
-        return None;
+
+    /// An element between two fractions of the length, of a given length \[m\], that belongs to a section. Its shear coefficient is that of its middle.
+    pub(super) fn part(&self, [from, to]: [f64; 2], length: f64, section: usize) -> ShaftElement {
+        let at = |xi: f64| [0, 1].map(|i| self.ends[0][i] + xi * (self.ends[1][i] - self.ends[0][i]));
+        let ([diameter, inner_diameter], [end_diameter, end_inner_diameter]) = (at(from), at(to));
+        let ratio = (inner_diameter + end_inner_diameter) / (diameter + end_diameter);
+        let shear_coefficient = match self.shear {
+            Shear::Cowper => Some(cowper(ratio, self.poisson_ratio)),
+            Shear::Coefficient(k) => Some(k),
+            Shear::Rigid => None,
+        };
+        ShaftElement {
+            length,
+            diameter,
+            inner_diameter,
+            end_diameter,
+            end_inner_diameter,
+            young_modulus: self.young_modulus,
+            poisson_ratio: self.poisson_ratio,
+            density: self.density,
+            shear_coefficient,
+            yield_strength: self.yield_strength,
+            section,
+        }
     }
-    let common = below("rotor.material", "shear_coefficient");
-    let shear = [short, long].into_iter().find(|path| reader.is_given(path)).unwrap_or(common);
-    let (diameter, inner_diameter, poisson_ratio) = (diameter?, inner_diameter?, poisson_ratio?);
-    let shear_coefficient = match reader.word(&shear) {
-        Some("cowper") => Some(cowper(inner_diameter / diameter, poisson_ratio)),
-        Some(_) => None,
-        None => Some(reader.number(&shear)?),
-    };
-    Some(ShaftElement {
-        length: 0.0,
-        diameter,
-        inner_diameter,
-        young_modulus: young_modulus?,
-        poisson_ratio,
-        density: density?,
-        shear_coefficient,
-        yield_strength,
-        section,
-    })
 }
 
 /// Shear coefficient of a hollow circular section.
