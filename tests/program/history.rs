@@ -1,5 +1,6 @@
 //! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
 
+use crate::support::pictures::text;
 use crate::support::processes::{signal, wait_until};
 use crate::support::{Folder, bladeoff, said, say};
 use bladeoff::history::{Decimation, HistoryError, Recorder, Settings, catalogue, read, recover, select};
@@ -399,4 +400,47 @@ fn what_is_no_regular_file_or_too_large_is_not_read() {
     });
     let errors = is_done.recv_timeout(std::time::Duration::from_secs(120)).expect("nothing is waited for");
     assert!(errors.iter().all(|error| error.contains("read")), "{errors:?}");
+}
+
+/// The shipped layouts of Foxglove and PlotJuggler name channels that a history of the shipped turbine has, each in the spelling of its program.
+#[test]
+fn layouts_name_channels_of_a_history() {
+    let folder = Folder::new();
+    let path = text(&folder.path("turbine.mcap"));
+    let machine = concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/machines/lp_turbine_paper.toml");
+    let said = say(&["simulate", machine, "--set", "run.end_time=0.01 s", "--history", &path]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let history = read(path.as_ref()).expect("the history");
+    let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/layouts");
+    let read = |name: &str| std::fs::read_to_string(format!("{docs}/{name}")).expect("a layout");
+    let foxglove: serde_json::Value = serde_json::from_str(&read("foxglove.json")).expect("JSON");
+    let panels = foxglove["configById"].as_object().expect("panels");
+    let mut named: Vec<String> = Vec::new();
+    for (key, panel) in panels {
+        let paths = panel["paths"].as_array().expect("paths").iter().chain(panel.get("xAxisPath"));
+        named.extend(paths.map(|path| path["value"].as_str().expect("a path").to_owned()));
+        assert!(foxglove["layout"].to_string().contains(key.as_str()), "{key} is placed");
+    }
+    // /bearing/front.load_N
+    let of_foxglove = named.iter().map(|path| path.trim_start_matches('/').replace('/', ".")).collect::<Vec<_>>();
+    let juggler = read("plotjuggler.xml");
+    // /bearing/front/load_N
+    let of_juggler: Vec<String> = ["name=\"/", "curve_x=\"/", "curve_y=\"/"]
+        .iter()
+        .flat_map(|key| juggler.split(key).skip(1))
+        .map(|rest| rest.split('"').next().unwrap_or_default().replace('/', "."))
+        .collect();
+    assert!(of_foxglove.len() >= 14 && of_foxglove.len() == of_juggler.len(), "{of_foxglove:?}\n{of_juggler:?}");
+    for channel in of_foxglove.iter().chain(&of_juggler) {
+        assert!(history.channel(channel).is_some(), "{channel} is no channel of a history");
+    }
+    // as docs/histories.md says for another machine: its bearings instead of the turbine's
+    let machine = text(&folder.path("machines/rig.toml"));
+    let said = say(&["simulate", &machine, "--set", "run.end_time=0.01 s", "--history", &path]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let rig = bladeoff::history::read(path.as_ref()).expect("the history");
+    for channel in &of_foxglove {
+        let own = channel.replace("front", "left").replace("rear", "right");
+        assert!(rig.channel(&own).is_some(), "{own} is no channel of a history");
+    }
 }

@@ -18,6 +18,8 @@ pub struct UnbalanceResponse {
     pub speed: f64,
     /// Largest displacement over a turn at each node (major half axis of its orbit) \[m\].
     pub nodes: Vec<f64>,
+    /// Phase of the displacement along X at each node, ahead of the spin angle \[rad\].
+    pub phases: Vec<f64>,
     /// Largest load of each bearing over a turn \[N\].
     pub bearings: Vec<f64>,
     /// Largest load of each pedestal over a turn, in the order of the bearings that have one \[N\].
@@ -103,6 +105,10 @@ impl LinearRotor {
         let x = self.amplitudes(speed, |_| true)?;
         let at = |dof: usize| [x[dof], x[size + dof]];
         let nodes = (0..rotor.nodes).map(|node| rotor.plane_places(node).map(at)).map(|[u, v]| major(u, v)).collect();
+        let phase = |node| {
+            let [re, im] = at(rotor.plane_places(node)[0]);
+            libm::atan2(im, re)
+        };
         let load = |bearing: &crate::rotor::BearingSite| {
             let parts = [0, size].map(|from| bearing.across(&x.as_slice()[from..from + size]));
             let [u, v] = [0, 1].map(|axis| parts.map(|part| part[axis]));
@@ -118,6 +124,7 @@ impl LinearRotor {
         Some(UnbalanceResponse {
             speed,
             nodes,
+            phases: (0..rotor.nodes).map(phase).collect(),
             bearings: bearings.iter().map(load).collect(),
             pedestals: rotor.pedestals.iter().map(load).collect(),
         })
@@ -142,6 +149,9 @@ mod tests {
             assert!((response.nodes[0] / expected - 1.0).abs() < 1e-12);
             let load = expected * (16.0 + (0.2 * w).powi(2)).sqrt();
             assert!((response.bearings[0] / load - 1.0).abs() < 1e-12);
+            // behind the unbalance, whose phase is 0.7: from 0 below to pi above the critical speed
+            let lag = (0.2 * w).atan2(4.0 - w * w);
+            assert!((response.phases[0] - (0.7 - lag)).abs() < 1e-12);
         }
     }
 

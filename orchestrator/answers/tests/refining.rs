@@ -55,6 +55,7 @@ fn cell((x, y): Place, regime: Option<usize>, shares: [f64; 2]) -> Cell {
         upper: None,
         upper_if_bad_harmful: None,
         regime: regime.map(|regime| WORDS[regime].to_owned()),
+        half_width: None,
         is_open: false,
     }
 }

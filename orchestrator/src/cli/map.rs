@@ -13,7 +13,7 @@ use crate::run::directory::{MANIFEST, RESULTS};
 use bladeoff_answers::ask::{Ask, Question, QuestionDef};
 use bladeoff_answers::figures;
 use bladeoff_answers::map::Map;
-use bladeoff_answers::page::{Block, Page, Section, map_figure};
+use bladeoff_answers::page::{Block, Page, Section, map_figures};
 use bladeoff_study::Samples;
 use bladeoff_system::files::write_whole;
 use bladeoff_system::shown;
@@ -121,9 +121,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 /// The same as a page that needs nothing else: zoom, and the numbers of each cell.
 fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Result<Page, CliError> {
     let mut blocks = vec![Block::Verbatim(said.to_owned())];
-    for map in maps {
-        blocks.push(map_figure(name, map, maps.len())?.into());
-    }
+    blocks.extend(map_figures(name, maps, maps.len())?.into_iter().map(Block::from));
     let section = Section { id: "maps", heading: "Maps".to_owned(), blocks };
     Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section], reload: None })
 }

@@ -75,7 +75,7 @@ const FASTEST: f64 = 1e6;
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     if let Some(directory) = &args.figures {
-        refuse_other_formats(directory, "--figures", false)?;
+        refuse_other_formats(directory, "--figures", &[])?;
     }
     let machine = build(&args.machine.load()?, &args.machine.given())?;
     let speeds = speeds(args, &machine)?;

@@ -6,6 +6,7 @@ use super::mcap_file::McapSink;
 use super::staging::usual;
 use super::table::ParquetSink;
 use super::{Format, HISTORY_VERSION, HistoryError, Sink};
+use bladeoff_answers::figures::CRITICAL_SPEEDS;
 use bladeoff_answers::history::About;
 use bladeoff_answers::tables::CsvStyle;
 use bladeoff_core::engine::TimeStep;
@@ -14,6 +15,7 @@ use bladeoff_core::stress::ShaftStresses;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 use bladeoff_model::outcome::{ColumnKind, Outcome};
+use bladeoff_text::document::units::format_digits;
 use std::path::{Path, PathBuf};
 
 /// Interval between records unless one is asked for \[s\].
@@ -220,6 +222,9 @@ fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
     if let Some(detection) = crate::engine::detection(machine) {
         put("detection", detection.to_owned());
     }
+    if let Some(speeds) = critical_speeds(machine) {
+        put(CRITICAL_SPEEDS, speeds);
+    }
     for diaphragm in &machine.diaphragms {
         let contact = &diaphragm.contact;
         let mut put = |group: &str, key: &str, value: String| {
@@ -236,6 +241,15 @@ fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
         }
     }
     about
+}
+
+/// The critical speeds that unbalance excites, to five digits, for the marks of pictures; `None` if there is none, or the modes cannot be
+/// computed.
+fn critical_speeds(machine: &Machine) -> Option<String> {
+    let report = crate::engine::modes(machine, &[]).ok()?;
+    let excited = report.critical_speeds.iter().filter(|critical| critical.is_excited_by_unbalance());
+    let speeds: Vec<String> = excited.map(|critical| format_digits(critical.speed, "", 5)).collect();
+    (!speeds.is_empty()).then(|| speeds.join(" "))
 }
 
 fn outcome_of(machine: &Machine, outcome: &Outcome) -> About {

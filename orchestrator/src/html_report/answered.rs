@@ -7,6 +7,7 @@ use crate::questions::Answering;
 use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
+use bladeoff_answers::map::Map;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol};
 use bladeoff_answers::page::{self, Block, Table};
 
@@ -65,11 +66,12 @@ pub(super) fn answers(
 }
 
 /// A picture for each panel and difference of a map.
-fn maps<'a>(question: &'a Question, answers: &'a [&Answer], all: usize) -> impl Iterator<Item = Block> + 'a {
-    answers.iter().filter_map(|answer| answer.map.as_deref()).map(move |map| {
-        let made = page::map_figure(&question.name, map, all);
-        made.map_or_else(|error| Block::Warning(format!("the map could not be drawn: {error}")), Block::from)
-    })
+fn maps(question: &Question, answers: &[&Answer], all: usize) -> Vec<Block> {
+    let maps: Vec<Map> = answers.iter().filter_map(|answer| answer.map.as_deref().cloned()).collect();
+    match page::map_figures(&question.name, &maps, all) {
+        Ok(figures) => figures.into_iter().map(Block::from).collect(),
+        Err(error) => vec![Block::Warning(format!("the map could not be drawn: {error}"))],
+    }
 }
 
 /// Estimates of all groups with their intervals.

@@ -1,8 +1,10 @@
-//! Campbell diagram: whirl frequencies over speed, the lines of synchronous excitation, critical speeds.
+//! Campbell diagram: whirl frequencies over speed with the logarithmic decrement as colour, the lines of synchronous excitation, critical speeds
+//! with their separation margins.
 
-use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, tall_panel};
+use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, RGBColor, tall_panel, viridis};
 use bladeoff_core::modal::{CriticalSpeed, SpeedModes, Whirl};
 use bladeoff_model::machine::Machine;
+use bladeoff_text::document::units::format_digits;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
@@ -37,21 +39,30 @@ pub fn campbell(
     let numbers: BTreeSet<usize> =
         found.iter().flat_map(|speed| speed.whirl.iter().map(|(number, _)| *number)).collect();
     // where lines coincide, the dashes of those that are drawn later leave the ones below to be seen
-    for (whirl, label, mark, colour) in [
-        (Whirl::Forward, "forward whirl", Mark::Line, COLOURS[0]),
-        (Whirl::Planar, "planar whirl", Mark::Line, COLOURS[6]),
-        (Whirl::Mixed, "mixed whirl", Mark::Line, COLOURS[4]),
-        (Whirl::Backward, "backward whirl", Mark::Dashed, COLOURS[1]),
+    for (whirl, label, mark, width) in [
+        (Whirl::Forward, "forward whirl", Mark::Line, 3),
+        (Whirl::Planar, "planar whirl", Mark::Line, 1),
+        (Whirl::Mixed, "mixed whirl", Mark::Dashed, 1),
+        (Whirl::Backward, "backward whirl", Mark::Dashed, 3),
     ] {
-        let pieces = numbers.iter().flat_map(|number| pieces(found, *number, whirl)).map(|piece| {
-            piece.into_iter().map(|(speed, frequency)| (rpm(speed), hertz(frequency))).collect::<Vec<_>>()
-        });
+        let of_one_colour =
+            numbers.iter().flat_map(|number| pieces(found, *number, whirl)).flat_map(|piece| coloured(&piece));
         let mut label = label;
-        for piece in pieces {
-            for within in piece.split(|point| point.1 > highest).filter(|within| within.len() > 1) {
-                let label = std::mem::take(&mut label);
-                lines.push(Line { width: 2, ..Line::marked(label, within.to_vec(), mark, colour) });
+        for (colour, piece) in of_one_colour {
+            let points: Vec<(f64, f64)> =
+                piece.into_iter().map(|(speed, frequency)| (rpm(speed), hertz(frequency))).collect();
+            for within in points.split(|point| point.1 > highest).filter(|within| within.len() > 1) {
+                if !label.is_empty() {
+                    // the key of a sense has no decrement
+                    lines.push(Line { width, ..Line::marked(std::mem::take(&mut label), Vec::new(), mark, GREY) });
+                }
+                lines.push(Line { width, ..Line::marked("", within.to_vec(), mark, colour) });
             }
+        }
+    }
+    for (at, (_, label)) in DECREMENTS.iter().enumerate() {
+        if lines.iter().any(|line| line.colour == Some(colour_of(at))) {
+            lines.push(Line::marked(&format!("log decrement {label}"), Vec::new(), Mark::Line, colour_of(at)));
         }
     }
     for (order, mark) in [(1.0, Mark::Line), (2.0, Mark::Dashed)] {
@@ -88,18 +99,69 @@ pub fn campbell(
     if !near.is_empty() {
         lines.push(Line::marked("separation margin too small", near, Mark::Rings(11), COLOURS[3]));
     }
-    let panel = Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), thin: false };
+    let shown = critical.iter().filter(|critical| critical.speed <= top && hertz(critical.speed) <= highest);
+    lines.extend(shown.map(|critical| Line::marked(&in_words(critical, spin), Vec::new(), Mark::Dots(0), GREY)));
+    let panel =
+        Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), ..Panel::default() };
     let overdamped = found.iter().map(|speed| speed.overdamped.len()).max().unwrap_or(0);
     let left_out =
         if overdamped > 0 { format!(" ({overdamped} overdamped motions are not drawn)") } else { String::new() };
     tall_panel(&format!("Campbell diagram of {}{left_out}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
 }
 
-/// The speeds and frequencies at which the mode of a number whirls so, as far as they follow one another. From speed to speed a mode has
-/// the sense that it has at the second: at rest it has none.
-fn pieces(found: &[SpeedModes], number: usize, whirl: Whirl) -> Vec<Vec<(f64, f64)>> {
+/// Logarithmic decrements from which on a line has the next colour, and their names. Below zero is unstable; 0.1 is what standards ask for.
+const DECREMENTS: [(f64, &str); 6] = [
+    (f64::NEG_INFINITY, "below 0: unstable"),
+    (0.0, "0 to 0.03"),
+    (0.03, "0.03 to 0.1"),
+    (0.1, "0.1 to 0.3"),
+    (0.3, "0.3 to 1"),
+    (1.0, "from 1"),
+];
+
+/// The colour of a class of decrements: red where unstable, else from dark to light.
+fn colour_of(class: usize) -> RGBColor {
+    match class {
+        0 => RGBColor(200, 0, 0),
+        _ => viridis(0.88 * (class - 1) as f64 / (DECREMENTS.len() - 2) as f64),
+    }
+}
+
+/// A speed, a frequency, and the decrement there.
+type Point = (f64, f64, f64);
+
+/// Parts of a line whose decrements are of one class, with their colours. Each begins where the one before ends.
+fn coloured(piece: &[Point]) -> Vec<(RGBColor, Vec<(f64, f64)>)> {
+    let class = |point: &Point| DECREMENTS.iter().rposition(|(from, _)| point.2 >= *from).unwrap_or(0);
+    let mut parts: Vec<(RGBColor, Vec<(f64, f64)>)> = Vec::new();
+    for pair in piece.windows(2) {
+        let colour = colour_of(class(&pair[1]));
+        match parts.last_mut().filter(|(known, _)| *known == colour) {
+            Some((_, part)) => part.push((pair[1].0, pair[1].1)),
+            None => parts.push((colour, pair.iter().map(|point| (point.0, point.1)).collect())),
+        }
+    }
+    parts
+}
+
+/// "critical 1242 rpm, log decrement 0.096, margin 17 % (required 16 %)".
+fn in_words(critical: &CriticalSpeed, spin: f64) -> String {
+    let per_cent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let margin = match (critical.separation(spin), critical.required_separation(spin)) {
+        (Some(margin), Some(required)) => format!(", margin {} (required {})", per_cent(margin), per_cent(required)),
+        (Some(_), None) => ", not excited by unbalance".to_owned(),
+        _ => String::new(),
+    };
+    let (rpm, decrement) =
+        (format_digits(critical.speed * 30.0 / PI, "", 4), format_digits(critical.decrement(), "", 2));
+    format!("critical {rpm} rpm, log dec. {decrement}{margin}")
+}
+
+/// The speeds and frequencies at which the mode of a number whirls so, with its decrement, as far as they follow one another. From speed to
+/// speed a mode has the sense that it has at the second: at rest it has none.
+fn pieces(found: &[SpeedModes], number: usize, whirl: Whirl) -> Vec<Vec<Point>> {
     let at = |speed: &SpeedModes| speed.whirl.iter().find(|(other, _)| *other == number).map(|(_, mode)| *mode);
-    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut pieces: Vec<Vec<Point>> = Vec::new();
     let mut goes_on = false;
     for pair in found.windows(2) {
         let (from, to) = (at(&pair[0]), at(&pair[1]).filter(|to| to.whirl == whirl));
@@ -107,10 +169,10 @@ fn pieces(found: &[SpeedModes], number: usize, whirl: Whirl) -> Vec<Vec<(f64, f6
             goes_on = false;
             continue;
         };
-        let reached = (pair[1].speed, to.frequency);
+        let reached = (pair[1].speed, to.frequency, to.decrement());
         match pieces.last_mut().filter(|_| goes_on) {
             Some(piece) => piece.push(reached),
-            None => pieces.push(vec![(pair[0].speed, from.frequency), reached]),
+            None => pieces.push(vec![(pair[0].speed, from.frequency, from.decrement()), reached]),
         }
         goes_on = true;
     }
@@ -134,21 +196,29 @@ mod tests {
     use bladeoff_core::modal::report;
     use bladeoff_model::machine::MachineDef;
 
+    fn diagram(bearing: &str) -> Figure {
+        let text = format!(
+            "schema = 1\nname = \"jeffcott\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\n\
+             polar_inertia = 1\ninitial_speed = 110\n[rotor.bearings.s]\n{bearing}\n"
+        );
+        let machine = MachineDef::parse("m.toml", &text).expect("valid").build().expect("valid");
+        let report = report(&machine, &campbell_speeds(200.0)).expect("solvable");
+        campbell(&machine, &report.speeds, &report.critical_speeds, 200.0).expect("drawn")
+    }
+
+    fn strokes(figure: &Figure, colour: RGBColor) -> usize {
+        let stroke = format!("stroke=\"#{:02X}{:02X}{:02X}\"", colour.0, colour.1, colour.2);
+        figure.svg().split("<polyline").filter(|tag| tag.contains(&stroke)).count()
+    }
+
     /// A point mass on springs that are the same all round: its modes are one frequency at all speeds.
     #[test]
     fn of_lines_and_marks_at_one_place_both_are_seen() {
-        let text = "schema = 1\nname = \"jeffcott\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\n\
-                    polar_inertia = 1\ninitial_speed = 100\n[rotor.bearings.s]\nstiffness = 1e4\n";
-        let machine = MachineDef::parse("m.toml", text).expect("valid").build().expect("valid");
-        let report = report(&machine, &campbell_speeds(200.0)).expect("solvable");
-        let figure = campbell(&machine, &report.speeds, &report.critical_speeds, 200.0).expect("drawn");
-        let strokes = |at: usize| {
-            let colour = COLOURS[at];
-            let stroke = format!("stroke=\"#{:02X}{:02X}{:02X}\"", colour.0, colour.1, colour.2);
-            figure.svg().split("<polyline").filter(|tag| tag.contains(&stroke)).count()
-        };
-        let (forward, backward) = (strokes(0), strokes(1));
-        assert!(forward > 0 && backward > 20 * forward, "one is in dashes over the other: {forward} {backward}");
+        let figure = diagram("stiffness = 1e4");
+        // undamped: one solid line, and the dashes of the other
+        let drawn = strokes(&figure, colour_of(1));
+        assert!(drawn > 20, "one is in dashes over the other: {drawn}");
+        assert!(figure.svg().contains("forward whirl") && figure.svg().contains("backward whirl"));
         let discs: BTreeSet<&str> = figure
             .svg()
             .split("<circle")
@@ -156,5 +226,22 @@ mod tests {
             .filter_map(|tag| tag.split(" r=\"").nth(1)?.split('"').next())
             .collect();
         assert!(discs.len() > 1, "a ring around a dot: {discs:?}");
+    }
+
+    /// Damping ratio c/(2 sqrt(k m)): the class of colour of its decrement, and the critical speed at 100 rad/s with its margin.
+    #[test]
+    fn the_colour_is_the_decrement_and_the_margin_is_named() {
+        for (damping, class) in [(0.0, 1), (2.0, 2), (8.0, 3), (40.0, 5)] {
+            let figure = diagram(&format!("stiffness = 1e4\ndamping = {damping}"));
+            for other in 0..DECREMENTS.len() {
+                assert_eq!(strokes(&figure, colour_of(other)) > 0, other == class, "{damping}: {other}");
+            }
+            assert!(figure.svg().contains(DECREMENTS[class].1), "{damping}");
+        }
+        let figure = diagram("stiffness = 1e4\ndamping = 2");
+        // 9.1 % below 110 rad/s; AF = 50: 16 %
+        let words = "critical 954.9 rpm, log dec. 0.063, margin 9 % (required 16 %)";
+        assert!(figure.svg().contains(words), "{}", figure.svg());
+        assert!(figure.svg().contains("separation margin too small"));
     }
 }

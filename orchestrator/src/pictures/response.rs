@@ -1,8 +1,10 @@
-//! Unbalance response: displacements and bearing loads over speed, amplitudes from zero to peak. A peak without damping is infinite, and is cut off.
+//! Unbalance response: displacements with their phases, and bearing loads, over speed. Amplitudes are from zero to peak, on logarithmic axes. A
+//! peak without damping is infinite, and is cut off.
 
-use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, Scale, panels};
+use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, Scale, panels_marked};
 use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
 use bladeoff_model::machine::{Machine, RotorKind};
+use bladeoff_text::document::units::format_digits;
 use std::f64::consts::PI;
 
 /// Evenly spaced speeds of a curve, and more of them around each critical speed.
@@ -57,7 +59,7 @@ pub fn unbalance_response(
         })
         .collect();
     let on_pedestals = machine.rotor.bearings.iter().filter(|bearing| bearing.pedestal.is_some());
-    let loads = machine
+    let loads: Vec<Line> = machine
         .rotor
         .bearings
         .iter()
@@ -78,27 +80,61 @@ pub fn unbalance_response(
         displacement.push(Line::marked(&format!("gap of {}", diaphragm.name), points, Mark::Dashed, GREY));
     }
     let running = rpm(machine.rotor.initial_speed);
-    let mut load_lines: Vec<Line> = loads;
     let load_top = load.factor * largest(&|r| r.bearings.iter().chain(&r.pedestals).copied().fold(0.0, f64::max));
-    for (lines, high) in [(&mut displacement, displacement_top), (&mut load_lines, load_top)] {
-        if running > 0.0 {
-            let points = vec![(running, 0.0), (running, 1.05 * high)];
-            lines.push(Line::marked("running speed", points, Mark::Dashed, COLOURS[3]));
-        }
-    }
-    let panel = |y_label: String, mut lines: Vec<Line>, top: f64| {
+    let panel = |y_label: String, mut lines: Vec<Line>, top: f64, floor: f64, is_log: bool| {
         let top = if top > 0.0 { 1.05 * top } else { 1.0 };
+        let floor = if is_log { floor.clamp(top / DECADES, top / 10.0) } else { 0.0 };
         let points = lines.iter_mut().flat_map(|line| &mut line.points);
-        points.for_each(|point| point.1 = point.1.min(top));
-        let y_range = Some((0.0, top));
-        Panel { y_label, lines, y_range, thin: false }
+        points.for_each(|point| point.1 = point.1.clamp(floor, top));
+        if running > 0.0 {
+            lines.push(Line::marked("running speed", vec![(running, floor), (running, top)], Mark::Dashed, COLOURS[3]));
+        }
+        Panel { y_label, lines, y_range: Some((floor, top)), thin: false, is_log }
+    };
+    let least = |lines: &[Line]| {
+        let values = lines.iter().flat_map(|line| &line.points).map(|point| point.1).filter(|value| *value > 0.0);
+        values.fold(f64::INFINITY, f64::min).min(f64::MAX)
     };
     let title = format!("Steady response of {} to its unbalances, without contact{cut}", machine.name);
-    let both = [
-        panel(length.label("amplitude, 0 to peak"), displacement, displacement_top),
-        panel(load.label("bearing load, 0 to peak"), load_lines, load_top),
+    let floors = [least(&displacement), least(&loads)];
+    let all = [
+        panel(length.label("amplitude, 0 to peak"), displacement, displacement_top, floors[0], true),
+        panel("phase lag along X [°]".to_owned(), lags(machine, &found, &places), 360.0 / 1.05, 0.0, false),
+        panel(load.label("bearing load, 0 to peak"), loads, load_top, floors[1], true),
     ];
-    panels(&title, "spin speed [rpm]", &both).map(Some)
+    let excited = critical.iter().filter(|critical| critical.is_excited_by_unbalance() && critical.speed <= top);
+    let marks: Vec<(f64, String)> = excited
+        .take(MARKS)
+        .map(|critical| (rpm(critical.speed), format!("critical {} rpm", format_digits(rpm(critical.speed), "", 4))))
+        .collect();
+    panels_marked(&title, "spin speed [rpm]", &all, &marks).map(Some)
+}
+
+/// Critical speeds that are marked, at most.
+const MARKS: usize = 6;
+/// Largest ratio of two values of a logarithmic axis.
+const DECADES: f64 = 1e4;
+
+/// Phase lags of the displacements behind the first unbalance, in degrees from 0 to 360; a line ends where it passes from one to the other.
+fn lags(machine: &Machine, found: &[UnbalanceResponse], places: &[(String, usize)]) -> Vec<Line> {
+    let unbalances = &machine.rotor.unbalances;
+    let mark =
+        unbalances.iter().find(|unbalance| unbalance.mass * unbalance.radius != 0.0).map_or(0.0, |first| first.phase);
+    let mut lines = Vec::new();
+    for (at, (name, node)) in places.iter().enumerate() {
+        let lag = |response: &UnbalanceResponse| {
+            let lag = (mark - response.phases[*node]).to_degrees().rem_euclid(360.0);
+            // rounding just below a whole turn is none
+            (response.speed * 30.0 / PI, if lag > 359.999 { 0.0 } else { lag })
+        };
+        let points: Vec<(f64, f64)> = found.iter().map(lag).collect();
+        let pieces = points.chunk_by(|from, to| (to.1 - from.1).abs() < 180.0);
+        for (piece, points) in pieces.enumerate() {
+            let label = if piece == 0 { name.replace('_', " ") } else { String::new() };
+            lines.push(Line::marked(&label, points.to_vec(), Mark::Line, COLOURS[at % COLOURS.len()]));
+        }
+    }
+    lines
 }
 
 /// Damping ratio below which the peak at a critical speed is cut off: it is a thousand times the response off resonance, or infinite.

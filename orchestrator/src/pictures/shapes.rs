@@ -44,8 +44,12 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
     let bearings = machine.rotor.bearings.iter().map(|bearing| (shaft.nodes[bearing.node], 0.0)).collect();
     let mut lines = lateral;
     lines.push(Line::marked("bearings", bearings, Mark::Dots(4), GREY));
-    let panel =
-        |label: &str, lines| Panel { y_label: label.to_owned(), lines, y_range: Some((-1.15, 1.15)), thin: false };
+    let panel = |label: &str, lines| Panel {
+        y_label: label.to_owned(),
+        lines,
+        y_range: Some((-1.15, 1.15)),
+        ..Panel::default()
+    };
     let both = [panel("lateral, X [−]", lines), panel("torsion [−]", twist.collect())];
     let title = format!("Undamped mode shapes of {} at rest, largest displacement 1", machine.name);
     panels(&title, "position [m]", &both).map(Some)

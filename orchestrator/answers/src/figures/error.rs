@@ -57,6 +57,49 @@ pub enum SpectrumError {
         /// Records it takes.
         least: usize,
     },
+    /// Records that are not evenly spaced.
+    #[error("a spectrum takes records every {interval:.3e} s; after {at} s there is another interval")]
+    Uneven {
+        /// The last record before \[s\].
+        at: f64,
+        /// Mean interval \[s\].
+        interval: f64,
+    },
+    /// A value that is no number, or too large to be one.
+    #[error("{channel} is not a finite number at {at} s; select another span with --from and --to")]
+    NoNumber {
+        /// The channel.
+        channel: String,
+        /// When \[s\].
+        at: f64,
+    },
+    /// A signal without a spectrum.
+    #[error("{channel} is constant: it has no spectrum")]
+    Constant {
+        /// The channel.
+        channel: String,
+    },
+    /// A waterfall needs the speed.
+    #[error("a waterfall needs the channel rotor.speed_rad_s in the history")]
+    NoSpeed,
+    /// A waterfall needs several speeds.
+    #[error(
+        "the speed changes from {} to {} rpm only, and a waterfall takes 5 %; `--kind spectrogram` shows a steady speed",
+        rpm(*from),
+        rpm(*to)
+    )]
+    SteadySpeed {
+        /// Smallest \[rad/s\].
+        from: f64,
+        /// Largest \[rad/s\].
+        to: f64,
+    },
+    /// Nothing touches.
+    #[error("there is no contact: {channel} is 0 all the time")]
+    NoContact {
+        /// The channel of the force.
+        channel: String,
+    },
     /// Order tracking needs the spin angle.
     #[error("order tracking needs the channel rotor.angle_rad in the history")]
     NoAngle,
@@ -68,4 +111,8 @@ pub enum SpectrumError {
         /// Turns it takes.
         least: f64,
     },
+}
+
+fn rpm(speed: f64) -> String {
+    format!("{:.1}", speed * 30.0 / std::f64::consts::PI)
 }

@@ -1,8 +1,9 @@
 //! Maps: a value over two axes as colour, with its scale beside it.
 
+use super::rimmed::rimmed;
 use super::style::{FINE, SMALL, TEXT, TITLE, tick, viridis};
 use super::{Figure, FigureError};
-use plotters::prelude::{BLACK, ChartBuilder, Color, EmptyElement, IntoFont, LineSeries, Rectangle, Text, WHITE};
+use plotters::prelude::{BLACK, ChartBuilder, Color, EmptyElement, IntoFont, LineSeries, Rectangle, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Colours are drawn in so many steps, so that neighbours of one step become one rectangle.
@@ -11,6 +12,8 @@ const LEVELS: f64 = 40.0;
 /// A map over evenly spaced columns and rows.
 pub(super) struct Map<'a> {
     pub title: &'a str,
+    /// A line below the title; "" for none.
+    pub note: &'a str,
     pub x_label: &'a str,
     pub y_label: &'a str,
     pub z_label: &'a str,
@@ -18,7 +21,7 @@ pub(super) struct Map<'a> {
     pub y_range: (f64, f64),
     /// Most numbers along y.
     pub y_labels: usize,
-    /// Values by column, then row.
+    /// Values by column, then row; NaN stays white.
     pub columns: &'a [Vec<f64>],
     pub z_range: (f64, f64),
     /// Lines over the map: a name at its end, points.
@@ -28,6 +31,7 @@ pub(super) struct Map<'a> {
 pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
     Figure::draw((900, 470), |root| {
         let root = root.titled(map.title, TITLE)?;
+        let root = if map.note.is_empty() { root } else { root.titled(map.note, SMALL)? };
         let (left, right) = root.split_horizontally(790 * FINE);
         let (x, y) = (map.x_range, map.y_range);
         let mut chart = ChartBuilder::on(&left)
@@ -49,7 +53,9 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
             for run in column.chunk_by(|a, b| level(*a) == level(*b)) {
                 let (low, high) =
                     (y.0 + row as f64 * height, (y.0 + ((row + run.len()) as f64 + 0.5) * height).min(y.1));
-                cells.push(Rectangle::new([(from, low), (to, high)], viridis(level(run[0])).filled()));
+                if !run[0].is_nan() {
+                    cells.push(Rectangle::new([(from, low), (to, high)], viridis(level(run[0])).filled()));
+                }
                 row += run.len();
             }
         }
@@ -62,13 +68,11 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
             if let Some(&last) = points.iter().rev().find(|point| point.1 < y.1) {
                 // above the line, at its beginning
                 let place = (x.0 + 0.012 * (x.1 - x.0), points[0].1.max(last.1) + 0.01 * (y.1 - y.0));
-                let around = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)];
-                let places = around.map(|place| (BLACK, place)).into_iter().chain([(WHITE, (0, 0))]);
-                for (colour, (right, down)) in places {
-                    let style = SMALL.into_font().color(&colour).pos(Pos::new(HPos::Left, VPos::Bottom));
-                    let off = (right * FINE as i32, down * FINE as i32);
-                    chart.draw_series([EmptyElement::at(place) + Text::new(name.clone(), off, style)])?;
-                }
+                let anchor = Pos::new(HPos::Left, VPos::Bottom);
+                rimmed(name, (0, 0), anchor, [BLACK, WHITE], |text| {
+                    chart.draw_series([EmptyElement::at(place) + text])?;
+                    Ok(())
+                })?;
             }
         }
         chart

@@ -1,12 +1,14 @@
 //! Figures: SVG and PNG from one drawing code.
 //!
 //! ```text
-//! data -> a function of panels, rings, orbit, spectrum, response_spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
+//! data -> a function of panels, rings, orbit, contact_map, spectrum, waterfall, response_spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
 //! ```
 //! plotters lays out and draws the SVG, resvg renders it to PNG; both measure and draw text with the font embedded here, so
 //! that no font of the system is needed and every machine draws the same picture. Colours tell apart with any kind of colour
 //! vision (Okabe-Ito for lines, viridis for maps).
 
+mod contact_map;
+mod contacts;
 mod error;
 mod heat;
 mod machine;
@@ -14,19 +16,27 @@ mod maps;
 mod orbit;
 mod panels;
 mod response_spectrum;
+mod rimmed;
 mod rings;
 mod spectrum;
 mod style;
+mod waterfall;
 
+pub use contact_map::contact_map;
+pub use contacts::{CRITICAL_SPEEDS, Contact, contacts, critical_passages};
 pub use error::{FigureError, SpectrumError};
 pub use machine::machine;
-pub use maps::{maps, of_in_words};
+pub(crate) use maps::{Colours, Layers, Picture, STEPS, UNKNOWN, marks, pictures_of, stepped};
+pub use maps::{MapScales, maps, maps_on, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
-pub use panels::{Line, Mark, Panel, panels, tall_panel};
+pub(crate) use orbit::{clearance, last_turn};
+pub use panels::{Line, Mark, Panel, panels, panels_marked, tall_panel};
+pub use plotters::style::RGBColor;
 pub use response_spectrum::response_spectrum;
 pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};
-pub use style::{COLOURS, GREY, Scale, plain_name};
+pub use style::{COLOURS, GREY, Scale, plain_name, viridis};
+pub use waterfall::waterfall;
 
 use style::FINE;
 

@@ -3,6 +3,7 @@
 //! Drawn in the plane of the rotor centre: the clearance is `gap + v(alpha)`, the gap plus the ring's radial displacement, and
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
+use super::contacts::Contact;
 use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
@@ -25,13 +26,13 @@ pub enum Ring {
     Unknown,
 }
 
-/// What a history knows of the ring.
+/// What a history knows of the ring of a contact.
 #[must_use]
-pub fn ring_of(history: &History) -> Ring {
-    match (history.number("contact.gap_m"), history.channel("ring.radial000_m")) {
+pub fn ring_of(history: &History, contact: &Contact) -> Ring {
+    match (contact.gap(history), contact.radial(history).is_empty()) {
         (None, _) => Ring::Unknown,
-        (Some(_), None) => Ring::AtRest,
-        (Some(_), Some(_)) => Ring::Deformed,
+        (Some(_), true) => Ring::AtRest,
+        (Some(_), false) => Ring::Deformed,
     }
 }
 
@@ -40,35 +41,47 @@ pub fn ring_of(history: &History) -> Ring {
 ///
 /// # Errors
 /// The plotting library failed.
-pub fn orbits(history: &History, name: &str, instants: &[f64]) -> Result<Option<Figure>, FigureError> {
-    let (Some(x), Some(y)) = (history.channel("contact.rotor_x_m"), history.channel("contact.rotor_y_m")) else {
-        return Ok(None);
-    };
+pub fn orbits(
+    history: &History,
+    name: &str,
+    contact: &Contact,
+    instants: &[f64],
+) -> Result<Option<Figure>, FigureError> {
+    let places = ["rotor_x_m", "rotor_y_m"].map(|field| contact.channel(history, field));
+    let [Some(x), Some(y)] = places else { return Ok(None) };
     let (x, y) = (&x.values, &y.values);
     let columns = instants.len().clamp(1, 3) as u32;
     let rows = (instants.len().max(1) as u32).div_ceil(columns);
-    let gap = history.number("contact.gap_m");
-    let reach = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(gap.unwrap_or(0.0), f64::max) * 1.12;
+    let gap = contact.gap(history);
+    let distances = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).filter(|reach| reach.is_finite());
+    let reach = distances.fold(gap.unwrap_or(0.0), f64::max) * 1.12;
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let scale = Scale::of("m", reach);
     let side = if columns == 1 { ALONE } else { SIZE };
     let size = (columns * side, 72 + rows * (side - 19));
     let figure = Figure::draw(size, |root| {
-        let shown = match ring_of(history) {
+        let shown = match ring_of(history, contact) {
             Ring::Deformed => "rotor centre inside the clearance of the deformed ring",
             Ring::AtRest => "rotor centre and the gap at rest",
             Ring::Unknown => "rotor centre",
         };
-        let root = root.titled(&format!("{name}: {shown}"), TITLE)?;
+        let root = root.titled(&format!("{name}: {shown}{}", contact.of()), TITLE)?;
         let (strip, root) = root.split_vertically(24 * FINE);
-        legend(&strip, ring_of(history), columns * side)?;
+        legend(&strip, ring_of(history, contact), columns * side)?;
         for (area, &instant) in root.split_evenly((rows as usize, columns as usize)).iter().zip(instants) {
             let turn = last_turn(history, instant);
             let orbit: Vec<(f64, f64)> = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor)).collect();
-            let ring = gap.and_then(|gap| clearance(history, turn.end.saturating_sub(1), gap, scale.factor));
+            let is_place = |place: &(f64, f64)| place.0.is_finite() && place.1.is_finite();
+            let orbit: Vec<(f64, f64)> = orbit.into_iter().filter(is_place).collect();
+            let at = turn.end.saturating_sub(1);
+            let radial: Vec<f64> = contact.radial(history).iter().map(|node| node.values[at]).collect();
+            let ring = gap.and_then(|gap| clearance(&radial, gap)).map(|line| scaled(&line, scale.factor));
+            let smallest = contact.channel(history, "gap_m").map(|gap| gap.values[at]).filter(|gap| gap.is_finite());
+            let smallest = smallest
+                .map_or(String::new(), |gap| format!(", clearance {} {}", tick(gap * scale.factor), scale.unit));
             draw(
                 area,
-                instant,
+                &format!("t = {} s{smallest}", tick(instant)),
                 &orbit,
                 ring.as_deref(),
                 gap.map(|gap| gap * scale.factor),
@@ -82,7 +95,7 @@ pub fn orbits(history: &History, name: &str, instants: &[f64]) -> Result<Option<
 }
 
 /// Records of the last whole turn of the shaft before an instant; of the last tenth of the history without its angle.
-fn last_turn(history: &History, instant: f64) -> std::ops::Range<usize> {
+pub(crate) fn last_turn(history: &History, instant: f64) -> std::ops::Range<usize> {
     let end = history.time.partition_point(|time| *time <= instant).max(1).min(history.time.len());
     let start = match history.channel("rotor.angle_rad") {
         Some(angle) => {
@@ -94,12 +107,9 @@ fn last_turn(history: &History, instant: f64) -> std::ops::Range<usize> {
     start..end
 }
 
-/// Points of the clearance, closed; `None` without ring channels.
-fn clearance(history: &History, at: usize, gap: f64, factor: f64) -> Option<Vec<(f64, f64)>> {
-    let radial: Vec<f64> = (0..)
-        .map_while(|node| history.channel(&format!("ring.radial{node:03}_m")).map(|series| series.values[at]))
-        .collect();
-    if radial.is_empty() {
+/// Points of the clearance \[m\], closed, from the radial displacements of the nodes; `None` without any, or where one is no number.
+pub(crate) fn clearance(radial: &[f64], gap: f64) -> Option<Vec<(f64, f64)>> {
+    if radial.is_empty() || radial.iter().any(|value| !value.is_finite()) {
         return None;
     }
     // smooth between nodes: a Catmull-Rom curve through them
@@ -112,24 +122,27 @@ fn clearance(history: &History, at: usize, gap: f64, factor: f64) -> Option<Vec<
             let (a, b, c, d) = (value(node + count - 1), value(node), value(node + 1), value(node + 2));
             let v = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)));
             let angle = 2.0 * PI * (node as f64 + t) / count as f64;
-            points.push(((gap + v) * factor * angle.cos(), (gap + v) * factor * angle.sin()));
+            points.push(((gap + v) * angle.cos(), (gap + v) * angle.sin()));
         }
     }
     points.push(points[0]);
     Some(points)
 }
 
+fn scaled(line: &[(f64, f64)], factor: f64) -> Vec<(f64, f64)> {
+    line.iter().map(|(x, y)| (x * factor, y * factor)).collect()
+}
+
 fn draw(
     area: &Area<'_>,
-    instant: f64,
+    caption: &str,
     orbit: &[(f64, f64)],
     ring: Option<&[(f64, f64)]>,
     gap: Option<f64>,
     reach: f64,
     scale: &Scale,
 ) -> Result<(), FigureError> {
-    let caption = format!("t = {} s", tick(instant));
-    let area = area.margin(8 * FINE, 8 * FINE, 8 * FINE, 8 * FINE).titled(&caption, TEXT)?;
+    let area = area.margin(8 * FINE, 8 * FINE, 8 * FINE, 8 * FINE).titled(caption, TEXT)?;
     let mut builder = ChartBuilder::on(&area);
     builder.x_label_area_size(38 * FINE).y_label_area_size(46 * FINE);
     let plot = builder.build_cartesian_2d(0.0..1.0, 0.0..1.0)?.plotting_area().dim_in_pixel();

@@ -1,10 +1,13 @@
 //! Lines over a common axis: one panel below the other, each with its own scale, its legend beside it.
 
+use super::rimmed::rimmed;
 use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick};
 use super::{Area, COLOURS, Figure, FigureError};
+use plotters::coord::types::RangedCoordf64;
 use plotters::element::Circle;
 use plotters::prelude::{
-    BLACK, ChartBuilder, Color, DashedLineSeries, IntoFont, LineSeries, PathElement, RGBColor, WHITE,
+    BLACK, Cartesian2d, ChartBuilder, ChartContext, Color, DashedLineSeries, EmptyElement, IntoFont, LineSeries,
+    PathElement, RGBColor, SVGBackend, WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -62,6 +65,25 @@ pub struct Panel {
     pub y_range: Option<(f64, f64)>,
     /// Draw the smallest and largest value of each column of pixels only.
     pub thin: bool,
+    /// A logarithmic vertical axis over whole decades; values that are not above zero are not drawn.
+    pub is_log: bool,
+}
+
+impl Panel {
+    /// With the powers of ten of its values, over whole decades.
+    fn of_powers(&self) -> Panel {
+        let power = |&(x, y): &(f64, f64)| Some((x, libm::log10(y))).filter(|point| point.1.is_finite());
+        let lines = self
+            .lines
+            .iter()
+            .map(|line| Line { points: line.points.iter().filter_map(power).collect(), ..line.clone() });
+        let lines: Vec<Line> = lines.collect();
+        let values = || lines.iter().flat_map(|line| &line.points).map(|point| point.1);
+        let range = self.y_range.map(|(low, high)| (libm::log10(low), libm::log10(high)));
+        let (low, high) = range.unwrap_or_else(|| roomy(values(), 0.0));
+        let (low, high) = (libm::floor(low + 1e-9), libm::ceil(high - 1e-9));
+        Panel { y_range: Some((low, if high > low { high } else { low + 1.0 })), lines, ..self.clone() }
+    }
 }
 
 /// Width of a figure without legends \[px\].
@@ -76,6 +98,19 @@ const ENTRY: u32 = 18;
 /// # Errors
 /// The plotting library failed.
 pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, FigureError> {
+    panels_marked(title, x_label, panels, &[])
+}
+
+/// The same with marks: places along x that all panels share, with names in the first panel.
+///
+/// # Errors
+/// The plotting library failed.
+pub fn panels_marked(
+    title: &str,
+    x_label: &str,
+    panels: &[Panel],
+    marks: &[(f64, String)],
+) -> Result<Figure, FigureError> {
     let below = 44;
     let height = 48 + below + HEIGHT * panels.len().max(1) as u32;
     let all = panels.iter().flat_map(|panel| &panel.lines).flat_map(|line| &line.points);
@@ -86,7 +121,8 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
         for (at, panel) in panels.iter().enumerate() {
             let last = at + 1 == panels.len();
             let (area, next) = rest.split_vertically((HEIGHT + if last { below } else { 0 }) * FINE);
-            draw(&area, panel, x_range, last.then_some(x_label), HEIGHT)?;
+            let chart = draw(&area, panel, x_range, last.then_some(x_label), HEIGHT)?;
+            draw_marks(chart, marks, at == 0)?;
             rest = next;
         }
         Ok(())
@@ -101,7 +137,7 @@ pub fn tall_panel(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)
     let height = 500;
     Figure::draw((WIDTH + legend_width(std::slice::from_ref(panel)), height + 60), |root| {
         let root = root.titled(title, TITLE)?;
-        draw(&root, panel, x_range, Some(x_label), height)
+        draw(&root, panel, x_range, Some(x_label), height).map(|_| ())
     })
 }
 
@@ -111,13 +147,15 @@ fn legend_width(panels: &[Panel]) -> u32 {
     labels.max().filter(|longest| *longest > 0).map_or(0, |longest| 40 + 7 * longest)
 }
 
-fn draw(
-    area: &Area<'_>,
+fn draw<'a>(
+    area: &Area<'a>,
     panel: &Panel,
     x_range: (f64, f64),
     x_label: Option<&str>,
     height: u32,
-) -> Result<(), FigureError> {
+) -> Result<Chart<'a>, FigureError> {
+    let powers = panel.is_log.then(|| panel.of_powers());
+    let panel = powers.as_ref().unwrap_or(panel);
     let (area, beside) = area.split_horizontally(WIDTH * FINE);
     let values = panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
     let (low, high) = panel.y_range.unwrap_or_else(|| roomy(values, 0.06));
@@ -129,14 +167,19 @@ fn draw(
         .y_label_area_size(74 * FINE)
         .build_cartesian_2d(x_range.0..x_range.1, low..high)?;
     let x_text = |value: &f64| if x_label.is_some() { tick(*value) } else { String::new() };
-    let y_text = |value: &f64| tick(*value);
+    let y_text = |value: &f64| match panel.is_log {
+        true if libm::rint(*value) == *value => tick(libm::exp10(*value)),
+        true => String::new(),
+        false => tick(*value),
+    };
+    let y_labels = if panel.is_log { (high - low) as usize + 1 } else { (height / 32) as usize };
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(WHITE)
         .set_all_tick_mark_size(4 * FINE)
         .axis_style(BLACK.stroke_width(FINE))
         .bold_line_style(GRID.stroke_width(FINE))
         .x_labels(10)
-        .y_labels((height / 32) as usize)
+        .y_labels(y_labels)
         .x_label_formatter(&x_text)
         .y_label_formatter(&y_text)
         .label_style(SMALL.into_font())
@@ -166,7 +209,32 @@ fn draw(
             legend.push((line.label.as_str(), line.mark, colour));
         }
     }
-    draw_legend(&beside, &legend, height)
+    draw_legend(&beside, &legend, height)?;
+    Ok(chart)
+}
+
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Upright lines within the range, their names in rows so that neighbours do not overlap.
+fn draw_marks(mut chart: Chart<'_>, marks: &[(f64, String)], has_names: bool) -> Result<(), FigureError> {
+    let (x, y) = (chart.x_range(), chart.y_range());
+    let within = |at: &f64| x.contains(at);
+    let (_, pixels) = chart.plotting_area().dim_in_pixel();
+    let row = f64::from(15 * FINE) / f64::from(pixels.max(1)) * (y.end - y.start);
+    for (number, (at, name)) in marks.iter().filter(|mark| within(&mark.0)).enumerate() {
+        let line = [(*at, y.start), (*at, y.end)];
+        chart.draw_series(DashedLineSeries::new(line, 3 * FINE, 3 * FINE, BLACK.stroke_width(FINE)))?;
+        if has_names {
+            let is_left = at - x.start < 0.7 * (x.end - x.start);
+            let (side, off) = if is_left { (HPos::Left, 4) } else { (HPos::Right, -4) };
+            let place = (*at, y.end - row * (number % 4) as f64);
+            rimmed(name, (off, 1), Pos::new(side, VPos::Top), [WHITE, BLACK], |text| {
+                chart.draw_series([EmptyElement::at(place) + text])?;
+                Ok(())
+            })?;
+        }
+    }
+    Ok(())
 }
 
 /// Entries below one another; those that find no room are counted.
@@ -222,6 +290,18 @@ fn thinned(points: &[(f64, f64)], (from, to): (f64, f64), columns: usize) -> Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_logarithmic_axis_has_whole_decades() {
+        let points = vec![(0.0, 0.0), (1.0, 0.02), (2.0, 30.0), (3.0, -1.0)];
+        let panel = Panel { y_label: "y".into(), lines: vec![Line::new("", points)], is_log: true, ..Panel::default() };
+        let powers = panel.of_powers();
+        assert_eq!(powers.y_range, Some((-2.0, 2.0)));
+        assert_eq!(powers.lines[0].points.len(), 2, "zero and below have no place");
+        let svg = panels("t", "x", &[panel]).expect("drawn").svg().to_owned();
+        let ticks = svg.lines().filter(|line| ["0.01", "0.1", "1", "10", "100"].contains(&line.trim())).count();
+        assert!(ticks >= 5 && !svg.contains("NaN"), "{svg}");
+    }
 
     #[test]
     fn thinning_keeps_peaks_and_ends() {

@@ -10,7 +10,7 @@
 
 use super::panels::{Line, Panel, panels};
 use super::style::Scale;
-use super::{Figure, FigureError, SpectrumError, plain_name};
+use super::{Figure, FigureError, plain_name};
 use crate::history::{History, Series};
 use std::f64::consts::TAU;
 
@@ -50,11 +50,7 @@ pub fn response_spectrum(
     damping: f64,
     top: Option<f64>,
 ) -> Result<Figure, FigureError> {
-    let records = super::spectrum::even(&history.time);
-    if records < LEAST {
-        return Err(SpectrumError::Short { records, least: LEAST }.into());
-    }
-    let interval = (history.time[records - 1] - history.time[0]) / (records - 1) as f64;
+    let (records, interval) = super::spectrum::even_records(history, channels, LEAST)?;
     let resolved = 1.0 / (RECORDS * interval);
     let top = top.map_or(resolved, |top| top.min(resolved));
     let spectra: Vec<Vec<(f64, f64)>> = channels
@@ -74,7 +70,8 @@ pub fn response_spectrum(
         Line::new(&plain_name(&channel.name, &channel.unit), points)
     });
     let y_range = Some((0.0, if largest > 0.0 { 1.05 * largest * scale.factor } else { 1.0 }));
-    let panel = Panel { y_label: scale.label("equivalent static force"), lines: lines.collect(), y_range, thin: false };
+    let panel =
+        Panel { y_label: scale.label("equivalent static force"), lines: lines.collect(), y_range, ..Panel::default() };
     let title = format!("{name}: response spectrum, damping ratio {damping}");
     panels(&title, "frequency of the oscillator [Hz]", &[panel])
 }

@@ -1,6 +1,7 @@
 //! What is drawn to scale, measured in the picture.
 
 use super::{Figure, RingShape, machine, orbits, rings};
+use crate::figures::contacts;
 use crate::history::{About, History, Series};
 use bladeoff_model::machine::{Machine, MachineDef, RotorKind};
 use std::f64::consts::PI;
@@ -109,7 +110,7 @@ fn the_clearance_of_an_orbit_is_round() {
         outcome: About::default(),
     };
     for instants in [&[0.04][..], &[0.02, 0.04], &[0.02, 0.03, 0.035, 0.04]] {
-        let figure = orbits(&history, "round", instants).expect("drawn").expect("an orbit");
+        let figure = orbits(&history, "round", &contacts(&history)[0], instants).expect("drawn").expect("an orbit");
         are_round("gap", &shapes(&figure, 181), instants.len());
         are_round("orbit", &shapes(&figure, 201), 1);
     }

@@ -20,10 +20,87 @@ const COLUMNS: usize = 260;
 /// Dynamic range shown [dB].
 const RANGE: f64 = 80.0;
 
+/// A signal contains what is above this part of its largest amplitude, in some window.
+const CONTAINED: f64 = 0.01;
+/// Room above what a signal contains.
+const ROOM: f64 = 1.2;
+/// Highest order that is drawn by default, at least and at most.
+const ORDERS: (f64, f64) = (3.0, 10.0);
+/// A signal that changes by less than this part of its size is constant.
+const CONSTANT: f64 = 1e-12;
+/// Part of the interval of records by which one may differ, and the rounding of their times \[s\].
+const UNEVEN: f64 = 0.02;
+const ROUNDING: f64 = 2e-9;
+
 /// Columns of amplitudes, from zero frequency up, and the place of each column (window's middle, in samples).
-struct Stft {
-    columns: Vec<Vec<f64>>,
-    middles: Vec<f64>,
+pub(super) struct Stft {
+    pub columns: Vec<Vec<f64>>,
+    pub middles: Vec<f64>,
+}
+
+/// What is drawn of a spectrum over time.
+pub(super) struct Content {
+    /// Distance of two rows.
+    pub resolution: f64,
+    /// Rows.
+    pub bins: usize,
+    /// Largest amplitude in them; above zero.
+    pub largest: f64,
+}
+
+/// Rows up to `top` \[Hz\], by default as far as the signal contains something, `least` at least.
+pub(super) fn content(
+    stft: &Stft,
+    channel: &Series,
+    window: usize,
+    interval: f64,
+    top: Option<f64>,
+    least: f64,
+) -> Result<Content, SpectrumError> {
+    let resolution = 1.0 / (window as f64 * interval);
+    let nyquist = 0.5 / interval;
+    let row = resolution / PADDING as f64;
+    let top = top.unwrap_or_else(|| (ROOM * row * highest(stft) as f64).max(least)).clamp(8.0 * resolution, nyquist);
+    let bins = ((top / row) as usize).clamp(2, PADDING * window / 2);
+    Ok(Content { resolution: row, bins, largest: largest(stft, channel, bins)? })
+}
+
+/// The highest row in which an amplitude is not small beside the largest one.
+fn highest(stft: &Stft) -> usize {
+    let most = stft.columns.iter().flat_map(|column| &column[1..]).copied().fold(0.0, f64::max);
+    let contained = |column: &Vec<f64>| column.iter().rposition(|value| *value > CONTAINED * most).unwrap_or(0);
+    stft.columns.iter().map(contained).max().unwrap_or(0)
+}
+
+/// The largest amplitude of the first rows.
+fn largest(stft: &Stft, channel: &Series, bins: usize) -> Result<f64, SpectrumError> {
+    let largest = stft.columns.iter().flat_map(|column| &column[1..bins]).copied().fold(0.0, f64::max);
+    let size = channel.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    if largest > CONSTANT * size { Ok(largest) } else { Err(SpectrumError::Constant { channel: channel.name.clone() }) }
+}
+
+/// Records at even intervals, `least` of them at least, in which these channels have numbers; and the interval \[s\].
+pub(super) fn even_records(
+    history: &History,
+    channels: &[&Series],
+    least: usize,
+) -> Result<(usize, f64), SpectrumError> {
+    let time = &history.time;
+    let records = even(time);
+    if records < least {
+        return Err(SpectrumError::Short { records, least });
+    }
+    let interval = (time[records - 1] - time[0]) / (records - 1) as f64;
+    let is_off = |pair: &&[f64]| (pair[1] - pair[0] - interval).abs() > UNEVEN * interval + ROUNDING;
+    if let Some(pair) = time[..records].windows(2).find(is_off) {
+        return Err(SpectrumError::Uneven { at: pair[0], interval });
+    }
+    for channel in channels {
+        if let Some(at) = channel.values[..records].iter().position(|value| !value.is_finite()) {
+            return Err(SpectrumError::NoNumber { channel: channel.name.clone(), at: time[at] });
+        }
+    }
+    Ok((records, interval))
 }
 
 /// Windows are padded with zeros to so many times their length: rows between the frequencies that a window resolves.
@@ -35,7 +112,7 @@ fn taper(share: f64) -> f64 {
     0.35875 - 0.48829 * angle.cos() + 0.14128 * (2.0 * angle).cos() - 0.01168 * (3.0 * angle).cos()
 }
 
-fn stft(samples: &[f64], window: usize) -> Stft {
+pub(super) fn stft(samples: &[f64], window: usize) -> Stft {
     let hop = (window / 32).max((samples.len().saturating_sub(window)) / COLUMNS).max(1);
     let taper: Vec<f64> = (0..window).map(|k| taper(k as f64 / window as f64)).collect();
     let sum: f64 = taper.iter().sum();
@@ -62,7 +139,7 @@ fn stft(samples: &[f64], window: usize) -> Stft {
 }
 
 /// Window length: a power of two near a share of the samples.
-fn window_of(samples: usize) -> usize {
+pub(super) fn window_of(samples: usize) -> usize {
     (samples / 8).next_power_of_two().clamp(64, 16384)
 }
 
@@ -73,28 +150,23 @@ pub(super) fn even(time: &[f64]) -> usize {
     if ((last - before) / interval - 1.0).abs() < 1e-6 { time.len() } else { time.len() - 1 }
 }
 
-/// Spectrogram of a channel, up to `top` \[Hz\] (a fifth of what the records carry by default).
+/// Spectrogram of a channel, up to `top` \[Hz\] (by default what the signal contains, and 1x at least).
 ///
 /// # Errors
-/// Too few records, or the plotting library failed.
+/// Too few records or uneven ones, a constant signal, or the plotting library failed.
 pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
-    let records = even(&history.time);
-    if records < 256 {
-        return Err(SpectrumError::Short { records, least: 256 }.into());
-    }
-    let interval = (history.time[records - 1] - history.time[0]) / (records - 1) as f64;
+    let (records, interval) = even_records(history, &[channel], 256)?;
     let window = window_of(records);
     let stft = stft(&channel.values[..records], window);
-    let resolution = 1.0 / (window as f64 * interval);
-    let nyquist = 0.5 / interval;
-    let top = top.unwrap_or(0.2 * nyquist).clamp(8.0 * resolution, nyquist);
-    let resolution = resolution / PADDING as f64;
-    let bins = ((top / resolution) as usize).clamp(2, PADDING * window / 2);
+    let speed = history.channel("rotor.speed_rad_s").map_or(&[][..], |speed| &speed.values);
+    let spin = speed.iter().filter(|w| w.is_finite()).fold(0.0_f64, |most, w| most.max(w.abs())) / (2.0 * PI);
+    let Content { resolution, bins, largest } = content(&stft, channel, window, interval, top, ROOM * spin)?;
     let half = 0.5 * window as f64 * interval;
     let x_range = (history.time[0] + half, history.time[records - 1] - half);
-    let lines = synchronous(history, x_range, bins as f64 * resolution);
+    let top = bins as f64 * resolution;
+    let lines = synchronous(history, x_range, top);
     let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
-    draw(&stft, channel, bins, (&title, "frequency [Hz]", 8), x_range, bins as f64 * resolution, &lines)
+    draw(&stft, channel, (bins, largest), (&title, "frequency [Hz]", 8), x_range, top, &lines)
 }
 
 /// The lines 1x, 2x, 3x of the spin over time.
@@ -114,15 +186,21 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
         .collect()
 }
 
-/// Order map of a channel, up to order `top`.
+/// Order map of a channel, up to order `top` (by default what the signal contains, 3 to 10).
 ///
 /// # Errors
-/// No spin angle, too few turns or records, or the plotting library failed.
-pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> Result<Figure, FigureError> {
+/// No spin angle, too few turns or records, a constant signal, or the plotting library failed.
+pub fn order_map(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     /// Samples per turn: orders up to a quarter of it are clean.
     const PER_TURN: f64 = 64.0;
     const TURNS: f64 = 16.0;
-    let angle = &history.channel("rotor.angle_rad").ok_or(SpectrumError::NoAngle)?.values;
+    let angle = history.channel("rotor.angle_rad").ok_or(SpectrumError::NoAngle)?;
+    for series in [angle, channel] {
+        if let Some(at) = series.values.iter().position(|value| !value.is_finite()) {
+            return Err(SpectrumError::NoNumber { channel: series.name.clone(), at: history.time[at] }.into());
+        }
+    }
+    let angle = &angle.values;
     let first = angle.first().copied().unwrap_or(0.0);
     let turns = (angle.last().copied().unwrap_or(0.0) - first) / (2.0 * PI);
     if turns < 1.5 * TURNS {
@@ -144,7 +222,9 @@ pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> R
     let window = (TURNS * PER_TURN) as usize;
     let stft = stft(&samples, window);
     let per_order = PADDING as f64 * TURNS;
-    let bins = ((top * per_order) as usize).clamp(2, PADDING * window / 4);
+    let contained = || (ROOM * highest(&stft) as f64 / per_order).clamp(ORDERS.0, ORDERS.1).ceil();
+    let bins = ((top.unwrap_or_else(contained) * per_order) as usize).clamp(2, PADDING * window / 4);
+    let largest = largest(&stft, channel, bins)?;
     // columns are even in turns: put them where they are in time
     let middles: Vec<f64> = stft.middles.iter().map(|middle| times[(*middle as usize).min(count - 1)]).collect();
     let x_range = (middles[0], middles[middles.len() - 1]);
@@ -158,28 +238,35 @@ pub fn order_map(history: &History, name: &str, channel: &Series, top: f64) -> R
     let even = Stft { columns: even, middles: Vec::new() };
     let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
     // a number at each order, as far as there is room
-    draw(&even, channel, bins, (&title, "order [events per turn]", 12), x_range, bins as f64 / per_order, &[])
+    draw(
+        &even,
+        channel,
+        (bins, largest),
+        (&title, "order [events per turn]", 12),
+        x_range,
+        bins as f64 / per_order,
+        &[],
+    )
 }
 
 fn draw(
     stft: &Stft,
     channel: &Series,
-    bins: usize,
+    (bins, largest): (usize, f64),
     (title, y_label, y_labels): (&str, &str, usize),
     x_range: (f64, f64),
     top: f64,
     lines: &[(String, Vec<(f64, f64)>)],
 ) -> Result<Figure, FigureError> {
-    let largest = stft.columns.iter().flat_map(|column| &column[1..bins]).copied().fold(0.0, f64::max);
     let scale = Scale::of(&channel.unit, largest);
-    let reference = if largest > 0.0 { largest } else { 1.0 };
-    let decibel = |value: f64| 20.0 * (value / reference).max(1e-12).log10();
+    let decibel = |value: f64| 20.0 * (value / largest).max(1e-12).log10();
     let columns: Vec<Vec<f64>> =
         stft.columns.iter().map(|column| column[..bins].iter().map(|value| decibel(*value)).collect()).collect();
     let full = largest * scale.factor;
     let z_label = format!("amplitude [dB re {} {}]", super::style::tick(full), scale.unit);
     map(&Map {
         title,
+        note: "",
         x_label: "time [s]",
         y_label,
         z_label: &z_label,
@@ -209,6 +296,31 @@ mod tests {
     }
 
     #[test]
+    fn the_range_is_what_the_signal_contains_and_nothing_is_drawn_empty() {
+        let time: Vec<f64> = (0..8_000).map(|k| f64::from(k) * 1e-4).collect();
+        let series = |values: Vec<f64>| Series { name: "a.x_m".into(), unit: "m".into(), values };
+        let of = |values: Vec<f64>| {
+            let channel = series(values);
+            let (_, interval) = even_records(&History { time: time.clone(), ..History::default() }, &[&channel], 256)?;
+            content(&stft(&channel.values, 1024), &channel, 1024, interval, None, 0.0)
+        };
+        let sine = |frequency: f64| time.iter().map(|t| 1e-5 * (2.0 * PI * frequency * t).sin()).collect::<Vec<_>>();
+        for frequency in [200.0, 1000.0] {
+            let found = of(sine(frequency)).expect("a signal");
+            let top = found.bins as f64 * found.resolution;
+            assert!((frequency..1.5 * frequency).contains(&top), "{frequency}: {top}");
+            assert!((found.largest / 1e-5 - 1.0).abs() < 0.02, "{}", found.largest);
+        }
+        assert!(matches!(of(vec![4.2; 8_000]), Err(SpectrumError::Constant { .. })));
+        let mut broken = sine(200.0);
+        broken[77] = f64::NAN;
+        assert!(matches!(of(broken), Err(SpectrumError::NoNumber { at, .. }) if at == time[77]));
+        let gap =
+            History { time: time.iter().map(|t| if *t > 0.3 { t + 0.01 } else { *t }).collect(), ..History::default() };
+        assert!(matches!(even_records(&gap, &[], 256), Err(SpectrumError::Uneven { .. })));
+    }
+
+    #[test]
     fn an_end_off_the_interval_is_no_sample() {
         let mut time: Vec<f64> = (0..300).map(|k| f64::from(k) * 1e-4).collect();
         assert_eq!(even(&time), 300);
@@ -227,8 +339,11 @@ mod tests {
         let channel = series("x_m", third);
         let history =
             History { time, channels: vec![series("rotor.angle_rad", angle), channel.clone()], ..History::default() };
-        let figure = order_map(&history, "run", &channel, 8.0).expect("enough turns");
+        let figure = order_map(&history, "run", &channel, None).expect("enough turns");
         assert!(figure.svg().contains("order [events per turn]"));
+        // order 3 with its room: numbers up to 4
+        let is_tick = |figure: &Figure, tick: &str| figure.svg().lines().any(|line| line.trim() == tick);
+        assert!(is_tick(&figure, "4") && !is_tick(&figure, "5"), "{}", figure.svg());
         assert!(spectrogram(&history, "run", &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
     }
 }

@@ -103,7 +103,8 @@ pub(super) fn roomy(values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) 
 }
 
 /// Viridis at 0..=1.
-pub(super) fn viridis(share: f64) -> RGBColor {
+#[must_use]
+pub fn viridis(share: f64) -> RGBColor {
     const STOPS: [(f64, f64, f64); 9] = [
         (68.0, 1.0, 84.0),
         (71.0, 44.0, 122.0),

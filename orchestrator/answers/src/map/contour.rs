@@ -1,13 +1,14 @@
-//! Lines on which a map has a level, and edges between cells of different regimes.
+//! Lines on which a map has a level.
 //!
 //! Marching squares on the middles of cells, linear between neighbours: exact for a plane. A square with a corner that has no value
 //! has no line: nothing is drawn where no sample is. Of a saddle the mean of the corners decides.
 //! Verified by `a_plane_has_straight_contours_where_they_belong`.
 
-use super::Map;
-
 /// A piece of a line.
 pub type Piece = [(f64, f64); 2];
+
+/// Values along each axis that a map needs for contour lines: between fewer they follow the grid and not the values.
+pub const FEWEST: usize = 8;
 
 /// Pieces of the line of a level; `value` by column and row.
 #[must_use]
@@ -36,26 +37,6 @@ pub fn contour(xs: &[f64], ys: &[f64], value: impl Fn(usize, usize) -> Option<f6
                     pieces.extend(pairs.map(|(from, to)| [crossed(from), crossed(to)]));
                 }
                 _ => {}
-            }
-        }
-    }
-    pieces
-}
-
-/// Edges between neighbouring cells whose regimes differ.
-#[must_use]
-pub fn boundary(map: &Map) -> Vec<Piece> {
-    let (x, y, table) = (map.x.edges(), map.y.edges(), map.table());
-    let regime = |i: usize, j: usize| table[i][j].and_then(|cell| cell.regime.as_deref());
-    let differ = |a: Option<&str>, b: Option<&str>| a.is_some() && b.is_some() && a != b;
-    let mut pieces = Vec::new();
-    for i in 0..table.len() {
-        for j in 0..map.y.at.len() {
-            if i > 0 && differ(regime(i - 1, j), regime(i, j)) {
-                pieces.push([(x[i], y[j]), (x[i], y[j + 1])]);
-            }
-            if j > 0 && differ(regime(i, j - 1), regime(i, j)) {
-                pieces.push([(x[i], y[j]), (x[i + 1], y[j])]);
             }
         }
     }

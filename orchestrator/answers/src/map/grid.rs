@@ -49,6 +49,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper_if_bad_harmful: None,
             regime: most_frequent(list.iter().filter_map(|item| Some((item.regime?, 1.0))), &map.regimes),
             // of a bad run it may be known all the same whether the event was
+            half_width: None,
             is_open: list.iter().any(|item| if is_share { item.seen.is_open() } else { item.is_bad() }),
         };
         if is_share {

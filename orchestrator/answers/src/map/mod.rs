@@ -4,7 +4,7 @@
 //! rows --place--> panels (a combination of the other axes) of items: place, regime, value or truth   (pairs: of two panels)
 //!   both axes have given values   --grid-->     a cell for each combination: median and 95 % value of its starts, probability of its starts
 //!   otherwise                     --scatter-->  a raster, smoothed (smooth), with the uncertainty of each value
-//!   --> Map: cells as answers.json has them; contour lines (contour) and the boundary of regimes for pictures
+//!   --> Map: cells as answers.json has them; contour lines (contour) and boundaries of regimes (boundary) for pictures
 //!       of some of the given values --refine--> the combinations to be computed next
 //! ```
 //! A bad run stays in its cell: it is counted, and each figure is that with bad runs harmless and with bad runs harmful, as in
@@ -12,6 +12,7 @@
 //!
 //! Verified by `tests/uncertainty/maps.rs`.
 
+pub mod boundary;
 pub mod contour;
 mod grid;
 mod pairs;
@@ -136,6 +137,9 @@ pub struct Cell {
     pub upper_if_bad_harmful: Option<f64>,
     /// The most frequent regime of its ok runs, of several the worst.
     pub regime: Option<String>,
+    /// Half the width of the limits of its runs with a value, whether or not bad runs are near; of smoothed cells alone.
+    #[serde(skip)]
+    pub half_width: Option<f64>,
     /// Bad runs stand in its figure.
     #[serde(skip)]
     pub is_open: bool,
@@ -218,10 +222,22 @@ impl Map {
         self.difference.is_some() && self.is_share() && cell.is_open
     }
 
-    /// Whether a smoothed cell has no limits, so that its half width is unknown.
+    /// Whether a smoothed cell has no limits, because samples are too few.
     #[must_use]
     pub fn lacks_limits(&self) -> bool {
-        self.is_smoothed() && self.cells.iter().any(|cell| cell.low.is_none() || cell.high.is_none())
+        self.is_smoothed() && self.cells.iter().any(|cell| cell.half_width.is_none())
+    }
+
+    /// Whether the limits of a smoothed column hold for the runs with a value alone, because bad runs are near.
+    #[must_use]
+    pub fn has_limits_of_others(&self) -> bool {
+        self.shows == Shows::SmoothedMean && self.cells.iter().any(|cell| cell.is_open && cell.half_width.is_some())
+    }
+
+    /// Whether contour lines are drawn: there are enough cells for them.
+    #[must_use]
+    pub fn has_contours(&self) -> bool {
+        self.x.at.len().min(self.y.at.len()) >= contour::FEWEST
     }
 
     /// Failed and invalid runs among the runs that are not ok.

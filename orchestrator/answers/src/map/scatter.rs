@@ -143,7 +143,8 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         let is_open = is_open_at(here, window);
         // of values that bad runs have not, nothing is known: what the others say holds for them alone
         let is_known = is_share || !is_open;
-        let has_limits = is_known && (is_told || found.error == 0.0);
+        let is_limited = is_told || found.error == 0.0;
+        let has_limits = is_known && is_limited;
         if has_limits && low.is_some() && found.error > 0.0 {
             limited += 1;
             doubtful += u64::from(
@@ -164,6 +165,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper: None,
             upper_if_bad_harmful: None,
             regime: regime(items, place, here, &map.regimes),
+            half_width: low.zip(high).filter(|_| is_limited).map(|(low, high)| 0.5 * (high - low)),
             is_open,
         });
     }

@@ -1,30 +1,34 @@
-//! A map in a page: the picture as it is drawn everywhere, and the same cells for the chart library, with the numbers of each.
+//! A map in a page: the picture as it is drawn everywhere, and its layers for the chart library, with the numbers of each cell.
 
 use super::escape::plain;
 use super::figure::{Figure, Plot, short};
-use crate::figures::{self, FigureError, Scale, of_in_words, plain_name};
-use crate::map::{Axis, Cell, Map, Shows};
+use crate::figures::{
+    COLOURS, Colours, FigureError, Layers, MapScales, Picture, STEPS, Scale, UNKNOWN, maps_on, marks, pictures_of,
+    stepped,
+};
+use crate::map::{Axis, Cell, Map};
 use bladeoff_text::document::cut;
+use plotters::style::RGBColor;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// Characters of a name from outside, at most.
 const NAME: usize = 60;
-/// What the second panel of a smoothed map is of.
-const HALF_WIDTH: &str = "half width of its limits";
-/// Marks of runs that are not ok, at most of each kind.
-const MOST_CROSSES: usize = 400;
-/// Colour of cells that have no one number.
-const GREY: &str = "rgb(150,150,150)";
 
 /// Places of cells that all maps of a page have together, at most: about 300 bytes each, of a page of five megabytes.
 const MOST_PLACES: usize = 8000;
 
-/// A panel as a figure of a page that shows `of` maps; `name`: of the question. Of a large grid evenly chosen values are drawn, and the
-/// caption says so.
+/// A figure of a page for each panel and difference of a question of this name; `of`: maps of the whole page. Of a large grid evenly chosen
+/// values are drawn, and the caption says so. All of them have the scales of colour of the picture with all panels.
 ///
 /// # Errors
 /// The plotting library failed.
-pub fn map_figure(name: &str, map: &Map, of: usize) -> Result<Figure, FigureError> {
+pub fn map_figures(name: &str, maps: &[Map], of: usize) -> Result<Vec<Figure>, FigureError> {
+    let scales = MapScales::of(maps);
+    maps.iter().map(|map| map_figure(name, map, of, &scales)).collect()
+}
+
+fn map_figure(name: &str, map: &Map, of: usize, scales: &MapScales) -> Result<Figure, FigureError> {
     let every = (1..).find(|every| places(map, *every) <= MOST_PLACES / of.max(1)).unwrap_or(1);
     let thin = (every > 1).then(|| thinned(map, every));
     let map = thin.as_ref().unwrap_or(map);
@@ -35,26 +39,16 @@ pub fn map_figure(name: &str, map: &Map, of: usize) -> Result<Figure, FigureErro
     if let Some(width) = map.width {
         caption += &format!("; smoothed over {width:.2} of the range of both axes, a width of this panel's own");
     }
-    let is_pair = map.difference.is_some();
-    if map.failing() > 0 {
-        caption += &format!("; crosses: {}", if is_pair { "pairs with a bad run" } else { "bad runs" });
-    }
-    if map.beyond > 0 {
-        let what = if is_pair { "pairs with a run beyond the model" } else { "runs beyond the model" };
-        caption += &format!("; diamonds: {what}");
-    }
-    if map.lacks_limits() {
-        caption += "; grey where there are no limits";
-    }
-    if map.cells.iter().any(|cell| is_open(cell) || map.is_unsure(cell)) {
-        caption += "; grey: left open by them, with both numbers beside the pointer";
+    for mark in marks(std::slice::from_ref(map)) {
+        caption += &format!("; {mark}");
     }
     if every > 1 {
         caption += &format!("; one of {every} values along each axis is drawn, `bladeoff map --out F.png` draws all");
     }
     // the caption says what it is
-    let drawing = figures::maps("", std::slice::from_ref(map))?.svg().to_owned();
-    Ok(Figure { caption, drawing, plot: Some(plot(map)), table: None })
+    let drawing = maps_on("", std::slice::from_ref(map), scales)?.svg().to_owned();
+    let plot = (!map.cells.is_empty()).then(|| plot(map, scales));
+    Ok(Figure { caption, drawing, plot, table: None })
 }
 
 /// Places of a map of which one of so many values is drawn along each axis; at least one.
@@ -73,32 +67,18 @@ fn thinned(map: &Map, every: usize) -> Map {
     Map { x: axis(&map.x), y: axis(&map.y), cells, ..map.clone() }
 }
 
-/// What is shown of a cell.
-type Pick = fn(&Cell) -> Option<f64>;
-
-fn plot(map: &Map) -> Plot {
-    let half: Pick = |cell| Some(0.5 * (cell.high? - cell.low?));
-    let middle: Pick = |cell| cell.estimate;
-    let upper: Pick = |cell| cell.upper;
-    let shown: Vec<(&str, Pick)> = match map.shows {
-        Shows::Value => vec![("", middle)],
-        Shows::Probability => vec![("", middle)],
-        Shows::Median => vec![("median", middle), ("95 % value", upper)],
-        Shows::SmoothedMean | Shows::SmoothedProbability => {
-            vec![("smoothed", middle), (HALF_WIDTH, half)]
-        }
-    };
-    let count = shown.len();
-    let (x, y) = (axis(&map.x), axis(&map.y));
+fn plot(map: &Map, scales: &MapScales) -> Plot {
+    let pictures: Vec<(Picture<'_>, &Colours)> =
+        pictures_of(map).into_iter().filter_map(|picture| scales.get(picture.kind).map(|of| (picture, of))).collect();
+    let count = pictures.len();
     let mut traces = Vec::new();
-    let mut layout = json!({ "height": 470, "margin": { "l": 64, "r": 64, "t": 60, "b": 48 }, "annotations": [], "showlegend": false });
+    let mut layout = json!({ "height": 480, "margin": { "l": 64, "r": 64, "t": 70, "b": 48 }, "annotations": [], "shapes": [], "showlegend": false });
     // side by side there is no room on a telephone
-    let mut narrow =
-        json!({ "height": 60 + 410 * count, "margin": { "l": 56, "r": 56, "t": 60, "b": 48 }, "annotations": [] });
-    for (at, (what, pick)) in shown.into_iter().enumerate() {
+    let mut narrow = json!({ "height": 70 + 410 * count, "margin": { "l": 56, "r": 56, "t": 70, "b": 48 }, "annotations": [], "shapes": [] });
+    for (at, (picture, colours)) in pictures.iter().enumerate() {
         let number = if at == 0 { String::new() } else { (at + 1).to_string() };
-        let (drawn, colours, title) = cells(map, what, pick, &number);
-        traces.extend(drawn);
+        let layers = Layers::new(picture, colours);
+        traces.extend(drawn(picture, &layers, colours, &number));
         let wide = match (at, count) {
             (_, 1) => (0.0, 0.94),
             (0, _) => (0.0, 0.4),
@@ -107,120 +87,155 @@ fn plot(map: &Map) -> Plot {
         // room for the title and the labels between two
         let stacked = match (at, count) {
             (_, 1) => (0.0, 1.0),
-            (0, _) => (0.575, 1.0),
-            _ => (0.0, 0.425),
+            (0, _) => (0.59, 1.0),
+            _ => (0.0, 0.41),
         };
         for (layout, across, up) in [(&mut layout, wide, (0.0, 1.0)), (&mut narrow, (0.0, 0.94), stacked)] {
-            layout[format!("xaxis{number}")] = json!({
-                "title": { "text": plain(&x.1) }, "domain": [across.0, across.1], "anchor": format!("y{number}"), "zeroline": false,
-            });
-            layout[format!("yaxis{number}")] = json!({
-                "title": { "text": plain(&y.1) }, "domain": [up.0, up.1], "anchor": format!("x{number}"), "zeroline": false,
-            });
-            if at > 0 {
-                layout[format!("xaxis{number}")]["matches"] = json!("x");
-                layout[format!("yaxis{number}")]["matches"] = json!("y");
+            for (axis, of, domain, anchor) in [("x", &layers.x, across, "y"), ("y", &layers.y, up, "x")] {
+                let ends = of.ends();
+                let mut drawn = json!({
+                    "title": { "text": plain(&of.label) }, "domain": [domain.0, domain.1], "anchor": format!("{anchor}{number}"),
+                    "range": [short(ends.0), short(ends.1)], "showgrid": false, "zeroline": false,
+                });
+                if at > 0 {
+                    drawn["matches"] = json!(axis);
+                }
+                layout[format!("{axis}axis{number}")] = drawn;
             }
-            let mut colours = colours.clone();
-            colours["colorbar"] = json!({
+            let bar = json!({
                 "x": across.1 + 0.01, "xanchor": "left", "xpad": 0, "y": 0.5 * (up.0 + up.1), "yanchor": "middle", "ypad": 0,
-                "len": up.1 - up.0, "thickness": 12, "exponentformat": "power", "outlinewidth": 0,
+                "len": up.1 - up.0, "thickness": 12, "outlinewidth": 0, "ticks": "outside",
+                "tickvals": colours.levels.iter().map(|level| short(colours.share(*level))).collect::<Vec<_>>(),
+                "ticktext": colours.levels.iter().map(|level| colours.mark(*level)).collect::<Vec<_>>(),
             });
-            layout[format!("coloraxis{number}")] = colours;
+            layout[format!("coloraxis{number}")] =
+                json!({ "colorscale": scale_of(colours), "cmin": 0, "cmax": 1, "colorbar": bar });
             let title = json!({
-                "text": plain(&title), "xref": "paper", "yref": "paper", "x": across.0, "xanchor": "left", "y": up.1, "yanchor": "bottom",
-                "yshift": 4, "showarrow": false, "align": "left",
+                "text": format!("{}<br>{}", plain(&cut(&picture.what, NAME)), plain(&colours.label(&picture.name))), "xref": "paper",
+                "yref": "paper", "x": across.0, "xanchor": "left", "y": up.1, "yanchor": "bottom", "yshift": 4, "showarrow": false,
+                "align": "left",
             });
-            layout["annotations"].as_array_mut().expect("made as one").push(title);
+            let names = layers.names.iter().map(|(name, place)| {
+                json!({
+                    "text": plain(name), "x": short(place.0), "y": short(place.1), "xref": format!("x{number}"), "yref": format!("y{number}"),
+                    "showarrow": false, "bgcolor": "rgba(255,255,255,0.75)", "font": { "color": "rgb(0,0,0)" },
+                })
+            });
+            if !layers.hatching.is_empty() {
+                let path: String = layers
+                    .hatching
+                    .iter()
+                    .map(|[a, b]| format!("M{},{}L{},{}", short(a.0), short(a.1), short(b.0), short(b.1)))
+                    .collect();
+                layout["shapes"].as_array_mut().expect("made as one").push(json!({
+                    "type": "path", "path": path, "layer": "below", "xref": format!("x{number}"), "yref": format!("y{number}"),
+                    "line": { "color": "@line", "width": 1 },
+                }));
+            }
+            layout["annotations"].as_array_mut().expect("made as one").extend(std::iter::once(title).chain(names));
         }
     }
     layout["narrow"] = narrow;
     Plot::Traces(Value::Array(traces), layout)
 }
 
-/// Factor and label of an axis.
-fn axis(axis: &Axis) -> (f64, String) {
-    let largest = axis.at.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let scale = Scale::of(&axis.unit, largest);
-    let label = scale.label(&cut(&plain_name(&axis.column, &axis.unit), NAME));
-    (scale.factor, label)
+/// The steps of colour for the chart library.
+fn scale_of(colours: &Colours) -> Vec<Value> {
+    let step = |at: usize| at as f64 / STEPS as f64;
+    (0..=STEPS).map(|at| json!([step(at), css(colours.at(step(at)))])).collect()
 }
 
-/// Whether bad runs leave the figure of a cell open.
-fn is_open(cell: &Cell) -> bool {
-    cell.estimate != cell.estimate_if_bad_harmful || cell.upper != cell.upper_if_bad_harmful
+fn css(RGBColor(red, green, blue): RGBColor) -> String {
+    format!("rgb({red},{green},{blue})")
 }
 
-/// Cells, and marks where runs are not ok; their colours; what they are, with the unit of the colours.
-fn cells(map: &Map, what: &str, pick: Pick, number: &str) -> (Vec<Value>, Value, String) {
-    let table = map.table();
-    let (x, y) = (axis(&map.x), axis(&map.y));
-    let scale = if map.is_share() {
-        Scale { factor: 100.0, unit: "%".to_owned() }
-    } else {
-        let largest = map.cells.iter().filter_map(pick).fold(0.0_f64, |most, value| most.max(value.abs()));
-        Scale::of(&map.unit, largest)
+/// Traces of a picture, from the ground up.
+fn drawn(picture: &Picture<'_>, layers: &Layers, colours: &Colours, number: &str) -> Vec<Value> {
+    let map = picture.map;
+    let place = |mut trace: Value| {
+        trace["xaxis"] = json!(format!("x{number}"));
+        trace["yaxis"] = json!(format!("y{number}"));
+        trace
     };
-    let columns = 0..map.x.at.len();
-    let by_rows = |of: &dyn Fn(Option<&Cell>) -> Value| -> Vec<Vec<Value>> {
-        (0..map.y.at.len()).map(|j| columns.clone().map(|i| of(table[i][j])).collect()).collect()
+    let lines = |lines: &[&[(f64, f64)]], colour: &str, width: f64| {
+        let (x, y) = joined(lines);
+        place(json!({
+            "type": "scatter", "mode": "lines", "x": x, "y": y, "hoverinfo": "skip", "line": { "color": colour, "width": width },
+        }))
     };
-    // one colour cannot say two things: what bad runs leave open is grey, as is what has no number
-    let shown = |cell: &Cell| if is_open(cell) || map.is_unsure(cell) { None } else { pick(cell) };
-    let value = |cell: Option<&Cell>| json!(cell.and_then(shown).map(|value| short(value * scale.factor)));
-    let grey = |cell: Option<&Cell>| json!(cell.filter(|cell| shown(cell).is_none()).map(|_| 0));
-    let told = |cell: Option<&Cell>| {
-        json!(cell.map_or(String::new(), |cell| plain(&words(cell, &scale, map.difference.is_some()))))
-    };
-    let along = |axis: &Axis, factor: f64| axis.at.iter().map(|value| short(value * factor)).collect::<Vec<_>>();
-    let name = if what.is_empty() { of_in_words(map) } else { what.to_owned() };
-    let heat = json!({
-        "type": "heatmap", "x": along(&map.x, x.0), "y": along(&map.y, y.0), "z": by_rows(&value), "text": by_rows(&told),
-        "hoverinfo": "x+y+text", "xaxis": format!("x{number}"), "yaxis": format!("y{number}"), "name": plain(&name),
-        "coloraxis": format!("coloraxis{number}"),
-    });
-    let is_width = what == HALF_WIDTH;
-    let mut colours = if map.difference.is_some() && !is_width {
-        json!({ "colorscale": [[0, "rgb(0,114,178)"], [0.5, "rgb(247,247,247)"], [1, "rgb(213,94,0)"]], "cmid": 0 })
-    } else {
-        json!({ "colorscale": "Viridis" })
-    };
-    let largest = map.cells.iter().filter_map(shown).fold(0.0_f64, |most, value| most.max(value.abs()));
-    if is_width {
-        // nothing is uncertain: one colour
-        let high = if largest == 0.0 { 1.0 } else { largest };
-        (colours["cmin"], colours["cmax"]) = (json!(0), json!(short(high * scale.factor)));
+    let mut traces = Vec::new();
+    // [row of y][column of x]
+    let mut table: Vec<Vec<Option<usize>>> = vec![vec![None; map.x.at.len()]; map.y.at.len()];
+    for (at, cell) in map.cells.iter().enumerate() {
+        table[cell.at.1][cell.at.0] = Some(at);
     }
-    let grey = json!({
-        "type": "heatmap", "x": heat["x"], "y": heat["y"], "z": by_rows(&grey), "text": heat["text"], "hoverinfo": "x+y+text",
-        "xaxis": heat["xaxis"], "yaxis": heat["yaxis"], "showscale": false, "colorscale": [[0, GREY], [1, GREY]],
-    });
-    let mut traces = vec![heat, grey];
-    // where they are, or in which cells
-    let marked = |places: &[(f64, f64)], count: fn(&Cell) -> u64| -> Vec<(f64, f64)> {
-        if map.is_smoothed() {
-            places.iter().copied().step_by(places.len().div_ceil(MOST_CROSSES).max(1)).collect()
-        } else {
-            map.cells.iter().filter(|cell| count(cell) > 0).map(|cell| (cell.x, cell.y)).collect()
+    let by_rows = |of: &dyn Fn(usize) -> Value| -> Vec<Vec<Value>> {
+        table.iter().map(|row| row.iter().map(|at| at.map_or(Value::Null, of)).collect()).collect()
+    };
+    let value = |at: usize| json!(layers.tiles[at].harmless.map(|share| short(stepped(share))));
+    let grey = |at: usize| json!(layers.tiles[at].harmless.is_none().then_some(0));
+    let said = |at: usize| json!(plain(&words(&map.cells[at], colours.scale(), map.difference.is_some())));
+    let edges = |edges: &[f64]| edges.iter().map(|edge| short(*edge)).collect::<Vec<_>>();
+    let heat = |z: Vec<Vec<Value>>| {
+        place(json!({
+            "type": "heatmap", "x": edges(&layers.x.edges), "y": edges(&layers.y.edges), "z": z, "text": by_rows(&said),
+            "hoverinfo": "x+y+text", "name": plain(&picture.what),
+        }))
+    };
+    let mut coloured = heat(by_rows(&value));
+    coloured["coloraxis"] = json!(format!("coloraxis{number}"));
+    traces.push(coloured);
+    if layers.tiles.iter().any(|tile| tile.harmless.is_none()) {
+        let mut grey = heat(by_rows(&grey));
+        grey["showscale"] = json!(false);
+        grey["colorscale"] = json!([[0, css(UNKNOWN)], [1, css(UNKNOWN)]]);
+        traces.push(grey);
+    }
+    // halves of one colour are one trace
+    let mut halves: BTreeMap<String, Vec<[(f64, f64); 3]>> = BTreeMap::new();
+    for tile in &layers.tiles {
+        if let Some(harmful) = tile.harmful {
+            let colour = css(harmful.map_or(UNKNOWN, |share| colours.at(share)));
+            halves.entry(colour).or_default().push(tile.upper_half(tile.to));
         }
-    };
-    let failing = (marked(&map.bad_at, |cell| cell.bad - cell.beyond), "x");
-    let beyond = (marked(&map.beyond_at, |cell| cell.beyond), "diamond-open");
-    for (bad, symbol) in [failing, beyond].into_iter().filter(|(places, _)| !places.is_empty()) {
-        traces.push(json!({
-            "type": "scatter", "mode": "markers", "hoverinfo": "skip",
-            "x": bad.iter().map(|place| short(place.0 * x.0)).collect::<Vec<_>>(),
-            "y": bad.iter().map(|place| short(place.1 * y.0)).collect::<Vec<_>>(),
-            "xaxis": format!("x{number}"), "yaxis": format!("y{number}"),
-            "marker": { "symbol": symbol, "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
-        }));
     }
-    // the uncertainty has the name of no quantity
-    let title = match what {
-        "" | HALF_WIDTH => name,
-        what => format!("{}, {what}", of_in_words(map)),
+    for (colour, halves) in &halves {
+        let (x, y) = joined(&slices(halves));
+        traces.push(place(json!({
+            "type": "scatter", "mode": "none", "x": x, "y": y, "hoverinfo": "skip", "fill": "toself", "fillcolor": colour,
+        })));
+    }
+    for (pieces, ink, width) in
+        [(slices(&layers.contours), "rgb(0,0,0)", 1.0), (slices(&layers.boundaries), &css(COLOURS[1]), 3.0)]
+    {
+        if !pieces.is_empty() {
+            traces.push(lines(&pieces, "rgb(255,255,255)", width + 1.5));
+            traces.push(lines(&pieces, ink, width));
+        }
+    }
+    for (places, symbol) in [(&layers.diamonds, "diamond-open"), (&layers.crosses, "x")] {
+        if !places.is_empty() {
+            traces.push(place(json!({
+                "type": "scatter", "mode": "markers", "hoverinfo": "skip",
+                "x": places.iter().map(|place| short(place.0)).collect::<Vec<_>>(),
+                "y": places.iter().map(|place| short(place.1)).collect::<Vec<_>>(),
+                "marker": { "symbol": symbol, "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
+            })));
+        }
+    }
+    traces
+}
+
+fn slices<L: AsRef<[(f64, f64)]>>(lines: &[L]) -> Vec<&[(f64, f64)]> {
+    lines.iter().map(AsRef::as_ref).collect()
+}
+
+/// Coordinates of several lines, with a gap after each.
+fn joined(lines: &[&[(f64, f64)]]) -> (Vec<Value>, Vec<Value>) {
+    let along = |of: fn(&(f64, f64)) -> f64| {
+        lines.iter().flat_map(|line| line.iter().map(|point| json!(short(of(point)))).chain([Value::Null])).collect()
     };
-    (traces, colours, scale.label(&cut(&title, NAME)))
+    (along(|point| point.0), along(|point| point.1))
 }
 
 /// The numbers of a cell.

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 const LIBRARY: &str = include_str!("plotly/plotly-cartesian.min.js");
 const LICENSE: &str = include_str!("plotly/LICENSE");
 const SCRIPT: &str = include_str!("page.js");
-const STYLE: &str = include_str!("page.css");
+pub(super) const STYLE: &str = include_str!("page.css");
 /// SHA-256 of both scripts as the page's policy names them; a test compares.
 const HASHES: [&str; 2] =
     ["eVQhUIVaUsVnJg4xNwldvit0Tm1wKlyr5n2iRpQvuno=", "yF1BveTqlfOwESuUj5TGpI7KWKfao7Uksyp31IuUZA4="];
@@ -180,4 +180,4 @@ impl Body {
 
 #[cfg(test)]
 #[path = "shell_tests.rs"]
-mod shell_tests;
+pub(super) mod shell_tests;

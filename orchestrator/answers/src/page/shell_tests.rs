@@ -6,15 +6,16 @@ use serde_json::json as value;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-/// SHA-256 by the system's own program.
-fn sha256(text: &str) -> String {
+/// SHA-256 by the system's own program, in hexadecimal digits.
+pub fn sha256(text: &str) -> String {
     let mut child = Command::new("sha256sum").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("coreutils");
     child.stdin.take().expect("piped").write_all(text.as_bytes()).expect("taken");
     let said = child.wait_with_output().expect("ended").stdout;
     String::from_utf8(said).expect("ASCII")[..64].to_owned()
 }
 
-fn base64(hex: &str) -> String {
+/// Hexadecimal digits in the letters of a policy.
+pub fn base64(hex: &str) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> =
         (0..hex.len() / 2).map(|at| u8::from_str_radix(&hex[2 * at..2 * at + 2], 16).expect("hex")).collect();

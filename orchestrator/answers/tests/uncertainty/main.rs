@@ -8,6 +8,7 @@ mod differences;
 mod figures;
 mod gates;
 mod limits;
+mod map_pictures;
 mod maps;
 mod paired;
 mod passing;

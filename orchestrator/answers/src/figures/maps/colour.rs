@@ -5,7 +5,7 @@ use plotters::style::RGBColor;
 
 /// What pictures share a scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum Kind {
     Value,
     Difference,
     Width,
@@ -13,7 +13,7 @@ pub(super) enum Kind {
 
 /// From values to colours.
 #[derive(Debug, Clone)]
-pub(super) struct Colours {
+pub struct Colours {
     kind: Kind,
     low: f64,
     high: f64,
@@ -24,7 +24,7 @@ pub(super) struct Colours {
 }
 
 /// Steps of colour, so that neighbours of one step look alike.
-pub(super) const STEPS: usize = 64;
+pub const STEPS: usize = 64;
 /// Values that differ by more than this factor have a logarithmic scale.
 const DECADES: f64 = 30.0;
 /// Below and above the middle of differences: Okabe-Ito's blue and vermillion.
@@ -78,6 +78,11 @@ impl Colours {
         self.scale.label(&format!("{name}{logarithmic}"))
     }
 
+    /// The unit of the values.
+    pub fn scale(&self) -> &Scale {
+        &self.scale
+    }
+
     /// A level as it is marked.
     pub fn mark(&self, level: f64) -> String {
         tick(level * self.scale.factor)
@@ -93,14 +98,9 @@ impl Colours {
         share.clamp(0.0, 1.0)
     }
 
-    /// The colour of a value.
-    pub fn of(&self, value: f64) -> RGBColor {
-        self.at(self.share(value))
-    }
-
     /// The colour at a place on the scale.
     pub fn at(&self, share: f64) -> RGBColor {
-        let share = libm::rint(share * STEPS as f64) / STEPS as f64;
+        let share = stepped(share);
         if self.kind != Kind::Difference {
             return viridis(share);
         }
@@ -108,6 +108,11 @@ impl Colours {
         let mix = |at: usize| (MIDDLE[at] + part * (end[at] - MIDDLE[at])).round() as u8;
         RGBColor(mix(0), mix(1), mix(2))
     }
+}
+
+/// The step of colour of a place on the scale.
+pub fn stepped(share: f64) -> f64 {
+    libm::rint(share * STEPS as f64) / STEPS as f64
 }
 
 /// Round numbers between these, five to nine of them.

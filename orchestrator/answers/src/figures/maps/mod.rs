@@ -8,15 +8,17 @@
 //! number. Hatched is what has no sample, or too few.
 
 mod colour;
+mod layers;
 mod picture;
 
 use super::style::{FINE, SMALL, TITLE, plain_name};
 use super::{Area, Figure, FigureError};
 use crate::map::{Cell, Map, Shows};
 use bladeoff_text::document::cut;
-use colour::{Colours, Kind};
-use picture::{Picture, draw};
-use plotters::prelude::{BLACK, IntoFont, Text};
+pub use colour::{Colours, Kind, STEPS, stepped};
+pub use layers::{Layers, Picture};
+use picture::draw;
+use plotters::prelude::{BLACK, IntoFont, RGBColor, Text};
 
 /// Size of a picture, and of the lines that explain \[px\].
 const WIDTH: u32 = 470;
@@ -25,11 +27,55 @@ const LINE: u32 = 18;
 /// Characters of a name from outside, at most.
 const NAME: usize = 70;
 
+/// A cell of which something is not known.
+pub const UNKNOWN: RGBColor = RGBColor(190, 190, 190);
+
+/// The scales of colour of maps, one for all pictures of a kind: the same colour is the same value.
+#[derive(Debug, Clone)]
+pub struct MapScales(Vec<(Kind, Colours)>);
+
+impl MapScales {
+    /// For all pictures of these maps.
+    #[must_use]
+    pub fn of(maps: &[Map]) -> Self {
+        let pictures: Vec<Picture<'_>> = maps.iter().flat_map(pictures_of).collect();
+        let mut scales: Vec<(Kind, Colours)> = Vec::new();
+        for picture in &pictures {
+            if scales.iter().any(|(kind, _)| *kind == picture.kind) {
+                continue;
+            }
+            let same = pictures.iter().filter(|other| other.kind == picture.kind);
+            let values = same.flat_map(|other| {
+                other.map.cells.iter().flat_map(|cell| {
+                    let (harmless, harmful) = other.figures(cell);
+                    harmless.into_iter().chain(harmful)
+                })
+            });
+            let unit = if picture.map.is_share() { None } else { Some(picture.map.unit.as_str()) };
+            scales.push((picture.kind, Colours::new(picture.kind, values, unit)));
+        }
+        Self(scales)
+    }
+
+    /// That of a kind, if a map had a picture of it.
+    pub(crate) fn get(&self, kind: Kind) -> Option<&Colours> {
+        self.0.iter().find(|(known, _)| *known == kind).map(|(_, colours)| colours)
+    }
+}
+
 /// Draws the maps of one question.
 ///
 /// # Errors
 /// The plotting library failed.
 pub fn maps(title: &str, maps: &[Map]) -> Result<Figure, FigureError> {
+    maps_on(title, maps, &MapScales::of(maps))
+}
+
+/// Draws maps on scales that others share.
+///
+/// # Errors
+/// The plotting library failed.
+pub fn maps_on(title: &str, maps: &[Map], scales: &MapScales) -> Result<Figure, FigureError> {
     let pictures: Vec<Picture<'_>> = maps.iter().flat_map(pictures_of).collect();
     let doubled = maps.iter().any(|map| map.is_smoothed() || map.shows == Shows::Median);
     let columns = if doubled { 2 } else { pictures.len().clamp(1, 3) };
@@ -39,9 +85,8 @@ pub fn maps(title: &str, maps: &[Map]) -> Result<Figure, FigureError> {
     Figure::draw(size, |root| {
         let root = root.titled(&cut(title, 2 * NAME), TITLE)?;
         let (upper, lower) = root.split_vertically((HEIGHT * rows as u32) * FINE);
-        let scales: Vec<(Kind, Colours)> = scales(&pictures);
         for (area, picture) in upper.split_evenly((rows, columns)).iter().zip(&pictures) {
-            if let Some((_, colours)) = scales.iter().find(|(kind, _)| *kind == picture.kind) {
+            if let Some(colours) = scales.get(picture.kind) {
                 draw(area, picture, colours)?;
             }
         }
@@ -49,36 +94,12 @@ pub fn maps(title: &str, maps: &[Map]) -> Result<Figure, FigureError> {
     })
 }
 
-/// One scale for all pictures of a kind: what looks the same is the same.
-fn scales(pictures: &[Picture<'_>]) -> Vec<(Kind, Colours)> {
-    let mut scales: Vec<(Kind, Colours)> = Vec::new();
-    for picture in pictures {
-        if scales.iter().any(|(kind, _)| *kind == picture.kind) {
-            continue;
-        }
-        let same = pictures.iter().filter(|other| other.kind == picture.kind);
-        let values = same.flat_map(|other| {
-            other.map.cells.iter().flat_map(|cell| {
-                let (harmless, harmful) = other.figures(cell);
-                harmless.into_iter().chain(harmful)
-            })
-        });
-        let unit = if picture.map.is_share() { None } else { Some(picture.map.unit.as_str()) };
-        scales.push((picture.kind, Colours::new(picture.kind, values, unit)));
-    }
-    scales
-}
-
 /// Both figures of a cell, with bad runs harmless and harmful.
-type Pick = fn(&Cell) -> (Option<f64>, Option<f64>);
+pub type Pick = fn(&Cell) -> (Option<f64>, Option<f64>);
 
-impl Picture<'_> {
-    /// Figures of a cell that colours and lines may take for values. The one end that is known of a cell of a grid is a bound, not a value.
-    fn figures(&self, cell: &Cell) -> (Option<f64>, Option<f64>) {
-        let (harmless, harmful) = (self.pick)(cell);
-        let is_bound = !self.map.is_smoothed() && harmless.is_some() != harmful.is_some();
-        if is_bound || self.map.is_unsure(cell) { (None, None) } else { (harmless, harmful) }
-    }
+/// Whether both figures of a cell are drawn. A share that is smoothed includes bad runs of other cells; a mean has no figure for them.
+fn is_split(cell: &Cell, (harmless, harmful): (Option<f64>, Option<f64>)) -> bool {
+    harmless != harmful && (cell.bad > 0 || harmful.is_some())
 }
 
 fn middle(cell: &Cell) -> (Option<f64>, Option<f64>) {
@@ -90,8 +111,7 @@ fn upper(cell: &Cell) -> (Option<f64>, Option<f64>) {
 }
 
 fn half_width(cell: &Cell) -> (Option<f64>, Option<f64>) {
-    let half = cell.low.zip(cell.high).map(|(low, high)| 0.5 * (high - low));
-    (half, half)
+    (cell.half_width, cell.half_width)
 }
 
 /// What a map is of: a column in words, a condition as it was written.
@@ -102,7 +122,8 @@ pub fn of_in_words(map: &Map) -> String {
     }
 }
 
-fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
+/// The pictures of a map.
+pub fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
     // which panel first: what is cut off then is the same in all of them
     let parts = || [&map.panel, &map.less].into_iter().filter(|part| !part.is_empty()).cloned();
     let title = |what: &str| {
@@ -112,14 +133,20 @@ fn pictures_of(map: &Map) -> Vec<Picture<'_>> {
     let width = map.width.map_or(String::new(), |width| format!(" over {width:.2}"));
     let kind = if map.difference.is_some() { Kind::Difference } else { Kind::Value };
     let of = cut(&of_in_words(map), NAME / 2);
-    let picture =
-        |what: &str, kind: Kind, pick: Pick, name: String| Picture { title: title(what), map, pick, kind, name };
+    let picture = |what: &str, kind: Kind, pick: Pick, name: String| Picture {
+        title: title(what),
+        what: what.to_owned(),
+        map,
+        pick,
+        kind,
+        name,
+    };
     match map.shows {
         Shows::Value => vec![picture("one run a cell", kind, middle, of)],
-        Shows::Probability => vec![picture("share of the starts of a cell", kind, middle, of)],
+        Shows::Probability => vec![picture("share of the runs of a cell", kind, middle, of)],
         Shows::Median => vec![
-            picture("median of the starts of a cell", kind, middle, of.clone()),
-            picture("95 % value of the starts of a cell", kind, upper, of),
+            picture("median of the runs of a cell", kind, middle, of.clone()),
+            picture("95 % value of the runs of a cell", kind, upper, of),
         ],
         Shows::SmoothedMean | Shows::SmoothedProbability => vec![
             picture(&format!("smoothed{width}"), kind, middle, of),
@@ -146,17 +173,20 @@ fn in_lines(marks: &[String]) -> Vec<String> {
     lines
 }
 
-/// What the marks mean, and what has to be known.
-fn explanation(maps: &[Map]) -> Vec<String> {
+/// What the marks mean.
+pub fn marks(maps: &[Map]) -> Vec<String> {
     let any = |is: fn(&Map) -> bool| maps.iter().any(is);
-    let mut marks = vec!["lines: the levels marked beside the scale".to_owned()];
+    let mut marks = Vec::new();
+    if any(Map::has_contours) {
+        marks.push("lines: the levels marked beside the scale".to_owned());
+    }
     // where all cells are of one regime there is none
     let has_several = |map: &Map| {
         let mut words = map.cells.iter().filter_map(|cell| cell.regime.as_deref());
         words.next().is_some_and(|first| words.any(|word| word != first))
     };
     if any(has_several) {
-        marks.push("orange: boundary of the regimes".to_owned());
+        marks.push("orange: boundary of the regimes, between the middles of cells".to_owned());
     }
     let kinds: [(fn(&Map) -> u64, &str, &str, &str); 2] =
         [(Map::failing, "cross", "crosses", "bad runs"), (|map| map.beyond, "diamond", "diamonds", BEYOND)];
@@ -182,7 +212,10 @@ fn explanation(maps: &[Map]) -> Vec<String> {
         }
     }
     if any(Map::lacks_limits) {
-        marks.push("grey: no limits, by bad runs or few samples".to_owned());
+        marks.push("grey: no limits, because samples are too few".to_owned());
+    }
+    if any(Map::has_limits_of_others) {
+        marks.push("half width near bad runs: of the runs with a value".to_owned());
     }
     if any(|map| map.bad > 0 && map.shows == Shows::SmoothedProbability) {
         marks.push("split by bad runs: lower left: lower bound, upper right: upper bound".to_owned());
@@ -190,7 +223,12 @@ fn explanation(maps: &[Map]) -> Vec<String> {
     if any(|map| map.cells.len() < map.x.at.len() * map.y.at.len()) {
         marks.push("hatched: no sample, or too few".to_owned());
     }
-    let mut told = in_lines(&marks);
+    marks
+}
+
+/// What the marks mean, and what has to be known.
+fn explanation(maps: &[Map]) -> Vec<String> {
+    let mut told = in_lines(&marks(maps));
     if maps.iter().any(|map| map.width.is_some()) {
         told.push(
             "smoothing width (share of the range of both axes): chosen by cross-validation, separately per panel and difference"

@@ -55,9 +55,9 @@ impl Axis {
     }
 
     /// Share of the way along it; `None` where it cannot be.
-    pub(super) fn share(&self, value: f64) -> Option<f64> {
+    pub(crate) fn share(&self, value: f64) -> Option<f64> {
         let value = if self.log { libm::log10(value) } else { value };
-        let share = (value - self.range.0) / (self.range.1 - self.range.0);
+        let share = share_of(value, self.range);
         // what a log axis has no place for lies below it
         if self.log && value == f64::NEG_INFINITY { Some(-1.0) } else { Some(share).filter(|share| share.is_finite()) }
     }
@@ -84,7 +84,7 @@ impl Axis {
     }
 
     /// Values with what stands beside them.
-    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+    pub(crate) fn ticks(&self) -> Vec<(f64, String)> {
         if !self.words.is_empty() {
             return self.words.iter().enumerate().map(|(at, word)| (at as f64, word.clone())).collect();
         }
@@ -108,7 +108,7 @@ impl Axis {
                 .map(|value| (value, shown(value)))
                 .collect();
         }
-        let rough = (high - low) / 7.0;
+        let rough = high / 7.0 - low / 7.0;
         let size = libm::exp10(libm::floor(libm::log10(rough)));
         let step = size * [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * size >= rough).unwrap_or(10.0);
         let first = libm::ceil(low / step - 1e-9);
@@ -144,7 +144,12 @@ pub fn shown(value: f64) -> String {
     if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", 4) }
 }
 
-/// A range with some room around the values; never empty.
+/// Share of the way from a low value to a high one, also where their distance is no number that a computer has.
+pub(super) fn share_of(value: f64, (low, high): (f64, f64)) -> f64 {
+    (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low)
+}
+
+/// A range with some room around the values; never empty, and of finite numbers.
 fn roomy(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|value| value.is_finite())
@@ -152,9 +157,10 @@ fn roomy(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if low > high {
         return (0.0, 1.0);
     }
-    let width = high - low;
-    let room = if width > 1e-9 * high.abs().max(low.abs()) { 0.04 * width } else { 0.5 * high.abs().max(1e-9) };
-    (low - room, high + room)
+    let half = 0.5 * high - 0.5 * low;
+    let largest = high.abs().max(low.abs());
+    let room = if half > 5e-10 * largest { 0.08 * half } else { 0.5 * largest.max(1e-9) };
+    ((low - room).max(f64::MIN), (high + room).min(f64::MAX))
 }
 
 #[cfg(test)]
@@ -171,6 +177,8 @@ mod tests {
         for axis in [
             Axis::numbers("", [3.0].into_iter()),
             Axis::numbers("", [-1e300, 1e300].into_iter()),
+            Axis::numbers("", [f64::MIN, f64::MAX].into_iter()),
+            Axis::numbers("", [5e-324, 0.0].into_iter()),
             Axis::log("", [5.0].into_iter()),
         ] {
             assert!((1..=21).contains(&axis.ticks().len()), "{:?}", axis.ticks());

@@ -131,6 +131,35 @@ mod tests {
     }
 
     #[test]
+    fn extreme_numbers_are_numbers_in_a_drawing() {
+        for extreme in [[f64::MIN, f64::MAX], [1e308, -1e308], [5e-324, 0.0], [1e20, 1e20], [f64::NAN, f64::INFINITY]] {
+            let points: Vec<(f64, f64)> = extreme.iter().map(|value| (*value, *value)).collect();
+            for is_log in [false, true] {
+                let axis = |name: &str| {
+                    if is_log { Axis::log(name, extreme.into_iter()) } else { Axis::numbers(name, extreme.into_iter()) }
+                };
+                let shapes = [
+                    Shape::Line(points.clone(), false),
+                    Shape::Dots(points.clone(), Vec::new(), Symbol::Ring),
+                    Shape::Band(points.iter().map(|(x, y)| (*x, *y, -*y)).collect()),
+                    Shape::Bars(points.clone(), 0.5),
+                    Shape::Across(vec![(extreme[0], Some(extreme[0]), Some(extreme[1]))]),
+                    Shape::Upright(vec![(extreme[0], Some(extreme[1]), None)]),
+                    Shape::Labels(vec![(extreme[0], extreme[1], "here".into())]),
+                ];
+                let series = |shape| Series { name: "a".into(), colour: "c0", shape };
+                let chart =
+                    Chart { x: axis("x"), y: axis("y"), series: shapes.into_iter().map(series).collect(), height: 200 };
+                let figure = chart.figure("extreme", None);
+                assert!(!figure.drawing.contains("NaN") && !figure.drawing.contains("inf"), "{}", figure.drawing);
+            }
+        }
+        // the ends of all numbers that there are, both within the frame
+        let axis = Axis::numbers("", [f64::MIN, f64::MAX].into_iter());
+        assert_eq!([f64::MIN, 0.0, f64::MAX].map(|value| axis.share(value)), [Some(0.0), Some(0.5), Some(1.0)]);
+    }
+
+    #[test]
     fn a_chart_of_nothing_is_drawn() {
         let chart = Chart {
             x: Axis::numbers("x", [].into_iter()),

@@ -1,5 +1,6 @@
 //! Parallel coordinates, which the chart library has not: one upright axis for each coordinate, one line for each run. Bad ones stand out.
 
+use super::axis::share_of;
 use super::drawing::{WIDTH, cut, legend};
 use super::{COLOURS, Series, Shape, shown};
 use crate::page::escape::html;
@@ -42,7 +43,7 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
                     pen = 'M';
                     continue;
                 };
-                let y = TOP + HEIGHT * (1.0 - (value - low) / (high - low));
+                let y = TOP + HEIGHT * (1.0 - share_of(value, (*low, *high)));
                 write!(path, "{pen}{:.0},{y:.0}", SIDE + step * at as f64).expect("writing to a String cannot fail");
                 pen = 'L';
             }
@@ -109,7 +110,12 @@ fn range(coordinate: &Coordinate) -> (f64, f64) {
     let values = coordinate.values.iter().flatten().copied().filter(|value| value.is_finite());
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low < high { (low, high) } else { (low.min(1e300) - 0.5, low.min(1e300) + 0.5) }
+    if low < high {
+        return (low, high);
+    }
+    let middle = if low == high { low } else { 0.0 };
+    let room = (1e-3 * middle.abs()).max(0.5);
+    ((middle - room).max(f64::MIN), (middle + room).min(f64::MAX))
 }
 
 #[cfg(test)]
@@ -146,6 +152,11 @@ mod tests {
                 words: vec!["a".into(), "b".into()],
             },
         ];
+        for extreme in [[Some(f64::MIN), Some(f64::MAX), None], [Some(1e20), Some(1e20), Some(f64::NAN)]] {
+            let axes = [numbers(&extreme), numbers(&[Some(f64::MAX), Some(f64::MAX), Some(5e-324)])];
+            let svg = parallel(&axes, &[0, 1, 0], &["ok".into(), "diverged".into()]);
+            assert!(svg.contains("class=\"run") && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
         let svg = parallel(&axes, &[0, 1, 0], &["ok".into(), "diverged".into()]);
         let lines: Vec<&str> = svg.lines().filter(|line| line.contains("class=\"run")).collect();
         assert_eq!(lines.len(), 2);

@@ -50,7 +50,7 @@ pub struct Args {
 
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
-    refuse_other_formats(&args.out, "--out", false)?;
+    refuse_other_formats(&args.out, "--out", &[])?;
     let samples = Samples::new(load(&args.study, own_columns)?, None, None)?;
     if samples.study().function().is_some() {
         return Err(CliError::Formulas { path: args.study.clone(), what: "table1 compares contact detections" });

@@ -148,6 +148,7 @@ fn figure(histories: &[Named], picture: &Picture) -> Result<Figure, FigureError>
             lines: vec![line],
             y_range: Some((low - room, high + room)),
             thin: true,
+            is_log: false,
         }
     };
     let shown: Vec<Panel> = all.iter().enumerate().map(panel).collect();

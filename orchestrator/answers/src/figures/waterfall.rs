@@ -1,0 +1,185 @@
+//! Waterfall: spectra of a channel at evenly spaced speeds, one behind the other.
+//!
+//! ```text
+//! speed(t) -> speeds, evenly spaced between the largest and the smallest -> the window around the first instant with this speed -> |X(f)|
+//! ```
+//! Lines through the origin are orders of the spin. The amplitude is that of [`super::spectrum`].
+//! Verified by `spectra_are_those_of_their_speeds`.
+
+use super::contacts::critical_passages;
+use super::rimmed::rimmed;
+use super::spectrum::{Content, Stft, content, even_records, stft, window_of};
+use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
+use super::{COLOURS, Figure, FigureError, SpectrumError, plain_name};
+use crate::history::{History, Series};
+use plotters::prelude::{
+    BLACK, ChartBuilder, Color, DashedLineSeries, EmptyElement, IntoFont, LineSeries, PathElement, Polygon, Text, WHITE,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::f64::consts::PI;
+
+/// Spectra at most.
+const SPECTRA: usize = 40;
+/// The largest amplitude is as high as so many distances of two spectra.
+const HEIGHT: f64 = 5.0;
+/// Share of the largest speed by which the speed has to change.
+const CHANGE: f64 = 0.05;
+
+/// A spectrum: its speed \[rad/s\] and the amplitudes.
+type Spectrum = (f64, Vec<f64>);
+
+/// Spectra from the highest speed to the lowest.
+fn spectra(stft: &Stft, speed: &[f64]) -> Result<Vec<Spectrum>, SpectrumError> {
+    let of = |middle: &f64| speed[(*middle as usize).min(speed.len() - 1)];
+    let speeds: Vec<f64> = stft.middles.iter().map(of).collect();
+    let (low, high) = speeds.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), w| (low.min(*w), high.max(*w)));
+    if speeds.len() < 2 || high - low < CHANGE * high || high <= 0.0 {
+        return Err(SpectrumError::SteadySpeed { from: low, to: high });
+    }
+    let count = SPECTRA.min(speeds.len());
+    let mut chosen: Vec<usize> = (0..count)
+        .filter_map(|k| {
+            let wanted = high + (low - high) * k as f64 / (count - 1) as f64;
+            (0..speeds.len()).min_by(|a, b| (speeds[*a] - wanted).abs().total_cmp(&(speeds[*b] - wanted).abs()))
+        })
+        .collect();
+    chosen.dedup();
+    Ok(chosen.into_iter().map(|at| (speeds[at], stft.columns[at].clone())).collect())
+}
+
+/// Draws the waterfall of a channel up to `top` \[Hz\] (by default what the signal contains), with the critical speeds that are marked in the file.
+///
+/// # Errors
+/// No speed, a steady speed, too few records, a constant signal, or the plotting library failed.
+pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
+    let speed = history.channel("rotor.speed_rad_s").ok_or(SpectrumError::NoSpeed)?;
+    let (records, interval) = even_records(history, &[channel, speed], 256)?;
+    let window = window_of(records);
+    let stft = stft(&channel.values[..records], window);
+    let spin = speed.values.iter().fold(0.0_f64, |most, w| most.max(w.abs())) / (2.0 * PI);
+    let Content { resolution, bins, largest } = content(&stft, channel, window, interval, top, 1.2 * spin)?;
+    let spectra = spectra(&stft, &speed.values[..records])?;
+    let rpm = |speed: f64| speed * 30.0 / PI;
+    let (first, last) = (rpm(spectra[0].0), rpm(spectra[spectra.len() - 1].0));
+    let height = HEIGHT * (first - last) / spectra.len() as f64;
+    let top = (bins - 1) as f64 * resolution;
+    let scale = Scale::of(&channel.unit, largest);
+    let title = format!("{name}: waterfall of {}", plain_name(&channel.name, &channel.unit));
+    Figure::draw((900, 560), |root| {
+        let root = root.titled(&title, TITLE)?;
+        let (left, right) = root.split_horizontally(800 * FINE);
+        let range = (last - 0.06 * (first - last), first + 1.05 * height);
+        let mut chart = ChartBuilder::on(&left)
+            .margin(8 * FINE)
+            .x_label_area_size(44 * FINE)
+            .y_label_area_size(66 * FINE)
+            .build_cartesian_2d(0.0..top, range.0..range.1)?;
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .bold_line_style(GRID.stroke_width(FINE))
+            .set_all_tick_mark_size(4 * FINE)
+            .axis_style(BLACK.stroke_width(FINE))
+            .x_labels(10)
+            .y_labels(10)
+            .x_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick(*value))
+            .label_style(SMALL.into_font())
+            .axis_desc_style(TEXT.into_font())
+            .x_desc("frequency [Hz]")
+            .y_desc("spin speed [rpm]")
+            .draw()?;
+        // the slowest in front
+        for (speed, amplitudes) in &spectra {
+            let base = rpm(*speed);
+            let line: Vec<(f64, f64)> = amplitudes[..bins]
+                .iter()
+                .enumerate()
+                .map(|(bin, amplitude)| (bin as f64 * resolution, base + height * (amplitude / largest).min(1.0)))
+                .collect();
+            let ends = [(top, range.0.max(base)), (0.0, range.0.max(base))];
+            chart.draw_series([Polygon::new(line.iter().copied().chain(ends).collect::<Vec<_>>(), WHITE.filled())])?;
+            chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(FINE)))?;
+        }
+        for order in [1.0, 2.0, 3.0] {
+            let end = first.min(60.0 * top / order);
+            if end > last {
+                let line = [(last * order / 60.0, last), (end * order / 60.0, end)];
+                chart.draw_series(DashedLineSeries::new(line, 6 * FINE, 4 * FINE, BLACK.stroke_width(FINE)))?;
+                let below = Pos::new(HPos::Center, VPos::Top);
+                rimmed(&format!("{order}×"), (0, 5), below, [WHITE, BLACK], |text| {
+                    chart.draw_series([EmptyElement::at(line[0]) + text])?;
+                    Ok(())
+                })?;
+            }
+        }
+        let criticals = critical_passages(history).into_iter().map(|(_, w)| rpm(w));
+        for critical in criticals.filter(|critical| (last..=first).contains(critical)) {
+            let line = [(0.0, critical), (top, critical)];
+            chart.draw_series(DashedLineSeries::new(line, 3 * FINE, 3 * FINE, GREY.stroke_width(FINE)))?;
+            let text = format!("critical speed {} rpm", critical.round());
+            let above = Pos::new(HPos::Right, VPos::Bottom);
+            rimmed(&text, (-4, -2), above, [WHITE, BLACK], |text| {
+                chart.draw_series([EmptyElement::at(line[1]) + text])?;
+                Ok(())
+            })?;
+        }
+        // what the height of a line means
+        let (_, pixels) = chart.plotting_area().dim_in_pixel();
+        let bar = (f64::from(pixels) * height / (range.1 - range.0)) as i32;
+        let (x, y, fine) = (10 * FINE as i32, 30 * FINE as i32, FINE as i32);
+        for line in [
+            [(x, y), (x, y + bar)],
+            [(x - 4 * fine, y), (x + 4 * fine, y)],
+            [(x - 4 * fine, y + bar), (x + 4 * fine, y + bar)],
+        ] {
+            right.draw(&PathElement::new(line, BLACK.stroke_width(FINE)))?;
+        }
+        let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+        let amplitude = format!("{} {}", tick(largest * scale.factor), scale.unit);
+        for (line, text) in ["amplitude", amplitude.as_str()].into_iter().enumerate() {
+            let place = (x + 8 * fine, y + bar / 2 + (16 * line as i32 - 8) * fine);
+            right.draw(&Text::new(text.to_owned(), place, style.clone()))?;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spectra_are_those_of_their_speeds() {
+        // 1x and a steady 80 Hz while the spin falls from 50 to 25 turns a second in 4 s
+        let time: Vec<f64> = (0..8_000).map(|k| f64::from(k) * 5e-4).collect();
+        let speed: Vec<f64> = time.iter().map(|t| 2.0 * PI * (50.0 - 6.25 * t)).collect();
+        let angle = time.iter().map(|t| 2.0 * PI * (50.0 * t - 3.125 * t * t));
+        let x: Vec<f64> = angle.zip(&time).map(|(a, t)| 3e-4 * a.cos() + 1e-4 * (2.0 * PI * 80.0 * t).cos()).collect();
+        let window = 512;
+        let found = spectra(&stft(&x, window), &speed).expect("a falling speed");
+        assert!(found.len() > 30, "{}", found.len());
+        assert!(found.windows(2).all(|pair| pair[0].0 > pair[1].0), "from the fastest");
+        let resolution = 1.0 / (2.0 * window as f64 * 5e-4);
+        for (speed, amplitudes) in &found {
+            let peak = (0..amplitudes.len()).max_by(|a, b| amplitudes[*a].total_cmp(&amplitudes[*b])).expect("bins");
+            let frequency = peak as f64 * resolution;
+            assert!((frequency - speed / (2.0 * PI)).abs() < 2.0, "{frequency} at {}", speed / (2.0 * PI));
+            let steady = amplitudes[(80.0 / resolution).round() as usize];
+            assert!((steady / 1e-4 - 1.0).abs() < 0.05, "{steady}");
+        }
+        let series = |name: &str, values: Vec<f64>| Series { name: name.into(), unit: "m".into(), values };
+        let channel = series("bearing.a.y_m", x);
+        let history = |speed: Vec<f64>| History {
+            time: time.clone(),
+            channels: vec![series("rotor.speed_rad_s", speed), channel.clone()],
+            ..History::default()
+        };
+        let drawn = waterfall(&history(speed), "run", &channel, None).expect("drawn");
+        for part in ["spin speed [rpm]", "frequency [Hz]", "1×", "amplitude"] {
+            assert!(drawn.svg().contains(part), "{part}");
+        }
+        let steady = waterfall(&history(vec![300.0; 8000]), "run", &channel, None);
+        assert!(matches!(steady, Err(FigureError::Spectrum(SpectrumError::SteadySpeed { .. }))));
+    }
+}
