@@ -324,7 +324,7 @@ fn what_no_further_point_makes_precise_is_named_at_the_first_look_and_at_the_end
     let never = folder
         .write("never.toml", &(STUDY.replace("g > 0.9", "g > 2").replace("samples = 20000", "samples = 600") + TENTH));
     let said = run(&folder, &never, "never", &[]);
-    let zero = "high (k = 1): it is 0 so far, and of 0 `relative` leaves no width: `half_width` asks for one";
+    let zero = "high (k = 1): its estimate is 0 so far, so that `relative` allows no width: set `half_width`";
     assert!(said.err.contains(&format!("[stop] after 256 points: {zero}")), "{}", said.err);
     assert!(said.out.contains(zero), "{}", said.out);
 }

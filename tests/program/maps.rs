@@ -137,7 +137,7 @@ fn what_is_wrong_with_a_map_is_told() {
         (vec!["--x", "x", "--y", "y", "--of", "zz"], "there is no column `zz`"),
         (vec!["--x", "x", "--y", "y", "--of", "P(z > )"], "--of P(z > )"),
         (vec!["--x", "x", "--y", "y", "--of", "P(z > 2"], "--of P(z > 2: its bracket is not closed: P(CONDITION)"),
-        (vec!["--x", "x", "--y", "y", "--of", "P(z > 2) - 1"], "`- 1` stands after P(CONDITION)"),
+        (vec!["--x", "x", "--y", "y", "--of", "P(z > 2) - 1"], "`- 1` follows P(CONDITION)"),
         (vec!["--x", "x", "--y", "y", "--of", "z", "--confidence", "95"], "95 is not between 0 and 1"),
         (vec!["--question", "oper"], "asks for no map of this name"),
         (vec![], "asks for 2 maps"),

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 ///
 /// If both parameters vary over given values, each combination is a cell. It shows the median and the 95 % value of its
 /// runs (points of the `[design]`, release angles), or the share of runs in which the event happened. Otherwise samples
-/// are scattered and smoothed, and a second picture has the half width of the limits. Areas without samples stay empty.
+/// are scattered and smoothed, and a second picture has the half width of the interval. Areas without samples stay empty.
 /// Cells with failed or invalid runs are marked and split: lower left counts these runs as harmless, upper right as
 /// harmful.
 ///
@@ -47,11 +47,11 @@ pub struct Args {
     /// below runs/]
     directory: Option<PathBuf>,
 
-    /// Parameter along the picture: its path, its short name or its column
+    /// Parameter of the horizontal axis: its path, its short name or its column
     #[arg(long, value_name = "PATH", requires = "y", requires = "of")]
     x: Option<String>,
 
-    /// Parameter up the picture
+    /// Parameter of the vertical axis
     #[arg(long, value_name = "PATH", requires = "x", requires = "of")]
     y: Option<String>,
 

@@ -14,12 +14,12 @@ use std::path::PathBuf;
 /// Make the table of a study that was computed in shards
 ///
 /// Checks that every sample exists once and that all samples come from one study, program and basis. Writes
-/// results.parquet, timings.parquet and manifest.json (with nodes and attempts) into the directory. Ends like `run`, with
-/// summary, answers and its exit codes. The table is, byte for byte, the one of a single computer with the same basis.
+/// results.parquet, timings.parquet and manifest.json (with nodes and attempts) into the directory. Then prints the
+/// summary and the answers, and returns the exit codes of `run`. The table is, byte for byte, the one of a single computer with the same basis.
 ///
 /// If chunks are missing, they are listed and the exit code is 5: run the shards again, or `bladeoff submit` again. A
-/// damaged chunk is put aside and counts as missing. The end of a study with `[stop]` is determined here, at the interim
-/// analyses of a single computer. Chunks beyond the first analysis that is precise enough are not needed. Before the
+/// damaged chunk is put aside and counts as missing. In a study with `[stop]`, merge finds the end at the same interim
+/// analyses as a run on one computer. Chunks beyond the first analysis that is precise enough are not needed. Before the
 /// merge, `status`, `why`, `answer`, `gate`, `replay` and `export` work with the published chunks.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  bladeoff merge runs/night")]

@@ -32,7 +32,7 @@ use std::path::PathBuf;
 /// A warning names ranges of speed in which a whirl mode is unstable. The range that is checked goes up to 1.2 times the
 /// initial speed, or to the first critical speed or a requested speed if that is higher.
 ///
-/// Then follow the critical speeds (spin = whirl frequency). AF is the amplification factor 1/(2 damping ratio), SM the
+/// The critical speeds (spin = whirl frequency) are next. AF is the amplification factor 1/(2 damping ratio), SM the
 /// separation margin from the initial speed. The required margin is that of API 617: none for AF below 2.5, else up to 16 %
 /// below and 26 % above the initial speed. A dash means not defined: at rest, unstable, or not excited by unbalance.
 ///
@@ -55,7 +55,7 @@ pub struct Args {
     #[arg(long = "speed", value_name = "SPEED")]
     speeds: Vec<String>,
 
-    /// Most modes shown of each kind; JSON has all
+    /// Largest number of modes printed of each kind; JSON has all
     #[arg(long, value_name = "N", default_value_t = 12)]
     count: usize,
 

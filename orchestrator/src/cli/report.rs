@@ -28,8 +28,8 @@ use std::time::Duration;
 /// no network and no other file. Without scripts, and in print, it shows the same figures. The same results give the
 /// same page, byte for byte.
 ///
-/// An incomplete study is reported as such at the top of the page. If a table has many rows, some are drawn, and all that
-/// failed by a rare cause. Every number is from all rows.
+/// An incomplete study is reported as such at the top of the page. The charts of a long table show a selection
+/// of its rows, with all failures of a rare cause. All numbers use every row.
 ///
 /// With --refresh the page is written again while the study runs, and a browser that shows it loads it again. The command
 /// ends with the study.
@@ -54,7 +54,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
 
-    /// Leave out the history of the worst run, which is computed again (as long as one run takes)
+    /// Omit the history of the worst run. Without this option the run is computed again, which takes the time of one run
     #[arg(long)]
     no_history: bool,
 

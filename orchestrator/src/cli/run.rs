@@ -73,7 +73,7 @@ each finished row once; read them together (DuckDB: read_parquet('DIR/parts/*.pa
 results.parquet exists. `status` shows the progress. `s` and Enter, or SIGUSR1, print what each worker is doing. A second \
 Ctrl-C does not wait for samples in progress.
 
-A folder that no run began is rejected. So is a directory that belongs to another user or that others can write in, unless \
+An existing folder that is no result directory is rejected. So is a directory that belongs to another user or that others can write in, unless \
 --trust-dir is given. If the directory is removed during the run, the run stops and keeps the finished samples in DIR.kept.";
 
 /// Examples, and when it fails.

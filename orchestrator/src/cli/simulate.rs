@@ -56,7 +56,7 @@ pub struct Args {
     machine: MachineArgs,
 
     /// Engine, instead of the machine's. `reduced`: modes of rotor and ring. `full`: all finite-element degrees of
-    /// freedom. `exponential`: the modes, propagated exactly, with contact by impulses (fast; flexible rings only).
+    /// freedom. `exponential`: the modes, propagated exactly, with contact by impulses (fast; docs/features.md lists what it covers).
     /// `auto`: `exponential` where it covers the machine, otherwise `reduced`
     #[arg(long, value_parser = Engine::CHOICES)]
     engine: Option<String>,

@@ -26,8 +26,8 @@ Show the progress of a study
 
 Works while the study runs and afterwards, from any terminal, without disturbing it. Shows finished samples, pace, remaining \
 time, failures by cause, the task of each worker, the state of the run, and the command that resumes it. The remaining time \
-is a range that contains the true time in about 95 of 100 cases, from a tenth of the run on, if the load of the computer does \
-not change. The data of a running study are at most about a second old.
+is a range. Once a tenth of the run is done, it contains the true time in about 95 of 100 cases, if the load of the computer \
+does not change. The data of a running study are at most about a second old.
 
 The state is one of:
 

@@ -23,7 +23,10 @@ pub(super) fn failures(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         return vec![Block::Text("No run has ended yet.".to_owned())];
     }
     if bad.is_empty() {
-        blocks.push(Block::Text(format!("Of {} all are ok.", counted(seen.rows, "run"))));
+        blocks.push(Block::Text(match seen.rows {
+            1 => "The run is ok.".to_owned(),
+            rows => format!("All {rows} runs are ok."),
+        }));
     } else {
         blocks.push(Block::Table(causes(&bad, seen, subject)));
         blocks.push(Block::Note(

@@ -53,7 +53,7 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
             let narrow = if *is_sure { "do not narrow that" } else { "may not narrow that" };
             format!("{bad} {open}: more points {narrow}, find out why they fail")
         }
-        Hindrance::Zero => "it is 0 so far, and of 0 `relative` leaves no width: `half_width` asks for one".to_owned(),
+        Hindrance::Zero => "its estimate is 0 so far, so that `relative` allows no width: set `half_width`".to_owned(),
         Hindrance::NoNumber => {
             let why = answer.sensitivity.as_ref().and_then(|found| found.indices.without);
             format!("it has no number{}", why.map_or(String::new(), |why| format!(": {why}")))

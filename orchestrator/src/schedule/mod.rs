@@ -15,7 +15,7 @@
 //!
 //! **Batches.** A worker gets as many samples as it computes in about `BATCH_TARGET`, measured on
 //! those before, and fewer towards the end, so that all finish together. When a worker has nothing to do, what waits with another behind a
-//! sample that takes long is taken back and assigned anew (`relief`). How samples are batched changes no result.
+//! sample that takes long is taken back and assigned anew (`work_stealing`). How samples are batched changes no result.
 //!
 //! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
 //! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At so many crashes (it ended by

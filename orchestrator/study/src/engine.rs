@@ -102,7 +102,7 @@ pub(super) fn refuse_auto(axes: &[Axis], sampled: &SampledTables, problems: &mut
             Origin::Derived(_) => false,
         };
         if has {
-            let message = "\"auto\" is one engine for all samples of a study, and none of several";
+            let message = "\"auto\" selects one engine for the whole study and cannot be one of several values";
             problems.add(parameter.place.clone(), parameter.key(), message).allowed = Some(Engine::WORDS.join(", "));
         }
     }

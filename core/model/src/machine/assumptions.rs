@@ -176,7 +176,7 @@ fn diaphragms(machine: &Machine) -> String {
             )
         }
         Some(1) => "radial spring without mass, so that impacts lack the inertia of a ring".to_owned(),
-        _ => "rigid circle, so that contact lacks the flexibility of a ring".to_owned(),
+        _ => "rigid circle, so that contact lacks the flexibility of a ring; its raw contact force and torsional moment are not converged with truncated rotor modes".to_owned(),
     }
 }
 

@@ -107,7 +107,7 @@ impl Check<'_> {
                 _ if is_name => self.condition_in("of", text, 0).map(Of::Probability),
                 Some(length) => {
                     let rest = inner[length + 1..].trim();
-                    self.wrong("of", format!("`{rest}` stands after P(CONDITION), which is all that a map is of"))
+                    self.wrong("of", format!("`{rest}` follows P(CONDITION), and nothing may"))
                 }
                 None => self.wrong("of", "its bracket is not closed: P(CONDITION)"),
             };

@@ -110,7 +110,7 @@ fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String
         return Err("it names no column; such as \"max_bearing_load_N 1 %\"".to_owned());
     }
     if columns.inputs.iter().any(|head| head.name == name) {
-        return Err(format!("{name} is an input; what is compared are results"));
+        return Err(format!("{name} is an input; tolerances apply to results"));
     }
     let is = |list: &[String]| list.iter().any(|column| column == name);
     if is(columns.only.0) {

@@ -31,9 +31,9 @@ use std::path::{Path, PathBuf};
 /// over the frequency of the oscillator, one figure for each file.
 ///
 /// In a directory a figure is named after its file: turbine.mcap gives turbine-time, turbine-orbit,
-/// turbine-order-bearing-rear-y. Files of the same name get the names of their directories. The figure of several files
-/// has the names of all, of more than three that of the first and the number of the others. An existing figure is
-/// replaced, with a message.
+/// turbine-order-bearing-rear-y. Files of the same name get the names of their directories. A figure of two or three
+/// files is named after all of them, a figure of more files after the first one and the number of the others. An
+/// existing figure is replaced, with a message.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   bladeoff plot turbine.mcap --out figures

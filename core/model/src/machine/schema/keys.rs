@@ -66,7 +66,7 @@ pub(super) const KEYS: &[Key] = &[
         "the run ends once the mean spin falls to this speed"),
     key(ENGINE, Kind::Choice(&Engine::CHOICES), Need::Word(Engine::AUTO), Range::ANY, When::Always,
         "central differences over modes of rotor and ring or over all finite-element degrees of freedom, or exact propagation of the modes \
-         with contact by impulses (much faster; flexible rings only); `auto`: `exponential` where it covers \
+         with contact by impulses (much faster); `auto`: `exponential` where it covers \
          the machine, in a study all samples, otherwise `reduced`"),
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
         "time step of `reduced` and `full`; `auto` is `reduced` then"),
