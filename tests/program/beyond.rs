@@ -200,7 +200,7 @@ fn runs_that_fail_and_times_after_the_end_leave_a_gate_open() {
     };
     let failed = run("\"run.step_limit\" = 200", &out);
     assert!(failed.out.contains("8 (8 step_limit)"), "{}", failed.out);
-    assert!(failed.out.contains("0 of 8 runs; 8 ended earlier"), "{}", failed.out);
+    assert!(failed.out.contains("0 of 8 runs; 8 undecided"), "{}", failed.out);
     let gate = say(&["gate", &out, "--require", "P(beyond_s > 0) < 0.95"]);
     assert_eq!(gate.code, 5, "{}{}", gate.out, gate.err);
     assert!(gate.out.contains("2 if bad runs are harmful"), "{}", gate.out);
@@ -208,7 +208,7 @@ fn runs_that_fail_and_times_after_the_end_leave_a_gate_open() {
     let said = run("\"run.end_time\" = \"0.1 s\"", &whole);
     let horizon = "6 of 6 ok runs ended at their end time, 0.1 s; later events are unknown";
     assert!(said.out.contains(horizon), "{}", said.out);
-    assert!(said.out.contains("0 of 8 runs; 2 ended earlier"), "{}", said.out);
+    assert!(said.out.contains("0 of 8 runs; 2 undecided"), "{}", said.out);
     let gate = say(&["gate", &whole, "--require", "P(beyond_s > 0.2) < 0.95"]);
     assert!(gate.out.contains("2 if runs that ended before the time in the condition are harmful"), "{}", gate.out);
     let page = folder.name("page.html");

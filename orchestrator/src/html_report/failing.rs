@@ -8,7 +8,6 @@ use crate::terminal::{Ran, advice, cause_in_words};
 use bladeoff_answers::figures::Scale;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Coordinate as Drawn, Series, Shape, Symbol, parallel};
 use bladeoff_answers::page::{Block, Explorer, Figure, Plot, Table};
-use bladeoff_answers::summary::counted;
 use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::Cause;
 

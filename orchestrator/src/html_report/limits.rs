@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! exceeded: limit_ratio_NAME > 1; of a row that is not ok the ratio reached while all guards and limits held
-//! open:     not exceeded in a run that ended earlier, at another limit or by a failure, and in an invalid run
+//! undecided: not exceeded before another limit or a failure, after which nothing is counted
 //! ```
 
 use super::limit_values::{LimitValue, not_judged, of_study, stress, unjudged_stresses};
@@ -222,7 +222,7 @@ impl Counted {
 
     fn cells(&self) -> Vec<String> {
         let mut exceeded = format!("{} of {}", self.exceeded, counted(self.rows, "run"));
-        for (count, why) in [(self.earlier, "ended earlier"), (self.invalid, "invalid")] {
+        for (count, why) in [(self.earlier, "undecided"), (self.invalid, "invalid")] {
             if count > 0 {
                 exceeded += &format!("; {count} {why}");
             }

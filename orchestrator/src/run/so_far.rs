@@ -47,6 +47,8 @@ struct FirstAnswer {
     places: Vec<usize>,
     events: u64,
     rows: u64,
+    /// Rows that are not ok, whose event is not counted.
+    others: u64,
 }
 
 impl SoFar {
@@ -62,7 +64,14 @@ impl SoFar {
         });
         let answer = watched.probabilities.iter().find_map(|(name, formula)| {
             let places: Option<Vec<usize>> = formula.columns.iter().map(|column| place(column)).collect();
-            Some(FirstAnswer { name: name.clone(), formula: formula.clone(), places: places?, events: 0, rows: 0 })
+            Some(FirstAnswer {
+                name: name.clone(),
+                formula: formula.clone(),
+                places: places?,
+                events: 0,
+                rows: 0,
+                others: 0,
+            })
         });
         Self { worst, answer }
     }
@@ -70,6 +79,7 @@ impl SoFar {
     /// Takes the outcome of a sample.
     pub fn see(&mut self, outcome: &Outcome) {
         if outcome.status != Status::Ok {
+            self.answer.iter_mut().for_each(|answer| answer.others += 1);
             return;
         }
         let value = |place: usize| outcome.values.get(place).copied().flatten();
@@ -83,7 +93,7 @@ impl SoFar {
         }
     }
 
-    /// "largest max bearing load 1.2 MN, overload 3 of 40 ok runs"; empty before the first ok row.
+    /// "largest max bearing load 1.2 MN, overload 3 of 40 ok runs (2 not ok)"; empty before the first ok row.
     pub fn text(&self) -> String {
         let worst = self.worst.iter().filter_map(|worst| {
             Some(format!(
@@ -93,7 +103,10 @@ impl SoFar {
             ))
         });
         let answer = self.answer.iter().filter(|answer| answer.rows > 0);
-        let answer = answer.map(|answer| format!("{} {} of {} ok runs", answer.name, answer.events, answer.rows));
+        let answer = answer.map(|FirstAnswer { name, events, rows, others, .. }| match others {
+            0 => format!("{name} {events} of {rows} ok runs"),
+            _ => format!("{name} {events} of {rows} ok runs ({others} not ok)"),
+        });
         worst.chain(answer).collect::<Vec<_>>().join(", ")
     }
 }
@@ -124,6 +137,6 @@ mod tests {
                 values: vec![None, Some(load)],
             });
         }
-        assert_eq!(known.text(), "largest bearing load 1.6 MN, overload 1 of 2 ok runs");
+        assert_eq!(known.text(), "largest bearing load 1.6 MN, overload 1 of 2 ok runs (1 not ok)");
     }
 }

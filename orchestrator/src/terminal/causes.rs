@@ -44,13 +44,13 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
             "the rotor pushed the ring out farther than the small-displacement ring model covers (`run.limit.ring_displacement`)"
         }
         Cause::RingYield => {
-            "the ring's stress exceeds its yield strength; the model is elastic (`run.limit.ring_yield`)"
+            "the ring's stress exceeds the allowed part of its yield strength; the model is elastic (`run.limit.ring_yield`)"
         }
         Cause::BladeYield => {
-            "the stress of a diaphragm blade exceeds its yield strength; the model is elastic (`run.limit.blade_yield`)"
+            "the stress of a diaphragm blade exceeds the allowed part of its yield strength; the model is elastic (`run.limit.blade_yield`)"
         }
         Cause::ShaftYield => {
-            "the shaft's von Mises stress exceeds its yield strength; the model is elastic (`run.limit.shaft_yield`)"
+            "the shaft's von Mises stress exceeds the allowed part of its yield strength; the model is elastic (`run.limit.shaft_yield`)"
         }
         Cause::JournalClearance => {
             "a journal moves farther than its bearing's clearance, which the linear bearing does not have (`run.limit.journal_clearance`)"
