@@ -262,7 +262,7 @@ fn grey_cells_of_a_smoothed_map_are_explained() {
     let page = folder.name("w.html");
     assert_eq!(say(&["map", &folder.name("w"), "--question", "m", "--out", &page]).code, 0);
     let text = fs::read_to_string(page).expect("a page");
-    assert!(text.contains("crosses: pairs with a bad run") && text.contains("grey where there are no limits"));
+    assert!(text.contains("crosses: pairs with a bad run") && text.contains("grey: no limits"));
     assert!(!text.contains("boundary of the regimes"), "there are none");
     // far from what failed all of them have limits
     told(&folder, "good", &study("a + b", &monte_carlo(3000), &map.replace("difference = [2, 1]\nvary = \"k\"\n", "")));

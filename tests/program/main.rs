@@ -26,6 +26,7 @@ mod little_said;
 mod maps;
 mod named_places;
 mod outputs;
+mod plotted;
 mod printed;
 mod probabilities;
 mod readme;

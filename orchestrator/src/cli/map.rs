@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 /// Draw a column, or the probability of an event, over two parameters of a study
 ///
-/// Colours show the column or the probability, lines its levels, orange edges the boundaries of rub regimes. Each
+/// Colours show the column or the probability, lines its levels, orange lines the boundaries of rub regimes. Each
 /// combination of values of the other `[[vary]]` axes has a panel. If the contact detection varies, the difference
 /// between its values at the same inputs is drawn as well.
 ///

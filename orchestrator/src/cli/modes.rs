@@ -63,8 +63,8 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 
-    /// Also draw into this directory, as SVG and PNG: Campbell diagram, mode shapes, unbalance response (amplitudes from
-    /// zero to peak), the machine to scale
+    /// Also draw into this directory, as SVG and PNG: Campbell diagram with logarithmic decrements and separation margins,
+    /// mode shapes, unbalance response (amplitudes from zero to peak, phase lags), the machine to scale
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
 }

@@ -243,7 +243,7 @@ fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
     about
 }
 
-/// The critical speeds that unbalance excites, to five digits, for the marks of pictures; `None` if there is none, or the modes cannot be
+/// The critical speeds that unbalance excites, to five digits, for the marks of pictures; `None` without any, or if the modes cannot be
 /// computed.
 fn critical_speeds(machine: &Machine) -> Option<String> {
     let report = crate::engine::modes(machine, &[]).ok()?;

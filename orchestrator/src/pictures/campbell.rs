@@ -12,6 +12,8 @@ use std::f64::consts::PI;
 const SPEEDS: usize = 97;
 /// Whirl modes drawn that are the lowest somewhere in the diagram.
 const MODES: usize = 8;
+/// Critical speeds that are listed beside the diagram, at most.
+const LISTED: usize = 12;
 /// The highest frequency drawn is so many times the highest spin at most, but for the lowest modes.
 const ORDERS: f64 = 4.0;
 
@@ -54,7 +56,8 @@ pub fn campbell(
             for within in points.split(|point| point.1 > highest).filter(|within| within.len() > 1) {
                 if !label.is_empty() {
                     // the key of a sense has no decrement
-                    lines.push(Line { width, ..Line::marked(std::mem::take(&mut label), Vec::new(), mark, GREY) });
+                    lines
+                        .push(Line { width, ..Line::marked(std::mem::take(&mut label), Vec::new(), mark, COLOURS[6]) });
                 }
                 lines.push(Line { width, ..Line::marked("", within.to_vec(), mark, colour) });
             }
@@ -99,8 +102,9 @@ pub fn campbell(
     if !near.is_empty() {
         lines.push(Line::marked("separation margin too small", near, Mark::Rings(11), COLOURS[3]));
     }
-    let shown = critical.iter().filter(|critical| critical.speed <= top && hertz(critical.speed) <= highest);
-    lines.extend(shown.map(|critical| Line::marked(&in_words(critical, spin), Vec::new(), Mark::Dots(0), GREY)));
+    // those above the diagram as well
+    let listed = critical.iter().take(LISTED);
+    lines.extend(listed.map(|critical| Line::marked(&in_words(critical, spin), Vec::new(), Mark::Dots(0), GREY)));
     let panel =
         Panel { y_label: "frequency [Hz]".to_owned(), lines, y_range: Some((0.0, highest)), ..Panel::default() };
     let overdamped = found.iter().map(|speed| speed.overdamped.len()).max().unwrap_or(0);
@@ -144,17 +148,17 @@ fn coloured(piece: &[Point]) -> Vec<(RGBColor, Vec<(f64, f64)>)> {
     parts
 }
 
-/// "critical 1242 rpm, log decrement 0.096, margin 17 % (required 16 %)".
+/// "1242 rpm: log dec. 0.096, margin 17 % (16 % required)".
 fn in_words(critical: &CriticalSpeed, spin: f64) -> String {
     let per_cent = |share: f64| format!("{:.0} %", 100.0 * share);
     let margin = match (critical.separation(spin), critical.required_separation(spin)) {
-        (Some(margin), Some(required)) => format!(", margin {} (required {})", per_cent(margin), per_cent(required)),
+        (Some(margin), Some(required)) => format!(", margin {} ({} required)", per_cent(margin), per_cent(required)),
         (Some(_), None) => ", not excited by unbalance".to_owned(),
         _ => String::new(),
     };
     let (rpm, decrement) =
         (format_digits(critical.speed * 30.0 / PI, "", 4), format_digits(critical.decrement(), "", 2));
-    format!("critical {rpm} rpm, log dec. {decrement}{margin}")
+    format!("{rpm} rpm: log dec. {decrement}{margin}")
 }
 
 /// The speeds and frequencies at which the mode of a number whirls so, with its decrement, as far as they follow one another. From speed to
@@ -240,7 +244,7 @@ mod tests {
         }
         let figure = diagram("stiffness = 1e4\ndamping = 2");
         // 9.1 % below 110 rad/s; AF = 50: 16 %
-        let words = "critical 954.9 rpm, log dec. 0.063, margin 9 % (required 16 %)";
+        let words = "954.9 rpm: log dec. 0.063, margin 9 % (16 % required)";
         assert!(figure.svg().contains(words), "{}", figure.svg());
         assert!(figure.svg().contains("separation margin too small"));
     }

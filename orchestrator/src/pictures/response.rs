@@ -84,8 +84,11 @@ pub fn unbalance_response(
     let panel = |y_label: String, mut lines: Vec<Line>, top: f64, floor: f64, is_log: bool| {
         let top = if top > 0.0 { 1.05 * top } else { 1.0 };
         let floor = if is_log { floor.clamp(top / DECADES, top / 10.0) } else { 0.0 };
-        let points = lines.iter_mut().flat_map(|line| &mut line.points);
-        points.for_each(|point| point.1 = point.1.clamp(floor, top));
+        for line in &mut lines {
+            // what is below a logarithmic axis is not drawn, and an undamped peak is cut off
+            line.points.retain(|point| !is_log || point.1 >= floor);
+            line.points.iter_mut().for_each(|point| point.1 = point.1.min(top));
+        }
         if running > 0.0 {
             lines.push(Line::marked("running speed", vec![(running, floor), (running, top)], Mark::Dashed, COLOURS[3]));
         }

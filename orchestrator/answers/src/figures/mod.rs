@@ -35,6 +35,7 @@ pub use plotters::style::RGBColor;
 pub use response_spectrum::response_spectrum;
 pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};
+pub(crate) use style::fixed;
 pub use style::{COLOURS, GREY, Scale, plain_name, viridis};
 pub use waterfall::waterfall;
 

@@ -4,7 +4,7 @@
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
 use super::contacts::Contact;
-use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick, to_scale};
+use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, fixed, tick, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
 use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE};
@@ -26,7 +26,7 @@ pub enum Ring {
     Unknown,
 }
 
-/// What a history knows of the ring of a contact.
+/// Ring channels and geometry of a contact in a history.
 #[must_use]
 pub fn ring_of(history: &History, contact: &Contact) -> Ring {
     match (contact.gap(history), contact.radial(history).is_empty()) {
@@ -57,6 +57,8 @@ pub fn orbits(
     let reach = distances.fold(gap.unwrap_or(0.0), f64::max) * 1.12;
     let reach = if reach > 0.0 { reach } else { 1.0 };
     let scale = Scale::of("m", reach);
+    // four digits of the picture's size
+    let decimals = (3 - libm::floor(libm::log10(reach * scale.factor)) as i32).clamp(0, 9) as usize;
     let side = if columns == 1 { ALONE } else { SIZE };
     let size = (columns * side, 72 + rows * (side - 19));
     let figure = Figure::draw(size, |root| {
@@ -77,8 +79,9 @@ pub fn orbits(
             let radial: Vec<f64> = contact.radial(history).iter().map(|node| node.values[at]).collect();
             let ring = gap.and_then(|gap| clearance(&radial, gap)).map(|line| scaled(&line, scale.factor));
             let smallest = contact.channel(history, "gap_m").map(|gap| gap.values[at]).filter(|gap| gap.is_finite());
-            let smallest = smallest
-                .map_or(String::new(), |gap| format!(", clearance {} {}", tick(gap * scale.factor), scale.unit));
+            let smallest = smallest.map_or(String::new(), |gap| {
+                format!(", clearance {} {}", fixed(gap * scale.factor, decimals), scale.unit)
+            });
             draw(
                 area,
                 &format!("t = {} s{smallest}", tick(instant)),

@@ -101,7 +101,7 @@ pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, Fi
     panels_marked(title, x_label, panels, &[])
 }
 
-/// The same with marks: places along x that all panels share, with names in the first panel.
+/// Draws panels with marks: places along x that all panels share, with names in the first panel.
 ///
 /// # Errors
 /// The plotting library failed.

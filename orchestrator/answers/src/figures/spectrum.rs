@@ -38,7 +38,7 @@ pub(super) struct Stft {
     pub middles: Vec<f64>,
 }
 
-/// What is drawn of a spectrum over time.
+/// Rows of a spectrum over time that are drawn.
 pub(super) struct Content {
     /// Distance of two rows.
     pub resolution: f64,

@@ -87,6 +87,12 @@ pub(super) fn tick(value: f64) -> String {
     text.replace('-', "−")
 }
 
+/// A number with so many decimals, and a minus of a number's width; no negative zero.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.parse() == Ok(0.0) { text.replace('-', "") } else { text.replace('-', "\u{2212}") }
+}
+
 /// A range with some room around the values; never empty.
 pub(super) fn roomy(values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -140,6 +146,11 @@ mod tests {
         ] {
             assert_eq!(tick(value), text);
         }
+    }
+
+    #[test]
+    fn fixed_decimals_have_no_negative_zero() {
+        assert_eq!([fixed(-1.3e-5, 3), fixed(-0.25, 2), fixed(1.0, 0)], ["0.000", "\u{2212}0.25", "1"]);
     }
 
     #[test]

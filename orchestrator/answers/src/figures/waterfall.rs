@@ -114,15 +114,11 @@ pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f6
             }
         }
         let criticals = critical_passages(history).into_iter().map(|(_, w)| rpm(w));
+        let mut shown = Vec::new();
         for critical in criticals.filter(|critical| (last..=first).contains(critical)) {
             let line = [(0.0, critical), (top, critical)];
             chart.draw_series(DashedLineSeries::new(line, 3 * FINE, 3 * FINE, GREY.stroke_width(FINE)))?;
-            let text = format!("critical speed {} rpm", critical.round());
-            let above = Pos::new(HPos::Right, VPos::Bottom);
-            rimmed(&text, (-4, -2), above, [WHITE, BLACK], |text| {
-                chart.draw_series([EmptyElement::at(line[1]) + text])?;
-                Ok(())
-            })?;
+            shown.push(critical);
         }
         // what the height of a line means
         let (_, pixels) = chart.plotting_area().dim_in_pixel();
@@ -136,6 +132,19 @@ pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f6
             right.draw(&PathElement::new(line, BLACK.stroke_width(FINE)))?;
         }
         let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+        // beside the line, and below what is there already
+        let mut free = y + bar + 24 * fine;
+        shown.sort_by(|a: &f64, b| b.total_cmp(a));
+        for critical in shown {
+            let at = (8 * FINE as i32) + (f64::from(pixels) * (range.1 - critical) / (range.1 - range.0)) as i32;
+            let at = at.max(free);
+            for (line, text) in
+                ["critical speed".to_owned(), format!("{} rpm", critical.round())].into_iter().enumerate()
+            {
+                right.draw(&Text::new(text, (0, at + (15 * line as i32 - 7) * fine), style.clone()))?;
+            }
+            free = at + 34 * fine;
+        }
         let amplitude = format!("{} {}", tick(largest * scale.factor), scale.unit);
         for (line, text) in ["amplitude", amplitude.as_str()].into_iter().enumerate() {
             let place = (x + 8 * fine, y + bar / 2 + (16 * line as i32 - 8) * fine);

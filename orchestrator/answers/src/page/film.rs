@@ -4,13 +4,13 @@
 //! history --instants: evenly spaced, and those of the marks--> frames --> integers in a drawing of 8000 units --> drawing, JSON, film.js
 //! ```
 //! The clearance line is the one of [`crate::figures::orbits`]. Frames, nodes and points of the path are limited, so that a page is below 2 MB
-//! for any history; the page says how many of the instants it shows.
+//! for any history; the page prints how many of the instants it shows.
 //! Verified by `an_animation_has_the_instants_and_marks_of_its_history`.
 
 use super::chart::{Axis, shown};
 use super::escape::{html, json};
 use super::figure::short;
-use crate::figures::{Contact, Ring, Scale, clearance, critical_passages, last_turn, ring_of};
+use crate::figures::{Contact, Ring, Scale, clearance, critical_passages, fixed, last_turn, ring_of};
 use crate::history::{History, Series};
 use serde_json::{Value, json as value};
 use std::fmt::Write;
@@ -368,12 +368,6 @@ impl Film<'_> {
 fn digits(values: &[Value], more: i32) -> usize {
     let largest = values.iter().filter_map(Value::as_f64).fold(0.0_f64, |most, value| most.max(value.abs()));
     if largest > 0.0 { (3 + more - libm::floor(libm::log10(largest)) as i32).clamp(0, 9) as usize } else { 0 }
-}
-
-/// A number with so many decimals, as the script shows it.
-fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    if text.parse() == Ok(0.0) { text.replace('-', "") } else { text.replace('-', "\u{2212}") }
 }
 
 /// Points of the rotor's centre in drawing units.

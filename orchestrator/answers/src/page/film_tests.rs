@@ -1,4 +1,4 @@
-//! What an animation contains.
+//! Contents of an animation.
 
 use super::*;
 use crate::figures::{CRITICAL_SPEEDS, contacts};

@@ -19,7 +19,7 @@ const NAME: usize = 60;
 const MOST_PLACES: usize = 8000;
 
 /// A figure of a page for each panel and difference of a question of this name; `of`: maps of the whole page. Of a large grid evenly chosen
-/// values are drawn, and the caption says so. All of them have the scales of colour of the picture with all panels.
+/// values are drawn, as the caption reports. All of them have the scales of colour of the picture with all panels.
 ///
 /// # Errors
 /// The plotting library failed.

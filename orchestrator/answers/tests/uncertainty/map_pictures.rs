@@ -75,12 +75,13 @@ fn a_slanting_boundary_has_no_steps() {
 /// Three failed runs of many: nothing is grey, neither the values nor the half width of their limits.
 #[test]
 fn few_failed_runs_grey_nothing_of_a_smoothed_map() {
-    let mut rows = Rows { points: Some(300), ..Rows::default() };
-    for at in 0..300 {
-        let (x, y) = ((f64::from(at) * 0.618_034).fract(), (f64::from(at) + 0.5) / 300.0);
-        rows.add((x, y), 0.0, "a", x + 2.0 * y + f64::from(at * 7919 % 13) / 50.0);
+    let mut rows = Rows { points: Some(600), ..Rows::default() };
+    for at in 0..600 {
+        let (x, y) = ((f64::from(at) * 0.618_034).fract(), (f64::from(at) + 0.5) / 600.0);
+        let noise = ((f64::from(at) * 12.9898).sin() * 43758.5453).rem_euclid(1.0);
+        rows.add((x, y), 0.0, "a", x + 2.0 * y + 0.3 * noise);
     }
-    for at in [20, 150, 280] {
+    for at in [20, 300, 580] {
         (rows.z[at], rows.regime[at], rows.status[at]) = (None, None, Status::Failed);
     }
     for wanted in [of_z(false), Wanted { of: over(1.5), ..of_z(false) }] {

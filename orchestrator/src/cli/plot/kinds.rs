@@ -58,7 +58,7 @@ fn name(named: &Named, kind: &str, contact: &Contact) -> String {
     format!("{}-{kind}{of}", named.name)
 }
 
-/// What the ring of a contact lacks.
+/// Reports channels or geometry of a ring that are missing.
 fn warn_of_ring(named: &Named, contact: &Contact) {
     match ring_of(&named.history, contact) {
         Ring::Deformed => {}

@@ -63,7 +63,7 @@ pub struct Args {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     channels: Vec<String>,
 
-    /// What to draw
+    /// Kind of picture
     #[arg(long, value_parser = ["time", "orbit", "animation", "contact", "spectrogram", "order", "waterfall", "response-spectrum"], default_value = "time")]
     kind: String,
 
@@ -307,7 +307,7 @@ pub(in crate::cli) fn save(figures: &[(String, Figure)], out: &Path) -> Result<V
     Ok(files)
 }
 
-/// The same for pages.
+/// Writes pages into a file or a directory; returns their paths as they are printed.
 fn save_pages(pages: &[(String, String)], out: &Path) -> Result<Vec<String>, CliError> {
     let mut files = Vec::new();
     if is_one_file(out, &["html"]) {
@@ -339,7 +339,7 @@ fn only<'a, T>(pictures: &'a [(String, T)], out: &Path) -> Result<&'a T, CliErro
 /// Writes a file; says afterwards if it took the place of one.
 ///
 /// # Errors
-/// That of writing: then nothing was replaced.
+/// The error of writing; nothing was replaced then.
 pub fn replacing<E>(path: &Path, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
     let was_there = path.symlink_metadata().is_ok();
     write()?;

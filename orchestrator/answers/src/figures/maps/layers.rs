@@ -1,4 +1,4 @@
-//! What a picture of a map consists of, in shown units: tiles, lines, marks, names. SVG, PNG and the page draw it from here.
+//! Layers of a picture of a map, in shown units: tiles, lines, marks, names. SVG, PNG and the page are drawn from them.
 
 use super::super::style::{Scale, plain_name};
 use super::colour::{Colours, Kind};
@@ -7,7 +7,7 @@ use crate::map::boundary::{Line, boundary};
 use crate::map::contour::{Piece, contour};
 use crate::map::{Axis, Cell, Map};
 
-/// What a picture shows.
+/// A picture: a figure of each cell of a map.
 pub struct Picture<'a> {
     /// With the panel.
     pub title: String,
@@ -16,7 +16,7 @@ pub struct Picture<'a> {
     pub map: &'a Map,
     pub pick: Pick,
     pub kind: Kind,
-    /// Of the scale.
+    /// Name of the scale.
     pub name: String,
 }
 
@@ -101,7 +101,8 @@ impl Layers {
         let tiles = map.cells.iter().map(|cell| tile(picture, cell, &x, &y, colours)).collect();
         let table = map.table();
         let value = |i: usize, j: usize| table[i][j].and_then(|cell| picture.figures(cell).0);
-        let levels = if map.has_contours() { &colours.levels[..] } else { &[] };
+        // the uncertainty of an estimate is noise: lines would show the noise
+        let levels = if map.has_contours() && picture.kind != Kind::Width { &colours.levels[..] } else { &[] };
         let contours = levels.iter().flat_map(|level| contour(&x.at, &y.at, value, *level)).collect();
         let scaled = |(u, v): (f64, f64)| (u * x.scale.factor, v * y.scale.factor);
         let boundaries = boundary(map).into_iter().map(|line| line.into_iter().map(scaled).collect()).collect();

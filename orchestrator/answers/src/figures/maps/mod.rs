@@ -57,7 +57,7 @@ impl MapScales {
         Self(scales)
     }
 
-    /// That of a kind, if a map had a picture of it.
+    /// The scale of a kind, if a map had a picture of it.
     pub(crate) fn get(&self, kind: Kind) -> Option<&Colours> {
         self.0.iter().find(|(known, _)| *known == kind).map(|(_, colours)| colours)
     }
@@ -173,7 +173,7 @@ fn in_lines(marks: &[String]) -> Vec<String> {
     lines
 }
 
-/// What the marks mean.
+/// Meanings of the marks.
 pub fn marks(maps: &[Map]) -> Vec<String> {
     let any = |is: fn(&Map) -> bool| maps.iter().any(is);
     let mut marks = Vec::new();
@@ -188,8 +188,13 @@ pub fn marks(maps: &[Map]) -> Vec<String> {
     if any(has_several) {
         marks.push("orange: boundary of the regimes, between the middles of cells".to_owned());
     }
+    let (bad, beyond) = if any(|map| map.difference.is_none()) {
+        ("bad runs", BEYOND)
+    } else {
+        ("pairs with a bad run", "pairs with a run beyond the model")
+    };
     let kinds: [(fn(&Map) -> u64, &str, &str, &str); 2] =
-        [(Map::failing, "cross", "crosses", "bad runs"), (|map| map.beyond, "diamond", "diamonds", BEYOND)];
+        [(Map::failing, "cross", "crosses", bad), (|map| map.beyond, "diamond", "diamonds", beyond)];
     for (count, mark, _, what) in kinds {
         if maps.iter().any(|map| count(map) > 0 && !map.is_smoothed()) {
             // each by itself: together they are longer than a line
@@ -226,7 +231,7 @@ pub fn marks(maps: &[Map]) -> Vec<String> {
     marks
 }
 
-/// What the marks mean, and what has to be known.
+/// Meanings of the marks, and the number of runs.
 fn explanation(maps: &[Map]) -> Vec<String> {
     let mut told = in_lines(&marks(maps));
     if maps.iter().any(|map| map.width.is_some()) {
