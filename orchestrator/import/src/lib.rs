@@ -51,7 +51,7 @@ impl std::fmt::Display for Note {
 /// Elements that a note names.
 const MOST_NAMED: usize = 3;
 
-/// One note for all elements of which the same is said.
+/// One note for all elements with the same message.
 fn joined(notes: Vec<Note>) -> Vec<Note> {
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for Note { element, message } in notes {
