@@ -20,6 +20,7 @@ pub(crate) struct Coupled {
 
 impl Coupled {
     /// Gap and slip at a point under all forces \[m\].
+    #[inline(always)]
     pub(super) fn moved(&self, k: usize, forces: &[[f64; 2]]) -> [f64; 2] {
         let [mut gap, mut slip] = self.start[k];
         for (block, [normal, tangential]) in self.w[k].iter().zip(forces) {
