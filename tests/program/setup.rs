@@ -89,9 +89,13 @@ fn the_doctor_names_what_would_stop_a_run() {
     assert_eq!((missing.code, problems(&found)), (6, vec!["\"results\"".to_owned()]), "{found}");
     let many = json(&say(&["doctor", &folder.name(""), "--json", "--workers", "65535"]).out);
     assert_eq!(problems(&many), ["\"workers\""], "{many}");
-    let mut few = Command::new("sh");
-    few.args(["-c", "ulimit -n 40; exec \"$0\" doctor \"$1\" --workers 2", BINARY, &folder.name("")]);
-    let few =
-        said(few.envs(bladeoff(&[]).get_envs().filter_map(|(key, value)| Some((key, value?)))).output().expect("sh"));
-    assert!(few.code == 6 && few.out.contains("PROBLEM") && few.out.contains("ulimit -n"), "{}", few.out);
+    for limit in ["ulimit -n 40", "ulimit -v 300000"] {
+        let mut few = Command::new("sh");
+        few.args(["-c", &format!("{limit}; exec \"$0\" doctor \"$1\" --workers 2"), BINARY, &folder.name("")]);
+        let environment = bladeoff(&[]);
+        let few =
+            said(few.envs(environment.get_envs().filter_map(|(key, value)| Some((key, value?)))).output().expect("sh"));
+        let word = &limit[..9];
+        assert!(few.code == 6 && few.out.contains("PROBLEM") && few.out.contains(word), "{limit}: {}", few.out);
+    }
 }

@@ -102,7 +102,11 @@ fn findings(directory: &Path, workers: usize) -> Vec<Finding> {
     add("memory", memory(), None);
     add("shared memory", space(Path::new("/dev/shm")), None);
     for (name, resource, is_size) in LIMITS {
-        add(&format!("limit: {name}"), limit(getrlimit(resource), is_size), None);
+        let problem = match resource {
+            Resource::As => threads::check_address_space().err().map(|error| error.to_string()),
+            _ => None,
+        };
+        add(&format!("limit: {name}"), limit(getrlimit(resource), is_size), problem);
     }
     add("system files", SYSTEM_FILES.join(", "), missing(&SYSTEM_FILES));
     let attempt = Domain::check(workers).err().map(|error| with_causes(&error));
