@@ -1,11 +1,9 @@
 //! The reduced basis: lateral and torsional modes of the rotor, and modes of each flexible ring.
 //!
 //! The lateral modes solve `K phi = omega^2 M phi` with the symmetric part of the bearing stiffness and without unbalance masses. Damping,
-//! skew stiffness, gyroscopic
-//! terms and unbalance are projected on the modes or evaluated at the nodes. A pair of modes with equal frequency is never split, and the two
-//! modes of a
-//! pair have a fixed orientation. So the basis is a function of the structure alone. The basis is computed once and frozen: a later build may
-//! compute different last digits.
+//! skew stiffness, gyroscopic terms and unbalance are projected on the modes or evaluated at the nodes. A pair of modes with equal
+//! frequency is never split, and the two modes of a pair have a fixed orientation. So the basis is a function of the structure alone. The
+//! basis is computed once and frozen: a later build may compute different last digits.
 
 use super::key::modal_key;
 use super::table_modes::table_modes;
@@ -76,21 +74,18 @@ pub enum BasisError {
 /// Minimum number of lateral rotor modes, unless the machine file sets the number.
 pub const DEFAULT_ROTOR_MODES: usize = 24;
 /// Largest share of a bearing's static flexibility in the truncated modes. Above this share, more lateral modes are kept: a truncated mode
-/// follows a force quasi-statically,
-/// and so does its part of the bearing load. Verified by `stiff_bearings_carry_what_stands_on_them` in `tests/runs/engines.rs`.
+/// follows a force quasi-statically, and so does its part of the bearing load. Verified by `stiff_bearings_carry_what_stands_on_them` in
+/// `tests/runs/engines.rs`.
 const LEFT_OUT_AT_BEARINGS: f64 = 0.02;
 /// Limit of the additional lateral modes, so that they do not govern the time step: the highest ring frequency, or without a flexible ring
-/// this multiple of the
-/// highest default mode.
+/// this multiple of the highest default mode.
 const WITHOUT_RING: f64 = 8.0;
 /// Minimum number of modes of each ring, unless the machine file sets the number.
 pub const DEFAULT_RING_MODES: usize = 36;
-/// Largest truncation error of a ring under a contact force of 1 ms: the share of the ring's flexibility in truncated modes whose inertia the
-/// force feels.
-/// Above this share, more ring modes are kept. The run is invalid from 3 % on ([`crate::structure::MAX_TRUNCATION_ERROR`], relative to the
-/// flexibility of rotor and ring).
-/// Modes of bladed rings are closely spaced: a ring of 40 blades has 81 modes below twice the lowest blade frequency.
-/// Verified by `a_ring_of_many_blades_keeps_more_modes` in `tests/rotor/modal_basis.rs`.
+/// Largest truncation error of a ring under a contact force of 1 ms: the share of the ring's flexibility in truncated modes whose inertia
+/// the force feels. Above this share, more ring modes are kept. The run is invalid from 3 % on ([`crate::structure::MAX_TRUNCATION_ERROR`],
+/// relative to the flexibility of rotor and ring). Modes of bladed rings are closely spaced: a ring of 40 blades has 81 modes below twice
+/// the lowest blade frequency. Verified by `a_ring_of_many_blades_keeps_more_modes` in `tests/rotor/modal_basis.rs`.
 const RING_TRUNCATION: f64 = 0.01;
 /// Circular frequency W of a contact force whose half period is 1 ms \[1/s\], as in `structure::truncation_error`.
 const CONTACT_RATE: f64 = std::f64::consts::PI / 1e-3;
@@ -98,9 +93,9 @@ const CONTACT_RATE: f64 = std::f64::consts::PI / 1e-3;
 const PAIR: f64 = 1e-7;
 
 /// Minimum default numbers of elastic torsional modes: without and with a rigid ring or a radial spring. Such a stator has no frequencies
-/// that raise the number, while its
-/// friction torque acts at one node of the shaft. On the test rig with a spring, 3 modes give a thirteenth of the largest torsional moment of `full`;
-/// 6 modes give the moment of `full`; the turbine needs 12. Verified by `the_torque_of_a_rub_on_a_spring_reaches_the_shaft`.
+/// that raise the number, while its friction torque acts at one node of the shaft. On the test rig with a spring, 3 modes give a thirteenth
+/// of the largest torsional moment of `full`; 6 modes give the moment of `full`; the turbine needs 12. Verified by
+/// `the_torque_of_a_rub_on_a_spring_reaches_the_shaft`.
 const LEAST_TWIST: usize = 3;
 const LEAST_TWIST_IN_CONTACT: usize = 16;
 
@@ -185,11 +180,9 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
 }
 
 /// Returns the number of lowest lateral modes that leave at most [`LEFT_OUT_AT_BEARINGS`] of the static flexibility to the truncated modes,
-/// at every bearing
-/// without a table and in every direction. Bearings with a table have modes of their own. A mode with negative omega^2 (indefinite symmetric
-/// part of the bearing stiffness)
-/// counts with the magnitude of its omega^2.
-/// Verified by `as_many_modes_are_kept_however_bearings_are_turned` in `tests/rotor/invariance.rs`,
+/// at every bearing without a table and in every direction. Bearings with a table have modes of their own. A mode with negative omega^2
+/// (indefinite symmetric part of the bearing stiffness) counts with the magnitude of its omega^2. Verified by
+/// `as_many_modes_are_kept_however_bearings_are_turned` in `tests/rotor/invariance.rs`,
 /// `stiff_journal_bearings_keep_as_many_modes_as_others` in `tests/rotor/modal_basis.rs`.
 fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -> usize {
     let least = f64::EPSILON * values.last().map_or(0.0, |square| square.abs());
@@ -213,8 +206,8 @@ fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -
     supports.map(|(_, site)| enough(site.places)).max().unwrap_or(0)
 }
 
-/// Largest ratio `x^T A x / x^T B x` over all directions x of the plane: the larger root s of `det(A - s B) = 0`. `a`, `b`: symmetric 2x2 matrices
-/// `[xx, xy, yy]`, B positive definite. The ratio does not depend on the orientation of the axes.
+/// Largest ratio `x^T A x / x^T B x` over all directions x of the plane: the larger root s of `det(A - s B) = 0`. `a`, `b`: symmetric 2x2
+/// matrices `[xx, xy, yy]`, B positive definite. The ratio does not depend on the orientation of the axes.
 pub(crate) fn largest_share(a: [f64; 3], b: [f64; 3]) -> f64 {
     // L^-1 A L^-T with B = L L^T
     let root = b[0].sqrt();
@@ -283,14 +276,14 @@ fn ring_modes(ring: &RingMatrices, wanted: Option<usize>) -> Result<ModeSet, Bas
     Ok(select(values, shapes, wanted, orient_pair))
 }
 
-/// Returns the number of lowest ring modes whose truncation error under a radial force of 1 ms is at most [`RING_TRUNCATION`] at every ring node:
+/// Returns the number of lowest ring modes whose truncation error under a radial force of 1 ms is at most [`RING_TRUNCATION`] at every ring
+/// node:
 ///
 /// ```text
 /// sum over the truncated modes of phi^2/w^2 W^2/(w^2 + W^2)  <=  RING_TRUNCATION  sum over all modes of phi^2/w^2
 /// ```
 /// phi: radial displacement of a mode at the node; w: its circular frequency; W: [`CONTACT_RATE`]. The number is at least
-/// [`DEFAULT_RING_MODES`], and equal to it for
-/// a ring with a rigid-body or negative mode.
+/// [`DEFAULT_RING_MODES`], and equal to it for a ring with a rigid-body or negative mode.
 fn enough_for_contact(nodes: usize, values: &[f64], shapes: &Matrix) -> usize {
     if values.iter().any(|&square| square <= 0.0) {
         return DEFAULT_RING_MODES;
@@ -342,8 +335,7 @@ fn select(values: Vec<f64>, mut shapes: Matrix, wanted: usize, orient: impl Fn(&
 }
 
 /// Rotates a pair of ring modes in its plane so that the second mode has no radial displacement at alpha = 0. If neither mode has a radial
-/// displacement there, the
-/// tangential displacement is used.
+/// displacement there, the tangential displacement is used.
 fn orient_pair(shapes: &mut Matrix, first: usize) {
     let scale = shapes.columns(first, 2).amax();
     let row = if libm::hypot(shapes[(2, first)], shapes[(2, first + 1)]) > 1e-6 * scale { 2 } else { 0 };

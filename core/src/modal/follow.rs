@@ -1,10 +1,9 @@
 //! Tracking of modes over speed by their mode shapes, and critical speeds: the speeds at which a whirl frequency equals the spin.
 //!
 //! From one speed to the next, each mode is matched with the most similar mode ([`Mode::alike`]). The speed step is halved if the match is
-//! not clear, or if a mode
-//! becomes overdamped or disappears. So the lines of a Campbell diagram cross at a true crossing and veer otherwise. The number of evaluated
-//! speeds is limited ([`Looks`]).
-//! Verified by `tests/rotor/modes.rs`; critical speeds also by `tests/rotor/outside.rs` and `tests/rotor/linear_rotors.rs`.
+//! not clear, or if a mode becomes overdamped or disappears. So the lines of a Campbell diagram cross at a true crossing and veer
+//! otherwise. The number of evaluated speeds is limited ([`Looks`]). Verified by `tests/rotor/modes.rs`; critical speeds also by
+//! `tests/rotor/outside.rs` and `tests/rotor/linear_rotors.rs`.
 
 use super::looks::{Looks, ModesError};
 use super::matrices::Reduced;
@@ -154,10 +153,9 @@ fn once(overdamped: &mut Vec<OverdampedMode>) {
     });
 }
 
-/// Matches the modes `from` with the modes `to` at the next speed: the index of the matched mode and their similarity. The most similar modes
-/// are matched first. The
-/// remaining whirl modes are matched by the distance of their lambda. If the number of whirl modes does not change, whirl modes are matched
-/// with whirl modes only.
+/// Matches the modes `from` with the modes `to` at the next speed: the index of the matched mode and their similarity. The most similar
+/// modes are matched first. The remaining whirl modes are matched by the distance of their lambda. If the number of whirl modes does not
+/// change, whirl modes are matched with whirl modes only.
 fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
     let whirling = |modes: &[Mode]| modes.iter().filter(|mode| whirls(mode)).count();
     let lasting = whirling(from) == whirling(to);
@@ -220,9 +218,8 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
 
 /// Returns the speeds at which the frequency of a tracked mode equals the speed, ascending.
 ///
-/// For displayed results, the modes are tracked in a reduced basis, and each critical speed is then refined in the full model. The full model
-/// is tracked
-/// if there is no such basis, or if the refinement converges to another mode.
+/// For displayed results, the modes are tracked in a reduced basis, and each critical speed is then refined in the full model. The full
+/// model is tracked if there is no such basis, or if the refinement converges to another mode.
 ///
 /// # Errors
 /// [`ModesError`].

@@ -13,15 +13,14 @@
 //! blades COUNT LENGTH THICKNESS WIDTH ELEMENTS                                                     where that ring has any
 //! modes ROTOR TWIST RING
 //! ```
-//! Numbers are the bits of an f64 in 16 hexadecimal digits. Counts are decimal. A missing value is a dash. The first word of a line determines its
-//! format, so two different structures never have the same text. Names and section numbers are excluded, because no mode depends on them.
+//! Numbers are the bits of an f64 in 16 hexadecimal digits. Counts are decimal. A missing value is a dash. The first word of a line
+//! determines its format, so two different structures never have the same text. Names and section numbers are excluded, because no mode
+//! depends on them.
 //!
 //! The key is stored in every result directory (`basis.bin`), and its bytes are part of the keys of the samples. So this text is a file
-//! format: it changes only together with its
-//! version. It contains no Rust name, so renaming a field does not change a key. Every pattern here names all fields of its struct. So a new
-//! field does
-//! not compile until this file states whether the modes depend on it. Verified by `keys_are_those_at_rest`,
-//! `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
+//! format: it changes only together with its version. It contains no Rust name, so renaming a field does not change a key. Every pattern
+//! here names all fields of its struct. So a new field does not compile until this file states whether the modes depend on it. Verified by
+//! `keys_are_those_at_rest`, `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
 
 use bladeoff_model::machine::{
     Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Layer, Machine, Pedestal, PointMass, Ring, Rotor,

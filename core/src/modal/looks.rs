@@ -34,8 +34,8 @@ fn speed(value: f64) -> String {
     format_digits(value, "rad/s", 4)
 }
 
-/// Maximum number of evaluated speeds beyond the planned ones; they take seconds. The machines of the tests, whose modes can all be tracked, need
-/// at most eighty.
+/// Maximum number of evaluated speeds beyond the planned ones; they take seconds. The machines of the tests, whose modes can all be
+/// tracked, need at most eighty.
 const MORE: usize = 1000;
 
 /// Evaluator of spectra during the tracking of modes from rest to the speed `wanted` \[rad/s\].

@@ -10,9 +10,8 @@ use bladeoff_numerics::linalg::{
 pub enum Eigensolver {
     /// Own code with a fixed order of operations, for all results that enter a run.
     Own,
-    /// faer, for results that are displayed only: its last digits depend on the processor. If its iteration does not converge (some matrices
-    /// with double eigenvalues), the own
-    /// code is used.
+    /// faer, for results that are displayed only: its last digits depend on the processor. If its iteration does not converge (some
+    /// matrices with double eigenvalues), the own code is used.
     Display,
 }
 
@@ -48,11 +47,9 @@ impl QuadraticModes {
     /// |d zeta| <= |d nu|/|nu| = (N u |A|_F/2) (1 + |lambda|^2/s^2)     as |nu| = s/|lambda|
     /// ```
     /// kappa is the condition number of a simple eigenvalue: the product of the norms of its left and right eigenvectors over their scalar
-    /// product. For an undamped
-    /// mode these vectors are (nu x, x) and (x, nu x). In the form with `M^-1 K`, the largest |lambda| replaces s and the rounding is N u.
-    /// Source: Wilkinson, The Algebraic Eigenvalue Problem (1965), chapter 2, for a backward stable method. Limits: kappa differs for a
-    /// damped mode, but its damping
-    /// ratio is far above (2).
+    /// product. For an undamped mode these vectors are (nu x, x) and (x, nu x). In the form with `M^-1 K`, the largest |lambda| replaces s
+    /// and the rounding is N u. Source: Wilkinson, The Algebraic Eigenvalue Problem (1965), chapter 2, for a backward stable method.
+    /// Limits: kappa differs for a damped mode, but its damping ratio is far above (2).
     #[must_use]
     pub fn noise(&self, [re, im]: [f64; 2]) -> f64 {
         let size = libm::hypot(re, im);
@@ -97,9 +94,9 @@ const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 /// K = L L^T + K_skew,  y = L^T x,  nu = s/lambda,  s about the lowest frequency
 /// nu^2 (1 + K_skew^) y + nu s C^ y + s^2 M^ y = 0,   M^ = L^-1 M L^-T ...                         (1)
 /// ```
-/// In (1) the low modes have the largest eigenvalues nu, so they keep nearly full relative accuracy. In the usual form with `M^-1 K` they have the
-/// rounding error of the highest mode (relative 3e-6 on the reference rotors). That form is used only if the symmetric part of K is not
-/// positive definite (a free direction).
+/// In (1) the low modes have the largest eigenvalues nu, so they keep nearly full relative accuracy. In the usual form with `M^-1 K` they
+/// have the rounding error of the highest mode (relative 3e-6 on the reference rotors). That form is used only if the symmetric part of K
+/// is not positive definite (a free direction).
 ///
 /// # Errors
 /// [`EigenError`] if M is singular or the iteration does not converge.

@@ -6,8 +6,8 @@
 //! s = (|f| - |b|)/(|f| + |b|)               share of a node: minor over major half axis, signed by the sense             (2)
 //! net share = sum of (|f| - |b|) / sum of (|f| + |b|)       mean of (2), weighted by the major half axes                 (3)
 //! ```
-//! Source: (1) is the usual decomposition of an ellipse into two circles (Childs, Turbomachinery Rotordynamics, 1993); (2) is the ratio "kappa" of
-//! rotordynamics programs. Verified by the tests below.
+//! Source: (1) is the usual decomposition of an ellipse into two circles (Childs, Turbomachinery Rotordynamics, 1993); (2) is the ratio
+//! "kappa" of rotordynamics programs. Verified by the tests below.
 
 use super::shape::Mode;
 use crate::rotor::RotorMatrices;
@@ -42,21 +42,17 @@ impl Whirl {
 }
 
 /// Magnitude of the share (2) below which an orbit counts as a straight line. Such an ellipse is at least 20 times as long as wide. Its
-/// forward circle is more than
-/// 0.475 of the major half axis, so unbalance excites the mode almost equally for either sign of the share.
+/// forward circle is more than 0.475 of the major half axis, so unbalance excites the mode almost equally for either sign of the share.
 pub const STRAIGHT: f64 = 0.05;
 /// Minimum major half axis of a counted node, relative to the largest. Near a vibration node the forward and backward circles vanish at
-/// different places,
-/// and the share there does not characterise the mode.
+/// different places, and the share there does not characterise the mode.
 pub const NOTABLE: f64 = 0.1;
-/// Forward part of the motion, `(1 + net share)/2`, above which unbalance excites a mode. Modes of isotropic machines are exact circles: the
-/// forward part of
-/// their backward modes is 0 except for rounding.
+/// Forward part of the motion, `(1 + net share)/2`, above which unbalance excites a mode. Modes of isotropic machines are exact circles:
+/// the forward part of their backward modes is 0 except for rounding.
 const EXCITED: f64 = 1e-3;
 
-/// Returns whether unbalance excites a mode with this net share, that is, whether the mode has a forward part. Limit: the criterion uses the
-/// mode shape only, not
-/// the axial position of the unbalance.
+/// Returns whether unbalance excites a mode with this net share, that is, whether the mode has a forward part. Limit: the criterion uses
+/// the mode shape only, not the axial position of the unbalance.
 #[must_use]
 pub fn excited_by_unbalance(share: f64) -> bool {
     0.5 * (1.0 + share) > EXCITED
@@ -77,8 +73,7 @@ pub(super) fn orbits(mode: &Mode, rotor: &RotorMatrices) -> Vec<[f64; 2]> {
 /// Returns the sense and the net share (3) of the orbits of all nodes.
 ///
 /// `mixed`: among the nodes with a notable orbit ([`NOTABLE`]), one has a share of at least [`STRAIGHT`] and another a share of at most
-/// `-STRAIGHT`. Otherwise
-/// `planar` if the magnitude of the net share is below [`STRAIGHT`], else the sign of the net share.
+/// `-STRAIGHT`. Otherwise `planar` if the magnitude of the net share is below [`STRAIGHT`], else the sign of the net share.
 pub(super) fn sense(orbits: &[[f64; 2]]) -> (Whirl, f64) {
     let largest = orbits.iter().map(|[_, size]| *size).fold(0.0, f64::max);
     let (whole, turning) = orbits.iter().fold((0.0, 0.0), |(a, b), [share, size]| (a + size, b + share * size));
