@@ -1,9 +1,9 @@
-//! The reduced basis: modes of the rotor on its bearings, of its twist, and of each ring.
+//! The reduced basis: lateral and torsional modes of the rotor, and modes of each flexible ring.
 //!
-//! Modes are those of `K phi = omega^2 M phi` with the symmetric part of the bearing stiffness and without unbalance
-//! masses; damping, skew stiffness, gyroscopic terms and unbalance are projected or evaluated at the nodes. A pair of equal
-//! frequencies is never cut, and its two modes are given a fixed orientation, so that the basis is a pure function of the
-//! structure. It is computed once and frozen: a later version may have other last digits.
+//! The lateral modes solve `K phi = omega^2 M phi` with the symmetric part of the bearing stiffness and without unbalance masses. Damping,
+//! skew stiffness, gyroscopic terms and unbalance are projected on the modes or evaluated at the nodes. A pair of modes with equal
+//! frequency is never split, and the two modes of a pair have a fixed orientation. So the basis is a function of the structure alone. The
+//! basis is computed once and frozen: a later build may compute different last digits.
 
 use super::key::modal_key;
 use super::table_modes::table_modes;
@@ -12,14 +12,15 @@ use crate::stator::RingMatrices;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, RotorKind};
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
 
-/// Modes of one part: mass-normalised shapes in columns, circular frequencies squared ascending.
+/// Modes of one part of the machine: mass-normalised mode shapes in columns, by ascending frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeSet {
-    /// omega^2 [rad2/s2].
+    /// Squared circular frequencies omega^2 \[rad2/s2\], ascending.
     pub omega_squared: Vec<f64>,
-    /// Shapes over the finite-element degrees of freedom.
+    /// Mode shapes phi over the finite-element degrees of freedom, one mode per column, `phi^T M phi = 1`.
     pub shapes: Matrix,
-    /// Highest frequency of the whole finite-element model of the part [rad/s]: its stability limit.
+    /// Highest circular frequency of the complete finite-element model of the part \[rad/s\], truncated modes included: the stability limit
+    /// of its step.
     pub full_limit: f64,
 }
 
@@ -34,23 +35,23 @@ impl ModeSet {
 /// Reduced basis of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basis {
-    /// Hash of everything the modes depend on.
+    /// Hash of all data that determine the modes.
     pub key: [u8; 32],
-    /// Lateral modes; empty for a point mass (its two degrees of freedom are kept as they are).
+    /// Lateral modes. Empty for a point mass, whose two degrees of freedom are used directly.
     pub lateral: ModeSet,
-    /// Twist modes; the first is the rigid rotation.
+    /// Torsional modes. The first is the rigid rotation.
     pub twist: ModeSet,
     /// Modes of each flexible ring, in the order of the machine's flexible diaphragms.
     pub rings: Vec<ModeSet>,
 }
 
-/// A basis could not be computed or read.
+/// Error in computing or reading a basis.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BasisError {
-    /// Eigenvalue problem failed.
+    /// Failure of an eigenvalue problem.
     #[error(transparent)]
     Eigen(#[from] EigenError),
-    /// The frozen basis belongs to another structure.
+    /// Frozen basis of another structure.
     #[error("the frozen basis belongs to another structure (its key is {found}, this machine's is {expected})")]
     OtherStructure {
         /// Key of the machine.
@@ -58,41 +59,43 @@ pub enum BasisError {
         /// Key in the basis.
         found: String,
     },
-    /// The bytes are not a basis.
+    /// Malformed bytes of a frozen basis.
     #[error("not a basis file of version {version}: {detail} at byte {offset}")]
     Malformed {
-        /// Version this build reads.
+        /// Version of the format that this build reads.
         version: u32,
-        /// What is wrong.
+        /// Description of the fault.
         detail: &'static str,
-        /// Where.
+        /// Byte offset of the fault.
         offset: usize,
     },
 }
 
-/// Lateral rotor modes kept at least, unless the machine says otherwise.
+/// Minimum number of lateral rotor modes, unless the machine file sets the number.
 pub const DEFAULT_ROTOR_MODES: usize = 24;
-/// More are kept where a bearing has more than this part of its static flexibility in the others: what is left out there
-/// follows a force without inertia, and its load with it. Verified by `stiff_bearings_carry_what_stands_on_them` in
+/// Largest share of a bearing's static flexibility in the truncated modes. Above this share, more lateral modes are kept: a truncated mode
+/// follows a force quasi-statically, and so does its part of the bearing load. Verified by `stiff_bearings_carry_what_stands_on_them` in
 /// `tests/runs/engines.rs`.
 const LEFT_OUT_AT_BEARINGS: f64 = 0.02;
-/// But none that would govern the step: none above the rings' highest, or without a ring above so many times the highest of
-/// the default ones.
+/// Limit of the additional lateral modes, so that they do not govern the time step: the highest ring frequency, or without a flexible ring
+/// this multiple of the highest default mode.
 const WITHOUT_RING: f64 = 8.0;
-/// Ring modes kept at least, unless the machine says otherwise.
+/// Minimum number of modes of each ring, unless the machine file sets the number.
 pub const DEFAULT_RING_MODES: usize = 36;
-/// More ring modes are kept where a contact force of 1 ms meets more than this part of the ring's flexibility in modes whose inertia it feels. The run is invalid
-/// from 3 % on ([`crate::structure::MAX_TRUNCATION_ERROR`], with the rotor's flexibility beside the ring's). Modes of many blades crowd: a ring of 40 blades has 81
-/// below twice the lowest frequency of a blade. Verified by `a_ring_of_many_blades_keeps_more_modes` in `tests/rotor/modal_basis.rs`.
+/// Largest truncation error of a ring under a contact force of 1 ms: the share of the ring's flexibility in truncated modes whose inertia
+/// the force feels. Above this share, more ring modes are kept. The run is invalid from 3 % on ([`crate::structure::MAX_TRUNCATION_ERROR`],
+/// relative to the flexibility of rotor and ring). Modes of bladed rings are closely spaced: a ring of 40 blades has 81 modes below twice
+/// the lowest blade frequency. Verified by `a_ring_of_many_blades_keeps_more_modes` in `tests/rotor/modal_basis.rs`.
 const RING_TRUNCATION: f64 = 0.01;
-/// Rate of a contact force of 1 ms \[1/s\], as in `structure::truncation_error`.
+/// Circular frequency W of a contact force whose half period is 1 ms \[1/s\], as in `structure::truncation_error`.
 const CONTACT_RATE: f64 = std::f64::consts::PI / 1e-3;
-/// Relative distance of omega^2 below which two modes are one pair.
+/// Relative difference of omega^2 below which two modes are a pair.
 const PAIR: f64 = 1e-7;
 
-/// Least numbers of torsional modes by default. A rigid ring or a radial spring has no frequencies that raise the number, while its friction torque acts at
-/// one place of the shaft: with 3 modes the largest torsional moment of the test rig on a spring is a thirteenth of that of `full`, with 6 it is right; the
-/// turbine takes 12. Verified by `the_torque_of_a_rub_on_a_spring_reaches_the_shaft`.
+/// Minimum default numbers of elastic torsional modes: without and with a rigid ring or a radial spring. Such a stator has no frequencies
+/// that raise the number, while its friction torque acts at one node of the shaft. On the test rig with a spring, 3 modes give a thirteenth
+/// of the largest torsional moment of `full`; 6 modes give the moment of `full`; the turbine needs 12. Verified by
+/// `the_torque_of_a_rub_on_a_spring_reaches_the_shaft`.
 const LEAST_TWIST: usize = 3;
 const LEAST_TWIST_IN_CONTACT: usize = 16;
 
@@ -107,7 +110,7 @@ impl Basis {
         Self::beside(machine, rotor, ring_sets)
     }
 
-    /// The same of a machine whose rings have these modes.
+    /// Computes the basis of a machine with given ring modes.
     pub(crate) fn beside(
         machine: &Machine,
         rotor: &RotorMatrices,
@@ -123,7 +126,7 @@ impl Basis {
                 ModeSet { omega_squared: Vec::new(), shapes: Matrix::zeros(rotor.lateral_size(), 0), full_limit: 0.0 }
             }
         };
-        // by default every twist mode that does not govern the step: they cost little and carry the torsional moments
+        // default: every torsional mode that does not govern the step; these modes are cheap and carry the torsional moments
         let ceiling = ring_sets.iter().map(ModeSet::highest).fold(lateral.highest(), f64::max);
         let is_rigid = |diaphragm: &Diaphragm| !matches!(diaphragm.kind, DiaphragmKind::Flexible(_));
         let least = if machine.diaphragms.iter().any(is_rigid) { LEAST_TWIST_IN_CONTACT } else { LEAST_TWIST };
@@ -138,9 +141,9 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
     let (values, shapes) = if coupled {
         symmetric_generalised(&rotor.stiffness, &rotor.mass, "the rotor")?
     } else {
-        // plane by plane; where both planes are the same, so are their modes, digit for digit
+        // each plane separately; identical planes get identical modes, digit for digit
         let plane = |dofs: &[usize], slope: f64| {
-            // theta_u = -v,z: with the sign of its slopes turned the YZ plane reads as the XZ plane
+            // theta_u = -v,z: with the sign of its slopes reversed, the YZ plane has the matrices of the XZ plane
             let flip = |order: usize| if rotor.turn_sign(order) < 0.0 { slope } else { 1.0 };
             let part =
                 |a: &Matrix| Matrix::from_fn(dofs.len(), dofs.len(), |i, j| flip(i) * flip(j) * a[(dofs[i], dofs[j])]);
@@ -176,9 +179,10 @@ fn lateral_modes(rotor: &RotorMatrices, wanted: Option<usize>, ceiling: f64) -> 
     Ok(modes)
 }
 
-/// How many of the lowest modes hold the static flexibility of every bearing without a table, in every direction, but for
-/// [`LEFT_OUT_AT_BEARINGS`] of it (bearings with a table have modes of their own); modes that are not stiff (bearings whose symmetric part is indefinite) count with the size of
-/// their omega^2. Verified by `as_many_modes_are_kept_however_bearings_are_turned` in `tests/rotor/invariance.rs`,
+/// Returns the number of lowest lateral modes that leave at most [`LEFT_OUT_AT_BEARINGS`] of the static flexibility to the truncated modes,
+/// at every bearing without a table and in every direction. Bearings with a table have modes of their own. A mode with negative omega^2
+/// (indefinite symmetric part of the bearing stiffness) counts with the magnitude of its omega^2. Verified by
+/// `as_many_modes_are_kept_however_bearings_are_turned` in `tests/rotor/invariance.rs`,
 /// `stiff_journal_bearings_keep_as_many_modes_as_others` in `tests/rotor/modal_basis.rs`.
 fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -> usize {
     let least = f64::EPSILON * values.last().map_or(0.0, |square| square.abs());
@@ -190,7 +194,7 @@ fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -
         let add = |sum: [f64; 3], part: [f64; 3]| [sum[0] + part[0], sum[1] + part[1], sum[2] + part[2]];
         let all = (0..values.len()).map(part).fold([0.0; 3], add);
         let mut left_out = [0.0; 3];
-        // from the stiffest down to the first that may not be left out
+        // from the stiffest mode down to the first that must be kept
         let from_above = (0..values.len()).rposition(|j| {
             left_out = add(left_out, part(j));
             largest_share(left_out, all) > LEFT_OUT_AT_BEARINGS
@@ -202,8 +206,8 @@ fn enough_for_bearings(rotor: &RotorMatrices, values: &[f64], shapes: &Matrix) -
     supports.map(|(_, site)| enough(site.places)).max().unwrap_or(0)
 }
 
-/// Largest share, over all directions, that a symmetric 2x2 matrix `[xx, xy, yy]` has in another, positive definite one: the
-/// larger root s of `det(A - s B) = 0`. So it does not depend on how the axes lie.
+/// Largest ratio `x^T A x / x^T B x` over all directions x of the plane: the larger root s of `det(A - s B) = 0`. `a`, `b`: symmetric 2x2
+/// matrices `[xx, xy, yy]`, B positive definite. The ratio does not depend on the orientation of the axes.
 pub(crate) fn largest_share(a: [f64; 3], b: [f64; 3]) -> f64 {
     // L^-1 A L^-T with B = L L^T
     let root = b[0].sqrt();
@@ -244,12 +248,12 @@ fn merge_planes(
     (values, shapes)
 }
 
-/// `default`: frequency up to which all modes are kept \[rad/s\], and the least number of modes.
+/// Returns the torsional modes. `default`: frequency up to which all modes are kept \[rad/s\], and the minimum number of elastic modes.
 fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, default: (f64, usize)) -> Result<ModeSet, BasisError> {
     let (ceiling, least) = default;
     let (mut values, mut shapes) =
         symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?;
-    // the rigid rotation, exactly
+    // the rigid rotation is exact
     let inertia: f64 = rotor.twist_mass.sum();
     values[0] = 0.0;
     shapes.column_mut(0).fill(1.0 / inertia.sqrt());
@@ -272,12 +276,14 @@ fn ring_modes(ring: &RingMatrices, wanted: Option<usize>) -> Result<ModeSet, Bas
     Ok(select(values, shapes, wanted, orient_pair))
 }
 
-/// How many of the lowest ring modes hold the flexibility of every ring node to a radial force of 1 ms, but for [`RING_TRUNCATION`] of it:
+/// Returns the number of lowest ring modes whose truncation error under a radial force of 1 ms is at most [`RING_TRUNCATION`] at every ring
+/// node:
 ///
 /// ```text
 /// sum over the truncated modes of phi^2/w^2 W^2/(w^2 + W^2)  <=  RING_TRUNCATION  sum over all modes of phi^2/w^2
 /// ```
-/// At least [`DEFAULT_RING_MODES`]; exactly these for a ring with a mode that is not stiff.
+/// phi: radial displacement of a mode at the node; w: its circular frequency; W: [`CONTACT_RATE`]. The number is at least
+/// [`DEFAULT_RING_MODES`], and equal to it for a ring with a rigid-body or negative mode.
 fn enough_for_contact(nodes: usize, values: &[f64], shapes: &Matrix) -> usize {
     if values.iter().any(|&square| square <= 0.0) {
         return DEFAULT_RING_MODES;
@@ -299,7 +305,7 @@ fn enough_for_contact(nodes: usize, values: &[f64], shapes: &Matrix) -> usize {
     (0..nodes).map(wanted).fold(DEFAULT_RING_MODES, usize::max)
 }
 
-/// Keeps the lowest modes without cutting a pair; fixes signs, and the orientation of pairs through `orient`.
+/// Selects the lowest modes without splitting a pair, fixes the signs of the shapes, and orients each pair through `orient`.
 fn select(values: Vec<f64>, mut shapes: Matrix, wanted: usize, orient: impl Fn(&mut Matrix, usize)) -> ModeSet {
     let is_pair = |i: usize| {
         i + 1 < values.len() && (values[i + 1] - values[i]).abs() <= PAIR * values[i + 1].abs().max(f64::MIN_POSITIVE)
@@ -328,8 +334,8 @@ fn select(values: Vec<f64>, mut shapes: Matrix, wanted: usize, orient: impl Fn(&
     ModeSet { omega_squared: values[..kept].to_vec(), shapes: shapes.columns(0, kept).into_owned(), full_limit }
 }
 
-/// Turns a pair of ring modes so that the second has no radial displacement at alpha = 0 (no tangential one where both
-/// have no radial one).
+/// Rotates a pair of ring modes in its plane so that the second mode has no radial displacement at alpha = 0. If neither mode has a radial
+/// displacement there, the tangential displacement is used.
 fn orient_pair(shapes: &mut Matrix, first: usize) {
     let scale = shapes.columns(first, 2).amax();
     let row = if libm::hypot(shapes[(2, first)], shapes[(2, first + 1)]) > 1e-6 * scale { 2 } else { 0 };

@@ -1,15 +1,15 @@
-//! The frozen basis as bytes: versioned, little-endian, complete.
+//! Serialisation of the frozen basis: versioned, little-endian, complete.
 
 use super::{Basis, BasisError, ModeSet};
 use bladeoff_numerics::linalg::Matrix;
 
 const MAGIC: &[u8; 8] = b"BLADEBAS";
 const VERSION: u32 = 1;
-/// Largest number of rows or columns that a reader believes.
+/// Largest accepted number of rows or columns.
 const LARGEST: u64 = 1 << 20;
 
 impl Basis {
-    /// The basis as bytes; the same basis always gives the same bytes.
+    /// Serialises the basis; equal bases give equal bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Vec::new();
@@ -27,10 +27,10 @@ impl Basis {
         out
     }
 
-    /// Reads what [`Basis::to_bytes`] wrote.
+    /// Reads bytes written by [`Basis::to_bytes`].
     ///
     /// # Errors
-    /// [`BasisError::Malformed`] naming the place; never a panic or a large allocation on bytes that are not a basis.
+    /// [`BasisError::Malformed`] with the byte offset. Bytes that are not a basis never cause a panic or a large allocation.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, BasisError> {
         let mut reader = Reader { bytes, at: 0 };
         if reader.take(8)? != MAGIC {

@@ -1,14 +1,15 @@
-//! Forecast of contact: the eccentricity of the linear rotor at each diaphragm, as long as nothing touches.
+//! Forecast of contact: the eccentricity of the linear rotor at each diaphragm, assuming no contact.
 //!
 //! ```text
-//! reach(W) = |s - o| + a(W)            steady: a half axis of the synchronous orbit, s sag under gravity, o offset of the ring's centre
-//! reach    = max |s + x(t) - o|        release: M x'' + (C + W0 G) x' + K x = f(W, t) from the motion before the release
-//! W0 .. W1                             speeds of the run: W1 is what braking alone leaves at run.end_time, at least run.end_speed
+//! reach(W) = |s - o| + a(W)            steady state: a major half axis of the synchronous orbit, s sag under gravity, o offset of the ring's centre
+//! reach    = max |s + x(t) - o|        release: M x'' + (C + W0 G) x' + K x = f(W, t), starting from the motion before the release
+//! W0 .. W1                             speeds of the run: from W0 at the start to W1, reached by braking alone at run.end_time, at least run.end_speed
 //! ```
-//! Source: the equations of motion of docs/theory/01-shaft-line.md, in which braking alone slows the spin (`G` at the initial speed), integrated by Newmark's average acceleration
-//! (N. M. Newmark, ASCE J. Eng. Mech. 85, 1959), which neither gains nor loses energy. Limits: the release is followed for the first
-//! turns only ([`TURNS`]); a rotor that passes a critical speed quickly stays below its steady response. Verified by `a_sudden_unbalance_has_the_closed_form_of_a_jeffcott_rotor`
-//! and, against complete runs of the shipped machines, by `tests/contact/contact_forecast.rs`.
+//! Source: the equations of motion of docs/theory/01-shaft-line.md, with the spin slowed by braking alone and `G` at the initial speed.
+//! They are integrated by Newmark's average acceleration (N. M. Newmark, ASCE J. Eng. Mech. 85, 1959), which neither adds nor dissipates
+//! energy. Limits: only the first [`TURNS`] revolutions after the release are computed; a rotor that passes a critical speed quickly stays
+//! below its steady-state response. Verified by `a_sudden_unbalance_has_the_closed_form_of_a_jeffcott_rotor` and, against complete runs of
+//! the shipped machines, by `tests/contact/contact_forecast.rs`.
 
 use super::releases::{expected_releases, slowed};
 use super::unbalance::LinearRotor;
@@ -16,56 +17,56 @@ use bladeoff_model::machine::{InitialState, Machine, Presence};
 use bladeoff_numerics::linalg::{Matrix, Vector, mul_vec, solve};
 use std::f64::consts::TAU;
 
-/// Evenly spaced speeds of the first search for the largest response, maxima that are refined, and steps of each refinement.
+/// Number of equidistant speeds in the search for the largest response, of refined maxima, and of golden-section steps per refinement.
 const SPEEDS: usize = 96;
 const REFINED: usize = 3;
 const GOLDEN: usize = 24;
-/// Turns that are followed after the release, and steps of a turn.
+/// Number of computed revolutions after the release, and of time steps per revolution.
 const TURNS: usize = 40;
 const STEPS: usize = 64;
-/// Steps of the run-down by braking alone.
+/// Number of time steps of the run-down by braking alone.
 const BRAKING: usize = 2000;
 
-/// Expected eccentricity of the rotor at a diaphragm, as long as nothing touches.
+/// Forecast eccentricity of the rotor at a diaphragm, assuming no contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactForecast {
-    /// Place of the diaphragm in the machine.
+    /// Index of the diaphragm in the machine.
     pub diaphragm: usize,
-    /// Gap \[m\].
+    /// Radial gap \[m\].
     pub gap: f64,
-    /// Distance of the sagging rotor from the ring's centre \[m\].
+    /// Static distance of the rotor's centre from the ring's centre, with sag and offset \[m\].
     pub at_rest: f64,
-    /// Lowest and highest speed of the run \[rad/s\].
+    /// Lowest and highest speed of the run without contact \[rad/s\].
     pub speeds: [f64; 2],
-    /// Largest synchronous response within these speeds \[m\]: major half axis of the orbit.
+    /// Largest synchronous response within these speeds \[m\]: the major half axis of the orbit.
     pub response: f64,
-    /// Speed of that response \[rad/s\].
+    /// Speed of the largest response \[rad/s\].
     pub speed: f64,
-    /// Largest eccentricity in the first turns after the release \[m\].
+    /// Largest eccentricity in the first revolutions after the release \[m\].
     pub release: f64,
 }
 
 impl ContactForecast {
-    /// Largest steady eccentricity over the gap: one and more is contact.
+    /// Largest steady-state eccentricity over the gap \[-\]; contact is expected from 1 on.
     #[must_use]
     pub fn steady_share(&self) -> f64 {
         (self.at_rest + self.response) / self.gap
     }
 
-    /// Largest eccentricity after the release over the gap.
+    /// Largest eccentricity after the release over the gap \[-\].
     #[must_use]
     pub fn release_share(&self) -> f64 {
         self.release / self.gap
     }
 
-    /// The larger share of the gap.
+    /// Larger of the steady-state share and the release share of the gap \[-\].
     #[must_use]
     pub fn share(&self) -> f64 {
         self.steady_share().max(self.release_share())
     }
 }
 
-/// One forecast for each diaphragm. Empty where a matrix of the rotor has no inverse.
+/// Returns one forecast per diaphragm. The list is empty if a system matrix of the rotor is singular.
 #[must_use]
 pub fn contact_forecasts(machine: &Machine) -> Vec<ContactForecast> {
     let expected = expected_releases(machine);
@@ -100,7 +101,7 @@ pub fn contact_forecasts(machine: &Machine) -> Vec<ContactForecast> {
         .collect()
 }
 
-/// Static deflection under gravity and on bearing seats off the bearing line.
+/// Static deflection \[m, rad\] under gravity and by bearing seats off the bearing line.
 fn sag(machine: &Machine, rotor: &LinearRotor) -> Option<Vec<f64>> {
     let weight = rotor.matrices.constant_force(&machine.rotor, &rotor.sites);
     if weight.iter().all(|force| *force == 0.0) {
@@ -109,7 +110,7 @@ fn sag(machine: &Machine, rotor: &LinearRotor) -> Option<Vec<f64>> {
     solve(&rotor.stiffness, &Vector::from_vec(weight)).map(|sag| sag.as_slice().to_vec())
 }
 
-/// Lowest and highest speed of a run in which nothing touches.
+/// Lowest and highest speed of a run without contact \[rad/s\].
 fn speeds(machine: &Machine, rotor: &LinearRotor) -> [f64; 2] {
     let first = machine.rotor.initial_speed;
     if let Some(law) = &machine.rotor.speed_law {
@@ -127,8 +128,8 @@ fn speeds(machine: &Machine, rotor: &LinearRotor) -> [f64; 2] {
     [speed, first]
 }
 
-/// Speed and size of the largest response of a node. A critical speed that falls between two speeds of the search is found because the
-/// response rises towards it on both sides.
+/// Speed \[rad/s\] and amplitude \[m\] of the largest response of a node. The search also finds a critical speed between two of its speeds,
+/// because the response rises towards it from both sides.
 fn largest_response(rotor: &LinearRotor, node: usize, [low, high]: [f64; 2]) -> (f64, f64) {
     let at = |speed: f64| rotor.response(speed).map_or(f64::INFINITY, |found| found.nodes[node]);
     if high <= low {
@@ -148,7 +149,7 @@ fn largest_response(rotor: &LinearRotor, node: usize, [low, high]: [f64; 2]) -> 
     refined.fold((high, found[SPEEDS]), best)
 }
 
-/// Maximum between two ends by golden section.
+/// Argument and value of a maximum between two ends, by golden section.
 fn golden(at: &impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> (f64, f64) {
     let share = 0.5 * (5.0_f64.sqrt() - 1.0);
     let mut inner = [high - share * (high - low), low + share * (high - low)];
@@ -167,17 +168,18 @@ fn golden(at: &impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> (f64, f64)
     if values[0] > values[1] { (inner[0], values[0]) } else { (inner[1], values[1]) }
 }
 
-/// Releases that happen together.
+/// A stage: releases at the same instant.
 struct Stage {
-    /// Time \[s\] and speed \[rad/s\].
+    /// Time \[s\] and speed \[rad/s\] of the releases.
     time: f64,
     speed: f64,
-    /// Whether each unbalance is there before, and behind.
+    /// Whether each unbalance is present before and after the releases.
     before: Vec<bool>,
     after: Vec<bool>,
 }
 
-/// The release at t = 0, and those after it in their order; a later one finds the steady motion of those before.
+/// Returns the stage at t = 0 and all later stages in order. A later stage starts from the steady motion with the unbalances released
+/// before.
 fn stages(machine: &Machine, expected: &[[f64; 2]]) -> Vec<Stage> {
     let mut times: Vec<[f64; 2]> = expected.to_vec();
     times.push([0.0, machine.rotor.initial_speed]);
@@ -193,13 +195,13 @@ fn stages(machine: &Machine, expected: &[[f64; 2]]) -> Vec<Stage> {
     times.into_iter().map(stage).collect()
 }
 
-/// Largest eccentricity \[m\] at each place in the first turns after the releases of a stage; `places`: node and where its sag is from the ring's
-/// centre.
+/// Returns the largest eccentricity at each diaphragm in the first revolutions after the releases of a stage \[m\]; `None`: a matrix is
+/// singular. `places`: node, and its static position relative to the ring's centre \[m\].
 fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])], stage: &Stage) -> Option<Vec<f64>> {
     let speed = stage.speed;
     let before = rotor.amplitudes(speed, |place| stage.before[place])?;
     let size = rotor.matrices.lateral_size();
-    // a disturbance of the start has decayed before a later release
+    // an initial disturbance has decayed before a later release
     let initial = if stage.time == 0.0 { machine.rotor.initial } else { InitialState::default() };
     let shift = rotor.matrices.uniform(initial.displacement);
     let drift = rotor.matrices.uniform(initial.velocity);
@@ -282,8 +284,8 @@ mod tests {
             .unwrap_or_else(|e| panic!("{e}"))
     }
 
-    /// Undamped, of natural frequency w = 2: X e^{iWt} - A e^{iwt} - B e^{-iwt} with A, B = X (1 +- W/w)/2, so that the three
-    /// amplitudes add up at some time: |X| (1 + max(1, W/w)).
+    /// Undamped rotor of natural frequency w = 2: X e^{iWt} - A e^{iwt} - B e^{-iwt} with A, B = X (1 +- W/w)/2. At some time the three
+    /// amplitudes add: |X| (1 + max(1, W/w)).
     #[test]
     fn a_sudden_unbalance_has_the_closed_form_of_a_jeffcott_rotor() {
         for speed in [0.7, 1.3, 5.1] {

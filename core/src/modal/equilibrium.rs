@@ -1,30 +1,31 @@
-//! Static equilibrium before a run: sag, and forces of bearings and pedestals under gravity and on seats off the bearing line.
+//! Static equilibrium before a run: sag, and forces of bearings and pedestals, under gravity and with seats off the bearing line.
 //!
 //! ```text
 //! (K + K_skew) q = w        w: weight of rotor, pedestals and residual unbalances, and forces of the seats
 //! ```
-//! The same system gives the start of a run (`engine::beginning`), there in the coordinates of the engine. Limits: no speed in it, so a spinning rotor on
-//! damped cross-coupled bearings rests where this one does. Verified by `the_equilibrium_carries_the_weight`.
+//! The same system gives the initial state of a run (`engine::beginning`), there in the coordinates of the engine. Limits: the system does
+//! not depend on the speed, so a spinning rotor on damped cross-coupled bearings has the same equilibrium. Verified by
+//! `the_equilibrium_carries_the_weight`.
 
 use super::unbalance::LinearRotor;
 use crate::rotor::UnbalanceSite;
 use bladeoff_model::machine::{Machine, Presence, RotorKind};
 use bladeoff_numerics::linalg::{Vector, solve};
 
-/// Rest of the rotor before a run.
+/// Static equilibrium of the rotor before a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Largest displacement of a node from the bearing line \[m\].
     pub sag: f64,
-    /// Place of that node along the shaft \[m\]; `None`: a mass point.
+    /// Axial position of that node \[m\]; `None` for a point mass.
     pub position: Option<f64>,
     /// Force on each bearing, in the machine's order \[N\].
     pub bearings: Vec<[f64; 2]>,
-    /// Force of each pedestal on the ground, in the order of the bearings that have one \[N\].
+    /// Force of each pedestal on the ground, in the order of the bearings with a pedestal \[N\].
     pub pedestals: Vec<[f64; 2]>,
 }
 
-/// Static equilibrium of a machine; `None` where nothing acts, or nothing holds the rotor.
+/// Returns the static equilibrium of a machine; `None` if no force acts or the rotor is not supported.
 #[must_use]
 pub fn equilibrium(machine: &Machine) -> Option<Equilibrium> {
     let rotor = LinearRotor::new(machine);

@@ -1,8 +1,9 @@
-//! Modes followed over speed by their shapes, and the speeds at which one of them meets the spin.
+//! Tracking of modes over speed by their mode shapes, and critical speeds: the speeds at which a whirl frequency equals the spin.
 //!
-//! From speed to speed each mode goes on as the one that is most like it ([`Mode::alike`]). Where that is not clear, or one
-//! becomes overdamped or ceases to be, the step of the speed is halved. So lines cross where modes do and keep apart where they
-//! only come near. A way is worth only so many looks ([`Looks`]). Verified by `tests/rotor/modes.rs`, critical speeds also by `tests/rotor/outside.rs`, `tests/rotor/linear_rotors.rs`.
+//! From one speed to the next, each mode is matched with the most similar mode ([`Mode::alike`]). The speed step is halved if the match is
+//! not clear, or if a mode becomes overdamped or disappears. So the lines of a Campbell diagram cross at a true crossing and veer
+//! otherwise. The number of evaluated speeds is limited ([`Looks`]). Verified by `tests/rotor/modes.rs`; critical speeds also by
+//! `tests/rotor/outside.rs` and `tests/rotor/linear_rotors.rs`.
 
 use super::looks::{Looks, ModesError};
 use super::matrices::Reduced;
@@ -12,38 +13,38 @@ use super::refine::Refinement;
 use super::shape::{CLEAR, Mode};
 use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OverdampedMode, SpeedModes, WhirlMode, whirls};
 
-/// Whirl modes at rest below which critical speeds are looked for, and whose way must be clear.
+/// Number of lowest whirl modes at rest that are tracked for critical speeds and must be matched clearly.
 const FOLLOWED: usize = 12;
-/// Intervals up to the highest of them.
+/// Speed intervals from rest to the end of the search.
 const INTERVALS: usize = 64;
-/// Highest speed of the search, as a multiple of the highest frequency.
+/// Highest speed of the search, as a multiple of the highest tracked frequency at rest.
 const END: f64 = 1.05;
-/// Steps from one speed asked for to the next at most.
+/// Maximum number of steps between two requested speeds.
 const MOST: f64 = 128.0;
-/// An interval is halved at most so many times.
+/// Maximum number of halvings of a speed step.
 const HALVINGS: usize = 8;
-/// Two modes less alike have nothing to do with one another.
+/// Similarity (MAC) below which two modes are not matched by shape.
 const STRANGE: f64 = 0.05;
 
 /// Modes at one speed.
 struct ModesAtSpeed {
     speed: f64,
     modes: Vec<Mode>,
-    /// Which mode each of them is.
+    /// Identity of each mode: a number that stays with the mode over speed.
     identity: Vec<usize>,
 }
 
-/// The way of all modes from rest through speeds.
+/// Tracking of all modes from rest to increasing speeds.
 struct Way<'a> {
     looks: Looks<'a>,
     last: ModesAtSpeed,
-    /// Number of each identity, 0 before it first whirls, and how many have one.
+    /// Number of each identity, from 1; 0 until the mode first whirls. `numbered`: how many have a number.
     numbers: Vec<usize>,
     numbered: usize,
-    /// Modes whose way must be clear, and the highest of their frequencies at rest.
+    /// Number of modes that must be matched clearly; `top`: the highest of their frequencies at rest \[rad/s\].
     followed: usize,
     top: f64,
-    /// Crossings with the spin on the way, where they are looked for.
+    /// Crossings of modes with the spin so far: speed \[rad/s\] and mode. `None`: crossings are not searched.
     crossings: Option<Vec<(f64, Mode)>>,
 }
 
@@ -55,7 +56,7 @@ impl<'a> Way<'a> {
     ) -> Result<Self, ModesError> {
         let looks = Looks::new(lateral, reduced);
         let mut modes = looks.spectrum(0.0, 0.0)?;
-        // whirl modes first: they are those that are followed
+        // whirl modes first: the tracked modes are the first ones
         modes.sort_by_key(|mode| !whirls(mode));
         let (followed, top) = followed(&modes);
         let last = ModesAtSpeed { speed: 0.0, identity: (0..modes.len()).collect(), modes };
@@ -65,7 +66,7 @@ impl<'a> Way<'a> {
         Ok(way)
     }
 
-    /// A mode is numbered when it first whirls.
+    /// Numbers each mode that whirls for the first time.
     fn number(&mut self) {
         for (mode, &identity) in self.last.modes.iter().zip(&self.last.identity) {
             if self.numbers[identity] == 0 && whirls(mode) {
@@ -75,7 +76,7 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Goes on to a speed, in smaller steps where that is needed.
+    /// Tracks all modes to a speed \[rad/s\], with at most `halvings` halvings of the step.
     fn go_to(&mut self, speed: f64, halvings: usize) -> Result<(), ModesError> {
         let modes = self.looks.spectrum(speed, self.last.speed)?;
         let last = &self.last;
@@ -113,7 +114,7 @@ impl<'a> Way<'a> {
         Ok(())
     }
 
-    /// What a table shows of the speed where it is.
+    /// Returns the whirl modes and overdamped motions at the current speed.
     fn here(&self) -> SpeedModes {
         let modes = || self.last.modes.iter().zip(&self.last.identity);
         let whirling = modes().filter(|(mode, _)| whirls(mode));
@@ -133,7 +134,7 @@ impl<'a> Way<'a> {
     }
 }
 
-/// How many whirl modes at rest are followed, and the highest of their frequencies \[rad/s\].
+/// Returns the number of tracked whirl modes at rest, and the highest of their frequencies \[rad/s\].
 fn followed(modes: &[Mode]) -> (usize, f64) {
     let mut frequencies: Vec<f64> = modes.iter().filter(|mode| whirls(mode)).map(|mode| mode.value[1]).collect();
     frequencies.sort_by(f64::total_cmp);
@@ -141,7 +142,7 @@ fn followed(modes: &[Mode]) -> (usize, f64) {
     (count, frequencies[..count].last().copied().unwrap_or(0.0))
 }
 
-/// Leaves one of two motions whose decay is the same but for rounding: they are a pair that turns too slowly to be seen.
+/// Removes one of two aperiodic motions whose decay differs by rounding only: they are a pair that rotates too slowly to be resolved.
 fn once(overdamped: &mut Vec<OverdampedMode>) {
     let mut alone: Option<f64> = None;
     overdamped.retain(|mode| {
@@ -152,8 +153,9 @@ fn once(overdamped: &mut Vec<OverdampedMode>) {
     });
 }
 
-/// The mode of `to` that each of `from` goes on as, and how much alike they are; the most alike are paired first. What is left
-/// of the whirl modes goes on as what is nearest: where none begins or ends to whirl, each of them goes on as one that whirls.
+/// Matches the modes `from` with the modes `to` at the next speed: the index of the matched mode and their similarity. The most similar
+/// modes are matched first. The remaining whirl modes are matched by the distance of their lambda. If the number of whirl modes does not
+/// change, whirl modes are matched with whirl modes only.
 fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
     let whirling = |modes: &[Mode]| modes.iter().filter(|mode| whirls(mode)).count();
     let lasting = whirling(from) == whirling(to);
@@ -182,7 +184,7 @@ fn matched(from: &[Mode], to: &[Mode]) -> Vec<Option<(usize, f64)>> {
     found
 }
 
-/// Modes at speeds, in the order asked for.
+/// Returns the modes at given speeds \[rad/s\], in the order of `speeds`.
 ///
 /// # Errors
 /// [`ModesError`].
@@ -214,10 +216,10 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
     Ok(found.into_iter().flatten().collect())
 }
 
-/// Speeds at which a followed mode's frequency equals the speed, ascending.
+/// Returns the speeds at which the frequency of a tracked mode equals the speed, ascending.
 ///
-/// For results that are only shown the modes are followed in a reduced basis, and each speed is then refined in the full model. Without such a basis, or
-/// where a refined mode is another one, the full model is followed.
+/// For displayed results, the modes are tracked in a reduced basis, and each critical speed is then refined in the full model. The full
+/// model is tracked if there is no such basis, or if the refinement converges to another mode.
 ///
 /// # Errors
 /// [`ModesError`].
@@ -231,7 +233,7 @@ pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, M
     Ok(found)
 }
 
-/// The refined crossings of a reduced basis; `None`: the full model is needed.
+/// Returns the refined crossings of a reduced basis; `None`: the full model is needed.
 fn in_reduced_basis(lateral: &Lateral) -> Result<Option<Vec<(f64, Mode)>>, ModesError> {
     let Some(refinement) = Refinement::new(lateral).filter(|_| lateral.solver == Eigensolver::Display) else {
         return Ok(None);
@@ -246,13 +248,13 @@ fn in_reduced_basis(lateral: &Lateral) -> Result<Option<Vec<(f64, Mode)>>, Modes
     Ok(found.iter().map(|(speed, mode)| refinement.critical(*speed, mode)).collect())
 }
 
-/// Row of a critical speed in a table.
+/// Critical speed with the damping ratio and sense of its mode.
 fn critical(lateral: &Lateral, speed: f64, mode: &Mode) -> CriticalSpeed {
     let WhirlMode { damping_ratio, whirl, share, .. } = lateral.whirl(mode, speed);
     CriticalSpeed { speed, damping_ratio, whirl, share }
 }
 
-/// Crossings of followed modes with the spin.
+/// Returns the crossings of the tracked modes with the spin: speed \[rad/s\] and mode.
 fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, Mode)>, ModesError> {
     let mut way = Way::begin(lateral, reduced, Some(Vec::new()))?;
     let top = END * way.top;
@@ -263,7 +265,7 @@ fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, M
     Ok(way.crossings.unwrap_or_default())
 }
 
-/// Root of `omega(W) - W` of one mode in an interval, by regula falsi (Illinois); `None` if it has none.
+/// Root of `omega(W) - W` of one mode in a speed interval, by regula falsi (Illinois); `None` without a root.
 fn crossing(
     looks: &Looks<'_>,
     (mut a, first): (f64, &Mode),
@@ -283,7 +285,7 @@ fn crossing(
         let Some(mode) = whirling.max_by(|x, y| alike(x).total_cmp(&alike(y))) else { return Ok(None) };
         let fc = mode.value[1] - c;
         let narrow = (b - a).abs() < 1e-13 * c;
-        // a jump from one mode to another is no crossing
+        // a jump from one mode to another is not a crossing
         if narrow && fc.abs() > 1e-6 * c {
             return Ok(None);
         }

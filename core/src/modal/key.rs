@@ -1,4 +1,4 @@
-//! Which structure a basis belongs to: a hash of what the modes depend on, written out field by field.
+//! Key of a basis: a hash of all data that determine the modes, written out field by field.
 //!
 //! ```text
 //! basis 3
@@ -13,25 +13,26 @@
 //! blades COUNT LENGTH THICKNESS WIDTH ELEMENTS                                                     where that ring has any
 //! modes ROTOR TWIST RING
 //! ```
-//! Numbers are the bits of an f64 in 16 hexadecimal digits, counts are decimal, what is not given is a dash. Every line says by its
-//! first word how it is read, so that two structures never have one text. Names and the numbers of sections are left out: no mode depends on them.
+//! Numbers are the bits of an f64 in 16 hexadecimal digits. Counts are decimal. A missing value is a dash. The first word of a line
+//! determines its format, so two different structures never have the same text. Names and section numbers are excluded, because no mode
+//! depends on them.
 //!
-//! The key is at rest in every result directory (`basis.bin`), and its bytes are part of the keys of the samples. So this text is a format: it changes with its
-//! version alone. It contains no Rust name, so a field can be renamed without changing a key. Every pattern here names all fields of its struct, so that a new one does not
-//! compile until it is decided whether the modes depend on it. Verified by `keys_are_those_at_rest`,
-//! `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
+//! The key is stored in every result directory (`basis.bin`), and its bytes are part of the keys of the samples. So this text is a file
+//! format: it changes only together with its version. It contains no Rust name, so renaming a field does not change a key. Every pattern
+//! here names all fields of its struct. So a new field does not compile until this file states whether the modes depend on it. Verified by
+//! `keys_are_those_at_rest`, `what_the_modes_depend_on_is_in_the_key_and_nothing_else`.
 
 use bladeoff_model::machine::{
     Bearing, Blades, Diaphragm, DiaphragmKind, Disc, FlexibleStator, Layer, Machine, Pedestal, PointMass, Ring, Rotor,
     RotorKind, RunSettings, Shaft, ShaftElement,
 };
 
-/// The key of a machine's basis.
+/// Returns the key of a machine's basis.
 pub(crate) fn modal_key(machine: &Machine) -> [u8; 32] {
     *blake3::hash(text(machine).as_bytes()).as_bytes()
 }
 
-/// Whether a basis with this key belongs to the machine.
+/// Returns whether a basis with this key belongs to the machine.
 pub(crate) fn is_key_of(key: &[u8; 32], machine: &Machine) -> bool {
     *key == modal_key(machine)
 }
@@ -80,7 +81,7 @@ fn text(machine: &Machine) -> String {
         let Diaphragm { name: _, kind, angle: _, contact: _ } = diaphragm;
         match kind {
             DiaphragmKind::Flexible(stator) => of_ring(&mut text, stator),
-            // raises the number of twist modes
+            // a rigid stator raises the number of torsional modes
             DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { stiffness: _ } => {
                 text.word("rigid").end();
             }
@@ -90,7 +91,7 @@ fn text(machine: &Machine) -> String {
     text.0
 }
 
-/// How many modes are kept.
+/// Appends the requested numbers of modes.
 fn of_run(text: &mut Text, run: &RunSettings) {
     let RunSettings {
         end_time: _,
@@ -155,7 +156,7 @@ fn of_element(text: &mut Text, word: &str, element: &ShaftElement) {
         Some(coefficient) => text.numbers(&[coefficient]),
         None => text.word("-"),
     };
-    // nothing for a cylinder: the key of a machine without tapers is that of earlier builds
+    // no entry for a cylinder: the key of a machine without tapers equals that of earlier builds
     if element.is_tapered() {
         text.word("to").numbers(&[end_diameter, end_inner_diameter]);
     }
@@ -163,7 +164,7 @@ fn of_element(text: &mut Text, word: &str, element: &ShaftElement) {
 }
 
 fn of_ring(text: &mut Text, stator: &FlexibleStator) {
-    // planar Euler-Bernoulli beams have no use for Poisson's ratio
+    // planar Euler-Bernoulli beams do not use Poisson's ratio
     let FlexibleStator { young_modulus, poisson_ratio: _, density, yield_strength: _, ring, blades, damping: _ } =
         stator;
     let Ring { mean_radius, thickness, width, elements } = *ring;
@@ -173,7 +174,7 @@ fn of_ring(text: &mut Text, stator: &FlexibleStator) {
     }
 }
 
-/// Lines of words with one space behind each.
+/// Lines of words, each followed by one space.
 struct Text(String);
 
 impl Text {

@@ -1,4 +1,4 @@
-//! Keys at rest, field by field.
+//! Stored keys, field by field.
 
 use super::*;
 use bladeoff_model::machine::{BearingTable, Interpolation, MachineDef};
@@ -12,14 +12,14 @@ fn rig() -> Machine {
     machine(include_str!("../../../studies/machines/lab_rig.toml"))
 }
 
-/// A point mass in a spring, with numbers that Rust writes with an exponent or a sign.
+/// A point mass on a spring, with numbers that Rust prints with an exponent or a sign.
 fn point() -> Machine {
     let mut point = machine(
         "schema = 1\nname = \"point\"\n[run]\nend_time = 1\nstep = 1e-3\nring_modes = 8\n\
          [rotor]\nkind = \"point-mass\"\nmass = 0.00001\npolar_inertia = 0.000001\ninitial_speed = 1\n\
          [rotor.bearings.spring]\nstiffness = [[1e16, 0], [0, 12345678.9]]\ndamping = 1\n",
     );
-    // no file gives it, and yet it is another text
+    // no file has this value, but the text of the key differs
     point.rotor.bearings[0].stiffness[0][1] = -0.0;
     point
 }
@@ -33,7 +33,7 @@ fn hex(key: [u8; 32]) -> String {
     blake3::Hash::from_bytes(key).to_hex().to_string()
 }
 
-/// Result directories have these. Whatever is renamed or moved, they stay.
+/// Existing result directories contain these keys. They must survive every renaming and move.
 #[test]
 fn keys_are_those_at_rest() {
     let turbine = machine(include_str!("../../../studies/machines/lp_turbine_paper.toml"));
@@ -145,7 +145,7 @@ fn what_the_modes_depend_on_is_in_the_key_and_nothing_else() {
     }
 }
 
-/// No name of Rust gets into a key through a struct that is printed: only numbers and text are.
+/// Rust names must not enter a key through the Debug output of a struct: only numbers and text are printed.
 #[test]
 fn keys_are_not_made_of_what_rust_prints_of_a_struct() {
     let printed = |source: &str| -> Vec<String> {

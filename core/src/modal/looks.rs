@@ -1,4 +1,4 @@
-//! Looks at a rotor at single speeds, of which a question is worth only so many.
+//! Spectra of a rotor at single speeds, limited in number for each question.
 
 use std::cell::Cell;
 
@@ -8,24 +8,24 @@ use super::whirl::Lateral;
 use bladeoff_numerics::linalg::EigenError;
 use bladeoff_text::document::units::format_digits;
 
-/// Why modes were not found, or not followed.
+/// Error in computing or tracking modes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModesError {
-    /// An eigenvalue problem.
+    /// Failure of an eigenvalue problem.
     #[error(transparent)]
     Eigen(#[from] EigenError),
-    /// From one speed to the next they change so much that it is not clear which is which, however small the steps.
+    /// Modes that change too much from one speed to the next to be identified, even with the smallest steps.
     #[error(
         "the modes change too much with the speed to be followed: after a look at {looks} speeds they are followed up to {} of {}; is a unit wrong, \
          such as a diameter of 25 m instead of 25 mm?",
         speed(*.reached), speed(*.wanted)
     )]
     Unclear {
-        /// Speeds looked at.
+        /// Number of evaluated speeds.
         looks: usize,
-        /// How far they were followed \[rad/s\].
+        /// Speed up to which the modes were tracked \[rad/s\].
         reached: f64,
-        /// How far they were to be \[rad/s\].
+        /// Speed up to which the modes had to be tracked \[rad/s\].
         wanted: f64,
     },
 }
@@ -34,11 +34,11 @@ fn speed(value: f64) -> String {
     format_digits(value, "rad/s", 4)
 }
 
-/// Looks beyond those planned that a way is worth: seconds. Of the machines of the tests, whose modes can all be followed, the worst takes
-/// eighty.
+/// Maximum number of evaluated speeds beyond the planned ones; they take seconds. The machines of the tests, whose modes can all be
+/// tracked, need at most eighty.
 const MORE: usize = 1000;
 
-/// A rotor at single speeds, on the way from rest to another one.
+/// Evaluator of spectra during the tracking of modes from rest to the speed `wanted` \[rad/s\].
 pub(super) struct Looks<'a> {
     pub lateral: &'a Lateral,
     reduced: Option<&'a Reduced>,
@@ -52,12 +52,12 @@ impl<'a> Looks<'a> {
         Self { lateral, reduced, taken: Cell::new(0), most: MORE, wanted: 0.0 }
     }
 
-    /// The way leads to this speed, with so many looks where all is clear.
+    /// Sets the end of the tracking \[rad/s\] and the number of speeds needed if every match is clear.
     pub fn plan(&mut self, wanted: f64, looks: usize) {
         (self.wanted, self.most) = (wanted, MORE + looks);
     }
 
-    /// Every solution at a speed. `reached`: how far the way is.
+    /// Returns every solution at a speed. `reached`: speed up to which modes are tracked so far \[rad/s\].
     ///
     /// # Errors
     /// [`ModesError`].

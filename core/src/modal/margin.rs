@@ -7,9 +7,9 @@
 //! required = min(0.10 + 0.17 f, 0.26)   W_crit above it                                                                          (4)
 //! required = 0                          AF < 2.5: the mode is damped so well that its critical speed is no limit                 (5)
 //! ```
-//! Source: (2) to (5) are the definitions of API 617 (8th edition, lateral analysis), for one running speed instead of a range. That standard takes AF from the width
-//! of the peak in a computed response; (1) is its limit for one lightly damped mode. Limits: the place of the unbalance and neighbouring modes are not in (1).
-//! Verified by the tests below.
+//! Source: (2) to (5) are the definitions of API 617 (8th edition, lateral analysis), for one running speed instead of a range. That
+//! standard takes AF from the width of the peak in a computed response; (1) is its limit for one lightly damped mode. Limits: (1) neglects
+//! the position of the unbalance and neighbouring modes. Verified by the tests below.
 
 use super::whirl::CriticalSpeed;
 
@@ -29,7 +29,7 @@ impl CriticalSpeed {
         (running > 0.0).then(|| (self.speed - running).abs() / running)
     }
 
-    /// Required separation margin (3) to (5) \[-\]; `None` where it is not defined: at rest, and for modes that are unstable or not excited by unbalance.
+    /// Required separation margin (3) to (5) \[-\]; `None` at rest, and for modes that are unstable or not excited by unbalance.
     #[must_use]
     pub fn required_separation(&self, running: f64) -> Option<f64> {
         let factor = self.amplification().filter(|_| running > 0.0 && self.is_excited_by_unbalance())?;

@@ -3,11 +3,12 @@
 //! ```text
 //! (lambda^2 M + lambda (C + W G) + K + K_skew) x = 0,   x = V y
 //! ```
-//! Source: equations of motion of the shaft line at constant speed. Limits: bearing tables are added by the callers. Verified by the tests of those that solve it.
+//! Source: equations of motion of the shaft line at constant speed. Limits: the callers add bearing tables. Verified by the tests of the
+//! solvers that use these matrices.
 
 use bladeoff_numerics::linalg::{Matrix, project};
 
-/// M, C, K + K_skew without tables, and G.
+/// Lateral matrices: M, C, K + K_skew (without bearing tables) and G.
 pub(super) struct Matrices {
     pub mass: Matrix,
     pub damping: Matrix,
@@ -17,7 +18,7 @@ pub(super) struct Matrices {
 
 /// A reduced basis with its matrices.
 pub(super) struct Reduced {
-    /// V: the same shapes in the XZ plane, then in the YZ plane.
+    /// V: the same mode shapes in the XZ plane, then in the YZ plane.
     pub shapes: Matrix,
     pub matrices: Matrices,
 }
@@ -30,12 +31,12 @@ impl Reduced {
         Self { shapes, matrices: Matrices { mass, damping, stiffness, gyroscopic } }
     }
 
-    /// V^T A V.
+    /// Projection `V^T A V` of a nodal matrix.
     pub fn projected(&self, matrix: &Matrix) -> Matrix {
         project(matrix, &self.shapes)
     }
 
-    /// Coordinates of each plane.
+    /// Number of reduced coordinates per plane.
     pub fn per_plane(&self) -> usize {
         self.shapes.ncols() / 2
     }

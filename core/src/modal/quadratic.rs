@@ -1,4 +1,4 @@
-//! The quadratic eigenvalue problem of damped, spinning systems.
+//! Quadratic eigenvalue problem of damped rotors at a constant speed.
 
 use bladeoff_numerics::linalg::{
     EigenError, Matrix, cholesky, complex_eigen, complex_eigen_display, complex_eigenvalues, inverse, mul, solve_lower,
@@ -8,10 +8,10 @@ use bladeoff_numerics::linalg::{
 /// Solver of general eigenproblems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Eigensolver {
-    /// Own code with one order of operations: everything that enters a run.
+    /// Own code with a fixed order of operations, for all results that enter a run.
     Own,
-    /// faer, whose last digits depend on the processor: results that are only shown. Where its iteration fails, own code: some matrices with double
-    /// eigenvalues.
+    /// faer, for results that are displayed only: its last digits depend on the processor. If its iteration does not converge (some
+    /// matrices with double eigenvalues), the own code is used.
     Display,
 }
 
@@ -27,29 +27,29 @@ impl Eigensolver {
 /// Solutions of a quadratic eigenvalue problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuadraticModes {
-    /// lambda as (re, im) \[rad/s\], in no particular order; conjugates both.
+    /// Eigenvalues lambda as (re, im) \[rad/s\], unordered, both of each conjugate pair.
     pub values: Vec<[f64; 2]>,
-    /// Re of the shapes, in columns.
+    /// Real parts of the mode shapes, one mode per column.
     pub real: Matrix,
-    /// Im of the shapes.
+    /// Imaginary parts of the mode shapes.
     pub imaginary: Matrix,
-    /// N u |A|_F of (1) \[-\]; `None`: the values are those of the form with `M^-1 K`.
+    /// Rounding N u |A|_F of (1) \[-\]; `None`: the eigenvalues come from the form with `M^-1 K`.
     inverse_rounding: Option<f64>,
-    /// s of (1) \[rad/s\].
+    /// Scale s of (1) \[rad/s\].
     scale: f64,
 }
 
 impl QuadraticModes {
-    /// Bound on the numerical noise of a damping ratio `-Re lambda/|lambda|` of one of the values, where that ratio is small.
+    /// Returns a bound on the numerical noise of a damping ratio `-Re lambda/|lambda|`, for lightly damped modes.
     ///
     /// ```text
     /// |d nu| <= kappa N u |A|_F,   kappa = (1 + |nu|^2)/(2 |nu|)       A of (1), of size N, u = 2^-53, an undamped motion     (2)
     /// |d zeta| <= |d nu|/|nu| = (N u |A|_F/2) (1 + |lambda|^2/s^2)     as |nu| = s/|lambda|
     /// ```
-    /// kappa is the condition of a simple eigenvalue (the product of the norms of its left and right vectors over their scalar product); of an undamped
-    /// motion these are (nu x, x) and (x, nu x). In the form with `M^-1 K` the largest |lambda| takes the place of s, with the rounding N u.
-    /// Source: Wilkinson, The Algebraic Eigenvalue Problem (1965), chapter 2; a backward stable method. Limits: of a damped motion kappa differs, but then
-    /// its ratio is far above (2).
+    /// kappa is the condition number of a simple eigenvalue: the product of the norms of its left and right eigenvectors over their scalar
+    /// product. For an undamped mode these vectors are (nu x, x) and (x, nu x). In the form with `M^-1 K`, the largest |lambda| replaces s
+    /// and the rounding is N u. Source: Wilkinson, The Algebraic Eigenvalue Problem (1965), chapter 2, for a backward stable method.
+    /// Limits: kappa differs for a damped mode, but its damping ratio is far above (2).
     #[must_use]
     pub fn noise(&self, [re, im]: [f64; 2]) -> f64 {
         let size = libm::hypot(re, im);
@@ -63,45 +63,45 @@ impl QuadraticModes {
     }
 }
 
-/// Noise (2) of a damping ratio: N u |A|_F and |lambda|/s.
+/// Noise (2) of a damping ratio from `rounding` = N u |A|_F and `size` = |lambda|/s.
 fn inverse_noise(rounding: f64, size: f64) -> f64 {
     0.5 * rounding * (1.0 + size * size)
 }
 
-/// Noise (2) of a damping ratio in the form (1), without skew stiffness: M^, C^ and |lambda|.
+/// Noise (2) of a damping ratio in the form (1) without skew stiffness. `mass`: M^, `damping`: C^, `size`: |lambda| \[rad/s\].
 pub(super) fn noise_with(mass: &Matrix, damping: &Matrix, size: f64) -> f64 {
     let (n, scale) = (mass.nrows(), scale_of(mass));
     let norm = libm::sqrt((scale * damping.norm()).powi(2) + (scale * scale * mass.norm()).powi(2) + n as f64);
     inverse_noise((2 * n) as f64 * UNIT_ROUNDOFF * norm, size / scale)
 }
 
-/// s of (1) from M^: omega_1^2 <= 1 / largest diagonal entry of M^.
+/// Scale s of (1) from M^ \[rad/s\]: `omega_1^2 <= 1/(largest diagonal entry of M^)`.
 fn scale_of(mass: &Matrix) -> f64 {
     1.0 / mass.diagonal().amax().sqrt()
 }
 
-/// `L^-1 A L^-T`.
+/// Congruence transformation `L^-1 A L^-T`.
 pub(super) fn congruent(l: &Matrix, a: &Matrix) -> Matrix {
     solve_lower(l, &solve_lower(l, a).transpose()).transpose()
 }
 
-/// u of a double.
+/// Unit roundoff u of double precision.
 const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 
-/// All solutions of `(lambda^2 M + lambda C + K) x = 0`, M symmetric positive definite, C and K any.
+/// Solves `(lambda^2 M + lambda C + K) x = 0` for all eigenvalues and mode shapes. M is symmetric positive definite; C and K are arbitrary.
 ///
 /// ```text
 /// K = L L^T + K_skew,  y = L^T x,  nu = s/lambda,  s about the lowest frequency
 /// nu^2 (1 + K_skew^) y + nu s C^ y + s^2 M^ y = 0,   M^ = L^-1 M L^-T ...                         (1)
 /// ```
-/// In (1) the low modes are the large eigenvalues, so that they come out with nearly full relative accuracy; the usual
-/// `M^-1 K` form leaves them the rounding of the highest (relative 3e-6 on the reference rotors). Where the symmetric part
-/// of K is not definite (a free direction), that form is used all the same.
+/// In (1) the low modes have the largest eigenvalues nu, so they keep nearly full relative accuracy. In the usual form with `M^-1 K` they
+/// have the rounding error of the highest mode (relative 3e-6 on the reference rotors). That form is used only if the symmetric part of K
+/// is not positive definite (a free direction).
 ///
 /// # Errors
 /// [`EigenError`] if M is singular or the iteration does not converge.
 /// # Verified by
-/// `both_forms_agree`, the whirl frequencies of `tests/rotor/linear_rotors.rs`
+/// `both_forms_agree`, and the whirl frequencies of `tests/rotor/linear_rotors.rs`
 pub fn quadratic_modes(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<QuadraticModes, EigenError> {
     quadratic_modes_by(Eigensolver::Own, [m, c, k], what)
 }
@@ -122,7 +122,7 @@ pub fn quadratic_modes_by(
     }
 }
 
-/// The values of [`quadratic_modes`] alone, at less than half of its cost.
+/// Computes the eigenvalues of [`quadratic_modes`] without mode shapes, at less than half the cost.
 ///
 /// # Errors
 /// As [`quadratic_modes`].
@@ -137,7 +137,7 @@ pub fn quadratic_values(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) 
     }
 }
 
-/// Matrix of (1) and s.
+/// Companion matrix of (1), and its scale s \[rad/s\].
 fn inverse_form(
     m: &Matrix,
     c: &Matrix,
@@ -162,7 +162,7 @@ fn inverse_form(
     Ok((a, scale))
 }
 
-/// lambda of nu.
+/// Converts nu to lambda = s/nu \[rad/s\].
 fn inverted(scale: f64, [re, im]: [f64; 2]) -> [f64; 2] {
     let square = re * re + im * im;
     [scale * re / square, -scale * im / square]
@@ -182,7 +182,7 @@ fn by_stiffness(
     Ok(QuadraticModes { values, real: shapes(&real), imaginary: shapes(&imaginary), inverse_rounding, scale })
 }
 
-/// Matrix of `M^-1 K`, in the state space.
+/// State-space matrix of the form with `M^-1 K` and `M^-1 C`.
 fn mass_form(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<Matrix, EigenError> {
     let n = m.nrows();
     let inverse_mass = inverse(m).ok_or(EigenError::MassNotDefinite { what, size: n })?;
@@ -233,7 +233,7 @@ mod tests {
                     let near = values.iter().map(|v| (v[0] - value[0]).hypot(v[1] - value[1])).fold(f64::MAX, f64::min);
                     assert!(near < 1e-11, "without shapes: {near}");
                 }
-                // residual of the pair
+                // residual of the eigenpair
                 let ([p, q], x, y) = (*value, a.real.column(j), a.imaginary.column(j));
                 let (s, t) = (p * p - q * q, 2.0 * p * q);
                 let re = &m * (x * s - y * t) + &c * (x * p - y * q) + &k * x;

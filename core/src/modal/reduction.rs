@@ -1,13 +1,14 @@
-//! A reduced basis for following modes over speed: shapes of the full model at a few speeds.
+//! Reduced basis for tracking modes over speed: mode shapes of the full model at a few speeds.
 //!
 //! ```text
 //! x = V y,  V = [Phi 0; 0 S Phi],   V^T (lambda^2 M + lambda (C + W G) + K) V y = 0                            (1)
 //! e = |L^-1 P(lambda, W) V y| / |L^T V y|        P of the full model, K = L L^T + K_skew                        (2)
 //! ```
-//! Phi spans the shapes, in both planes, of all modes up to [`REACH`] times the highest speed: at rest, at that speed, and where
-//! the error is largest. S turns the XZ plane into the YZ plane. (2) estimates what a shape lacks, in the norm of the strain energy; the error of lambda is of second order in it.
-//! Source: Galerkin projection on snapshots with a greedy choice (reduced basis method). Limits: modes above the highest speed are not accurate.
-//! Verified by `both_solvers_agree_on_every_kind_of_machine` in `tests/rotor/display_modes.rs`.
+//! Phi spans the mode shapes, in both planes, of all modes up to [`REACH`] times the highest speed: at rest, at the highest speed, and at
+//! the speeds with the largest error. S rotates the XZ plane into the YZ plane. (2) estimates the error of a mode shape in the norm of the
+//! strain energy; the error of lambda is of second order in it. Source: Galerkin projection on snapshots with greedy selection (reduced
+//! basis method). Limits: modes above the highest speed are inaccurate. Verified by `both_solvers_agree_on_every_kind_of_machine` in
+//! `tests/rotor/display_modes.rs`.
 
 use super::matrices::Reduced;
 use super::refine::Refinement;
@@ -15,28 +16,28 @@ use super::shape::Mode;
 use super::whirl::{Lateral, whirls};
 use bladeoff_numerics::linalg::{EigenError, Matrix, axpy, cholesky, dot, mul_transposed_vec, mul_vec, solve_upper};
 
-/// Frequencies up to this multiple of the highest speed are in the basis.
+/// Highest |lambda| of the basis, as a multiple of the highest speed.
 const REACH: f64 = 1.25;
-/// Part of a shape, in the norm of the energy, below which a direction is left out.
+/// Norm below which a remainder of a mode shape (of unit strain energy) does not extend the basis.
 const LEFT_OUT: f64 = 2e-4;
-/// Largest error (2) of a mode below the highest speed.
+/// Largest allowed error (2) of a mode below the highest speed.
 const ALLOWED: f64 = 1e-3;
-/// Relative difference of a frequency from that of the full model.
+/// Largest relative difference of lambda from that of the full model.
 const SAME: f64 = 1e-4;
-/// Intervals between the speeds at which (2) is computed.
+/// Number of intervals between the speeds at which (2) is evaluated.
 const CHECKS: usize = 8;
-/// Full models at most, that at rest included.
+/// Maximum number of speeds at which the full model is solved, including rest.
 const MOST: usize = 6;
-/// Share of the degrees of freedom from which the reduced problem is not worth its cost.
+/// Largest share of the degrees of freedom at which the reduced problem is worth its cost.
 const WORTH: f64 = 0.6;
 
-/// A basis whose modes up to a speed `top` are accurate from rest to that speed; `None`: none that is worth its cost. `rest`: the full model's modes
-/// at rest.
+/// Returns a basis that is accurate for the modes up to the speed `top` \[rad/s\], from rest to that speed; `None`: no such basis is worth
+/// its cost. `rest`: modes of the full model at rest.
 ///
 /// # Errors
 /// [`EigenError`].
 pub(super) fn checked_basis(full: &Refinement<'_>, rest: Vec<Mode>, top: f64) -> Result<Option<Reduced>, EigenError> {
-    // at the highest speed shapes differ most from those at rest
+    // at the highest speed the mode shapes differ most from those at rest
     let mut known = vec![(0.0, rest), (top, full.lateral.spectrum(top)?)];
     loop {
         let Some(reduced) = basis_of(full, known.iter().flat_map(|(_, modes)| modes), top) else { return Ok(None) };
@@ -61,7 +62,7 @@ pub(super) fn checked_basis(full: &Refinement<'_>, rest: Vec<Mode>, top: f64) ->
     }
 }
 
-/// The basis of some modes of the full model.
+/// Builds the basis from modes of the full model.
 fn basis_of<'a>(full: &Refinement<'_>, modes: impl Iterator<Item = &'a Mode>, top: f64) -> Option<Reduced> {
     let Lateral { rotor, matrices, .. } = full.lateral;
     let [xz, yz] = rotor.planes();
@@ -73,7 +74,7 @@ fn basis_of<'a>(full: &Refinement<'_>, modes: impl Iterator<Item = &'a Mode>, to
         0.5 * (x + turned[i] * turned[j] * y)
     });
     let factor = cholesky(&sum)?;
-    // L^T x of the four parts of each shape, whose squares sum up to 1
+    // L^T x of the four parts of each shape; their squares add up to 1
     let mut left: Vec<Vec<f64>> = Vec::new();
     for mode in modes.filter(|mode| libm::hypot(mode.value[0], mode.value[1]) <= REACH * top) {
         let parts = mode.parts().into_iter().flat_map(|part| {
@@ -105,7 +106,7 @@ fn basis_of<'a>(full: &Refinement<'_>, modes: impl Iterator<Item = &'a Mode>, to
     Some(Reduced::new(shapes, matrices))
 }
 
-/// Orthonormal columns that span vectors up to [`LEFT_OUT`], the largest remainder first; `None` where more than `most` are needed.
+/// Orthonormal columns that span the vectors up to [`LEFT_OUT`], largest remainder first; `None` if more than `most` are needed.
 fn orthonormal(mut left: Vec<Vec<f64>>, most: usize) -> Option<Matrix> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     loop {
@@ -122,7 +123,7 @@ fn orthonormal(mut left: Vec<Vec<f64>>, most: usize) -> Option<Matrix> {
             return None;
         }
         let mut unit = left.swap_remove(at);
-        // once more: what is left of a vector after many steps is no longer orthogonal to the first columns
+        // second orthogonalisation: after many steps a remainder is no longer orthogonal to the first columns
         for column in &basis {
             axpy(-dot(column, &unit), column, &mut unit);
         }
@@ -137,7 +138,7 @@ fn orthonormal(mut left: Vec<Vec<f64>>, most: usize) -> Option<Matrix> {
     Some(Matrix::from_fn(rows, basis.len(), |i, j| basis[j][i]))
 }
 
-/// Whether each whirl mode of the full model below a speed is among those of a basis.
+/// Returns whether the modes of the reduced basis include each whirl mode of the full model below a speed.
 fn has_all(modes: &[Mode], exact: &[Mode], top: f64) -> bool {
     exact.iter().filter(|mode| whirls(mode) && mode.value[1] <= top).all(|mode| {
         let near = |other: &Mode| libm::hypot(other.value[0] - mode.value[0], other.value[1] - mode.value[1]);
@@ -145,7 +146,7 @@ fn has_all(modes: &[Mode], exact: &[Mode], top: f64) -> bool {
     })
 }
 
-/// Largest error (2) of the whirl modes below `top` at a speed.
+/// Largest error (2) of the whirl modes below `top`, at a speed.
 fn error(full: &Refinement<'_>, modes: &[Mode], speed: f64, top: f64) -> f64 {
     let matrices = full.at(speed);
     let of = |mode: &Mode| {

@@ -1,13 +1,13 @@
-//! Refinement of a critical speed in the full model, by Newton's method.
+//! Refinement of a critical speed in the full model by Newton's method.
 //!
 //! ```text
 //! P(lambda, W) y = 0,  lambda = r + i W,  c^H y = 1           unknown: y, r, W                                   (1)
 //! P = lambda^2 M^ + lambda (C^ + W G^) + K^                   A^ = L^-1 A L^-T,  y = L^T x,  K = L L^T + K_skew  (2)
 //! a = P^-1 P_lambda y,  b = P^-1 (i P_lambda + P_W) y,  c^H (a dr + b dW) = -1,  y <- -(a dr + b dW)             (3)
 //! ```
-//! (3) is Newton's step of (1): c^H y stays 1. In the coordinates (2) the low modes keep their digits, as in [`super::quadratic_modes`].
-//! Source: Newton's method for nonlinear eigenproblems with a fixed normalisation (Ruhe 1973). Limits: the symmetric part of K is positive definite.
-//! Verified by `both_solvers_agree_on_every_kind_of_machine` in `tests/rotor/display_modes.rs`.
+//! (3) is Newton's step for (1); it keeps c^H y = 1. In the coordinates (2) the low modes keep their accuracy, as in
+//! [`super::quadratic_modes`]. Source: Newton's method for nonlinear eigenproblems with a fixed normalisation (Ruhe 1973). Limits: the
+//! symmetric part of K is positive definite. Verified by `both_solvers_agree_on_every_kind_of_machine` in `tests/rotor/display_modes.rs`.
 
 use super::matrices::Matrices;
 use super::quadratic::{congruent, noise_with};
@@ -15,15 +15,15 @@ use super::shape::{CLEAR, Mode};
 use super::whirl::{Lateral, MIXED, undamped_below};
 use bladeoff_numerics::linalg::{ComplexFactors, Matrix, cholesky, mul_transposed_vec, mul_vec, solve_upper};
 
-/// Newton steps at most; four are usual.
+/// Maximum number of Newton steps; four are usual.
 const STEPS: usize = 20;
-/// Relative size of a step after which the speed is found.
+/// Relative step size of convergence.
 const FOUND: f64 = 1e-13;
-/// Relative size of a last step from which on the result counts although rounding keeps the steps above [`FOUND`].
+/// Relative size of the last step at which the result is accepted if rounding keeps the steps above [`FOUND`].
 const SMALL: f64 = 1e-10;
-/// Relative distance by which a speed changes at most: a larger one leads to another mode.
+/// Largest relative change of the speed; a larger change leads to another mode.
 const NEAR: f64 = 1e-3;
-/// Relative change of speed for the derivative of tables.
+/// Relative speed increment of the difference quotient of bearing tables.
 const DIFFERENCE: f64 = 1e-6;
 
 type Complex = [f64; 2];
@@ -35,14 +35,14 @@ fn times([a, b]: Complex, [c, d]: Complex) -> Complex {
 /// The full model in the coordinates (2).
 pub(super) struct Refinement<'a> {
     pub lateral: &'a Lateral,
-    /// L.
+    /// Cholesky factor L of the symmetric part of K.
     pub factor: Matrix,
-    /// M^, C^, K^ without tables, and G^.
+    /// M^, C^ and K^ without bearing tables, and G^.
     matrices: Matrices,
 }
 
 impl<'a> Refinement<'a> {
-    /// `None`: the stiffness is not positive definite.
+    /// Transforms the matrices of a rotor; `None` if its stiffness is not positive definite.
     pub fn new(lateral: &'a Lateral) -> Option<Self> {
         let [_, stiffness] = lateral.at(None, 0.0);
         let factor = cholesky(&((&stiffness + stiffness.transpose()) * 0.5))?;
@@ -52,7 +52,7 @@ impl<'a> Refinement<'a> {
         Some(Self { lateral, factor, matrices: Matrices { mass, damping, stiffness, gyroscopic } })
     }
 
-    /// M^, C^ + W G^ and K^.
+    /// Returns M^, C^ + W G^ and K^ at a speed W \[rad/s\], bearing tables included.
     pub fn at(&self, speed: f64) -> [Matrix; 3] {
         let Matrices { mass, damping, stiffness, gyroscopic } = &self.matrices;
         let [mut velocity, mut stiffness] = [damping + gyroscopic * speed, stiffness.clone()];
@@ -64,7 +64,7 @@ impl<'a> Refinement<'a> {
         [mass.clone(), velocity, stiffness]
     }
 
-    /// y of a mode.
+    /// Coordinates y = L^T x of a mode, as real and imaginary part.
     pub fn coordinates(&self, mode: &Mode) -> [Vec<f64>; 2] {
         mode.parts().map(|part| {
             let mut product = vec![0.0; part.len()];
@@ -73,7 +73,7 @@ impl<'a> Refinement<'a> {
         })
     }
 
-    /// `P_W` at a speed, as matrices for y and for lambda y; of tables it is a difference quotient.
+    /// Derivative `P_W` at a speed, as the matrices that multiply y and lambda y. For bearing tables it is a difference quotient.
     fn derivative(&self, speed: f64) -> [Matrix; 2] {
         if self.lateral.rotor.tables.is_empty() {
             return [&self.matrices.stiffness * 0.0, self.matrices.gyroscopic.clone()];
@@ -83,7 +83,7 @@ impl<'a> Refinement<'a> {
         [(stiffness - k) / step, (velocity - c) / step]
     }
 
-    /// The critical speed near one, and the mode there; `None`: the method failed or leads to another mode.
+    /// Returns the critical speed near `near` \[rad/s\] and its mode; `None` if the iteration fails or converges to another mode.
     pub fn critical(&self, near: f64, mode: &Mode) -> Option<(f64, Mode)> {
         let [mut r, mut speed] = [mode.value[0], near];
         let parts = self.coordinates(mode);
@@ -127,7 +127,7 @@ impl<'a> Refinement<'a> {
             let (dr, dw) = (-bi / determinant, ai / determinant);
             let step = libm::hypot(dr, dw) / libm::hypot(r, speed);
             if !step.is_finite() {
-                // P is singular to the last digit
+                // P is singular to working precision
                 return (last < SMALL).then(|| self.mode(mode, [r, speed], &y)).flatten();
             }
             (r, speed) = (r + dr, speed + dw);
@@ -143,7 +143,7 @@ impl<'a> Refinement<'a> {
         None
     }
 
-    /// The refined mode with its speed; `None` if it is not the mode that was refined.
+    /// Returns the refined mode with its speed \[rad/s\]; `None` if it is not the mode `from`.
     fn mode(&self, from: &Mode, value: Complex, y: &[Complex]) -> Option<(f64, Mode)> {
         let speed = value[1];
         let [mass, velocity, _] = self.at(speed);

@@ -1,18 +1,18 @@
-//! Expected releases of unbalances in a run without contact.
+//! Expected release times of unbalances in a run without contact.
 //!
 //! ```text
 //! J W' = -T(W), or W(t) as prescribed       crossing of a release speed between two of [`STEPS`] times: linear
 //! ```
-//! Source: the braking of docs/theory/01-shaft-line.md. Limits: friction and the ripple of the spin by unbalances are not in it, so an expected release may be missed in
-//! a run, and a friction torque may bring others. Verified by the tests below.
+//! Source: the braking of docs/theory/01-shaft-line.md. Limits: friction and the speed ripple caused by unbalances are neglected. So a run
+//! may miss an expected release, and a friction torque may cause others. Verified by the tests below.
 
 use super::unbalance::LinearRotor;
 use bladeoff_model::machine::{Machine, Release};
 
-/// Times at which the spin is evaluated.
+/// Number of time steps of the speed curve.
 const STEPS: usize = 2000;
 
-/// Time \[s\] and mean spin \[rad/s\] at which each unbalance appears, in the machine's order; `None` where the run ends before.
+/// Returns the time \[s\] and mean spin \[rad/s\] at which each unbalance appears, in the machine's order; `None` if the run ends before.
 #[must_use]
 pub fn expected_releases(machine: &Machine) -> Vec<Option<[f64; 2]>> {
     let speed = machine.rotor.initial_speed;
@@ -41,7 +41,7 @@ pub fn expected_releases(machine: &Machine) -> Vec<Option<[f64; 2]>> {
         .collect()
 }
 
-/// Times and speeds of a run without contact.
+/// Times \[s\] and speeds \[rad/s\] of a run without contact.
 fn course(machine: &Machine) -> Vec<[f64; 2]> {
     let (first, h) = (machine.rotor.initial_speed, machine.run.end_time / STEPS as f64);
     let mut course = vec![[0.0, first]];
@@ -72,7 +72,7 @@ fn course(machine: &Machine) -> Vec<[f64; 2]> {
     course
 }
 
-/// Speed after a step of braking alone, by the midpoint rule; a prescribed speed is kept.
+/// Speed after one step of braking alone \[rad/s\], by the midpoint rule; a prescribed speed does not change.
 pub(super) fn slowed(machine: &Machine, rotor: &LinearRotor, speed: f64, h: f64) -> f64 {
     if machine.rotor.speed_law.is_some() {
         return speed;

@@ -1,4 +1,4 @@
-//! What is told of a machine's modes: whirl and critical speeds, twist, axial and ring frequencies of the full finite-element model.
+//! Modes of a machine for display: whirl and critical speeds, torsional, axial and ring frequencies of the full finite-element model.
 
 use super::follow::{critical_speeds, follow};
 use super::looks::ModesError;
@@ -13,24 +13,24 @@ use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, symmetric_general
 pub struct RingMode {
     /// Circular frequency \[rad/s\].
     pub frequency: f64,
-    /// Nodal diameters: the dominant harmonic of the radial displacement around the ring.
+    /// Number of nodal diameters: the dominant harmonic of the ring's displacement around the circumference.
     pub nodal_diameters: usize,
 }
 
 /// Modes of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModesReport {
-    /// The speeds asked for.
+    /// Modes at the requested speeds.
     pub speeds: Vec<SpeedModes>,
     /// Critical speeds, ascending.
     pub critical_speeds: Vec<CriticalSpeed>,
-    /// Elastic twist frequencies, free-free \[rad/s\].
+    /// Elastic torsional frequencies, free-free \[rad/s\].
     pub twist: Vec<f64>,
     /// Axial frequencies \[rad/s\].
     pub axial: Vec<f64>,
     /// Modes of each flexible ring, by diaphragm name.
     pub rings: Vec<(String, Vec<RingMode>)>,
-    /// Lateral eigenproblems that were solved.
+    /// Number of lateral eigenproblems solved.
     pub work: Work,
 }
 
@@ -47,7 +47,7 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesErr
     report_by(Eigensolver::Display, machine, speeds)
 }
 
-/// [`report`] with a given solver. [`Eigensolver::Own`] solves every problem with all degrees of freedom.
+/// [`report`] with a given solver. [`Eigensolver::Own`] solves every problem in the full model.
 ///
 /// # Errors
 /// [`ModesError`].
@@ -73,7 +73,7 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
     Ok(ModesReport { speeds, critical_speeds, twist, axial, rings, work: lateral.work.get() })
 }
 
-/// Modes of a machine at speeds \[rad/s\], followed from rest by their shapes, overdamped motions apart.
+/// Returns the modes of a machine at speeds \[rad/s\], tracked from rest by their mode shapes; overdamped motions are separate.
 ///
 /// # Errors
 /// [`ModesError`].
@@ -102,7 +102,8 @@ fn ring_report(ring: &RingMatrices) -> Result<Vec<RingMode>, EigenError> {
         .collect())
 }
 
-/// Harmonic with the most power, radial and tangential together: a ring that turns on its blades moves hardly any other way.
+/// Harmonic with the largest power of radial and tangential displacement. The tangential part matters for a ring that rotates on its blades
+/// almost without radial motion.
 fn dominant_harmonic(fields: &[Vec<f64>; 2]) -> usize {
     let count = fields[0].len();
     let power = |n: usize| -> f64 { fields.iter().map(|samples| harmonic_power(samples, n)).sum() };
@@ -117,7 +118,7 @@ fn harmonic_power(samples: &[f64], n: usize) -> f64 {
         c += value * cos;
         s += value * sin;
     }
-    // a cosine's energy is spread over both signs of n, a constant's is not
+    // a cosine's energy is spread over both signs of n, that of a constant is not
     if n == 0 { 0.5 * c * c } else { c * c + s * s }
 }
 

@@ -1,4 +1,4 @@
-//! Sense of a whirl mode: forward, backward, mixed or planar, from the orbits of its nodes.
+//! Sense of a whirl mode (forward, backward, mixed or planar) from the orbits of its nodes.
 //!
 //! ```text
 //! u, v complex amplitudes of a node:  x = Re(u e^{lambda t}),  y = Re(v e^{lambda t})
@@ -6,8 +6,8 @@
 //! s = (|f| - |b|)/(|f| + |b|)               share of a node: minor over major half axis, signed by the sense             (2)
 //! net share = sum of (|f| - |b|) / sum of (|f| + |b|)       mean of (2), weighted by the major half axes                 (3)
 //! ```
-//! Source: (1) is the usual split of an ellipse into two circles (Childs, Turbomachinery Rotordynamics, 1993); (2) is the ratio "kappa" of
-//! rotordynamics programs. Verified by the tests below.
+//! Source: (1) is the usual decomposition of an ellipse into two circles (Childs, Turbomachinery Rotordynamics, 1993); (2) is the ratio
+//! "kappa" of rotordynamics programs. Verified by the tests below.
 
 use super::shape::Mode;
 use crate::rotor::RotorMatrices;
@@ -19,17 +19,17 @@ pub enum Whirl {
     Forward,
     /// Against the spin.
     Backward,
-    /// Forward at one part of the shaft, backward at another.
+    /// Forward on one part of the shaft, backward on another.
     Mixed,
-    /// Motion along a straight line, or nearly: at rest, or with a net share below [`STRAIGHT`].
+    /// Motion along a straight line, or nearly so: at rest, or with a net share below [`STRAIGHT`] in magnitude.
     Planar,
 }
 
 impl Whirl {
-    /// Every sense, in the order in which a legend has them.
+    /// All senses, in the order of a legend.
     pub const ALL: [Whirl; 4] = [Whirl::Forward, Whirl::Backward, Whirl::Mixed, Whirl::Planar];
 
-    /// The word shown.
+    /// Name of the sense in tables and figures.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -41,24 +41,24 @@ impl Whirl {
     }
 }
 
-/// Share (2) below which an orbit is a straight line. Such an ellipse is at least 20 times as long as wide. Its forward circle has more than
-/// 0.475 of the major half axis, so that unbalance excites the mode almost as strongly whichever sign the share has.
+/// Magnitude of the share (2) below which an orbit counts as a straight line. Such an ellipse is at least 20 times as long as wide. Its
+/// forward circle is more than 0.475 of the major half axis, so unbalance excites the mode almost equally for either sign of the share.
 pub const STRAIGHT: f64 = 0.05;
-/// Part of the largest major half axis from which the orbit of a node counts. Near a vibration node the two circles vanish at different places, and
-/// the share there says nothing about the mode.
+/// Minimum major half axis of a counted node, relative to the largest. Near a vibration node the forward and backward circles vanish at
+/// different places, and the share there does not characterise the mode.
 pub const NOTABLE: f64 = 0.1;
-/// Part of the motion in forward circles, `(1 + net share)/2`, from which unbalance excites a mode. Isotropic machines have exact circles, and
-/// their backward modes 0 except for rounding.
+/// Forward part of the motion, `(1 + net share)/2`, above which unbalance excites a mode. Modes of isotropic machines are exact circles:
+/// the forward part of their backward modes is 0 except for rounding.
 const EXCITED: f64 = 1e-3;
 
-/// Whether unbalance excites a mode with this net share: whether it has a forward part. Limit: judged by the mode shape alone, not by where the
-/// unbalance is.
+/// Returns whether unbalance excites a mode with this net share, that is, whether the mode has a forward part. Limit: the criterion uses
+/// the mode shape only, not the axial position of the unbalance.
 #[must_use]
 pub fn excited_by_unbalance(share: f64) -> bool {
     0.5 * (1.0 + share) > EXCITED
 }
 
-/// Share (2) and major half axis of each node.
+/// Returns the share (2) \[-\] and the major half axis (in units of the mode shape) of each node.
 pub(super) fn orbits(mode: &Mode, rotor: &RotorMatrices) -> Vec<[f64; 2]> {
     let orbit = |node: usize| {
         let [[ur, ui], [vr, vi]] = rotor.plane_places(node).map(|place| mode.at(place));
@@ -70,10 +70,10 @@ pub(super) fn orbits(mode: &Mode, rotor: &RotorMatrices) -> Vec<[f64; 2]> {
     (0..rotor.nodes).map(orbit).collect()
 }
 
-/// Sense and net share (3) of orbits.
+/// Returns the sense and the net share (3) of the orbits of all nodes.
 ///
-/// `mixed`: of the nodes with a notable orbit at least one has a share of [`STRAIGHT`] or more and another one of `-STRAIGHT` or less. Otherwise
-/// `planar` where the net share is below [`STRAIGHT`] in size, else the sign of the net share.
+/// `mixed`: among the nodes with a notable orbit ([`NOTABLE`]), one has a share of at least [`STRAIGHT`] and another a share of at most
+/// `-STRAIGHT`. Otherwise `planar` if the magnitude of the net share is below [`STRAIGHT`], else the sign of the net share.
 pub(super) fn sense(orbits: &[[f64; 2]]) -> (Whirl, f64) {
     let largest = orbits.iter().map(|[_, size]| *size).fold(0.0, f64::max);
     let (whole, turning) = orbits.iter().fold((0.0, 0.0), |(a, b), [share, size]| (a + size, b + share * size));
@@ -106,14 +106,14 @@ mod tests {
         assert_eq!(of(&[[-0.9, 1.0], [-0.1, 0.5]]), Whirl::Backward);
         assert_eq!(of(&[[0.17, 1.0], [-0.11, 1.0]]), Whirl::Mixed);
         assert_eq!(of(&[[0.004, 1.0], [-0.004, 1.0]]), Whirl::Planar);
-        // a node that hardly moves does not count
+        // a node with a small orbit does not count
         assert_eq!(of(&[[0.9, 1.0], [-0.9, 0.05]]), Whirl::Forward);
-        // one orbit that is not quite a line, among larger lines
+        // one orbit that is not quite a line, among larger straight orbits
         assert_eq!(of(&[[0.06, 0.2], [0.01, 1.0]]), Whirl::Planar);
         assert_eq!(sense(&[[0.0, 0.0]]), (Whirl::Planar, 0.0));
     }
 
-    /// Shares along the shaft, and critical speeds, by an independent finite-element model (scipy eigenvalues), to two decimals.
+    /// Shares along the shaft and critical speeds from an independent finite-element model (scipy eigenvalues), to two decimals.
     #[test]
     fn a_machine_whose_ends_disagree_has_the_shares_computed_elsewhere() {
         let text = include_str!("../../tests/data/two_discs_soft_end.toml");

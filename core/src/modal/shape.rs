@@ -1,42 +1,42 @@
-//! One solution of the damped, spinning rotor, and how much alike two of them are.
+//! A mode of the damped, spinning rotor, and the similarity of two modes.
 //!
 //! ```text
 //! z = (K^1/2 x, lambda M^1/2 x),   MAC(a, b) = |z_a^H z_b|^2 / (|z_a|^2 |z_b|^2)                              (1)
 //! ```
-//! The modal assurance criterion (Allemang 1982) in the state space and the norm of the energy: without damping different modes
-//! are orthogonal in it, gyroscopic effect or not, and with damping two motions of one shape are told apart by their lambda.
+//! (1) is the modal assurance criterion (Allemang 1982) in state space with the energy norm. Without damping, different modes are
+//! orthogonal in this norm, with or without gyroscopic effects. With damping, two motions with the same shape still differ by their lambda.
 
 use crate::rotor::RotorMatrices;
 use bladeoff_numerics::linalg::{Csr, Matrix, column_of, mul_vec};
 
-/// Two modes this much alike by (1) are one.
+/// Similarity (1) above which two modes are the same mode.
 pub(super) const CLEAR: f64 = 0.9;
 
-/// A solution `x e^{lambda t}`.
+/// A mode `x e^{lambda t}` with complex shape x and eigenvalue lambda.
 #[derive(Debug, Clone)]
 pub(super) struct Mode {
-    /// lambda: re, im.
+    /// Eigenvalue lambda as (re, im) \[rad/s\].
     pub value: [f64; 2],
     re: Vec<f64>,
     im: Vec<f64>,
-    /// K x and M x, parts apart, and |z|^2.
+    /// K x and M x, each as real and imaginary part, and |z|^2.
     stiff: [Vec<f64>; 2],
     heavy: [Vec<f64>; 2],
     energy: f64,
 }
 
 impl Mode {
-    /// From a column of shapes.
+    /// Takes the mode shape from a column of the eigenvector matrices.
     pub fn new(value: [f64; 2], real: &Matrix, imaginary: &Matrix, column: usize) -> Self {
         Self::of(value, column_of(real, column).to_vec(), column_of(imaginary, column).to_vec())
     }
 
-    /// From the parts of a shape.
+    /// Takes the mode shape as real and imaginary part.
     pub fn of(value: [f64; 2], re: Vec<f64>, im: Vec<f64>) -> Self {
         Self { value, re, im, stiff: Default::default(), heavy: Default::default(), energy: 0.0 }
     }
 
-    /// Prepares the comparison.
+    /// Computes K x, M x and |z|^2, which [`Mode::alike`] needs.
     pub fn weigh(&mut self, stiffness: &Csr, mass: &Csr) {
         let times = |a: &Csr, x: &[f64]| a.products(x).collect::<Vec<f64>>();
         self.stiff = [times(stiffness, &self.re), times(stiffness, &self.im)];
@@ -44,7 +44,7 @@ impl Mode {
         self.energy = self.product(self)[0];
     }
 
-    /// `z_self^H z_other`.
+    /// Scalar product `z_self^H z_other`.
     fn product(&self, other: &Self) -> [f64; 2] {
         let inner = |of: &[Vec<f64>; 2]| {
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -57,7 +57,7 @@ impl Mode {
         [k[0] + re * m[0] - im * m[1], k[1] + re * m[1] + im * m[0]]
     }
 
-    /// `x_self^T A x_other`, nothing conjugate.
+    /// Bilinear form `x_self^T A x_other`, without conjugation.
     pub fn through(&self, matrix: &Matrix, other: &Self) -> [f64; 2] {
         let mut parts = [vec![0.0; other.re.len()], vec![0.0; other.re.len()]];
         mul_vec(matrix, &other.re, &mut parts[0]);
@@ -67,30 +67,30 @@ impl Mode {
         [dot(&self.re, re) - dot(&self.im, im), dot(&self.re, im) + dot(&self.im, re)]
     }
 
-    /// (1): 1 for the same motion, 0 for one that has nothing of it.
+    /// Similarity (1) \[-\]: 1 for the same motion, 0 for orthogonal motions.
     pub fn alike(&self, other: &Self) -> f64 {
         let [re, im] = self.product(other);
         let both = self.energy * other.energy;
         if both > 0.0 { (re * re + im * im) / both } else { 0.0 }
     }
 
-    /// Real and imaginary part of the shape.
+    /// Real and imaginary part of the mode shape.
     pub fn parts(&self) -> [&[f64]; 2] {
         [&self.re, &self.im]
     }
 
-    /// Displacement of one degree of freedom: re, im.
+    /// Displacement of one degree of freedom, as (re, im).
     pub fn at(&self, place: usize) -> [f64; 2] {
         [self.re[place], self.im[place]]
     }
 
-    /// Squared length of the shape.
+    /// Squared norm of the mode shape.
     pub fn size(&self) -> f64 {
         self.re.iter().chain(&self.im).map(|x| x * x).sum()
     }
 
-    /// The part of the shape that runs on circles, forward or backward: `(1 -+ i R)/2 x`, R the turn of all nodes by a right
-    /// angle, `u -> v`, `v -> -u`, and with `theta_u = -v,z` also `theta_v -> -theta_u`.
+    /// Returns the forward or backward circular part of the mode shape: `(1 -+ i R)/2 x`. R rotates all nodes by a right angle: `u -> v`,
+    /// `v -> -u`, and, as `theta_u = -v,z`, also `theta_v -> -theta_u`.
     pub fn circular(&self, rotor: &RotorMatrices, forward: bool) -> Self {
         let [xz, yz] = rotor.planes();
         let turned = |x: &[f64]| -> Vec<f64> {

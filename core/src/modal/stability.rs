@@ -1,4 +1,4 @@
-//! Stability of whirl: the least damping ratio of the linear rotor without contact, over speeds.
+//! Stability of whirl: the least damping ratio of the linear rotor without contact, over the speed.
 //!
 //! ```text
 //! lambda = r + i w         a solution e^{lambda t} of the linear rotor at one speed
@@ -6,45 +6,47 @@
 //! least  = min zeta over the whirl modes (w > 0, zeta < 0.9) and over motions that grow without oscillation (zeta = -1) (2)
 //! growth = exp(-2 pi zeta/sqrt(1 - zeta^2))      amplitude after one revolution of the whirl, over that before            (3)
 //! ```
-//! Motions that decay without oscillation, and overdamped ones ([`OVERDAMPED`]), are not whirl modes, as in the report of modes. Between two
-//! speeds of a [`DampingGrid`] (2) is taken as linear in the speed; its error is of second order in their distance.
+//! Aperiodic decaying motions and overdamped motions ([`OVERDAMPED`]) are not whirl modes, as in the report of modes. Between two speeds of
+//! a [`DampingGrid`], (2) is interpolated linearly; the error is of second order in their distance.
 //!
-//! Source: the definition of the damping ratio; (3) is the inverse of the logarithmic decrement. Limits: the linear rotor, with the masses of
-//! the unbalances at their nodes and all bearings linear; contact and friction are not in it. Verified by the tests below, by `tests/rotor/stability.rs`.
+//! Source: the definition of the damping ratio; (3) is exp(-delta) with the logarithmic decrement delta. Limits: the linear rotor, with the
+//! masses of the unbalances at their nodes and all bearings linear; contact and friction are excluded. Verified by the tests below and by
+//! `tests/rotor/stability.rs`.
 
 use super::whirl::{APERIODIC, OVERDAMPED};
 
-/// Damping ratios below this size are rounding and count as 0: an undamped rotor is not unstable. Eigenvalues have an error of about 1e-16 of the
-/// largest, which is up to 1e5 times a whirl frequency and up to 100 times larger by the condition of the eigenvalue: 1e-9. A mode with this
-/// ratio grows by 1 % in 1.6 million revolutions, more than any run has.
+/// Magnitude below which a damping ratio is rounding and counts as 0, so that an undamped rotor is not unstable. Eigenvalues have an error
+/// of about 1e-16 of the largest |lambda|. That is up to 1e5 times a whirl frequency, and up to 100 times more by the condition of the
+/// eigenvalue: 1e-9 in all. A mode with this negative damping ratio grows by 1 % in 1.6 million revolutions, more than any run has.
 pub const ROUNDING: f64 = 1e-9;
-/// Rounding of the damping ratio of a fast mode, times the ratio of its |lambda| to the smallest: slow modes come out with nearly full accuracy, fast ones with the
-/// rounding of the slowest (6e-12 times that ratio, of an all but massless shaft whose modes reach 1e9 rad/s).
+/// Rounding of the damping ratio of a fast mode, per ratio of its |lambda| to the smallest one. Slow modes have nearly full accuracy; fast
+/// modes have the rounding of the slowest (6e-12 times that ratio, on an almost massless shaft with modes up to 1e9 rad/s).
 const ROUNDING_OF_FAST: f64 = 1e-11;
-/// |lambda| below this part of the largest is rounding of a free direction's double zero (the root of 1e-16).
+/// Ratio to the largest |lambda| below which |lambda| is rounding of the double zero of a free direction (the square root of 1e-16).
 const FREE: f64 = 1e-7;
 
 /// Damping of one motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damping {
-    /// Damping ratio (1) \[-\]; -1 of a motion that grows without oscillation.
+    /// Damping ratio zeta (1) \[-\]; -1 for a motion that grows without oscillation.
     pub ratio: f64,
-    /// Frequency w \[rad/s\]; 0 of a motion without oscillation.
+    /// Circular frequency w \[rad/s\]; 0 for a motion without oscillation.
     pub frequency: f64,
 }
 
 impl Damping {
-    /// Growth (3) \[-\].
+    /// Growth factor (3) of the amplitude per revolution of the whirl \[-\]; above 1 for an unstable mode.
     #[must_use]
     pub fn growth(&self) -> f64 {
         let ratio = self.ratio;
         let decrement = 2.0 * std::f64::consts::PI * ratio / (1.0 - ratio * ratio).max(0.0).sqrt();
-        // a motion that grows without oscillation has no revolution
+        // a motion that grows without oscillation does not whirl
         if ratio <= -1.0 { f64::MAX } else { libm::exp(-decrement).min(f64::MAX) }
     }
 }
 
-/// The least damping (2) of solutions lambda (re, im) at one speed, conjugates both or one of them; `None` where no mode whirls.
+/// Returns the least damping (2) of the eigenvalues lambda (re, im) at one speed, with or without the conjugates; `None` without a whirl
+/// mode.
 #[must_use]
 pub fn least_damping(values: &[[f64; 2]]) -> Option<Damping> {
     let size = |&[re, im]: &[f64; 2]| libm::hypot(re, im);
@@ -66,16 +68,16 @@ pub fn least_damping(values: &[[f64; 2]]) -> Option<Damping> {
     values.iter().filter_map(of).min_by(|a, b| a.ratio.total_cmp(&b.ratio).then(a.frequency.total_cmp(&b.frequency)))
 }
 
-/// Least damping at the speeds of a grid, W_b ascending with b.
+/// Least damping at the speeds W_b of a grid, ascending with b.
 pub trait DampingGrid {
-    /// W_b \[rad/s\].
+    /// Speed W_b \[rad/s\].
     fn speed(&self, b: i64) -> f64;
-    /// The largest b with W_b at most a speed.
+    /// Index of the largest W_b that does not exceed a speed \[rad/s\].
     fn below(&self, speed: f64) -> i64;
-    /// Least damping at W_b; `None` where no mode whirls, or it is not known.
+    /// Least damping at W_b; `None` if no mode whirls or the value is unknown.
     fn least(&self, b: i64) -> Option<Damping>;
 
-    /// The damping ratio at a speed, linear between the two speeds of the grid beside it.
+    /// Damping ratio at a speed \[rad/s\], interpolated linearly between the two neighbouring speeds of the grid.
     fn ratio_at(&self, speed: f64) -> Option<f64> {
         let b = self.below(speed);
         let (from, to) = (self.speed(b), self.speed(b + 1));
@@ -87,24 +89,24 @@ pub trait DampingGrid {
     }
 }
 
-/// The least damping of the speeds that a run has visited so far.
+/// Least damping over the speeds that a run has visited so far.
 #[derive(Debug, Clone, Default)]
 pub struct LeastDamping {
-    /// Lowest and highest speed seen \[rad/s\].
+    /// Lowest and highest visited speed \[rad/s\].
     seen: Option<[f64; 2]>,
-    /// Damping ratio, and the speed where it is \[rad/s\].
+    /// Least damping ratio \[-\], and its speed \[rad/s\].
     least: Option<(f64, f64)>,
 }
 
 impl LeastDamping {
-    /// Whether a speed lies outside of those seen by more than `noticeable` \[rad/s\].
+    /// Returns whether a speed lies outside the visited range by more than `noticeable` \[rad/s\].
     #[inline]
     #[must_use]
     pub fn is_new(&self, speed: f64, noticeable: f64) -> bool {
         self.seen.is_none_or(|[lowest, highest]| speed < lowest - noticeable || speed > highest + noticeable)
     }
 
-    /// Takes a speed, and all those between it and the ones seen; returns the least damping ratio so far, and the speed where it is \[rad/s\].
+    /// Extends the visited range to a speed \[rad/s\]; returns the least damping ratio so far \[-\] and its speed \[rad/s\].
     pub fn see(&mut self, speed: f64, grid: &dyn DampingGrid) -> Option<(f64, f64)> {
         let [lowest, highest] = self.seen.unwrap_or([speed; 2]);
         if !speed.is_finite() || (self.seen.is_some() && (lowest..=highest).contains(&speed)) {
@@ -124,39 +126,41 @@ impl LeastDamping {
         self.least
     }
 
-    /// Least damping ratio so far, and the speed where it is \[rad/s\].
+    /// Returns the least damping ratio so far \[-\] and its speed \[rad/s\].
     #[must_use]
     pub fn least(&self) -> Option<(f64, f64)> {
         self.least
     }
 
-    /// Largest growth (3) of a whirl mode so far \[-\]; above 1: unstable. `None` before the first speed, or where no mode whirls.
+    /// Returns the largest growth factor (3) of a whirl mode so far \[-\]; above 1 for an unstable rotor. `None` before the first speed or
+    /// without a whirl mode.
     #[must_use]
     pub fn growth(&self) -> Option<f64> {
         self.least.map(|(ratio, _)| Damping { ratio, frequency: 0.0 }.growth())
     }
 }
 
-/// Speeds between which some whirl mode is unstable.
+/// A range of speeds with an unstable whirl mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnstableRange {
-    /// From this speed \[rad/s\].
+    /// Lower limit \[rad/s\].
     pub from: f64,
-    /// Up to this speed \[rad/s\].
+    /// Upper limit \[rad/s\].
     pub to: f64,
-    /// The least damping of the range at the speeds looked at.
+    /// Least damping of the range at the evaluated speeds.
     pub worst: Damping,
-    /// The speed where that is \[rad/s\].
+    /// Speed of `worst` \[rad/s\].
     pub worst_at: f64,
 }
 
 /// Largest error of a limit of an [`UnstableRange`] \[rad/s\]: 0.01 rpm.
 const CLOSE: f64 = 0.01 * std::f64::consts::PI / 30.0;
 
-/// Ranges of speeds in which the least damping is negative, of ascending `speeds` that begin and end where the search does.
+/// Returns the ranges of speed with negative least damping. `speeds` is ascending; its ends are the ends of the search.
 ///
-/// Between two speeds with different signs the limit is found by bisection. Where a speed has no more damping than both neighbours, the minimum between
-/// these is searched by golden sections, so that a range between two speeds is found as well. Limit: two minima between three speeds.
+/// Between two speeds with different signs, the limit is found by bisection. If the damping at a speed is not above that of both
+/// neighbours, the minimum between the neighbours is searched by golden sections; this finds a range between two speeds. Limit: two minima
+/// between three speeds are not separated.
 ///
 /// # Errors
 /// The errors of `damping`.
@@ -209,7 +213,7 @@ pub fn unstable_ranges<E>(
     Ok(ranges)
 }
 
-/// Where the sign changes, on the unstable side, between an unstable speed and a stable one.
+/// Finds the zero of the damping between an unstable and a stable speed, on the unstable side \[rad/s\].
 fn limit<E>(
     mut unstable: f64,
     mut stable: f64,
@@ -223,7 +227,8 @@ fn limit<E>(
     Ok(unstable)
 }
 
-/// The first speed with a negative ratio on the way to the minimum between two speeds, or the minimum.
+/// Returns the first evaluated speed with negative damping during the search for the minimum between two speeds; `None` if the minimum is
+/// not negative.
 fn minimum<E>(
     mut from: f64,
     mut to: f64,
@@ -261,7 +266,7 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    /// Least damping `f(W)` on even speeds 4 rad/s apart.
+    /// Least damping `f(W)` on a uniform grid of 4 rad/s.
     struct Even<F: Fn(f64) -> f64>(F);
 
     impl<F: Fn(f64) -> f64> DampingGrid for Even<F> {
@@ -280,7 +285,7 @@ mod tests {
     fn what_counts_as_whirl() {
         let least = |values: &[[f64; 2]]| least_damping(values).map(|found| found.ratio);
         assert_eq!(least(&[[-1.0, 10.0], [-1.0, -10.0]]), Some(1.0 / 101.0_f64.sqrt()));
-        // a decay without oscillation and an overdamped motion are no whirl, a growing one counts
+        // a decay without oscillation and an overdamped motion do not whirl, a growing motion counts
         assert_eq!(least(&[[-5.0, 0.0], [-9.5, 1.0]]), None);
         assert_eq!(least(&[[-5.0, 0.0], [5.0, 0.0], [-1.0, 10.0]]), Some(-1.0));
         // rounding of an undamped rotor, and of a free direction

@@ -1,26 +1,29 @@
-//! Modes that follow the forces of bearing tables, beside the lowest modes of the shaft.
+//! Additional modes for the forces of bearing tables, in addition to the lowest modes of the shaft.
 //!
 //! ```text
 //! r     = sum over truncated modes  phi (phi^T b)/w^2                 displacement of the truncated modes by a unit force b across a bearing            (1)
 //! modes of K x = w^2 M x within the space of all r                      mass-normalised, uncoupled, orthogonal to the modes kept                     (2)
 //! ```
-//! The lowest modes are those of the shaft on the largest stiffnesses of its tables. The real stiffness and damping at a speed differ from them by forces across the bearings, which may be
-//! large: a strongly damped bearing almost holds its node. With (2) the static response to these forces is in the basis, so motions of the shaft with bearings of any
-//! stiffness and damping converge as fast as with free bearings. Two modes a bearing do what would take twice the number of lowest modes
+//! The lowest modes are those of the shaft on the largest stiffnesses of its tables. At a given speed, the actual stiffness and damping
+//! differ from these by forces across the bearings. These forces may be large: a strongly damped bearing almost fixes its node. With the
+//! modes (2), the basis includes the static response to such forces. So shafts with bearings of any stiffness and damping converge as fast
+//! as with free bearings. Two additional modes per bearing have the effect of twice the number of lowest modes
 //! (docs/theory/05-reduction.md, "Bearing tables").
 //!
-//! Source: attachment modes (Craig, Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; Rubin 1975). Limits: bearings with a table alone, so that the basis of
-//! all other machines is as it was. Verified by `the_loads_of_strongly_damped_tables_are_those_of_the_full_engine` (`tests/rotor/bearing_tables.rs`).
+//! Source: attachment modes (Craig, Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; Rubin 1975). Limits: only bearings
+//! with a table have such modes, so the basis of all other machines is unaffected. Verified by
+//! `the_loads_of_strongly_damped_tables_are_those_of_the_full_engine` (`tests/rotor/bearing_tables.rs`).
 
 use crate::rotor::{BearingSite, RotorMatrices};
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, dot, mul, symmetric_generalised};
 
-/// Smallest length of a part of (1) that is orthogonal to the parts before, as a share of its own.
+/// Smallest norm of the component of a vector (1) orthogonal to the previous ones, relative to the vector's norm.
 const INDEPENDENT: f64 = 1e-6;
-/// Largest departure of a mode of the shaft from its eigenvalue equation, as a share of the highest `w^2 M phi`.
+/// Largest residual of the eigenvalue equation for a mode of the shaft, relative to the largest `w^2 M phi`.
 const EIGEN_ERROR: f64 = 1e-6;
 
-/// Modes (2) as omega^2 and shape, ascending; `all`: omega^2 and shapes of all modes, the first `kept` of which are kept; `coupled`: the planes XZ and YZ are.
+/// Returns the modes (2) as omega^2 \[rad2/s2\] and mode shape, ascending. `(values, shapes)`: omega^2 and shapes of all modes of the
+/// shaft, of which the first `kept` are retained. `coupled`: the planes XZ and YZ are coupled.
 pub(super) fn table_modes(
     rotor: &RotorMatrices,
     (values, shapes): (&[f64], &Matrix),
@@ -55,7 +58,8 @@ pub(super) fn table_modes(
     Ok(added)
 }
 
-/// Number of modes (2) at the end of a set, given by omega^2 and shapes: from the first that is no mode of the shaft itself.
+/// Returns the number of modes (2) at the end of a set of modes, given by omega^2 and shapes: all from the first that is not a mode of the
+/// shaft itself.
 pub(crate) fn table_mode_count(rotor: &RotorMatrices, (squares, shapes): (&[f64], &Matrix)) -> usize {
     if rotor.tables.is_empty() {
         return 0;
@@ -64,16 +68,16 @@ pub(crate) fn table_mode_count(rotor: &RotorMatrices, (squares, shapes): (&[f64]
     let highest = squares.iter().enumerate().map(|(j, square)| square.abs() * momenta.column(j).norm());
     let limit = EIGEN_ERROR * highest.fold(0.0, f64::max);
     let departs = |j: &usize| (forces.column(*j) - momenta.column(*j) * squares[*j]).norm() > limit;
-    // a mode (2) that happens to be one of the shaft may stand behind another that is not
+    // a mode (2) that is also a mode of the shaft may follow one that is not
     squares.len() - (0..squares.len()).find(departs).unwrap_or(squares.len())
 }
 
-/// Orthonormal columns that span the given ones; `None` without any.
+/// Orthonormal columns that span the given columns; `None` without columns.
 fn orthonormal(columns: impl Iterator<Item = Vec<f64>>) -> Option<Matrix> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {
         let length = dot(&column, &column).sqrt();
-        // twice: the first round leaves the rounding of its own differences
+        // twice: the first pass leaves the rounding of its own differences
         for _ in 0..2 {
             for unit in &basis {
                 let share = dot(unit, &column);
@@ -90,7 +94,7 @@ fn orthonormal(columns: impl Iterator<Item = Vec<f64>>) -> Option<Matrix> {
     Some(Matrix::from_vec(rows, basis.len(), basis.concat()))
 }
 
-/// A shape whose first large entry is positive.
+/// Changes the sign of a mode shape so that its first large entry is positive.
 fn oriented(shape: &[f64]) -> Vec<f64> {
     let largest = shape.iter().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
     let leading = shape.iter().find(|entry| entry.abs() >= 0.999 * largest).copied().unwrap_or(1.0);

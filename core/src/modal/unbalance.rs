@@ -1,42 +1,42 @@
-//! Steady response to unbalance over speed.
+//! Steady-state unbalance response over speed.
 //!
 //! ```text
 //! [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i a},  F_v = -i F_u
 //! ```
-//! Source: the synchronous part of the equations of motion at constant speed; the same system starts a run with residual
-//! unbalance ([`crate::engine`]), which `tests/rotor/linear_rotors.rs` holds against the reference. The unbalance masses are not
-//! in M (except of a point mass, which may have no other). Verified by `a_jeffcott_rotor_responds_in_closed_form`.
+//! Source: the synchronous part of the equations of motion at constant speed. The same system gives the initial state of a run with
+//! residual unbalance ([`crate::engine`]), which `tests/rotor/linear_rotors.rs` compares with the reference. M excludes the unbalance
+//! masses, except for a point mass, which may have no other mass. Verified by `a_jeffcott_rotor_responds_in_closed_form`.
 
 use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_numerics::linalg::{ComplexFactors, Matrix, Vector};
 
-/// Response at one speed.
+/// Unbalance response at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnbalanceResponse {
     /// Speed \[rad/s\].
     pub speed: f64,
-    /// Largest displacement over a turn at each node (major half axis of its orbit) \[m\].
+    /// Largest displacement of each node over a revolution (major half axis of its orbit) \[m\].
     pub nodes: Vec<f64>,
-    /// Phase of the displacement along X at each node, ahead of the spin angle \[rad\].
+    /// Phase of the displacement along X at each node \[rad\], positive ahead of the spin angle.
     pub phases: Vec<f64>,
-    /// Largest load of each bearing over a turn \[N\].
+    /// Largest load of each bearing over a revolution \[N\].
     pub bearings: Vec<f64>,
-    /// Largest load of each pedestal over a turn, in the order of the bearings that have one \[N\].
+    /// Largest load of each pedestal over a revolution, in the order of the bearings with a pedestal \[N\].
     pub pedestals: Vec<f64>,
 }
 
-/// Largest norm over a turn of the vector `(Re(x e^{i psi}), Re(y e^{i psi}))`.
+/// Largest norm over a revolution of the vector `(Re(x e^{i psi}), Re(y e^{i psi}))`.
 fn major(x: [f64; 2], y: [f64; 2]) -> f64 {
     let sum = 0.5 * (x[0] * x[0] + x[1] * x[1] + y[0] * y[0] + y[1] * y[1]);
-    // |sum of squares of the complex amplitudes|
+    // magnitude of the sum of the squared complex amplitudes
     let re = x[0] * x[0] - x[1] * x[1] + y[0] * y[0] - y[1] * y[1];
     let im = 2.0 * (x[0] * x[1] + y[0] * y[1]);
     (sum + 0.5 * (re * re + im * im).sqrt()).sqrt()
 }
 
-/// Responses at speeds \[rad/s\] to all unbalances of the machine; a speed at which the system is singular (undamped critical
-/// speed) is left out.
+/// Returns the responses to all unbalances of a machine at given speeds \[rad/s\]. A speed at which the system is singular (undamped
+/// critical speed) is skipped.
 #[must_use]
 pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceResponse> {
     let rotor = LinearRotor::new(machine);
@@ -47,12 +47,12 @@ pub fn unbalance_response(machine: &Machine, speeds: &[f64]) -> Vec<UnbalanceRes
 pub(super) struct LinearRotor {
     pub matrices: RotorMatrices,
     pub sites: Vec<UnbalanceSite>,
-    /// Lateral mass, of a point mass with its unbalances.
+    /// Lateral mass matrix; for a point mass with its unbalances.
     pub mass: Matrix,
-    /// Shaft and bearings, cross terms included.
+    /// Stiffness of shaft and bearings, skew terms included.
     pub stiffness: Matrix,
     pub gyroscopic: Matrix,
-    /// Moment of inertia of the spin \[kg m2\].
+    /// Polar moment of inertia of the complete rotor \[kg m2\].
     pub inertia: f64,
 }
 
@@ -73,8 +73,8 @@ impl LinearRotor {
         Self { matrices, sites, mass, stiffness, gyroscopic, inertia }
     }
 
-    /// Complex amplitudes X at a speed \[rad/s\], real parts before imaginary parts, for the unbalances that `is_there` names by their
-    /// place; `None`: the system is singular.
+    /// Returns the complex amplitudes X at a speed \[rad/s\], real parts before imaginary parts; `None` if the system is singular.
+    /// `is_there`: whether the unbalance with a given index acts.
     pub fn amplitudes(&self, speed: f64, is_there: impl Fn(usize) -> bool) -> Option<Vector> {
         let size = self.matrices.lateral_size();
         let mut force = vec![[0.0; 2]; size];
@@ -99,7 +99,7 @@ impl LinearRotor {
         amplitudes.iter().all(|entry| entry.is_finite()).then_some(amplitudes)
     }
 
-    /// Steady response to all unbalances at a speed \[rad/s\].
+    /// Returns the steady-state response to all unbalances at a speed \[rad/s\].
     pub fn response(&self, speed: f64) -> Option<UnbalanceResponse> {
         let (rotor, size) = (&self.matrices, self.matrices.lateral_size());
         let x = self.amplitudes(speed, |_| true)?;
@@ -112,7 +112,7 @@ impl LinearRotor {
         let load = |bearing: &crate::rotor::BearingSite| {
             let parts = [0, size].map(|from| bearing.across(&x.as_slice()[from..from + size]));
             let [u, v] = [0, 1].map(|axis| parts.map(|part| part[axis]));
-            // K x + C x', x' = i W x, real and imaginary parts apart
+            // load K x + C x' with x' = i W x, real and imaginary part separately
             let real = bearing.load([u[0], v[0]], [-speed * u[1], -speed * v[1]]);
             let imaginary = bearing.load([u[1], v[1]], [speed * u[0], speed * v[0]]);
             major([real[0], imaginary[0]], [real[1], imaginary[1]])

@@ -1,11 +1,11 @@
-//! The rotor under its own weight: sag, and Rayleigh's estimate of the first bending frequency from it.
+//! Sag of the rotor under its own weight, and Rayleigh's estimate of the first bending frequency.
 //!
 //! ```text
 //! (K + K_skew) q = g M e           e: all nodes move by 1 along one axis, g = 9.80665 m/s2                  (1)
 //! w^2 = q^T K q / q^T M q                                                                                    (2)
 //! ```
-//! (2) is never below the first frequency at rest, and a few per cent above it where the weight bends the rotor like its first mode.
-//! Source: Rayleigh's quotient with the static deflection. Limits: no gyroscopic moments and no damping. Verified by
+//! (2) is an upper bound of the first frequency at rest. It is a few per cent too high if the static deflection resembles the first mode
+//! shape. Source: Rayleigh's quotient with the static deflection. Limits: no gyroscopic moments and no damping. Verified by
 //! `a_point_mass_sags_and_swings_in_closed_form`, and against the modes of the shipped machines by `the_estimate_is_near_the_first_mode`.
 
 use super::unbalance::LinearRotor;
@@ -15,18 +15,18 @@ use bladeoff_numerics::linalg::{Vector, solve};
 /// Standard gravity \[m/s2\].
 const GRAVITY: f64 = 9.80665;
 
-/// A rotor under its weight across the shaft, regardless of the gravity of its file.
+/// A rotor under its weight normal to the shaft, regardless of the gravity in its file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnderWeight {
-    /// Largest sag of a node in the softer direction \[m\].
+    /// Largest sag of a node, in the softer direction \[m\].
     pub sag: f64,
-    /// Estimate (2) in that direction \[rad/s\].
+    /// Estimate w (2) of the first bending frequency in that direction \[rad/s\].
     pub frequency: f64,
     /// Mass of the rotor \[kg\].
     pub mass: f64,
 }
 
-/// Sag and first bending frequency; `None` where nothing holds the rotor.
+/// Returns sag and first bending frequency; `None` if the rotor is not supported.
 #[must_use]
 pub fn under_weight(machine: &Machine) -> Option<UnderWeight> {
     let rotor = LinearRotor::new(machine);

@@ -1,5 +1,5 @@
-//! Whirl of the shaft line on its bearings at a speed, in the full finite-element model: frequencies, damping, sense. Unbalance masses
-//! are not in it, except for a point mass, which may have no other.
+//! Whirl modes of the shaft line on its bearings at a constant speed, in the full finite-element model: frequencies, damping, sense.
+//! Unbalance masses are excluded, except for a point mass, which may have no other mass.
 
 use std::cell::Cell;
 
@@ -11,21 +11,21 @@ use crate::rotor::{RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_numerics::linalg::{Csr, EigenError, Matrix, mul};
 
-/// One damped lateral mode.
+/// A damped lateral mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WhirlMode {
-    /// Damped circular frequency \[rad/s\].
+    /// Damped circular frequency `Im lambda` \[rad/s\].
     pub frequency: f64,
-    /// Damping ratio `-Re/|lambda|` \[-\].
+    /// Damping ratio `-Re lambda/|lambda|` \[-\]; negative for an unstable mode.
     pub damping_ratio: f64,
-    /// Sense.
+    /// Sense of whirl.
     pub whirl: Whirl,
-    /// Net share of the sense, -1 (backward circles) to 1 (forward circles) \[-\].
+    /// Net share of forward whirl \[-\]: -1 for backward circles, 1 for forward circles.
     pub share: f64,
 }
 
 impl WhirlMode {
-    /// Logarithmic decrement \[-\]: `2 pi zeta/sqrt(1 - zeta^2)`, the logarithm of the ratio of two amplitudes a period apart.
+    /// Logarithmic decrement \[-\]: `2 pi zeta/sqrt(1 - zeta^2)`, the logarithm of the ratio of two amplitudes one period apart.
     #[must_use]
     pub fn decrement(&self) -> f64 {
         decrement(self.damping_ratio)
@@ -33,74 +33,76 @@ impl WhirlMode {
 }
 
 impl CriticalSpeed {
-    /// Whether unbalance excites the mode: whether it has a forward part.
+    /// Returns whether unbalance excites the mode, that is, whether the mode has a forward part.
     #[must_use]
     pub fn is_excited_by_unbalance(&self) -> bool {
         excited_by_unbalance(self.share)
     }
 
-    /// Logarithmic decrement \[-\] of the mode there.
+    /// Logarithmic decrement of the mode at the critical speed \[-\].
     #[must_use]
     pub fn decrement(&self) -> f64 {
         decrement(self.damping_ratio)
     }
 }
 
-/// `delta = 2 pi zeta/sqrt(1 - zeta^2)`.
+/// Logarithmic decrement `delta = 2 pi zeta/sqrt(1 - zeta^2)` \[-\] of a damping ratio zeta.
 fn decrement(ratio: f64) -> f64 {
     2.0 * std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()
 }
 
-/// A motion that decays before it oscillates: its damping ratio is [`OVERDAMPED`] or more.
+/// An overdamped motion: its damping ratio is at least [`OVERDAMPED`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverdampedMode {
-    /// `-Re lambda` \[1/s\]: the motion falls to 1/e in its inverse.
+    /// Decay rate `-Re lambda` \[1/s\]: the motion decays to 1/e in the time 1/decay.
     pub decay: f64,
-    /// `Im lambda` \[rad/s\]; 0 where it does not oscillate at all.
+    /// Damped circular frequency `Im lambda` \[rad/s\]; 0 for an aperiodic motion.
     pub frequency: f64,
-    /// Damping ratio \[-\]; 1 where it does not oscillate at all.
+    /// Damping ratio \[-\]; 1 for an aperiodic motion.
     pub damping_ratio: f64,
 }
 
 /// Modes at one speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedModes {
-    /// Speed \[rad/s\].
+    /// Speed W \[rad/s\].
     pub speed: f64,
-    /// Whirl modes by frequency, each with its number: that of its shape at all speeds, from 1, by the frequencies at rest.
+    /// Whirl modes by frequency, each with the number of its tracked mode: the same at all speeds, from 1, by frequency at rest.
     pub whirl: Vec<(usize, WhirlMode)>,
-    /// Overdamped motions, the slowest to decay first; at rest both of a pair in two planes, at speed the one they make.
+    /// Overdamped motions, slowest decay first. At rest, both motions of a pair in two planes are listed; at speed, the pair counts as one
+    /// motion.
     pub overdamped: Vec<OverdampedMode>,
 }
 
-/// A speed that equals a whirl frequency (synchronous excitation).
+/// A critical speed: a speed that equals a whirl frequency (synchronous excitation).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalSpeed {
-    /// Speed \[rad/s\].
+    /// Critical speed \[rad/s\].
     pub speed: f64,
-    /// Damping ratio of the mode there.
+    /// Damping ratio of the mode at this speed \[-\].
     pub damping_ratio: f64,
-    /// Sense. Unbalance excites modes of every sense except backward circles ([`CriticalSpeed::is_excited_by_unbalance`]).
+    /// Sense of whirl. Unbalance excites modes of every sense except backward circles ([`CriticalSpeed::is_excited_by_unbalance`]).
     pub whirl: Whirl,
-    /// Net share of the sense, -1 (backward circles) to 1 (forward circles) \[-\].
+    /// Net share of forward whirl \[-\]: -1 for backward circles, 1 for forward circles.
     pub share: f64,
 }
 
-/// A motion whose `Im lambda/|lambda|` is below this does not oscillate: rounding alone splits a double real lambda by the
-/// root of its own size.
+/// Ratio `Im lambda/|lambda|` below which a motion is aperiodic. Rounding alone splits a double real lambda by the square root of its
+/// relative size.
 pub(super) const APERIODIC: f64 = 1e-6;
-/// Relative distance below which two lambda are those of one pair.
+/// Relative difference below which two lambda belong to one pair.
 const PAIR: f64 = 1e-9;
-/// Circles of a sense's share from which a mode is a mixture, and the relative distance within which its like is looked for.
+/// Share of a mode's smaller circle above which the mode is a mixture of two circles. `NEAR`: relative distance of lambda within which its
+/// partner is searched.
 pub(super) const MIXED: f64 = 1e-3;
 const NEAR: f64 = 1e-3;
-/// Speeds \[rad/s\] at which it is asked whether they are slight: this share of the slowest motion's |lambda|.
+/// Speed below which [`Lateral::barely_turning`] is tried \[rad/s\]. `SLIGHT`: it is used up to this multiple of the smallest |lambda|.
 const SLOW: f64 = 0.1;
 const SLIGHT: f64 = 1e-6;
-/// Relative difference of two directions that is rounding.
+/// Relative difference of two matrix entries that counts as rounding in the isotropy test.
 const ALIKE: f64 = 1e-12;
 
-/// Every oscillating mode of a machine at speeds \[rad/s\], however damped, by frequency.
+/// Returns every oscillating mode of a machine at given speeds \[rad/s\], regardless of damping, by frequency.
 ///
 /// # Errors
 /// [`EigenError`].
@@ -109,43 +111,44 @@ pub fn whirl_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<(f64, Vec<Wh
     speeds.iter().map(|&speed| Ok((speed, lateral.modes(speed)?))).collect()
 }
 
-/// An oscillating lambda whose damping ratio is within the noise of the eigenvalue problem is undamped.
+/// Sets the damping of an oscillating lambda to zero if its damping ratio is within the numerical noise of the eigenvalue problem.
 fn without_noise(value: [f64; 2], of: &QuadraticModes) -> [f64; 2] {
     undamped_below(of.noise(value), value)
 }
 
-/// A lambda whose damping ratio is below a noise is undamped.
+/// Sets the damping of an oscillating lambda to zero if the magnitude of its damping ratio is at most `noise`.
 pub(super) fn undamped_below(noise: f64, [re, im]: [f64; 2]) -> [f64; 2] {
     let is_noise = im > 0.0 && re.abs() <= noise * libm::hypot(re, im);
     [if is_noise { 0.0 } else { re }, im]
 }
 
-/// Damping ratio from which a motion is overdamped: it falls below a thousandth in one period, and what a strong damper keeps
-/// from oscillating at rest turns with `Im lambda` proportional to the speed, which crosses it at no speed, or at every.
+/// Damping ratio from which a motion is overdamped: it decays below a thousandth in one period. A strong damper suppresses oscillation at
+/// rest; at speed, the gyroscopic effect gives such a motion an `Im lambda` proportional to the speed. It then equals the speed at no speed
+/// or at every speed.
 pub const OVERDAMPED: f64 = 0.9;
 
-/// Eigenproblems that were solved.
+/// Number of solved eigenproblems.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
-    /// With every degree of freedom of the shaft line.
+    /// In the full model.
     pub full: usize,
     /// In a reduced basis.
     pub reduced: usize,
 }
 
-/// Whether a motion is a whirl mode.
+/// Returns whether a motion is a whirl mode: oscillating and not overdamped.
 pub(super) fn whirls(mode: &Mode) -> bool {
     let [re, im] = mode.value;
     im > 0.0 && -re < OVERDAMPED * libm::hypot(re, im)
 }
 
-/// Lateral model.
+/// Lateral model of a machine at constant speed.
 pub(super) struct Lateral {
     pub rotor: RotorMatrices,
     pub matrices: Matrices,
     /// M and the symmetric part of K, for [`Mode::weigh`].
     sparse: [Csr; 2],
-    /// All directions are alike.
+    /// All lateral directions are equivalent.
     pub isotropic: bool,
     pub solver: Eigensolver,
     pub work: Cell<Work>,
@@ -170,7 +173,7 @@ impl Lateral {
         Self { rotor, matrices, sparse, isotropic, solver, work: Cell::default() }
     }
 
-    /// C + W G, and K + K_skew, both with the tables at a speed W.
+    /// Returns C + W G and K + K_skew at a speed W \[rad/s\], bearing tables included.
     pub fn at(&self, reduced: Option<&Reduced>, speed: f64) -> [Matrix; 2] {
         let matrices = reduced.map_or(&self.matrices, |reduced| &reduced.matrices);
         let mut velocity = &matrices.damping + &matrices.gyroscopic * speed;
@@ -183,7 +186,7 @@ impl Lateral {
         [velocity, stiffness]
     }
 
-    /// Prepares a mode for comparison with others.
+    /// Computes the products that the comparison of a mode with others needs.
     pub fn weigh(&self, mode: &mut Mode) {
         mode.weigh(&self.sparse[1], &self.sparse[0]);
     }
@@ -199,18 +202,19 @@ impl Lateral {
         quadratic_modes_by(self.solver, matrices, what)
     }
 
-    /// Oscillating modes at a speed, by frequency.
+    /// Returns the oscillating modes at a speed, by frequency.
     fn modes(&self, speed: f64) -> Result<Vec<WhirlMode>, EigenError> {
         let all = self.spectrum(speed)?;
         Ok(all.iter().filter(|mode| mode.value[1] > 0.0).map(|mode| self.whirl(mode, speed)).collect())
     }
 
-    /// Every solution with `Im lambda >= 0` at a speed, by frequency. What is aperiodic but for rounding has the frequency 0.
+    /// Returns every solution with `Im lambda >= 0` at a speed, by frequency. A motion that is aperiodic except for rounding has the
+    /// frequency 0.
     pub fn spectrum(&self, speed: f64) -> Result<Vec<Mode>, EigenError> {
         self.spectrum_in(None, speed)
     }
 
-    /// [`Lateral::spectrum`] in a reduced basis, in nodal coordinates.
+    /// [`Lateral::spectrum`] from a reduced basis; the mode shapes are in nodal coordinates.
     pub fn spectrum_in(&self, reduced: Option<&Reduced>, speed: f64) -> Result<Vec<Mode>, EigenError> {
         if self.isotropic && self.plane_motion(0.0) && speed < SLOW {
             let all = self.barely_turning(reduced, speed)?;
@@ -245,13 +249,13 @@ impl Lateral {
         Ok(all)
     }
 
-    /// [`Lateral::spectrum`] where the two planes are alike and all but have nothing to do with one another: the motions of one
-    /// of them, which are single, as circles of both senses, the backward one first, and to first order in the speed
+    /// [`Lateral::spectrum`] of an isotropic rotor whose planes are almost uncoupled: the motions of one plane as backward and forward
+    /// circles (backward first), with lambda to first order in the speed
     ///
     /// ```text
     /// d lambda = -+ lambda W b^T G f / b^T (2 lambda M + C) f,  f, b the forward and backward circle
     /// ```
-    /// Of lambda that are double but for rounding the whole matrices' shapes come out wrong.
+    /// The full matrices give wrong mode shapes here, because each lambda is double except for rounding.
     fn barely_turning(&self, reduced: Option<&Reduced>, speed: f64) -> Result<Vec<Mode>, EigenError> {
         let [xz, _] = self.rotor.planes();
         let matrices = reduced.map_or(&self.matrices, |reduced| &reduced.matrices);
@@ -293,7 +297,7 @@ impl Lateral {
                 all.extend([backward, forward]);
             }
         }
-        // stable: backward stays first
+        // stable sort: the backward circle stays first
         all.sort_by(|a, b| a.value[1].total_cmp(&b.value[1]).then(b.value[0].total_cmp(&a.value[0])));
         for mode in &mut all {
             self.weigh(mode);
@@ -301,17 +305,18 @@ impl Lateral {
         Ok(all)
     }
 
-    /// What a table shows of an oscillating mode.
+    /// Returns frequency, damping ratio and sense of an oscillating mode.
     pub fn whirl(&self, mode: &Mode, speed: f64) -> WhirlMode {
         let [re, im] = mode.value;
         let (whirl, share) =
             if self.plane_motion(speed) { (Whirl::Planar, 0.0) } else { sense(&orbits(mode, &self.rotor)) };
-        // 0 - re: never a negative zero
+        // 0 - re avoids a negative zero
         WhirlMode { frequency: im, damping_ratio: (0.0 - re) / libm::hypot(re, im), whirl, share }
     }
 
-    /// Where all directions are alike every motion is a circle or made of two, and only circles go over into the modes at other
-    /// speeds. Modes of lambda that are equal but for rounding come out in any mixture: their circles are taken, backward first.
+    /// Splits the modes of an isotropic rotor into circles. Every motion of such a rotor is a circle or a sum of two circles, and only
+    /// circles continue into the modes at other speeds. Modes whose lambda are equal except for rounding come out in an arbitrary mixture;
+    /// they are replaced by their circles, backward first.
     fn take_circles(&self, all: &mut [Mode]) {
         let parts: Vec<_> = all.iter().map(|mode| [false, true].map(|way| mode.circular(&self.rotor, way))).collect();
         let shares: Vec<f64> = parts.iter().map(|[b, f]| f.size() / (b.size() + f.size())).collect();
@@ -339,7 +344,7 @@ impl Lateral {
             mixed.retain(|&other| other != j && other != k);
             let ([a, b], [c, d]) = (all[j].value, all[k].value);
             let alike = distance <= PAIR;
-            // one value: what tells them apart is rounding
+            // one value: the two lambda differ by rounding only
             let middle = [0.5 * (a + c), 0.5 * (b + d)];
             let (backward, forward) = if alike || shares[j] <= shares[k] { (j, k) } else { (k, j) };
             for (place, way) in [(backward, 0), (forward, 1)] {
@@ -351,12 +356,12 @@ impl Lateral {
         }
     }
 
-    /// Whether all directions are alike: the matrices remain what they are when the machine is turned by a right angle.
+    /// Returns whether all lateral directions are equivalent: a rotation of the machine by a right angle does not change the matrices.
     fn all_alike(rotor: &RotorMatrices, matrices: &[&Matrix]) -> bool {
         let [xz, yz] = rotor.planes();
         let half = xz.len();
         matrices.iter().all(|matrix| {
-            // terms of two elements may cancel but for their rounding
+            // terms of two elements may cancel except for rounding
             let sizes: Vec<f64> = (0..2 * half).map(|row| matrix.row(row).amax()).collect();
             (0..half * half).all(|place| {
                 let (i, j) = (place / half, place % half);
@@ -368,8 +373,8 @@ impl Lateral {
         })
     }
 
-    /// Whether nothing turns the motion: at rest, and no skew or cross-coupled bearing term. The two modes of an isotropic
-    /// pair may then be combined at will, and an eigenvector's sense is an accident.
+    /// Returns whether every motion may remain in one plane: at rest, without skew or cross-coupled bearing terms. The two modes of an
+    /// isotropic pair may then be combined arbitrarily, so the sense of an eigenvector has no meaning.
     pub fn plane_motion(&self, speed: f64) -> bool {
         speed == 0.0
             && self.rotor.tables.is_empty()
