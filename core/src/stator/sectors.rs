@@ -8,10 +8,9 @@
 //! modes        K~ y = omega^2 M~ y;   Re and Im of T y e^{i n s t} are two modes of one frequency, for 0 < n < S/2                          (3)
 //! inverses     (A^-1)_0s = 1/S sum over n, and -n, of  T A~_n^-1 T* e^{-i n s t}                                                            (4)
 //! ```
-//! Source: Bloch waves of a cyclic structure (Thomas, Int. J. Numer. Methods Eng. 14, 1979). A ring without blades has one sector per element.
-//! A sector of a turbine's ring has 19 of its 228 degrees of freedom (DOFs), so seven small problems replace a large one. The two modes of a pair
-//! have the same frequency
-//! to the last digit and the same mode shape, shifted by a quarter of a wavelength.
+//! Source: Bloch waves of a cyclic structure (Thomas, Int. J. Numer. Methods Eng. 14, 1979). A ring without blades has one sector per element. A
+//! sector of a turbine's ring has 19 of its 228 degrees of freedom (DOFs), so seven small problems replace a large one. The two modes of a pair have
+//! the same frequency to the last digit and the same mode shape, shifted by a quarter of a wavelength.
 //! Limits: matrices of rings and of whole mode pairs, which have the same mirror symmetry.
 //! Verified by `modes_are_those_of_the_whole_ring`, `inverses_are_those_of_the_whole_ring`.
 
@@ -120,8 +119,7 @@ impl Sectors {
     }
 
     /// Inverse of a symmetric positive definite matrix of the ring; `None` if the matrix is not positive definite. A matrix without cyclic symmetry
-    /// is inverted as a whole (for example a
-    /// matrix of half a mode pair).
+    /// is inverted as a whole (for example a matrix of half a mode pair).
     #[must_use]
     pub fn inverse(&self, a: &Matrix) -> Option<Matrix> {
         if !self.turns(a) {

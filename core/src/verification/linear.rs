@@ -107,8 +107,8 @@ fn both_amplitudes(checks: &mut Vec<Check>, case: Case, rotor: ([f64; 2], f64, f
 }
 
 /// Relative error of the exponential engine's response at a constant spin, as documented. Whirl frequencies are constant in a speed interval of the
-/// grid; `half` is half its length.
-/// The error is the change of the nearest whirl frequency over half an interval, divided by the distance of that frequency from the speed.
+/// grid; `half` is half its length. The error is the change of the nearest whirl frequency over half an interval, divided by the distance of that
+/// frequency from the speed.
 fn in_a_cell(text: &str, speed: f64) -> Option<f64> {
     let half = libm::exp2(libm::round(libm::log2(speed / 150.0))) / 20.0;
     let found = whirl_modes(&machine(text)?, &[speed - half, speed, speed + half]).ok()?;

@@ -1,10 +1,8 @@
 //! The shaft line during a run: lateral motion, spin and torsion. Every non-linear term is evaluated at the nodes.
 //!
 //! One step solves the central-difference equations with centred gyroscopic, unbalance and braking terms by fixed-point iteration, which contracts by
-//! about `Omega dt`.
-//! The full and the reduced engine run the same code and differ in [`crate::structure::Coordinates`]. A step consists of [`ShaftLine::prepare`],
-//! rounds of [`ShaftLine::respond`],
-//! [`ShaftLine::settle`] and [`ShaftLine::advance`].
+//! about `Omega dt`. The full and the reduced engine run the same code and differ in [`crate::structure::Coordinates`]. A step consists of
+//! [`ShaftLine::prepare`], rounds of [`ShaftLine::respond`], [`ShaftLine::settle`] and [`ShaftLine::advance`].
 
 mod brake;
 mod field;
@@ -38,8 +36,7 @@ use bladeoff_numerics::linalg::{axpy, norm};
 /// Scale of the lateral increments as a share of the state, at least. Increments of a rotor at rest are rounding of its state.
 const RESTING: f64 = 1e-4;
 /// Scale of the lateral increments as a share of those that the unbalances alone would cause by their turn, at least. psi'' is a difference of
-/// increments `psi' dt`, divided
-/// by dt^2, and 1e-12 of this share is 18 roundings of that difference.
+/// increments `psi' dt`, divided by dt^2, and 1e-12 of this share is 18 roundings of that difference.
 const TURNING: f64 = 4e-3;
 
 /// State and operators of the shaft line during one run.
@@ -301,8 +298,7 @@ impl<'a> ShaftLine<'a> {
     }
 
     /// Scale for the error of lateral increments: their norm, but at least the rounding of the state and of the unbalances' turns. (A rotor on stiff
-    /// bearings moves far less than its
-    /// unbalances.) After [`ShaftLine::respond`].
+    /// bearings moves far less than its unbalances.) After [`ShaftLine::respond`].
     pub fn lateral_scale(&self, increments: f64) -> f64 {
         let turns = self.unbalances.sites.iter().zip(&self.levers);
         let turns = turns.map(|(site, lever)| lever * self.twist.d[site.twist_node].abs());
