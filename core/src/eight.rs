@@ -1,35 +1,39 @@
-//! Eight numbers that go together as one value: the same operations in the same order at every width of vectors, so the same bytes.
+//! Eight numbers as one value, with the same operations in the same order at every vector width, and so the same bytes.
 //!
-//! Loops over arrays leave to the compiler how they become vectors, and of several in one function it makes gathers. What is written over [`Eight`] has one instruction
-//! for each operation of a vector. Nothing fuses a product with a sum.
+//! The compiler chooses the vectors for loops over arrays; for several loops in one function it generates gathers. Code on [`Eight`] has one
+//! instruction per operation and vector. No product is fused with a sum.
 //! Verified by `operations_are_the_same_at_every_width`, `tests/program/widths.rs`.
 
 use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Eight numbers, and what is done to all of them.
+/// Eight numbers with element-wise operations.
 pub(crate) trait Eight:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// One number eight times.
+    /// All eight elements equal to `x`.
     fn all(x: f64) -> Self;
+    /// Loads the eight elements of a lane.
     fn load(lane: &Lane) -> Self;
+    /// Stores the elements in a lane.
     fn store(self, lane: &mut Lane);
+    /// Square root of each element.
     fn root(self) -> Self;
+    /// Absolute value of each element.
     fn size(self) -> Self;
-    /// Sum of all, by halves: that of `lanes::sum`.
+    /// Sum of the elements, by halves as in `lanes::sum`.
     fn sum(self) -> f64;
-    /// The least of all, by halves: that of `lanes::least_of`.
+    /// Minimum of the elements, by halves as in `lanes::least_of`.
     fn least(self) -> f64;
-    /// A bit for each that is less than the other's.
+    /// Bit mask: bit k is set where element k is less than that of `than`.
     fn less(self, than: Self) -> u8;
-    /// For each the one before it, and this one for the first.
+    /// Elements shifted up by one: element k becomes k + 1, `first` becomes element 0, the last one is lost.
     fn before(self, first: f64) -> Self;
-    /// For each the one behind it, and this one for the last.
+    /// Elements shifted down by one: element k becomes k - 1, `last` becomes element 7, the first one is lost.
     fn behind(self, last: f64) -> Self;
 }
 
-/// For every processor.
+/// Portable form for every processor.
 #[derive(Clone, Copy)]
 pub(crate) struct Plain([f64; LANES]);
 
@@ -104,16 +108,16 @@ pub(crate) use wide::{Avx2, Avx512};
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "vectors: values of these types are made in kernels of their width alone")]
 mod wide {
-    // SAFETY of all of it: nobody but `by_width` names these types, in functions that are called where the processor has their width; every function here is part of these. The
-    // compiler does not see to that: who names `Avx2` or `Avx512` elsewhere has to.
+    // SAFETY of all functions here: only `by_width` names these types, in functions that are called if the processor has their width; every function
+    // here is inlined into these. The compiler does not check this. Code that names `Avx2` or `Avx512` elsewhere has to ensure it.
     use super::{Add, Div, Eight, LANES, Lane, Mul, Sub};
     use std::arch::x86_64::*;
 
-    /// Two vectors of four.
+    /// Two vectors of four numbers.
     #[derive(Clone, Copy)]
     pub(crate) struct Avx2(__m256d, __m256d);
 
-    /// One of eight.
+    /// One vector of eight numbers.
     #[derive(Clone, Copy)]
     pub(crate) struct Avx512(__m512d);
 
@@ -149,7 +153,7 @@ mod wide {
         }
     }
 
-    /// The least of four numbers, by halves.
+    /// Minimum of four numbers, by halves.
     #[inline(always)]
     unsafe fn least_of(four: __m256d) -> f64 {
         unsafe {
@@ -197,7 +201,7 @@ mod wide {
         }
         #[inline(always)]
         fn less(self, than: Self) -> u8 {
-            // (a closure would be a function without the vectors)
+            // a closure would be a function without the vector instructions
             unsafe {
                 let one = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, than.0));
                 let other = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.1, than.1));
@@ -272,7 +276,8 @@ mod wide {
     }
 }
 
-/// Declares a function that calls a generic one, of which it is the only caller and which is inlined, with the [`Eight`] of this process's width.
+/// Declares a function that calls a generic one with the [`Eight`] of this process's vector width. It is the only caller of the generic function,
+/// which is inlined.
 macro_rules! by_width {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? = $generic:path) => {
         $(#[$meta])*
@@ -291,7 +296,7 @@ macro_rules! by_width {
                 fn avx512($($arg: $type),*) $(-> $out)? { generic::<Avx512>($($arg),*) }
                 match width() {
                     Width::Sse2 => {}
-                    // SAFETY: `width` is at most what the processor was found to have
+                    // SAFETY: `width` is at most the width that the processor was found to have
                     #[expect(unsafe_code, reason = "vectors")]
                     Width::Avx2 => return unsafe { avx2($($arg),*) },
                     // SAFETY: the same
@@ -305,10 +310,10 @@ macro_rules! by_width {
 }
 pub(crate) use by_width;
 
-/// Sums of eight rows' products with numbers by eights, the rows' entries column by column.
+/// Matrix-vector product of eight rows. `columns` has the entries of the rows, column by column; `numbers` has the vector in groups of eight.
 #[inline(always)]
 pub(crate) fn columns_times<V: Eight>(columns: &[Lane], numbers: &[Lane]) -> V {
-    // four chains: a sum has to wait for the one before it
+    // four independent chains: each addition waits for the one before it in its chain
     let mut sums = [V::all(0.0); 4];
     let (eights, rest) = columns.as_chunks::<LANES>();
     for (eight, numbers) in eights.iter().zip(numbers) {
@@ -325,7 +330,7 @@ pub(crate) fn columns_times<V: Eight>(columns: &[Lane], numbers: &[Lane]) -> V {
 }
 
 by_width! {
-    /// The sum of two lists, times these, in the place of what was there.
+    /// Overwrites `sums` with the combination of two lists, `times[0]` times the first plus `times[1]` times the second.
     pub(crate) fn mix(lists: [&[Lane]; 2], times: [f64; 2], sums: &mut Vec<Lane>) = mix_in
 }
 
@@ -346,7 +351,8 @@ fn mix_in<V: Eight>([one, other]: [&[Lane]; 2], [a, b]: [f64; 2], sums: &mut Vec
 }
 
 by_width! {
-    /// Products of eight rows with a list, their entries column by column, each summed as [`bladeoff_numerics::linalg::dot`] does.
+    /// Products of eight rows with a list, the entries of the rows column by column. Each is summed in the order of
+    /// [`bladeoff_numerics::linalg::dot`].
     pub(crate) fn dots(columns: &[Lane], list: &[f64], products: &mut Lane) = dots_in
 }
 
@@ -356,8 +362,8 @@ fn dots_in<V: Eight>(columns: &[Lane], list: &[f64], products: &mut Lane) {
 }
 
 by_width! {
-    /// Largest size of all products of rows with a list, those of eight rows one behind the other, each as [`dots`] has them; 0 of a list without numbers.
-    /// `added` to the products of each eight rows, where it has entries.
+    /// Largest absolute value of all products of rows with a list; 0 for an empty list. Rows are in blocks of eight, and each product is computed as
+    /// in [`dots`]. `added` is added to the products of each block, as far as it has entries.
     pub(crate) fn largest_dot(columns: &[Lane], list: &[f64], added: &[Lane]) -> f64 = largest_dot_in
 }
 

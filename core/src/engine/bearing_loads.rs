@@ -1,10 +1,11 @@
 //! Loads of the bearings and pedestals, with the static response of the truncated modes.
 //!
-//! The load is `K (x + x_r - e) + C x'`: x is the displacement of the journal against its pedestal or the ground, e the elevation of the seat; a pedestal's load
-//! is the same of its own spring and damper. x has the modes kept, and `x_r = R f` the displacement that the truncated modes take at once under
-//! the forces f on the shaft (R as at the contact, `docs/theory/05-reduction.md`): weight, unbalance, gyroscopic moments, contact, damping
-//! and skew stiffness of the bearings. Without it a bearing that is stiff against the shaft loses its load: what a force next to it puts
-//! into it is in the modes left out. Inertia of these is not covered: after a sudden force the true load swings about this one.
+//! The load is `K (x + x_r - e) + C x'`: x is the displacement of the journal relative to its pedestal or the ground, e the elevation of the seat.
+//! The load of a pedestal is that of its own spring and damper. x contains the kept modes. `x_r = R f` is the static correction: the displacement
+//! that the truncated modes take at once under the forces f on the shaft (R as at the contact, `docs/theory/05-reduction.md`). f contains weight,
+//! unbalance, gyroscopic moments, contact, and damping and skew stiffness of the bearings. Without the correction a bearing that is stiff against the
+//! shaft loses load, because the effect of a nearby force on it is in the truncated modes. The inertia of the truncated modes is neglected: after a
+//! sudden force the true load oscillates about the computed one.
 //! Verified by `stiff_bearings_carry_what_stands_on_them` in `tests/runs/engines.rs`.
 
 use super::shaft_line::ShaftLine;
@@ -14,23 +15,24 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Bearing, Machine, Monitor};
 use bladeoff_numerics::linalg::dot;
 
-/// Rows of R and scratch of one run.
+/// Loads of bearings and pedestals during one run.
 pub(super) struct BearingLoads {
-    /// For u and v across each bearing, then of each pedestal and of each monitor; empty in the full engine.
+    /// Rows of R for u and v across each bearing, each pedestal and each monitor, in this order \[m/N\]; empty in the full engine.
     rows: Vec<[Vec<f64>; 2]>,
     /// Constant forces on the nodal degrees of freedom \[N\].
     weight: Vec<f64>,
+    /// Forces f on the nodal degrees of freedom at n \[N\].
     force: Vec<f64>,
-    /// Loads of the bearings, then of the pedestals.
+    /// Loads of the bearings, then of the pedestals \[N\]; the force on the rotor is their opposite.
     loads: Vec<[f64; 2]>,
     /// Number of bearings.
     bearings: usize,
-    /// Elevation of each bearing's seat \[m\], and the force that it takes from the load \[N\].
+    /// Elevation e of each bearing's seat \[m\], and the force K e that it subtracts from the load \[N\].
     seats: Vec<[[f64; 2]; 2]>,
-    /// Places of the bearings with a clearance, and displacements of their journals \[m\].
+    /// Indices of the bearings with a clearance, and displacements of their journals relative to the seat \[m\].
     limited: Vec<usize>,
     journals: Vec<[f64; 2]>,
-    /// Springs of unit stiffness at the monitors, and their displacements \[m\].
+    /// Sites of unit stiffness at the monitors, and displacements of the monitors \[m\].
     monitor_sites: Vec<BearingSite>,
     monitors: Vec<[f64; 2]>,
 }
@@ -62,12 +64,12 @@ impl BearingLoads {
         }
     }
 
-    /// Takes the constant forces of a line whose unbalances have changed.
+    /// Updates the constant forces after a change of the unbalances.
     pub fn set_weight(&mut self, line: &ShaftLine<'_>) {
         self.weight = line.nodal_weight();
     }
 
-    /// At the instant n of a step, after [`ShaftLine::settle`]. `pressed`: nodes and contact forces on the rotor \[N\].
+    /// Computes loads and displacements at the instant n, after [`ShaftLine::settle`]. `pressed`: nodes and contact forces on the rotor \[N\].
     pub fn update(&mut self, line: &ShaftLine<'_>, pressed: impl Iterator<Item = (usize, [f64; 2])>) {
         if !self.rows.is_empty() {
             self.gather(line, pressed);
@@ -98,13 +100,13 @@ impl BearingLoads {
         }
     }
 
-    /// Loads of bearings and pedestals, and displacements of the journals whose bearings have a clearance and of the monitors.
+    /// Loads of bearings and pedestals, and displacements of the monitors and of the journals in bearings with a clearance.
     pub fn all(&self) -> Loads<'_> {
         let (bearings, pedestals) = self.loads.split_at(self.bearings);
         Loads { bearings, pedestals, journals: &self.journals, monitors: &self.monitors }
     }
 
-    /// Forces on the shaft that the modes left out follow.
+    /// Collects the forces on the shaft that the truncated modes follow.
     fn gather(&mut self, line: &ShaftLine<'_>, pressed: impl Iterator<Item = (usize, [f64; 2])>) {
         self.force.copy_from_slice(&self.weight);
         line.add_driving_forces(&mut self.force);
@@ -114,7 +116,7 @@ impl BearingLoads {
             site.push([skew[0] - damping[0], skew[1] - damping[1]], &mut self.force);
         }
         for change in line.tables.changes() {
-            // its damping is among the driving forces
+            // damping of the tables is already among the driving forces
             change.push(change.load(line.across(change).0, [0.0; 2]).map(|part| -part), &mut self.force);
         }
         for (node, force) in pressed {

@@ -1,4 +1,4 @@
-//! Which engine runs a machine.
+//! Choice of the engine for a machine.
 
 use super::exponential::{self, ExponentialError, StepSettings};
 use super::run;
@@ -7,7 +7,7 @@ use crate::record::{End, Follower, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 
-/// One run by the machine's engine from its start to its end: what was recorded, and how it ended.
+/// Runs a machine with its engine from start to end: recorded quantities, and the end of the run.
 ///
 /// # Errors
 /// [`StartError`] for a run that cannot be started.

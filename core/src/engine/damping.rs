@@ -1,13 +1,14 @@
-//! Whether the step resolves the damping of the bearings.
+//! Check whether the time step resolves the damping of the bearings.
 //!
 //! ```text
 //! x = (dt/2) max eig(C_b R M^-1 R^T)          R: rows of u and v at the bearing's node; c dt/(2 m) for one mass      (1)
 //! ```
-//! Centred damping takes the share `(1 - x)/(1 + x)` of a motion that it alone governs from one step to the next: stable whatever x
-//! is, but from `x = 1` on with alternating sign, while the true motion is over within the step. What then excites the
-//! node (a release, an impact) rings in the bearing load from step to step, up to twice too high.
-//! Source: the scheme of `shaft_line::stepper`, on `M q'' + C q' = 0`. Limits: one bearing node at a time; structural damping is not in it, which
-//! alternates in modes that hardly move a bearing. Verified by `tests/runs/stepping.rs`: `damping_beyond_the_step_is_told`.
+//! One step of centred damping multiplies a motion that the damping governs by `(1 - x)/(1 + x)`. The scheme is stable for every x, but from `x = 1`
+//! on the motion alternates in sign, while the true motion decays within the step. An excitation of the node (a release, an impact) then rings in the
+//! bearing load from step to step, up to twice too high.
+//! Source: the scheme of `shaft_line::stepper`, on `M q'' + C q' = 0`.
+//! Limits: one bearing node at a time; structural damping is not included. It alternates in modes that hardly move a bearing.
+//! Verified by `tests/runs/stepping.rs`: `damping_beyond_the_step_is_told`.
 
 use super::shaft_line::{masses, sites};
 use crate::rotor::BearingSite;
@@ -18,17 +19,18 @@ use bladeoff_numerics::linalg::{dot, inverse, mul_vec};
 /// A bearing whose damping the step of a run does not resolve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnresolvedDamping {
-    /// Name of the bearing, or of that of a pedestal.
+    /// Name of the bearing, or of the bearing on the pedestal.
     pub bearing: String,
-    /// x of (1), above 1.
+    /// Ratio x of (1), above 1.
     pub ratio: f64,
     /// Largest step with x <= 1 \[s\].
     pub step: f64,
 }
 
-/// The bearings with an x of (1) above 1 in a run with time step `dt` \[s\], in the machine's order.
+/// Bearings whose x of (1) is above 1 in a run with time step `dt` \[s\], in the machine's order.
 ///
-/// `structure` must fit the machine. Costs one inverse of the lateral mass matrix. The exponential engine has no step that damping is taken over.
+/// `structure` must fit the machine. The check costs one inverse of the lateral mass matrix. The exponential engine integrates damping exactly, so
+/// its list is empty.
 #[must_use]
 pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> Vec<UnresolvedDamping> {
     if machine.run.engine == Engine::Exponential {
@@ -61,7 +63,7 @@ pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> 
     unresolved.map(|(rate, bearing)| UnresolvedDamping { bearing, ratio: 0.5 * dt * rate, step: 2.0 / rate }).collect()
 }
 
-/// Largest eigenvalue of the product of two symmetric matrices, the second positive definite.
+/// Largest eigenvalue of the product of two symmetric matrices, of which the second is positive definite.
 fn largest_eigenvalue(c: &[[f64; 2]; 2], s: &[[f64; 2]; 2]) -> f64 {
     let product = |i: usize, j: usize| c[i][0] * s[0][j] + c[i][1] * s[1][j];
     let (mean, determinant) =

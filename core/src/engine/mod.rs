@@ -1,11 +1,13 @@
-//! One blade-off from release to its end: the reference engine, step by step, and the [`exponential`] one.
+//! Engines that simulate one blade-off from release to end: the full and the reduced engine, which advance step by step, and the [`exponential`]
+//! engine.
 //!
-//! Main path: [`simulate`] takes a step that is stable (`plan`), and the engine of the machine's `choice` runs it. A `run` of the reference goes on from its `beginning`: predict
-//! without contact, correct with contact, record, advance (`motion`). What moves: the `shaft_line`, and each ring with its contact, a
-//! `rub`. What a run is watched for is [`crate::record`]'s matter; `bearing_loads` and `works` find what that takes.
+//! Main path: [`simulate`] determines a stable step (`time_step`), and the machine's engine runs it (`choice`). A `run` of the full or the reduced
+//! engine starts from its `beginning` and repeats: predict without contact, correct with contact, record, advance (`motion`). The moving parts are
+//! the `shaft_line` and each ring with its contact, a `rub`. [`crate::record`] records quantities of the run; `bearing_loads` and `works` compute
+//! loads and energies for it.
 //!
-//! Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; docs/theory/04-time-integration.md), non-linear
-//! terms centred and iterated, over finite elements or over modes ([`crate::structure`]).
+//! Scheme: central differences with forward-increment Lagrange multipliers (paper, section 3; docs/theory/04-time-integration.md). Non-linear terms
+//! are centred and iterated, over finite elements or over modes ([`crate::structure`]).
 
 mod bearing_loads;
 mod beginning;
@@ -33,7 +35,7 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Outcome;
 
-/// Simulates one run, and its twin where `run.twin` asks for one: the follower sees the first alone, but may end both.
+/// Simulates one run, and its twin if `run.twin` requests one. The follower observes only the first run, but may end both.
 ///
 /// `structure` must fit the machine ([`Structure::fits`]). Failures of the simulation (divergence, loss of uniqueness, step
 /// limit) are outcomes with a cause, not errors.

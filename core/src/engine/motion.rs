@@ -1,4 +1,4 @@
-//! The motion of a run: shaft line and rings at step n, and the step from there.
+//! Motion of a run: shaft line and rings at step n, and the step from n to n+1.
 
 use super::predictor::Predictor;
 use super::rub::{Rub, StepContact};
@@ -7,29 +7,30 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_model::outcome::Cause;
 
-/// A displacement beyond this many times the model's size is no vibration any more.
+/// Displacement, in multiples of the model's size, beyond which a run counts as diverged.
 pub(super) const DIVERGED: f64 = 10.0;
 
-/// What moves, at n.
+/// State of the shaft line and of all diaphragms at n.
 pub(super) struct Motion<'a> {
     pub line: ShaftLine<'a>,
-    /// One for each diaphragm, in the machine's order.
+    /// One diaphragm each, in the machine's order.
     pub rubs: Vec<Rub<'a>>,
-    /// Steps done, time \[s\] and mean spin \[rad/s\].
+    /// Number of steps, time \[s\] and mean spin \[rad/s\] at n.
     pub step: u64,
     pub time: f64,
     pub speed: f64,
-    /// Increments of the step from n, and its contact with each diaphragm.
+    /// Increments of the step from n, and the contact with each diaphragm in it.
     pub d: Increments,
     pub contacts: Vec<Option<StepContact>>,
     pub(super) predictor: Predictor,
+    /// Whether the run ends when the rotor stops.
     can_stop: bool,
-    /// Of the model \[m\].
+    /// Size of the model \[m\].
     size: f64,
 }
 
 impl<'a> Motion<'a> {
-    /// At t = 0, the line put there.
+    /// Motion at t = 0 of a shaft line whose initial state is set.
     pub fn new(machine: &Machine, line: ShaftLine<'a>, rubs: Vec<Rub<'a>>) -> Self {
         Self {
             step: 0,
@@ -45,14 +46,14 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Starts again from other increments before t = 0.
+    /// Restarts from other increments of the step before t = 0.
     pub fn restart(&mut self) {
         self.d = self.line.previous();
         self.predictor.restart(&self.line);
         self.rubs.iter_mut().for_each(Rub::forget_iterations);
     }
 
-    /// Solves the step from n again, with the unbalances of another machine and a change of the increments of the step before.
+    /// Solves the step from n again with the unbalances of another machine. `change` is added to the increments of the previous step.
     pub fn release(&mut self, machine: &Machine, structure: &'a Structure, change: &Jump) -> Result<(), Cause> {
         let line = self.line.released(machine, structure, change).ok_or(Cause::NonFinite)?;
         self.rubs.iter_mut().for_each(|rub| rub.begin_again(&line));
@@ -62,13 +63,13 @@ impl<'a> Motion<'a> {
         Ok(())
     }
 
-    /// Solves the step from n: its increments and contacts.
+    /// Solves the step from n: increments and contacts.
     pub fn solve(&mut self) -> Result<(), Cause> {
         self.predict()?;
         self.correct()
     }
 
-    /// The step without contact.
+    /// Predicts the step without contact.
     pub fn predict(&mut self) -> Result<(), Cause> {
         self.line.prepare(self.speed);
         self.rubs.iter_mut().for_each(Rub::prepare);
@@ -87,21 +88,21 @@ impl<'a> Motion<'a> {
         Ok(())
     }
 
-    /// Lets the last step stand for one that cannot be computed, without contact.
+    /// Takes the previous step's increments, without contact, for a step that cannot be computed.
     pub fn repeat(&mut self) {
         self.d = self.line.previous();
         self.contacts.fill(None);
     }
 
-    /// Velocities and accelerations at n, by the increments of the step.
+    /// Computes velocities and accelerations at n from the increments of the step.
     pub fn settle(&mut self) {
         self.line.settle(&self.d);
     }
 
-    /// Why the state at n+1, not yet taken, cannot be gone on with.
+    /// Cause of failure if the state at n+1, not yet accepted, is not finite or has diverged.
     pub fn beyond(&self) -> Option<Cause> {
         let next = self.line.lateral.x.iter().zip(&self.line.lateral.d).map(|(x, dx)| (x + dx).abs());
-        // `max` passes over NaN
+        // `max` ignores NaN
         let reach = next.fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x) });
         if !reach.is_finite() {
             return Some(Cause::NonFinite);
@@ -109,7 +110,7 @@ impl<'a> Motion<'a> {
         (reach > DIVERGED * self.size).then_some(Cause::Diverged)
     }
 
-    /// Takes the step to n+1. Returns whether the rotor has stopped in it.
+    /// Advances to n+1. Returns whether the rotor stopped in this step.
     pub fn advance(&mut self) -> bool {
         let (over_step, reached) = self.line.spin_after(self.time, &self.d.twist);
         self.predictor.keep(&self.line);
@@ -118,7 +119,7 @@ impl<'a> Motion<'a> {
         self.step += 1;
         self.time = self.step as f64 * self.line.dt;
         let stopped = self.can_stop && over_step <= 0.0;
-        // a rotor that stops within the last half step does not turn back in it
+        // a rotor that stops within the last half step does not turn backwards
         self.speed = if stopped || self.can_stop && reached < 0.0 { 0.0 } else { reached };
         stopped
     }
@@ -129,7 +130,7 @@ impl<'a> Motion<'a> {
         pressed.filter_map(|(rub, contact)| Some((rub.node(), rub.outwards(contact.as_ref()?.on_rotor))))
     }
 
-    /// Whether the rotor's centre is beyond a ring.
+    /// Whether the rotor's centre is outside a ring.
     pub fn is_outside(&mut self) -> bool {
         self.rubs.iter_mut().any(|rub| rub.is_outside(&self.line))
     }
@@ -139,17 +140,17 @@ impl<'a> Motion<'a> {
         self.line.centred_spin(&self.d.twist)
     }
 
-    /// Rounds of the non-linear solve, all steps together.
+    /// Number of rounds of the non-linear solution, summed over all steps.
     pub fn iterations(&self) -> u64 {
         self.predictor.iterations + self.rubs.iter().map(Rub::iterations).sum::<u64>()
     }
 }
 
-/// Size of a model \[m\].
+/// Characteristic size of a model \[m\].
 pub(super) fn size(machine: &Machine) -> f64 {
     match &machine.rotor.kind {
         RotorKind::Shaft(shaft) => shaft.nodes.last().copied().unwrap_or(1.0),
-        // a point mass has no length: only its clearance, or nothing, tells its size
+        // a point mass has no length, so its clearance defines the size; without clearance a large value
         RotorKind::PointMass(_) => {
             let clearances = machine.diaphragms.iter().map(|d| 1e4 * (d.contact.gap + d.contact.rotor_radius));
             clearances.reduce(f64::max).unwrap_or(1e6)

@@ -1,30 +1,30 @@
-//! The increments of a step without contact, converged.
+//! Prediction of a step without contact, by fixed-point iteration to convergence.
 
 use super::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::outcome::Cause;
 use bladeoff_numerics::linalg::{distance, norm};
 
-/// Convergence, relative to the increment.
+/// Relative convergence tolerance of the increments.
 pub(super) const TOLERANCE: f64 = 1e-12;
-/// Iterations at most: one contracts by about `Omega dt`, by `m e^2/(J + m e^2)` where an unbalance outweighs the spin's
-/// inertia.
+/// Maximum number of iterations. One iteration contracts by about `Omega dt`, or by `m e^2/(J + m e^2)` if an unbalance outweighs the spin's inertia.
 const ITERATIONS: usize = 600;
-/// Least contraction a round is credited with: two rounds that happen to agree say nothing about the next step's.
+/// Smallest contraction assumed for a round: two rounds that agree by chance do not predict the contraction of the next step.
 const CONTRACTION: f64 = 1e-3;
 
-/// What the solve of a step knows from those before.
+/// State of the iteration that is carried from step to step.
 pub(super) struct Predictor {
-    /// Increments of the steps before the last one: two lateral, one of twist.
+    /// Increments of the steps before the last one: two lateral ones, one torsional.
     before: [Vec<f64>; 2],
     twist_before: Vec<f64>,
-    /// Contraction of the iteration, as last measured.
+    /// Contraction of the iteration, last measured value.
     contraction: f64,
     next: Increments,
+    /// Number of rounds of all steps.
     pub iterations: u64,
 }
 
 impl Predictor {
-    /// At the start of a shaft line: as if the increments before it had always been those.
+    /// Predictor at the start of a shaft line: all earlier increments equal the last ones.
     pub fn new(line: &ShaftLine<'_>) -> Self {
         let (lateral, twist) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
         Self {
@@ -36,7 +36,7 @@ impl Predictor {
         }
     }
 
-    /// Starts again from other increments before t = 0.
+    /// Restarts from other increments of the step before t = 0.
     pub fn restart(&mut self, line: &ShaftLine<'_>) {
         let lateral = &line.lateral.stepper.previous;
         self.before = [lateral.clone(), lateral.clone()];
@@ -44,7 +44,7 @@ impl Predictor {
         self.iterations = 0;
     }
 
-    /// The step from n at `time`, in `d`: the remaining error, from the measured contraction, is below tolerance.
+    /// Solves the step from n at `time` without contact, in `d`. The remaining error, estimated by the measured contraction, is below the tolerance.
     pub fn predict(&mut self, line: &mut ShaftLine<'_>, time: f64, d: &mut Increments) -> Result<(), Cause> {
         self.extrapolate(line, d);
         let mut last_change: Option<f64> = None;
@@ -61,7 +61,7 @@ impl Predictor {
             if let Some(last) = last_change {
                 self.contraction = (change / last).clamp(CONTRACTION, 1.0);
             }
-            // before a second round the last measured contraction stands in, with a margin
+            // the second round is not done yet: take the last measured contraction, with a margin
             let contraction = if last_change.is_some() { self.contraction } else { (4.0 * self.contraction).min(1.0) };
             if change * contraction <= TOLERANCE {
                 return Ok(());
@@ -74,7 +74,7 @@ impl Predictor {
         Err(Cause::Diverged)
     }
 
-    /// The first guess, from the last three steps.
+    /// First guess by extrapolation from the last three steps.
     fn extrapolate(&self, line: &ShaftLine<'_>, d: &mut Increments) {
         let (lateral, twist) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
         for (i, d) in d.lateral.iter_mut().enumerate() {
@@ -86,7 +86,7 @@ impl Predictor {
         }
     }
 
-    /// Keeps the increments of the step before, which [`ShaftLine::advance`] is about to replace.
+    /// Stores the increments of the previous step, before [`ShaftLine::advance`] replaces them.
     pub fn keep(&mut self, line: &ShaftLine<'_>) {
         self.before.swap(0, 1);
         self.before[0].copy_from_slice(&line.lateral.stepper.previous);

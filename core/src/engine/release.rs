@@ -1,31 +1,31 @@
-//! Releases of unbalances during a run: when each happens.
+//! Instants at which unbalances are released during a run.
 //!
 //! | release | instant |
 //! |---|---|
 //! | at a time | that time |
 //! | at a speed | first time at which the mean spin is at that speed, rising or falling: linear between two steps, which is of second order |
 //!
-//! The run changes its matrices at the first instant of a step at or after a release (`shaft_line/piece.rs`). Several releases in one step happen by
-//! time, then by name. Verified by `core/tests/runs/releases.rs`.
+//! The run changes its matrices at the first instant of a step at or after a release (`shaft_line/piece.rs`). Several releases in one step are sorted
+//! by time, then by name. Verified by `core/tests/runs/releases.rs`.
 
 use crate::record::At;
 use crate::rotor::UnbalanceSite;
 use bladeoff_model::machine::{Machine, Release};
 
-/// Releases of a run that have not happened yet.
+/// Pending releases of a run.
 #[derive(Debug, Clone)]
 pub(super) struct Releases<'a> {
     machine: &'a Machine,
-    /// Places of the awaited unbalances in the machine's list.
+    /// Indices of the pending unbalances in the machine's list.
     awaited: Vec<usize>,
-    /// Last instant of a step.
+    /// Previous instant of a step: time \[s\] and mean spin \[rad/s\].
     last: At,
 }
 
 /// A release that has happened by an instant of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Due {
-    /// Place of the unbalance in the machine's list.
+    /// Index of the unbalance in the machine's list.
     pub unbalance: usize,
     /// Time and mean spin at the release.
     pub at: At,
@@ -40,12 +40,12 @@ impl<'a> Releases<'a> {
         Self { machine, awaited: awaited.collect(), last: At { time: 0.0, speed } }
     }
 
-    /// Whether no release is awaited.
+    /// Whether no release is pending.
     pub fn is_over(&self) -> bool {
         self.awaited.is_empty()
     }
 
-    /// The machine without its awaited unbalances.
+    /// The machine without its pending unbalances.
     pub fn present(&self) -> Machine {
         let mut present = self.machine.clone();
         let mut place = 0..;
@@ -53,7 +53,7 @@ impl<'a> Releases<'a> {
         present
     }
 
-    /// Speeds of the awaited releases \[rad/s\].
+    /// Speeds of the pending releases at a speed \[rad/s\].
     pub fn speeds(&self) -> impl Iterator<Item = f64> {
         self.awaited.iter().filter_map(|&place| match self.machine.rotor.unbalances[place].release {
             Some(Release::Speed(speed)) => Some(speed),
@@ -89,24 +89,24 @@ impl<'a> Releases<'a> {
         self.awaited.iter().filter_map(happened).min_by(order)
     }
 
-    /// Takes a release from the awaited ones; returns its unbalance at its node.
+    /// Removes a release from the pending ones and returns its unbalance at its node.
     pub fn happen(&mut self, due: &Due) -> UnbalanceSite {
         self.awaited.retain(|place| *place != due.unbalance);
         UnbalanceSite::new(&self.machine.rotor.unbalances[due.unbalance])
     }
 
-    /// Takes an instant of a step as the last one.
+    /// Sets the previous instant of a step.
     pub fn pass(&mut self, now: At) {
         self.last = now;
     }
 }
 
-/// Whether a time has been reached at an instant of a step, but for rounding of that instant \[s\].
+/// Whether the instant `now` of a step has reached `time` \[s\], up to rounding of the instant.
 fn is_reached(time: f64, now: f64) -> bool {
     time <= now * (1.0 + 4.0 * f64::EPSILON)
 }
 
-/// First instant at or after each time of a release, in steps of `h` \[s\].
+/// Number of the first step at or after each release at a time, for steps of `h` \[s\].
 pub(super) fn release_steps(machine: &Machine, h: f64) -> impl Iterator<Item = u64> {
     machine.rotor.unbalances.iter().filter_map(move |unbalance| match unbalance.release {
         Some(Release::Time(time)) if time > 0.0 => {

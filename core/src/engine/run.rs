@@ -1,4 +1,4 @@
-//! A run from its start to its end, watched by recorders and a follower.
+//! A run of the full or the reduced engine from start to end, observed by recorders and a follower.
 
 use super::bearing_loads::BearingLoads;
 use super::beginning::begin;
@@ -15,7 +15,7 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Cause, EndCause};
 
-/// One run from its start to its end: what was recorded, and how it ended.
+/// Runs a machine from start to end: recorded quantities, and the end of the run.
 ///
 /// # Errors
 /// [`StartError`] for a run that cannot be started.
@@ -38,7 +38,7 @@ pub(super) fn run(
     };
     let Motion { time, speed, step: steps, .. } = run.motion;
     let end = End { cause, time, speed, failure, steps, iterations: run.motion.iterations() };
-    // whether a run can start is asked without a step, and often
+    // callers often check whether a run can start, with zero steps
     if steps > 0 {
         run.recorders.see_speed(At { time, speed }, &run.damping);
     }
@@ -47,7 +47,7 @@ pub(super) fn run(
     Ok((run.recorders, end))
 }
 
-/// A run under way.
+/// State of a run.
 struct Run<'a> {
     machine: &'a Machine,
     structure: &'a Structure,
@@ -56,9 +56,9 @@ struct Run<'a> {
     loads: BearingLoads,
     damping: SolvedGrid,
     releases: Releases<'a>,
-    /// The last instant has been shown.
+    /// Whether the follower has received the last instant.
     end_shown: bool,
-    /// Why the start did not settle: there is no first step from it.
+    /// Failure of the iteration at the start, which allows no first step.
     unsettled: Option<Cause>,
 }
 
@@ -84,7 +84,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// One step from n to n+1; `Some` when the run has ended.
+    /// Advances from n to n+1; `Some` if the run has ended.
     fn step(&mut self, follower: &mut dyn Follower) -> Result<Option<EndCause>, Cause> {
         if self.machine.run.step_limit.is_some_and(|limit| self.motion.step >= limit) {
             return Err(Cause::StepLimit);
@@ -114,7 +114,7 @@ impl<'a> Run<'a> {
         Ok(if stopped { Some(EndCause::Stopped) } else { self.ended() })
     }
 
-    /// Releases what is due at n, after the step from n was solved without; the step is then solved again.
+    /// Releases the unbalances due at n, after the step from n was solved without them, and solves the step again.
     fn release(&mut self) -> Result<(), Cause> {
         let Motion { time, line: ShaftLine { dt, .. }, .. } = self.motion;
         let now = At { time, speed: self.motion.centred_spin() };
@@ -133,7 +133,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Whether the run has come to its end, unless the rotor has stopped.
+    /// Cause of the end of the run, other than a stop of the rotor.
     fn ended(&self) -> Option<EndCause> {
         let run = &self.machine.run;
         if self.recorders.limits.ends(self.machine) {
@@ -142,11 +142,11 @@ impl<'a> Run<'a> {
         if run.end_speed > 0.0 && self.motion.speed <= run.end_speed {
             return Some(EndCause::EndSpeed);
         }
-        // half a step of slack: the last step ends at end_time, not one beyond it
+        // half a step of slack, so that the last step ends at end_time and not one step later
         (self.motion.time >= run.end_time - 0.5 * self.motion.line.dt).then_some(EndCause::EndTime)
     }
 
-    /// Records and shows the step at n; the cause where it leads where no model goes.
+    /// Records the step at n and sends it to the follower; an error if the state is beyond the validity of every model.
     fn watch(&mut self, follower: &mut dyn Follower) -> Result<(), Cause> {
         for (diaphragm, contact) in self.motion.contacts.iter().enumerate() {
             let force = contact.map_or(0.0, |contact| contact.force.normal);
@@ -166,7 +166,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Quantities and works of the step at n. An instant that is shown has the stores of its own step.
+    /// Records quantities and works of the step at n. For an instant sent to the follower it also records the stored energies of this step.
     fn record(&mut self, shown: bool) {
         let (motion, recorders) = (&mut self.motion, &mut self.recorders);
         let at = At { time: motion.time, speed: motion.centred_spin() };
@@ -188,7 +188,7 @@ impl<'a> Run<'a> {
         energies.see(step);
     }
 
-    /// Hands the instant n to the follower.
+    /// Sends the instant n to the follower.
     fn show(&mut self, speed: f64, follower: &mut dyn Follower) {
         let Motion { line, rubs, contacts, time, .. } = &mut self.motion;
         let gaps: Vec<Gap> = rubs.iter_mut().map(|rub| rub.gap_at_n(line)).collect();
@@ -219,16 +219,16 @@ impl<'a> Run<'a> {
         });
     }
 
-    /// Shows the instant at which the run has ended, for whoever follows it to its end, whatever it was.
+    /// Sends the instant of the end to a follower that requests it, for every cause of the end.
     ///
-    /// The state at the end is known, but centred velocities, loads and contact forces take one more step, which the row has no
-    /// part in: it is computed when the row is made, and nothing of it is kept. Where that step cannot be computed (it is the one
-    /// that failed) velocities are those of the step before and there is no contact force. Time, spin and works are the row's.
+    /// The state at the end is known. Centred velocities, loads and contact forces need one more step, which is computed after the row is complete
+    /// and then discarded; it does not affect the row. If this step cannot be computed (because it is the one that failed), velocities are those of
+    /// the previous step and there is no contact force. Time, spin and works are those of the row.
     fn show_end(&mut self, failure: Option<Cause>, follower: &mut dyn Follower) {
         if self.end_shown || !follower.wants_end() {
             return;
         }
-        // a budget ends a run between two steps
+        // a step limit ends a run between two steps
         let may_go_on = matches!(failure, None | Some(Cause::StepLimit));
         if !may_go_on || self.motion.solve().is_err() {
             self.motion.repeat();
@@ -240,7 +240,7 @@ impl<'a> Run<'a> {
         self.end_shown = true;
     }
 
-    /// Shows the instant of a step that leads where no model goes, unless it has been.
+    /// Sends the instant of a step beyond the validity of every model, unless it was already sent.
     fn show_last(&mut self, shown: bool, follower: &mut dyn Follower) {
         if !shown && follower.wants_end() {
             write_stores(&mut self.recorders.energies.now, &self.motion);

@@ -3,9 +3,9 @@
 //! ```text
 //! (lambda^2 M + lambda (C + W G) + K + K_skew) q = 0        M with the unbalances' masses at their nodes                  (1)
 //! ```
-//! These are the matrices that `exponential` and `reduced` integrate; `full` has more modes, which whirl faster than those of the basis. The
-//! exponential engine has the solutions of (1) in the stations of its grid ([`super::exponential`]). The other two engines solve (1) at every second
-//! of these speeds, every fourth where the grid closes in towards rest, and keep the solutions with the structure. Definition:
+//! `exponential` and `reduced` integrate these matrices. `full` has more modes, with whirl frequencies above those of the basis. The exponential
+//! engine has the solutions of (1) in the modal bases of its speed grid ([`super::exponential`]). The other two engines solve (1) at every second
+//! speed of this grid, every fourth where the grid is refined towards rest, and keep the solutions with the structure. Definition:
 //! [`crate::modal::least_damping`]. Verified by `tests/rotor/stability.rs`.
 
 use super::beginning::projected;
@@ -20,23 +20,23 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Speeds of the grid, upwards and downwards from the first one, at which the damping is computed.
+/// Maximum number of grid speeds above and below the first one at which the damping is computed.
 const MOST: i64 = 256;
-/// Thinning of the grid: one of so many speeds is used, on an even grid and on one that closes in towards rest. That leaves about 20 of 40 speeds, or 68
-/// of 272, between the initial speed and rest. With all of them a run of the lab rig took 4 % longer. The speeds are a nineteenth of the initial speed
-/// apart; at rest on anisotropic bearings an eightieth of that.
+/// Thinning of the grid: every second speed of an even grid, every fourth of a grid that is refined towards rest. About 20 of 40 speeds remain, or 68
+/// of 272, between the initial speed and rest. With all speeds a run of the lab rig took 4 % longer. The remaining speeds are a nineteenth of the
+/// initial speed apart; at rest on anisotropic bearings an eightieth of that.
 const THINNED: [i64; 2] = [2, 4];
-/// Machines of one structure that are kept.
+/// Number of machines of one structure whose systems are kept.
 const KEPT: usize = 8;
 
-/// System (1) of one machine.
+/// Matrices of the eigenvalue problem (1) for one machine.
 #[derive(Debug)]
 struct Whirl {
     mass: Matrix,
     damping: Matrix,
     gyroscopic: Matrix,
     stiffness: Matrix,
-    /// Shaft line with bearing tables, and shapes that its matrices are projected on (`None`: nodal coordinates).
+    /// Shaft line with bearing tables, and the mode shapes for the projection of its matrices (`None`: nodal coordinates).
     tables: Option<(RotorMatrices, Option<Matrix>)>,
 }
 
@@ -52,7 +52,7 @@ impl Whirl {
                 tables: (!rotor.tables.is_empty()).then(|| (rotor.clone(), part.coordinates.shapes().cloned())),
             };
         }
-        // a full model, whose solutions would take the cube of all its degrees of freedom
+        // full model: a solution with all degrees of freedom would cost their number cubed, so the reduced basis is used
         let (shapes, size) = (&modes.shapes, modes.omega_squared.len());
         let coordinates = Coordinates::modal(shapes);
         let mut mass = Matrix::identity(size, size);
@@ -88,14 +88,14 @@ impl Whirl {
     }
 }
 
-/// Node and mass of each unbalance: (1) depends on them and on the structure alone.
+/// Node and mass (as bits) of each unbalance. (1) depends only on them and on the structure.
 type Masses = Vec<(usize, u64)>;
 
-/// Systems of machines of one structure, the last used at the end.
+/// Systems of machines of one structure; the most recently used one is last.
 #[derive(Debug, Default)]
 struct Systems(Mutex<Vec<(Masses, Arc<System>)>>);
 
-/// A system with the speeds at which it has been solved, by their bits.
+/// System (1) with its solutions, by the bits of the speed.
 #[derive(Debug)]
 struct System {
     whirl: Whirl,
@@ -125,7 +125,7 @@ impl System {
     }
 }
 
-/// The damping of one run, at the speeds of the grid.
+/// Least damping of one run at grid speeds.
 #[derive(Debug)]
 pub(super) struct SolvedGrid {
     system: Arc<System>,
@@ -133,18 +133,18 @@ pub(super) struct SolvedGrid {
     first: i64,
 }
 
-/// Some speeds of the exponential engine's grid. With bearing tables also their own speeds, between which a coefficient has no extremum: a peak of a
+/// Thinned speed grid of the exponential engine. Bearing tables add their own speeds, between which no coefficient has an extremum. A peak of a
 /// coefficient that is narrower than the grid can make the rotor unstable.
 #[derive(Debug, Clone)]
 struct Speeds {
     scale: GridSpacing,
     every: i64,
-    /// All speeds, ascending, where there are tables; otherwise those of the grid.
+    /// All speeds \[rad/s\], ascending, for a machine with bearing tables; otherwise the grid alone is used.
     listed: Option<Vec<f64>>,
 }
 
 impl Speeds {
-    /// `about`: speed around which the grid is listed \[rad/s\].
+    /// Thinned grid; `about` is the speed around which it is listed \[rad/s\].
     fn new(scale: GridSpacing, structure: &Structure, about: f64) -> Self {
         let grid = Self { scale, every: THINNED[usize::from(scale.closes)], listed: None };
         if structure.rotor.tables.is_empty() {
@@ -183,7 +183,7 @@ impl SolvedGrid {
         Self { system: System::of(machine, structure), first: speeds.below(initial), speeds }
     }
 
-    /// Changes of the speed from which on the least damping is asked for again \[rad/s\]: a part of the grid's spacing.
+    /// Change of the speed after which the least damping is interpolated again \[rad/s\]: a fraction of the grid spacing.
     pub fn noticeable(&self) -> f64 {
         self.speeds.scale.spacing / 16.0
     }
@@ -204,9 +204,9 @@ impl DampingGrid for SolvedGrid {
     }
 }
 
-/// Ranges of speeds between `lowest` and `highest` \[rad/s\] in which a whirl mode of a machine is unstable.
+/// Ranges of speed between `lowest` and `highest` \[rad/s\] in which a whirl mode of a machine is unstable.
 ///
-/// The least damping is computed at the speeds of the grid between them, and limits of ranges are found to 0.01 rpm ([`unstable_ranges`]).
+/// The least damping is computed at the grid speeds between them. Range limits are accurate to 0.01 rpm ([`unstable_ranges`]).
 ///
 /// # Errors
 /// [`EigenError`].
@@ -226,7 +226,7 @@ pub fn unstable_speeds(
     unstable_ranges(&speeds, |speed| system.whirl.at(speed))
 }
 
-/// Lowest and highest mean spin of a run that nothing disturbs \[rad/s\]: its initial or prescribed speeds, and the speed at which it ends.
+/// Lowest and highest mean spin of an undisturbed run \[rad/s\]: initial or prescribed speeds, and the end speed.
 #[must_use]
 pub fn speeds_of_run(machine: &Machine) -> [f64; 2] {
     let law = machine.rotor.speed_law.as_ref().map(|law| law.speeds.as_slice()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! From a machine and its structure to a run that may start: the time step and its limit.
+//! Time step of a run, its stability limit, and the checks before a run starts.
 
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
@@ -8,35 +8,39 @@ use bladeoff_model::machine::{
 use bladeoff_numerics::linalg::{EigenError, Matrix, add_outer, symmetric_generalised};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
-/// Fraction of the stability limit that is taken when the machine names no step.
+/// Default time step as a fraction of the stability limit.
 ///
-/// Both reference machines: robust outputs change by less than they do between detections when it is halved
+/// On both reference machines, halving this step changes robust outputs less than a change of the contact detection does
 /// (`docs/theory/convergence.md`).
 const DEFAULT_FRACTION: f64 = 0.5;
 
-/// The default step also divides a revolution at the highest speed, and the period of the lowest lateral mode, into at
-/// least this many parts: `(omega dt)^2/24 = 1.6e-6`, the scheme's relative error of a period. It governs rotors of few degrees
-/// of freedom, whose highest frequency resolves nothing.
+/// Minimum number of default steps per period. The period is the shorter of a revolution at the highest speed and the period of the lowest lateral
+/// mode. The scheme's relative error of a period is then `(omega dt)^2/24 = 1.6e-6`. This bound applies to rotors with few degrees of freedom, whose
+/// highest frequency is low.
 const PARTS: f64 = 1000.0;
-/// The same with a radial spring, on which contact begins and ends within a step: places after an impact are of second order.
+/// Minimum number of default steps per period with a radial spring. Contact begins and ends within a step, and positions after an impact are of
+/// second order.
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
-/// Fraction of `2/omega_max` of the ring's modes that is the contact step when the machine names none: on machines drawn at random, means over nine starts, rubs are then off by
-/// a quarter of what the reduced engine is off by at its default step (`core/tests/exponential/exponential_random.rs`), and no whip of 1260 runs of a turbine breaks a guard.
+/// Default contact step as a fraction of `2/omega_max` of the ring's modes. On random machines, averaged over nine starts, the error of a rub is a
+/// quarter of the reduced engine's at its default step (`core/tests/exponential/exponential_random.rs`). No whip of 1260 runs of a turbine violates a
+/// guard.
 pub(super) const CONTACT_FRACTION: f64 = 0.9;
-/// Fraction of `2/omega_max` that is the contact step of `hyp2-frozen` when the machine names none. The nearest point is found before the impulses are known, and what penetrates beside it
-/// falls with the step. At this fraction the penetration is that of the reduced engine at its default step.
+/// Default contact step of `hyp2-frozen` as a fraction of `2/omega_max`. The nearest point is found before the impulses are known. Penetration next
+/// to that point falls with the step. At this fraction the penetration equals that of the reduced engine at its default step.
 const FROZEN_CONTACT_FRACTION: f64 = 0.5;
-/// Fraction of `2/omega_max` of the rotor, held by a radial spring or in a rigid ring, that is the contact step when the machine names none.
+/// Default contact step on a radial spring or a rigid ring, as a fraction of `2/omega_max` of the rotor held by it.
 const SPRING_CONTACT_FRACTION: f64 = 0.25;
-/// The default contact step of a machine with a ring divides the same period into at least so many parts: a flight of sixteen is then an eighth of a radian. Without one it is the same as for other
-/// engines: twist peaks between two flights.
+/// Minimum number of default contact steps per period with a ring; the period is that of [`PARTS`]. A step of free motion of 16 contact steps is then
+/// an eighth of a radian. Without a ring the number is [`PARTS`], as for the other engines, because torsion may peak between two steps of free
+/// motion.
 const CONTACT_PARTS: f64 = 800.0;
-/// A contact step divides the same period into at least so many parts: a flight of sixteen is then half a radian (longer ones turn by less: `LONGEST_TURN` of the engine).
+/// Minimum number of contact steps per period. A step of free motion of 16 contact steps is then half a radian; longer steps turn by less (`MAX_TURN`
+/// of the engine).
 const PARTS_LEAST: f64 = 200.0;
 
-/// Whether the place of a contact is that under its impulse: neither `hyp2-frozen` nor `hyp2` at one point, which has the place of `hyp2-frozen` where no point is the
-/// nearest under its own impulse.
+/// Whether the contact point is the one found under its own impulse. It is not for `hyp2-frozen`, nor for `hyp2` at one point: where no point is the
+/// nearest under its own impulse, `hyp2` at one point takes the point of `hyp2-frozen`.
 fn has_converged_place(contact: &Contact) -> bool {
     match contact.detection {
         Detection::Hyp1 => true,
@@ -45,12 +49,12 @@ fn has_converged_place(contact: &Contact) -> bool {
     }
 }
 
-/// Smallest step \[s\]: a filter of 1 ms then has ten million steps, and time still grows by it.
+/// Smallest time step \[s\]. At this step a filter of 1 ms has ten million steps, and adding the step still changes the time.
 pub const LEAST_STEP: f64 = 1e-10;
-/// Most steps of a run: a week of a core at 60 us each. Below 2^53, so that counts and times are exact.
+/// Maximum number of steps of a run: a week on one core at 60 us per step. It is below 2^53, so counts and times are exact.
 const MOST_STEPS: f64 = 1e10;
 
-/// The time step of a run that can be started, and its limit.
+/// Time step of a run that can be started, and its stability limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeStep {
     /// Time step \[s\].
@@ -70,32 +74,32 @@ pub enum StartError {
         seconds(*.step), seconds(below(*.limit)), hertz(*.hz)
     )]
     StepTooLarge {
-        /// Asked for \[s\].
+        /// Requested step \[s\].
         step: f64,
-        /// Allowed \[s\].
+        /// Largest allowed step \[s\].
         limit: f64,
         /// Highest frequency \[Hz\].
         hz: f64,
-        /// Engine.
+        /// Name of the engine.
         engine: &'static str,
     },
-    /// More steps than a run may have.
+    /// The run has more steps than allowed.
     #[error(
         "the run may take {} steps of {} up to run.end_time = {}: at most {} steps are computed, which ends at {}",
         format_digits(*.steps, "", 4), seconds(*.step), seconds(*.end_time), format_digits(*.most, "", 4),
         seconds(floor_to_digits(.most * .step, 4))
     )]
     TooManySteps {
-        /// Steps up to `end_time`, or the step limit; the rotor may stop, or fall to its end speed, before.
+        /// Number of steps up to `end_time`, or the step limit. The rotor may stop, or reach its end speed, earlier.
         steps: f64,
         /// Step \[s\].
         step: f64,
         /// `run.end_time` \[s\].
         end_time: f64,
-        /// Most steps.
+        /// Maximum number of steps.
         most: f64,
     },
-    /// The model asks for a smaller step than any that is computed.
+    /// The stable step of the model is below the smallest step.
     #[error(
         "the stable step of the model is below {}, the smallest that is computed: its highest frequency is {} (a very stiff or \
          very light part)",
@@ -107,15 +111,15 @@ pub enum StartError {
         /// Highest frequency \[Hz\].
         hz: f64,
     },
-    /// The rotor would start inside the diaphragm.
+    /// The rotor starts in contact with the diaphragm.
     #[error("the rotor starts inside diaphragm {diaphragm}: gap {} at t = 0", metres(*.gap))]
     StartsInContact {
         /// Name of the diaphragm.
         diaphragm: String,
-        /// Gap at the start \[m\].
+        /// Gap at the start \[m\], negative for penetration.
         gap: f64,
     },
-    /// The rotor would start beyond the diaphragm.
+    /// The rotor starts outside the diaphragm.
     #[error(
         "the rotor starts outside diaphragm {diaphragm}: its centre is {} from the ring's at t = 0, the ring's radius is {}; \
          contact.offset is ({}, {}): is its unit right?",
@@ -124,32 +128,32 @@ pub enum StartError {
     StartsOutside {
         /// Name of the diaphragm.
         diaphragm: String,
-        /// Distance of the centres \[m\].
+        /// Distance between the centres of rotor and ring \[m\].
         eccentricity: f64,
-        /// Radius of the line that touches \[m\].
+        /// Radius of the ring's contact line \[m\].
         radius: f64,
-        /// Of the ring's centre \[m\].
+        /// Offset of the ring's centre \[m\].
         offset: [f64; 2],
     },
-    /// The contact step is larger than what contact and spin are computed with.
+    /// The contact step is larger than contact and spin can be computed with.
     #[error(
         "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, or of the rotor in a radial spring or a rigid ring, and \
          a {PARTS_LEAST}th of the shortest of a revolution and the lowest mode's period)",
         seconds(*.step), seconds(below(*.limit))
     )]
     ContactStepTooLarge {
-        /// Asked for \[s\].
+        /// Requested contact step \[s\].
         step: f64,
-        /// Allowed \[s\].
+        /// Largest allowed contact step \[s\].
         limit: f64,
     },
-    /// What only other engines compute.
+    /// The exponential engine does not cover a feature of the machine.
     #[error("the exponential engine does not cover {what}: use run.engine = \"reduced\"")]
     NotCovered {
-        /// What.
+        /// Name of the feature.
         what: &'static str,
     },
-    /// Whirl states without a basis.
+    /// The whirl modes at a speed have no usable basis.
     #[error(
         "the whirl states at {speed} rad/s have no basis that the exponential engine can use (condition {condition:.1e}, at most {limit:.0e}): motions that are \
          nearly one (cross stiffness on one side), or bearings damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\""
@@ -157,20 +161,20 @@ pub enum StartError {
     NoBasis {
         /// Speed \[rad/s\].
         speed: f64,
-        /// 2-norm condition; infinite where the motions span less than all.
+        /// Condition number in the 2-norm; infinite if the modes do not span the state space.
         condition: f64,
-        /// Largest allowed.
+        /// Largest allowed condition number.
         limit: f64,
     },
-    /// No mass, or no restoring stiffness, in some direction.
+    /// A mass or stiffness matrix is singular in some direction.
     #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
     Singular {
         /// "mass" or "stiffness".
         what: &'static str,
-        /// Which part.
+        /// Name of the part.
         part: &'static str,
     },
-    /// Eigenvalue problem of the step limit.
+    /// The eigenvalue problem of the stability limit failed.
     #[error(transparent)]
     Eigen(#[from] EigenError),
 }
@@ -188,7 +192,7 @@ fn hertz(value: f64) -> String {
 }
 
 impl TimeStep {
-    /// The largest step that is allowed and can be written in five digits \[s\].
+    /// Largest allowed step, rounded down to five digits \[s\].
     #[must_use]
     pub fn largest_allowed(&self) -> f64 {
         below(self.largest_step)
@@ -212,7 +216,7 @@ impl TimeStep {
                 let resolved = 2.0 * std::f64::consts::PI / (parts * slowest_to_resolve(machine, structure));
                 floor_to_digits((DEFAULT_FRACTION * largest_step).min(resolved), 2).min(machine.run.end_time)
             }
-            // equality is marginally stable: it is refused too
+            // equality is marginally stable, so it is rejected too
             Some(step) if step < largest_step => step,
             Some(step) => {
                 return Err(StartError::StepTooLarge {
@@ -226,8 +230,8 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
-    /// Step of the exponential engine: contact needs the frequencies of the ring alone, or those of the rotor in a radial spring or a
-    /// rigid ring.
+    /// Contact step of the exponential engine. It depends on the frequencies of the ring alone; with a radial spring or a rigid ring, on those of the
+    /// rotor.
     fn of_contact(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
         let held = if has_rigid(machine) || has_spring(machine) { rotor_limit(machine, structure)? } else { 0.0 };
@@ -252,10 +256,10 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
-    /// Refuses what a run cannot have.
+    /// Rejects a step that is too small and a run that has too many steps.
     fn allowed(self, machine: &Machine) -> Result<Self, StartError> {
         let Self { step, highest_frequency, .. } = self;
-        // so that no comparison lets a NaN pass
+        // this form of the comparison rejects NaN
         if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {
             let hz = highest_frequency / (2.0 * std::f64::consts::PI);
             return Err(StartError::StepTooSmall { least: LEAST_STEP, hz });
@@ -269,12 +273,12 @@ impl TimeStep {
     }
 }
 
-/// Whether a diaphragm is a rigid ring.
+/// Whether any diaphragm is a rigid ring.
 fn has_rigid(machine: &Machine) -> bool {
     machine.diaphragms.iter().any(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Rigid))
 }
 
-/// Whether a diaphragm is a radial spring.
+/// Whether any diaphragm is a radial spring.
 fn has_spring(machine: &Machine) -> bool {
     machine.diaphragms.iter().any(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::RadialSpring { .. }))
 }
@@ -284,34 +288,37 @@ pub(super) fn slowest_to_resolve(machine: &Machine, structure: &Structure) -> f6
     let law = machine.rotor.speed_law.iter().flat_map(|law| law.speeds.iter().copied());
     let speed = law.fold(machine.rotor.initial_speed, f64::max);
     let part = &structure.lateral;
-    // Rayleigh quotients of the coordinates bound the lowest frequency from above: enough for a resolution
+    // Rayleigh quotients of the coordinates bound the lowest frequency from above, which is enough for a resolution
     let mut lowest = (0..part.coordinates.size())
         .map(|i| part.stiffness[(i, i)] / part.mass[(i, i)])
         .filter(|square| square.is_finite())
         .fold(f64::INFINITY, f64::min);
     if let RotorKind::PointMass(point) = &machine.rotor.kind {
-        // one that owes all its mass to unbalances swings along an arm with the whole of it
+        // with all its mass in unbalances, the point swings with their total mass
         let unbalances = || machine.rotor.unbalances.iter().map(|u| u.mass).sum::<f64>();
         let mass = if point.mass > 0.0 { point.mass } else { unbalances() };
-        // the softer principal axis, however the axes lie
+        // the softer principal axis, for any orientation of the axes
         lowest = principal(&part.stiffness)[0] / mass;
     }
     let lowest = if lowest.is_finite() { lowest.max(0.0).sqrt() } else { 0.0 };
     speed.max(lowest).max(f64::MIN_POSITIVE)
 }
 
-/// Smallest and largest principal value of a point mass's stiffness \[N/m\].
+/// Smallest and largest principal stiffness of a point mass \[N/m\].
 fn principal(k: &Matrix) -> [f64; 2] {
     let (mean, half) = (0.5 * (k[(0, 0)] + k[(1, 1)]), 0.5 * (k[(0, 0)] - k[(1, 1)]));
     let radius = libm::hypot(half, k[(0, 1)]);
     [mean - radius, mean + radius]
 }
 
-/// Highest frequency of the rotor's lateral motion, and of its twist where both are one. An added mass only lowers those of the
-/// structure, which are bounds then; a lost mass, a point mass (which may owe all its mass to an unbalance) and a radial spring at the
-/// contact need the run's own matrices. An unbalance couples twist and deflection, `m d psi''` across its arm: what is left of
-/// both by a lost mass is less than what is left of each, and a point has only `m J/(J + m d^2)` of an added mass across the arm,
-/// unless its speed is prescribed. A point's unbalance turns its arm across the stiffer principal axis sooner or later.
+/// Highest frequency of the rotor's lateral motion, and of its torsion where the two are coupled \[rad/s\].
+///
+/// Added masses only lower the frequencies of the structure, which is then an upper bound. The run's own matrices are needed for a lost mass, a
+/// radial spring at the contact, and a point mass (which may have all its mass in an unbalance). An unbalance couples torsion and deflection by `m d
+/// psi''` across its arm:
+/// - A lost mass leaves less inertia in the coupled motion than in torsion or deflection alone.
+/// - A point mass has only the inertia `m J/(J + m d^2)` of an added mass across the arm, unless its speed is prescribed.
+/// - The unbalance of a point mass turns its arm across the stiffer principal axis at some time.
 fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartError> {
     let lost = machine.rotor.unbalances.iter().any(|u| u.kind == UnbalanceKind::Lost);
     let point = matches!(machine.rotor.kind, RotorKind::PointMass(_));
@@ -334,14 +341,14 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
     mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
     stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
     if point {
-        // of the mass point; the places behind it are those of pedestals
+        // the first two degrees of freedom are those of the mass point; the following ones belong to pedestals
         stiffness.view_mut((0, 0), (2, 2)).copy_from(&(Matrix::identity(2, 2) * principal(&lateral.stiffness)[1]));
     }
     if turns {
         mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
         stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
     }
-    // an added mass that is released later is not there before
+    // an added mass with a later release is absent before it
     let is_there = |one: &&Unbalance| one.release.is_none() || one.kind == UnbalanceKind::Lost;
     for site in machine.rotor.unbalances.iter().filter(is_there).map(UnbalanceSite::new) {
         let (sin, cos) = libm::sincos(site.phase);
@@ -365,19 +372,19 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
     Ok(values.last().map_or(0.0, |square| square.max(0.0).sqrt()))
 }
 
-/// The limit of stability as a step that is allowed: the largest number of five digits below it, which itself is refused.
+/// Largest step of five digits that is allowed: strictly below the stability limit, which itself is rejected.
 fn below(limit: f64) -> f64 {
     let floor = floor_to_digits(limit, 5);
     if floor < limit { floor } else { floor_to_digits(limit * (1.0 - 1e-6), 5) }
 }
 
-/// A readable number no larger than `value`; as a step it also hides the last digits of the eigenvalue solver from the results, as a
-/// limit it is one that is allowed.
+/// Largest number of so many digits that does not exceed `value`. For a step, the rounding keeps the last digits of the eigenvalue solver out of the
+/// results. For a limit, the rounded value is allowed.
 fn floor_to_digits(value: f64, digits: i32) -> f64 {
     let exponent = libm::floor(libm::log10(value));
     let unit = libm::pow(10.0, exponent - f64::from(digits - 1));
     let whole = libm::floor(value / unit);
-    // decimal text gives the nearest f64 to what a person would write
+    // parsing decimal text gives the f64 nearest to the decimal number
     format!("{whole:.0}e{}", (exponent as i32).saturating_sub(digits - 1)).parse().unwrap_or(value)
 }
 
@@ -393,7 +400,7 @@ mod tests {
         assert_eq!(floor_to_digits(0.9, 2), 0.9);
         assert_eq!(floor_to_digits(6.951_987_654e-6, 5), 6.9519e-6);
         assert_eq!(below(6.951_987_654e-6), 6.9519e-6);
-        // equality is refused
+        // equality is rejected
         assert_eq!((below(2.0), below(1e-5)), (1.9999, 9.9999e-6));
     }
 

@@ -1,22 +1,23 @@
-//! Contact with several diaphragms in one step: their forces are solved together, coupled through the shaft.
+//! Contact with several diaphragms in one step: the forces are solved together, coupled through the shaft.
 //!
 //! ```text
 //! d = d_free + sum_i R_i F_i        increments of the step; R_i: response to the contact forces F_i at diaphragm i               (1)
 //! F_i = contact(d_free + sum_{j != i} R_j F_j)      for each i in turn, until no force changes                              (2)
 //! ```
-//! `d_free` has the non-linear terms of the shaft at `d`, so (2) predicts again whenever another force has changed. The rounds
-//! contract by the coupling of two seats over a step, `W_ij W_ji/(W_ii W_jj)`: far below 1 for seats apart.
+//! `d_free` contains the non-linear terms of the shaft at `d`, so (2) repeats the prediction whenever another force has changed. The rounds contract
+//! by the coupling of two diaphragms over a step, `W_ij W_ji/(W_ii W_jj)`, which is far below 1 for diaphragms at different positions.
 //!
-//! A diaphragm without contact force changes no digit: (2) looks at it and adds nothing.
-//! Source: block Gauss-Seidel iteration on the Delassus operator of all diaphragms. Limits: the modes that `reduced` leaves out follow
-//! the forces at their own seat alone. Verified by `core/tests/contact/two_diaphragms.rs`.
+//! A diaphragm without contact force changes no digit: (2) checks it and adds nothing.
+//! Source: block Gauss-Seidel iteration on the Delassus operator of all diaphragms.
+//! Limits: the truncated modes of `reduced` follow only the forces at their own diaphragm.
+//! Verified by `core/tests/contact/two_diaphragms.rs`.
 
 use super::motion::Motion;
 use super::rub::StepContact;
 use super::shaft_line::OtherForces;
 use bladeoff_model::outcome::Cause;
 
-/// Rounds over all diaphragms at most.
+/// Maximum number of rounds over all diaphragms.
 const ROUNDS: usize = 100;
 
 impl Motion<'_> {
@@ -39,13 +40,13 @@ impl Motion<'_> {
         Err(Cause::Diverged)
     }
 
-    /// Solves one diaphragm under the forces of the others; whether its force has changed.
+    /// Solves the contact with one diaphragm under the forces of the others. Returns whether its force has changed.
     fn correct_one(&mut self, at: usize) -> Result<bool, Cause> {
         let before = self.contacts[at];
         self.line.others = self.forces_of_others(at);
         let mut d = self.d.clone();
         if before.is_some() {
-            // without its own force
+            // prediction without the force of this diaphragm
             self.predictor.predict(&mut self.line, self.time, &mut d)?;
         }
         let found = self.rubs[at].correct(&mut self.line, self.time, &mut d)?;
@@ -56,7 +57,7 @@ impl Motion<'_> {
         Ok(self.rubs[at].differs(before.as_ref(), found.as_ref()))
     }
 
-    /// Response to the forces of all diaphragms but one; `None` where they have none.
+    /// Response to the forces of all other diaphragms; `None` if they have no force.
     fn forces_of_others(&self, at: usize) -> Option<OtherForces> {
         let others = self.rubs.iter().zip(&self.contacts).enumerate().filter(|(other, _)| *other != at);
         let pressed: Vec<(usize, &StepContact)> =

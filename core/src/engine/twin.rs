@@ -1,11 +1,11 @@
-//! The twin of a run: the same machine with an initial speed that differs by `run.twin` of it.
+//! Twin of a run: a second run of the same machine with an initial speed higher by the fraction `run.twin`.
 //!
 //! ```text
-//! twin_bearing_load_change = (F_twin - F)/F,   F = max_bearing_load_N,   and likewise of the other quantities of [`Twin`]
+//! twin_bearing_load_change = (F_twin - F)/F,   F = max_bearing_load_N,   and likewise for the other quantities of [`Twin`]
 //! ```
-//! A run without rub answers a shift of its speed in proportion. In heavy rub neighbouring runs part from impact to impact
-//! until their peaks are two draws of one distribution. A single value is then a sample of it, and the twin shows how wide it is. Bearing loads alone do not: an unbalance may determine them while
-//! contact impulses differ by a factor of two.
+//! Without rub the response is proportional to a shift of the speed. In heavy rub neighbouring runs diverge from impact to impact, until their peaks
+//! are two draws from one distribution. A single value is then a sample of this distribution, and the twin shows its width. Bearing loads alone do
+//! not show it: an unbalance may determine them while contact impulses differ by a factor of two.
 //! Verified by `tests/runs/twin.rs`.
 
 use super::choice::run;
@@ -15,8 +15,8 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 
-/// The twin of a run that has ended, where there is to be one. A run that failed is not compared. The follower sees
-/// nothing of it, but may end it: it has failed then.
+/// Twin of a run that has ended, if one is requested. A failed run is not compared. The follower does not observe the twin, but may end it; the twin
+/// has then failed.
 pub(super) fn of(
     own: &Recorders,
     end: &End,
@@ -32,7 +32,7 @@ pub(super) fn of(
     let machine = shifted(machine);
     let mut unseen = Unseen { follower, before: end.steps };
     let Ok((other, end)) = run(&machine, structure, plan, &mut unseen) else {
-        // one that cannot start (it would begin inside the diaphragm) has failed
+        // a twin that cannot start (because it would start inside the diaphragm) has failed
         return Some(Twin::alone(Status::Failed));
     };
     let status = other.verdict(&machine, structure, &end).status;
@@ -43,12 +43,12 @@ pub(super) fn of(
     })
 }
 
-/// Whether a run with this status went to its end: one that stopped before has smaller maxima.
+/// Whether a run with this status reached its end. A run that stopped earlier has smaller maxima.
 fn is_compared(status: Status) -> bool {
     matches!(status, Status::Ok | Status::Invalid)
 }
 
-/// Asks whether to go on, with the steps counted on from those of the first run.
+/// Follower of the twin: only asks whether to continue, with steps counted from the end of the first run.
 struct Unseen<'a> {
     follower: &'a mut dyn Follower,
     before: u64,
@@ -70,7 +70,7 @@ impl Follower for Unseen<'_> {
     fn see(&mut self, _frame: &Frame<'_>) {}
 }
 
-/// The machine with its initial speed, and every speed of a prescribed one, larger by `run.twin` of it.
+/// Machine with its initial speed, and all prescribed speeds, higher by the fraction `run.twin`.
 fn shifted(machine: &Machine) -> Machine {
     let mut twin = machine.clone();
     let factor = 1.0 + machine.run.twin;

@@ -1,9 +1,9 @@
-//! Works and stores of energy of a step, as the scheme does them.
+//! Works and stored energies of a step, in the discrete form of the scheme.
 
 use super::motion::Motion;
 use crate::record::Energies;
 
-/// Adds the works of the step at n; settled, nothing advanced yet.
+/// Adds the works of the step at n; after the velocities are computed and before anything advances.
 pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
     let Motion { line, rubs, contacts, d, .. } = motion;
     let dt = line.dt;
@@ -33,7 +33,7 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
     }
     for (rub, contact) in rubs.iter_mut().zip(contacts) {
         now.stator += rub.ring_damping_work();
-        // what the modes left out hold is strain; what they let go at the end of a contact is lost
+        // the truncated modes store strain energy; energy released at the end of a contact is lost
         let [held, before] = rub.held();
         now.normal -= held - before;
         if let Some(contact) = contact {
@@ -44,7 +44,7 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
     }
 }
 
-/// Writes the stores between n and n+1; before anything is advanced.
+/// Sets the stored energies between n and n+1; before anything advances.
 pub(super) fn write_stores(now: &mut Energies, motion: &Motion<'_>) {
     let Motion { line, rubs, d, .. } = motion;
     let (coupling, gravity) = line.coupling_energies(d);

@@ -11,17 +11,17 @@ use bladeoff_numerics::linalg::{EigenError, Matrix};
 pub struct RingMatrices {
     /// Ring nodes.
     pub nodes: usize,
-    /// From one blade to the next.
+    /// Cyclic symmetry: equal sectors from one blade to the next.
     pub sectors: Sectors,
-    /// Mass.
+    /// Mass matrix M.
     pub mass: Matrix,
-    /// Stiffness.
+    /// Stiffness matrix K.
     pub stiffness: Matrix,
-    /// a of the Rayleigh damping C = a M + b K \[1/s\].
+    /// Coefficient a of the Rayleigh damping C = a M + b K \[1/s\].
     pub mass_proportional: f64,
-    /// b \[s\].
+    /// Coefficient b of the Rayleigh damping \[s\].
     pub stiffness_proportional: f64,
-    /// Mean radius \[m\].
+    /// Mean radius of the ring \[m\].
     pub mean_radius: f64,
 }
 
@@ -79,8 +79,8 @@ impl RingMatrices {
         }
     }
 
-    /// Axial (outward), transverse and slope of a blade's node as combinations `(degree of freedom, weight)`; node 0 is the
-    /// foot on the mean line (9), the last one is clamped at the casing and has none.
+    /// Axial (outward) displacement, transverse displacement and slope of a blade node, as combinations `(degree of freedom, weight)`. Node 0 is the
+    /// foot on the mean line (9); the last node is clamped at the casing and has no degrees of freedom.
     #[must_use]
     pub fn blade_node(&self, blades: &Blades, blade: usize, node: usize) -> [Vec<(usize, f64)>; 3] {
         if node == 0 {
@@ -95,7 +95,7 @@ impl RingMatrices {
         }
     }
 
-    /// All its modes, as [`Sectors::modes`] has them.
+    /// All modes, from [`Sectors::modes`].
     ///
     /// # Errors
     /// [`EigenError`].
@@ -103,19 +103,20 @@ impl RingMatrices {
         self.sectors.modes(&self.stiffness, &self.mass, "the ring")
     }
 
-    /// Degrees of freedom.
+    /// Number of degrees of freedom.
     #[must_use]
     pub fn size(&self) -> usize {
         self.mass.nrows()
     }
 
-    /// The ring's contact surface, for `R_i` \[m\] and whether the displacement is taken at the inner face.
+    /// Contact surface of the ring with radius `R_i` \[m\]. `inner_face`: displacements are those of the inner face, otherwise those of the mean
+    /// line.
     #[must_use]
     pub fn surface(&self, contact_radius: f64, inner_face: bool) -> Surface {
         Surface::new(self.nodes, self.mean_radius, contact_radius, inner_face)
     }
 
-    /// Radial displacement v of a field of degrees of freedom at evenly spaced angles, for naming modes.
+    /// Radial displacement v at evenly spaced angles, for the names of modes; `field` has the degrees of freedom.
     #[must_use]
     pub fn radial(&self, field: &[f64], points: usize) -> Vec<f64> {
         let arc = 2.0 * std::f64::consts::PI * self.mean_radius / self.nodes as f64;

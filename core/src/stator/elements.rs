@@ -5,11 +5,11 @@ use nalgebra::{Matrix6, SMatrix, SVector};
 use crate::rotor::GAUSS4;
 use bladeoff_model::machine::{Blades, FlexibleStator, Ring};
 
-/// 8x8 matrix on `[u1, u_s1, v1, v_s1, u2, u_s2, v2, v_s2]`.
+/// 8x8 matrix of a ring element on `[u1, u_s1, v1, v_s1, u2, u_s2, v2, v_s2]`.
 pub(super) type Matrix8 = SMatrix<f64, 8, 8>;
 type Vector8 = SVector<f64, 8>;
 
-/// Cubic Hermite functions at xi on a length l: values, first and second derivative along s.
+/// Cubic Hermite functions at `xi` in an element of length `l`: values, first and second derivatives with respect to s.
 #[inline]
 pub(super) fn hermite(xi: f64, l: f64) -> [[f64; 4]; 3] {
     let x2 = xi * xi;

@@ -12,7 +12,7 @@ impl NodalForces {
         Self(Vec::new())
     }
 
-    /// Removes all forces.
+    /// Clears all forces.
     pub fn clear(&mut self) {
         self.0.clear();
     }
@@ -27,7 +27,7 @@ impl NodalForces {
         &self.0
     }
 
-    /// Differences from other forces on the same DOFs in the same order, as those of a contact that stays on its element; `None` for other DOFs.
+    /// Differences from other forces on the same DOFs in the same order, as for a contact that stays on its element; `None` for other DOFs.
     pub fn changes(&self, from: &Self) -> Option<impl Iterator<Item = (usize, f64)>> {
         let pairs = || self.0.iter().zip(&from.0);
         let are_same = self.0.len() == from.0.len() && pairs().all(|((dof, _), (other, _))| dof == other);
@@ -37,7 +37,7 @@ impl NodalForces {
     /// Adds a force at a place of the surface: radial and tangential part \[N\].
     pub fn add_at(&mut self, surface: &Surface, (element, xi): (usize, f64), [radial, tangential]: [f64; 2]) {
         let forces = surface.shapes(element, xi).map(|(dof, r, t)| (dof, radial * r + tangential * t));
-        // the two nodes of an element differ
+        // the two nodes of an element are different ones
         if self.0.is_empty() && surface.nodes > 1 {
             self.0.extend_from_slice(&forces);
         } else {

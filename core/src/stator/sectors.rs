@@ -1,56 +1,58 @@
-//! A ring of equal sectors: its modes and its inverses, one number of waves at a time.
+//! Modes and inverses of a ring of equal sectors, by cyclic symmetry: one small problem for each number of nodal diameters n.
 //!
 //! ```text
-//! x_s = Re(c e^{i n s t}),  t = 2 pi/S                 freedoms of sector s of S, from one blade to the next, n waves around: 0 to S/2
+//! x_s = Re(c e^{i n s t}),  t = 2 pi/S                 DOFs of sector s of S, from one blade to the next; n nodal diameters, 0 to S/2
 //! A^_n = sum_s A_0s e^{i n s t}                        A x = b  is  A^_n c = b_n;  A_0s: from sector s to sector 0                         (1)
-//! c = T y                                              T: a column is even, or odd, to the blade's axis, its entry at a node times e^{i n s t} there
-//! A~_n = T* A^_n T                                     real: the ring seen in a mirror through a blade is the same ring                      (2)
-//! modes        K~ y = omega^2 M~ y;   Re and Im of T y e^{i n s t} are two of one frequency, for 0 < n < S/2                               (3)
+//! c = T y                                              T: columns even or odd about the blade's axis; entry at a node times e^{i n s t}
+//! A~_n = T* A^_n T                                     real, because the ring is symmetric about the axis of a blade                       (2)
+//! modes        K~ y = omega^2 M~ y;   Re and Im of T y e^{i n s t} are two modes of one frequency, for 0 < n < S/2                          (3)
 //! inverses     (A^-1)_0s = 1/S sum over n, and -n, of  T A~_n^-1 T* e^{-i n s t}                                                            (4)
 //! ```
-//! Source: Bloch waves of a cyclic structure (Thomas, Int. J. Numer. Methods Eng. 14, 1979). A ring without blades has a sector for each element. Of a turbine's 228 freedoms
-//! there are 19 in a sector, so that seven small problems stand for a large one; and the two modes of a pair have one frequency, to the last digit, and one shape, a quarter of a wave further on.
-//! Limits: matrices of rings and of whole pairs of their modes, which are the same in the mirror, too.
+//! Source: Bloch waves of a cyclic structure (Thomas, Int. J. Numer. Methods Eng. 14, 1979). A ring without blades has one sector per element. A
+//! sector of a turbine's ring has 19 of its 228 degrees of freedom (DOFs), so seven small problems replace a large one. The two modes of a pair have
+//! the same frequency to the last digit and the same mode shape, shifted by a quarter of a wavelength.
+//! Limits: matrices of rings and of whole mode pairs, which have the same mirror symmetry.
 //! Verified by `modes_are_those_of_the_whole_ring`, `inverses_are_those_of_the_whole_ring`.
 
 use bladeoff_numerics::linalg::lanes::add_scaled;
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, mul, mul_tn, spd_inverse, symmetric_generalised};
 use std::ops::Range;
 
-/// Entries of a matrix in two sectors differ by this part of their diagonal at most: rounding of the ring's modes.
+/// Largest difference between corresponding entries of two sectors, as a share of the diagonal: rounding of the ring's modes.
 const SAME: f64 = 1e-8;
 
-/// Where the freedoms of a ring are.
+/// Arrangement of the ring's degrees of freedom (DOFs) in sectors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sectors {
-    /// S.
+    /// Number of sectors S.
     pub count: usize,
-    /// Freedoms of a sector: first those of its part of the ring, then those inside its blade.
+    /// DOFs of one sector: first those of its arc of the ring, then those inside its blade.
     freedoms: Vec<Freedom>,
+    /// Number of the DOFs of a sector on the ring.
     of_ring: usize,
 }
 
-/// A freedom of a sector.
+/// One DOF of a sector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Freedom {
-    /// That of its mirror image, which may be of another sector.
+    /// Index of the mirror-image DOF, which may belong to the neighbouring sector.
     mirror: usize,
-    /// It keeps its sign in the mirror.
+    /// Whether reflection about the blade's axis keeps the sign of the DOF.
     even: bool,
-    /// Angle from the blade, as a part of the sector's.
+    /// Angle from the blade, as a fraction of the sector angle.
     along: f64,
 }
 
-/// A number of waves.
+/// One number of nodal diameters n.
 struct Waves {
-    /// cos and sin at each sector.
+    /// cos and sin of the phase n s t at each sector s.
     turns: Vec<(f64, f64)>,
-    /// T; `None`: each of its modes is alone, and all of them are real (n = 0, n = S/2).
+    /// Real and imaginary part of T; `None` for n = 0 and n = S/2, where modes are single and real.
     mirrored: Option<[Matrix; 2]>,
 }
 
 impl Sectors {
-    /// Of a ring of so many nodes, a multiple of the sectors, behind whose freedoms stand those of so many nodes inside each blade.
+    /// Arrangement of a ring of `nodes` nodes, a multiple of `count`. The DOFs of `inside` nodes in each blade follow those of the ring.
     pub(super) fn new(count: usize, nodes: usize, inside: usize) -> Self {
         let per_sector = nodes / count;
         let ring = (0..per_sector).flat_map(|m| {
@@ -61,29 +63,30 @@ impl Sectors {
                 along: m as f64 / per_sector as f64,
             })
         });
-        // along the blade, across, slope
+        // axial, transverse, slope
         let blade = (0..3 * inside).map(|k| Freedom { mirror: 4 * per_sector + k, even: k % 3 == 0, along: 0.0 });
         Self { count, freedoms: ring.chain(blade).collect(), of_ring: 4 * per_sector }
     }
 
-    /// Where freedoms of a sector stand among all: those of its part of the ring, and those inside its blade.
+    /// Index ranges of a sector's DOFs among all DOFs: on its arc of the ring, and inside its blade.
     fn places(&self, sector: usize) -> [Range<usize>; 2] {
         let (of_ring, of_blade) = (self.of_ring, self.freedoms.len() - self.of_ring);
         let blades = self.count * of_ring;
         [of_ring * sector..of_ring * (sector + 1), blades + of_blade * sector..blades + of_blade * (sector + 1)]
     }
 
-    /// The entries of a column that are a sector's, one part after the other.
+    /// Entries of a column at the DOFs of a sector, in these two ranges.
     fn parts<'a>(&self, column: &'a [f64], sector: usize) -> [&'a [f64]; 2] {
         self.places(sector).map(|places| &column[places])
     }
 
-    /// Degrees of freedom of the ring.
+    /// Number of DOFs of ring and blades.
     fn size(&self) -> usize {
         self.count * self.freedoms.len()
     }
 
-    /// All solutions of `K phi = omega^2 M phi`: omega^2 ascending, phi mass-normalised, in columns; of a pair that with its crest at the blade of sector 0 first.
+    /// All solutions of `K phi = omega^2 M phi`: omega^2 ascending, mode shapes phi mass-normalised in columns. The first mode of a pair has its
+    /// antinode at the blade of sector 0.
     ///
     /// # Errors
     /// [`EigenError`] if M is not positive definite or an iteration fails.
@@ -115,7 +118,8 @@ impl Sectors {
         Ok((found.into_iter().map(|(value, _)| value).collect(), shapes))
     }
 
-    /// Inverse of a symmetric positive definite matrix of the ring; `None` if it is not. One that is not the same turned by a sector (of modes that are half of a pair) is inverted whole.
+    /// Inverse of a symmetric positive definite matrix of the ring; `None` if the matrix is not positive definite. A matrix without cyclic symmetry
+    /// is inverted as a whole (for example a matrix of half a mode pair).
     #[must_use]
     pub fn inverse(&self, a: &Matrix) -> Option<Matrix> {
         if !self.turns(a) {
@@ -156,7 +160,7 @@ impl Sectors {
         Some(inverse)
     }
 
-    /// Whether a matrix is the same turned by a sector.
+    /// Whether a matrix has the cyclic symmetry of the ring.
     fn turns(&self, a: &Matrix) -> bool {
         let sizes: Vec<f64> = (0..self.size()).map(|i| a[(i, i)].abs().sqrt()).collect();
         let next = |sector: usize| (sector + 1) % self.count;
@@ -174,12 +178,12 @@ impl Sectors {
         })
     }
 
-    /// Every number of waves.
+    /// All numbers of nodal diameters, 0 to S/2.
     fn waves(&self) -> impl Iterator<Item = Waves> {
         (0..=self.count / 2).map(move |n| {
             let alone = n == 0 || 2 * n == self.count;
             let turns = (0..self.count).map(|s| {
-                // exact where it is a whole or a half turn
+                // exact for a whole or a half turn
                 match (n * s) % self.count {
                     0 => (1.0, 0.0),
                     part if 2 * part == self.count => (-1.0, 0.0),
@@ -190,7 +194,7 @@ impl Sectors {
         })
     }
 
-    /// T.
+    /// Real and imaginary part of T for n nodal diameters.
     fn mirrored(&self, n: usize) -> [Matrix; 2] {
         let own = self.freedoms.len();
         let (mut re, mut im) = (Matrix::zeros(own, own), Matrix::zeros(own, own));
@@ -198,7 +202,7 @@ impl Sectors {
             let phase = |freedom: &Freedom| turn(n as f64 * freedom.along / self.count as f64);
             let mut put =
                 |row: usize, column: usize, (a, b): (f64, f64)| (re[(row, column)], im[(row, column)]) = (a, b);
-            // i e^{..}
+            // multiplies by i
             let quarter = |(cos, sin): (f64, f64)| (-sin, cos);
             let (here, other) = (phase(freedom), freedom.mirror);
             if other == l {
@@ -216,7 +220,7 @@ impl Sectors {
         [re, im]
     }
 
-    /// A~ of (2), or A^.
+    /// Matrix A~ of (2); A^ of (1) for n = 0 and n = S/2.
     fn seen(&self, a: &Matrix, waves: &Waves) -> Matrix {
         let own = self.freedoms.len();
         let (mut real, mut imaginary) = (Matrix::zeros(own, own), Matrix::zeros(own, own));
@@ -242,7 +246,8 @@ impl Sectors {
         (&seen + seen.transpose()) * 0.5
     }
 
-    /// Of amplitudes y in columns what shapes (3) are made of, scaled to a mass of 1: the real and the imaginary part of `T y`, and where there are two shapes those a quarter of a wave further on.
+    /// Amplitudes c = T y of the shapes (3), real and imaginary part, scaled to unit modal mass; y in columns. For a pair, a second entry has the
+    /// shapes shifted by a quarter of a wavelength.
     fn amplitudes(&self, waves: &Waves, y: &Matrix) -> Vec<[Matrix; 2]> {
         let sectors = self.count as f64;
         match &waves.mirrored {
@@ -256,7 +261,7 @@ impl Sectors {
     }
 }
 
-/// cos and sin of a part of a turn.
+/// cos and sin of a fraction of a turn.
 fn turn(part: f64) -> (f64, f64) {
     let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * part);
     (cos, sin)
@@ -269,7 +274,7 @@ mod tests {
     use crate::stator::RingMatrices;
     use bladeoff_model::machine::{Blades, FlexibleStator, Rayleigh, Ring};
 
-    /// Rings with blades, and one without, of every way in which sectors may lie.
+    /// Calls `then` for rings with blades and without, over all arrangements of sectors.
     fn rings(mut then: impl FnMut(&RingMatrices, &str)) {
         for (elements, count, of_blade) in
             [(48, 12, 2), (16, 8, 1), (15, 5, 3), (12, 3, 2), (12, 2, 2), (8, 1, 1), (8, 8, 2), (7, 0, 0), (10, 0, 0)]
@@ -296,7 +301,7 @@ mod tests {
             let (whole, _) = symmetric_generalised(k, m, "test").expect("solvable");
             let highest = whole[size - 1];
             assert!(squares.len() == size && squares.is_sorted(), "{name}");
-            // rounding of K, and what `symmetric_generalised` says of its own
+            // rounding of K, and the accuracy that `symmetric_generalised` documents
             let shift = 1e-6 * (0..size).map(|i| k[(i, i)] / m[(i, i)]).fold(0.0, f64::max);
             for (j, (one, other)) in squares.iter().zip(&whole).enumerate() {
                 let rounding =
@@ -307,7 +312,7 @@ mod tests {
             let stiff = mul_tn(&shapes, &mul(k, &shapes));
             let off = stiff - Matrix::from_diagonal(&bladeoff_numerics::linalg::Vector::from_vec(squares.clone()));
             assert!(off.amax() < 1e-13 * highest, "{name}: {}", off.amax() / highest);
-            // pairs to the last digit
+            // frequencies of a pair are equal to the last digit
             let pairs = squares.windows(2).filter(|pair| pair[0].to_bits() == pair[1].to_bits()).count();
             let own = size / ring.sectors.count;
             assert_eq!(pairs, own * ((ring.sectors.count - 1) / 2), "{name}");
@@ -319,7 +324,7 @@ mod tests {
         rings(|ring, name| {
             let size = ring.size();
             let (squares, shapes) = ring.sectors.modes(&ring.stiffness, &ring.mass, "test").expect("solvable");
-            // as the static flexibility of the modes left out asks for it: the lowest modes, whole pairs of them, raised
+            // as for the static flexibility of the truncated modes: the lowest modes, in whole pairs, with raised frequencies
             let kept = (size / 2..size).find(|&j| squares[j] != squares[j - 1]).unwrap_or(size);
             let kept = ModeSet {
                 omega_squared: squares[..kept].to_vec(),
@@ -338,7 +343,7 @@ mod tests {
                 assert!((inverse - &whole).amax() < 1e-10 * size, "{name}");
             }
             assert!(ring.sectors.inverse(&(&ring.mass * -1.0)).is_none(), "{name}");
-            // one that a single mode of a pair stiffens
+            // a matrix that a single mode of a pair stiffens has no cyclic symmetry
             let half = squares.windows(2).position(|pair| pair[0].to_bits() == pair[1].to_bits());
             if let Some(j) = half {
                 let momentum = mul(&ring.mass, &shapes.columns(j, 1).into_owned());

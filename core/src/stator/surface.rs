@@ -1,10 +1,10 @@
-//! Contact surface of the ring: place, tangent and shape functions of a point at angle alpha.
+//! Contact surface of the ring: position, tangent and shape functions of a point at angle alpha.
 //!
 //! ```text
 //! P(alpha) = (R_i + v) e_r + u_P e_theta
 //! u_P = c_u u + c_s v_s     mean line: c_u = 1, c_s = 0;  inner face: u - (R_c - R_i) theta_z, theta_z = u/R_c - v_s
 //! ```
-//! Source: docs/theory/03-contact.md. The same `u_P` serves gap, slip and force.
+//! Source: docs/theory/03-contact.md. Gap, slip and force use the same `u_P`.
 //! Verified by `derivatives_along_the_ring_match_differences`, `contact::tests`.
 
 use super::elements::hermite;
@@ -12,40 +12,45 @@ use super::elements::hermite;
 /// Geometry of a ring's contact surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {
-    /// Ring nodes (= elements).
+    /// Number of ring nodes, equal to the number of elements.
     pub nodes: usize,
+    /// Radius R_c of the mean line \[m\].
     mean_radius: f64,
-    /// R_i \[m\].
+    /// Radius R_i of the undeformed contact surface \[m\].
     pub radius: f64,
+    /// Factor c_u of u in `u_P`.
     coefficient_u: f64,
+    /// Factor c_s of v_s in `u_P` \[m\].
     coefficient_slope: f64,
 }
 
-/// A point of the deformed surface, in the local polar basis of its angle.
+/// Point of the deformed surface, in the polar basis (e_r, e_theta) of its angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePoint {
-    /// Element.
+    /// Number of the element.
     pub element: usize,
-    /// Place in the element, 0..1.
+    /// Position in the element, 0 to 1 along alpha.
     pub xi: f64,
-    /// R_i + v \[m\].
+    /// Radial coordinate R_i + v \[m\], v positive outwards.
     pub radial: f64,
-    /// u_P \[m\].
+    /// Tangential displacement u_P \[m\], positive along alpha.
     pub tangential: f64,
-    /// d(R_i + v)/d alpha \[m/rad\].
+    /// Derivative d(R_i + v)/d alpha \[m/rad\].
     pub radial_slope: f64,
-    /// d u_P/d alpha \[m/rad\].
+    /// Derivative d u_P/d alpha \[m/rad\].
     pub tangential_slope: f64,
 }
 
-/// Shape functions of an element at a fixed place in it.
+/// Hermite shape functions at a fixed position in an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
+    /// Values N on `[q1, q_s1, q2, q_s2]`: 1 for displacements, \[m\] for slopes.
     n: [f64; 4],
+    /// Derivatives dN/ds along the arc: \[1/m\] for displacements, 1 for slopes.
     dn: [f64; 4],
 }
 
-/// Value of a field with such shape functions.
+/// Value of a field with nodal values `q` and shape functions `n`.
 #[inline(always)]
 fn along(n: &[f64; 4], q: &[f64; 4]) -> f64 {
     n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3]
@@ -58,19 +63,19 @@ impl Surface {
         Self { nodes, mean_radius, radius, coefficient_u, coefficient_slope }
     }
 
-    /// A circle of radius `R_i` \[m\] that does not deform.
+    /// Circle of radius `R_i` \[m\] that does not deform.
     #[must_use]
     pub fn circle(radius: f64) -> Self {
         Self { nodes: 1, mean_radius: radius, radius, coefficient_u: 1.0, coefficient_slope: 0.0 }
     }
 
-    /// Angle of one element \[rad\].
+    /// Angle subtended by one element \[rad\].
     #[must_use]
     pub fn element_angle(&self) -> f64 {
         2.0 * std::f64::consts::PI / self.nodes as f64
     }
 
-    /// Element and place of an angle (any multiple of a turn).
+    /// Element and position in it at an angle \[rad\], which may be outside 0 to 2 pi.
     #[must_use]
     pub fn locate(&self, alpha: f64) -> (usize, f64) {
         let turns = alpha / (2.0 * std::f64::consts::PI);
@@ -79,13 +84,13 @@ impl Surface {
         (element, (place - element as f64).clamp(0.0, 1.0))
     }
 
-    /// Angle of a place \[rad\].
+    /// Angle of a position in an element \[rad\].
     #[must_use]
     pub fn angle(&self, element: usize, xi: f64) -> f64 {
         (element as f64 + xi) * self.element_angle()
     }
 
-    /// The point at a place of the ring whose nodal freedoms are `field`.
+    /// Point of the ring at a position, with nodal degrees of freedom `field`.
     #[inline]
     #[must_use]
     pub fn point(&self, field: &[f64], element: usize, xi: f64) -> SurfacePoint {
@@ -104,14 +109,14 @@ impl Surface {
         }
     }
 
-    /// Shape functions at a place of an element, for [`Surface::displaced`].
+    /// Shape functions at a position in an element, for [`Surface::displaced`].
     #[must_use]
     pub fn sample(&self, xi: f64) -> Sample {
         let [n, dn, _] = hermite(xi, self.element_angle() * self.mean_radius);
         Sample { n, dn }
     }
 
-    /// Radial and tangential coordinates of [`Surface::point`] at a sample of an element.
+    /// Radial coordinate and tangential displacement \[m\] of [`Surface::point`], at a sample of an element.
     #[inline]
     #[must_use]
     pub fn displaced(&self, field: &[f64], element: usize, sample: &Sample) -> [f64; 2] {
@@ -127,7 +132,7 @@ impl Surface {
         [[field[a], field[a + 1], field[b], field[b + 1]], [field[a + 2], field[a + 3], field[b + 2], field[b + 3]]]
     }
 
-    /// Shape functions of `(R_i + v, u_P)` at a place: `(degree of freedom, d radial, d tangential)` of its eight freedoms.
+    /// Shape functions of `(R_i + v, u_P)` at a position: `(degree of freedom, d radial, d tangential)` of its eight degrees of freedom.
     #[inline]
     #[must_use]
     pub fn shapes(&self, element: usize, xi: f64) -> [(usize, f64, f64); 8] {

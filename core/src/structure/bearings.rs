@@ -1,31 +1,37 @@
-//! What of a bearing's flexibility the modes of a run do not follow: what its load lacks, or has wrong.
+//! Flexibility at a bearing that the modes of a run do not follow, and so the part of the bearing load that is missing or wrong.
 //!
 //! ```text
 //! F(0) = sum over all modes of phi^2/w^2      static flexibility of the bearing's node on all bearings
-//! R    = sum over the modes left out of it
+//! R    = sum over the truncated modes of phi^2/w^2
 //! share at rest       = R/F(0)                            (1)
 //! share behind damper = R/(R + 1/(c W)),  W = pi/1 ms     (2)
-//! share that is fast  = sum over the modes kept with w > rate of phi^2/w^2 / F(0)        (3)
+//! share that is fast  = sum over the kept modes with w > rate of phi^2/w^2 / F(0)        (3)
 //! ```
-//! Each in the direction where it is largest, 0 to 1, bearings in the machine's order. (1): what of a load has no inertia, or is missing where there is no
-//! [`Structure::lateral_residual`]. (2) is (1) of a bearing as stiff as the damper is in an impact of 1 ms: the node is held by it, and what the shaft yields
-//! beside it is in modes left out. (3): what moves so fast that a step of 1/rate sees little of it. Nothing is left out, (1) and (2) 0, of a full model.
+//! Each share is taken in the direction where it is largest, 0 to 1, with bearings in the machine's order.
+//! - (1) is the share of the load without inertia, or the missing share if there is no [`Structure::lateral_residual`].
+//! - (2) is (1) for a bearing as stiff as the damper is in an impact of 1 ms. The damper holds the node, and the shaft yields next to it in truncated
+//!   modes.
+//! - (3) is the share of modes too fast to be resolved by a step of 1/rate.
 //!
-//! Source: residual flexibility (MacNeal 1971), W as in `truncation_error`. Limits: (2) takes the dampers of the node alone, and the largest of their principal values.
-//! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/rotor/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`; by `report::bearings` of the program.
+//! A full model has no truncated modes, so (1) and (2) are 0.
+//!
+//! Source: residual flexibility (MacNeal 1971), W as in `truncation_error`.
+//! Limits: (2) takes only the dampers of the node itself, and the largest of their principal values.
+//! Measured in `docs/theory/05-reduction.md`, "Bearings". Verified by `tests/rotor/modal_basis.rs`: `a_damper_that_holds_the_shaft_*`, and by the
+//! program's `terminal/bearings.rs`.
 
 use super::Structure;
 use super::truncation_error::{Plane, TruncationError, share};
 use crate::rotor::BearingSite;
 
 impl Structure {
-    /// Shares (1).
+    /// Share (1) of the truncated modes at rest, by bearing.
     #[must_use]
     pub fn left_out_at_bearings(&self) -> Vec<f64> {
         self.of_bearings(|_, lag| lag.map_or(0.0, TruncationError::share_at_rest))
     }
 
-    /// Shares (2).
+    /// Share (2) of the truncated modes behind the dampers, by bearing.
     #[must_use]
     pub fn left_out_behind_dampers(&self) -> Vec<f64> {
         let bearings = &self.rotor.bearings;
@@ -38,7 +44,8 @@ impl Structure {
         })
     }
 
-    /// Shares (3), `rate` in rad/s, each with the highest w that is in it, 0 where none is; of a model in modes.
+    /// Share (3) of modes faster than `rate` \[rad/s\], by bearing, and the highest frequency w among them \[rad/s\]; 0 if there is no such mode or
+    /// the coordinates are nodal.
     #[must_use]
     pub fn fast_at_bearings(&self, rate: f64) -> Vec<(f64, f64)> {
         let part = &self.lateral;
@@ -56,7 +63,7 @@ impl Structure {
             };
             let fast = above(rate * rate);
             let share = lag.map_or_else(|| share(fast, above(0.0)), |lag| lag.share_of(fast));
-            // a mode that hardly moves the bearing is not what is fast there
+            // a mode that hardly moves the bearing does not count as fast at this bearing
             let counts = |mode: usize, square: f64| {
                 (x[mode] * x[mode] + y[mode] * y[mode]) / square > 0.01 * (fast[0] + fast[2])
             };
@@ -74,7 +81,7 @@ impl Structure {
     }
 }
 
-/// Largest principal value of the symmetric part.
+/// Largest principal value of the symmetric part \[N s/m\].
 fn largest(c: &[[f64; 2]; 2]) -> f64 {
     let (mean, half) = (0.5 * (c[0][0] + c[1][1]), 0.5 * (c[0][0] - c[1][1]));
     mean + libm::hypot(half, 0.5 * (c[0][1] + c[1][0]))

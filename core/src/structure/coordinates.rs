@@ -1,4 +1,4 @@
-//! Generalised coordinates of a part: its nodal degrees of freedom themselves, or amplitudes of modes.
+//! Generalised coordinates of a part: its nodal degrees of freedom, or modal amplitudes.
 
 use bladeoff_numerics::linalg::{Matrix, axpy, column_of, dot};
 
@@ -9,23 +9,24 @@ pub struct Coordinates {
     modes: Option<Modes>,
 }
 
+/// Mode shapes Phi in columns.
 #[derive(Debug, Clone, PartialEq)]
 struct Modes {
     shapes: Matrix,
     /// Phi^T: the column of a nodal degree of freedom is contiguous.
     transposed: Matrix,
-    /// First and last-but-one nonzero row of each mode: a mode of one plane skips the other.
+    /// Range of rows from the first to the last nonzero one, by mode: a mode in one plane skips the other.
     spans: Vec<(usize, usize)>,
 }
 
 impl Coordinates {
-    /// q = x.
+    /// Nodal coordinates, q = x.
     #[must_use]
     pub fn nodal(size: usize) -> Self {
         Self { nodal_size: size, modes: None }
     }
 
-    /// x = Phi q.
+    /// Modal coordinates, x = Phi q.
     #[must_use]
     pub fn modal(shapes: &Matrix) -> Self {
         Self {
@@ -50,19 +51,19 @@ impl Coordinates {
         self.nodal_size
     }
 
-    /// Whether the coordinates are amplitudes of modes.
+    /// Whether the coordinates are modal amplitudes.
     #[must_use]
     pub fn is_modal(&self) -> bool {
         self.modes.is_some()
     }
 
-    /// Phi; `None` where q = x.
+    /// Mode shapes Phi; `None` for nodal coordinates.
     #[must_use]
     pub fn shapes(&self) -> Option<&Matrix> {
         self.modes.as_ref().map(|modes| &modes.shapes)
     }
 
-    /// x = Phi q.
+    /// Nodal displacements x = Phi q.
     pub fn expand(&self, q: &[f64], x: &mut [f64]) {
         match &self.modes {
             None => x.copy_from_slice(q),
@@ -89,7 +90,7 @@ impl Coordinates {
         }
     }
 
-    /// f_q = Phi^T f.
+    /// Generalised forces f_q = Phi^T f.
     pub fn project(&self, f: &[f64], f_q: &mut [f64]) {
         match &self.modes {
             None => f_q.copy_from_slice(f),
@@ -102,7 +103,7 @@ impl Coordinates {
         }
     }
 
-    /// `row += factor * Phi[dof, :]`.
+    /// Adds `factor * Phi[dof, :]` to a row.
     pub fn add_row(&self, dof: usize, factor: f64, row: &mut [f64]) {
         match &self.modes {
             None => row[dof] += factor,
@@ -110,7 +111,7 @@ impl Coordinates {
         }
     }
 
-    /// Phi[dof, :] as a vector.
+    /// Row Phi[dof, :].
     #[must_use]
     pub fn row(&self, dof: usize) -> Vec<f64> {
         let mut row = vec![0.0; self.size()];

@@ -1,7 +1,7 @@
-//! Structure: what many samples share. Matrices, modes and coordinates of one machine, immutable.
+//! Structure: the data that many samples share, namely matrices, modes and coordinates of one machine. It is immutable.
 //!
-//! The full engine's coordinates are the finite-element degrees of freedom, the reduced engine's are modal amplitudes; the
-//! transient sees both through [`Coordinates`] and evaluates every non-linear term at the nodes.
+//! Coordinates of the full engine are the finite-element degrees of freedom, those of the reduced engine modal amplitudes. The transient uses both
+//! through [`Coordinates`] and evaluates every non-linear term at the nodes.
 
 mod bearings;
 mod coordinates;
@@ -26,35 +26,35 @@ use bladeoff_numerics::linalg::{Matrix, mul_vec};
 pub struct RingPart {
     /// Finite-element matrices and surface.
     pub matrices: RingMatrices,
-    /// The linear part.
+    /// Linear equations of motion of ring and blades.
     pub part: Part,
     /// Static flexibility of the truncated modes: displacements of the ring's degrees of freedom by forces on those of ring and blades. `None` where no
     /// mode is truncated, the correction is switched off, or a mode is not stiff (a free ring, bearings of indefinite stiffness).
     pub residual: Option<Matrix>,
-    /// Truncation errors of its nodes, radially.
+    /// Truncation errors of the ring's nodes in the radial direction.
     pub(crate) truncation_errors: Vec<truncation_error::TruncationError>,
     /// Cache of an engine for runs that share the ring.
     pub(crate) engine_cache: engine_cache::EngineCache,
 }
 
-/// Everything that does not change between samples of one structure.
+/// All data that samples of one structure share.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
     structural: Machine,
     /// Finite-element shaft line.
     pub rotor: RotorMatrices,
-    /// Lateral motion.
+    /// Linear part of the lateral motion.
     pub lateral: Part,
-    /// Twist: absolute angles.
+    /// Linear part of the torsion; coordinates of absolute angles.
     pub twist: Part,
-    /// Static flexibility of the lateral truncated modes, on the nodal degrees of freedom; `None` as for a ring.
+    /// Static flexibility of the truncated lateral modes, on the nodal degrees of freedom; `None` as for a ring.
     pub lateral_residual: Option<Matrix>,
     /// One entry per diaphragm; `None` for a stator without degrees of freedom.
     pub rings: Vec<Option<RingPart>>,
     /// Truncation errors of the shaft's nodes.
     rotor_truncation_errors: Vec<truncation_error::TruncationError>,
     basis: Basis,
-    /// The basis was computed here, and not frozen elsewhere.
+    /// Whether the basis was computed by this build and not frozen earlier.
     computed: bool,
     /// Cache of an engine for runs that share the structure.
     pub(crate) engine_cache: engine_cache::EngineCache,
@@ -63,7 +63,7 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Builds matrices and coordinates; a frozen basis is used as it is, after its key was checked.
+    /// Builds matrices and coordinates. A frozen basis is used unchanged, after a check of its key.
     ///
     /// # Errors
     /// [`BasisError`] if a mode problem fails or the basis belongs to another structure.
@@ -97,8 +97,9 @@ impl Structure {
         Ok(Self { computed: frozen.is_none(), ..Self::about(machine, rotor, basis, rings) })
     }
 
-    /// The structure of another machine, as [`Structure::build`] makes it without a frozen basis, with the rings of this one where they are the same: they
-    /// take longest. Those of a frozen basis are not taken: an earlier version's have other last digits, and a sample's would hang on the samples before.
+    /// Structure of another machine, as [`Structure::build`] computes it without a frozen basis. Rings that both machines share are copied, because
+    /// they take longest to compute. Rings of a frozen basis are not copied: an earlier version may have computed them with other last digits, and a
+    /// sample's result would depend on the samples before it.
     ///
     /// # Errors
     /// [`BasisError`] if a mode problem fails.
@@ -152,14 +153,14 @@ impl Structure {
         }
     }
 
-    /// Whether a machine has this structure (it may differ in everything a study varies from sample to sample).
+    /// Whether a machine has this structure. It may differ in every value that a study varies between samples.
     #[must_use]
     pub fn fits(&self, machine: &Machine) -> bool {
         self.structural == structural(machine)
     }
 
-    /// Static displacements of the truncated modes under the forces of bearing seats off the bearing line [m, rad]; `None` without such a seat, or without a correction
-    /// of truncated modes.
+    /// Static displacements of the truncated modes under the forces of bearing seats off the bearing line [m, rad]; `None` without such a seat, or
+    /// without static correction.
     #[must_use]
     pub fn truncated_seats(&self, rotor: &Rotor) -> Option<Vec<f64>> {
         let residual = self.lateral_residual.as_ref()?;
@@ -174,9 +175,9 @@ impl Structure {
         Some(lateral)
     }
 
-    /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: what of their flexibility the truncated modes have
-    /// without their inertia. 1 of a rigid ring beside a flexible one with truncated modes of the rotor: the rigid ring takes up to 67 % too much of an
-    /// impact there (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
+    /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: the share of the flexibility whose inertia is neglected.
+    /// The share is 1 for a rigid ring next to a flexible one if modes of the rotor are truncated, because the rigid ring then takes up to 67 % too
+    /// much of an impact (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
     #[must_use]
     pub fn truncation_error_at_contact(&self, machine: &Machine) -> f64 {
         let is_truncated = |diaphragm: &Diaphragm| {
@@ -197,33 +198,34 @@ impl Structure {
         shares.fold(0.0, f64::max)
     }
 
-    /// The basis, to be frozen.
+    /// Modal basis, for freezing.
     #[must_use]
     pub fn basis(&self) -> &Basis {
         &self.basis
     }
 }
 
-/// Whether two machines have one structure, as [`Structure::fits`] says it of a structure that is there.
+/// Whether two machines have the same structure, by the criterion of [`Structure::fits`].
 #[must_use]
 pub fn same_structure(one: &Machine, other: &Machine) -> bool {
     structural(one) == structural(other)
 }
 
-/// Whether it is computed in modes, and the truncated modes are to follow forces at once.
+/// Whether the coordinates are modal, and whether the truncated modes follow forces statically.
 fn coordinates(machine: &Machine) -> (bool, bool) {
     let reduced = machine.run.engine != Engine::Full;
     (reduced, reduced && machine.run.static_residual)
 }
 
-/// Whether a rigid ring stands beside a flexible one.
+/// Whether the machine has both a rigid and a flexible ring.
 fn has_rigid_and_flexible_rings(machine: &Machine) -> bool {
     let kinds = || machine.diaphragms.iter().map(|diaphragm| &diaphragm.kind);
     kinds().any(|kind| matches!(kind, DiaphragmKind::Rigid))
         && kinds().any(|kind| matches!(kind, DiaphragmKind::Flexible(_)))
 }
 
-/// `by_sectors`: its statics are found as its modes are; of the engines before that, rows that earlier builds began keep their bytes otherwise.
+/// Ring with its modal basis. `by_sectors`: the static flexibility uses cyclic symmetry, as the modes do. Other engines use the whole matrix, so rows
+/// of earlier builds keep their bytes.
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool, bool), by_sectors: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {
@@ -240,7 +242,7 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool,
     RingPart { matrices, part, residual, truncation_errors: lags, engine_cache: engine_cache::EngineCache::default() }
 }
 
-/// The machine with everything that varies from sample to sample set to one value.
+/// The machine with everything that varies between samples set to one value.
 fn structural(machine: &Machine) -> Machine {
     let mut kept = machine.clone();
     kept.name.clear();
@@ -267,7 +269,7 @@ fn structural(machine: &Machine) -> Machine {
         limits: machine.run.limits.map(|limit| ModelLimit { value: 0.0, on_exceed: OnExceed::Note, ..limit }),
         end_beyond: true,
     };
-    // whether a journal is watched says what an engine prepares; how far it may go does not
+    // an engine prepares for the presence of a journal clearance, not for its value
     kept.rotor
         .bearings
         .iter_mut()

@@ -4,20 +4,20 @@ use super::coordinates::Coordinates;
 use crate::modal::ModeSet;
 use bladeoff_numerics::linalg::{Matrix, mul, mul_tn, project};
 
-/// A linear part `M q'' + C q' + K q = f` in the engine's coordinates.
+/// Linear equations of motion `M q'' + C q' + K q = f` in the engine's coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Coordinates.
+    /// Map between coordinates q and nodal degrees of freedom.
     pub coordinates: Coordinates,
-    /// M.
+    /// Mass matrix M.
     pub mass: Matrix,
-    /// C.
+    /// Damping matrix C.
     pub damping: Matrix,
-    /// K (symmetric).
+    /// Stiffness matrix K (symmetric).
     pub stiffness: Matrix,
-    /// All three are diagonal and M = 1.
+    /// Whether all three matrices are diagonal and M = 1.
     pub modal: bool,
-    /// Highest frequency \[rad/s\].
+    /// Highest natural frequency \[rad/s\].
     pub highest: f64,
 }
 
@@ -34,7 +34,7 @@ impl Part {
         }
     }
 
-    /// Modes with the damping `C = a M + b K`, which leaves them uncoupled: `a + b omega^2` each.
+    /// Modes with Rayleigh damping `C = a M + b K`, which keeps them uncoupled: modal damping `a + b omega^2`.
     pub(super) fn proportional(modes: &ModeSet, a: f64, b: f64) -> Self {
         let nodal = modes.shapes.nrows();
         let damping = modes.omega_squared.iter().map(|square| a + b * square).collect();

@@ -1,21 +1,22 @@
-//! Error of a contact by truncated modes: how much of the flexibility at the contact a modal basis represents wrongly.
+//! Truncation error of a contact: the share of the flexibility at the contact that a modal basis represents wrongly.
 //!
-//! The truncated modes follow a contact force at once (static residual). That holds for modes far above the frequencies that an impact
-//! excites. A truncated mode below them is too soft at first and too stiff later, which changes the impact.
+//! Truncated modes follow a contact force at once (static residual). This is accurate for modes far above the frequencies that an impact excites. A
+//! truncated mode below them is too soft at first and too stiff later, which changes the impact.
 //! ```text
 //! F(0) = K^-1,   F(W) = (K + W^2 M)^-1        flexibility at rest, and for a force that grows as e^{W t};  W = pi/1 ms
 //! error = [F(0) - F_kept(0)] - [F(W) - F_kept(W)]  =  sum over the truncated modes of      phi^2/w^2  W^2/(w^2 + W^2)        (1)
 //! error =  F(0) - F_kept(0)                        =  sum over the truncated modes of      phi^2/w^2                        (2)
 //! share = (error of the rotor + error of the ring)/(F(W) of the rotor + F(0) of the stator)                                 (3)
 //! ```
-//! (2) without a static residual: truncated modes do not yield at all. `run.static_residual = "off"` asks for that, and a part with a mode that is not
-//! stiff (w^2 <= 0: a free ring, bearings whose symmetric part is indefinite) has none. Share (3) is that in the plane where it is largest, whichever
-//! way the axes lie, at the contact's node, and at the ring node where it is largest. 1 ms is the filter of the contact force; half a sine over it turns with W.
+//! (2) applies without a static residual, when truncated modes do not yield at all: for `run.static_residual = "off"`, and for a part with a mode
+//! that is not stiff (w^2 <= 0: a free ring, or bearings whose symmetric stiffness is indefinite). Share (3) is taken at the contact's node and at
+//! the ring node where it is largest, in the direction in the plane where it is largest. 1 ms is the filter of the contact force; a half sine over 1
+//! ms has the angular frequency W.
 //!
-//! Neither needs the truncated modes, whose number is that of the model. All modes kept are raised to the highest of them, `K' = K + sum (w_h^2 - w^2) M phi
-//! phi^T M`, which leaves the others as they are: `K'^-1 - sum phi phi^T/w_h^2` is no difference of large numbers however soft a bearing is, and
-//! there is one for every sign of w^2. Of modes with w^2 <= 0 the denominator takes |w^2|, which bounds it from below (nothing of a free ring at rest: F(W)).
-//! Where K' is not positive definite, modes that are left out are not stiff themselves: the share is 1.
+//! Neither (1) nor (2) needs the truncated modes themselves, which are as many as the model has. All kept modes are raised to the highest kept
+//! frequency, `K' = K + sum (w_h^2 - w^2) M phi phi^T M`, which leaves the truncated modes unchanged. `K'^-1 - sum phi phi^T/w_h^2` is then not a
+//! difference of large numbers, however soft a bearing is, and it exists for either sign of w^2. For modes with w^2 <= 0 the denominator of (3) takes
+//! |w^2|, a lower bound (for a free ring at rest it takes F(W)). If K' is not positive definite, a truncated mode is not stiff, and the share is 1.
 //!
 //! Measured, error of `max_filtered_contact_force_N` against 36 rotor modes (lab rig to 0.2 s; turbine with a gap of 5 mm to 0.13 s):
 //!
@@ -27,7 +28,7 @@
 //! | 16 | 0.24 %, 0.9 % | 0.36 %, 0.1 % |
 //! | 24 (default) | 0.005 %, 0.2 % | 0.29 %, 0.1 % |
 //!
-//! Between 1.8 and 5.4 % lies [`MAX_TRUNCATION_ERROR`]. Limits: of ring modes (3) is a bound and no estimate, see `docs/theory/05-reduction.md`.
+//! [`MAX_TRUNCATION_ERROR`] lies between 1.8 and 5.4 %. Limits: for ring modes (3) is a bound and not an estimate, see `docs/theory/05-reduction.md`.
 //! Verified by `tests/rotor/modal_basis.rs`.
 
 use super::part::Part;
@@ -36,37 +37,37 @@ use crate::stator::Sectors;
 use bladeoff_model::machine::DiaphragmKind;
 use bladeoff_numerics::linalg::{Matrix, dot, mul, spd_inverse};
 
-/// Largest share (3) of a valid run with contact; above it the run is invalid (`modal_basis`).
+/// Largest share (3) of a valid run with contact; a larger one makes the run invalid (`modal_basis`).
 pub const MAX_TRUNCATION_ERROR: f64 = 0.03;
-/// W \[1/s\].
+/// Growth rate W of the reference force \[1/s\].
 const RATE: f64 = std::f64::consts::PI / 1e-3;
-/// Part of the largest static flexibility left out, of nodes in the plane, by which a plain difference may be off by rounding.
+/// Largest rounding error of the plain difference, as a share of the largest static flexibility of the truncated modes at nodes in the plane.
 const ROUNDED: f64 = 1e-3;
 
-/// Flexibility of a node in the plane, `[xx, xy, yy]`, or of one freedom, the same in each direction \[m/N\].
+/// Flexibility of a node in the plane, `[xx, xy, yy]`; for a single degree of freedom it is the same in each direction \[m/N\].
 pub(super) type Plane = [f64; 3];
 
 /// Truncation error and flexibilities of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TruncationError {
-    /// (1) or (2).
+    /// Flexibility error (1) or (2) \[m/N\].
     error: Plane,
-    /// Flexibility of the truncated modes at rest.
+    /// Flexibility of the truncated modes at rest \[m/N\].
     truncated_at_rest: Plane,
-    /// F(0).
+    /// Flexibility F(0) at rest \[m/N\].
     at_rest: Plane,
-    /// F(W).
+    /// Flexibility F(W) for the growing force \[m/N\].
     moving: Plane,
 }
 
-/// Matrices of a linear part before modal reduction.
+/// Matrices of a linear part before modal reduction: stiffness K and mass M.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FullPart<'a> {
     pub stiffness: &'a Matrix,
     pub mass: &'a Matrix,
     /// Cyclic symmetry of a ring.
     pub sectors: Option<&'a Sectors>,
-    /// Number of modes at the end of the basis that are no modes of the part itself (`modal/table_modes.rs`).
+    /// Number of attachment modes at the end of the basis, which are not modes of the part itself (`modal/table_modes.rs`).
     pub added: usize,
 }
 
@@ -76,18 +77,19 @@ impl FullPart<'_> {
     }
 }
 
-/// Flexibility of the truncated modes, at rest and for a force that grows with W, on all degrees of freedom.
+/// Flexibility of the truncated modes on all degrees of freedom, at rest and for a force that grows with W \[m/N\].
 pub(super) struct TruncatedFlexibility {
+    /// Flexibility of the truncated modes at rest.
     at_rest: Matrix,
-    /// That of the raised modes and those left out, for a force that grows with W, and what of it a mode kept has.
+    /// Flexibility of the raised and the truncated modes for a force that grows with W; `kept` is the contribution of a mass-normalised raised mode.
     moving: Matrix,
     kept: f64,
-    /// Number of the modes kept that are modes of the part; the others are left out of `moving` with their own flexibility.
+    /// Number of kept modes that are modes of the part. The attachment modes are not in `moving`; their own flexibility is subtracted.
     own: usize,
 }
 
 impl TruncatedFlexibility {
-    /// `None` where a mode that is left out is not stiff.
+    /// `None` if a truncated mode is not stiff.
     fn new(whole: &FullPart<'_>, modes: &ModeSet) -> Option<Self> {
         let &FullPart { stiffness, mass, added, .. } = whole;
         let own = modes.omega_squared.len() - added;
@@ -106,12 +108,12 @@ impl TruncatedFlexibility {
         Some(Self { at_rest, moving, kept: 1.0 / (highest + RATE * RATE), own })
     }
 
-    /// Static residual `K^-1 - Phi omega^-2 Phi^T` of the first `size` degrees of freedom under forces on all of them; `None` where a mode kept is not
-    /// stiff. `places`: of nodes.
+    /// Static residual `K^-1 - Phi omega^-2 Phi^T` of the first `size` degrees of freedom under forces on all of them; `None` if a kept mode is not
+    /// stiff. `places`: degrees of freedom of the nodes.
     ///
-    /// The plain difference, unless that is rounding: of a rotor on bearings of 0.01 N/m nothing of it is left.
-    /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: the truncated modes follow a force at once. Used by
-    /// the contact and bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/runs/engines.rs`,
+    /// The residual is the plain difference, unless rounding dominates it: on bearings of 0.01 N/m no digit of the difference is significant.
+    /// Source: residual flexibility (MacNeal 1971; Rubin 1975), quasi-static: truncated modes follow a force at once. Used by the contact and the
+    /// bearing loads. Verified by `the_residual_completes_the_static_flexibility` in `tests/runs/engines.rs`,
     /// `a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine` in `tests/rotor/modal_basis.rs`.
     fn residual(&self, whole: &FullPart<'_>, modes: &ModeSet, size: usize, places: &[[usize; 2]]) -> Option<Matrix> {
         if !stiff(modes) {
@@ -130,7 +132,7 @@ impl TruncatedFlexibility {
     }
 }
 
-/// Phi^T, each row times what its mode's omega^2 says.
+/// Phi^T, each row multiplied by a function of its mode's omega^2.
 fn scaled(shapes: &Matrix, squares: &[f64], factor: impl Fn(f64) -> f64) -> Matrix {
     let mut rows = shapes.transpose();
     for (j, &square) in squares.iter().enumerate() {
@@ -139,14 +141,16 @@ fn scaled(shapes: &Matrix, squares: &[f64], factor: impl Fn(f64) -> f64) -> Matr
     rows
 }
 
-/// Whether every mode kept has a frequency.
+/// Whether every kept mode is stiff (omega^2 > 0).
 fn stiff(modes: &ModeSet) -> bool {
     modes.omega_squared.iter().all(|&square| square > 0.0)
 }
 
-/// Static residual of a part on its first `size` degrees of freedom by forces on all, where it is asked for and there is one, and the lags of nodes, each with its
-/// two degrees of freedom in the plane (twice the same where it has one); empty for a full model. A part whose modes are all kept has no residual, but its
-/// flexibility belongs to the share (3).
+/// Static residual of a part and truncation errors of its nodes.
+///
+/// The residual covers the first `size` degrees of freedom under forces on all of them, if it is requested and exists. `places` has, for each node,
+/// its two degrees of freedom in the plane (the same one twice for a single degree of freedom). Both results are empty for a full model. A part with
+/// all its modes has no residual, but its flexibility enters the share (3).
 pub(super) fn truncated_flexibility(
     part: &Part,
     modes: &ModeSet,
@@ -170,14 +174,14 @@ pub(super) fn truncated_flexibility(
     let mut lags: Vec<TruncationError> =
         places.into_iter().map(|places| TruncationError::of(places, part, modes, left_out.as_ref(), follows)).collect();
     if are_all_kept {
-        // what is found is rounding
+        // with all modes kept, the computed difference is rounding
         lags.iter_mut().for_each(|lag| (lag.error, lag.truncated_at_rest) = ([0.0; 3], [0.0; 3]));
     }
     (residual, lags)
 }
 
 impl TruncationError {
-    /// Without `left_out` nothing is known of it: it counts as all there is.
+    /// Truncation error of one node. Without `left_out` the flexibility of the truncated modes is unknown, and the share is 1.
     fn of(
         [u, v]: [usize; 2],
         part: &Part,
@@ -207,17 +211,18 @@ impl TruncationError {
         });
         let lag = if follows { std::array::from_fn(|i| still[i] - growing[i]) } else { still };
         let moving = sum(kept(RATE * RATE), growing);
-        // a free ring yields without bounds
+        // the static flexibility of a free ring is unbounded
         let at_rest = if single && !stiff(modes) { moving } else { sum(kept(0.0), still) };
         Self { error: lag, truncated_at_rest: still, at_rest, moving }
     }
 
-    /// Part of its static flexibility that is in the truncated modes, in the plane where it is largest, 0 to 1.
+    /// Share of the static flexibility that is in the truncated modes, in the direction where it is largest, 0 to 1.
     pub fn share_at_rest(&self) -> f64 {
         share(self.truncated_at_rest, self.at_rest)
     }
 
-    /// Part that the truncated modes have of their own static flexibility and that of a damper, 1/(c W), one behind the other, 0 to 1. `damping` \[N s/m\].
+    /// Share of the truncated modes in the static flexibility of truncated modes and damper in series, 0 to 1. The damper's flexibility is 1/(c W),
+    /// `damping` is c \[N s/m\].
     pub fn share_behind(&self, damping: f64) -> f64 {
         let damper = 1.0 / (damping * RATE);
         if damper.is_finite() {
@@ -227,7 +232,7 @@ impl TruncationError {
         }
     }
 
-    /// Part of its static flexibility that is in so much of it, in the plane where it is largest, 0 to 1.
+    /// Share of the flexibility `part` in the static flexibility, in the direction where it is largest, 0 to 1.
     pub fn share_of(&self, part: Plane) -> f64 {
         share(part, self.at_rest)
     }
@@ -237,7 +242,7 @@ fn sum(a: Plane, b: Plane) -> Plane {
     std::array::from_fn(|i| a[i] + b[i])
 }
 
-/// Largest share of one flexibility in another, 0 to 1; 1 where there is no number for it.
+/// Largest share of one flexibility in another over all directions, 0 to 1; 1 if the share is undefined.
 pub(super) fn share(part: Plane, whole: Plane) -> f64 {
     if part == [0.0; 3] {
         return 0.0;
@@ -246,7 +251,7 @@ pub(super) fn share(part: Plane, whole: Plane) -> f64 {
     if share < 1.0 { share.max(0.0) } else { 1.0 }
 }
 
-/// Share (3) of the contact of a rotor's node with a stator, 0 to 1. Empty, or `None`: no mode is left out.
+/// Share (3) of the contact between a node of the rotor and a stator, 0 to 1. `None`, or an empty list: no mode is truncated.
 pub(super) fn at_contact(rotor: Option<&TruncationError>, ring: &[TruncationError], kind: &DiaphragmKind) -> f64 {
     let none = TruncationError { error: [0.0; 3], truncated_at_rest: [0.0; 3], at_rest: [0.0; 3], moving: [0.0; 3] };
     let rotor = rotor.unwrap_or(&none);

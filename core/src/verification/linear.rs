@@ -92,7 +92,7 @@ fn sdll(checks: &mut Vec<Check>) {
     both_amplitudes(checks, case, ([5000.0, 7000.0], 0.05, 15_000.0 * RPM), [5.721e-4, 7.023e-4]);
 }
 
-/// Amplitudes of disc 2: where the full engine starts, and over a turn of the exponential one in all modes.
+/// Amplitudes of disc 2: initial state of the full engine, and one turn of the exponential engine with all modes.
 fn both_amplitudes(checks: &mut Vec<Check>, case: Case, rotor: ([f64; 2], f64, f64), [x, y]: [f64; 2]) {
     let left = in_a_cell(&unbalanced(rotor, REST_OF_RUN), rotor.2).unwrap_or(0.0);
     let runs = [
@@ -106,8 +106,9 @@ fn both_amplitudes(checks: &mut Vec<Check>, case: Case, rotor: ([f64; 2], f64, f
     }
 }
 
-/// What the exponential engine states of a response to a constant spin: in a cell of its grid, half of which is this, whirl frequencies stand still; what that is
-/// beside the distance from the nearest one.
+/// Relative error of the exponential engine's response at a constant spin, as documented. Whirl frequencies are constant in a speed interval of the
+/// grid; `half` is half its length. The error is the change of the nearest whirl frequency over half an interval, divided by the distance of that
+/// frequency from the speed.
 fn in_a_cell(text: &str, speed: f64) -> Option<f64> {
     let half = libm::exp2(libm::round(libm::log2(speed / 150.0))) / 20.0;
     let found = whirl_modes(&machine(text)?, &[speed - half, speed, speed + half]).ok()?;
@@ -132,7 +133,7 @@ fn spinning_beam(checks: &mut Vec<Check>) {
     case.check(checks, "first forward", found.map(|f| f[1]), 642.461_827_690_591_2);
 }
 
-/// Of machines whose run is of no interest.
+/// Settings of machines whose run is not used.
 const REST_OF_RUN: &str = "[run]\nend_time = 1\n";
 const REST: &str = "[rotor]\ninitial_speed = 0\n[run]\nend_time = 1\n";
 
@@ -203,7 +204,7 @@ fn nelson_mcvaugh_text(shear: &str) -> String {
     text
 }
 
-/// Three discs with an unbalance [kg m] at disc 2, on a radius so large that its mass itself does not count.
+/// Three discs with an unbalance [kg m] at disc 2. Its radius is so large that its mass is negligible.
 fn unbalanced((damping, unbalance, speed): ([f64; 2], f64, f64), tail: &str) -> String {
     let tail = format!(
         "[rotor.unbalances.residual]\nposition = 0.5\nmass = {:e}\nradius = 1e6\npresent = \"before\"\n\
@@ -213,7 +214,7 @@ fn unbalanced((damping, unbalance, speed): ([f64; 2], f64, f64), tail: &str) -> 
     three_discs(damping, &tail)
 }
 
-/// Steady amplitudes |u|, |v| of disc 2, as the transient starts from them.
+/// Steady amplitudes |u|, |v| of disc 2 \[m\], from the initial state of the transient.
 fn steady_amplitudes(rotor: ([f64; 2], f64, f64)) -> Option<[f64; 2]> {
     let speed = rotor.2;
     let run = format!("[rotor.speed_law]\nacceleration = 0\n[run]\nend_time = 1e-9\n{}", stepping(Engine::Full, 1e-9));
@@ -229,7 +230,7 @@ fn steady_amplitudes(rotor: ([f64; 2], f64, f64)) -> Option<[f64; 2]> {
     amplitudes
 }
 
-/// The same over the tenth turn, by its first harmonic; the spin is free, with an inertia that the unbalance's arm gives it.
+/// Amplitudes |u|, |v| of disc 2 \[m\], from the first harmonic over the tenth turn. The spin is free; the unbalance's arm gives it a large inertia.
 fn turned_amplitudes(rotor: ([f64; 2], f64, f64)) -> Option<[f64; 2]> {
     const STEPS: f64 = 1024.0;
     let turn = 2.0 * std::f64::consts::PI / rotor.2;
@@ -255,7 +256,7 @@ fn rotor_of(machine: &Machine) -> RotorMatrices {
     RotorMatrices::assemble(&machine.rotor)
 }
 
-/// First backward and forward frequency; the supported freedoms are left out, which no bearing could do.
+/// First backward and forward frequency \[rad/s\]. The supported degrees of freedom are removed, because no bearing is rigid.
 fn supported_beam(elements: usize, spin: f64) -> Option<[f64; 2]> {
     let text = format!(
         "schema = 1\nname = \"beam\"\n[run]\nend_time = 1\n[rotor]\ninitial_speed = 0\n[rotor.material]\n\

@@ -1,35 +1,36 @@
-//! What contact did in a step.
+//! Contact result of one step.
 
 use crate::contact::{ContactReaction, Gap, NotUnique};
 use crate::record::Touch;
 use bladeoff_model::outcome::Cause;
 
-/// The contact of the step at n.
+/// Contact of the step at n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepContact {
+    /// Contact force: normal and tangential part \[N\].
     pub force: ContactReaction,
-    /// On the rotor, in the stator's frame \[N\].
+    /// Force on the rotor in the stator's frame \[N\].
     pub on_rotor: [f64; 2],
-    /// Gap and place of the converged step, in the run's own gap function.
+    /// Gap and place at the end of the converged step, in the run's own gap function.
     pub gap: Gap,
     /// Centred slip velocity \[m/s\].
     pub slip: f64,
-    /// Slip direction frozen at the prediction and not kept by the solution.
+    /// Whether the slip direction, frozen at the prediction, differs from that of the solution.
     pub reversed: bool,
-    /// One contact point has no fixed point: solved with several, or at the predicted place.
+    /// Whether one contact point had no fixed point, so that the step was solved with several points or at the predicted place.
     pub no_fixed_point: bool,
-    /// The rotor penetrated the predicted ring at more than one local minimum.
+    /// Whether the rotor penetrated the predicted ring at more than one local minimum.
     pub several_minima: bool,
-    /// Points that carry a force; the force is then the sum over them, the slip that of the most loaded one.
+    /// Number of points with a force. The force is the sum over these points, the slip that of the most loaded one.
     pub points: usize,
-    /// Energy taken out by friction, by the normal force and by Hyp 1's model work in the step \[J\].
+    /// Energy dissipated by friction, by the normal force and by Hyp 1's model work in the step \[J\].
     pub friction_work: f64,
     pub normal_work: f64,
     pub model_work: f64,
 }
 
 impl StepContact {
-    /// What recorders see of it.
+    /// Contact quantities for the recorders.
     pub fn touch(&self) -> Touch {
         Touch {
             normal: self.force.normal,
@@ -44,12 +45,14 @@ impl StepContact {
     }
 }
 
-/// A contact step that could not be computed.
+/// Failure of a contact step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactFailure {
+    /// The contact force is not unique.
     NotUnique(NotUnique),
+    /// The iteration did not converge.
     NoConvergence,
-    /// The same where the step without contact would lead beyond the ring.
+    /// The iteration did not converge, and the step without contact would end outside the ring.
     Outside,
 }
 

@@ -1,9 +1,8 @@
-//! The shaft line under way: lateral motion, spin and twist, with every non-linear term evaluated at the nodes.
+//! The shaft line during a run: lateral motion, spin and torsion. Every non-linear term is evaluated at the nodes.
 //!
-//! One step solves, by fixed-point iteration, the central-difference equations with centred gyroscopic, unbalance and
-//! braking terms; the iteration contracts by about `Omega dt`. Both engines run this code: they differ in
-//! [`crate::structure::Coordinates`]. A step: [`ShaftLine::prepare`], rounds of [`ShaftLine::respond`], [`ShaftLine::settle`],
-//! [`ShaftLine::advance`].
+//! One step solves the central-difference equations with centred gyroscopic, unbalance and braking terms by fixed-point iteration, which contracts by
+//! about `Omega dt`. The full and the reduced engine run the same code and differ in [`crate::structure::Coordinates`]. A step consists of
+//! [`ShaftLine::prepare`], rounds of [`ShaftLine::respond`], [`ShaftLine::settle`] and [`ShaftLine::advance`].
 
 mod brake;
 mod field;
@@ -34,42 +33,48 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::{axpy, norm};
 
-/// Increments of a rotor at rest are rounding of its state; they are judged by at least this part of it.
+/// Scale of the lateral increments as a share of the state, at least. Increments of a rotor at rest are rounding of its state.
 const RESTING: f64 = 1e-4;
-/// Lateral increments are judged by at least this part of those that the unbalances would make alone if they turned without
-/// the rotor: psi'' is a difference of increments `psi' dt` over dt^2, and 1e-12 of this part is 18 roundings of them.
+/// Scale of the lateral increments as a share of those that the unbalances alone would cause by their turn, at least. psi'' is a difference of
+/// increments `psi' dt`, divided by dt^2, and 1e-12 of this share is 18 roundings of that difference.
 const TURNING: f64 = 4e-3;
 
 /// State and operators of the shaft line during one run.
 pub(crate) struct ShaftLine<'a> {
     pub rotor: &'a RotorMatrices,
+    /// Time step \[s\].
     pub dt: f64,
+    /// Lateral motion \[m\] and \[rad\].
     pub lateral: Field<'a>,
-    /// Relative to the mean spin angle.
+    /// Torsion: angles of the nodes relative to the mean spin angle \[rad\].
     pub twist: Field<'a>,
+    /// Mean spin.
     pub spin: Spin,
     unbalances: Unbalances,
-    /// Lateral increment per radian of each unbalance's turn over a step, `|A^-1 m d/dt^2|`.
+    /// Norm of the lateral increment per radian of each unbalance's turn over a step, `|A^-1 m d/dt^2|`.
     levers: Vec<f64>,
-    /// S_g x of every gyroscopic site at n.
+    /// Product S_g x of every gyroscopic site at n.
     gyro_x: Vec<f64>,
     weight: Weight,
+    /// Whether any bearing has skew stiffness or a table.
     has_skew: bool,
+    /// Speed-dependent part of the bearing coefficients.
     pub tables: Tables,
-    /// Contact forces of the step that [`ShaftLine::respond`] adds: those of the diaphragms that are not being solved.
+    /// Contact forces of the other diaphragms, which [`ShaftLine::respond`] adds while one diaphragm is solved.
     pub others: Option<OtherForces>,
 }
 
 /// Response over a step to the contact forces of other diaphragms.
 #[derive(Debug, Clone)]
 pub(crate) struct OtherForces {
+    /// Increments due to these forces.
     pub increments: Increments,
-    /// Torque that they ask of the drive of a prescribed speed \[N m\].
+    /// Reaction torque of the drive of a prescribed speed to these forces \[N m\].
     pub drive_torque: f64,
 }
 
 impl OtherForces {
-    /// No force.
+    /// Response to no force.
     pub fn none(line: &ShaftLine<'_>) -> Self {
         Self { increments: Increments::zeros(line.lateral.size(), line.twist.size()), drive_torque: 0.0 }
     }
@@ -77,13 +82,14 @@ impl OtherForces {
 
 /// Constant lateral force: weight, and forces of bearing seats off the bearing line.
 struct Weight {
+    /// Forces on the nodal degrees of freedom \[N\].
     nodal: Vec<f64>,
-    /// In coordinates.
+    /// Generalised forces on the coordinates.
     projected: Vec<f64>,
 }
 
 impl<'a> ShaftLine<'a> {
-    /// The shaft line of a run at rest in its undeformed place; `None` if a mass matrix is singular.
+    /// Shaft line at rest in its undeformed position; `None` if a mass matrix is singular.
     pub fn new(machine: &Machine, structure: &'a Structure, dt: f64) -> Option<Self> {
         let rotor = &structure.rotor;
         let sites = sites(machine);
@@ -117,7 +123,8 @@ impl<'a> ShaftLine<'a> {
         })
     }
 
-    /// The line at n, before [`ShaftLine::prepare`], with the unbalances of another machine; `change` of the increments of the step before. `None` if a mass matrix is singular.
+    /// Shaft line at n, before [`ShaftLine::prepare`], with the unbalances of another machine. `change` is added to the increments of the previous
+    /// step. `None` if a mass matrix is singular.
     pub fn released(&self, machine: &Machine, structure: &'a Structure, change: &Jump) -> Option<Self> {
         let mut line = Self::new(machine, structure, self.dt)?;
         line.lateral.take_over(&self.lateral, &change.lateral);
@@ -128,7 +135,7 @@ impl<'a> ShaftLine<'a> {
         Some(line)
     }
 
-    /// Motion at n of the place of a mass, after [`ShaftLine::settle`].
+    /// Motion of an unbalance mass at n, after [`ShaftLine::settle`].
     pub fn piece(&self, site: &UnbalanceSite) -> PieceMotion {
         let (lateral, twist, node) = (&self.lateral, &self.twist, site.twist_node);
         let psi = self.spin.angle + twist.x[node] + site.phase;
@@ -138,7 +145,7 @@ impl<'a> ShaftLine<'a> {
         }
     }
 
-    /// Puts the line where it is at t = 0, from coordinates; `previous` are the fictitious increments of the step before.
+    /// Sets the state at t = 0 from coordinates; `previous` are the fictitious increments of the step before.
     pub fn begin(&mut self, q: &[f64], previous: &Increments) {
         self.lateral.stepper.q.copy_from_slice(q);
         self.lateral.put(q);
@@ -146,13 +153,13 @@ impl<'a> ShaftLine<'a> {
         self.refresh();
     }
 
-    /// Replaces the increments of the step before.
+    /// Replaces the increments of the previous step.
     pub fn come_from(&mut self, previous: &Increments) {
         self.lateral.come_from(&previous.lateral);
         self.twist.come_from(&previous.twist);
     }
 
-    /// The instant of coordinates and velocities, all nodes turning with one spin, for [`ShaftLine::instant_forces`].
+    /// Sets coordinates and velocities, all nodes turning with the same spin, for [`ShaftLine::instant_forces`].
     pub fn instant(&mut self, q: &[f64], velocity: &[f64], spin: f64) {
         self.lateral.put(q);
         self.refresh();
@@ -160,7 +167,7 @@ impl<'a> ShaftLine<'a> {
         self.twist.v.fill(spin);
     }
 
-    /// Forces and torques in coordinates in that instant, at accelerations: all but the brake's and those of M, C and K.
+    /// Evaluates generalised forces and torques of this state for given accelerations: all except the braking torque and the terms of M, C and K.
     pub fn instant_forces(&mut self, lateral: &[f64], twist: &[f64]) {
         self.lateral.accelerate(lateral);
         self.twist.accelerate(twist);
@@ -192,8 +199,8 @@ impl<'a> ShaftLine<'a> {
         self.twist.stepper.prepare(None);
     }
 
-    /// The increments that follow from the forces at the increments `d`, without contact but that of [`ShaftLine::others`]; `time` is
-    /// that of n.
+    /// Computes the increments that follow from the forces at the increments `d`. Contact forces are not included, except those of
+    /// [`ShaftLine::others`]. `time` is the time at n \[s\].
     pub fn respond(&mut self, time: f64, d: &Increments, free: &mut Increments) {
         self.settle(d);
         self.unbalances.turn(&self.twist.previous, &self.twist.d, self.dt);
@@ -211,14 +218,13 @@ impl<'a> ShaftLine<'a> {
         }
     }
 
-    /// Nodal increments, velocities and accelerations of increments: of a round, in the end those of the step that is about to be
-    /// accepted.
+    /// Computes nodal increments, velocities and accelerations from the increments of a round; the last call is for the increments that are accepted.
     pub fn settle(&mut self, d: &Increments) {
         self.lateral.see(&d.lateral);
         self.twist.see(&d.twist);
     }
 
-    /// Accepts the increments of the step that [`ShaftLine::settle`] has seen.
+    /// Accepts the increments of the step, which are those of the last [`ShaftLine::settle`].
     pub fn advance(&mut self, d: &Increments) {
         let turn = self.spin.turn(&d.twist);
         self.lateral.stepper.advance(&d.lateral);
@@ -238,7 +244,7 @@ impl<'a> ShaftLine<'a> {
         self.refresh();
     }
 
-    /// What depends on the place at n alone: angles of the unbalances, S_g x.
+    /// Updates the terms that depend only on the position at n: angles of the unbalances, and S_g x.
     fn refresh(&mut self) {
         self.unbalances.place(self.spin.angle, &self.twist.x);
         for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact_mut(8)) {
@@ -247,7 +253,7 @@ impl<'a> ShaftLine<'a> {
         }
     }
 
-    /// Non-linear forces from velocities, accelerations and turns at the place n.
+    /// Evaluates the non-linear forces at n from velocities, accelerations and turns.
     fn evaluate(&mut self) {
         let (lateral, twist) = (&mut self.lateral, &mut self.twist);
         lateral.force.fill(0.0);
@@ -262,13 +268,13 @@ impl<'a> ShaftLine<'a> {
         self.tables.add_damping_forces(&lateral.v, &mut lateral.force);
     }
 
-    /// The same in an instant.
+    /// Evaluates the non-linear forces from angular velocities and accelerations instead of turns over a step.
     fn evaluate_instant(&mut self) {
         self.unbalances.turn_at(&self.twist.v, &self.twist.a);
         self.evaluate();
     }
 
-    /// Adds the forces at n of skew bearing stiffness, and of what tables differ from their constant stiffness.
+    /// Adds the forces at n of skew bearing stiffness, and of the speed-dependent part of the stiffness in tables.
     fn add_skew_forces(&mut self) {
         for bearing in &self.rotor.bearings {
             bearing.push(bearing.skew_force(bearing.across(&self.lateral.x)), &mut self.lateral.force);
@@ -276,7 +282,7 @@ impl<'a> ShaftLine<'a> {
         self.tables.add_stiffness_forces(&self.lateral.x, &mut self.lateral.force);
     }
 
-    /// Whether all bearing tables have a value at a speed \[rad/s\].
+    /// Whether all bearing tables cover a speed \[rad/s\].
     pub fn is_in_tables(&self, speed: f64) -> bool {
         Tables::cover(self.rotor, speed)
     }
@@ -286,13 +292,13 @@ impl<'a> ShaftLine<'a> {
         self.spin.centred(twist, &self.twist.stepper.previous)
     }
 
-    /// Mean spin over the step and at n+1 \[rad/s\]; `time` is that of n.
+    /// Mean spin over the step and mean spin at n+1 \[rad/s\]; `time` is the time at n.
     pub fn spin_after(&self, time: f64, twist: &[f64]) -> (f64, f64) {
         (self.spin.over_step(twist), self.spin.reached(time, twist, &self.twist.stepper.previous))
     }
 
-    /// What an error of lateral increments is measured by: their size, but no less than rounding of the state and of the
-    /// unbalances' turns (a rotor on stiff bearings moves far less than its unbalances do). After [`ShaftLine::respond`].
+    /// Scale for the error of lateral increments: their norm, but at least the rounding of the state and of the unbalances' turns. (A rotor on stiff
+    /// bearings moves far less than its unbalances.) After [`ShaftLine::respond`].
     pub fn lateral_scale(&self, increments: f64) -> f64 {
         let turns = self.unbalances.sites.iter().zip(&self.levers);
         let turns = turns.map(|(site, lever)| lever * self.twist.d[site.twist_node].abs());
@@ -300,43 +306,43 @@ impl<'a> ShaftLine<'a> {
         (increments + RESTING * norm(&self.lateral.stepper.q)).max(least) + f64::MIN_POSITIVE
     }
 
-    /// The same for twist increments; at rest they are nothing but rounding.
+    /// Least scale for the error of torsional increments, which are mere rounding at rest.
     pub fn twist_scale(&self) -> f64 {
         self.spin.brake.scale()
     }
 
-    /// Displacement of a node at n.
+    /// Displacement of a node at n \[m\].
     pub fn place(&self, node: usize) -> [f64; 2] {
         self.rotor.at(node, &self.lateral.x)
     }
 
-    /// Displacement and centred velocity of a node at n, after [`ShaftLine::settle`].
+    /// Displacement \[m\] and centred velocity \[m/s\] of a node at n, after [`ShaftLine::settle`].
     pub fn node(&self, node: usize) -> ([f64; 2], [f64; 2]) {
         (self.rotor.at(node, &self.lateral.x), self.rotor.at(node, &self.lateral.v))
     }
 
-    /// Displacement and centred velocity across a bearing or pedestal at n, after [`ShaftLine::settle`].
+    /// Displacement \[m\] and centred velocity \[m/s\] across a bearing or pedestal at n, after [`ShaftLine::settle`].
     pub fn across(&self, site: &BearingSite) -> ([f64; 2], [f64; 2]) {
         (site.across(&self.lateral.x), site.across(&self.lateral.v))
     }
 
-    /// Increments of the step before.
+    /// Increments of the previous step.
     pub fn previous(&self) -> Increments {
         let (lateral, twist) = (&self.lateral.stepper.previous, &self.twist.stepper.previous);
         Increments { lateral: lateral.clone(), twist: twist.clone() }
     }
 
-    /// Rows of the lateral coordinates for a node's u and v, and of twist for its angle.
+    /// Rows of the lateral coordinates for a node's u and v, and of the torsional coordinates for its angle.
     pub fn rows(&self, node: usize) -> ([Vec<f64>; 2], Vec<f64>) {
         (self.rotor.plane_places(node).map(|dof| self.lateral.row(dof)), self.twist.row(node))
     }
 
-    /// The unbalances at their nodes.
+    /// Unbalances at their nodes.
     pub fn unbalances(&self) -> &[UnbalanceSite] {
         &self.unbalances.sites
     }
 
-    /// Constant lateral force in coordinates.
+    /// Constant lateral force on the coordinates.
     pub fn weight(&self) -> &[f64] {
         &self.weight.projected
     }
@@ -346,14 +352,14 @@ impl<'a> ShaftLine<'a> {
         self.weight.nodal.clone()
     }
 
-    /// Adds the gyroscopic moments and the forces of the unbalances at n, their inertia included, to nodal forces; after
+    /// Adds to nodal forces the gyroscopic moments and the forces of the unbalances at n, including the inertia of the unbalances; after
     /// [`ShaftLine::settle`].
     pub fn add_driving_forces(&self, force: &mut [f64]) {
         axpy(1.0, &self.lateral.force, force);
         self.unbalances.add_inertia(self.rotor, &self.lateral.a, force);
     }
 
-    /// Gyroscopic, unbalance-coupling and gravity energies between n and n+1 \[J\], after [`ShaftLine::settle`], before
+    /// Kinetic and potential energy between n and n+1 \[J\]: gyroscopic, unbalance-coupling and gravity terms. After [`ShaftLine::settle`], before
     /// [`ShaftLine::advance`].
     pub fn coupling_energies(&self, d: &Increments) -> (f64, f64) {
         let (lateral, twist) = (&self.lateral, &self.twist);
