@@ -47,8 +47,13 @@ pub(super) fn usable(
         }
     }
     uses.extend(of_rows(seen));
+    let unjudged = limits.unjudged_in_words();
+    let above: Vec<&str> = unjudged.iter().filter(|(_, is_above, _)| *is_above).map(|(part, ..)| *part).collect();
+    if !above.is_empty() {
+        uses.iter_mut().filter(|one| one.word == YES).for_each(|one| restrict(one, &above.join(" and ")));
+    }
     let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
-    uses.extend(limits.unjudged_in_words().into_iter().map(|(part, is_above_any_steel, why)| {
+    uses.extend(unjudged.iter().cloned().map(|(part, is_above_any_steel, why)| {
         put((format!("stress of {part}"), if is_above_any_steel { NO } else { RESTRICTED }, why))
     }));
     uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
@@ -63,6 +68,15 @@ pub(super) fn usable(
         blocks.push(Block::Note(more.to_owned()));
     }
     blocks
+}
+
+/// Restricts a number that ok runs with broken parts enter.
+fn restrict(one: &mut Use, parts: &str) {
+    one.word = RESTRICTED;
+    one.why += &format!(
+        "; but in some ok runs the stress of {parts} exceeds what any steel bears, so that contact forces and what follows from them are not those of the machine: \
+         with a yield_strength such runs count as beyond the model"
+    );
 }
 
 /// Whether the answers to a question may be used; `None` without an answer.
@@ -84,7 +98,7 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
             (YES, format!("use the interval, not the estimate: it holds whatever the {runs} not ok would have shown"))
         }
     };
-    Some(Use { number: format!("answer \u{201c}{}\u{201d}: {}", question.name, in_words(question)), word, why })
+    Some(Use { number: format!("answer {}", in_words(question)), word, why })
 }
 
 /// Whether rows may be used, by their status.
@@ -125,6 +139,9 @@ mod tests {
         let words = |seen: &Seen| of_rows(seen).into_iter().map(|one| (one.number, one.word)).collect::<Vec<_>>();
         let some = "results of the ok runs: 3 runs (75 %)".to_owned();
         assert_eq!(words(&seen), [(some, YES), ("results of runs that are not ok: 1 run (25 %)".to_owned(), NO)]);
+        let mut one = of_rows(&seen).remove(0);
+        restrict(&mut one, "blades");
+        assert!(one.word == RESTRICTED && one.why.contains("the stress of blades exceeds"), "{one:?}");
         (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
         assert_eq!(words(&seen), [("results of runs that are not ok: 2 runs (100 %)".to_owned(), NO)]);
         seen.rows = 0;
