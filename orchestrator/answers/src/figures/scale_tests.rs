@@ -78,6 +78,23 @@ fn what_is_drawn_to_scale_is_round() {
     }
 }
 
+/// A cone is drawn with the proportions of its ends, above and below the axis, and a layer outside the shaft.
+#[test]
+fn tapers_and_layers_are_drawn_to_scale() {
+    let path = format!("{}/../../core/tests/data/ross_rotor.machine.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).expect("a machine of the repository");
+    let subject = MachineDef::parse("machine", &text).expect("parses").build().expect("valid");
+    let figure = machine(&subject).expect("drawn").expect("a shaft");
+    assert_eq!(rectangles(&figure, "#BEC8D2").len(), 3, "the cylinders");
+    // outlines of three tapered elements and three layers, on both sides
+    let outlines = shapes(&figure, 5);
+    assert_eq!(outlines.len(), 12);
+    // from 80 mm to 120 mm: heights of the walls of a solid cone
+    let heights = |shape: &[(f64, f64)]| [(shape[1].1 - shape[0].1).abs(), (shape[2].1 - shape[3].1).abs()];
+    let cones = outlines.iter().map(|shape| heights(shape)).filter(|[left, right]| (right / left - 1.5).abs() < 0.01);
+    assert_eq!(cones.count(), 2);
+}
+
 #[test]
 fn a_ring_is_round_at_rest_and_where_its_shape_is() {
     let around = |count: u32| -> Vec<(f64, f64)> {
