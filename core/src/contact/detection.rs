@@ -1,31 +1,32 @@
 //! Closest point of the deformed ring: the global minimum of `|P(alpha) - x|` over all angles.
 //!
-//! The ring is sampled finer than its elements, every sampled local minimum that could be the global one is refined to the
-//! root of `d.P_alpha`, one-sided at element ends where the curvature of the cubic elements jumps (a minimum may stand in such
-//! a kink). Several minima exist in heavy rub; the lowest counts. Source: docs/theory/03-contact.md, Hyp 2.
-//! Verified by `detection_equals_brute_force_on_two_thousand_deformed_rings`, many with several minima
-//! (`tests/contact/detection.rs`).
+//! The ring is sampled more finely than its elements. Every sampled local minimum that could be the global one is refined to the root of `d.P_alpha`,
+//! one-sided at element ends, where the curvature of the cubic elements jumps (a minimum may be at such a kink). Several minima exist in heavy rub;
+//! the lowest is used. Source: docs/theory/03-contact.md, Hyp 2.
+//! Verified by `detection_equals_brute_force_on_two_thousand_deformed_rings`, many with several minima (`tests/contact/detection.rs`).
 
 use super::gap::Place;
 use crate::stator::{Sample, Surface};
 
-/// Finds contact places on one ring.
+/// Search for contact places on one ring.
 #[derive(Debug, Clone)]
 pub struct Detector {
     surface: Surface,
+    /// Number of samples per element.
     per_element: usize,
     /// Shape functions at the samples of one element.
     samples: Vec<Sample>,
-    /// Polar basis of each sample (sin, cos).
+    /// sin and cos of the angle of each sample.
     angles: Vec<(f64, f64)>,
+    /// Squared distance of each sample from the rotor centre \[m2\].
     distances: Vec<f64>,
 }
 
-/// Samples of a ring at least.
+/// Minimum number of samples of a ring.
 const SAMPLES: usize = 128;
 
 impl Detector {
-    /// For a surface.
+    /// Detector for a contact surface.
     #[must_use]
     pub fn new(surface: Surface) -> Self {
         let per_element = SAMPLES.div_ceil(surface.nodes).max(4);
@@ -37,7 +38,7 @@ impl Detector {
         Self { surface, per_element, samples, angles, distances: vec![0.0; count] }
     }
 
-    /// Place of the global minimum of the distance to `x` on the ring of nodal freedoms `field`.
+    /// Place of the global minimum of the distance to `x` on a ring with nodal degrees of freedom `field`.
     #[must_use]
     pub fn closest(&mut self, field: &[f64], x: [f64; 2]) -> Place {
         self.sample(field, x);
@@ -58,13 +59,13 @@ impl Detector {
         Place::in_element(&self.surface, element, xi)
     }
 
-    /// Local minima nearer than a radius among the samples of the last search.
+    /// Number of local minima nearer than `radius`, among the samples of the last search.
     #[must_use]
     pub fn minima_within(&self, radius: f64) -> usize {
         (0..self.distances.len()).filter(|&i| self.distances[i] < radius * radius && self.dip(i).is_some()).count()
     }
 
-    /// Places of all local minima of that distance, in ascending order of their angle.
+    /// Places of all local minima of the distance, by ascending angle.
     pub fn minima(&mut self, field: &[f64], x: [f64; 2], places: &mut Vec<Place>) {
         self.sample(field, x);
         places.clear();
@@ -74,7 +75,7 @@ impl Detector {
         }
     }
 
-    /// How far the distance may dip below a sample that is no higher than its neighbours; `None` for any other sample.
+    /// Upper bound of the dip of the squared distance below a sample that is not above its neighbours; `None` for any other sample.
     fn dip(&self, i: usize) -> Option<f64> {
         let count = self.distances.len();
         let (left, here, right) =
@@ -82,7 +83,7 @@ impl Detector {
         (here <= left && here <= right).then(|| 0.5 * (left - here).max(right - here))
     }
 
-    /// Squared distances at the samples.
+    /// Computes squared distances at the samples.
     fn sample(&mut self, field: &[f64], x: [f64; 2]) {
         let Self { surface, per_element, samples, angles, distances } = self;
         let elements = angles.chunks_exact(*per_element).zip(distances.chunks_exact_mut(*per_element));
@@ -96,7 +97,7 @@ impl Detector {
         }
     }
 
-    /// Minima in the two sample intervals around sample i, and the sample itself: (squared distance, element, xi).
+    /// Minima in the two sample intervals around sample i, and the sample itself, as (squared distance, element, xi).
     fn refine(&self, field: &[f64], x: [f64; 2], i: usize) -> impl Iterator<Item = (f64, usize, f64)> + use<> {
         let count = self.distances.len();
         let step = 1.0 / self.per_element as f64;
@@ -114,7 +115,7 @@ impl Detector {
         found.into_iter().flatten()
     }
 
-    /// `d.P_alpha` and `|d|^2` at a place.
+    /// Slope `d.P_alpha` and squared distance `|d|^2` at a place.
     fn slope_and_distance(&self, field: &[f64], x: [f64; 2], element: usize, xi: f64) -> (f64, f64) {
         let point = self.surface.point(field, element, xi);
         let (sin, cos) = libm::sincos(self.surface.angle(element, xi));
@@ -124,7 +125,7 @@ impl Detector {
         (slope, dr * dr + dt * dt)
     }
 
-    /// Root of the slope where it turns from falling to rising within one element (Illinois variant of regula falsi).
+    /// Root of the slope where it changes from negative to positive within one element (Illinois variant of regula falsi).
     fn root(&self, field: &[f64], x: [f64; 2], element: usize, from: f64, to: f64) -> Option<f64> {
         let slope = |xi: f64| self.slope_and_distance(field, x, element, xi).0;
         let (mut a, mut b) = (from, to);
@@ -185,7 +186,7 @@ mod tests {
             assert!((gap.value - 4e-3).abs() < 1e-15, "{}", gap.value);
             assert!(gap.normal[1].abs() < 1e-12);
         }
-        // a wave of two lobes pressed in at 0 and pi: a centred rotor is nearest at both, at none within less
+        // a wave with two lobes pressed in at 0 and pi: a centred rotor is nearest at both, and at no place within a smaller radius
         let lobes: Vec<f64> = (0..96)
             .map(|i| if i % 4 == 2 { -1e-3 * (f64::from(i / 4) / 6.0 * std::f64::consts::PI).cos() } else { 0.0 })
             .collect();

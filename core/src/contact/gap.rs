@@ -9,35 +9,35 @@
 
 use crate::stator::{Surface, SurfacePoint};
 
-/// A place of the ring: element, position in it, and the polar basis of its angle.
+/// Place on the ring: element, position in it, and the polar basis of its angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Element of the ring (0 for a stator without elements).
+    /// Number of the element (0 for a stator without elements).
     pub element: usize,
-    /// Position in the element, 0..1.
+    /// Position in the element, 0 to 1.
     pub xi: f64,
-    /// Angle in the stator's frame \[rad\].
+    /// Angle alpha in the stator's frame \[rad\].
     pub alpha: f64,
-    /// sin and cos of the angle.
+    /// sin and cos of alpha.
     pub angle: (f64, f64),
 }
 
 impl Place {
-    /// The place at an angle; `surface` as for [`exact_gap`].
+    /// Place at an angle \[rad\]; `surface` as for [`exact_gap`].
     #[must_use]
     pub fn at_angle(surface: Option<&Surface>, alpha: f64) -> Self {
         let (element, xi) = surface.map_or((0, 0.0), |surface| surface.locate(alpha));
         Self { element, xi, alpha, angle: libm::sincos(alpha) }
     }
 
-    /// The place of an element position.
+    /// Place at a position in an element.
     #[must_use]
     pub fn in_element(surface: &Surface, element: usize, xi: f64) -> Self {
         let alpha = surface.angle(element, xi);
         Self { element, xi, alpha, angle: libm::sincos(alpha) }
     }
 
-    /// Cartesian vector in the polar basis of the place.
+    /// Converts a Cartesian vector to the polar basis of the place.
     #[inline]
     #[must_use]
     pub fn polar(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -45,7 +45,7 @@ impl Place {
         [cos * x + sin * y, cos * y - sin * x]
     }
 
-    /// Polar vector in Cartesian components.
+    /// Converts a vector in the polar basis of the place to Cartesian components.
     #[inline]
     #[must_use]
     pub fn cartesian(&self, [r, t]: [f64; 2]) -> [f64; 2] {
@@ -54,20 +54,20 @@ impl Place {
     }
 }
 
-/// A gap and its linearisation, vectors in the polar basis of the place.
+/// Gap and its linearisation, with vectors in the polar basis of the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// Where.
+    /// Place on the ring where the gap is measured.
     pub place: Place,
-    /// g \[m\]; negative: penetration.
+    /// Gap g \[m\]; negative for penetration.
     pub value: f64,
-    /// Normal n, from the rotor to the ring.
+    /// Unit normal n, from the rotor to the ring.
     pub normal: [f64; 2],
-    /// dg/dP on the ring, P's components (radial, tangential).
+    /// Gradient dg/dP on the ring, P in components (radial, tangential).
     pub ring_gradient: [f64; 2],
-    /// dg/dx on the rotor centre.
+    /// Gradient dg/dx with respect to the rotor centre.
     pub rotor_gradient: [f64; 2],
-    /// `v_alpha/|x|` of the polar gap: the model work is `-lambda v_alpha gamma'`, `gamma' = x'.e_theta/|x|`; 0 for the exact gap.
+    /// Slope `v_alpha/|x|` of the polar gap, for the model work `-lambda v_alpha gamma'` with `gamma' = x'.e_theta/|x|`; 0 for the exact gap.
     pub model_slope: f64,
 }
 
@@ -85,16 +85,16 @@ fn surface_point(surface: &Surface, field: Option<&[f64]>, place: &Place) -> Sur
     }
 }
 
-/// Exact gap at a place that is kept fixed; `field` the ring's nodal freedoms, `None` for an undeformed circle.
+/// Exact gap at a fixed place; `field` has the ring's nodal degrees of freedom, `None` for an undeformed circle.
 ///
-/// At the minimising place it is the gap of Hyp 2 and its gradient holds exactly (envelope theorem).
+/// At the closest place it is the gap of Hyp 2, and its gradient is exact (envelope theorem).
 #[must_use]
 pub fn exact_gap(surface: &Surface, field: Option<&[f64]>, rotor_radius: f64, x: [f64; 2], place: Place) -> Gap {
     let point = surface_point(surface, field, &place);
     let x = place.polar(x);
     let d = [point.radial - x[0], point.tangential - x[1]];
     let distance = (d[0] * d[0] + d[1] * d[1]).sqrt();
-    // |d| = 0 would need the rotor centre on the ring: the direction of the place stands in
+    // |d| = 0 would require the rotor centre on the ring; the direction of the place is used
     let normal = if distance > 0.0 { [d[0] / distance, d[1] / distance] } else { [1.0, 0.0] };
     Gap {
         place,
@@ -106,9 +106,9 @@ pub fn exact_gap(surface: &Surface, field: Option<&[f64]>, rotor_radius: f64, x:
     }
 }
 
-/// Gap of Hyp 1, at the angle of the rotor centre.
+/// Gap of Hyp 1, measured at the angle of the rotor centre.
 ///
-/// At `|x| = 0` the angle is undefined: alpha = 0 is taken and the turning term dropped, so that nothing becomes NaN.
+/// At `|x| = 0` the angle is undefined: alpha = 0 is used without the rotation term, which avoids NaN.
 #[must_use]
 pub fn polar_gap(surface: &Surface, field: Option<&[f64]>, rotor_radius: f64, x: [f64; 2]) -> Gap {
     let eccentricity = (x[0] * x[0] + x[1] * x[1]).sqrt();

@@ -1,37 +1,37 @@
-//! Contact force of one step: unilateral contact and Coulomb friction on the linearised gap and slip.
+//! Contact force of one step: unilateral contact and Coulomb friction for the linearised gap and slip.
 //!
 //! ```text
 //! g = g0 + W_nn lambda + W_nt lambda_T          gap at n+1                                   (1)
 //! s = s0 + W_tn lambda + W_tt lambda_T          slip over the step, W_tt < 0                  (2)
 //! lambda >= 0, g >= 0, lambda g = 0;   |lambda_T| <= mu lambda;   s = 0 or lambda_T = mu lambda sign(s)
 //! ```
-//! On the rotor act `-lambda n - lambda_T t` and the torque `-lambda_T R_r`, on the ring the opposite force.
-//! Source: paper section 2 and its reference 10 (forward-increment Lagrange multipliers); docs/theory/03-contact.md. Normal and tangential
-//! part are solved together. Verified by the tests below.
+//! The rotor is subject to `-lambda n - lambda_T t` and the torque `-lambda_T R_r`, the ring to the opposite force.
+//! Source: paper section 2 and its reference 10 (forward-increment Lagrange multipliers); docs/theory/03-contact.md. The normal and the tangential
+//! condition are solved together. Verified by the tests below.
 
 use bladeoff_text::document::units::format_digits;
 
-/// Linear response of gap and slip to the contact force \[m/N\].
+/// Linear response of gap and slip to the contact force \[m/N\]: the Delassus operator W of one contact point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compliance {
-    /// Gap by the normal force.
+    /// W_nn: gap per unit normal force.
     pub nn: f64,
-    /// Gap by the tangential force.
+    /// W_nt: gap per unit tangential force.
     pub nt: f64,
-    /// Slip by the normal force.
+    /// W_tn: slip per unit normal force.
     pub tn: f64,
-    /// Slip by the tangential force (negative).
+    /// W_tt: slip per unit tangential force (negative).
     pub tt: f64,
 }
 
 /// Reaction of a contact point over a step: a force \[N\] in the reference engines, an impulse \[N s\] in the exponential engine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactReaction {
-    /// lambda >= 0.
+    /// Normal reaction lambda >= 0 (pressure).
     pub normal: f64,
-    /// lambda_T, along the slip of the rotor against the ring.
+    /// Tangential reaction lambda_T, positive along the slip of the rotor relative to the ring; friction opposes the slip.
     pub tangential: f64,
-    /// Zero slip, |lambda_T| <= mu lambda.
+    /// Whether the point sticks: zero slip, |lambda_T| <= mu lambda.
     pub sticks: bool,
 }
 
@@ -44,11 +44,11 @@ impl ContactReaction {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("W = {} <= 0: the contact force is not unique", format_digits(*.w, "m/N", 4))]
 pub struct NotUnique {
-    /// The compliance of the gap along the combined force \[m/N\].
+    /// Compliance W of the gap along the combined force \[m/N\].
     pub w: f64,
 }
 
-/// Sliding with a given direction: one scalar `W = W_nn + mu sign W_nt`.
+/// Contact force for sliding in a given direction, with the scalar compliance `W = W_nn + mu sign W_nt`.
 ///
 /// # Errors
 /// [`NotUnique`] if `W <= 0` where a force is needed.
@@ -61,7 +61,7 @@ pub fn slide(gap: f64, w: Compliance, mu: f64, sign: f64) -> Result<ContactReact
     Ok(ContactReaction { normal, tangential: mu * sign * normal, sticks: false })
 }
 
-/// Stick where the friction cone allows it, else slide in the direction of the slip that friction cannot prevent.
+/// Contact force for sticking if the friction cone allows it, otherwise for sliding in the direction of the slip that friction cannot prevent.
 ///
 /// # Errors
 /// [`NotUnique`] if neither has a solution.
@@ -75,8 +75,8 @@ pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<Con
     if trial.normal >= 0.0 && trial.tangential.abs() <= mu * trial.normal {
         return Ok(trial);
     }
-    // the direction that friction opposes: that of the sticking force it cannot deliver; where the other one is the
-    // consistent one (the normal force changes the slip), that is taken
+    // friction opposes the direction of the sticking force that it cannot supply; the opposite direction is used if it is the consistent one (because
+    // the normal force changes the slip)
     let first = if trial.tangential != 0.0 { trial.tangential.signum() } else { slip.signum() };
     let mut refused = None;
     for sign in [first, -first] {
@@ -96,10 +96,10 @@ pub fn stick_or_slide(gap: f64, slip: f64, w: Compliance, mu: f64) -> Result<Con
     }
 }
 
-/// g = 0 and s = 0 together.
+/// Solution of g = 0 and s = 0.
 fn stick(gap: f64, slip: f64, w: Compliance) -> Option<ContactReaction> {
     let determinant = w.nn * w.tt - w.nt * w.tn;
-    // W_nn > 0, W_tt < 0: the determinant of a definite response is negative
+    // with W_nn > 0 and W_tt < 0, the determinant of a definite response is negative
     if determinant.is_nan() || determinant >= 0.0 {
         return None;
     }

@@ -1,10 +1,10 @@
 //! Contact between the rigid rotor section and the diaphragm: gap, detection, multipliers, friction (docs/theory/03-contact.md).
 //!
-//! Everything here lives in the stator's frame: origin at the diaphragm's centre, turned by its angle. `P` is a point of the
-//! ring's contact surface, `x` the rotor centre, `d = P - x`, `n = d/|d|` (from the rotor to the ring), `t = e_z x n`.
+//! All quantities are in the stator's frame: origin at the diaphragm's centre, rotated by its angle. `P` is a point of the ring's contact surface,
+//! `x` the rotor centre, `d = P - x`, `n = d/|d|` (from the rotor to the ring), `t = e_z x n`.
 //!
-//! A law at one place (`law`), where that place is (`gap`, `detection`; `place_search` for a force that moves it), and several places
-//! at once (`complementarity`). What the structures make of a force is the step's matter ([`crate::engine`]).
+//! `law` has the contact law at one place; `gap` and `detection` find this place, `place_search` for a force that moves it. `complementarity` solves
+//! several places at once. The response of the structures to a contact force is computed in the time step ([`crate::engine`]).
 
 pub(crate) mod complementarity;
 mod detection;

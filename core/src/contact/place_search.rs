@@ -1,19 +1,21 @@
-//! Where a contact force acts when it moves the place it acts at.
+//! Place of a contact force if the force itself moves that place.
 
 /// Search for the angle at which a contact force makes its own place the closest one.
 ///
-/// Plain iteration converges by as little as -0.6 a round in heavy rub (the ring slides under the rotor as it is pressed), and
-/// not at all beyond -1: the secant through the last two rounds is taken while they stay on one minimum.
+/// Fixed-point iteration contracts by as little as -0.6 per round in heavy rub, because the ring slides under the rotor when pressed, and diverges
+/// beyond -1. The secant through the last two rounds is used while they stay on one minimum.
 #[derive(Default)]
 pub(crate) struct PlaceSearch {
-    /// Angle used and residual (place found - place used) of the last round.
+    /// Angle used and residual (place found - place used) of the last round \[rad\].
     last: Option<(f64, f64)>,
+    /// Angle to use in the present round \[rad\].
     used: Option<f64>,
+    /// Number of changes to another minimum.
     jumps: u32,
 }
 
 impl PlaceSearch {
-    /// The angle to use after `found` was closest; `None` when two minima keep taking turns.
+    /// Next angle to use after `found` was closest; `None` if two minima keep alternating.
     pub fn next(&mut self, found: f64) -> Option<f64> {
         let Some(used) = self.used else {
             self.used = Some(found);
@@ -42,10 +44,10 @@ impl PlaceSearch {
     }
 }
 
-/// A contact angle that moves by more than this has changed to another minimum \[rad\].
+/// Change of the contact angle beyond which it belongs to another minimum \[rad\].
 const JUMP: f64 = 0.02;
 
-/// An angle difference in -pi..pi.
+/// Angle difference in -pi to pi \[rad\].
 fn wrapped(angle: f64) -> f64 {
     let turn = 2.0 * std::f64::consts::PI;
     angle - turn * (angle / turn).round()

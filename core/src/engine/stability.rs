@@ -183,7 +183,7 @@ impl SolvedGrid {
         Self { system: System::of(machine, structure), first: speeds.below(initial), speeds }
     }
 
-    /// Change of the speed after which the least damping is interpolated again \[rad/s\]: a fraction of the grid spacing.
+    /// Change of the speed after which the least damping is evaluated again \[rad/s\]: a fraction of the grid spacing.
     pub fn noticeable(&self) -> f64 {
         self.speeds.scale.spacing / 16.0
     }

@@ -1,4 +1,5 @@
-//! Full annular rub of the Jeffcott rotor (m = k = 1, clearance 1) with a stator that has a mass: the closed form of contact that both engines cover.
+//! Full annular rub of the Jeffcott rotor (m = k = 1, clearance 1) with a stator of finite mass. Its contact has a closed form and is covered by both
+//! engines.
 //!
 //! ```text
 //! D_r = k - m W^2 + i c W,   D_s = K - M W^2 + i C W      rotor and stator, all turning with W; e the normal, N the contact force
@@ -6,8 +7,8 @@
 //! |D_r + N (1 + i mu)(1 + D_r/D_s)| = m_u e_u W^2          quadratic in N
 //! |z_r| = |1 + N (1 + i mu)/D_s|
 //! ```
-//! The stator is a ring so stiff, on eight blades so narrow, that its three lowest modes are those of a rigid body. The blades, as long as they are thick and clamped at
-//! both ends, hold it with `K = 4 E b (t/L + (t/L)^3) = 8 E b`.
+//! The stator is a very stiff ring on eight very narrow blades, so that its three lowest modes are those of a rigid body. The blades are as long as
+//! they are thick and clamped at both ends; their stiffness is `K = 4 E b (t/L + (t/L)^3) = 8 E b`.
 
 use super::case::{Case, Check};
 use super::machine::{stepping, watch};
@@ -26,7 +27,7 @@ pub(super) fn add(checks: &mut Vec<Check>) {
             engine: engine.word(),
             unit: "gap",
             source: "closed form, |D_r + N (1 + i mu)(1 + D_r/D_s)| = m e W^2",
-            // the ring's frequency is 5e-5 above that of the rigid body (its mesh and its bending), its displacement up to 0.2
+            // the ring's frequency is 5e-5 above that of the rigid body (mesh and bending), its displacement is up to 0.2
             tolerance: 2e-5,
         };
         for &speed in speeds {
@@ -35,14 +36,17 @@ pub(super) fn add(checks: &mut Vec<Check>) {
     }
 }
 
-/// A rigid body in the plane, the same along both axes.
+/// Rigid body in the plane with the same properties along both axes.
 struct Stator {
+    /// Mass M; the rotor's mass is 1.
     mass: f64,
+    /// Stiffness K; the rotor's stiffness is 1.
     stiffness: f64,
+    /// Damping coefficient C; the rotor's is 2 zeta.
     damping: f64,
 }
 
-/// Radius of the rotor's circle.
+/// Radius |z_r| of the rotor's orbit in clearances, at the speed `w`.
 fn closed_form(w: f64) -> f64 {
     type Complex = nalgebra::Complex<f64>;
     let rotor = Complex::new(1.0 - w * w, 2.0 * ZETA * w);
@@ -57,13 +61,13 @@ fn closed_form(w: f64) -> f64 {
     place.norm_sqr().sqrt()
 }
 
-/// The same of a run, at its end; `None` without contact.
+/// Radius of the rotor's orbit at the end of a run; `None` without contact.
 fn radius(engine: Engine, speed: f64) -> Option<f64> {
     const RADIUS: f64 = 20.0;
     let (thickness, young, blade) = (8.0, 1e6, 5.0);
     let density = STATOR.mass / (2.0 * std::f64::consts::PI * RADIUS * thickness);
     let width = STATOR.stiffness / (8.0 * young);
-    // with the force at the place of n+1 the reduced engine sees the friction mu + W h
+    // with the force at the place of n+1 the effective friction of the reduced engine is mu + W h
     let place = if engine == Engine::Reduced { "force_location = \"current\"\n" } else { "" };
     let text = format!(
         "schema = 1\nname = \"annular\"\n[run]\nend_time = 150\nring_modes = 3\n{place}{}\

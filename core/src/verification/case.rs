@@ -1,45 +1,45 @@
-//! A number of a reference case beside its reference.
+//! Comparison of one computed value of a reference case with its reference value.
 
-/// Engine of a number that no run has a part in: a frequency, a static displacement, a probability.
+/// Engine entry of a value that needs no run: a frequency, a static displacement, a probability.
 pub const NO_RUN: &str = "-";
 
-/// One number of a reference case.
+/// One value of a reference case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// The case.
+    /// Name of the case.
     pub case: &'static str,
-    /// Engine of the run that the number is read from; [`NO_RUN`] where there is none.
+    /// Engine of the run that gave the value; [`NO_RUN`] if there is no run.
     pub engine: &'static str,
-    /// What is compared.
+    /// Quantity that is compared.
     pub quantity: String,
-    /// Computed here; `None` if the case could not be computed.
+    /// Computed value; `None` if the case could not be computed.
     pub ours: Option<f64>,
-    /// Reference.
+    /// Reference value.
     pub reference: f64,
-    /// Largest relative difference that the source supports.
+    /// Largest relative difference that the accuracy of the source allows.
     pub tolerance: f64,
-    /// Unit of both, "" for a pure number.
+    /// Unit of both values, "" for a pure number.
     pub unit: &'static str,
-    /// Where the reference comes from.
+    /// Source of the reference value.
     pub source: &'static str,
 }
 
 impl Check {
-    /// Relative difference; `None` if there is no number to compare.
+    /// Relative difference; `None` if there is no computed value.
     #[must_use]
     pub fn error(&self) -> Option<f64> {
         let ours = self.ours.filter(|value| value.is_finite())?;
         Some((ours - self.reference).abs() / self.reference.abs())
     }
 
-    /// Whether ours agrees with the reference.
+    /// Whether the computed value agrees with the reference.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.error().is_some_and(|error| error <= self.tolerance)
     }
 }
 
-/// Name, engine, unit, source and tolerance that the numbers of one case share.
+/// Name, engine, unit, source and tolerance shared by the values of one case.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Case {
     pub name: &'static str,
@@ -50,7 +50,7 @@ pub(super) struct Case {
 }
 
 impl Case {
-    /// Adds one number.
+    /// Adds one value.
     pub fn check(&self, checks: &mut Vec<Check>, quantity: impl Into<String>, ours: Option<f64>, reference: f64) {
         let Case { name: case, engine, unit, source, tolerance } = *self;
         checks.push(Check { case, engine, quantity: quantity.into(), ours, reference, tolerance, unit, source });

@@ -56,14 +56,18 @@ fn free_spin(checks: &mut Vec<Check>, engine: Engine) {
 }
 
 struct Passage {
+    /// Largest displacement |q|/e.
     peak: f64,
+    /// Time of the largest displacement \[s\].
     time: f64,
+    /// Time at which the speed falls through 1 \[s\].
     crossing: Option<f64>,
+    /// Speed at 160 s \[rad/s\].
     late: Option<f64>,
 }
 
-/// All mass 1 at eccentricity e on k = 1, from the steady state: the largest |q|/e, refined by a parabola, and its time;
-/// when the speed falls through 1; the speed at 160 s.
+/// Passage of the critical speed, starting from the steady state. All mass, 1, is at eccentricity e, on stiffness k = 1. A parabola refines the
+/// largest |q|/e and its time.
 fn passage(engine: Engine, zeta: f64, e: f64, step: f64, end: f64, tail: &str) -> Option<Passage> {
     let text = format!(
         "schema = 1\nname = \"jeffcott\"\n[run]\nend_time = {end:?}\n{}\

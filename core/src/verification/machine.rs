@@ -1,11 +1,11 @@
-//! Machines of reference cases, and runs of them.
+//! Machines of reference cases, and their runs.
 
 use crate::engine::simulate;
 use crate::record::{Follower, Frame};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 
-/// The machine of a reference case, which is one of the engine `reduced` where it names none; `None` only if the format no longer reads it.
+/// Machine of a reference case, for the `reduced` engine if it names no engine; `None` only if the file format no longer accepts its text.
 pub(super) fn machine(text: &str) -> Option<Machine> {
     let mut def = MachineDef::parse("reference case", text).ok()?;
     if def.engine()?.is_auto() {
@@ -20,7 +20,7 @@ pub(super) fn stepping(engine: Engine, step: f64) -> String {
     format!("engine = \"{}\"\n{key} = {step:?}\n", engine.word())
 }
 
-/// Runs a machine and shows each instant to a closure; `None` if it cannot be run.
+/// Runs a machine and calls a closure at each instant; `None` if the machine cannot be run.
 pub(super) fn watch(text: &str, see: impl FnMut(&Frame<'_>)) -> Option<()> {
     struct Watch<F>(F);
     impl<F: FnMut(&Frame<'_>)> Follower for Watch<F> {

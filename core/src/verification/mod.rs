@@ -1,8 +1,7 @@
-//! Verification on the user's machine: reference cases from outside, recomputed, ours beside theirs.
+//! Verification on the user's machine: published reference cases, recomputed and compared.
 //!
-//! Every reference number comes from the literature, a closed form or another program, never from this one. The cases go
-//! through the machine format and the same code as any run. The full ladder is in `core/tests`; this is its summary that
-//! ships with the program: `bladeoff verify`.
+//! Every reference value comes from the literature, a closed form or another program. The cases use the machine format and the same code as any run.
+//! The complete verification is in `core/tests`; this summary of it is part of the program: `bladeoff verify`.
 
 mod annular;
 mod case;

@@ -1,4 +1,4 @@
-//! The stator ring: free-ring frequencies and the pinched ring.
+//! Stator ring: natural frequencies of the free ring, and the pinched ring.
 
 use super::case::{Case, Check, NO_RUN};
 use super::machine::machine;
@@ -26,7 +26,7 @@ pub(super) fn add(checks: &mut Vec<Check>) {
         let ours = meshes.as_ref().map(|(coarse, fine)| fine[k] + (fine[k] - coarse[k]) / 15.0);
         case.check(checks, format!("f{}, {} nodal diameters", k + 2, k + 2), ours, reference);
     }
-    // thin-ring theory is the limit of vanishing thickness: 1 mm leaves (h/R)^2
+    // thin-ring theory is the limit of vanishing thickness: at 1 mm the error is (h/R)^2
     let thin = free_ring(0.001, 96);
     let case = Case {
         name: "thin ring, 1 mm of 369 mm",
@@ -35,7 +35,7 @@ pub(super) fn add(checks: &mut Vec<Check>) {
         source: "thin-ring theory, n(n^2-1)/(2 pi R^2) sqrt(EI/(m(n^2+1)))",
         tolerance: 2e-5,
     };
-    // the theory's frequencies are proportional to the thickness: 211.65 Hz at 48 mm, here with all its digits
+    // the frequencies of the theory are proportional to the thickness: 211.65 Hz at 48 mm, here with all digits
     let theory = |n: f64| {
         n * (n * n - 1.0) / (2.0 * std::f64::consts::PI * RADIUS * RADIUS)
             * (YOUNG * 1e-6 / (12.0 * 7800.0 * (n * n + 1.0))).sqrt()
@@ -65,7 +65,7 @@ fn text(thickness: f64, elements: usize) -> String {
     )
 }
 
-/// Frequencies of 2 to 5 nodal diameters \[Hz\].
+/// Natural frequencies with 2 to 5 nodal diameters \[Hz\].
 fn free_ring(thickness: f64, elements: usize) -> Option<[f64; 4]> {
     let found = report(&machine(&text(thickness, elements))?, &[]).ok()?;
     let modes = &found.rings.first()?.1;
@@ -77,14 +77,14 @@ fn free_ring(thickness: f64, elements: usize) -> Option<[f64; 4]> {
     Some(frequencies)
 }
 
-/// Change of the two diameters under two opposite radial unit forces, over `R^3/(E I)`.
+/// Change of the two diameters under two opposite radial unit forces, divided by `R^3/(E I)`.
 fn pinched(thickness: f64) -> Option<[f64; 2]> {
     const ELEMENTS: usize = 96;
     let machine = machine(&text(thickness, ELEMENTS))?;
     let DiaphragmKind::Flexible(stator) = &machine.diaphragms.first()?.kind else { return None };
     let ring = RingMatrices::assemble(stator);
     let mut stiffness = ring.stiffness.clone();
-    // rigid motions are held by three soft springs, which a balanced load does not stretch
+    // three soft springs prevent rigid-body motion; a balanced load does not stretch them
     let soft = 1e-6 * stiffness.diagonal().amin();
     for node in [0, ELEMENTS / 4, ELEMENTS / 2] {
         stiffness[(4 * node, 4 * node)] += soft;

@@ -49,31 +49,40 @@ fn rubs(checks: &mut Vec<Check>, engine: Engine) {
     case.check(checks, "radius at R W = 3, b = 4", rolling.run(engine, 0.002).map(|orbit| orbit.radius), 1.8);
 }
 
+/// Jeffcott rotor of mass 1 and stiffness 1 with clearance 1.
 #[derive(Debug, Clone, Copy)]
 struct Rotor {
+    /// Damping ratio zeta.
     zeta: f64,
+    /// Stiffness of the radial spring, relative to that of the rotor.
     beta: f64,
+    /// Coulomb friction coefficient.
     mu: f64,
+    /// Eccentricity of the unbalance in clearances.
     e: f64,
+    /// Radius R of the rotor section in clearances.
     radius: f64,
-    /// Radius of a backward whirl to start from.
+    /// Initial radius of a backward whirl in clearances; `None` for a start at rest.
     start: Option<f64>,
+    /// Constant spin W, relative to the natural frequency.
     speed: f64,
+    /// Duration of the run \[s\].
     end: f64,
 }
 
 const WHIP: Rotor = Rotor { zeta: 0.05, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, start: None, speed: 1.0, end: 250.0 };
 
-/// What a run came to.
+/// Orbit of a run.
 #[derive(Debug, Clone, Copy, Default)]
 struct Orbit {
-    /// Radius at the end.
+    /// Radius at the end, in clearances.
     radius: f64,
-    /// Angle turned about the stator's centre \[rad\], and the time it took.
+    /// Whirl angle about the stator's centre \[rad\], negative for backward whirl, and time at the end \[s\].
     turned: f64,
     time: f64,
+    /// Whether contact occurred.
     touched: bool,
-    /// First radius outside 2/3 to 3/2 of the starting one.
+    /// First radius outside 2/3 to 3/2 of the initial one, relative to the initial one.
     left: Option<f64>,
 }
 
@@ -121,7 +130,7 @@ impl Rotor {
     }
 }
 
-/// Radius between decay and growth of the slipping whirl, by bisection.
+/// Radius between decay and growth of the slipping backward whirl in clearances, by bisection.
 fn threshold(engine: Engine) -> Option<f64> {
     let (mut low, mut high) = (1.17, 1.22);
     while high - low > 1e-6 {

@@ -1,4 +1,4 @@
-//! Rotors on pedestals and on bearing tables, and two diaphragms on one shaft, against an independent program.
+//! Rotors on pedestals and on bearings with tables, and two diaphragms on one shaft, compared with an independent program.
 
 use std::collections::BTreeMap;
 
@@ -65,7 +65,7 @@ fn tables(checks: &mut Vec<Check>) {
     }
 }
 
-/// Damped critical speeds with the real parts of their eigenvalues.
+/// Damped critical speeds, and the real parts of their eigenvalues.
 fn criticals(checks: &mut Vec<Check>, name: &'static str, text: &str, critical: &[[f64; 2]]) {
     let case = Case { name, engine: NO_RUN, unit: "rad/s", source: ELEMENTS, tolerance: 1e-9 };
     let found = machine(text).and_then(|machine| report(&machine, &[]).ok()).map(|report| report.critical_speeds);
@@ -95,7 +95,7 @@ fn two_diaphragms(checks: &mut Vec<Check>) {
     }
 }
 
-/// Values of a run by column; `None`: the machine cannot be run.
+/// Values of a run by column; `None` if the machine cannot be run.
 fn row(text: &str) -> Option<BTreeMap<String, f64>> {
     let machine = machine(text)?;
     let structure = Structure::build(&machine, None).ok()?;
@@ -108,7 +108,7 @@ fn value(row: &Option<BTreeMap<String, f64>>, column: &str) -> Option<f64> {
     row.as_ref()?.get(column).copied()
 }
 
-/// Shaft of 1 m with two discs, with supports that a closure writes at both ends.
+/// Shaft of 1 m with two discs; a closure writes the supports at both ends.
 fn two_discs(support: impl Fn(&str) -> String, tail: &str) -> String {
     let end = |name: &str, position: f64, axial: &str| {
         format!("[rotor.bearings.{name}]\nposition = {position:?}\n{axial}{}", support(name))

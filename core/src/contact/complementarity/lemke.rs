@@ -1,24 +1,24 @@
-//! Linear complementarity by Lemke's method.
+//! Linear complementarity problems by Lemke's method.
 //!
 //! ```text
 //! w = M z + q,   w >= 0,   z >= 0,   w_i z_i = 0
 //! ```
-//! One artificial unknown covers every negative q; complementary pivots drive it out. For a copositive M (contact with
-//! friction, formulated as in `linear`) it ends with a solution whenever rounding lets it.
+//! One artificial variable covers every negative q; complementary pivots remove it from the basis. For a copositive M (contact with friction,
+//! formulated as in `linear`) the method ends with a solution, apart from rounding.
 //! Source: Lemke 1965; Cottle, Pang, Stone 1992, section 4.4. Verified by `lemke_solves_what_was_made_up`.
 
-/// A pivot below this is rounding, the entries being of the order of one.
+/// Smallest pivot that is not rounding, for entries of the order of one.
 const ROUNDING: f64 = 1e-12;
-/// Ratios closer than this are one.
+/// Largest difference of two ratios that counts as a tie.
 const TIE: f64 = 1e-11;
 
-/// z, or `None` where the method ends on a ray. `m` by rows, scaled to entries of the order of one.
+/// Solution z, or `None` if the method ends on a ray. `m` by rows, scaled to entries of the order of one.
 pub(super) fn lemke(m: &[f64], q: &[f64]) -> Option<Vec<f64>> {
     let size = q.len();
     let covering = 2 * size;
     let right = covering + 1;
     let width = right + 1;
-    // columns: w (0..size), z (size..2 size), the artificial unknown, the right-hand side
+    // columns: w (0..size), z (size..2 size), the artificial variable, the right-hand side
     let mut table = vec![0.0; size * width];
     for i in 0..size {
         let row = &mut table[i * width..(i + 1) * width];
@@ -54,8 +54,8 @@ pub(super) fn lemke(m: &[f64], q: &[f64]) -> Option<Vec<f64>> {
     None
 }
 
-/// The row that limits the entering unknown first. Ties are the rule (a sliding point has no slip left to cover), and wrongly
-/// broken they end on a ray: the lexicographic order of the rows decides.
+/// Row that limits the entering variable first. Ties are frequent (a sliding point has no slip left to cover), and a wrong choice ends on a ray, so
+/// ties are broken by the lexicographic order of the rows.
 fn ratio_test(table: &[f64], width: usize, entering: usize) -> Option<usize> {
     let rows = || table.chunks_exact(width);
     let (size, right) = (rows().len(), width - 1);
@@ -98,7 +98,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// A definite M has one solution: the one q was made from comes back.
+        /// A definite M has one solution: the one from which q was computed.
         #[test]
         fn lemke_solves_what_was_made_up(
             factor in proptest::collection::vec(-1.0..1.0f64, 100),
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn nothing_pressed_needs_nothing() {
         assert_eq!(lemke(&[1.0, 0.0, 0.0, 1.0], &[0.5, 0.0]), Some(vec![0.0, 0.0]));
-        // no solution: w = -1 whatever z
+        // no solution: w = -1 for every z
         assert_eq!(lemke(&[0.0], &[-1.0]), None);
     }
 }

@@ -1,15 +1,15 @@
-//! The conditions of several points as one linear complementarity problem.
+//! Contact conditions of several points as one linear complementarity problem.
 
 use super::conditions::Coupled;
 use super::lemke::lemke;
 use crate::contact::ContactReaction;
 use bladeoff_model::machine::FrictionLaw;
 
-/// The conditions as one linear complementarity problem, friction `lambda_T = b+ - b-` and sigma the size of the slip:
+/// Solves the conditions as one linear complementarity problem, with friction `lambda_T = b+ - b-` and sigma the magnitude of the slip:
 /// ```text
 /// 0 <= lambda _|_ g >= 0,   0 <= b+ _|_ sigma - s >= 0,   0 <= b- _|_ sigma + s >= 0,   0 <= sigma _|_ mu lambda - b+ - b- >= 0
 /// ```
-/// W being definite, its matrix is copositive and it has a solution (Stewart and Trinkle 1996, Anitescu and Potra 1997).
+/// If W is definite, the matrix of the problem is copositive, and a solution exists (Stewart and Trinkle 1996, Anitescu and Potra 1997).
 pub(super) fn complementary(coupled: &Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     let count = forces.len();
     let stick_slip = coupled.law == FrictionLaw::StickSlip;

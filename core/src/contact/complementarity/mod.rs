@@ -1,11 +1,11 @@
-//! Forces of several coupled contact points.
+//! Contact forces at several coupled points.
 //!
 //! ```text
 //! g_k = g0_k + sum_j (W_nn_kj lambda_j + W_nt_kj lambda_T_j),   s_k = s0_k + sum_j (W_tn_kj lambda_j + W_tt_kj lambda_T_j)    (1)
 //! lambda_k >= 0, g_k >= 0, lambda_k g_k = 0;   |lambda_T_k| <= mu lambda_k;   s_k = 0 or lambda_T_k = mu lambda_k sign(s_k)
 //! ```
-//! Pivoting on the points' states (`pivoting`) finds them in a few small solves, nearly always; where it goes in circles, Lemke's
-//! method on the same conditions does. (Block Gauss-Seidel takes thousands of rounds: close points are nearly one.)
+//! Pivoting on the states of the points (`pivoting`) almost always finds the forces in a few small solves. If it cycles, Lemke's method solves the
+//! same conditions. (Block Gauss-Seidel takes thousands of rounds, because close points are almost identical.)
 //! Source: the conditions as in [`crate::contact`]. Verified by `the_laws_hold_at_every_point`, `points_that_are_one_share_a_force`.
 
 mod conditions;
@@ -19,11 +19,11 @@ use crate::contact::ContactReaction;
 use linear::complementary;
 use pivoting::{pivot, slides_on};
 
-/// Compliance of a point's own, as a share of the structures' there: points that are nearly one share their force in one way.
-/// More of it only where less leaves a system that rounding does not solve.
+/// Additional compliance of each point, as a share of its own entry of W. It makes the forces of nearly identical points unique. Larger shares are
+/// used only if rounding prevents a solution with a smaller one.
 const YIELDS: [f64; 3] = [1e-5, 1e-4, 1e-3];
 
-/// Forces that satisfy the conditions, from those that are there; `None` where neither way finds any.
+/// Finds forces that satisfy the conditions, starting from the present ones; `None` if neither method finds a solution.
 pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     if let [force] = forces
         && let Some(found) = slides_on(coupled, 1.0 + YIELDS[0], force)
@@ -41,7 +41,7 @@ pub(crate) fn solve(coupled: &mut Coupled, forces: &mut [ContactReaction]) -> Op
     }
 }
 
-/// Of P points at most, and twice as many unknowns.
+/// Finds forces for at most P points and U = 2 P unknowns.
 fn solve_of<const P: usize, const U: usize>(coupled: &mut Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     let mut stiff = [[[0.0; 2]; 2]; P];
     for (k, own) in stiff[..forces.len()].iter_mut().enumerate() {
@@ -66,7 +66,7 @@ mod tests {
     use bladeoff_model::machine::FrictionLaw;
     use proptest::prelude::*;
 
-    /// Points on a structure of unit springs: rows of gap and of (minus) slip, as responses to as many unknowns.
+    /// Points on a structure of unit springs: rows of gap and of (minus) slip, as responses to the same unknowns.
     fn coupled(rows: &[[Vec<f64>; 2]], start: &[[f64; 2]], friction: f64, law: FrictionLaw) -> Coupled {
         let mut coupled = Coupled { w: Default::default(), start: [[0.0; 2]; POINTS], friction, law, sign: 1.0 };
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -80,7 +80,7 @@ mod tests {
         coupled
     }
 
-    /// The largest violation of the conditions (1), relative to the largest gap, slip and force.
+    /// Largest violation of the conditions (1), relative to the largest gap, slip and force.
     fn violation(coupled: &Coupled, forces: &[ContactReaction]) -> f64 {
         let plain: Vec<[f64; 2]> = forces.iter().map(|force| [force.normal, force.tangential]).collect();
         let most = forces.iter().fold(1e-300_f64, |most, force| most.max(force.normal));
@@ -93,7 +93,7 @@ mod tests {
                 FrictionLaw::Slip => (force.tangential - coupled.sign * grip).abs() / most,
                 FrictionLaw::StickSlip => {
                     let outside = (force.tangential.abs() - grip) / most;
-                    // slides: along the slip and on the cone; sticks: no slip
+                    // sliding: along the slip and on the friction cone; sticking: no slip
                     outside.max((grip - slip.signum() * force.tangential) / most * slip.abs().min(1.0))
                 }
             };

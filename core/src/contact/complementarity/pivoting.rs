@@ -1,34 +1,33 @@
-//! Forces of coupled contact points by pivoting on their states: open, sticking or sliding.
+//! Forces at coupled contact points by pivoting on their states: open, sticking or sliding.
 //!
-//! The linear system of the present states (open: no force; sticks: g = s = 0; slides: g = 0 and lambda_T = mu sign lambda) gives
-//! forces; the condition they violate most changes one state, until none is violated. From the states of the last solution that
-//! takes a few rounds.
+//! The linear system of the present states gives forces (open: no force; sticking: g = s = 0; sliding: g = 0 and lambda_T = mu sign lambda). The most
+//! violated condition changes one state, until no condition is violated. From the states of the last solution this takes a few rounds.
 //! Source: principal pivoting for complementarity (Cottle, Pang, Stone 1992, ch. 4).
 
 use super::conditions::{Coupled, POINTS};
 use crate::contact::ContactReaction;
 use bladeoff_model::machine::FrictionLaw;
 
-/// A pivot below this share of its column's largest entry ends the elimination.
+/// Smallest pivot of the elimination, as a share of its column's largest entry.
 const SINGULAR: f64 = 1e-13;
-/// A violation below this share of the largest force, gap or slip is rounding.
+/// Smallest violation that is not rounding, as a share of the largest force, gap or slip.
 const ROUNDING: f64 = 1e-10;
-/// Rounds in which the worst violation decides, and rounds at most.
+/// Number of rounds that follow the worst violation, and maximum number of rounds.
 const WORST: usize = 24;
 const ROUNDS: usize = 60;
-/// Added to the violation of a point that pulls: what it hides is not known before it is gone.
+/// Added to the violation of a point in tension: other violations are unknown until this point is open.
 const PULLS: f64 = 1e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
     Open,
     Sticks,
-    /// With this sign of the slip.
+    /// Sliding with this sign of the slip.
     Slides(f64),
 }
 
-/// Forces that satisfy the conditions, from those that are there, of P points and U unknowns at most: a normal and a tangential force each; `None` where the states go in
-/// circles. (Few points are the rule, and room for all takes longer to clear than their system to solve.)
+/// Finds forces that satisfy the conditions, starting from the present ones, for at most P points and U unknowns (a normal and a tangential force
+/// each); `None` if the states cycle. (Few points are common. Clearing space for all of them would take longer than solving their system.)
 pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &mut [ContactReaction]) -> Option<()> {
     let mut states = [State::Open; P];
     for (state, force) in states.iter_mut().zip(&*forces) {
@@ -42,8 +41,16 @@ pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &
     let states = &mut states[..forces.len()];
     for round in 0..ROUNDS {
         let solution = forces_in::<P, U>(coupled, states)?;
+<<<<<<< HEAD
         // the worst leads there fastest but may go in circles; the first one does not (Murty 1974)
         let change = violation(coupled, states, &solution, round < WORST);
+=======
+        // the worst violation leads to the solution fastest but may cycle; the first one does not cycle (Murty 1974)
+        let change = {
+            let mut violations = violations(coupled, states, &solution);
+            if round < WORST { violations.max_by(|a, b| a.0.total_cmp(&b.0)) } else { violations.next() }
+        };
+>>>>>>> w/core2
         let Some((_, k, state)) = change else {
             for (force, (state, [normal, tangential])) in forces.iter_mut().zip(states.iter().zip(solution)) {
                 *force = match state {
@@ -59,7 +66,8 @@ pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &
     None
 }
 
-/// The force of one point that slides and slides on, its own compliance so many times as large: what [`pivot`] finds for it in its first round, to the last bit. `None` where it does not.
+/// Force of a single point that keeps sliding in the same direction, with its own compliance multiplied by `yields`. It equals the result of the
+/// first round of [`pivot`] to the last bit; `None` if the point does not keep sliding.
 pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactReaction) -> Option<ContactReaction> {
     let slips = coupled.law == FrictionLaw::Slip;
     if last.normal <= 0.0 || (last.sticks && !slips) {
@@ -71,14 +79,19 @@ pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactReaction) 
     let normal = -gap / along;
     let tangential = coupled.friction * sign * normal;
     let slides = slip + (tn * normal + yields * tt * tangential);
-    // (and nothing that is no number)
+    // NaN does not satisfy the condition
     let holds = along != 0.0 && normal >= 0.0 && (slips || -sign * slides / slip.abs() <= ROUNDING);
     holds.then_some(ContactReaction { normal, tangential, sticks: false })
 }
 
+<<<<<<< HEAD
 /// State that a violated condition asks for: (violation, point, state); of the worst violation, the last one of equal ones, or of the first.
 #[inline(always)]
 fn violation<const P: usize>(
+=======
+/// State changes that violated conditions require, as (violation, point, new state).
+fn violations<const P: usize>(
+>>>>>>> w/core2
     coupled: &Coupled,
     states: &[State],
     forces: &[[f64; 2]; P],
@@ -89,6 +102,7 @@ fn violation<const P: usize>(
     let deepest = coupled.start[..count].iter().fold(0.0_f64, |most, start| most.max(start[0].abs()));
     let furthest = coupled.start[..count].iter().fold(0.0_f64, |most, start| most.max(start[1].abs()));
     let stick_slip = coupled.law == FrictionLaw::StickSlip;
+<<<<<<< HEAD
     let mut found: Option<(f64, usize, State)> = None;
     for k in 0..count {
         let ([normal, tangential], [gap, slip]) = (forces[k], coupled.moved(k, &forces[..count]));
@@ -97,6 +111,22 @@ fn violation<const P: usize>(
             // a point that pulls because it should stick may press when it slides
             State::Sticks => {
                 ((tangential.abs() - coupled.friction * normal) / most, State::Slides(tangential.signum()))
+=======
+    (0..count)
+        .map(move |k| {
+            let ([normal, tangential], [gap, slip]) = (forces[k], coupled.moved(k, &forces[..count]));
+            match states[k] {
+                State::Open => {
+                    (-gap / deepest, k, State::Slides(if stick_slip { slip.signum() } else { coupled.sign }))
+                }
+                // a point in tension because it should stick may be in compression when it slides
+                State::Sticks => {
+                    ((tangential.abs() - coupled.friction * normal) / most, k, State::Slides(tangential.signum()))
+                }
+                State::Slides(_) if normal < -ROUNDING * most => (PULLS - normal / most, k, State::Open),
+                State::Slides(sign) if stick_slip => (-sign * slip / furthest, k, State::Sticks),
+                State::Slides(_) => (0.0, k, State::Open),
+>>>>>>> w/core2
             }
             State::Slides(_) if normal < -ROUNDING * most => (PULLS - normal / most, State::Open),
             State::Slides(sign) if stick_slip => (-sign * slip / furthest, State::Sticks),
@@ -114,7 +144,7 @@ fn violation<const P: usize>(
 
 /// Normal and tangential forces of the present states; `None` where their system is singular.
 fn forces_in<const P: usize, const U: usize>(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; P]> {
-    // one unknown for each normal force, one more for the tangential force of each sticking point: (point, row of (1))
+    // one unknown per normal force, and one per tangential force of a sticking point: (point, row of (1))
     let mut unknowns = [(0, 0); U];
     let mut size = 0;
     for (k, state) in states.iter().enumerate() {
@@ -147,7 +177,7 @@ fn forces_in<const P: usize, const U: usize>(coupled: &Coupled, states: &[State]
     Some(forces)
 }
 
-/// Values of the unknowns, N at most.
+/// Values of at most N unknowns.
 fn solved<const N: usize>(
     coupled: &Coupled,
     states: &[State],
@@ -168,7 +198,8 @@ fn solved<const N: usize>(
     eliminate(&mut system, &mut right, unknowns.len(), solution)
 }
 
-/// Gaussian elimination with row pivoting. Rows are taken whole, of a length known beforehand: what stands before the pivot's column is not read again, and behind the last one are zeros.
+/// Gaussian elimination with row pivoting. Rows are processed at their full, fixed length: entries before the pivot's column are not read again, and
+/// entries after the last unknown are zero.
 fn eliminate<const N: usize>(
     system: &mut [[f64; N]; N],
     right: &mut [f64; N],
@@ -185,7 +216,7 @@ fn eliminate<const N: usize>(
         let (mut pivot, mut largest) = (column, system[column][column].abs());
         for row in column + 1..size {
             let entry = system[row][column].abs();
-            // the last one of those that are as large
+            // the last of several equally large entries
             if entry >= largest {
                 (pivot, largest) = (row, entry);
             }

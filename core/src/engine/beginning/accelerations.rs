@@ -4,22 +4,24 @@ use crate::engine::shaft_line::{ShaftLine, masses};
 use crate::structure::Structure;
 use bladeoff_numerics::linalg::{Matrix, distance, inverse, mul_vec, norm};
 
-/// Rounds of the iteration.
+/// Maximum number of rounds of the iteration.
 const ROUNDS: usize = 2000;
 
-/// Accelerations in coordinates.
+/// Initial accelerations on the coordinates.
 #[derive(Debug)]
 pub(super) struct Accelerations {
+    /// Accelerations of the lateral coordinates.
     pub lateral: Vec<f64>,
+    /// Accelerations of the torsional coordinates.
     pub twist: Vec<f64>,
-    /// Whether the iteration for them settled.
+    /// Whether the iteration converged.
     pub settled: bool,
 }
 
-/// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`; `None` where a mass matrix is singular.
+/// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`; `None` if a mass matrix is singular.
 ///
-/// The forces depend on the accelerations where an unbalance turns with the spin and where a disc tilts: a round gains
-/// a factor of about `m e^2/(J + m e^2)`. Below the rounding of the forces it settles to nothing.
+/// The forces depend on the accelerations if an unbalance turns with the spin or a disc tilts. Each round multiplies the error by about `m e^2/(J + m
+/// e^2)`. Changes below the rounding of the forces count as converged.
 /// Verified by `a_start_that_does_not_settle_is_said`, `a_start_that_does_not_settle_fails` in `tests/contact/rub.rs`.
 pub(super) fn accelerations(
     line: &mut ShaftLine<'_>,
@@ -66,7 +68,7 @@ pub(super) fn accelerations(
     Some(Accelerations { lateral: a, twist: a_twist, settled })
 }
 
-/// What rounding of the forces leaves of the accelerations at the start: `8 eps |M^-1| (|K| |q| + |C| |v| + |w|)`.
+/// Rounding of the accelerations at the start due to that of the forces: `8 eps |M^-1| (|K| |q| + |C| |v| + |w|)`.
 fn rounding(line: &ShaftLine<'_>, structure: &Structure, inverse: &Matrix, q: &[f64], velocity: &[f64]) -> f64 {
     let size = q.len();
     let part = &structure.lateral;
@@ -86,7 +88,7 @@ mod tests {
     use super::*;
     use bladeoff_model::machine::MachineDef;
 
-    /// Whether the start of a Jeffcott rotor (m = k = 1, unbalance 1 at 0.5) with such an inertia of its spin settles.
+    /// Whether the start of a Jeffcott rotor (m = k = 1, unbalance 1 at 0.5) with this polar inertia converges.
     fn settles(inertia: f64) -> bool {
         let text = format!(
             "schema = 1\nname = \"start\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 0\n\
@@ -103,7 +105,7 @@ mod tests {
 
     #[test]
     fn a_start_that_does_not_settle_is_said() {
-        // a round gains a factor of m e^2/(J + m e^2)
+        // each round multiplies the error by m e^2/(J + m e^2)
         assert!(settles(1.0) && settles(0.05));
         assert!(!settles(1e-4));
     }

@@ -1,21 +1,22 @@
-//! The exact correction of the increments before t = 0 that a start under contact takes where plain rounds do not settle.
+//! Exact correction of the increments before t = 0 for a start under contact, if plain rounds do not converge.
 
 use crate::engine::shaft_line::{Increments, ShaftLine, masses};
 use crate::structure::Structure;
 use bladeoff_numerics::linalg::{Matrix, axpy, dot, inverse, mul, mul_vec};
 
-/// The correction (2) of [`super::loaded`], lateral and twist one after the other.
+/// Correction (2) of [`super::loaded`]; lateral coordinates first, torsional ones after them.
 pub(super) struct Centring {
+    /// Matrix `(dt^2/2) M^-1 A` of the lateral motion, and that of the torsion.
     blocks: [Matrix; 2],
-    /// Rank-one terms `u y^T` that the rounds have added.
+    /// Rank-one terms `u y^T` added by the rounds (Broyden's method).
     secants: Vec<(Vec<f64>, Vec<f64>)>,
-    /// The last correction and the error it was for.
+    /// Last correction, and the error that it was computed for.
     last: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 impl Centring {
-    /// From `(dt^2/2) M^-1 A = 1/2 + (dt/4) M^-1 C` of the lateral motion and of the twist: what the increments before t = 0 change
-    /// by for a change of the centred ones; `None` where a mass matrix is singular.
+    /// Matrices `(dt^2/2) M^-1 A = 1/2 + (dt/4) M^-1 C` of lateral motion and torsion: change of the increments before t = 0 per change of the
+    /// centred ones. `None` if a mass matrix is singular.
     pub fn new(line: &ShaftLine<'_>, structure: &Structure) -> Option<Self> {
         let (lateral_mass, twist_mass) = masses(structure, line.unbalances());
         let half = |mass: &Matrix, damping: &Matrix| {
@@ -26,7 +27,7 @@ impl Centring {
         Some(Self { blocks, secants: Vec::new(), last: None })
     }
 
-    /// Adds the correction for an error of the centred increments.
+    /// Adds the correction for an error of the centred increments to `previous`.
     pub fn correct(&mut self, error: &Increments, previous: &mut Increments) {
         let step = self.correction([error.lateral.as_slice(), &error.twist].concat());
         let (lateral, twist) = step.split_at(error.lateral.len());

@@ -1,13 +1,13 @@
-//! A start under contact: a massless radial spring may be loaded at t = 0.
+//! Start under contact: a massless radial spring may be loaded at t = 0.
 //!
-//! `d- = dt v0 - dt^2 a0/2` makes the first step second order only with the whole a0, contact and friction included.
-//! Without it the rotor starts with a velocity that is wrong by `a_contact dt/2`, and the whole run is first order in dt.
+//! `d- = dt v0 - dt^2 a0/2` makes the first step second order only with the complete a0, including contact and friction. Otherwise the rotor starts
+//! with a velocity error of `a_contact dt/2`, and the whole run is first order in dt.
 //! ```text
 //! e = 2 dt v0 - (d + d-):     d-  +=  e/2                                   gains a factor of x/(1 + x),  x = c dt/(2 m)      (1)
 //! A d = (A - C/dt) d- + f:    d-  +=  (dt^2/2) M^-1 A e = e/2 + (dt/4) M^-1 C e     exact where f does not depend on d-        (2)
 //! ```
-//! (2) where (1) does not settle: a light node under strong damping. What f does depend on (stick, the brake, gyroscopic moments)
-//! comes in by secants, Broyden's second method.
+//! Rounds (2) follow if (1) does not converge: a light node with strong damping. Secants (Broyden's second method) account for the terms of f that do
+//! depend on d-: sticking, the brake, gyroscopic moments.
 //! Source: the scheme of `stepper`; Broyden, Math. Comp. 19 (1965), 577-593.
 //! Verified by `dry_whip_threshold_converges_with_order_two`, `a_loaded_start_has_the_velocity_asked_for` in `tests/contact/rub.rs`,
 //! `a_light_damped_node_starts_with_the_velocity_asked_for` in `tests/runs/stresses.rs`.
@@ -21,15 +21,15 @@ use crate::structure::Structure;
 use bladeoff_model::outcome::Cause;
 use bladeoff_numerics::linalg::{axpy, distance, norm};
 
-/// Rounds (1) at most.
+/// Maximum number of rounds (1).
 const ROUNDS: usize = 2000;
-/// Rounds (2) at most after them.
+/// Maximum number of rounds (2) after them.
 const EXACT_ROUNDS: usize = 100;
 
-/// Turns the fictitious increments before t = 0 into those that centre the first step, contact included, on v0.
+/// Corrects the fictitious increments before t = 0 so that the first step, contact included, is centred on the velocity v0.
 ///
 /// # Errors
-/// The cause of a step that cannot be computed, [`Cause::Diverged`] of rounds that do not settle.
+/// Cause of a step that cannot be computed; [`Cause::Diverged`] if the rounds do not converge.
 pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(), Cause> {
     if !motion.rubs.iter().any(Rub::is_spring) {
         return Ok(());
@@ -41,7 +41,8 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
     let mut exact = None;
     for round in 0..ROUNDS + EXACT_ROUNDS {
         motion.solve()?;
-        // no force, nothing to centre; next to the gap that depends, besides the place, on the increments before, which rounds move
+        // without force the prediction is already centred; close to the gap, contact depends also on the increments before t = 0, which the rounds
+        // change
         if motion.contacts.iter().all(Option::is_none) {
             settled = true;
             break;
@@ -61,7 +62,7 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
             Some(exact) => exact.correct(&error, &mut previous),
         }
         motion.line.come_from(&previous);
-        // a rotor that rests on its spring has increments of rounding alone
+        // increments of a rotor at rest on its spring are mere rounding
         let scale = motion.line.lateral_scale(norm(&previous.lateral));
         let twist_scale = norm(&previous.twist).max(motion.line.twist_scale());
         settled = distance(&found.lateral, &wanted.lateral) <= TOLERANCE * scale
@@ -74,7 +75,7 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
     if settled { Ok(()) } else { Err(Cause::Diverged) }
 }
 
-/// Twice the increments of the first step, centred.
+/// Twice the centred increments of the first step.
 fn centred(motion: &Motion<'_>) -> Increments {
     let previous = motion.line.previous();
     let sum = |d: &[f64], previous: &[f64]| d.iter().zip(previous).map(|(a, b)| a + b).collect();

@@ -1,7 +1,7 @@
-//! The beginning of a run: its motion at t = 0.
+//! Start of a run: the motion at t = 0.
 //!
-//! The shaft line is put where it is (`state`, with its `accelerations`), the rings around it, and what is in contact already is
-//! `loaded`.
+//! `state` sets the shaft line with its `accelerations`. The rings are placed around it, and `loaded` corrects the start for a contact that exists
+//! already.
 
 mod accelerations;
 mod centring;
@@ -22,10 +22,10 @@ use bladeoff_model::machine::{Diaphragm, Machine};
 use bladeoff_model::outcome::Cause;
 use bladeoff_numerics::linalg::norm;
 
-/// A motion that may begin, or the cause why there is no first step from it.
+/// Motion at t = 0, and the cause of failure if no first step is possible.
 ///
 /// # Errors
-/// [`StartError`] of a machine that has no start.
+/// [`StartError`] if the machine has no valid initial state.
 pub(super) fn begin<'a>(
     machine: &Machine,
     structure: &'a Structure,
@@ -45,7 +45,7 @@ pub(super) fn begin<'a>(
     Ok((motion, loaded.err()))
 }
 
-/// A diaphragm that the rotor starts inside of, without pressing more than a spring.
+/// Checks that the rotor starts inside a diaphragm, without contact force except that of a spring.
 fn free<'a>(mut rub: Rub<'a>, diaphragm: &Diaphragm, line: &ShaftLine<'_>) -> Result<Rub<'a>, StartError> {
     if rub.is_outside(line) {
         return Err(StartError::StartsOutside {

@@ -1,7 +1,7 @@
 //! State of the shaft line at t = 0.
 //!
-//! Static sag under gravity, plus the synchronous steady state of the unbalances that were there before, plus the
-//! disturbance the machine asks for. Velocity and acceleration follow, so that the first step is of second order.
+//! Static sag under gravity, plus the synchronous steady state of the unbalances present before t = 0, plus the disturbance of the machine's initial
+//! state. Velocities and accelerations are computed so that the first step is of second order.
 
 use super::accelerations::{Accelerations, accelerations};
 use crate::engine::shaft_line::{Increments, ShaftLine};
@@ -11,18 +11,18 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, Presence};
 use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, solve};
 
-/// Puts the shaft line into its state at t = 0.
+/// Sets the state of the shaft line at t = 0.
 ///
 /// ```text
 /// sag        (K + K_skew) q = Phi^T w                  w: weight, and forces of bearing seats off the bearing line
 /// steady     [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i(a + phi0)}, F_v = -i F_u
 ///            q = Re X, q' = Re(i W X)
 /// ```
-/// Source: docs/theory/04-time-integration.md. The steady state is that of constant speed: the small ripple of
-/// speed and twist it would cause on an anisotropic support is not in it. Verified by `a_residual_unbalance_starts_steady`
-/// and the Jeffcott cases of `tests/rotor/jeffcott.rs`.
+/// Source: docs/theory/04-time-integration.md.
+/// Limits: the steady state is that of constant speed. It does not contain the small ripple of speed and torsion on anisotropic supports.
+/// Verified by `a_residual_unbalance_starts_steady` and the Jeffcott cases of `tests/rotor/jeffcott.rs`.
 ///
-/// Returns whether the accelerations settled: a start that did not is no start.
+/// Returns whether the accelerations converged; otherwise the start is not valid.
 ///
 /// # Errors
 /// [`StartError::Singular`] where a matrix has no inverse.
@@ -87,7 +87,7 @@ pub(in crate::engine) fn initial_motion(
     Ok((q, v))
 }
 
-/// The fictitious increments of the step before, `d- = dt v0 - dt^2 a0/2`, which make the first step second order.
+/// Fictitious increments of the step before t = 0, `d- = dt v0 - dt^2 a0/2`, which make the first step second order.
 fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerations) -> Increments {
     let (dt, rigid) = (line.dt, &line.spin.rigid);
     let lateral = velocity.iter().zip(&a.lateral).map(|(v, a)| dt * v - 0.5 * dt * dt * a);
@@ -95,7 +95,7 @@ fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerat
     Increments { lateral: lateral.collect(), twist: twist.collect() }
 }
 
-/// A nodal matrix of the lateral motion in coordinates.
+/// Projection of a nodal matrix of the lateral motion on the coordinates.
 pub(in crate::engine) fn projected(structure: &Structure, nodal: &Matrix) -> Matrix {
     match structure.lateral.coordinates.shapes() {
         None => nodal.clone(),

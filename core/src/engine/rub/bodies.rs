@@ -1,4 +1,4 @@
-//! The two bodies of a contact, and what its forces make of their increments over a step.
+//! The two bodies of a contact, and the response of their increments to contact forces over a step.
 
 use super::axes::{directions, on_rotor};
 use super::left_out::LeftOut;
@@ -9,26 +9,31 @@ use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::FrictionLaw;
 use bladeoff_numerics::linalg::{axpy, distance, dot, norm};
 
-/// Roundings of a radius in a gap: of both components of `P - x`, its length, and the difference to R_r.
+/// Number of roundings of a radius in a gap: both components of `P - x`, its length, and the difference from R_r.
 const GAP_ROUNDINGS: f64 = 16.0;
 
 /// Rotor and stator of one diaphragm.
 pub(super) struct Bodies<'a> {
+    /// Rotor at the diaphragm.
     pub section: Section,
+    /// Stator with its ring.
     pub stator: Stator<'a>,
+    /// Static displacements of the truncated modes.
     pub left_out: LeftOut<'a>,
+    /// Friction coefficient mu.
     pub friction: f64,
+    /// Friction law: sliding only, or sticking and sliding.
     pub law: FrictionLaw,
 }
 
 impl Bodies<'_> {
-    /// Rotor centre at n+1 in the stator's frame by increments, the modes left out included.
+    /// Rotor centre at n+1 in the stator's frame, from its position at n and the increments, including the truncated modes \[m\].
     pub fn after(&self, x_n: [f64; 2], d: &Increments) -> [f64; 2] {
         let dx = self.section.increment(&d.lateral);
         std::array::from_fn(|axis| x_n[axis] + dx[axis] + self.left_out.shift[axis])
     }
 
-    /// Back to the step without contact, as far as the stator and the modes left out know it.
+    /// Removes the contact force of the step from the stator and the truncated modes.
     pub fn release(&mut self) {
         self.left_out.spring_back();
         self.left_out.held = 0.0;
@@ -37,18 +42,18 @@ impl Bodies<'_> {
         }
     }
 
-    /// The field of the stator at n+1.
+    /// Sets the field of the stator at n+1.
     pub fn field_after(&mut self) {
         self.stator.field_after(&self.left_out);
     }
 
-    /// The gap at n, of a rotor centre without the modes left out, in the run's own gap function, as the contact of the step before
-    /// left it: its force is the one that was to leave none here.
+    /// Gap at n in the run's own gap function, as the contact of the previous step left it. The rotor centre is given without the truncated modes.
+    /// The contact force of the previous step is the one that closes this gap.
     pub fn gap_at_n(&mut self, x: [f64; 2]) -> Gap {
         self.stator.gap_at_n(x, &self.left_out)
     }
 
-    /// Gap at one place by a unit normal force at another, of the modes left out \[m/N\].
+    /// Gap at the place `at` due to a unit normal force at the place `acting`, truncated modes only \[m/N\].
     pub fn left_out_between(&self, at: &Gap, acting: &Gap) -> f64 {
         self.left_out.between(&self.stator.surface, at, acting)
     }
@@ -58,14 +63,14 @@ impl Bodies<'_> {
         self.left_out.give_way(&self.stator.surface, acting, force);
     }
 
-    /// Ring rows of the place that the force acts at, and of the gap's.
+    /// Sets the ring's rows at the place of the force and at the place of the gap.
     pub fn load_rows(&mut self, acting: &Gap, gap: &Gap) {
         if let Some(ring) = &mut self.stator.ring {
             ring.load_rows(acting, gap, &self.stator.surface);
         }
     }
 
-    /// Adds the response to a contact force to increments without it; the ring's increment becomes the one with it.
+    /// Adds the response to a contact force to the increments `free`, and sets the ring's increment with this force.
     pub fn push(&mut self, force: &ContactReaction, acting: &Gap, free: &mut Increments) {
         self.section.push(on_rotor(force, acting), force.tangential, free);
         if let Some(ring) = &mut self.stator.ring {
@@ -75,7 +80,7 @@ impl Bodies<'_> {
         }
     }
 
-    /// Centred slip velocity of increments at the place whose rows are loaded \[m/s\].
+    /// Centred slip velocity at the place of the current rows \[m/s\], rotor relative to ring, positive along the tangent.
     pub fn centred_slip(&self, line: &ShaftLine<'_>, acting: &Gap, d: &Increments) -> f64 {
         let (_, tangent) = directions(acting);
         let (before, twist_before) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
@@ -90,14 +95,14 @@ impl Bodies<'_> {
 
     /// Whether the increment of the ring has settled in the last round.
     pub fn ring_settled(&self) -> bool {
-        // rounding of the gap (1e-16 of the radius) is the floor of what the ring's increment can settle to
+        // rounding of the gap (1e-16 of the radius) limits the convergence of the ring's increment
         let floor = 1e-13 * self.section.radius.max(self.stator.gap);
         self.stator.ring.as_ref().is_none_or(|ring| ring.settled(floor))
     }
 
-    /// Change of the increments in a round, relative to their size: that of the motion, that of what the contact force alone
-    /// makes of a step, and rounding of the state. A rotor that comes to rest on the ring has none but the last two. What
-    /// `rounding` of the force \[N\] makes of them counts as none. `driven` is [`Spin::driven`](crate::engine) before the round.
+    /// Relative change of the increments in a round. The scale has three parts: the motion, the response to the contact force in one step, and the
+    /// rounding of the state. A rotor coming to rest on the ring has only the last two. Changes due to a force of `rounding` \[N\] are ignored.
+    /// `driven` is [`Spin::driven`](crate::engine) before the round.
     pub fn change(
         &self,
         line: &ShaftLine<'_>,
@@ -116,15 +121,15 @@ impl Bodies<'_> {
         (moved / size).max(twisted.max(0.0) / twist_size)
     }
 
-    /// What rounding of the gap, the difference of two radii, makes of the normal force \[N\]: a contact of small compliance, as that of
-    /// full finite elements over a short step, turns the last digit of the radius into more than what the force settles to, and the
-    /// iteration then takes turns between two neighbouring gaps.
+    /// Error of the normal force due to rounding of the gap, the difference of two radii \[N\]. If the contact compliance is small, as for the full
+    /// engine with a short step, the last digit of the radius changes the force by more than its convergence tolerance. The iteration then alternates
+    /// between two neighbouring gaps.
     /// Verified by `a_small_gap_settles_in_both_engines` in `tests/contact/small_gap.rs`.
     pub fn rounding_of_force(&self) -> f64 {
         GAP_ROUNDINGS * f64::EPSILON * (self.section.radius + self.stator.gap) / self.scale()
     }
 
-    /// Compliance that turns a change of force into a change of place \[m/N\].
+    /// Compliance of rotor and ring that converts a change of force into a change of position \[m/N\].
     pub fn scale(&self) -> f64 {
         let ring = self.stator.ring.as_ref();
         let ring = ring.map_or(0.0, |ring| dot(&ring.normal.force, &ring.normal.response));

@@ -1,8 +1,8 @@
-//! Static flexibility of the modes that the reduced engine leaves out, at the contact (`docs/theory/05-reduction.md`).
+//! Static flexibility of the truncated modes at the contact (`docs/theory/05-reduction.md`).
 //!
-//! The ring and the rotor that touch are those of the modes kept plus the static displacement of the modes left out under the
-//! normal forces of the step. Place, normal and gap of a contact are all taken from this whole displacement: with a place from the
-//! modes kept alone the force would not stand normal to the surface it acts on, and would work.
+//! Ring and rotor displacements at the contact are those of the kept modes plus the static displacement of the truncated modes under the normal
+//! forces of the step. Place, normal and gap of a contact are computed from this total displacement. With a place from the kept modes alone, the
+//! force would not be normal to the surface that it acts on, and would do work.
 
 use super::axes::{Axes, bilinear, directions};
 use crate::contact::{ContactReaction, Gap};
@@ -11,31 +11,37 @@ use crate::stress::ForceAverage;
 use crate::structure::{RingPart, Structure};
 use bladeoff_numerics::linalg::{Matrix, axpy, column_of};
 
-/// What the modes left out do at one diaphragm.
+/// Static displacement of the truncated modes at one diaphragm.
 pub(super) struct LeftOut<'a> {
-    /// Flexibility of the rotor at its node, in the stator's frame \[m/N\].
+    /// Flexibility R of the rotor at its node, in the stator's frame \[m/N\].
     rotor: [[f64; 2]; 2],
-    /// Displacement of the node under the forces of the step \[m\].
+    /// Displacement of the rotor node under the forces of the step \[m\].
     pub shift: [f64; 2],
-    /// The same under the forces of the step before: those that led to the place at n.
+    /// Displacement of the rotor node under the forces of the previous step \[m\], which led to the position at n.
     pub shift_before: [f64; 2],
+    /// Truncated modes of the ring; `None` without a flexible ring or without static correction.
     ring: Option<LeftOutOfRing<'a>>,
-    /// Energy held, at this step and the one before \[J\].
+    /// Strain energy in this flexibility, at this step and the previous one \[J\].
     pub held: f64,
     pub held_before: f64,
 }
 
-/// Truncated modes of a flexible ring: flexibility and displacements of its degrees of freedom (DOFs), contact forces of the step with friction, and their mean.
+/// Truncated modes of a flexible ring.
 struct LeftOutOfRing<'a> {
+    /// Flexibility of the ring's degrees of freedom (DOFs) \[m/N\].
     flexibility: &'a Matrix,
+    /// Displacements of the DOFs under the forces of the step.
     shift: Vec<f64>,
+    /// Displacements of the DOFs under the forces of the previous step.
     shift_before: Vec<f64>,
+    /// Contact forces of the step, friction included \[N\].
     forces: NodalForces,
+    /// Mean of the contact forces.
     mean: ForceAverage,
 }
 
 impl<'a> LeftOut<'a> {
-    /// At a node and a ring; nothing where no modes are left out.
+    /// Truncated modes at a node and a ring; zero flexibility if no mode is truncated.
     pub fn new(structure: &'a Structure, node: usize, axes: &Axes, ring: Option<&'a RingPart>, dt: f64) -> Self {
         let of_ring = |(ring, flexibility): (&'a RingPart, &'a Matrix)| {
             let still = vec![0.0; flexibility.nrows()];
@@ -57,7 +63,7 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Begins a step, under no force so far.
+    /// Begins a step without force.
     pub fn prepare(&mut self) {
         (self.held_before, self.held) = (self.held, 0.0);
         self.shift_before = self.shift;
@@ -67,7 +73,7 @@ impl<'a> LeftOut<'a> {
         self.spring_back();
     }
 
-    /// Goes back to the beginning of the step, for another [`LeftOut::prepare`].
+    /// Returns to the beginning of the step, before another [`LeftOut::prepare`].
     pub fn begin_again(&mut self) {
         (self.held, self.shift) = (self.held_before, self.shift_before);
         if let Some(ring) = &mut self.ring {
@@ -75,11 +81,11 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Gap at one place by a unit normal force at another \[m/N\].
+    /// Gap at the place `at` due to a unit normal force at the place `acting` \[m/N\].
     ///
-    /// It is symmetric, so what it holds is an energy. The gap by a friction force is left out with its counterpart, the slip
-    /// by a normal force: at one point both vanish by mirror symmetry at blades and half-way between them, and one without
-    /// the other would give or take energy in every cycle of the two forces.
+    /// This flexibility is symmetric, so the stored energy is a potential. The gap due to a friction force is neglected together with its
+    /// counterpart, the slip due to a normal force. At a single point both vanish by mirror symmetry at blades and half-way between them. One without
+    /// the other would supply or remove energy in every cycle of the two forces.
     pub fn between(&self, surface: &Surface, at: &Gap, acting: &Gap) -> f64 {
         let (here, _) = directions(at);
         let (there, _) = directions(acting);
@@ -97,7 +103,7 @@ impl<'a> LeftOut<'a> {
         sum
     }
 
-    /// Springs back: under no force.
+    /// Resets displacements and forces to zero.
     pub fn spring_back(&mut self) {
         self.shift = [0.0; 2];
         if let Some(ring) = &mut self.ring {
@@ -122,12 +128,12 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Nodal displacement of the ring under the forces of the step; `None` where it has none.
+    /// Nodal displacement of the ring under the forces of the step; `None` without truncated modes of a ring.
     pub fn of_ring(&self) -> Option<&[f64]> {
         self.ring.as_ref().map(|ring| ring.shift.as_slice())
     }
 
-    /// Takes the contact forces of the step into their mean, friction included. Called once per step.
+    /// Adds the contact forces of the step, friction included, to their mean. Called once per step.
     pub fn average_forces(&mut self) {
         if let Some(ring) = &mut self.ring {
             ring.mean.take(&ring.forces);
@@ -140,13 +146,13 @@ impl<'a> LeftOut<'a> {
         self.ring.as_ref().map(|ring| ring.mean.mean())
     }
 
-    /// The same under the forces of the step before.
+    /// Nodal displacement of the ring under the forces of the previous step.
     pub fn of_ring_before(&self) -> Option<&[f64]> {
         self.ring.as_ref().map(|ring| ring.shift_before.as_slice())
     }
 }
 
-/// Flexibility of the rotor at a node, turned into the stator's frame.
+/// Flexibility of the rotor at a node, in the stator's frame \[m/N\].
 fn of_rotor(structure: &Structure, node: usize, axes: &Axes) -> [[f64; 2]; 2] {
     let Some(all) = &structure.lateral_residual else { return [[0.0; 2]; 2] };
     let places = structure.rotor.plane_places(node);

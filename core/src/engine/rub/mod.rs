@@ -1,7 +1,7 @@
-//! One diaphragm under way: the ring's motion and its contact with the rotor.
+//! One diaphragm during a run: motion of the ring and its contact with the rotor.
 //!
-//! A step: [`Rub::prepare`], [`Rub::correct`] the prediction without contact, [`Rub::advance`]. Two [`bodies`] touch, the rotor's
-//! [`section`] and the [`stator`]; forces are found as [`multipliers`], or are those of a [`spring`].
+//! A step consists of [`Rub::prepare`], [`Rub::correct`] for the prediction without contact, and [`Rub::advance`]. The two [`bodies`] in contact are
+//! the rotor's [`section`] and the [`stator`]. Contact forces are found as [`multipliers`], or are those of a [`spring`].
 
 mod axes;
 mod bodies;
@@ -35,7 +35,7 @@ use crate::stator::NodalForces;
 use crate::structure::{RingPart, Structure};
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
 
-/// One diaphragm.
+/// Contact and motion of one diaphragm.
 pub(super) struct Rub<'a> {
     axes: Axes,
     bodies: Bodies<'a>,
@@ -43,15 +43,15 @@ pub(super) struct Rub<'a> {
     work: Work,
 }
 
-/// What finds the contact force of a step.
+/// Method for the contact force of a step.
 enum Forces {
     Multipliers(Multipliers),
-    /// A massless stator.
+    /// Force of a massless radial spring.
     Spring(Spring),
 }
 
 impl<'a> Rub<'a> {
-    /// The diaphragm with its ring, at rest; `None` if the operator of the ring is singular.
+    /// Diaphragm with its ring at rest; `None` if the operator of the ring is singular.
     pub fn new(
         diaphragm: &Diaphragm,
         structure: &'a Structure,
@@ -78,7 +78,7 @@ impl<'a> Rub<'a> {
         Some(Self { axes, bodies, forces, work: Work { free, iterations: 0 } })
     }
 
-    /// Begins the step: the ring's motion without contact.
+    /// Begins the step with the ring's motion without contact.
     pub fn prepare(&mut self) {
         self.bodies.left_out.prepare();
         if let Some(ring) = &mut self.bodies.stator.ring {
@@ -86,16 +86,17 @@ impl<'a> Rub<'a> {
         }
     }
 
-    /// Goes back to the beginning of the step, with the matrices of another line.
+    /// Returns to the beginning of the step, with the matrices of another shaft line.
     pub fn begin_again(&mut self, line: &ShaftLine<'_>) {
         self.bodies.left_out.begin_again();
         let Section { node, radius, .. } = self.bodies.section;
         self.bodies.section = Section::new(line, node, radius, &self.axes);
     }
 
-    /// Corrects the predicted increments `d` (in: without contact, out: with it); `None` without a force. `time` is that of n.
+    /// Corrects the predicted increments `d` for contact (input: without contact, output: with contact); `None` without a contact force. `time` is
+    /// the time at n.
     ///
-    /// [`ShaftLine::settle`] must be called with the result.
+    /// [`ShaftLine::settle`] must follow with the result.
     pub fn correct(
         &mut self,
         line: &mut ShaftLine<'_>,
@@ -109,14 +110,14 @@ impl<'a> Rub<'a> {
         }
     }
 
-    /// Adds the response to the contact forces of a step.
+    /// Adds the response to the contact forces of a step to `sum`.
     pub fn respond(&self, contact: &StepContact, sum: &mut OtherForces) {
         let (section, tangential) = (&self.bodies.section, contact.force.tangential);
         section.push(contact.on_rotor, tangential, &mut sum.increments);
         sum.drive_torque += section.drive_torque(tangential) * section.radius;
     }
 
-    /// Whether two solutions of a step differ in their force on the rotor by more than a solution settles to.
+    /// Whether the forces on the rotor of two solutions of a step differ by more than the convergence tolerance.
     pub fn differs(&self, one: Option<&StepContact>, other: Option<&StepContact>) -> bool {
         let force = |contact: Option<&StepContact>| contact.map_or([0.0; 2], |contact| contact.on_rotor);
         let ([x, y], [u, v]) = (force(one), force(other));
@@ -133,23 +134,23 @@ impl<'a> Rub<'a> {
         }
     }
 
-    /// Node of the rotor that touches.
+    /// Node of the rotor in contact.
     pub fn node(&self) -> usize {
         self.bodies.section.node
     }
 
-    /// Rotor centre at n in the stator's frame.
+    /// Rotor centre at n in the stator's frame \[m\].
     pub fn place(&self, line: &ShaftLine<'_>) -> [f64; 2] {
         self.axes.place(line.place(self.node()))
     }
 
-    /// Rotor centre at n and its centred velocity in the stator's frame, after [`ShaftLine::settle`].
+    /// Rotor centre at n \[m\] and its centred velocity \[m/s\] in the stator's frame, after [`ShaftLine::settle`].
     pub fn motion(&self, line: &ShaftLine<'_>) -> ([f64; 2], [f64; 2]) {
         let (place, velocity) = line.node(self.node());
         (self.axes.place(place), self.axes.direction(velocity))
     }
 
-    /// A force of the stator's frame in the machine's axes.
+    /// Rotates a force from the stator's frame to the machine's axes.
     pub fn outwards(&self, force: [f64; 2]) -> [f64; 2] {
         self.axes.outwards(force)
     }
@@ -159,26 +160,25 @@ impl<'a> Rub<'a> {
         matches!(self.forces, Forces::Spring(_))
     }
 
-    /// The gap at n in the run's own gap function, as the contact of the step before left it: its force is the one that was to
-    /// leave none here.
+    /// Gap at n in the run's own gap function, as the contact of the previous step left it. The contact force of that step is the one that closes
+    /// this gap.
     pub fn gap_at_n(&mut self, line: &ShaftLine<'_>) -> Gap {
         let place = self.place(line);
         self.bodies.gap_at_n(place)
     }
 
-    /// Whether the rotor's centre at n is beyond the line of the ring that touches. A radial spring yields as far as it is pressed,
-    /// and its line with it.
+    /// Whether the rotor's centre at n is outside the ring's contact line. A radial spring yields without limit, and its contact line with it.
     pub fn is_outside(&mut self, line: &ShaftLine<'_>) -> bool {
         let place = self.place(line);
         !self.is_spring() && self.bodies.stator.is_outside(place, &self.bodies.left_out)
     }
 
-    /// Takes the contact forces of the step into their mean. Called once per step.
+    /// Adds the contact forces of the step to their mean. Called once per step.
     pub fn average_forces(&mut self) {
         self.bodies.left_out.average_forces();
     }
 
-    /// Coordinates of the ring at n with the mean contact forces, once it moves or a force acts.
+    /// Coordinates of the ring at n with the mean contact forces, as soon as the ring moves or a force acts.
     pub fn ring_state(&self) -> Option<RingState<'_>> {
         const NONE: &NodalForces = &NodalForces::none();
         let forces = self.bodies.left_out.mean_forces().unwrap_or(NONE);
@@ -186,12 +186,12 @@ impl<'a> Rub<'a> {
         Some(RingState { coordinates: &ring.stepper.q, forces })
     }
 
-    /// Nodal freedoms of the ring at n, after [`Rub::gap_at_n`].
+    /// Nodal degrees of freedom of the ring at n, after [`Rub::gap_at_n`].
     pub fn ring_field(&self) -> Option<&[f64]> {
         self.bodies.stator.field()
     }
 
-    /// Radial and tangential displacement of the ring at a gap's place \[m\], after [`Rub::gap_at_n`].
+    /// Radial and tangential displacement of the ring at the place of a gap \[m\], after [`Rub::gap_at_n`].
     pub fn ring_displacement(&self, gap: &Gap) -> [f64; 2] {
         self.bodies.stator.displacement(&gap.place)
     }
@@ -202,30 +202,30 @@ impl<'a> Rub<'a> {
         ring.map_or((0.0, 0.0), |ring| (ring.stepper.kinetic_energy(&ring.d), ring.stepper.strain_energy(&ring.d)))
     }
 
-    /// Work of the ring's damping over the step at n \[J\].
+    /// Energy dissipated by the ring's damping over the step at n \[J\].
     pub fn ring_damping_work(&mut self) -> f64 {
         let ring = self.bodies.stator.ring.as_mut().filter(|ring| ring.moving);
         ring.map_or(0.0, |ring| ring.stepper.damping_work(&ring.d))
     }
 
-    /// Potential of a radial spring between n and n+1 \[J\], after [`ShaftLine::settle`].
+    /// Potential energy of a radial spring between n and n+1 \[J\], after [`ShaftLine::settle`].
     pub fn spring_energy(&self, line: &ShaftLine<'_>) -> f64 {
         let Forces::Spring(spring) = &self.forces else { return 0.0 };
         let (x, dx) = (line.place(self.node()), line.rotor.at(self.node(), &line.lateral.d));
         spring.energy(self.axes.place(x), self.axes.place([x[0] + dx[0], x[1] + dx[1]]))
     }
 
-    /// Energy held by the static flexibility of the modes left out, at this step and the one before \[J\].
+    /// Strain energy in the static flexibility of the truncated modes, at this step and the previous one \[J\].
     pub fn held(&self) -> [f64; 2] {
         [self.bodies.left_out.held, self.bodies.left_out.held_before]
     }
 
-    /// Rounds of all steps.
+    /// Number of rounds of all steps.
     pub fn iterations(&self) -> u64 {
         self.work.iterations
     }
 
-    /// Counts rounds from here on.
+    /// Resets the number of rounds.
     pub fn forget_iterations(&mut self) {
         self.work.iterations = 0;
     }

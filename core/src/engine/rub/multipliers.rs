@@ -1,8 +1,8 @@
-//! The contact step of a stator that does not give way by itself: its force closes the gap at n+1.
+//! Contact step with Lagrange multipliers: the contact force closes the gap at n+1.
 //!
-//! A contact is found on the predicted step (no contact force), then solved at one point (`one_point`). Without a fixed
-//! point (docs/theory/03-contact.md) it is solved at several (`several`), or, where those do not exist, the predicted place is kept; the step
-//! is counted.
+//! Contact is detected in the predicted step (without contact force), then solved at one point (`one_point`). If there is no fixed point
+//! (docs/theory/03-contact.md), the step is solved at several points (`several`) or, without a solution there, at the predicted place. Such steps are
+//! counted.
 
 use super::bodies::Bodies;
 use super::one_point::{Attempt, account, iterate};
@@ -13,10 +13,11 @@ use crate::contact::Gap;
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::{Contact, ContactPoints, Detection, ForceLocation};
 
-/// How forces are found at one diaphragm.
+/// Method for the contact forces at one diaphragm.
 pub(super) struct Multipliers {
+    /// Whether the force acts at the place of n+1 or of n.
     location: ForceLocation,
-    /// `None` where a step without fixed point is solved at the predicted place.
+    /// Solution with several points; `None` if a step without fixed point is solved at the predicted place.
     several: Option<Several>,
 }
 
@@ -28,7 +29,7 @@ impl Multipliers {
         Self { location, several: several.then(Several::default) }
     }
 
-    /// Corrects the predicted increments.
+    /// Corrects the predicted increments for contact.
     pub fn correct(
         &mut self,
         bodies: &mut Bodies<'_>,
@@ -74,18 +75,18 @@ impl Multipliers {
     }
 }
 
-/// The gap of a predicted rotor centre where it penetrates.
+/// Gap of a predicted rotor centre, if it penetrates the ring.
 fn penetrated(bodies: &mut Bodies<'_>, x: [f64; 2]) -> Option<Gap> {
     if bodies.stator.is_far(x) {
         return None;
     }
     bodies.field_after();
     let gap = bodies.stator.own_gap(x);
-    // one that is no number is solved for, and fails
+    // a NaN gap is passed on to the solution, which fails
     if gap.value >= 0.0 { None } else { Some(gap) }
 }
 
-/// Back to the prediction.
+/// Restores the prediction.
 fn back(bodies: &mut Bodies<'_>, prediction: &Increments, d: &mut Increments) {
     d.copy_from(prediction);
     bodies.release();

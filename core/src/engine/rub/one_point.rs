@@ -1,4 +1,4 @@
-//! Contact at one point: force, place and speeds iterated together until the linearised gap at n+1 is zero.
+//! Contact at one point: force, place and velocities are iterated together until the linearised gap at n+1 is zero.
 //!
 //! Source: paper, Algorithm 1, with its loop condition corrected.
 
@@ -11,20 +11,24 @@ use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::{Detection, FrictionLaw};
 use bladeoff_numerics::linalg::dot;
 
-/// What a contact step starts from.
+/// Initial data of a contact step.
 pub(super) struct Attempt {
+    /// Time at n \[s\].
     pub time: f64,
+    /// Rotor centre at n in the stator's frame \[m\].
     pub x_n: [f64; 2],
-    /// Slip direction of [`FrictionLaw::Slip`].
+    /// Slip direction of [`FrictionLaw::Slip`], +1 or -1.
     pub sign: f64,
+    /// Gap of the prediction without contact.
     pub predicted: Gap,
-    /// Where the force acts, if not where the gap is.
+    /// Place of the force, if it differs from the place of the gap.
     pub force_place: Option<Gap>,
+    /// Whether the rotor penetrates the predicted ring at more than one local minimum.
     pub several_minima: bool,
 }
 
-/// Iterates force, places and speeds from the prediction `d` on; `None` without convergence. The place is that of each round, or
-/// the predicted one.
+/// Iterates force, places and velocities from the prediction `d`; `None` if the iteration does not converge. `updating`: the place is updated in each
+/// round; otherwise it is the predicted one.
 pub(super) fn iterate(
     bodies: &mut Bodies<'_>,
     line: &mut ShaftLine<'_>,
@@ -56,7 +60,7 @@ pub(super) fn iterate(
         bodies.load_rows(&acting, &gap);
         let driven = line.spin.driven();
         line.respond(attempt.time, d, &mut work.free);
-        // the gap is under the last force: the modes left out follow the new one instead
+        // the gap contains the effect of the last force: the truncated modes follow the new force instead
         let sprung = Gap { value: gap.value - bodies.left_out_between(&gap, &last_acting) * last.normal, ..gap };
         let force =
             solve(bodies, &sprung, &acting, attempt.sign, (d, &work.free)).map_err(ContactFailure::NotUnique)?;
@@ -78,7 +82,7 @@ pub(super) fn iterate(
     }
 }
 
-/// Force on the linearised gap and slip; `free` are the increments of the round without it.
+/// Contact force for the linearised gap and slip; `free` are the increments of the round without it.
 fn solve(
     bodies: &Bodies<'_>,
     gap: &Gap,
@@ -114,7 +118,7 @@ fn solve(
     }
 }
 
-/// Works and quantities of a converged contact step.
+/// Contact quantities and works of a converged step.
 pub(super) fn account(
     bodies: &mut Bodies<'_>,
     line: &ShaftLine<'_>,
@@ -130,7 +134,7 @@ pub(super) fn account(
     if let Some(ring) = &bodies.stator.ring {
         opening += ring.centred_step(&ring.normal.force);
     }
-    // Hyp 1: the approximate gap opens by v_alpha d(gamma) more than the bodies move apart
+    // Hyp 1: the approximate gap opens by v_alpha d(gamma) in addition to the relative displacement of the bodies
     let model_work = force.normal * acting.model_slope * acting.place.polar(step)[1];
     bodies.left_out.held = 0.5 * force.normal * force.normal * bodies.left_out_between(&acting, &acting);
     bodies.left_out.spring_back();

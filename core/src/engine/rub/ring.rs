@@ -1,4 +1,4 @@
-//! The flexible ring of a diaphragm under way.
+//! Flexible ring of a diaphragm during a run.
 
 use crate::contact::{Detector, Gap, Place};
 use crate::engine::shaft_line::Stepper;
@@ -6,37 +6,42 @@ use crate::stator::Surface;
 use crate::structure::{Coordinates, RingPart};
 use bladeoff_numerics::linalg::{axpy, distance, dot, norm};
 
-/// The flexible ring of a diaphragm.
+/// State and operators of the flexible ring.
 pub(super) struct Ring<'a> {
+    /// Map between coordinates q and nodal degrees of freedom.
     coordinates: &'a Coordinates,
+    /// State and operator of the step.
     pub stepper: Stepper,
+    /// Search for contact places on the deformed surface.
     pub detector: Detector,
-    /// Increment without contact, current increment, and that of the round before.
+    /// Increment without contact, current increment, and increment of the previous round.
     pub free: Vec<f64>,
     pub d: Vec<f64>,
     last: Vec<f64>,
-    /// Nodal freedoms at n or n+1, whichever was asked for last.
+    /// Nodal degrees of freedom at n or n+1, from the last call that set them.
     pub field: Vec<f64>,
     scratch: Vec<f64>,
-    /// Bound of |v| per unit of each coordinate.
+    /// Upper bound of |v| per unit of each coordinate.
     radial_bound: Vec<f64>,
-    /// Unit forces along the normal and the tangent of the place that the force acts at, and the gap's row.
+    /// Unit forces along normal and tangent at the place of the force, and the row of the gap.
     pub normal: UnitForce,
     pub tangent: UnitForce,
     pub gap_row: Vec<f64>,
-    /// Something has touched it: before that its increments are exactly zero and cost nothing.
+    /// Whether a contact has set the ring in motion. Before that, its increments are exactly zero and are not computed.
     pub moving: bool,
 }
 
-/// Generalised force of a unit force on the ring and its response A^-1.
+/// Generalised force of a unit force on the ring, and its response.
 #[derive(Default)]
 pub(super) struct UnitForce {
+    /// Generalised force on the coordinates.
     pub force: Vec<f64>,
+    /// Increments A^-1 times this force.
     pub response: Vec<f64>,
 }
 
 impl UnitForce {
-    /// None yet, on so many coordinates.
+    /// Zero unit force on `size` coordinates.
     pub fn none(size: usize) -> Self {
         Self { force: vec![0.0; size], response: vec![0.0; size] }
     }
@@ -65,7 +70,7 @@ impl<'a> Ring<'a> {
         })
     }
 
-    /// Begins the step: the motion without contact.
+    /// Begins the step with the motion without contact.
     pub fn prepare(&mut self) {
         if self.moving {
             self.stepper.prepare(None);
@@ -74,23 +79,23 @@ impl<'a> Ring<'a> {
         self.release();
     }
 
-    /// The increment without contact.
+    /// Resets the increment to that without contact.
     pub fn release(&mut self) {
         self.d.copy_from_slice(&self.free);
     }
 
-    /// Begins a round: the increment without contact, to which those by forces are added.
+    /// Begins a round with the increment without contact, to which responses to forces are added.
     pub fn restart(&mut self) {
         self.last.copy_from_slice(&self.d);
         self.release();
     }
 
-    /// Displacement along a row over the step at n, centred.
+    /// Centred displacement along a row over the step at n.
     pub fn centred_step(&self, row: &[f64]) -> f64 {
         0.5 * (dot(row, &self.d) + dot(row, &self.stepper.previous))
     }
 
-    /// Whether the last round has left the increment as it was, to rounding: `floor` \[m\] of the surface.
+    /// Whether the last round has left the increment unchanged, up to rounding of `floor` \[m\] on the surface.
     pub fn settled(&self, floor: f64) -> bool {
         let scale = self.radial_bound.iter().fold(0.0_f64, |max, bound| max.max(*bound));
         distance(&self.d, &self.last) * scale <= 1e-10 * norm(&self.d) * scale + floor
@@ -104,7 +109,7 @@ impl<'a> Ring<'a> {
         }
     }
 
-    /// Nodal field at n+1 with the current increment and the displacement of the modes left out.
+    /// Sets the nodal field at n+1 from the current increment and the displacement of the truncated modes.
     pub fn field_after(&mut self, left_out: Option<&[f64]>) {
         for i in 0..self.d.len() {
             self.scratch[i] = self.stepper.q[i] + self.d[i];
@@ -113,7 +118,7 @@ impl<'a> Ring<'a> {
         self.add(left_out);
     }
 
-    /// Nodal field at n with the displacement of the modes left out.
+    /// Sets the nodal field at n, with the displacement of the truncated modes.
     pub fn field_at_n(&mut self, left_out: Option<&[f64]>) {
         self.coordinates.expand_head(&self.stepper.q, &mut self.field);
         self.add(left_out);
@@ -125,7 +130,7 @@ impl<'a> Ring<'a> {
         }
     }
 
-    /// Upper bound of |v| at n+1, the modes left out apart (they are at rest where it is asked for).
+    /// Upper bound of |v| at n+1 \[m\], without the truncated modes, which are undeformed when the bound is used.
     pub fn radial_reach(&self) -> f64 {
         let mut reach = 0.0;
         for i in 0..self.d.len() {
@@ -134,7 +139,7 @@ impl<'a> Ring<'a> {
         reach
     }
 
-    /// Row of a unit force at a place and its response A^-1.
+    /// Sets the row of a unit force at a place, and its response A^-1.
     pub fn load(&self, place: Place, [radial, tangential]: [f64; 2], surface: &Surface, target: &mut UnitForce) {
         target.force.fill(0.0);
         for (dof, r, t) in surface.shapes(place.element, place.xi) {
@@ -143,7 +148,7 @@ impl<'a> Ring<'a> {
         self.stepper.compliance(&target.force, &mut target.response);
     }
 
-    /// The rows of the place that the force acts at, and of the gap.
+    /// Sets the rows at the place of the force and at the place of the gap.
     pub fn load_rows(&mut self, acting: &Gap, gap: &Gap, surface: &Surface) {
         let [n_r, n_t] = acting.normal;
         let (mut normal, mut tangent) = (std::mem::take(&mut self.normal), std::mem::take(&mut self.tangent));
@@ -158,16 +163,16 @@ impl<'a> Ring<'a> {
     }
 }
 
-/// Bound of |v| anywhere on the ring per unit of each coordinate.
+/// Upper bound of |v| anywhere on the ring, per unit of each coordinate.
 ///
 /// In an element of length L a coordinate's v is the cubic of its values v and slopes s at both ends,
 /// ```text
 /// v(xi) = h1 v1 + L g1 s1 + h2 v2 - L g2 s2,    h1 = (1 - xi)^2 (1 + 2 xi),  g1 = xi (1 - xi)^2,  h2 = xi^2 (3 - 2 xi),  g2 = xi^2 (1 - xi)
 /// 3 g1 <= h1,  3 g2 <= h2,  h1 + h2 = 1   =>   |v(xi)| <= max over both ends of |v| + (L/3) |s|
 /// ```
-/// No factor of L below 1/3 does: `g1/h1 = xi/(1 + 2 xi)` tends to 1/3 towards the other end. (L/4 bounds the sum of the largest value and the largest slope,
-/// which may stand at different nodes; it is not enough at one and the same.) The distance of the surface to the rotor centre x is at least
-/// `R_i - |v| - |x|` in either gap function: `u_P` only takes a point farther from the ring's centre.
+/// No factor of L below 1/3 is sufficient: `g1/h1 = xi/(1 + 2 xi)` tends to 1/3 towards the other end. (L/4 bounds the sum of the largest value and
+/// the largest slope if they occur at different nodes; it is insufficient at the same node.) The distance of the surface from the rotor centre x is
+/// at least `R_i - |v| - |x|` in both gap functions, because `u_P` only moves a point farther from the ring's centre.
 /// Verified by `the_bound_of_the_radial_displacement_holds_and_a_quarter_does_not`, `no_ring_is_nearer_than_its_bound`.
 fn radial_bound(coordinates: &Coordinates, nodes: usize, arc: f64) -> Vec<f64> {
     let mut bound = vec![0.0; coordinates.size()];
@@ -207,14 +212,14 @@ mod tests {
     fn the_bound_of_the_radial_displacement_holds_and_a_quarter_does_not() {
         let surface = surface(true);
         let arc = surface.element_angle() * MEAN;
-        // one end has a slope alone, the other a displacement alone: L/4 counts both the same, what lies between is 28/27 of it
+        // one end has only a slope, the other only a displacement: L/4 counts both equally, the maximum between them is 28/27 of it
         let mut shape = Matrix::zeros(4 * NODES, 1);
         (shape[(3, 0)], shape[(6, 0)]) = (1.0, 0.25 * arc);
         let bound = radial_bound(&Coordinates::modal(&shape), NODES, arc)[0];
         let most = largest(&surface, bladeoff_numerics::linalg::column_of(&shape, 0));
         assert!(most <= bound, "{most} {bound}");
         assert!(most > 0.25 * arc * 1.037, "{most} {arc}");
-        // and L/3 is reached: no smaller one is a bound
+        // the bound with L/3 is attained, so no smaller factor is valid
         shape[(6, 0)] = arc / 3.0;
         let most = largest(&surface, bladeoff_numerics::linalg::column_of(&shape, 0));
         assert!((most / bound - 1.0).abs() < 1e-12, "{most} {bound}");
@@ -241,7 +246,7 @@ mod tests {
             let mut field = vec![0.0; 4 * NODES];
             coordinates.expand(&q, &mut field);
             prop_assert!(largest(&surface, &field) <= reach * (1.0 + 1e-14));
-            // no gap function is below what the bound leaves
+            // no gap function is below the margin given by the bound
             let x = [rotor.0, rotor.1];
             let room = (surface.radius - 0.35) - x[0].hypot(x[1]) - reach;
             let place = Detector::new(surface).closest(&field, x);

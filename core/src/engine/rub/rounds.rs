@@ -1,25 +1,27 @@
-//! The rounds of a contact step.
+//! Rounds of the iteration in a contact step.
 
 use crate::engine::shaft_line::Increments;
 
-/// Convergence of increments, relative.
+/// Relative convergence tolerance of the increments.
 pub(super) const TOLERANCE: f64 = 1e-11;
-/// Rounds of a contact step before it counts as one without fixed point.
+/// Number of rounds after which a contact step without further progress counts as one without fixed point.
 const CONTACT_ITERATIONS: usize = 40;
-/// Rounds at most of one that still gains: the spin under an unbalance that outweighs its inertia takes as many without contact.
+/// Maximum number of rounds with progress. The spin under an unbalance that outweighs its inertia takes as many without contact.
 const MOST_ITERATIONS: usize = 600;
-/// A round gains that changes less than this part of what the one before changed.
+/// Progress of a round: its change is below this fraction of the change in the previous round.
 const GAIN: f64 = 0.98;
 
-/// Counts the rounds of a contact step.
+/// Counter of the rounds of a contact step.
 #[derive(Default)]
 pub(super) struct Rounds {
+    /// Number of completed rounds.
     pub done: usize,
+    /// Relative change of the increments in the last round.
     last: f64,
 }
 
 impl Rounds {
-    /// Whether another round is worth its while after one that changed the increments by so much.
+    /// Whether another round is worthwhile after a relative change of the increments by `change`.
     pub fn another(&mut self, change: f64) -> bool {
         self.done += 1;
         let gains = change < GAIN * self.last;
@@ -28,7 +30,7 @@ impl Rounds {
     }
 }
 
-/// What the rounds of all steps share.
+/// Scratch and counter that the rounds of all steps share.
 #[derive(Default)]
 pub(super) struct Work {
     /// Increments of the round.

@@ -1,23 +1,27 @@
-//! The rotor at one diaphragm: how its section follows forces over a step.
+//! Rotor section at one diaphragm: response to forces over a step.
 
 use super::axes::{Axes, bilinear};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_numerics::linalg::{axpy, dot, norm};
 
-/// Rows and responses `A^-1` of the node that touches, in the stator's frame.
+/// Rows of the contact node and responses `A^-1` to unit forces there, in the stator's frame.
 pub(super) struct Section {
+    /// Node in contact.
     pub node: usize,
-    /// Of the rotor \[m\].
+    /// Radius R_r of the rotor section \[m\].
     pub radius: f64,
-    /// Lateral coordinates along the stator's axes, and A^-1 of them.
+    /// Rows of the lateral coordinates along the stator's axes, and A^-1 times these rows.
     rows: [Vec<f64>; 2],
     responses: [Vec<f64>; 2],
-    /// Displacement by a force over the step \[m/N\].
+    /// Displacement per unit force over the step \[m/N\].
     pub compliance: [[f64; 2]; 2],
+    /// Row of the torsional coordinates for the node's angle.
     twist_row: Vec<f64>,
+    /// Torsional increments per unit torque on the node.
     twist_response: Vec<f64>,
+    /// Angle of the node per unit torque over the step [rad/(N m)].
     twist_compliance: f64,
-    /// Torque that a prescribed speed's drive adds per torque on the node.
+    /// Torque of the drive of a prescribed speed per unit torque on the node.
     drive_lever: f64,
 }
 
@@ -38,39 +42,39 @@ impl Section {
         Self { node, radius, rows, responses, compliance, twist_row, twist_response, twist_compliance, drive_lever }
     }
 
-    /// Displacement over a step.
+    /// Displacement over a step \[m\].
     pub fn increment(&self, lateral: &[f64]) -> [f64; 2] {
         [dot(&self.rows[0], lateral), dot(&self.rows[1], lateral)]
     }
 
-    /// Displacement over the step at n, centred.
+    /// Centred displacement over the step at n \[m\].
     pub fn centred_step(&self, line: &ShaftLine<'_>, d: &Increments) -> [f64; 2] {
         let (dx, before) = (self.increment(&d.lateral), self.increment(&line.lateral.stepper.previous));
         [0.5 * (dx[0] + before[0]), 0.5 * (dx[1] + before[1])]
     }
 
-    /// Turn over a step.
+    /// Angle of rotation over a step \[rad\].
     pub fn turn(&self, twist: &[f64]) -> f64 {
         dot(&self.twist_row, twist)
     }
 
-    /// A place moved by a force over the step.
+    /// Position `from` after the displacement by a force over the step.
     pub fn moved_by(&self, force: [f64; 2], from: [f64; 2]) -> [f64; 2] {
         let w = &self.compliance;
         std::array::from_fn(|axis| from[axis] + w[axis][0] * force[0] + w[axis][1] * force[1])
     }
 
-    /// Displacement along one direction by a unit force along another \[m/N\].
+    /// Displacement along direction `a` due to a unit force along direction `b` \[m/N\].
     pub fn along(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
         bilinear(&self.compliance, a, b)
     }
 
-    /// Way of the surface by a unit friction force, from the turn alone \[m/N\].
+    /// Tangential displacement of the surface due to a unit friction force, from the rotation alone \[m/N\].
     pub fn rolling(&self) -> f64 {
         self.radius * self.radius * self.twist_compliance
     }
 
-    /// Adds the response to a force \[N\], and to the torque of its friction.
+    /// Adds the response to a force \[N\] and to the torque of its friction part.
     pub fn push(&self, force: [f64; 2], tangential: f64, d: &mut Increments) {
         for (f, response) in force.into_iter().zip(&self.responses) {
             axpy(f, response, &mut d.lateral);
@@ -78,17 +82,17 @@ impl Section {
         axpy(-tangential * self.radius, &self.twist_response, &mut d.twist);
     }
 
-    /// Torque of the drive of a prescribed speed against a friction torque.
+    /// Torque of the drive of a prescribed speed in response to a friction torque \[N m\].
     pub fn drive_torque(&self, torque: f64) -> f64 {
         self.drive_lever * torque
     }
 
-    /// Size of the lateral increments by a unit force.
+    /// Norm of the lateral increments per unit force.
     pub fn reach(&self) -> f64 {
         norm(&self.responses[0]) + norm(&self.responses[1])
     }
 
-    /// Size of the twist increments by a unit torque.
+    /// Norm of the torsional increments per unit torque.
     pub fn twist_reach(&self) -> f64 {
         norm(&self.twist_response)
     }

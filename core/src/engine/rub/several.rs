@@ -1,16 +1,14 @@
-//! Several contact points on one ring, where one point has no fixed point.
+//! Several contact points on one ring, for steps without a fixed point at one place.
 //!
 //! Contact along the whole ring is a complementarity problem with a condition at every angle:
 //! ```text
 //! g(alpha) >= 0 for all alpha,   lambda(alpha) >= 0,   lambda(alpha) g(alpha) = 0
 //! ```
-//! It is solved by exchange: the conditions at a few kept angles first (from the predicted place on), then the minima
-//! that still penetrate are added, until none does. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact,
-//! so no place has to be found and nothing alternates. The forces at the kept angles are those of
-//! [`complementarity`].
-//! Source: docs/theory/03-contact.md ("the true remedy ... several contact points per ring"); the exchange method for
-//! semi-infinite conditions. Verified by `several_points_leave_no_penetration`, `high_friction_invents_no_energy`
-//! (`core/tests/contact/whip.rs`).
+//! The exchange method first solves the conditions at a few kept angles (initially the predicted place), then adds the minima that still penetrate,
+//! until no minimum penetrates. At a kept angle the distance `|P(alpha) - x|` and its gradient are exact, so no place has to be searched and nothing
+//! alternates. The forces at the kept angles come from [`complementarity`].
+//! Source: docs/theory/03-contact.md ("the true remedy ... several contact points per ring"); exchange method for semi-infinite conditions. Verified
+//! by `several_points_leave_no_penetration`, `high_friction_invents_no_energy` (`core/tests/contact/whip.rs`).
 
 use super::axes::{directions, on_rotor};
 use super::bodies::Bodies;
@@ -24,27 +22,32 @@ use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::FrictionLaw;
 use bladeoff_numerics::linalg::{axpy, dot};
 
-/// Points of a ring at most.
+/// Maximum number of contact points of a ring.
 const MOST: usize = 16;
-/// A minimum penetrates when it is deeper than this share of the predicted penetration.
+/// Penetration of a minimum that requires a new point, as a share of the predicted penetration.
 const SHARE: f64 = 1e-4;
-/// Convergence of increments, relative: close points share their force in ways that hardly differ.
+/// Relative convergence tolerance of the increments. The motion hardly depends on how close points share their force.
 const TOLERANCE: f64 = 1e-9;
-/// Convergence of increments that is enough where close points go on exchanging force.
+/// Accepted relative change of the increments if close points keep exchanging force.
 const LOOSE: f64 = 1e-5;
-/// Two angles closer than this are one \[rad\].
+/// Smallest difference of two kept angles \[rad\].
 const SAME: f64 = 2e-3;
 
-/// One kept place with the rows of its unit forces on the ring and their responses.
+/// Kept place with its unit forces on the ring.
 struct Point {
+    /// Fixed position on the ring.
     place: Place,
+    /// Exact gap at this place.
     gap: Gap,
+    /// Unit force along the normal, and its response.
     normal: UnitForce,
+    /// Unit force along the tangent, and its response.
     tangent: UnitForce,
+    /// Contact force of the last round.
     force: ContactReaction,
 }
 
-/// The kept places of the last step that needed several, and scratch.
+/// Kept places of the last step with several points, and scratch.
 #[derive(Default)]
 pub(super) struct Several {
     points: Vec<Point>,
@@ -52,8 +55,8 @@ pub(super) struct Several {
 }
 
 impl Several {
-    /// Corrects the predicted increments with as many points as it takes; `None` where the ring, the solve or the number of
-    /// points does not allow it.
+    /// Corrects the predicted increments with as many points as necessary; `None` without a ring, without a solution, or beyond the maximum number of
+    /// points.
     pub fn correct(
         &mut self,
         bodies: &mut Bodies<'_>,
@@ -68,7 +71,7 @@ impl Several {
         (contact.force.normal > 0.0).then_some(contact)
     }
 
-    /// Adds the minima that penetrate until none does; the deepest minimum that is left.
+    /// Adds minima that penetrate until no minimum does; returns the deepest remaining minimum.
     fn exchange(
         &mut self,
         bodies: &mut Bodies<'_>,
@@ -92,7 +95,7 @@ impl Several {
                 gap.value < allowed && !points.iter().any(kept)
             });
             minima.truncate(MOST - points.len());
-            // what is left without another point is still less than one point leaves, and reported as penetration
+            // penetration that remains without another point is still smaller than with one point, and is reported
             if minima.is_empty() {
                 return Some(deepest);
             }
@@ -104,7 +107,7 @@ impl Several {
 }
 
 impl Point {
-    /// Without force so far; `None` without a ring.
+    /// Point without force; `None` without a ring.
     fn new(bodies: &Bodies<'_>, place: Place) -> Option<Self> {
         let size = bodies.stator.ring.as_ref()?.d.len();
         let gap = bodies.stator.fixed_gap([0.0; 2], place);
@@ -113,8 +116,8 @@ impl Point {
     }
 }
 
-/// Solves for the forces at kept places, the non-linear terms of the shaft line with them. Points that are nearly one may
-/// go on exchanging force without end: what they exchange is then smaller than [`LOOSE`].
+/// Solves for the forces at the kept places, together with the non-linear terms of the shaft line. Points that nearly coincide may exchange force
+/// without end; the resulting change is then below [`LOOSE`].
 fn hold(
     bodies: &mut Bodies<'_>,
     line: &mut ShaftLine<'_>,
@@ -159,7 +162,7 @@ fn hold(
     }
 }
 
-/// The forces at the kept points, from those that are there.
+/// Forces at the kept points, starting from the present ones.
 fn solve(bodies: &Bodies<'_>, points: &mut [Point], sign: f64, (d, free): (&Increments, &Increments)) -> Option<()> {
     let (friction, law, section) = (bodies.friction, bodies.law, &bodies.section);
     let mut coupled = Coupled { w: Default::default(), start: [[0.0; 2]; POINTS], friction, law, sign };
@@ -176,7 +179,7 @@ fn solve(bodies: &Bodies<'_>, points: &mut [Point], sign: f64, (d, free): (&Incr
         }
         for (j, other) in points.iter().enumerate() {
             let left_out = bodies.left_out_between(&point.gap, &other.gap);
-            // the gap is under the last forces: the modes left out follow the new ones instead
+            // the gap contains the effect of the last forces: the truncated modes follow the new forces instead
             gap -= left_out * other.force.normal;
             coupled.w[k][j] = coupling(bodies, point, other, left_out);
         }
@@ -189,7 +192,7 @@ fn solve(bodies: &Bodies<'_>, points: &mut [Point], sign: f64, (d, free): (&Incr
     Some(())
 }
 
-/// Gap and slip at point `k` by a unit normal and a unit tangential force at point `j` \[m/N\].
+/// Gap and slip at point `k` due to a unit normal and a unit tangential force at point `j` \[m/N\].
 fn coupling(bodies: &Bodies<'_>, k: &Point, j: &Point, left_out: f64) -> Block {
     let ((n_k, t_k), (n_j, t_j)) = (directions(&k.gap), directions(&j.gap));
     let rotor = |a, b| bodies.section.along(a, b);
@@ -205,7 +208,7 @@ fn coupling(bodies: &Bodies<'_>, k: &Point, j: &Point, left_out: f64) -> Block {
     ]
 }
 
-/// Adds the response to all forces, as [`Bodies::push`] to one.
+/// Adds the responses to all forces, as [`Bodies::push`] does for one.
 fn push(bodies: &mut Bodies<'_>, points: &[Point], free: &mut Increments) {
     if let Some(ring) = &mut bodies.stator.ring {
         ring.restart();
@@ -220,7 +223,7 @@ fn push(bodies: &mut Bodies<'_>, points: &[Point], free: &mut Increments) {
     }
 }
 
-/// The modes left out follow the forces of all points.
+/// Lets the truncated modes follow the forces of all points.
 fn follow(bodies: &mut Bodies<'_>, points: &[Point]) {
     bodies.left_out.spring_back();
     for point in points.iter().filter(|point| point.force.normal > 0.0) {
@@ -228,7 +231,7 @@ fn follow(bodies: &mut Bodies<'_>, points: &[Point]) {
     }
 }
 
-/// Works and quantities of a step with several points.
+/// Contact quantities and works of a step with several points.
 fn account(
     bodies: &mut Bodies<'_>,
     line: &ShaftLine<'_>,

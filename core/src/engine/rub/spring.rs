@@ -1,17 +1,17 @@
-//! Massless quasi-static radial spring instead of a ring: reference cases.
+//! Massless quasi-static radial spring instead of a ring, for reference cases.
 //!
-//! The force of step n follows from its three places, r = |x| their radii and `p = max(r - gap, 0)` their depths:
+//! The force of step n follows from the positions at n-1, n and n+1, with radii r = |x| and depths `p = max(r - gap, 0)`:
 //! ```text
 //! F = -k p_n s e,    s = (p_{n+1} - p_{n-1})/(r_{n+1} - r_{n-1}),    e = (x_{n+1} + x_{n-1})/(r_{n+1} + r_{n-1})                (1)
 //! V(n+1/2) = k p_n p_{n+1}/2;    e . (x_{n+1} - x_{n-1}) = r_{n+1} - r_{n-1}   =>   F . (x_{n+1} - x_{n-1})/2 = V(n-1/2) - V(n+1/2)
 //! ```
-//! so that its work over a step is the change of V to the last digit, wherever contact begins or ends. Inside the spring s = 1, and e is
-//! the direction of `x_n` up to `dt^2`: the spring of the place at n. Where contact begins or ends, s is the part of the way
-//! on which the spring acts; with s = 1 there each beginning takes, and each end gives, up to `k (v dt)^2/8` that no store has, and
-//! a rotor that bounces walks at random away from its energy.
+//! The work over a step thus equals the change of V to the last digit, wherever contact begins or ends. Within contact s = 1, and e is the direction
+//! of `x_n` up to `dt^2`. Where contact begins or ends, s is the fraction of the radial path on which the spring acts. With s = 1 each beginning
+//! would remove, and each end would add, up to `k (v dt)^2/8` of energy that is not stored, and the energy of a bouncing rotor would follow a random
+//! walk.
 //! Source: discrete gradients (Gonzalez 1996) of V; the scheme is otherwise that of `stepper`.
-//! Limits: e turns the force from the centre by `r'' dt^2/2`-like angles, which cancel over a bounce: the moment about the centre is kept to
-//! second order, not to the last digit.
+//! Limits: e rotates the force away from the centre by angles of the order of `r'' dt^2/2`, which cancel over a bounce. The angular momentum about
+//! the centre is conserved to second order, not to the last digit.
 //! Verified by `bouncing_rubs_keep_their_energy_at_the_default_step` and `a_bounce_on_a_spring_converges_with_order_two` in
 //! `tests/contact/bounce.rs`, `annular_rub_radius_converges_with_order_two` in `tests/contact/rub.rs`.
 
@@ -23,17 +23,17 @@ use crate::contact::{ContactReaction, Gap, Place, polar_gap};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use bladeoff_model::machine::FrictionLaw;
 
-/// The spring at one diaphragm.
+/// Radial spring at one diaphragm.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spring {
-    /// k \[N/m\].
+    /// Spring stiffness k \[N/m\].
     pub stiffness: f64,
     /// Clearance \[m\].
     pub gap: f64,
 }
 
 impl Spring {
-    /// Corrects the predicted increments by the force (1); where contact begins or ends, and for friction, it depends on the step.
+    /// Corrects the predicted increments for the force (1). Friction, and the force where contact begins or ends, depend on the step.
     pub fn correct(
         &self,
         bodies: &mut Bodies<'_>,
@@ -82,7 +82,7 @@ impl Spring {
             }
             bodies.push(&ContactReaction { normal: 0.0, ..force }, &gap, free);
             line.spin.add_drive_torque(bodies.section.drive_torque(force.tangential) * radius);
-            // the force is not found from a gap to be closed: rounding of the gap makes nothing of it
+            // the force does not close a gap, so rounding of the gap does not affect it
             let change = bodies.change(line, driven, (d, free), normal, 0.0);
             d.copy_from(free);
             if rounds.done > 0 && change <= TOLERANCE {
@@ -93,7 +93,7 @@ impl Spring {
                 return Ok(Some(StepContact {
                     force,
                     on_rotor: on_rotor(&force, &gap),
-                    // the massless stator follows the rotor: nothing penetrates
+                    // the massless stator follows the rotor, so nothing penetrates
                     gap: Gap { value: 0.0, ..gap },
                     slip,
                     reversed: bodies.law == FrictionLaw::Slip && slip * sign < 0.0,
@@ -111,7 +111,7 @@ impl Spring {
         }
     }
 
-    /// The share s of (1), from the places at n-1 and, without normal force, at n+1, and the way that the whole force would push it.
+    /// Fraction s of (1), from the position at n-1, the position at n+1 without normal force, and the displacement by the full force.
     fn share(&self, x_before: [f64; 2], x_free: [f64; 2], pushed: [f64; 2]) -> f64 {
         let before = libm::hypot(x_before[0], x_before[1]);
         let of_the_way = |share: f64| -> f64 {
@@ -122,7 +122,7 @@ impl Spring {
             }
             (((next - self.gap).max(0.0) - (before - self.gap).max(0.0)) / way).clamp(0.0, 1.0)
         };
-        // the more the spring pushes, the shorter is its part of the way: one root
+        // a larger force shortens the path in contact, so there is exactly one root
         let (mut low, mut high) = (0.0, 1.0);
         if of_the_way(high) >= high {
             return high;
@@ -144,7 +144,7 @@ impl Spring {
     }
 }
 
-/// The gap at n with its direction turned to e of (1), and the length of e.
+/// Gap at n with its direction replaced by e of (1), and the length of e.
 fn leaning(gap: Gap, before: [f64; 2], next: [f64; 2]) -> (Gap, f64) {
     let sum = [before[0] + next[0], before[1] + next[1]];
     let (length, radii) =

@@ -1,4 +1,4 @@
-//! The braking torque in a step: what it takes from a spin, and what it holds.
+//! Braking torque over a step: how it slows, stops and holds the rotor.
 //!
 //! ```text
 //! d0 = s . d without braking,  C = s . A^-1 s,  T = -(c0 sign(W) + c1 W + c2 W|W|)
@@ -7,37 +7,40 @@
 //!         T_viscous += [T_viscous(W) - T_viscous]/(1 + x),  x = C (c1 + 2 c2 |W|)/(2 dt), in each round                 (3)
 //! start   |T| <= 2 dt W0/C                                              stops in the first step, no more                (4)
 //! ```
-//! A rotor that turns on has `T = T(W)`, as ever. In its last step, and as long as nothing stronger than c0 turns a rotor at
-//! rest, (2) leaves it without spin after the step: the law with sign(W) alone has no solution there, either sign of the centred
-//! W makes a torque that gives W the other one. (1) says the same of the whole brake: centred, `c1 W` with `x > 1` would not stop a
-//! rotor but send it back as fast as it came. (3) is Newton's method for the braking alone, so that the rounds of a step settle
-//! whatever x is; they settle where `T = T(W)`.
-//! Source: Coulomb friction as in the contact's own stick, in the increments of docs/theory/04-time-integration.md. Limits: torques of a
-//! contact act after it, so c0 holds them one step late; a rotor that stops within its first step has at t = 0 the kinetic
-//! energy of the fictitious step before, up to four times its own. Verified by `tests/rotor/outside.rs`: `a_braked_rotor_stops_*`,
-//! `a_rotor_at_rest_*`, `brakes_that_stop_a_rotor_within_a_step_*`.
+//! A rotor that keeps turning has `T = T(W)`. In its last step, and while no torque above c0 acts on a rotor at rest, (2) leaves it without spin
+//! after the step. The law with sign(W) alone has no solution there: either sign of the centred W gives a torque that reverses W. (1) treats the
+//! whole brake in the same way: centred, `c1 W` with `x > 1` would not stop a rotor but reverse its spin at the same speed. (3) is Newton's method
+//! for the braking alone, so that the rounds of a step converge for every x, to `T = T(W)`.
+//! Source: Coulomb friction as for sticking contact, in the increments of docs/theory/04-time-integration.md.
+//! Limits: contact torques act after the brake, so c0 balances them one step late. A rotor that stops within its first step has at t = 0 the kinetic
+//! energy of the fictitious step before, up to four times its own.
+//! Verified by `tests/rotor/outside.rs`: `a_braked_rotor_stops_*`, `a_rotor_at_rest_*`; `tests/runs/stepping.rs`:
+//! `brakes_that_stop_a_rotor_within_a_step_*`.
 
 use crate::rotor::{braking_torque, constant_torque};
 use bladeoff_model::machine::Braking;
 use bladeoff_numerics::linalg::{axpy, dot};
 
-/// A spin increment within this part of what the brake took in a step is none.
+/// Largest spin increment that counts as zero, as a share of the increment by the braking torque.
 const ROUNDING: f64 = 1e-9;
 
-/// The brake of a run.
+/// Brake of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Brake {
+    /// Coefficients c0, c1 and c2 of the braking torque.
     law: Braking,
-    /// Whether it can hold a rotor: not where the speed is prescribed.
+    /// Whether the brake can hold the rotor; false for a prescribed speed.
     holds: bool,
+    /// Time step \[s\].
     dt: f64,
-    /// A^-1 s: increments per unit of a torque that is spread like the inertia [rad/(N m)].
+    /// A^-1 s: increments of the torsional coordinates per unit torque distributed like the inertia [rad/(N m)].
     direction: Vec<f64>,
+    /// C = s . A^-1 s: increment of the mean spin angle per unit torque [rad/(N m)].
     compliance: f64,
-    /// The two parts of T in the last round \[N m\].
+    /// Viscous and constant part of T in the last round \[N m\], of opposite sign to the spin.
     viscous: f64,
     constant: f64,
-    /// What (1) or (2) put in the place of T(W) in the last round \[N m\].
+    /// Torque by (1) or (2) that replaced T(W) in the last round \[N m\].
     instead: Option<f64>,
 }
 
@@ -51,7 +54,7 @@ impl Brake {
         braking_torque(&self.law, speed) - constant_torque(&self.law, speed)
     }
 
-    /// T of the next round, by (3), from the centred spin of the last \[N m\].
+    /// T of the next round by (3), from the centred spin of the last round \[rad/s\]; \[N m\].
     pub fn torque(&mut self, spin: f64) -> f64 {
         self.constant = constant_torque(&self.law, spin);
         let wanted = self.viscous_torque(spin);
@@ -61,7 +64,7 @@ impl Brake {
         self.viscous + self.constant
     }
 
-    /// Puts what stops or holds the rotor in place of the torque of the round in a response; `before` is s . d-.
+    /// Replaces the torque of the round in a response by the one that stops or holds the rotor; `before` is s . d- \[rad\].
     pub fn settle(&mut self, spin_row: &[f64], before: f64, response: &mut [f64]) {
         self.instead = None;
         if !self.holds {
@@ -83,14 +86,14 @@ impl Brake {
         }
     }
 
-    /// T in the instant of the start, by (4) \[N m\].
+    /// T at t = 0 by (4) \[N m\].
     pub fn at_start(&self, spin: f64) -> f64 {
         let torque = braking_torque(&self.law, spin);
         let most = 2.0 * self.dt * spin.abs() / self.compliance;
         if self.holds { torque.min(most).max(-most) } else { torque }
     }
 
-    /// T of a rotor at rest that would start with the angular accelerations `start`; `direction` is theirs per unit torque.
+    /// Applies T to a rotor at rest with the initial angular accelerations `start`; `direction` is A^-1 s, angular accelerations per unit torque.
     pub fn hold_start(&self, spin_row: &[f64], direction: &[f64], start: &mut [f64]) {
         if self.holds {
             let torque = -dot(spin_row, start) / dot(spin_row, direction);
@@ -98,18 +101,18 @@ impl Brake {
         }
     }
 
-    /// T of a converged step with its centred spin \[N m\].
+    /// T of a converged step with the centred spin `spin` \[N m\].
     pub fn acted(&self, spin: f64) -> f64 {
         self.instead.unwrap_or_else(|| braking_torque(&self.law, spin))
     }
 
-    /// The increment of the mean spin angle, freed from the rounding of a rotor that is held.
+    /// Increment of the mean spin angle, with the rounding of a held rotor removed \[rad\].
     pub fn spin(&self, increment: f64) -> f64 {
         let took = if self.holds { self.law.constant.max(self.instead.map_or(0.0, f64::abs)) } else { 0.0 };
         if increment.abs() <= ROUNDING * took * self.compliance { 0.0 } else { increment }
     }
 
-    /// Size of the increments that c0 makes in a step: what twist increments of a rotor at rest are measured by.
+    /// Norm of the increments due to c0 in a step: the scale of torsional increments of a rotor at rest.
     pub fn scale(&self) -> f64 {
         if self.holds { self.law.constant * dot(&self.direction, &self.direction).sqrt() } else { 0.0 }
     }

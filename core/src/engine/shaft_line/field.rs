@@ -1,29 +1,30 @@
-//! A displacement field under way: coordinates by central differences, and the motion of the nodes that follows from them.
+//! A displacement field during a run: coordinates by central differences, and the resulting motion of the nodes.
 
 use super::stepper::Stepper;
 use crate::structure::{Coordinates, Part};
 use bladeoff_numerics::linalg::Matrix;
 
-/// The lateral displacements, or the twist, of the shaft line.
+/// Lateral displacements or torsion of the shaft line.
 #[derive(Debug, Clone)]
 pub(crate) struct Field<'a> {
     map: &'a Coordinates,
+    /// Coordinates q and their increments.
     pub stepper: Stepper,
-    /// x at n, at the nodes; the twist's is relative to the mean spin angle.
+    /// x at n, at the nodes; torsion is relative to the mean spin angle.
     pub x: Vec<f64>,
-    /// x(n) - x(n-1), absolute.
+    /// x(n) - x(n-1) at the nodes; torsion absolute.
     pub previous: Vec<f64>,
-    /// Increment, centred velocity and acceleration at n, of the increments seen last.
+    /// Increment d = x(n+1) - x(n), centred velocity v and acceleration a at n, at the nodes.
     pub d: Vec<f64>,
     pub v: Vec<f64>,
     pub a: Vec<f64>,
-    /// Non-linear forces at the nodes, and in coordinates.
+    /// Non-linear forces on the nodes, and generalised forces on the coordinates.
     pub force: Vec<f64>,
     pub force_q: Vec<f64>,
 }
 
 impl<'a> Field<'a> {
-    /// A field at rest; `mass` as for [`Stepper::new`]. `None` if it is singular.
+    /// Field at rest; `mass` as for [`Stepper::new`]. `None` if the operator of the step is singular.
     pub fn new(part: &'a Part, mass: &Matrix, dt: f64) -> Option<Self> {
         let map = &part.coordinates;
         let zeros = vec![0.0; map.nodal_size()];
@@ -40,7 +41,7 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Takes the place of another field at n, with a change of the increments of the step before.
+    /// Copies the state of another field at n; `change` is added to the increments of the previous step.
     pub fn take_over(&mut self, other: &Self, change: &[f64]) {
         self.stepper.q.copy_from_slice(&other.stepper.q);
         self.x.copy_from_slice(&other.x);
@@ -53,12 +54,12 @@ impl<'a> Field<'a> {
         self.map.size()
     }
 
-    /// Coordinates of a nodal freedom.
+    /// Row Phi[dof, :] of a nodal degree of freedom.
     pub fn row(&self, dof: usize) -> Vec<f64> {
         self.map.row(dof)
     }
 
-    /// Sees increments: those of the nodes, centred velocities and accelerations.
+    /// Computes increments, centred velocities and accelerations of the nodes from increments of the coordinates.
     pub fn see(&mut self, increments: &[f64]) {
         self.map.expand(increments, &mut self.d);
         let dt = self.stepper.dt;
@@ -66,32 +67,32 @@ impl<'a> Field<'a> {
         centred(&self.d, &self.previous, rate, square, &mut self.v, &mut self.a);
     }
 
-    /// The nodal forces in coordinates.
+    /// Projects the nodal forces on the coordinates.
     pub fn project(&mut self) {
         self.map.project(&self.force, &mut self.force_q);
     }
 
-    /// Increments under the forces in coordinates.
+    /// Increments under the generalised forces.
     pub fn respond(&mut self, out: &mut [f64]) {
         self.stepper.increment(Some(&self.force_q), out);
     }
 
-    /// Sets the place at n from coordinates.
+    /// Sets x at n from coordinates.
     pub fn put(&mut self, q: &[f64]) {
         self.map.expand(q, &mut self.x);
     }
 
-    /// Sets the velocities of the nodes from those of coordinates.
+    /// Sets the nodal velocities from those of the coordinates.
     pub fn speed(&mut self, v: &[f64]) {
         self.map.expand(v, &mut self.v);
     }
 
-    /// Sets the accelerations of the nodes from those of coordinates.
+    /// Sets the nodal accelerations from those of the coordinates.
     pub fn accelerate(&mut self, a: &[f64]) {
         self.map.expand(a, &mut self.a);
     }
 
-    /// Replaces the increments of the step before.
+    /// Replaces the increments of the previous step.
     pub fn come_from(&mut self, previous: &[f64]) {
         self.stepper.previous.copy_from_slice(previous);
         self.map.expand(previous, &mut self.previous);

@@ -1,8 +1,8 @@
 //! The equations of motion that the step loop evaluates are the derivative of the Lagrangian of docs/theory/01-shaft-line.md.
 //!
-//! The Lagrangian is written here a second time, from the energies: shape functions from the differential equation of the
-//! beam, fields integrated along the shaft, unbalance masses as points. `d/dt dL/dq' - dL/dq` follows exactly from
-//! hyper-dual numbers, and is compared with mass, stiffness, forces and torques of [`ShaftLine`] on random states.
+//! The Lagrangian is written a second time here, from the energies: shape functions from the differential equation of the beam, fields integrated
+//! along the shaft, unbalance masses as points. Hyper-dual numbers give `d/dt dL/dq' - dL/dq` exactly. The result is compared with mass, stiffness,
+//! forces and torques of [`ShaftLine`] on random states.
 
 use proptest::prelude::*;
 
@@ -12,7 +12,7 @@ use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef, RotorKind, Shaft};
 use bladeoff_numerics::linalg::{Matrix, Vector};
 
-/// `a + b e1 + c e2 + d e1 e2`, e1^2 = e2^2 = 0.
+/// Hyper-dual number `a + b e1 + c e2 + d e1 e2`, e1^2 = e2^2 = 0.
 #[derive(Clone, Copy)]
 struct Dual([f64; 4]);
 
@@ -76,7 +76,7 @@ fn beam_rows(length: f64, ratio: f64, z: f64) -> [[f64; 4]; 4] {
 fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual {
     let g = machine.rotor.gravity;
     let mut twice = ZERO;
-    // points and weights of the 6-point Gauss rule on [0, 1]: another rule than the elements use
+    // points and weights of the 6-point Gauss rule on [0, 1], a different rule from that of the elements
     const GAUSS6: [(f64, f64); 3] = [
         (0.238_619_186_083_196_9, 0.467_913_934_572_691),
         (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
@@ -96,7 +96,7 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
             let along = |row: &[f64; 4], f: &[Node], d: usize, slope: usize, sign: f64| {
                 f[a][d] * row[0] + f[a][slope] * (sign * row[1]) + f[b][d] * row[2] + f[b][slope] * (sign * row[3])
             };
-            // theta_v = u,z and theta_u = -v,z without shear
+            // theta_v = u,z and theta_u = -v,z, without shear
             let (ut, vt) = (along(&w, v, U, TV, 1.0), along(&w, v, V, TU, -1.0));
             let (tv, tu) = (along(&s, q, U, TV, 1.0), along(&s, q, V, TU, -1.0) * -1.0);
             let (tvt, tut) = (along(&s, v, U, TV, 1.0), along(&s, v, V, TU, -1.0) * -1.0);
@@ -128,7 +128,7 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
     }
     for bearing in &machine.rotor.bearings {
         let (x, k) = (&q[bearing.node], bearing.stiffness);
-        // the potential part; the skew part is a force
+        // potential part only; the skew part is a force
         twice = twice - (x[U] * x[U] * k[0][0] + x[U] * x[V] * (k[0][1] + k[1][0]) + x[V] * x[V] * k[1][1]);
     }
     for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
@@ -142,7 +142,7 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
     twice * 0.5
 }
 
-/// `d/dt dL/dq'_i - dL/dq_i` on the path with state q, v and acceleration a, for freedom `(node, kind)`.
+/// Residual `d/dt dL/dq'_i - dL/dq_i` on the path with state q, v and acceleration a, for degree of freedom `(node, kind)`.
 fn euler_lagrange(machine: &Machine, shaft: &Shaft, [q, v, a]: &[Vec<[f64; 5]>; 3], node: usize, kind: usize) -> f64 {
     let at = |n: usize, k: usize| if (n, k) == (node, kind) { 1.0 } else { 0.0 };
     let lift = |f: &dyn Fn(usize, usize) -> Dual| -> Vec<Node> {
@@ -192,7 +192,7 @@ proptest! {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
-        // displacements of mm, velocities of m/s, accelerations of 1000 m/s2; spin of hundreds of rad/s with its twist
+        // displacements of mm, velocities of m/s, accelerations of 1000 m/s2; spin of hundreds of rad/s with torsion
         let mut draw = |lateral: f64, twist: f64| -> Vec<[f64; 5]> {
             (0..rotor.nodes).map(|_| std::array::from_fn(|k| random() * if k == PSI { twist } else { lateral })).collect()
         };
@@ -225,7 +225,7 @@ proptest! {
         let (mass, twist_mass) = masses(&structure, &line.unbalances.sites);
         let column = |x: &[f64]| Vector::from_column_slice(x);
         let product = |m: &Matrix, x: &[f64]| m * column(x);
-        // what the step loop sets to zero, without damping and skew stiffness, which have no energy
+        // residual that the step loop sets to zero, without damping and skew stiffness, which have no energy
         let rows = product(&mass, &line.lateral.a) + product(&rotor.stiffness, &line.lateral.x)
             - column(&line.lateral.force)
             - column(&line.weight.projected);

@@ -1,4 +1,4 @@
-//! Mass matrices of a run: the structure's and the constant-coefficient terms of its unbalances.
+//! Mass matrices of a run: those of the structure, plus the constant inertia of its unbalances.
 
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
@@ -10,7 +10,7 @@ pub(crate) fn sites(machine: &Machine) -> Vec<UnbalanceSite> {
     machine.rotor.unbalances.iter().map(UnbalanceSite::new).collect()
 }
 
-/// Lateral and twist mass matrices in coordinates.
+/// Lateral and torsional mass matrices on the coordinates.
 pub(crate) fn masses(structure: &Structure, unbalances: &[UnbalanceSite]) -> (Matrix, Matrix) {
     let (mut lateral, mut twist) = (structure.lateral.mass.clone(), structure.twist.mass.clone());
     for site in unbalances {

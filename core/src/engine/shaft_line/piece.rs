@@ -1,7 +1,7 @@
-//! A mass that is released: its motion just before, the jump of the accelerations, and its energy.
+//! Release of a mass: motion before the release, jump of the accelerations, and energy of the mass.
 //!
-//! A release puts the mass m of an unbalance on the rotor (negative: takes it away) at a time t_r. Positions and velocities are continuous: no impulse acts.
-//! Mass matrix, weight and unbalance force are those of a machine with the unbalance from then on.
+//! A release adds the mass m of an unbalance to the rotor at a time t_r; a negative m is removed. Positions and velocities are continuous, because no
+//! impulse acts. From then on mass matrix, weight and unbalance force are those of a machine with the unbalance.
 //!
 //! ```text
 //! p      = z + d e^{i psi}                        place of the mass: node and arm
@@ -11,9 +11,11 @@
 //! v(t_n) = v0(t_n) + (t_n - t_r) Da               t_n: first instant of a step at or after t_r, where the run changes its matrices      (3)
 //! E      = m |p'|^2/2 - m g.p   at t_r            energy of the mass, a term of its own in the energy balance                           (4)
 //! ```
-//! M: mass matrix before the release; B: velocity of p per velocity of the coordinates; v0: velocity without the release. A release inside a step is therefore of second order in the
-//! step, as the steps are. Limits: (3) leaves out the displacement `(t_n - t_r)^2 Da/2`, and the contact force's share of p0'' on the exponential engine.
-//! Source: the Lagrangian of docs/theory/01-shaft-line.md with a mass that changes. Verified by `core/tests/runs/releases.rs`.
+//! M: mass matrix before the release; B: velocity of p per velocity of the coordinates; v0: velocity without the release. A release within a step is
+//! therefore second order in the step, as the scheme is.
+//! Limits: (3) neglects the displacement `(t_n - t_r)^2 Da/2`, and the contact force's share of p0'' in the exponential engine.
+//! Source: the Lagrangian of docs/theory/01-shaft-line.md with a variable mass.
+//! Verified by `core/tests/runs/releases.rs`.
 
 use super::masses::{masses, sites};
 use crate::rotor::UnbalanceSite;
@@ -21,17 +23,17 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::{Matrix, axpy, dot, inverse, mul_vec};
 
-/// Motion of the place of a mass just before its release.
+/// Motion of the position of a mass just before its release.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PieceMotion {
     /// Displacement, velocity and acceleration of the node \[m, m/s, m/s2\].
     pub node: [[f64; 2]; 3],
-    /// Angle psi of the arm, its rate and the derivative of that \[rad, rad/s, rad/s2\].
+    /// Angle psi of the arm, its first and second derivative \[rad, rad/s, rad/s2\].
     pub angle: [f64; 3],
 }
 
 impl PieceMotion {
-    /// The motion a time earlier \[s\].
+    /// Motion at an instant earlier by `time` \[s\].
     fn earlier(&self, time: f64) -> Self {
         let back = |[x, v, a]: [f64; 3]| [x - time * (v - 0.5 * time * a), v - time * a, a];
         let [x, v, a] = self.node;
@@ -39,7 +41,7 @@ impl PieceMotion {
         Self { node: [0, 1, 2].map(|part| axes.map(|axis| axis[part])), angle: back(self.angle) }
     }
 
-    /// Energy (4) of the mass a time before this instant \[s\], in a gravity \[J\].
+    /// Energy (4) of the mass at an instant earlier by `late` \[s\], with the acceleration of gravity `gravity` \[m/s2\]; \[J\].
     pub fn energy(&self, site: &UnbalanceSite, gravity: [f64; 2], late: f64) -> f64 {
         let PieceMotion { node: [x, v, _], angle: [psi, rate, _] } = self.earlier(late);
         let (sin, cos) = libm::sincos(psi);
@@ -48,7 +50,7 @@ impl PieceMotion {
         site.mass * (0.5 * (velocity[0] * velocity[0] + velocity[1] * velocity[1]) - dot(&gravity, &place))
     }
 
-    /// Jump of the accelerations by the release; `before` is the machine without the mass. `None` where a mass matrix is singular.
+    /// Jump of the accelerations (2); `before` is the machine without the mass. `None` if a mass matrix is singular.
     pub fn jump(&self, site: &UnbalanceSite, before: &Machine, structure: &Structure) -> Option<Jump> {
         let (lateral_mass, twist_mass) = masses(structure, &sites(before));
         let (lateral_inverse, twist_inverse) = (inverse(&lateral_mass)?, inverse(&twist_mass)?);
@@ -62,7 +64,7 @@ impl PieceMotion {
         let twist_row = structure.twist.coordinates.row(site.twist_node);
         let mut twist_response = respond(&twist_inverse, &twist_row);
         if before.rotor.speed_law.is_some() {
-            // a drive keeps the mean spin on its law
+            // a drive keeps the mean spin at its prescribed value
             let mut mean = vec![0.0; twist_row.len()];
             structure.twist.coordinates.project(&structure.rotor.spin_weights, &mut mean);
             let direction = respond(&twist_inverse, &mean);
@@ -77,7 +79,7 @@ impl PieceMotion {
             -site.mass * (a[0] + arm[0] * rate_dot - d * rate * rate * cos - before.rotor.gravity[0]),
             -site.mass * (a[1] + arm[1] * rate_dot - d * rate * rate * sin - before.rotor.gravity[1]),
         ];
-        // (1) of two components
+        // (1) in two components
         let entry = |i: usize, j: usize| {
             let unit = if i == j { 1.0 } else { 0.0 };
             unit + site.mass * (dot(&rows[i], &responses[j]) + arm[i] * turning * arm[j])
@@ -96,7 +98,9 @@ impl PieceMotion {
 /// Jump of the accelerations at a release, in the coordinates of a structure.
 #[derive(Debug, Clone)]
 pub(crate) struct Jump {
+    /// Jump of the lateral accelerations.
     pub lateral: Vec<f64>,
+    /// Jump of the torsional accelerations.
     pub twist: Vec<f64>,
 }
 

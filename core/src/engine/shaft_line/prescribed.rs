@@ -1,16 +1,18 @@
-//! A prescribed speed: its law over time and the drive that keeps the spin on it.
+//! Prescribed speed: its course over time, and the drive that enforces it.
 
 use bladeoff_model::machine::SpeedLaw;
 use bladeoff_numerics::linalg::{axpy, dot};
 
-/// The drive that keeps the spin on a law.
+/// Drive that keeps the mean spin at a prescribed speed.
 #[derive(Debug, Clone)]
 pub(crate) struct Prescribed {
+    /// Prescribed speed over time, piecewise linear.
     law: SpeedLaw,
-    /// A^-1 s: where the drive torque acts, spread like the inertia.
+    /// A^-1 s: increments per unit drive torque, which is distributed like the inertia [rad/(N m)].
     direction: Vec<f64>,
+    /// s . A^-1 s: increment of the mean spin angle per unit drive torque [rad/(N m)].
     compliance: f64,
-    /// Torque of the drive at the last step \[N m\].
+    /// Drive torque in the last step \[N m\].
     pub torque: f64,
 }
 
@@ -21,37 +23,37 @@ impl Prescribed {
         Self { law, direction, compliance, torque: 0.0 }
     }
 
-    /// Turns the spin increment of the step at `time` into that of the law.
+    /// Changes the increments so that the mean spin follows the prescribed speed over the step at `time`.
     pub fn impose(&mut self, row: &[f64], time: f64, dt: f64, twist: &mut [f64]) {
         let wanted = angle_of(&self.law, time + dt) - angle_of(&self.law, time);
         self.torque = (wanted - dot(row, twist)) / self.compliance;
         axpy(self.torque, &self.direction, twist);
     }
 
-    /// Keeps the mean spin of a twist response at zero; returns the drive torque that takes.
+    /// Removes the mean spin from a torsional response; returns the drive torque required for it.
     pub fn hold(&self, row: &[f64], response: &mut [f64]) -> f64 {
         let lever = -dot(row, response) / self.compliance;
         axpy(lever, &self.direction, response);
         lever
     }
 
-    /// Mean spin increment that the drive gives in a step \[rad\].
+    /// Increment of the mean spin angle by the drive torque in a step \[rad\].
     pub fn driven(&self) -> f64 {
         self.torque * self.compliance
     }
 
-    /// The law's speed \[rad/s\].
+    /// Prescribed speed at `time` \[rad/s\].
     pub fn speed(&self, time: f64) -> f64 {
         speed_of(&self.law, time)
     }
 
-    /// The law's angular acceleration at t = 0 \[rad/s2\].
+    /// Prescribed angular acceleration at t = 0 \[rad/s2\].
     pub fn initial_slope(&self) -> f64 {
         slope_of(&self.law, 0.0)
     }
 }
 
-/// Angle turned by a prescribed speed until `time` \[rad\], exact for the piecewise linear law.
+/// Angle of rotation from 0 to `time` at a prescribed speed \[rad\], exact for a piecewise linear speed.
 pub(crate) fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
     let mut angle = 0.0;
     for k in 0..law.times.len() {
@@ -66,13 +68,13 @@ pub(crate) fn angle_of(law: &SpeedLaw, time: f64) -> f64 {
     angle
 }
 
-/// A prescribed speed at `time` \[rad/s\].
+/// Prescribed speed at `time` \[rad/s\].
 pub(crate) fn speed_of(law: &SpeedLaw, time: f64) -> f64 {
     let last = law.times.iter().rposition(|&start| time >= start).unwrap_or(0);
     law.speeds[last] + slope_of(law, time) * (time - law.times[last])
 }
 
-/// Angular acceleration of a prescribed speed at `time` \[rad/s2\], from the right at a corner.
+/// Angular acceleration of a prescribed speed at `time` \[rad/s2\], right-hand value at a corner.
 fn slope_of(law: &SpeedLaw, time: f64) -> f64 {
     for k in (0..law.times.len()).rev() {
         if time >= law.times[k] {

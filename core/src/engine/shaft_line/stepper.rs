@@ -4,24 +4,26 @@
 //! d = q+ - q,  d- = q - q-:      M (d - d-)/dt^2 + C (d + d-)/(2 dt) + K q = f
 //! A = M/dt^2 + C/(2 dt):         d = d- + A^-1 (f - K q - C d-/dt)                    (1)
 //! ```
-//! Source: paper, section 3; (1) is the same scheme written in increments, so that no second difference of large numbers is
-//! taken. Damping is centred. Stable for `dt < 2/omega_max`. Verified by `an_oscillator_converges_with_order_two`,
-//! `the_discrete_energy_balance_is_exact`.
+//! Source: paper, section 3; (1) is the same scheme in increments, which avoids second differences of large numbers. Damping is centred. The scheme
+//! is stable for `dt < 2/omega_max`.
+//! Verified by `an_oscillator_converges_with_order_two`, `the_discrete_energy_balance_is_exact`.
 
 use crate::structure::Part;
 use bladeoff_numerics::linalg::{Csr, Matrix, inverse, mul_vec};
 
-/// One part under way.
+/// State and operators of one linear part during a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper {
+    /// Time step \[s\].
     pub dt: f64,
     operator: Operator,
-    /// q at step n.
+    /// Coordinates q at step n.
     pub q: Vec<f64>,
-    /// q(n) - q(n-1).
+    /// Increment d- = q(n) - q(n-1).
     pub previous: Vec<f64>,
-    /// K q at step n.
+    /// Elastic forces K q at step n.
     pub elastic: Vec<f64>,
+    /// Force f - K q - C d-/dt of the step.
     residual: Vec<f64>,
     scratch: Vec<f64>,
 }
@@ -33,7 +35,7 @@ enum Operator {
 }
 
 impl Stepper {
-    /// A part at rest; `mass` replaces the part's own where a run adds to it. `None` if A is singular.
+    /// Part at rest; `mass` replaces the part's mass matrix if a run adds masses. `None` if A is singular.
     pub fn new(part: &Part, mass: &Matrix, dt: f64) -> Option<Self> {
         let size = part.coordinates.size();
         let zeros = vec![0.0; size];
@@ -61,7 +63,7 @@ impl Stepper {
         })
     }
 
-    /// Evaluates `f - K q - C d-/dt` for the step from n.
+    /// Computes `f - K q - C d-/dt` for the step from n.
     pub fn prepare(&mut self, force: Option<&[f64]>) {
         match force {
             Some(force) => self.residual.copy_from_slice(force),
@@ -86,7 +88,7 @@ impl Stepper {
         }
     }
 
-    /// Increment (1) with a further force.
+    /// Increment (1) with an additional force.
     pub fn increment(&mut self, extra: Option<&[f64]>, out: &mut [f64]) {
         self.scratch.copy_from_slice(&self.residual);
         if let Some(extra) = extra {
@@ -102,7 +104,7 @@ impl Stepper {
         }
     }
 
-    /// A^-1 f: the change of the increment by a force.
+    /// Increment A^-1 f due to a force.
     pub fn compliance(&self, force: &[f64], out: &mut [f64]) {
         match &self.operator {
             Operator::Diagonal { inverse, .. } => {
@@ -131,7 +133,7 @@ impl Stepper {
         0.5 * sum / (self.dt * self.dt)
     }
 
-    /// Strain energy between n and n+1, `q+^T K q / 2` \[J\]: the form for which the scheme's balance is exact. Call it before
+    /// Strain energy between n and n+1, `q+^T K q / 2` \[J\], the form for which the energy balance of the scheme is exact. Before
     /// [`Stepper::advance`].
     pub fn strain_energy(&self, increment: &[f64]) -> f64 {
         let mut sum = 0.0;
@@ -141,7 +143,7 @@ impl Stepper {
         0.5 * sum
     }
 
-    /// Work of the damping over the step at n, `dt v^T C v`, v centred \[J\].
+    /// Energy dissipated by damping over the step at n, `dt v^T C v` with centred v \[J\].
     pub fn damping_work(&mut self, increment: &[f64]) -> f64 {
         let scale = 0.25 / self.dt;
         for i in 0..self.q.len() {
@@ -160,7 +162,7 @@ impl Stepper {
     }
 }
 
-/// `mul_vec` that skips zero entries of x: contact forces act on few degrees of freedom.
+/// Variant of `mul_vec` that skips zero entries of x: contact forces act on few degrees of freedom.
 fn mul_vec_sparse(a: &Matrix, x: &[f64], y: &mut [f64]) {
     let filled = x.iter().filter(|&&value| value != 0.0).count();
     if 2 * filled > x.len() {

@@ -1,4 +1,4 @@
-//! Bearings with coefficients over the speed, in steps of central differences.
+//! Bearings with speed-dependent coefficients, in steps of central differences.
 //!
 //! ```text
 //! K(W) = K_c + dK(W),  C(W) = C_c + dC(W)        K_c, C_c: constant part, in the operator of the step; the rest acts as a force                  (1)
@@ -7,36 +7,37 @@
 //! stored   x_{n+1}^T dKs_n x_n/2                  dKs: symmetric part, in the form in which the balance of the scheme is exact                   (2)
 //! put in   x_n^T (dKs_n - dKs_{n-1}) x_{n-1}/2    by the change of the stiffness with the speed, where the journal is                            (3)
 //! ```
-//! W_n is the spin that the steps before reached, of second order. Source: (2), (3) follow from (1) by the telescoping sum of `x^T K x` over the steps.
-//! Limits: the moving static point does no work. Verified by `tests/rotor/bearing_tables.rs`.
+//! W_n is the spin computed by the previous steps, of second order.
+//! Source: (2), (3) follow from (1) by the telescoping sum of `x^T K x` over the steps.
+//! Limits: the shift of the static equilibrium position does no work. Verified by `tests/rotor/bearing_tables.rs`.
 
 use crate::rotor::{BearingSite, RotorMatrices};
 
-/// Bearings with a table at n.
+/// Speed-dependent part of the bearing coefficients at n.
 #[derive(Debug, Clone)]
 pub(crate) struct Tables {
-    /// dK and dC at n and at n-1, by bearing.
+    /// Changes dK and dC at n and at n-1, by bearing.
     now: Vec<BearingSite>,
     before: Vec<BearingSite>,
-    /// Their places among the bearings.
+    /// Indices of these bearings in the machine's list.
     places: Vec<usize>,
     /// Speed of `now` \[rad/s\].
     speed: f64,
 }
 
 impl Tables {
-    /// At the initial speed \[rad/s\], n-1 included.
+    /// Tables at the initial speed \[rad/s\], for n and n-1.
     pub fn new(rotor: &RotorMatrices, speed: f64) -> Self {
         let (places, now): (Vec<usize>, Vec<BearingSite>) = rotor.table_changes(speed).unzip();
         Self { before: now.clone(), now, places, speed }
     }
 
-    /// These tables before [`Tables::at_speed`] went on to n.
+    /// Tables before the last call of [`Tables::at_speed`].
     pub fn repeated(&self) -> Self {
         Self { now: self.before.clone(), ..self.clone() }
     }
 
-    /// Goes on to the speed at n \[rad/s\].
+    /// Advances to the speed at n \[rad/s\].
     pub fn at_speed(&mut self, rotor: &RotorMatrices, speed: f64) {
         if self.now.is_empty() {
             return;
@@ -47,17 +48,17 @@ impl Tables {
         self.now.extend(rotor.table_changes(speed).map(|(_, site)| site));
     }
 
-    /// Whether every table has a value at a speed \[rad/s\].
+    /// Whether every table covers a speed \[rad/s\].
     pub fn cover(rotor: &RotorMatrices, speed: f64) -> bool {
         rotor.tables.iter().all(|(_, table)| table.covers(speed))
     }
 
-    /// Difference of a bearing's coefficients at n from the constant part; `None` without a table.
+    /// Difference between a bearing's coefficients at n and their constant part; `None` without a table.
     pub fn change(&self, bearing: usize) -> Option<&BearingSite> {
         self.places.iter().position(|place| *place == bearing).map(|at| &self.now[at])
     }
 
-    /// Changes at n.
+    /// Differences dK and dC of all bearings with a table at n.
     pub fn changes(&self) -> &[BearingSite] {
         &self.now
     }
@@ -74,7 +75,7 @@ impl Tables {
         }
     }
 
-    /// (2) \[J\], from displacements at n and their increments.
+    /// Stored energy (2) \[J\], from displacements at n and increments to n+1.
     pub fn stored(&self, x: &[f64], increments: &[f64]) -> f64 {
         let energy = |site: &BearingSite| {
             let (x, d) = (site.across(x), site.across(increments));
@@ -83,7 +84,7 @@ impl Tables {
         self.now.iter().map(energy).sum()
     }
 
-    /// (3) \[J\], from displacements at n and the increments to it.
+    /// Energy supply (3) \[J\], from displacements at n and increments from n-1.
     pub fn put_in(&self, x: &[f64], previous: &[f64]) -> f64 {
         let energy = |(now, before): (&BearingSite, &BearingSite)| {
             let (x, d) = (now.across(x), now.across(previous));
