@@ -22,12 +22,8 @@ pub(crate) struct Coupled {
 }
 
 impl Coupled {
-<<<<<<< HEAD
-    /// Gap and slip at a point under all forces \[m\].
-    #[inline(always)]
-=======
     /// Gap and slip (1) at a point under all forces \[m\].
->>>>>>> w/core2
+    #[inline(always)]
     pub(super) fn moved(&self, k: usize, forces: &[[f64; 2]]) -> [f64; 2] {
         let [mut gap, mut slip] = self.start[k];
         for (block, [normal, tangential]) in self.w[k].iter().zip(forces) {

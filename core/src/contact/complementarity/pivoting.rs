@@ -41,16 +41,8 @@ pub(super) fn pivot<const P: usize, const U: usize>(coupled: &Coupled, forces: &
     let states = &mut states[..forces.len()];
     for round in 0..ROUNDS {
         let solution = forces_in::<P, U>(coupled, states)?;
-<<<<<<< HEAD
-        // the worst leads there fastest but may go in circles; the first one does not (Murty 1974)
-        let change = violation(coupled, states, &solution, round < WORST);
-=======
         // the worst violation leads to the solution fastest but may cycle; the first one does not cycle (Murty 1974)
-        let change = {
-            let mut violations = violations(coupled, states, &solution);
-            if round < WORST { violations.max_by(|a, b| a.0.total_cmp(&b.0)) } else { violations.next() }
-        };
->>>>>>> w/core2
+        let change = violation(coupled, states, &solution, round < WORST);
         let Some((_, k, state)) = change else {
             for (force, (state, [normal, tangential])) in forces.iter_mut().zip(states.iter().zip(solution)) {
                 *force = match state {
@@ -84,14 +76,9 @@ pub(super) fn slides_on(coupled: &Coupled, yields: f64, last: &ContactReaction) 
     holds.then_some(ContactReaction { normal, tangential, sticks: false })
 }
 
-<<<<<<< HEAD
 /// State that a violated condition asks for: (violation, point, state); of the worst violation, the last one of equal ones, or of the first.
 #[inline(always)]
 fn violation<const P: usize>(
-=======
-/// State changes that violated conditions require, as (violation, point, new state).
-fn violations<const P: usize>(
->>>>>>> w/core2
     coupled: &Coupled,
     states: &[State],
     forces: &[[f64; 2]; P],
@@ -102,31 +89,14 @@ fn violations<const P: usize>(
     let deepest = coupled.start[..count].iter().fold(0.0_f64, |most, start| most.max(start[0].abs()));
     let furthest = coupled.start[..count].iter().fold(0.0_f64, |most, start| most.max(start[1].abs()));
     let stick_slip = coupled.law == FrictionLaw::StickSlip;
-<<<<<<< HEAD
     let mut found: Option<(f64, usize, State)> = None;
     for k in 0..count {
         let ([normal, tangential], [gap, slip]) = (forces[k], coupled.moved(k, &forces[..count]));
         let (violation, state) = match states[k] {
             State::Open => (-gap / deepest, State::Slides(if stick_slip { slip.signum() } else { coupled.sign })),
-            // a point that pulls because it should stick may press when it slides
+            // a point in tension because it should stick may be in compression when it slides
             State::Sticks => {
                 ((tangential.abs() - coupled.friction * normal) / most, State::Slides(tangential.signum()))
-=======
-    (0..count)
-        .map(move |k| {
-            let ([normal, tangential], [gap, slip]) = (forces[k], coupled.moved(k, &forces[..count]));
-            match states[k] {
-                State::Open => {
-                    (-gap / deepest, k, State::Slides(if stick_slip { slip.signum() } else { coupled.sign }))
-                }
-                // a point in tension because it should stick may be in compression when it slides
-                State::Sticks => {
-                    ((tangential.abs() - coupled.friction * normal) / most, k, State::Slides(tangential.signum()))
-                }
-                State::Slides(_) if normal < -ROUNDING * most => (PULLS - normal / most, k, State::Open),
-                State::Slides(sign) if stick_slip => (-sign * slip / furthest, k, State::Sticks),
-                State::Slides(_) => (0.0, k, State::Open),
->>>>>>> w/core2
             }
             State::Slides(_) if normal < -ROUNDING * most => (PULLS - normal / most, State::Open),
             State::Slides(sign) if stick_slip => (-sign * slip / furthest, State::Sticks),
