@@ -182,7 +182,7 @@ fn check_names_the_first_thing_that_is_not_covered() {
     let several = format!("{STUDY}\n[[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"auto\"]\n");
     let said = say(&["check", &folder.write("s.toml", &several)]);
     assert_eq!(said.code, 3, "{}", said.out);
-    assert!(said.err.contains("one engine for all samples"), "{}", said.err);
+    assert!(said.err.contains("one engine for the whole study"), "{}", said.err);
 }
 
 #[test]

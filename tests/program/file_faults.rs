@@ -203,7 +203,8 @@ fn a_chunk_that_is_too_long_is_put_aside_and_computed_again() {
     assert!(merged.code == 5 && merged.err.contains("1 put aside, damaged: 1"), "{}: {}", merged.code, merged.err);
     let run = shards.shard();
     assert!(run.code == 0 && run.err.contains("1 of 4 chunks published here"), "{}", run.err);
-    assert_eq!(fs::read(&chunk).expect("there").len(), whole.len());
+    // it has measured times, whose digits differ
+    assert!(fs::read(&chunk).expect("there").len().abs_diff(whole.len()) < whole.len() / 10);
     assert_eq!(shards.merge().code, 0);
 }
 
