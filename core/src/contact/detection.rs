@@ -11,6 +11,7 @@ use crate::stator::{Sample, Surface};
 /// Search for contact places on one ring.
 #[derive(Debug, Clone)]
 pub struct Detector {
+    /// Contact surface of the ring.
     surface: Surface,
     /// Number of samples per element.
     per_element: usize,

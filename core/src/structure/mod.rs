@@ -21,7 +21,7 @@ use bladeoff_model::machine::{
 };
 use bladeoff_numerics::linalg::{Matrix, mul_vec};
 
-/// A flexible ring.
+/// Flexible ring of a diaphragm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingPart {
     /// Finite-element matrices and surface.
@@ -40,6 +40,7 @@ pub struct RingPart {
 /// All data that samples of one structure share.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
+    /// Machine with everything that varies between samples set to one value.
     structural: Machine,
     /// Finite-element shaft line.
     pub rotor: RotorMatrices,
@@ -53,6 +54,7 @@ pub struct Structure {
     pub rings: Vec<Option<RingPart>>,
     /// Truncation errors of the shaft's nodes.
     rotor_truncation_errors: Vec<truncation_error::TruncationError>,
+    /// Modal basis of rotor, torsion and rings.
     basis: Basis,
     /// Whether the basis was computed by this build and not frozen earlier.
     computed: bool,

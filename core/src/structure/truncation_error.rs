@@ -60,10 +60,12 @@ pub(crate) struct TruncationError {
     moving: Plane,
 }
 
-/// Matrices of a linear part before modal reduction: stiffness K and mass M.
+/// Matrices of a linear part before modal reduction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FullPart<'a> {
+    /// Stiffness matrix K.
     pub stiffness: &'a Matrix,
+    /// Mass matrix M.
     pub mass: &'a Matrix,
     /// Cyclic symmetry of a ring.
     pub sectors: Option<&'a Sectors>,
