@@ -378,8 +378,8 @@ fn below(limit: f64) -> f64 {
     if floor < limit { floor } else { floor_to_digits(limit * (1.0 - 1e-6), 5) }
 }
 
-/// Largest number of so many digits that does not exceed `value`. For a step, the rounding keeps the last digits of the eigenvalue solver out of the
-/// results. For a limit, the rounded value is allowed.
+/// Largest number with `digits` decimal digits that does not exceed `value`. For a step, the rounding keeps the last digits of the eigenvalue solver
+/// out of the results. For a limit, the rounded value is allowed.
 fn floor_to_digits(value: f64, digits: i32) -> f64 {
     let exponent = libm::floor(libm::log10(value));
     let unit = libm::pow(10.0, exponent - f64::from(digits - 1));

@@ -12,8 +12,8 @@ pub struct Coordinates {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-/// Mode shapes Phi in columns.
 struct Modes {
+    /// Mode shapes Phi in columns.
     shapes: Matrix,
     /// Phi^T: the column of a nodal degree of freedom is contiguous.
     transposed: Matrix,
