@@ -57,8 +57,8 @@ pub(super) struct Several {
 }
 
 impl Several {
-    /// Corrects the predicted increments with as many points as necessary; `None` without a ring, without a solution, or beyond the
-    /// maximum number of points.
+    /// Corrects the predicted increments with as many points as necessary; `None` without a ring or without a solution. The number of points is at
+    /// most [`MOST`]; penetration that remains is reported.
     pub fn correct(
         &mut self,
         bodies: &mut Bodies<'_>,
