@@ -5,7 +5,7 @@
 //! ```
 //! `exponential` and `reduced` integrate these matrices. `full` has more modes, with whirl frequencies above those of the basis. The exponential
 //! engine has the solutions of (1) in the modal bases of its speed grid ([`super::exponential`]). The other two engines solve (1) at every second
-//! speed of this grid, every fourth where the grid is refined towards rest, and keep the solutions with the structure. Definition:
+//! speed of this grid, or at every fourth if the grid is refined towards rest. They keep the solutions with the structure. Definition:
 //! [`crate::modal::least_damping`]. Verified by `tests/rotor/stability.rs`.
 
 use super::beginning::projected;

@@ -178,8 +178,8 @@ impl Structure {
     }
 
     /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: the share of the flexibility whose inertia is neglected.
-    /// The share is 1 for a rigid ring next to a flexible one if modes of the rotor are truncated, because the rigid ring then takes up to 67 % too
-    /// much of an impact (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
+    /// The share is 1 for a rigid ring next to a flexible one if modes of the rotor are truncated. The rigid ring then takes up to 67 % too much of
+    /// an impact (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
     #[must_use]
     pub fn truncation_error_at_contact(&self, machine: &Machine) -> f64 {
         let is_truncated = |diaphragm: &Diaphragm| {

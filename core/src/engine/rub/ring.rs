@@ -172,7 +172,7 @@ impl<'a> Ring<'a> {
 /// ```
 /// No factor of L below 1/3 is sufficient: `g1/h1 = xi/(1 + 2 xi)` tends to 1/3 towards the other end. (L/4 bounds the sum of the largest value and
 /// the largest slope if they occur at different nodes; it is insufficient at the same node.) The distance of the surface from the rotor centre x is
-/// at least `R_i - |v| - |x|` in both gap functions, because `u_P` only moves a point farther from the ring's centre.
+/// at least `R_i - |v| - |x|` in both gap functions: `u_P` only moves a point farther from the ring's centre.
 /// Verified by `the_bound_of_the_radial_displacement_holds_and_a_quarter_does_not`, `no_ring_is_nearer_than_its_bound`.
 fn radial_bound(coordinates: &Coordinates, nodes: usize, arc: f64) -> Vec<f64> {
     let mut bound = vec![0.0; coordinates.size()];
