@@ -276,8 +276,8 @@ mod wide {
     }
 }
 
-/// Declares a function that calls a generic one with the [`Eight`] of this process's vector width. It is the only caller of the generic function,
-/// which is inlined.
+/// Declares a function that calls a generic one with the [`Eight`] of this process's vector width. It is the only caller of the generic
+/// function, which is inlined.
 macro_rules! by_width {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? = $generic:path) => {
         $(#[$meta])*
@@ -299,7 +299,7 @@ macro_rules! by_width {
                     // SAFETY: `width` is at most the width that the processor was found to have
                     #[expect(unsafe_code, reason = "vectors")]
                     Width::Avx2 => return unsafe { avx2($($arg),*) },
-                    // SAFETY: the same
+                    // SAFETY: as above
                     #[expect(unsafe_code, reason = "vectors")]
                     Width::Avx512 => return unsafe { avx512($($arg),*) },
                 }

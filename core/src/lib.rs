@@ -1,4 +1,4 @@
-//! Blade-off transient of a turbine shaft line: physics and numerics, pure.
+//! Blade-off transient of a turbine shaft line: physics and numerics, as pure functions.
 //!
 //! `(machine, settings) -> outcome`, without I/O, clock, threads or randomness. The main path:
 //! [`Machine`](bladeoff_model::machine::Machine) (validated, SI) -> structure (matrices, modes)

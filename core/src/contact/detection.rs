@@ -1,8 +1,8 @@
 //! Closest point of the deformed ring: the global minimum of `|P(alpha) - x|` over all angles.
 //!
-//! The ring is sampled more finely than its elements. Every sampled local minimum that could be the global one is refined to the root of `d.P_alpha`,
-//! one-sided at element ends, where the curvature of the cubic elements jumps (a minimum may be at such a kink). Several minima exist in heavy rub;
-//! the lowest is used. Source: docs/theory/03-contact.md, Hyp 2.
+//! The ring is sampled more finely than its elements. Every sampled local minimum that could be the global one is refined to the root of `d.P_alpha`.
+//! The refinement is one-sided at element ends, where the curvature of the cubic elements jumps and a minimum may be at the kink. Several minima
+//! exist in heavy rub; the lowest is used. Source: docs/theory/03-contact.md, Hyp 2.
 //! Verified by `detection_equals_brute_force_on_two_thousand_deformed_rings`, many with several minima (`tests/contact/detection.rs`).
 
 use super::gap::Place;
@@ -11,6 +11,7 @@ use crate::stator::{Sample, Surface};
 /// Search for contact places on one ring.
 #[derive(Debug, Clone)]
 pub struct Detector {
+    /// Contact surface of the ring.
     surface: Surface,
     /// Number of samples per element.
     per_element: usize,

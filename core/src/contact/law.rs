@@ -24,7 +24,7 @@ pub struct Compliance {
     pub tt: f64,
 }
 
-/// Reaction of a contact point over a step: a force \[N\] in the reference engines, an impulse \[N s\] in the exponential engine.
+/// Reaction of a contact point over a step: a force \[N\] in the full and the reduced engine, an impulse \[N s\] in the exponential engine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactReaction {
     /// Normal reaction lambda >= 0 (pressure).

@@ -3,9 +3,9 @@
 //! The load is `K (x + x_r - e) + C x'`: x is the displacement of the journal relative to its pedestal or the ground, e the elevation of the seat.
 //! The load of a pedestal is that of its own spring and damper. x contains the kept modes. `x_r = R f` is the static correction: the displacement
 //! that the truncated modes take at once under the forces f on the shaft (R as at the contact, `docs/theory/05-reduction.md`). f contains weight,
-//! unbalance, gyroscopic moments, contact, and damping and skew stiffness of the bearings. Without the correction a bearing that is stiff against the
-//! shaft loses load, because the effect of a nearby force on it is in the truncated modes. The inertia of the truncated modes is neglected: after a
-//! sudden force the true load oscillates about the computed one.
+//! unbalance, gyroscopic moments, contact, and damping and skew stiffness of the bearings. Without the correction, the computed load of a bearing
+//! that is stiff against the shaft is too small: the effect of a nearby force on it is in the truncated modes. The inertia of the truncated modes is
+//! neglected: after a sudden force the true load oscillates about the computed one.
 //! Verified by `stiff_bearings_carry_what_stands_on_them` in `tests/runs/engines.rs`.
 
 use super::shaft_line::ShaftLine;

@@ -29,8 +29,8 @@ pub struct UnresolvedDamping {
 
 /// Bearings whose x of (1) is above 1 in a run with time step `dt` \[s\], in the machine's order.
 ///
-/// `structure` must fit the machine. The check costs one inverse of the lateral mass matrix. The exponential engine integrates damping exactly, so
-/// its list is empty.
+/// `structure` must fit the machine. The check costs one inverse of the lateral mass matrix. The exponential engine integrates damping
+/// exactly, so its list is empty.
 #[must_use]
 pub fn unresolved_damping(machine: &Machine, structure: &Structure, dt: f64) -> Vec<UnresolvedDamping> {
     if machine.run.engine == Engine::Exponential {

@@ -1,5 +1,5 @@
-//! Engines that simulate one blade-off from release to end: the full and the reduced engine, which advance step by step, and the [`exponential`]
-//! engine.
+//! Engines that simulate one blade-off from release to end: the full and the reduced engine, which advance step by step, and
+//! the [`exponential`] engine.
 //!
 //! Main path: [`simulate`] determines a stable step (`time_step`), and the machine's engine runs it (`choice`). A `run` of the full or the reduced
 //! engine starts from its `beginning` and repeats: predict without contact, correct with contact, record, advance (`motion`). The moving parts are

@@ -12,6 +12,7 @@ pub(super) const DIVERGED: f64 = 10.0;
 
 /// State of the shaft line and of all diaphragms at n.
 pub(super) struct Motion<'a> {
+    /// Lateral motion, spin and torsion of the shaft.
     pub line: ShaftLine<'a>,
     /// One diaphragm each, in the machine's order.
     pub rubs: Vec<Rub<'a>>,
@@ -22,6 +23,7 @@ pub(super) struct Motion<'a> {
     /// Increments of the step from n, and the contact with each diaphragm in it.
     pub d: Increments,
     pub contacts: Vec<Option<StepContact>>,
+    /// Iteration of the step without contact.
     pub(super) predictor: Predictor,
     /// Whether the run ends when the rotor stops.
     can_stop: bool,

@@ -18,6 +18,7 @@ pub(super) struct Predictor {
     twist_before: Vec<f64>,
     /// Contraction of the iteration, last measured value.
     contraction: f64,
+    /// Increments of the next round.
     next: Increments,
     /// Number of rounds of all steps.
     pub iterations: u64,

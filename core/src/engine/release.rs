@@ -15,6 +15,7 @@ use bladeoff_model::machine::{Machine, Release};
 /// Pending releases of a run.
 #[derive(Debug, Clone)]
 pub(super) struct Releases<'a> {
+    /// Machine with all its unbalances.
     machine: &'a Machine,
     /// Indices of the pending unbalances in the machine's list.
     awaited: Vec<usize>,

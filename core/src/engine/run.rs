@@ -49,12 +49,19 @@ pub(super) fn run(
 
 /// State of a run.
 struct Run<'a> {
+    /// Machine with all its unbalances.
     machine: &'a Machine,
+    /// Matrices, modes and coordinates.
     structure: &'a Structure,
+    /// Motion of shaft and rings.
     motion: Motion<'a>,
+    /// Recorded quantities.
     recorders: Recorders,
+    /// Loads of bearings and pedestals.
     loads: BearingLoads,
+    /// Least damping of the whirl modes at grid speeds.
     damping: SolvedGrid,
+    /// Pending releases of unbalances.
     releases: Releases<'a>,
     /// Whether the follower has received the last instant.
     end_shown: bool,

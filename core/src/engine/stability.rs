@@ -5,7 +5,7 @@
 //! ```
 //! `exponential` and `reduced` integrate these matrices. `full` has more modes, with whirl frequencies above those of the basis. The exponential
 //! engine has the solutions of (1) in the modal bases of its speed grid ([`super::exponential`]). The other two engines solve (1) at every second
-//! speed of this grid, every fourth where the grid is refined towards rest, and keep the solutions with the structure. Definition:
+//! speed of this grid, or at every fourth if the grid is refined towards rest. They keep the solutions with the structure. Definition:
 //! [`crate::modal::least_damping`]. Verified by `tests/rotor/stability.rs`.
 
 use super::beginning::projected;
@@ -32,9 +32,13 @@ const KEPT: usize = 8;
 /// Matrices of the eigenvalue problem (1) for one machine.
 #[derive(Debug)]
 struct Whirl {
+    /// Mass matrix M with the unbalances' masses.
     mass: Matrix,
+    /// Damping matrix C.
     damping: Matrix,
+    /// Gyroscopic matrix G per unit spin.
     gyroscopic: Matrix,
+    /// Stiffness matrix K + K_skew.
     stiffness: Matrix,
     /// Shaft line with bearing tables, and the mode shapes for the projection of its matrices (`None`: nodal coordinates).
     tables: Option<(RotorMatrices, Option<Matrix>)>,
@@ -98,7 +102,9 @@ struct Systems(Mutex<Vec<(Masses, Arc<System>)>>);
 /// System (1) with its solutions, by the bits of the speed.
 #[derive(Debug)]
 struct System {
+    /// Matrices of (1).
     whirl: Whirl,
+    /// Least damping by the bits of the speed; `None` if there is no solution.
     solved: Mutex<BTreeMap<u64, Option<Damping>>>,
 }
 
@@ -128,8 +134,11 @@ impl System {
 /// Least damping of one run at grid speeds.
 #[derive(Debug)]
 pub(super) struct SolvedGrid {
+    /// Eigenvalue problem of the machine.
     system: Arc<System>,
+    /// Thinned speed grid.
     speeds: Speeds,
+    /// Index of the grid speed at or below the initial speed.
     first: i64,
 }
 
@@ -137,7 +146,9 @@ pub(super) struct SolvedGrid {
 /// coefficient that is narrower than the grid can make the rotor unstable.
 #[derive(Debug, Clone)]
 struct Speeds {
+    /// Spacing of the exponential engine's grid.
     scale: GridSpacing,
+    /// Every how many grid speeds one is used.
     every: i64,
     /// All speeds \[rad/s\], ascending, for a machine with bearing tables; otherwise the grid alone is used.
     listed: Option<Vec<f64>>,

@@ -18,25 +18,25 @@ const DEFAULT_FRACTION: f64 = 0.5;
 /// mode. The scheme's relative error of a period is then `(omega dt)^2/24 = 1.6e-6`. This bound applies to rotors with few degrees of freedom, whose
 /// highest frequency is low.
 const PARTS: f64 = 1000.0;
-/// Minimum number of default steps per period with a radial spring. Contact begins and ends within a step, and positions after an impact are of
-/// second order.
+/// Minimum number of default steps per period with a radial spring. Contact begins and ends within a step, and positions after an
+/// impact are of second order.
 const SPRING_PARTS: f64 = 4.0 * PARTS;
 
-/// Default contact step as a fraction of `2/omega_max` of the ring's modes. On random machines, averaged over nine starts, the error of a rub is a
-/// quarter of the reduced engine's at its default step (`core/tests/exponential/exponential_random.rs`). No whip of 1260 runs of a turbine violates a
-/// guard.
+/// Default contact step as a fraction of `2/omega_max` of the ring's modes. On random machines, averaged over nine starts, the error of a rub
+/// is a quarter of the reduced engine's at its default step (`core/tests/exponential/exponential_random.rs`). No whip of 1260 runs of a
+/// turbine violates a guard.
 pub(super) const CONTACT_FRACTION: f64 = 0.9;
 /// Default contact step of `hyp2-frozen` as a fraction of `2/omega_max`. The nearest point is found before the impulses are known. Penetration next
 /// to that point falls with the step. At this fraction the penetration equals that of the reduced engine at its default step.
 const FROZEN_CONTACT_FRACTION: f64 = 0.5;
 /// Default contact step on a radial spring or a rigid ring, as a fraction of `2/omega_max` of the rotor held by it.
 const SPRING_CONTACT_FRACTION: f64 = 0.25;
-/// Minimum number of default contact steps per period with a ring; the period is that of [`PARTS`]. A step of free motion of 16 contact steps is then
-/// an eighth of a radian. Without a ring the number is [`PARTS`], as for the other engines, because torsion may peak between two steps of free
-/// motion.
+/// Minimum number of default contact steps per period with a ring; the period is that of [`PARTS`]. A step of free motion of 16 contact
+/// steps is then an eighth of a radian. Without a ring the number is [`PARTS`], as for the other engines, because torsion may peak between
+/// two steps of free motion.
 const CONTACT_PARTS: f64 = 800.0;
-/// Minimum number of contact steps per period. A step of free motion of 16 contact steps is then half a radian; longer steps turn by less (`MAX_TURN`
-/// of the engine).
+/// Minimum number of contact steps per period. A step of free motion of 16 contact steps is then half a radian; longer steps turn by less
+/// (`MAX_TURN` of the engine).
 const PARTS_LEAST: f64 = 200.0;
 
 /// Whether the contact point is the one found under its own impulse. It is not for `hyp2-frozen`, nor for `hyp2` at one point: where no point is the
@@ -230,8 +230,8 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
-    /// Contact step of the exponential engine. It depends on the frequencies of the ring alone; with a radial spring or a rigid ring, on those of the
-    /// rotor.
+    /// Contact step of the exponential engine. It depends on the frequencies of the ring alone; with a radial spring or a rigid
+    /// ring, on those of the rotor.
     fn of_contact(machine: &Machine, structure: &Structure) -> Result<Self, StartError> {
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
         let held = if has_rigid(machine) || has_spring(machine) { rotor_limit(machine, structure)? } else { 0.0 };
@@ -314,8 +314,8 @@ fn principal(k: &Matrix) -> [f64; 2] {
 /// Highest frequency of the rotor's lateral motion, and of its torsion where the two are coupled \[rad/s\].
 ///
 /// Added masses only lower the frequencies of the structure, which is then an upper bound. The run's own matrices are needed for a lost mass, a
-/// radial spring at the contact, and a point mass (which may have all its mass in an unbalance). An unbalance couples torsion and deflection by `m d
-/// psi''` across its arm:
+/// radial spring at the contact, and a point mass (which may have all its mass in an unbalance). An unbalance couples torsion and deflection by
+/// `m d psi''` across its arm:
 /// - A lost mass leaves less inertia in the coupled motion than in torsion or deflection alone.
 /// - A point mass has only the inertia `m J/(J + m d^2)` of an added mass across the arm, unless its speed is prescribed.
 /// - The unbalance of a point mass turns its arm across the stiffer principal axis at some time.
@@ -378,8 +378,8 @@ fn below(limit: f64) -> f64 {
     if floor < limit { floor } else { floor_to_digits(limit * (1.0 - 1e-6), 5) }
 }
 
-/// Largest number of so many digits that does not exceed `value`. For a step, the rounding keeps the last digits of the eigenvalue solver out of the
-/// results. For a limit, the rounded value is allowed.
+/// Largest number with `digits` decimal digits that does not exceed `value`. For a step, the rounding keeps the last digits of the eigenvalue solver
+/// out of the results. For a limit, the rounded value is allowed.
 fn floor_to_digits(value: f64, digits: i32) -> f64 {
     let exponent = libm::floor(libm::log10(value));
     let unit = libm::pow(10.0, exponent - f64::from(digits - 1));

@@ -15,8 +15,8 @@ use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 
-/// Twin of a run that has ended, if one is requested. A failed run is not compared. The follower does not observe the twin, but may end it; the twin
-/// has then failed.
+/// Twin of a run that has ended, if one is requested. A failed run is not compared. The follower does not observe the twin, but may end it;
+/// the twin has then failed.
 pub(super) fn of(
     own: &Recorders,
     end: &End,
@@ -50,7 +50,9 @@ fn is_compared(status: Status) -> bool {
 
 /// Follower of the twin: only asks whether to continue, with steps counted from the end of the first run.
 struct Unseen<'a> {
+    /// Follower of the first run.
     follower: &'a mut dyn Follower,
+    /// Number of steps of the first run.
     before: u64,
 }
 

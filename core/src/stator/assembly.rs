@@ -9,7 +9,7 @@ use bladeoff_numerics::linalg::{EigenError, Matrix};
 /// Finite-element matrices of a diaphragm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingMatrices {
-    /// Ring nodes.
+    /// Number of ring nodes.
     pub nodes: usize,
     /// Cyclic symmetry: equal sectors from one blade to the next.
     pub sectors: Sectors,
@@ -109,8 +109,8 @@ impl RingMatrices {
         self.mass.nrows()
     }
 
-    /// Contact surface of the ring with radius `R_i` \[m\]. `inner_face`: displacements are those of the inner face, otherwise those of the mean
-    /// line.
+    /// Contact surface of the ring with radius `R_i` \[m\]. `inner_face`: displacements are those of the inner face,
+    /// otherwise those of the mean line.
     #[must_use]
     pub fn surface(&self, contact_radius: f64, inner_face: bool) -> Surface {
         Surface::new(self.nodes, self.mean_radius, contact_radius, inner_face)

@@ -9,8 +9,8 @@
 //! ```
 //! Each share is taken in the direction where it is largest, 0 to 1, with bearings in the machine's order.
 //! - (1) is the share of the load without inertia, or the missing share if there is no [`Structure::lateral_residual`].
-//! - (2) is (1) for a bearing as stiff as the damper is in an impact of 1 ms. The damper holds the node, and the shaft yields next to it in truncated
-//!   modes.
+//! - (2) is (1) for a bearing as stiff as the damper is in an impact of 1 ms. The damper holds the node, and the shaft yields next
+//!   to it in truncated modes.
 //! - (3) is the share of modes too fast to be resolved by a step of 1/rate.
 //!
 //! A full model has no truncated modes, so (1) and (2) are 0.

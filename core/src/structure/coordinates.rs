@@ -5,13 +5,15 @@ use bladeoff_numerics::linalg::{Matrix, axpy, column_of, dot};
 /// The map between coordinates q and nodal degrees of freedom x: `x = Phi q`, forces `Phi^T f`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
+    /// Number of nodal degrees of freedom.
     nodal_size: usize,
+    /// Mode shapes; `None` for nodal coordinates.
     modes: Option<Modes>,
 }
 
-/// Mode shapes Phi in columns.
 #[derive(Debug, Clone, PartialEq)]
 struct Modes {
+    /// Mode shapes Phi in columns.
     shapes: Matrix,
     /// Phi^T: the column of a nodal degree of freedom is contiguous.
     transposed: Matrix,

@@ -1,5 +1,5 @@
-//! Cache of an engine in a structure or a part of it. It is filled once for all runs that share the structure; only the engine knows the type of its
-//! content.
+//! Cache of an engine in a structure or a part of it. It is filled once for all runs that share the structure; only the engine
+//! knows the type of its content.
 
 use std::any::Any;
 use std::sync::{Arc, OnceLock};

@@ -21,7 +21,7 @@ use bladeoff_model::machine::{
 };
 use bladeoff_numerics::linalg::{Matrix, mul_vec};
 
-/// A flexible ring.
+/// Flexible ring of a diaphragm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingPart {
     /// Finite-element matrices and surface.
@@ -40,6 +40,7 @@ pub struct RingPart {
 /// All data that samples of one structure share.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
+    /// Machine with everything that varies between samples set to one value.
     structural: Machine,
     /// Finite-element shaft line.
     pub rotor: RotorMatrices,
@@ -53,6 +54,7 @@ pub struct Structure {
     pub rings: Vec<Option<RingPart>>,
     /// Truncation errors of the shaft's nodes.
     rotor_truncation_errors: Vec<truncation_error::TruncationError>,
+    /// Modal basis of rotor, torsion and rings.
     basis: Basis,
     /// Whether the basis was computed by this build and not frozen earlier.
     computed: bool,
@@ -176,8 +178,8 @@ impl Structure {
     }
 
     /// Largest share (3) of `truncation_error` over the contacts of all diaphragms, 0 to 1: the share of the flexibility whose inertia is neglected.
-    /// The share is 1 for a rigid ring next to a flexible one if modes of the rotor are truncated, because the rigid ring then takes up to 67 % too
-    /// much of an impact (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
+    /// The share is 1 for a rigid ring next to a flexible one if modes of the rotor are truncated. The rigid ring then takes up to 67 % too much of
+    /// an impact (`a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone`).
     #[must_use]
     pub fn truncation_error_at_contact(&self, machine: &Machine) -> f64 {
         let is_truncated = |diaphragm: &Diaphragm| {

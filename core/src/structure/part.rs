@@ -1,4 +1,4 @@
-//! One linear part of a machine.
+//! Linear part of a machine: shaft bending, shaft torsion, or a ring.
 
 use super::coordinates::Coordinates;
 use crate::modal::ModeSet;

@@ -1,5 +1,5 @@
-//! Full annular rub of the Jeffcott rotor (m = k = 1, clearance 1) with a stator of finite mass. Its contact has a closed form and is covered by both
-//! engines.
+//! Full annular rub of the Jeffcott rotor (m = k = 1, clearance 1) with a stator of finite mass. Its contact has a closed form and
+//! is covered by both engines.
 //!
 //! ```text
 //! D_r = k - m W^2 + i c W,   D_s = K - M W^2 + i C W      rotor and stator, all turning with W; e the normal, N the contact force

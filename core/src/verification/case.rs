@@ -42,10 +42,15 @@ impl Check {
 /// Name, engine, unit, source and tolerance shared by the values of one case.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Case {
+    /// Name of the case.
     pub name: &'static str,
+    /// Engine of the runs, or [`NO_RUN`].
     pub engine: &'static str,
+    /// Unit of the values.
     pub unit: &'static str,
+    /// Source of the reference values.
     pub source: &'static str,
+    /// Largest relative difference that the accuracy of the source allows.
     pub tolerance: f64,
 }
 

@@ -14,7 +14,7 @@ mod supports;
 
 pub use case::{Check, NO_RUN};
 
-/// Recomputes every reference case; well under a minute on one core.
+/// Recomputes every reference case, in well under a minute on one core.
 #[must_use]
 pub fn verify() -> Vec<Check> {
     let mut checks = Vec::new();

@@ -22,7 +22,7 @@ pub(super) fn add(checks: &mut Vec<Check>) {
         tolerance: 0.5e-3 / 211.331,
     };
     for (k, reference) in [211.331, 595.700, 1136.696, 1826.988].into_iter().enumerate() {
-        // order 4 in the element (tests/contact/ring.rs): extrapolated from 48 and 96
+        // fourth order in the element (tests/contact/ring.rs), extrapolated from 48 and 96 elements
         let ours = meshes.as_ref().map(|(coarse, fine)| fine[k] + (fine[k] - coarse[k]) / 15.0);
         case.check(checks, format!("f{}, {} nodal diameters", k + 2, k + 2), ours, reference);
     }

@@ -21,7 +21,7 @@ fn rubs(checks: &mut Vec<Check>, engine: Engine) {
     };
     for (speed, reference) in [(0.9, 1.131_250), (1.0, 1.400_000), (1.1, 1.797_607), (1.2, 2.377_023)] {
         let rotor = Rotor { zeta: 0.1, beta: 1.0, mu: 0.05, e: 0.5, radius: 1.0, start: None, speed, end: 200.0 };
-        // order 2 in the step (tests/contact/rub.rs): extrapolated
+        // second order in the step (tests/contact/rub.rs), so the values are extrapolated
         let [coarse, fine] = [0.005, 0.0025].map(|step| rotor.run(engine, step));
         let ours = coarse.zip(fine).map(|(c, f)| f.radius + (f.radius - c.radius) / 3.0);
         case.check(checks, format!("radius at W = {speed}"), ours, reference);

@@ -54,8 +54,8 @@ pub(super) fn lemke(m: &[f64], q: &[f64]) -> Option<Vec<f64>> {
     None
 }
 
-/// Row that limits the entering variable first. Ties are frequent (a sliding point has no slip left to cover), and a wrong choice ends on a ray, so
-/// ties are broken by the lexicographic order of the rows.
+/// Row that limits the entering variable first. Ties are frequent, because a sliding point has no slip left to cover. A wrong choice ends on a ray,
+/// so the lexicographic order of the rows breaks ties.
 fn ratio_test(table: &[f64], width: usize, entering: usize) -> Option<usize> {
     let rows = || table.chunks_exact(width);
     let (size, right) = (rows().len(), width - 1);

@@ -112,7 +112,7 @@ fn violation<const P: usize>(
     found
 }
 
-/// Normal and tangential forces of the present states; `None` where their system is singular.
+/// Normal and tangential forces of the present states; `None` if their linear system is singular.
 fn forces_in<const P: usize, const U: usize>(coupled: &Coupled, states: &[State]) -> Option<[[f64; 2]; P]> {
     // one unknown per normal force, and one per tangential force of a sticking point: (point, row of (1))
     let mut unknowns = [(0, 0); U];

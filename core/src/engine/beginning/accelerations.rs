@@ -20,8 +20,8 @@ pub(super) struct Accelerations {
 
 /// Accelerations at the start, from `M a = f(x0, v0, a) - C v0 - K x0`; `None` if a mass matrix is singular.
 ///
-/// The forces depend on the accelerations if an unbalance turns with the spin or a disc tilts. Each round multiplies the error by about `m e^2/(J + m
-/// e^2)`. Changes below the rounding of the forces count as converged.
+/// The forces depend on the accelerations if an unbalance turns with the spin or a disc tilts. Each round multiplies the error by about
+/// `m e^2/(J + m e^2)`. Changes below the rounding of the forces count as converged.
 /// Verified by `a_start_that_does_not_settle_is_said`, `a_start_that_does_not_settle_fails` in `tests/contact/rub.rs`.
 pub(super) fn accelerations(
     line: &mut ShaftLine<'_>,

@@ -41,8 +41,8 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
     let mut exact = None;
     for round in 0..ROUNDS + EXACT_ROUNDS {
         motion.solve()?;
-        // without force the prediction is already centred; close to the gap, contact depends also on the increments before t = 0, which the rounds
-        // change
+        // without force the prediction is already centred; close to the gap, contact depends also on the increments before
+        // t = 0, which the rounds change
         if motion.contacts.iter().all(Option::is_none) {
             settled = true;
             break;

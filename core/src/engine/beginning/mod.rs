@@ -1,7 +1,7 @@
 //! Start of a run: the motion at t = 0.
 //!
-//! `state` sets the shaft line with its `accelerations`. The rings are placed around it, and `loaded` corrects the start for a contact that exists
-//! already.
+//! `state` sets the shaft line with its `accelerations`. The rings are placed around it, and `loaded` corrects the start for a
+//! contact that exists already.
 
 mod accelerations;
 mod centring;

@@ -6,8 +6,11 @@ use bladeoff_model::machine::Diaphragm;
 /// Stator's frame: origin at the diaphragm's centre, rotated by its angle relative to the machine's axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axes {
+    /// Position of the diaphragm's centre in the machine's axes \[m\].
     offset: [f64; 2],
+    /// sin of the diaphragm's angle.
     sin: f64,
+    /// cos of the diaphragm's angle.
     cos: f64,
 }
 

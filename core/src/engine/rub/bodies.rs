@@ -93,7 +93,7 @@ impl Bodies<'_> {
         0.5 * slip / line.dt
     }
 
-    /// Whether the increment of the ring has settled in the last round.
+    /// Whether the ring's increment converged in the last round.
     pub fn ring_settled(&self) -> bool {
         // rounding of the gap (1e-16 of the radius) limits the convergence of the ring's increment
         let floor = 1e-13 * self.section.radius.max(self.stator.gap);

@@ -141,7 +141,7 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Mean of the contact forces on the ring; `None` where no mode is truncated.
+    /// Mean of the contact forces on the ring \[N\]; `None` if no mode of the ring is truncated.
     pub fn mean_forces(&self) -> Option<&NodalForces> {
         self.ring.as_ref().map(|ring| ring.mean.mean())
     }

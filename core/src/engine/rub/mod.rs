@@ -37,14 +37,19 @@ use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation};
 
 /// Contact and motion of one diaphragm.
 pub(super) struct Rub<'a> {
+    /// Axes of the diaphragm.
     axes: Axes,
+    /// Rotor section, stator and truncated modes.
     bodies: Bodies<'a>,
+    /// Method for the contact force.
     forces: Forces,
+    /// Scratch and counter of the iteration.
     work: Work,
 }
 
 /// Method for the contact force of a step.
 enum Forces {
+    /// Lagrange multipliers that close the gap at n+1.
     Multipliers(Multipliers),
     /// Force of a massless radial spring.
     Spring(Spring),
@@ -93,8 +98,8 @@ impl<'a> Rub<'a> {
         self.bodies.section = Section::new(line, node, radius, &self.axes);
     }
 
-    /// Corrects the predicted increments `d` for contact (input: without contact, output: with contact); `None` without a contact force. `time` is
-    /// the time at n.
+    /// Corrects the predicted increments `d` for contact (input: without contact, output: with contact); `None` without a contact
+    /// force. `time` is the time at n.
     ///
     /// [`ShaftLine::settle`] must follow with the result.
     pub fn correct(
@@ -160,8 +165,8 @@ impl<'a> Rub<'a> {
         matches!(self.forces, Forces::Spring(_))
     }
 
-    /// Gap at n in the run's own gap function, as the contact of the previous step left it. The contact force of that step is the one that closes
-    /// this gap.
+    /// Gap at n in the run's own gap function, as the contact of the previous step left it. The contact force of that step is the
+    /// one that closes this gap.
     pub fn gap_at_n(&mut self, line: &ShaftLine<'_>) -> Gap {
         let place = self.place(line);
         self.bodies.gap_at_n(place)

@@ -1,8 +1,8 @@
 //! Contact step with Lagrange multipliers: the contact force closes the gap at n+1.
 //!
-//! Contact is detected in the predicted step (without contact force), then solved at one point (`one_point`). If there is no fixed point
-//! (docs/theory/03-contact.md), the step is solved at several points (`several`) or, without a solution there, at the predicted place. Such steps are
-//! counted.
+//! Contact is detected in the predicted step (without contact force), then solved at one point (`one_point`). If there is no fixed
+//! point (docs/theory/03-contact.md), the step is solved at several points (`several`) or, without a solution there, at the predicted
+//! place. Such steps are counted.
 
 use super::bodies::Bodies;
 use super::one_point::{Attempt, account, iterate};

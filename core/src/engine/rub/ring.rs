@@ -165,14 +165,14 @@ impl<'a> Ring<'a> {
 
 /// Upper bound of |v| anywhere on the ring, per unit of each coordinate.
 ///
-/// In an element of length L a coordinate's v is the cubic of its values v and slopes s at both ends,
+/// In an element of length L, the radial displacement of a coordinate is the cubic of its values v and slopes s at both ends:
 /// ```text
 /// v(xi) = h1 v1 + L g1 s1 + h2 v2 - L g2 s2,    h1 = (1 - xi)^2 (1 + 2 xi),  g1 = xi (1 - xi)^2,  h2 = xi^2 (3 - 2 xi),  g2 = xi^2 (1 - xi)
 /// 3 g1 <= h1,  3 g2 <= h2,  h1 + h2 = 1   =>   |v(xi)| <= max over both ends of |v| + (L/3) |s|
 /// ```
 /// No factor of L below 1/3 is sufficient: `g1/h1 = xi/(1 + 2 xi)` tends to 1/3 towards the other end. (L/4 bounds the sum of the largest value and
 /// the largest slope if they occur at different nodes; it is insufficient at the same node.) The distance of the surface from the rotor centre x is
-/// at least `R_i - |v| - |x|` in both gap functions, because `u_P` only moves a point farther from the ring's centre.
+/// at least `R_i - |v| - |x|` in both gap functions: `u_P` only moves a point farther from the ring's centre.
 /// Verified by `the_bound_of_the_radial_displacement_holds_and_a_quarter_does_not`, `no_ring_is_nearer_than_its_bound`.
 fn radial_bound(coordinates: &Coordinates, nodes: usize, arc: f64) -> Vec<f64> {
     let mut bound = vec![0.0; coordinates.size()];
@@ -200,7 +200,7 @@ mod tests {
         steel_ring(NODES, MEAN, 0.37, inner_face)
     }
 
-    /// Largest |v| of a nodal field, sampled.
+    /// Largest |v| of a nodal field, by sampling.
     fn largest(surface: &Surface, field: &[f64]) -> f64 {
         let places = (0..NODES).flat_map(|element| (0..=400).map(move |k| (element, f64::from(k) / 400.0)));
         places.fold(0.0, |most, (element, xi)| {

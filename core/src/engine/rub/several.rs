@@ -1,6 +1,6 @@
 //! Several contact points on one ring, for steps without a fixed point at one place.
 //!
-//! Contact along the whole ring is a complementarity problem with a condition at every angle:
+//! Contact along the whole ring is a complementarity problem with conditions at every angle:
 //! ```text
 //! g(alpha) >= 0 for all alpha,   lambda(alpha) >= 0,   lambda(alpha) g(alpha) = 0
 //! ```
@@ -50,13 +50,15 @@ struct Point {
 /// Kept places of the last step with several points, and scratch.
 #[derive(Default)]
 pub(super) struct Several {
+    /// Points at the kept places.
     points: Vec<Point>,
+    /// Scratch: places of local minima.
     places: Vec<Place>,
 }
 
 impl Several {
-    /// Corrects the predicted increments with as many points as necessary; `None` without a ring, without a solution, or beyond the maximum number of
-    /// points.
+    /// Corrects the predicted increments with as many points as necessary; `None` without a ring or without a solution. The number of points is at
+    /// most [`MOST`]; penetration that remains is reported.
     pub fn correct(
         &mut self,
         bodies: &mut Bodies<'_>,

@@ -7,8 +7,7 @@
 //! ```
 //! The work over a step thus equals the change of V to the last digit, wherever contact begins or ends. Within contact s = 1, and e is the direction
 //! of `x_n` up to `dt^2`. Where contact begins or ends, s is the fraction of the radial path on which the spring acts. With s = 1 each beginning
-//! would remove, and each end would add, up to `k (v dt)^2/8` of energy that is not stored, and the energy of a bouncing rotor would follow a random
-//! walk.
+//! would remove, and each end would add, up to `k (v dt)^2/8` of energy. The energy of a bouncing rotor would then follow a random walk.
 //! Source: discrete gradients (Gonzalez 1996) of V; the scheme is otherwise that of `stepper`.
 //! Limits: e rotates the force away from the centre by angles of the order of `r'' dt^2/2`, which cancel over a bounce. The angular momentum about
 //! the centre is conserved to second order, not to the last digit.

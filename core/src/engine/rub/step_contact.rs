@@ -13,7 +13,7 @@ pub(crate) struct StepContact {
     pub on_rotor: [f64; 2],
     /// Gap and place at the end of the converged step, in the run's own gap function.
     pub gap: Gap,
-    /// Centred slip velocity \[m/s\].
+    /// Centred slip velocity of the rotor relative to the ring \[m/s\].
     pub slip: f64,
     /// Whether the slip direction, frozen at the prediction, differs from that of the solution.
     pub reversed: bool,

@@ -352,15 +352,15 @@ impl<'a> ShaftLine<'a> {
         self.weight.nodal.clone()
     }
 
-    /// Adds to nodal forces the gyroscopic moments and the forces of the unbalances at n, including the inertia of the unbalances; after
-    /// [`ShaftLine::settle`].
+    /// Adds to nodal forces the gyroscopic moments and the forces of the unbalances at n, including the inertia of the unbalances;
+    /// after [`ShaftLine::settle`].
     pub fn add_driving_forces(&self, force: &mut [f64]) {
         axpy(1.0, &self.lateral.force, force);
         self.unbalances.add_inertia(self.rotor, &self.lateral.a, force);
     }
 
-    /// Kinetic and potential energy between n and n+1 \[J\]: gyroscopic, unbalance-coupling and gravity terms. After [`ShaftLine::settle`], before
-    /// [`ShaftLine::advance`].
+    /// Kinetic and potential energy between n and n+1 \[J\]: gyroscopic, unbalance-coupling and gravity terms. After [`ShaftLine::settle`],
+    /// before [`ShaftLine::advance`].
     pub fn coupling_energies(&self, d: &Increments) -> (f64, f64) {
         let (lateral, twist) = (&self.lateral, &self.twist);
         let dt = self.dt;

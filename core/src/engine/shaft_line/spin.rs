@@ -20,7 +20,9 @@ pub(crate) struct Spin {
     pub row: Vec<f64>,
     /// Coordinates of a uniform rotation by 1 rad.
     pub rigid: Vec<f64>,
+    /// Braking torque.
     pub brake: Brake,
+    /// Drive of a prescribed speed; `None` for a free spin.
     pub prescribed: Option<Prescribed>,
 }
 
@@ -107,8 +109,8 @@ impl Spin {
         self.prescribed.as_ref().map(|prescribed| prescribed.torque * spin * self.dt)
     }
 
-    /// Removes the mean spin from a torsional response to a torque if the speed is prescribed; returns the drive torque required for it, per unit
-    /// torque.
+    /// Removes the mean spin from a torsional response to a torque if the speed is prescribed; returns the drive torque
+    /// required for it, per unit torque.
     pub fn hold_response(&self, response: &mut [f64]) -> f64 {
         self.prescribed.as_ref().map_or(0.0, |prescribed| prescribed.hold(&self.row, response))
     }

@@ -16,6 +16,7 @@ use bladeoff_numerics::linalg::{Csr, Matrix, inverse, mul_vec};
 pub(crate) struct Stepper {
     /// Time step \[s\].
     pub dt: f64,
+    /// Inverse of A, and M, C, K for forces and energies.
     operator: Operator,
     /// Coordinates q at step n.
     pub q: Vec<f64>,
@@ -25,6 +26,7 @@ pub(crate) struct Stepper {
     pub elastic: Vec<f64>,
     /// Force f - K q - C d-/dt of the step.
     residual: Vec<f64>,
+    /// Scratch: forces, or the sum of two increments.
     scratch: Vec<f64>,
 }
 
@@ -133,8 +135,8 @@ impl Stepper {
         0.5 * sum / (self.dt * self.dt)
     }
 
-    /// Strain energy between n and n+1, `q+^T K q / 2` \[J\], the form for which the energy balance of the scheme is exact. Before
-    /// [`Stepper::advance`].
+    /// Strain energy between n and n+1, `q+^T K q / 2` \[J\], the form for which the energy balance of the scheme is exact.
+    /// Before [`Stepper::advance`].
     pub fn strain_energy(&self, increment: &[f64]) -> f64 {
         let mut sum = 0.0;
         for i in 0..self.q.len() {
@@ -209,7 +211,7 @@ mod tests {
             stepper.advance(&d);
         }
         let drift = energies.iter().map(|e| (e - energies[0]).abs()).fold(0.0, f64::max);
-        // the first entry already carries the first step's dissipation: differences start there
+        // the first entry already contains the dissipation of the first step: differences start there
         (stepper.q[0], drift)
     }
 
