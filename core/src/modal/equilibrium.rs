@@ -3,7 +3,7 @@
 //! ```text
 //! (K + K_skew) q = w        w: weight of rotor, pedestals and residual unbalances, and forces of the seats
 //! ```
-//! The same system gives the initial state of a run (`engine::beginning`), there in the coordinates of the engine. Limits: the system does
+//! This system also gives the initial state of a run (`engine::beginning`), there in the coordinates of the engine. Limits: the system does
 //! not depend on the speed, so a spinning rotor on damped cross-coupled bearings has the same equilibrium. Verified by
 //! `the_equilibrium_carries_the_weight`.
 
