@@ -12,7 +12,7 @@ pub(crate) struct LoadRecorder {
     bearings: Vec<Watched>,
     /// Pedestals, in the order of the bearings that have one.
     pedestals: Vec<Watched>,
-    /// Largest |F|^2 of all bearings [N2].
+    /// Largest |F|^2 of all bearings \[N2\].
     any: Peak,
     /// Unit vector against gravity; +Y without gravity.
     up: [f64; 2],
@@ -23,7 +23,7 @@ pub(crate) struct LoadRecorder {
 struct Watched {
     /// Name of the bearing.
     name: String,
-    /// Largest |F|^2 [N2]; the root is taken once, at the end.
+    /// Largest |F|^2 \[N2\]; the root is taken once, at the end.
     square: Peak,
     /// Largest |F_x| and |F_y| \[N\].
     components: [Peak; 2],
@@ -35,7 +35,7 @@ struct Watched {
     samples: usize,
 }
 
-/// Quantities of [`Watched`] at one instant: |F|^2 [N2], |F_x|, |F_y| and upward component \[N\].
+/// Quantities of [`Watched`] at one instant: |F|^2 \[N2\], |F_x|, |F_y| and upward component \[N\].
 #[derive(Debug, Clone, Copy, Default)]
 struct Sample {
     values: [f64; 4],
@@ -65,7 +65,7 @@ impl Watched {
         }
     }
 
-    /// Records a load \[N\]; returns |F|^2 [N2].
+    /// Records a load \[N\]; returns |F|^2 \[N2\].
     #[inline]
     fn see(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At) -> f64 {
         let square = x * x + y * y;

@@ -12,7 +12,7 @@ pub(super) struct VonMises {
     nodes: Vec<f64>,
     /// Per section: largest squared equivalent moment of bending and torsion at one instant [N2 m2], with its node.
     peaks: Vec<(Peak, usize)>,
-    /// Per section: factor from the squared equivalent moment to the squared ratio of stress to yield strength [1/(N2 m2)]; 0 without a
+    /// Per section: factor from the squared equivalent moment to the squared ratio of stress to yield strength \[1/(N2 m2)\]; 0 without a
     /// yield strength.
     to_ratio: Vec<f64>,
     /// Largest squared ratio of all sections \[-\]; `None` if no section has a yield strength.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! gamma' = (x y' - y x')/(x^2 + y^2)      turning rate of the rotor centre about the diaphragm's centre       (1)
-//! window  = one turn of the shaft or of the rotor centre about the diaphragm, whichever ends first
+//! window  = one revolution of the shaft or of the rotor centre about the diaphragm, whichever ends first
 //! share   = (time in impacts)/(length of the window); an impact ends when the gap has stayed open for 1 ms
 //! ```
 //! Regime of a run, the worst of all windows:
@@ -16,7 +16,7 @@
 //!
 //! Source: common usage (Muszynska 2005, ch. 6: partial and full annular rub, dry whip); the numbers 0.5 and 0.9 are ours. The last,
 //! incomplete window counts if the rotor stopped (it never completes a revolution), and if a failure or a limit ended the run in contact.
-//! It does not count in a run cut by `end_time` or `end_speed`. Limits: such a window may be short, but not shorter than the filter of 1 ms
+//! A run cut by `end_time` or `end_speed` excludes it. Limits: such a window may be short, but not shorter than the filter of 1 ms
 //! unless the rotor stopped. Verified by the tests below and `tests/runs/stresses.rs`.
 
 use super::filter::FILTER;
