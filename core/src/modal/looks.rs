@@ -41,9 +41,13 @@ const MORE: usize = 1000;
 /// Evaluator of spectra during the tracking of modes from rest to the speed `wanted` \[rad/s\].
 pub(super) struct Looks<'a> {
     pub lateral: &'a Lateral,
+    /// Reduced basis; `None`: the full model is solved.
     reduced: Option<&'a Reduced>,
+    /// Number of evaluated speeds so far.
     taken: Cell<usize>,
+    /// Maximum number of evaluated speeds.
     most: usize,
+    /// Speed up to which modes are tracked \[rad/s\].
     wanted: f64,
 }
 

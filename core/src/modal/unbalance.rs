@@ -51,6 +51,7 @@ pub(super) struct LinearRotor {
     pub mass: Matrix,
     /// Stiffness of shaft and bearings, skew terms included.
     pub stiffness: Matrix,
+    /// Gyroscopic matrix G per unit spin [kg m2].
     pub gyroscopic: Matrix,
     /// Polar moment of inertia of the complete rotor \[kg m2\].
     pub inertia: f64,

@@ -31,38 +31,52 @@ pub(crate) struct Touch {
 /// Recorder of the contact with one ring, in steps of constant length `dt` \[s\].
 #[derive(Debug, Clone)]
 pub(crate) struct ContactRecorder {
+    /// Time step \[s\].
     dt: f64,
     /// Contact at the angle of the rotor's centre: the gap has one minimum, and the normal force does model work.
     polar: bool,
+    /// Largest normal force of one step \[N\].
     force: Peak,
     /// Normal impulses \[N s\] and friction works \[J\] of the last 1 ms.
     window: Window<2>,
-    /// Largest mean normal force \[N\] and friction power \[W\] over 1 ms.
+    /// Largest mean normal force over 1 ms \[N\].
     filtered: Peak,
+    /// Largest mean friction power over 1 ms \[W\].
     power: Peak,
     /// Energy dissipated by friction \[J\].
     friction: Sum,
     /// Axial width of the ring \[m\]; `None` without a flexible ring.
     width: Option<f64>,
+    /// Largest residual penetration \[m\].
     penetration: Peak,
     /// Residual penetration at the end of the last contact step \[m\].
     left: Option<f64>,
+    /// Time of the first contact \[s\].
     first: Option<f64>,
     /// Time of the first contact \[s\], if all guards held then.
     first_guarded: Option<f64>,
+    /// Time of the last contact step \[s\].
     last: Option<f64>,
+    /// Normal contact impulse \[N s\].
     impulse: Sum,
     phases: Phases,
+    /// Time with a contact force \[s\].
     time: Sum,
+    /// Time in contact without slip \[s\].
     stick_time: Sum,
+    /// Number of impacts.
     impacts: Sum,
     /// Whether contact points are searched on the ring. The exponential engine uses sampled points instead.
     pub searches: bool,
     /// Whether detection is `hyp2` with one contact point, which the exponential engine also searches.
     has_one_point: bool,
+    /// Number of steps whose single contact point has no fixed point.
     no_fixed_point: u64,
+    /// Number of steps with more than one contact point.
     several_points: u64,
+    /// Number of steps with penetration at more than one local minimum of the distance.
     several_minima: u64,
+    /// Number of steps whose slip velocity changed sign.
     reversals: u64,
 }
 

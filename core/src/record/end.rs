@@ -7,13 +7,15 @@ use bladeoff_model::outcome::{Cause, EndCause};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct End {
     pub cause: EndCause,
-    /// Time \[s\] and mean spin \[rad/s\] at the end.
+    /// Simulated time at the end \[s\].
     pub time: f64,
+    /// Mean spin at the end \[rad/s\].
     pub speed: f64,
     /// Cause of a failure; `None` if the run did not fail.
     pub failure: Option<Cause>,
-    /// Number of completed steps, and of iterations of the nonlinear solver in them.
+    /// Number of completed time steps.
     pub steps: u64,
+    /// Number of iterations of the nonlinear solver.
     pub iterations: u64,
 }
 

@@ -63,10 +63,13 @@ const EVERY: u64 = 8;
 /// needed. The first balance is the reference.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EnergyBalance {
+    /// Present stored energies and cumulative works.
     pub now: Energies,
     /// Total energy at the start \[J\]; `None` before the first balance.
     initial: Option<f64>,
+    /// Largest magnitude of the total stored energy \[J\].
     largest: f64,
+    /// Largest magnitude of the balance error \[J\].
     largest_error: f64,
     /// Energy dissipated by friction while all guards held \[J\].
     friction_guarded: f64,

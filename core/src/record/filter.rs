@@ -49,8 +49,11 @@ impl LastMillisecond {
 /// Sliding sums of several quantities over the steps of the last 1 ms. The first quantity determines whether a step counts as non-zero.
 #[derive(Debug, Clone)]
 pub(super) struct Window<const N: usize> {
+    /// Values of the steps in the window, oldest first.
     steps: VecDeque<[f64; N]>,
+    /// Number of steps in 1 ms.
     length: usize,
+    /// Sums over the window.
     sums: [f64; N],
     /// Number of non-zero steps in the window.
     filled: usize,

@@ -38,6 +38,7 @@ struct Watched {
 /// Quantities of [`Watched`] at one instant: |F|^2 \[N2\], |F_x|, |F_y| and upward component \[N\].
 #[derive(Debug, Clone, Copy, Default)]
 struct Sample {
+    /// |F|^2 \[N2\], |F_x|, |F_y| and upward component \[N\].
     values: [f64; 4],
     at: At,
 }

@@ -17,7 +17,9 @@ struct Watched {
     name: String,
     /// Clearance \[m\].
     gap: f64,
+    /// Largest displacement from the bearing line \[m\].
     displacement: Peak,
+    /// Time T with a displacement above the clearance \[s\].
     above: Sum,
     /// Time \[s\] and displacement minus clearance \[m\] at the last instant.
     last: Option<[f64; 2]>,

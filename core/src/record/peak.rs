@@ -6,14 +6,18 @@
 /// Time \[s\] and mean spin \[rad/s\] of an event.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct At {
+    /// Time \[s\].
     pub time: f64,
+    /// Mean spin \[rad/s\].
     pub speed: f64,
 }
 
 /// Largest value of a non-negative quantity, with the time and speed at which it was first reached; no value before the first observation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Peak {
+    /// Largest value; `None` before the first observation.
     pub value: Option<f64>,
+    /// Time and speed at which the value was first reached.
     pub at: At,
     /// Largest value while all guards held; zero if there was no value.
     pub guarded: f64,
@@ -57,6 +61,7 @@ impl Peak {
 /// Sum of a non-negative quantity.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sum {
+    /// Sum so far.
     pub value: f64,
     /// Sum while all guards held.
     pub guarded: f64,

@@ -19,7 +19,9 @@ const APART: usize = 2;
 /// Contact phase: sum of the impulses of its steps \[N s\], and sum of their squares \[N2 s2\].
 #[derive(Debug, Clone, Copy, Default)]
 struct Phase {
+    /// Sum of the impulses `J_k` \[N s\].
     impulse: f64,
+    /// Sum of the squared impulses `J_k^2` [N2 s2].
     squares: f64,
     /// Number of steps since the last one with a force.
     open: usize,
@@ -30,6 +32,7 @@ struct Phase {
 pub(super) struct Phases {
     /// Sums of (2) over the phases that have ended: `J_i` \[N s\] and `J_i/n_i` \[N s\].
     ended: [f64; 2],
+    /// Phase in progress; `None` between phases.
     current: Option<Phase>,
 }
 

@@ -14,8 +14,9 @@ use bladeoff_model::outcome::{Empty, EndCause};
 pub(crate) struct RingInstant<'a> {
     /// Mean spin angle \[rad\].
     pub angle: f64,
-    /// Position \[m\] and velocity \[m/s\] of the rotor's centre relative to the diaphragm's centre.
+    /// Position of the rotor's centre relative to the diaphragm's centre \[m\].
     pub place: [f64; 2],
+    /// Velocity of the rotor's centre relative to the diaphragm's centre \[m/s\].
     pub velocity: [f64; 2],
     /// Contact of the step; `None` without contact.
     pub touch: Option<Touch>,

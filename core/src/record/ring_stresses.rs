@@ -25,10 +25,13 @@ pub(crate) struct RingState<'a> {
 pub(crate) struct RingStressRecorder {
     /// Stress recovery; `None` without a flexible ring.
     stresses: Option<RingStresses>,
+    /// Yield strength of ring and blades \[Pa\].
     yield_strength: Option<f64>,
+    /// Largest stress of the ring \[Pa\].
     ring: Peak,
     /// Angular position of the largest ring stress \[rad\].
     angle: f64,
+    /// Largest stress of the blades, bending and axial \[Pa\].
     blades: Peak,
     /// Number of the blade with the largest stress, from 0.
     blade: usize,

@@ -17,9 +17,11 @@ const REPORTED_SECTIONS: usize = 12;
 pub(crate) struct StressRecorder {
     /// `None` for a point mass.
     shaft: Option<ShaftStresses>,
-    /// Per section: largest |T| \[N m\], and largest |M|^2 [N2 m2] (the root is taken once, at the end).
+    /// Per section: largest |T| \[N m\].
     torsion: Vec<Peak>,
+    /// Per section: largest |M|^2 [N2 m2]; the root is taken once, at the end.
     bending: Vec<Peak>,
+    /// Per section: largest von Mises stress.
     mises: VonMises,
     /// Static response of the truncated modes; `None` without bearing seats off the bearing line.
     settled: Option<Settled>,
@@ -30,18 +32,22 @@ pub(crate) struct StressRecorder {
 struct Settled {
     /// Displacements and slopes of the nodes [m, rad].
     lateral: Vec<f64>,
-    /// Bending moments of each element at both ends, in the order of [`StressRecorder::see_bending`] \[N m\], and the larger magnitude of
-    /// the two ends.
+    /// Bending moments of each element at both ends, in the order of [`StressRecorder::see_bending`] \[N m\].
     moments: Vec<[f64; 4]>,
+    /// Larger norm of the bending moment at the two ends of each element \[N m\].
     sizes: Vec<f64>,
 }
 
 /// Torsional moment \[N m\], torsional shear stress, bending stress and von Mises stress \[Pa\] of a section.
 #[derive(Default)]
 struct Stresses {
+    /// Torsional moment |T| \[N m\].
     moment: Peak,
+    /// Torsional shear stress \[Pa\].
     shear: Peak,
+    /// Bending stress \[Pa\].
     bending: Peak,
+    /// Von Mises stress of bending and torsion \[Pa\].
     mises: Peak,
     /// Axial position of the largest von Mises stress \[m\].
     position: f64,

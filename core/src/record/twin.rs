@@ -35,6 +35,7 @@ pub(crate) struct Twin {
     changes: [Option<f64>; CHANGES.len()],
     /// Whether the run is sensitive; `None` if the two runs cannot be compared.
     sensitive: Option<bool>,
+    /// Status of the twin run.
     status: Status,
 }
 

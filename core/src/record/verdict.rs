@@ -57,6 +57,7 @@ impl Verdict {
 /// a guarded value is never too large.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Guards {
+    /// Whether a guard has been broken.
     any_broken: bool,
     /// Whether the truncation error of the modal basis at the contacts is acceptable; `None` before the first contact.
     carried: Option<bool>,

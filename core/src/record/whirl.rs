@@ -40,31 +40,44 @@ const WHIRLS: &[&str] = &["forward", "backward", "mixed"];
 pub(super) struct Motion {
     /// Mean spin angle \[rad\].
     pub angle: f64,
-    /// Position \[m\] and velocity \[m/s\] of the rotor centre.
+    /// Position of the rotor centre \[m\].
     pub place: [f64; 2],
+    /// Velocity of the rotor centre \[m/s\].
     pub velocity: [f64; 2],
+    /// Whether the step has contact.
     pub touches: bool,
 }
 
 /// Recorder of the whirl in one ring, in steps of constant length `dt` \[s\].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WhirlRecorder {
+    /// Time step \[s\].
     dt: f64,
+    /// Window in progress; `None` before the first contact.
     window: Option<Window>,
+    /// Time of the last contact step \[s\].
     last_contact: Option<f64>,
+    /// Whether a window was heavy.
     heavy: bool,
+    /// Whether the rotor centre moved against the spin by a full revolution in heavy windows.
     backward: bool,
     /// Angle of whirl against the spin in successive heavy windows \[rad\], positive.
     against: f64,
+    /// Time in contact with whirl in the direction of the spin \[s\].
     with_spin_time: f64,
+    /// Time in contact with whirl against the spin \[s\].
     against_spin_time: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Window {
+    /// Start time \[s\].
     start: f64,
+    /// Mean spin angle at the start \[rad\].
     angle: f64,
+    /// Whirl angle since the start \[rad\], positive in the direction of the spin.
     turned: f64,
+    /// Time in impacts since the start \[s\].
     contact: f64,
 }
 

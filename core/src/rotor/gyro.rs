@@ -8,8 +8,8 @@
 //! ```
 //! Omega_g: spin rate of site g \[rad/s\]; H_g: its polar inertia matrix \[kg m2\]. Source: docs/theory/01-shaft-line.md. Deviation from
 //! the paper: its term `Omega theta_u' theta_v` is replaced by the symmetric form, equal to it to third order, because the paper's form is
-//! not invariant under rotation of the frame. With the skew operator `S` of a site, (1) is `1/2 Omega x'^T S x` and (2) is `Omega S x' +
-//! 1/2 Omega' S x`. Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
+//! not invariant under rotation of the frame. With the skew operator `S` of a site, (1) is `1/2 Omega x'^T S x` and (2) is
+//! `Omega S x' + 1/2 Omega' S x`. Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
 //! `tests/rotor/linear_rotors.rs`.
 
 use bladeoff_numerics::linalg::Matrix;
@@ -28,8 +28,8 @@ pub enum GyroSite {
         /// Polar inertia \[kg m2\].
         polar_inertia: f64,
     },
-    /// Shaft element between `node` and `node + 1`. Rows of H belong to `[v1, theta_u1, v2, theta_u2]` (from `yz`), columns to `[u1,
-    /// theta_v1, u2, theta_v2]` (from `xz`). The spin rate is the mean of the two nodes.
+    /// Shaft element between `node` and `node + 1`. Rows of H belong to `[v1, theta_u1, v2, theta_u2]` (from `yz`), columns to
+    /// `[u1, theta_v1, u2, theta_v2]` (from `xz`). The spin rate is the mean of the two nodes.
     Element {
         /// Left node.
         node: usize,

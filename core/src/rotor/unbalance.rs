@@ -10,8 +10,8 @@
 //! ```
 //! phi: mean spin angle, beta_t: torsion angle of node t. The force acts at node k. The mass rotates with node t: node k, or the node of a
 //! disc that carries the mass at a different axial position (a row of blades beside its hub). The radius arm does not tilt with the disc.
-//! Source: docs/theory/01-shaft-line.md. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`, `m d^2
-//! psi''`) are part of the mass matrices of a run; the other terms are forces, evaluated here.
+//! Source: docs/theory/01-shaft-line.md. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`,
+//! `m d^2 psi''`) are part of the mass matrices of a run; the other terms are forces, evaluated here.
 //!
 //! Over a step, the scheme uses the position of the mass `p = (u + d cos psi, v + d sin psi)` and forms no derivative of psi:
 //! ```text

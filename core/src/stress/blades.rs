@@ -24,8 +24,9 @@ use bladeoff_numerics::linalg::Matrix;
 /// `a_blade_under_a_turned_ring_has_its_textbook_stress`, `a_blade_under_a_tip_load_has_both_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct BladeStresses {
-    /// Bending stress sigma_b, and total stress sigma with two fibres per position.
+    /// Bending stress sigma_b.
     pub(super) bending: Fibres,
+    /// Total stress sigma, two fibres per position.
     pub(super) both: Fibres,
     /// Number of fibres of one blade in `both`.
     of_one: usize,

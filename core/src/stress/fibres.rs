@@ -26,7 +26,9 @@ pub(super) struct Pairs(Vec<[usize; 2]>);
 /// Buffers for amplitudes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Amplitudes {
+    /// Two coordinates of each pair.
     of: [Vec<f64>; 2],
+    /// Amplitude of each pair.
     sizes: Vec<f64>,
 }
 
@@ -94,7 +96,9 @@ kernel! {
 /// Stress bounds of up to eight groups of positions at once: (1) for coordinates, and a bound per unit force on each degree of freedom.
 #[derive(Debug, Clone)]
 pub(super) struct Bounds {
+    /// Coefficients s_jk of (1) per pair, one lane entry per group.
     pairs: Vec<Lane>,
+    /// Largest stress per unit force on each degree of freedom, per group \[Pa/N\].
     forces: Vec<[f64; GROUPS]>,
 }
 
@@ -133,6 +137,7 @@ impl Bounds {
 /// Stresses of a group of positions.
 #[derive(Debug, Clone)]
 pub(super) struct Fibres {
+    /// Coefficients r_ij of (1).
     rows: Rows,
     /// Static response of the truncated modes to the contact forces; `None` without truncated modes.
     by_forces: Option<ForceColumns>,

@@ -22,12 +22,15 @@ const MOST_PARTS: usize = 16;
 /// Sliding mean of the contact forces on a ring.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ForceAverage {
-    /// Number of steps per part, and of parts per window; 0 without truncated modes.
+    /// Number of steps per part; 0 without truncated modes.
     steps: usize,
+    /// Number of parts per window; 0 without truncated modes.
     parts: usize,
-    /// Sums of the forces of the last parts, newest last, and number of steps in the newest part.
+    /// Sums of the forces of the last parts \[N\], newest last.
     recent: VecDeque<NodalForces>,
+    /// Number of steps in the newest part.
     taken: usize,
+    /// Mean forces of the last update \[N\].
     mean: NodalForces,
 }
 

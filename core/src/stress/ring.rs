@@ -30,8 +30,11 @@ use bladeoff_numerics::linalg::Matrix;
 /// `a_pinched_ring_has_timoshenko_s_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct RingStresses {
+    /// Pairs of ring modes with equal frequency.
     pairs: Pairs,
+    /// Stresses at the nodes of the ring.
     ring: Fibres,
+    /// Stresses of the blades; `None` without blades.
     blades: Option<BladeStresses>,
     /// Bounds of the stresses of the ring, of the blades, and of the bending stresses of the blades.
     bounds: Bounds,
@@ -46,7 +49,9 @@ pub(crate) struct RingStresses {
 /// Coordinates and contact forces of the last evaluation.
 #[derive(Debug, Clone)]
 struct Last {
+    /// Ring coordinates q.
     coordinates: Vec<f64>,
+    /// Contact forces \[N\].
     forces: NodalForces,
     /// Bounds of the stresses by these contact forces \[Pa\].
     by_forces: [f64; GROUPS],
@@ -60,17 +65,22 @@ const ROUNDING: f64 = 1e-12;
 /// Stresses above which an evaluation is needed \[Pa\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known {
+    /// Hoop plus bending stress of the ring.
     pub ring: f64,
+    /// Axial plus bending stress of the blades.
     pub blades: f64,
+    /// Bending stress of the blades.
     pub bending: f64,
 }
 
 /// Largest stresses of an instant \[Pa\]; `None` where a stress cannot exceed the known one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Largest {
+    /// Hoop plus bending stress of the ring.
     pub ring: Option<f64>,
     /// Axial plus bending stress.
     pub blades: Option<f64>,
+    /// Bending stress of the blades.
     pub bending: Option<f64>,
 }
 

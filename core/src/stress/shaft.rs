@@ -38,10 +38,11 @@ pub struct LargestMoments {
 struct Element {
     /// Torsional stiffness `G I_p/L` [N m/rad].
     torsion: f64,
-    /// Coefficients of the deflection difference `6 E I/((1+Phi) L^2)` \[N\] and of the near slope `(4+Phi) E I/((1+Phi) L)` [N m/rad], at
-    /// each end, and of the far slope `(2-Phi) E I/((1+Phi) L)` [N m/rad].
+    /// Coefficient of the deflection difference `6 E I/((1+Phi) L^2)` \[N\], at each end.
     chord: [f64; 2],
+    /// Coefficient of the slope at the same end `(4+Phi) E I/((1+Phi) L)` [N m/rad], at each end.
     near: [f64; 2],
+    /// Coefficient of the slope at the other end `(2-Phi) E I/((1+Phi) L)` [N m/rad].
     far: f64,
 }
 
@@ -72,11 +73,13 @@ struct Element {
 /// `bending_and_torsion_make_the_von_mises_stress_of_a_point`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShaftStresses {
+    /// Coefficients of each element.
     elements: Vec<Element>,
     /// Element range of each section: first, and one past the last.
     sections: Vec<(usize, usize)>,
     /// Section of each element.
     section_of: Vec<usize>,
+    /// Smallest section moduli of each section \[m3\].
     moduli: Vec<SectionModuli>,
 }
 
