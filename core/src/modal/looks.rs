@@ -34,7 +34,7 @@ fn speed(value: f64) -> String {
     format_digits(value, "rad/s", 4)
 }
 
-/// Maximum number of evaluated speeds beyond the planned ones; they take seconds. The machines of the tests, whose modes can all be
+/// Maximum number of evaluated speeds beyond the planned ones (a few seconds of work). The machines of the tests, whose modes can all be
 /// tracked, need at most eighty.
 const MORE: usize = 1000;
 

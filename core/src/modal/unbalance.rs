@@ -150,7 +150,7 @@ mod tests {
             assert!((response.nodes[0] / expected - 1.0).abs() < 1e-12);
             let load = expected * (16.0 + (0.2 * w).powi(2)).sqrt();
             assert!((response.bearings[0] / load - 1.0).abs() < 1e-12);
-            // behind the unbalance, whose phase is 0.7: from 0 below to pi above the critical speed
+            // phase lag behind the unbalance (phase 0.7): from 0 below to pi above the critical speed
             let lag = (0.2 * w).atan2(4.0 - w * w);
             assert!((response.phases[0] - (0.7 - lag)).abs() < 1e-12);
         }

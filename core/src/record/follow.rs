@@ -72,7 +72,7 @@ pub trait Follower {
     fn wants_energies(&self) -> bool {
         true
     }
-    /// Returns whether the observer needs any instant or contact force. If not, it is not called again.
+    /// Returns whether the observer needs any instant or contact force. If not, the engine passes it none.
     fn follows(&self) -> bool {
         true
     }
