@@ -173,8 +173,9 @@ struct Stage {
     /// Time \[s\] and speed \[rad/s\] of the releases.
     time: f64,
     speed: f64,
-    /// Whether each unbalance is present before and after the releases.
+    /// Whether each unbalance is present before the releases.
     before: Vec<bool>,
+    /// Whether each unbalance is present after the releases.
     after: Vec<bool>,
 }
 

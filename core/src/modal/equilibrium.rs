@@ -3,7 +3,7 @@
 //! ```text
 //! (K + K_skew) q = w        w: weight of rotor, pedestals and residual unbalances, and forces of the seats
 //! ```
-//! The same system gives the initial state of a run (`engine::beginning`), there in the coordinates of the engine. Limits: the system does
+//! This system also gives the initial state of a run (`engine::beginning`), there in the coordinates of the engine. Limits: the system does
 //! not depend on the speed, so a spinning rotor on damped cross-coupled bearings has the same equilibrium. Verified by
 //! `the_equilibrium_carries_the_weight`.
 
@@ -69,12 +69,12 @@ mod tests {
         let found = equilibrium(&machine).expect("held");
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
         for axis in 0..2 {
-            // all bearings carry the rotor, the pedestal's ground its bearing and its own weight
+            // the bearings carry the rotor; the ground of the pedestal carries its bearing load and its own weight
             let g = [1.0, -10.0][axis];
             close(found.bearings[0][axis] + found.bearings[1][axis], 2.0 * g);
             close(found.pedestals[0][axis], found.bearings[0][axis] + 4.0 * g);
         }
-        // 2000 N/m in series beside 1000 N/m; the seat at 1 mm, less the sag of the pedestal's own weight
+        // 2000 N/m (bearing and pedestal in series) parallel to 1000 N/m; seat at 1 mm, minus the sag of the pedestal under its own weight
         let y = (-20.0 + 2e3 * (1e-3 - 40.0 / 6e3)) / 3e3;
         close(found.bearings[1][1], 1e3 * y);
         assert!(

@@ -28,6 +28,7 @@ const STRANGE: f64 = 0.05;
 
 /// Modes at one speed.
 struct ModesAtSpeed {
+    /// Speed W \[rad/s\].
     speed: f64,
     modes: Vec<Mode>,
     /// Identity of each mode: a number that stays with the mode over speed.
@@ -36,13 +37,17 @@ struct ModesAtSpeed {
 
 /// Tracking of all modes from rest to increasing speeds.
 struct Way<'a> {
+    /// Evaluator of spectra, which limits the number of speeds.
     looks: Looks<'a>,
+    /// Modes at the current speed.
     last: ModesAtSpeed,
-    /// Number of each identity, from 1; 0 until the mode first whirls. `numbered`: how many have a number.
+    /// Number of each identity, from 1; 0 until the mode first whirls.
     numbers: Vec<usize>,
+    /// Number of identities that have a number.
     numbered: usize,
-    /// Number of modes that must be matched clearly; `top`: the highest of their frequencies at rest \[rad/s\].
+    /// Number of tracked modes, which must be matched clearly.
     followed: usize,
+    /// Highest frequency at rest of the tracked modes \[rad/s\].
     top: f64,
     /// Crossings of modes with the spin so far: speed \[rad/s\] and mode. `None`: crossings are not searched.
     crossings: Option<Vec<(f64, Mode)>>,

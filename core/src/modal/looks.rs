@@ -34,16 +34,20 @@ fn speed(value: f64) -> String {
     format_digits(value, "rad/s", 4)
 }
 
-/// Maximum number of evaluated speeds beyond the planned ones; they take seconds. The machines of the tests, whose modes can all be
+/// Maximum number of evaluated speeds beyond the planned ones (a few seconds of work). The machines of the tests, whose modes can all be
 /// tracked, need at most eighty.
 const MORE: usize = 1000;
 
 /// Evaluator of spectra during the tracking of modes from rest to the speed `wanted` \[rad/s\].
 pub(super) struct Looks<'a> {
     pub lateral: &'a Lateral,
+    /// Reduced basis; `None`: the full model is solved.
     reduced: Option<&'a Reduced>,
+    /// Number of evaluated speeds so far.
     taken: Cell<usize>,
+    /// Maximum number of evaluated speeds.
     most: usize,
+    /// Speed up to which modes are tracked \[rad/s\].
     wanted: f64,
 }
 

@@ -10,9 +10,13 @@ use bladeoff_numerics::linalg::{Matrix, project};
 
 /// Lateral matrices: M, C, K + K_skew (without bearing tables) and G.
 pub(super) struct Matrices {
+    /// M [kg, kg m, kg m2].
     pub mass: Matrix,
+    /// C [N s/m, N s, N m s].
     pub damping: Matrix,
+    /// K + K_skew [N/m, N, N m].
     pub stiffness: Matrix,
+    /// G per unit spin [kg m2].
     pub gyroscopic: Matrix,
 }
 
@@ -20,6 +24,7 @@ pub(super) struct Matrices {
 pub(super) struct Reduced {
     /// V: the same mode shapes in the XZ plane, then in the YZ plane.
     pub shapes: Matrix,
+    /// Projected matrices `V^T A V`.
     pub matrices: Matrices,
 }
 

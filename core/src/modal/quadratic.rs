@@ -109,7 +109,7 @@ pub fn quadratic_modes(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -
 /// [`quadratic_modes`] of M, C and K with a given solver.
 ///
 /// # Errors
-/// As [`quadratic_modes`].
+/// The errors of [`quadratic_modes`].
 pub fn quadratic_modes_by(
     solver: Eigensolver,
     [m, c, k]: [&Matrix; 3],
@@ -125,7 +125,7 @@ pub fn quadratic_modes_by(
 /// Computes the eigenvalues of [`quadratic_modes`] without mode shapes, at less than half the cost.
 ///
 /// # Errors
-/// As [`quadratic_modes`].
+/// The errors of [`quadratic_modes`].
 pub fn quadratic_values(m: &Matrix, c: &Matrix, k: &Matrix, what: &'static str) -> Result<Vec<[f64; 2]>, EigenError> {
     let symmetric = (k + k.transpose()) * 0.5;
     match cholesky(&symmetric) {

@@ -17,11 +17,15 @@ pub(super) const CLEAR: f64 = 0.9;
 pub(super) struct Mode {
     /// Eigenvalue lambda as (re, im) \[rad/s\].
     pub value: [f64; 2],
+    /// Real part of the shape x.
     re: Vec<f64>,
+    /// Imaginary part of the shape x.
     im: Vec<f64>,
-    /// K x and M x, each as real and imaginary part, and |z|^2.
+    /// K x as real and imaginary part.
     stiff: [Vec<f64>; 2],
+    /// M x as real and imaginary part.
     heavy: [Vec<f64>; 2],
+    /// Squared norm |z|^2 of (1).
     energy: f64,
 }
 

@@ -51,6 +51,7 @@ pub(super) struct LinearRotor {
     pub mass: Matrix,
     /// Stiffness of shaft and bearings, skew terms included.
     pub stiffness: Matrix,
+    /// Gyroscopic matrix G per unit spin [kg m2].
     pub gyroscopic: Matrix,
     /// Polar moment of inertia of the complete rotor \[kg m2\].
     pub inertia: f64,
@@ -149,7 +150,7 @@ mod tests {
             assert!((response.nodes[0] / expected - 1.0).abs() < 1e-12);
             let load = expected * (16.0 + (0.2 * w).powi(2)).sqrt();
             assert!((response.bearings[0] / load - 1.0).abs() < 1e-12);
-            // behind the unbalance, whose phase is 0.7: from 0 below to pi above the critical speed
+            // phase lag behind the unbalance (phase 0.7): from 0 below to pi above the critical speed
             let lag = (0.2 * w).atan2(4.0 - w * w);
             assert!((response.phases[0] - (0.7 - lag)).abs() < 1e-12);
         }

@@ -123,8 +123,8 @@ pub(super) fn undamped_below(noise: f64, [re, im]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Damping ratio from which a motion is overdamped: it decays below a thousandth in one period. A strong damper suppresses oscillation at
-/// rest; at speed, the gyroscopic effect gives such a motion an `Im lambda` proportional to the speed. It then equals the speed at no speed
-/// or at every speed.
+/// rest; at speed, the gyroscopic effect gives such a motion an `Im lambda` proportional to the speed. The line `Im lambda(W)` then meets
+/// the line of the spin at no speed or at every speed.
 pub const OVERDAMPED: f64 = 0.9;
 
 /// Number of solved eigenproblems.
@@ -145,6 +145,7 @@ pub(super) fn whirls(mode: &Mode) -> bool {
 /// Lateral model of a machine at constant speed.
 pub(super) struct Lateral {
     pub rotor: RotorMatrices,
+    /// Lateral matrices without bearing tables.
     pub matrices: Matrices,
     /// M and the symmetric part of K, for [`Mode::weigh`].
     sparse: [Csr; 2],

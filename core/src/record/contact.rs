@@ -1,4 +1,4 @@
-//! What the contact with one ring did: forces, impulse, impacts, what it left, how it was solved.
+//! Contact with one ring: forces, impulse, impacts, residual penetration and solver counts.
 
 use super::filter::{FILTER, Window};
 use super::peak::{At, Peak, Sum};
@@ -7,62 +7,76 @@ use super::row::{FLEXIBLE, Row};
 use bladeoff_model::machine::{Contact, ContactPoints, Detection};
 use bladeoff_model::outcome::Empty;
 
-/// The contact of one step, as recorders see it.
+/// Contact of one step, as the recorders see it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Touch {
-    /// Normal force, the sum over all points \[N\].
+    /// Normal force, sum over all contact points \[N\]; positive in compression.
     pub normal: f64,
-    /// No slip.
+    /// Whether the contact sticks (no slip).
     pub sticks: bool,
-    /// Gap of the converged step, in the run's own gap function \[m\].
+    /// Gap of the converged step in the run's own gap function \[m\]; negative for penetration.
     pub gap: f64,
-    /// Points that carry a force.
+    /// Number of contact points with a force.
     pub points: usize,
-    /// Slip direction frozen at the prediction and not kept by the solution.
+    /// Whether the solution reversed the slip direction that the prediction had fixed.
     pub reversed: bool,
-    /// One contact point has no fixed point.
+    /// Whether the single contact point has no fixed point.
     pub no_fixed_point: bool,
-    /// The rotor penetrated the predicted ring at more than one local minimum.
+    /// Whether the rotor penetrated the predicted ring at more than one local minimum of the distance.
     pub several_minima: bool,
-    /// Energy that friction took out in the step \[J\].
+    /// Energy dissipated by friction in the step \[J\].
     pub friction_work: f64,
 }
 
-/// Watches one ring in steps of constant length.
+/// Recorder of the contact with one ring, in steps of constant length `dt` \[s\].
 #[derive(Debug, Clone)]
 pub(crate) struct ContactRecorder {
+    /// Time step \[s\].
     dt: f64,
-    /// Contact at the angle of the rotor's centre: its gap has one minimum, and its force does model work.
+    /// Contact at the angle of the rotor's centre: the gap has one minimum, and the normal force does model work.
     polar: bool,
+    /// Largest normal force of one step \[N\].
     force: Peak,
-    /// Normal impulses \[N s\] and works of friction \[J\] of the last 1 ms.
+    /// Normal impulses \[N s\] and friction works \[J\] of the last 1 ms.
     window: Window<2>,
-    /// Largest mean force and friction power over 1 ms \[N, W\].
+    /// Largest mean normal force over 1 ms \[N\].
     filtered: Peak,
+    /// Largest mean friction power over 1 ms \[W\].
     power: Peak,
-    /// Energy that friction took out \[J\].
+    /// Energy dissipated by friction \[J\].
     friction: Sum,
-    /// Width of the ring \[m\], where the diaphragm has one.
+    /// Axial width of the ring \[m\]; `None` without a flexible ring.
     width: Option<f64>,
+    /// Largest residual penetration \[m\].
     penetration: Peak,
-    /// Penetration that the contact of the last step left at its end \[m\].
+    /// Residual penetration at the end of the last contact step \[m\].
     left: Option<f64>,
+    /// Time of the first contact \[s\].
     first: Option<f64>,
-    /// Time of the first contact, where all guards held then.
+    /// Time of the first contact \[s\], if all guards held then.
     first_guarded: Option<f64>,
+    /// Time of the last contact step \[s\].
     last: Option<f64>,
+    /// Normal contact impulse \[N s\].
     impulse: Sum,
     phases: Phases,
+    /// Time with a contact force \[s\].
     time: Sum,
+    /// Time in contact without slip \[s\].
     stick_time: Sum,
+    /// Number of impacts.
     impacts: Sum,
-    /// Points are searched for on the ring; the exponential engine has candidates instead.
+    /// Whether contact points are searched on the ring. The exponential engine uses sampled points instead.
     pub searches: bool,
-    /// Whether `hyp2` has one contact point, which the exponential engine searches too.
+    /// Whether detection is `hyp2` with one contact point, which the exponential engine also searches.
     has_one_point: bool,
+    /// Number of steps whose single contact point has no fixed point.
     no_fixed_point: u64,
+    /// Number of steps with more than one contact point.
     several_points: u64,
+    /// Number of steps with penetration at more than one local minimum of the distance.
     several_minima: u64,
+    /// Number of steps whose slip velocity changed sign.
     reversals: u64,
 }
 
@@ -99,7 +113,7 @@ impl ContactRecorder {
         }
     }
 
-    /// Takes the contact of a step, `None` without force.
+    /// Records the contact of a step; `None` without a contact force.
     pub fn see(&mut self, touch: Option<&Touch>, at: At) {
         let force = touch.map_or(0.0, |touch| touch.normal);
         self.finish(at);
@@ -108,13 +122,13 @@ impl ContactRecorder {
         if let Some([impulse, work]) = self.window.sums() {
             let length = self.window.length() as f64 * self.dt;
             self.filtered.see(impulse / length, at);
-            // sticking may give back a little
+            // sticking may return a small amount of energy
             self.power.see((work / length).max(0.0), at);
         }
         let Some(touch) = touch else { return };
         self.friction.value += touch.friction_work;
         self.first.get_or_insert(at.time);
-        // a step longer than that shows no gap between two contacts that follow each other
+        // a step longer than the filter cannot resolve the gap between two successive contacts
         if self.last.is_none_or(|last| at.time - last > FILTER.max(1.5 * self.dt)) {
             self.impacts.value += 1.0;
         }
@@ -132,21 +146,21 @@ impl ContactRecorder {
         self.left = Some((-touch.gap).max(0.0));
     }
 
-    /// Takes so many steps without contact at once.
+    /// Records several steps without contact.
     pub fn pass(&mut self, steps: usize, at: At) {
         self.finish(at);
         self.window.pass(steps);
         self.phases.pass(steps);
     }
 
-    /// What the last contact left, at the instant it left it: that of the next step, or the end.
+    /// Records the residual penetration of the last contact, at the instant at which it remained: the next step, or the end of the run.
     pub fn finish(&mut self, at: At) {
         if let Some(depth) = self.left.take() {
             self.penetration.see(depth, at);
         }
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         self.force.hold();
         self.filtered.hold();
@@ -158,7 +172,7 @@ impl ContactRecorder {
         self.first_guarded = self.first;
     }
 
-    /// Takes what another ring had: the largest of peaks, the sums, the first contact of both.
+    /// Merges the contact of another ring: the largest peaks, the sums, the earlier first contact.
     pub fn include(&mut self, other: &Self) {
         let earliest = |own: Option<f64>, others: Option<f64>| own.into_iter().chain(others).reduce(f64::min);
         self.force.include(&other.force);
@@ -177,7 +191,7 @@ impl ContactRecorder {
         self.stick_time.include(&other.stick_time);
         self.impacts.include(&other.impacts);
         self.phases.include(&other.phases);
-        // counts that one of the rings does not have are those of the other
+        // a count that one of the rings lacks is that of the other
         self.polar &= other.polar;
         self.searches |= other.searches;
         self.no_fixed_point += other.no_fixed_point;
@@ -186,37 +200,37 @@ impl ContactRecorder {
         self.reversals += other.reversals;
     }
 
-    /// Largest impulse of 1 ms over 1 ms \[N\]; `None` before the first millisecond has passed.
+    /// Largest impulse within 1 ms, divided by 1 ms \[N\]; `None` without contact.
     pub fn filtered(&self) -> Option<f64> {
         self.filtered.value
     }
 
-    /// Normal impulse of all contact \[N s\].
+    /// Total normal contact impulse \[N s\].
     pub fn impulse(&self) -> f64 {
         self.impulse.value
     }
 
-    /// Whether there was contact.
+    /// Returns whether contact has occurred.
     pub fn touched(&self) -> bool {
         self.first.is_some()
     }
 
-    /// Whether its force does work that its gap does not account for.
+    /// Returns whether the normal force does work that its approximate gap does not account for.
     pub fn does_model_work(&self) -> bool {
         self.polar
     }
 
-    /// Largest penetration that a contact left, that of the last step included, which is left only at its end \[m\].
+    /// Largest residual penetration \[m\], including that of the last contact step.
     pub fn penetration(&self) -> Option<f64> {
         self.penetration.value.into_iter().chain(self.left).reduce(f64::max)
     }
 
-    /// Equivalent steps per contact phase, of the phases known so far; `None` before the first has ended.
+    /// Equivalent number of steps per contact phase \[-\], over the phases so far; `None` before the first phase has ended.
     pub fn steps_per_impact(&self) -> Option<f64> {
         self.phases.known()
     }
 
-    /// Steps whose slip velocity changed sign.
+    /// Number of steps in which the slip velocity changed sign.
     pub fn reversals(&self) -> u64 {
         self.reversals
     }
@@ -247,7 +261,7 @@ impl ContactRecorder {
         row.counted("impacts", "impacts; one ends when the gap has stayed open for 1 ms", impacts);
     }
 
-    /// `is_one`: one diaphragm of several, whose energy is not that of the run.
+    /// `is_one`: the columns refer to one of several diaphragms, whose friction energy is not that of the run.
     pub(super) fn report_friction(of: Option<&Self>, is_one: bool, row: &mut Row<'_>) {
         if is_one {
             let energy = of.map(|contact| contact.friction);

@@ -1,9 +1,9 @@
-//! Least damping of the whirl modes over the speeds that a run has visited.
+//! Least damping ratio of the whirl modes over the speeds that a run has visited.
 
 use super::row::Row;
 use crate::modal::LeastDamping;
 
-/// Columns of the least damping; `of`: a run that has ended.
+/// Reports the columns of the least damping. `of`: record of a run that has ended.
 pub(super) fn report(of: Option<&LeastDamping>, row: &mut Row<'_>) {
     let least = of.and_then(LeastDamping::least);
     row.real(

@@ -1,4 +1,4 @@
-//! How far a run came, in how many steps, and why it ended.
+//! End of a run: time, number of steps and cause.
 
 use super::row::Row;
 use bladeoff_model::outcome::{Cause, EndCause};
@@ -7,18 +7,21 @@ use bladeoff_model::outcome::{Cause, EndCause};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct End {
     pub cause: EndCause,
-    /// Time \[s\] and mean spin \[rad/s\].
+    /// Simulated time at the end \[s\].
     pub time: f64,
+    /// Mean spin at the end \[rad/s\].
     pub speed: f64,
-    /// Why it failed.
+    /// Cause of a failure; `None` if the run did not fail.
     pub failure: Option<Cause>,
-    /// Steps done, and iterations of the non-linear solve in them.
+    /// Number of completed time steps.
     pub steps: u64,
+    /// Number of iterations of the nonlinear solver.
     pub iterations: u64,
 }
 
 impl End {
-    /// Whether the run ended between two whole steps: at its end, or by a budget. All of its values are then of steps that were solved.
+    /// Returns whether the run ended between two completed steps: regularly, or at the step limit. All of its values then come from solved
+    /// steps.
     pub fn is_between_steps(&self) -> bool {
         matches!(self.failure, None | Some(Cause::StepLimit))
     }
@@ -40,15 +43,15 @@ impl End {
     }
 }
 
-/// The work of a run.
+/// Time steps of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
-    /// Length \[s\].
+    /// Length of a step \[s\].
     pub length: f64,
 }
 
 impl Steps {
-    /// Name of the column of steps done.
+    /// Name of the column of completed steps.
     pub const DONE: &str = "steps";
 
     pub fn report(self, end: Option<&End>, row: &mut Row<'_>) {

@@ -1,4 +1,4 @@
-//! Energies of a run: every store and every flow integrated on its own, so that their balance is a check and not a definition.
+//! Energies of a run. Each stored energy and each work is integrated separately, so the energy balance is a check, not a definition.
 
 use super::end::End;
 use super::peak::Sum;
@@ -6,46 +6,46 @@ use super::ring::RingRecorders;
 use super::row::Row;
 use bladeoff_model::outcome::{Empty, Group};
 
-/// Energies of one instant and the work done up to it \[J\].
+/// Stored energies at one instant and cumulative works up to it \[J\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energies {
-    /// Kinetic: rotor, spin, gyroscopic coupling, unbalance, ring.
+    /// Kinetic energy of rotor, spin, gyroscopic coupling, unbalances and rings.
     pub kinetic: f64,
-    /// Strain: shaft, bearings' potential part, torsion, ring, radial spring.
+    /// Strain energy of shaft, torsion, rings, radial springs and the symmetric part of the bearing stiffness.
     pub strain: f64,
-    /// Gravity.
+    /// Potential energy in gravity.
     pub gravity: f64,
-    /// Dissipated by bearings.
+    /// Energy dissipated by bearing damping, positive for dissipation.
     pub bearings: f64,
-    /// Dissipated by structural damping of the shaft, in bending and torsion.
+    /// Energy dissipated by the structural damping of the shaft, in bending and torsion.
     pub structure: f64,
-    /// Dissipated by the stator's damping.
+    /// Energy dissipated by the damping of the stator.
     pub stator: f64,
-    /// Taken by braking.
+    /// Energy removed by braking.
     pub braking: f64,
-    /// Dissipated by contact friction.
+    /// Energy dissipated by contact friction.
     pub friction: f64,
-    /// Taken out by the normal contact force.
+    /// Energy removed by the normal contact force, positive for removal.
     pub normal: f64,
-    /// Hyp 1's model work, taken out.
+    /// Energy removed by the model work of Hyp 1's approximate gap.
     pub model: f64,
-    /// Put in by skew bearing stiffness.
+    /// Energy supplied by skew bearing stiffness.
     pub skew: f64,
-    /// Put in by the drive of a prescribed speed.
+    /// Energy supplied by the drive of a prescribed speed.
     pub drive: f64,
-    /// Put in by bearing tables, whose stiffness changes with the speed.
+    /// Energy supplied by bearing tables, whose stiffness depends on the speed.
     pub tables: f64,
-    /// Put in by masses that were released: kinetic and in gravity, negative of a lost mass.
+    /// Energy supplied by released masses, kinetic and in gravity; negative for a lost mass.
     pub released: f64,
 }
 
 impl Energies {
-    /// Energy stored.
+    /// Total stored energy \[J\].
     #[must_use]
     pub fn stored(&self) -> f64 {
         self.kinetic + self.strain + self.gravity
     }
-    /// Energy that has left.
+    /// Net energy removed from the system \[J\].
     #[must_use]
     pub fn taken(&self) -> f64 {
         self.bearings + self.structure + self.stator + self.braking + self.friction + self.normal + self.model
@@ -56,82 +56,86 @@ impl Energies {
     }
 }
 
-/// The balance is evaluated every so many steps (the works are summed at each), from the first on.
+/// Number of steps between two evaluations of the balance; the works are summed at every step, from the first on.
 const EVERY: u64 = 8;
 
-/// Keeps the balance of a run: an engine adds works to `now` at each step, and writes the stores where they are wanted. The first
-/// balance is the reference.
+/// Energy balance of a run. An engine adds the works of each step to `now`, and writes the stored energies at the steps where they are
+/// needed. The first balance is the reference.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EnergyBalance {
+    /// Present stored energies and cumulative works.
     pub now: Energies,
-    /// Energy at the start; `None` before the first balance.
+    /// Total energy at the start \[J\]; `None` before the first balance.
     initial: Option<f64>,
+    /// Largest magnitude of the total stored energy \[J\].
     largest: f64,
+    /// Largest magnitude of the balance error \[J\].
     largest_error: f64,
-    /// Energy dissipated by friction while all guards held.
+    /// Energy dissipated by friction while all guards held \[J\].
     friction_guarded: f64,
 }
 
 impl EnergyBalance {
-    /// Whether the stores of this step are needed: also of each of the first, one of which may be the last.
+    /// Returns whether the stored energies are needed at this step. They are needed at each of the first steps, because one of these may be
+    /// the last.
     pub fn wants_stores(step: u64) -> bool {
         step.is_multiple_of(EVERY) || step < EVERY
     }
 
-    /// Whether the balance is judged with this step: at the same steps whoever looks.
+    /// Returns whether the balance is judged at this step, regardless of whether a [`super::Follower`] observes the run.
     pub fn judges(step: u64) -> bool {
         step.is_multiple_of(EVERY)
     }
 
-    /// Takes a step, with its works added and its stores written where they are wanted.
+    /// Records a step, after its works and, where needed, its stored energies.
     pub fn see(&mut self, step: u64) {
         if Self::judges(step) {
             self.balance();
         }
     }
 
-    /// Takes an instant with its works added and its stores written, of an engine whose steps are not equal.
+    /// Records an instant after its works and stored energies, for an engine with steps of variable length.
     pub fn take(&mut self) {
         self.balance();
     }
 
-    /// Takes the end of the run: one too short for a second balance has it at its last step.
+    /// Records the end of the run. A run that is too short for a second balance is balanced at its last step.
     pub fn finish(&mut self, end: &End) {
         if end.failure.is_none() && end.steps <= EVERY {
             self.balance();
         }
     }
 
-    /// The error of the balance, with stores and works of the same step.
+    /// Updates the balance error, from stored energies and works of the same step.
     fn balance(&mut self) {
         let total = self.now.stored();
-        // the works before the first one are those of half a step before and after t = 0: they belong to the start
+        // works before the first balance belong to half a step before and after t = 0, so they are part of the start
         let initial = *self.initial.get_or_insert(total + self.now.taken());
         self.largest = self.largest.max(total.abs());
         self.largest_error = self.largest_error.max((total + self.now.taken() - initial).abs());
     }
 
-    /// Energy at the start \[J\]; 0 before the first balance.
+    /// Total energy at the start \[J\]; 0 before the first balance.
     pub fn initial(&self) -> f64 {
         self.initial.unwrap_or(0.0)
     }
 
-    /// Largest balance error over the largest total energy.
+    /// Largest balance error over the largest total energy \[-\].
     pub fn relative_error(&self) -> f64 {
         if self.largest > 0.0 { self.largest_error / self.largest } else { 0.0 }
     }
 
-    /// Whether all is finite: comparisons and largest values pass over what is no number.
+    /// Returns whether all energies are finite. Comparisons and maxima ignore a NaN, so a separate check is necessary.
     pub fn is_finite(&self) -> bool {
         (self.now.stored() + self.now.taken() + self.largest + self.largest_error).is_finite()
     }
 
-    /// All guards hold.
+    /// Marks the friction energy so far as guarded.
     pub fn hold(&mut self) {
         self.friction_guarded = self.now.friction;
     }
 
-    /// Works of contact are null without a ring.
+    /// Reports the energy columns. Works of contact are null without a diaphragm.
     pub(super) fn report(&self, rings: &[RingRecorders], row: &mut Row<'_>) {
         let diaphragm = rings.is_empty().then_some("a diaphragm");
         row.with(Empty::Absent, diaphragm, |row| self.report_contact(rings, row));

@@ -1,74 +1,77 @@
-//! The filter of the contact force: its mean over 1 ms.
+//! Filter of the contact force: its mean over 1 ms.
 //!
 //! ```text
 //! F_f(t_n) = 1/(N dt) sum of F_k dt over k = n-N+1 .. n,   N = 1 ms/dt, rounded, at least one
 //! ```
-//! Multipliers chatter: the force of one step is no converged quantity, its mean over an impact is. Before N steps have been
-//! done the missing ones count as steps without force. Source: ours (`docs/theory/04-time-integration.md`).
+//! The multipliers chatter: the force of one step is not a converged quantity, but its mean over an impact is. Before the first N steps are
+//! complete, the missing steps count as steps without force. Source: ours (`docs/theory/04-time-integration.md`).
 
 use std::collections::VecDeque;
 
-/// Length of the filter, and how long the gap must stay open for an impact to end \[s\].
+/// Length of the filter, and minimum time of an open gap that ends an impact \[s\].
 pub(super) const FILTER: f64 = 1e-3;
 
-/// Sum of what each step of the last 1 ms had: its force, or its impulse.
+/// Sliding sum of a force or impulse over the steps of the last 1 ms.
 #[derive(Debug, Clone)]
 pub struct LastMillisecond(Window<1>);
 
 impl LastMillisecond {
-    /// Filter of a run in steps of `step` \[s\].
+    /// Filter of a run with the time step `step` \[s\].
     #[must_use]
     pub fn new(step: f64) -> Self {
         Self(Window::new(step))
     }
 
-    /// Steps that 1 ms has.
+    /// Number of steps in 1 ms.
     #[must_use]
     pub fn length(&self) -> usize {
         self.0.length()
     }
 
-    /// Takes what the next step had.
+    /// Adds the value of the next step.
     #[inline]
     pub fn slide(&mut self, value: f64) {
         self.0.slide([value]);
     }
 
-    /// Takes so many steps that had nothing.
+    /// Adds several steps with the value zero.
     pub fn pass(&mut self, steps: usize) {
         self.0.pass(steps);
     }
 
-    /// The sum; `None` where no step of the last 1 ms had anything.
+    /// Returns the sum; `None` if all steps of the last 1 ms are zero.
     #[inline]
     pub fn sum(&mut self) -> Option<f64> {
         self.0.sums().map(|[sum]| sum)
     }
 }
 
-/// Sums of several quantities over the steps of the last 1 ms; a step has something where the first one is not zero, and then alone.
+/// Sliding sums of several quantities over the steps of the last 1 ms. The first quantity determines whether a step counts as non-zero.
 #[derive(Debug, Clone)]
 pub(super) struct Window<const N: usize> {
+    /// Values of the steps in the window, oldest first.
     steps: VecDeque<[f64; N]>,
+    /// Number of steps in 1 ms.
     length: usize,
+    /// Sums over the window.
     sums: [f64; N],
-    /// Steps of the window that had something.
+    /// Number of non-zero steps in the window.
     filled: usize,
 }
 
 impl<const N: usize> Window<N> {
-    /// Of a run in steps of `step` \[s\].
+    /// Window of a run with the time step `step` \[s\].
     pub fn new(step: f64) -> Self {
-        // grown by what has happened: a step of no size would ask for more than there is
+        // the queue grows step by step: with a step of zero length, its full capacity could not be allocated
         Self { steps: VecDeque::new(), length: ((FILTER / step).round() as usize).max(1), sums: [0.0; N], filled: 0 }
     }
 
-    /// Steps that 1 ms has.
+    /// Number of steps in 1 ms.
     pub fn length(&self) -> usize {
         self.length
     }
 
-    /// Takes what the next step had.
+    /// Adds the values of the next step.
     #[inline]
     pub fn slide(&mut self, values: [f64; N]) {
         let full = self.steps.len() >= self.length;
@@ -81,10 +84,10 @@ impl<const N: usize> Window<N> {
         }
     }
 
-    /// Takes so many steps that had nothing.
+    /// Adds several steps with the value zero.
     pub fn pass(&mut self, steps: usize) {
         if self.filled == 0 || steps >= self.length {
-            // missing ones count as those that had nothing
+            // missing steps count as zero
             self.steps.clear();
             (self.filled, self.sums) = (0, [0.0; N]);
             return;
@@ -92,11 +95,11 @@ impl<const N: usize> Window<N> {
         (0..steps).for_each(|_| self.slide([0.0; N]));
     }
 
-    /// The sums; `None` where no step of the last 1 ms had anything.
+    /// Returns the sums; `None` if all steps of the last 1 ms are zero.
     #[inline]
     pub fn sums(&mut self) -> Option<[f64; N]> {
         if self.filled == 0 {
-            // rounding of the sliding sums does not outlive the contact
+            // the rounding of the sliding sums ends with the contact
             self.sums = [0.0; N];
             return None;
         }

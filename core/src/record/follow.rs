@@ -1,8 +1,8 @@
-//! Following a run from outside: what may be seen of an instant, and by whom.
+//! Observation of a run: the observable state at an instant, and the interface of an observer.
 
 use super::energies::Energies;
 
-/// One instant of a run, at step n.
+/// State of a run at step n.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame<'a> {
     /// Time \[s\].
@@ -11,28 +11,29 @@ pub struct Frame<'a> {
     pub angle: f64,
     /// Mean spin \[rad/s\].
     pub speed: f64,
-    /// Lateral nodal displacements [m, rad]; places by [`crate::rotor::RotorMatrices::u`] and its siblings.
+    /// Lateral nodal displacements [m, rad], indexed by [`crate::rotor::RotorMatrices::u`] and its siblings.
     pub displacement: &'a [f64],
-    /// Lateral nodal velocities.
+    /// Lateral nodal velocities [m/s, rad/s].
     pub velocity: &'a [f64],
-    /// Torsion angle of each node against the mean spin angle \[rad\].
+    /// Torsion angle of each node relative to the mean spin angle \[rad\], positive in the direction of positive spin.
     pub torsion_angles: &'a [f64],
-    /// Bearing loads `K (x - e) + C x'` in the machine's order \[N\], x with the static response of the truncated modes.
+    /// Bearing loads `K (x - e) + C x'`, in the machine's order \[N\]; x includes the static response of the truncated modes, e is the
+    /// elevation of the seat.
     pub bearing_loads: &'a [[f64; 2]],
-    /// Pedestal loads `K x + C x'`, in the order of the bearings that have one \[N\].
+    /// Pedestal loads `K x + C x'`, in the order of the bearings with a pedestal \[N\].
     pub pedestal_loads: &'a [[f64; 2]],
     /// Contact with each diaphragm, in the machine's order.
     pub contacts: &'a [ContactFrame<'a>],
-    /// Energies, last balanced at or before this instant \[J\].
+    /// Energies of the last balance at or before this instant \[J\].
     pub energies: Energies,
 }
 
-/// The contact with one diaphragm at one instant, in the stator's frame.
+/// Contact with one diaphragm at one instant, in the stator's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactFrame<'a> {
-    /// Rotor centre from the diaphragm's centre \[m\].
+    /// Position of the rotor centre relative to the diaphragm's centre \[m\].
     pub rotor: [f64; 2],
-    /// Gap in the run's own gap function \[m\], as the contact force of the step before left it: that force was to leave none.
+    /// Gap in the run's own gap function \[m\], negative for penetration: the residual gap after the contact force of the previous step.
     pub gap: f64,
     /// Contact angle \[rad\].
     pub angle: f64,
@@ -42,43 +43,44 @@ pub struct ContactFrame<'a> {
     pub friction_force: f64,
     /// Slip velocity \[m/s\]; 0 without contact.
     pub slip: f64,
-    /// Displacement of the ring at the contact place: radial, tangential \[m\]; the static part of the modes left out is under the
-    /// force of the step before, as for the gap.
+    /// Radial and tangential displacement of the ring at the contact point \[m\]. The static response of the truncated modes is that to the
+    /// contact force of the previous step, as for the gap.
     pub ring: [f64; 2],
-    /// Nodal freedoms `[u, u_s, v, v_s]` of the flexible ring (no blade nodes), `None` without one.
+    /// Nodal degrees of freedom `[u, u_s, v, v_s]` of the flexible ring, without blade nodes; `None` without a flexible ring.
     pub field: Option<&'a [f64]>,
 }
 
-/// Follows a run. It cannot change it.
+/// Observer of a run. An observer cannot change the run.
 pub trait Follower {
-    /// The normal contact force of the step on one diaphragm, by its place in the machine's order \[N\], zero without contact: of
-    /// every step, wanted or not, because single steps say little about it. Called before [`Follower::see`] of that step.
+    /// Receives the normal contact force of a step on one diaphragm \[N\], zero without contact. `_diaphragm`: its index in the machine's
+    /// order. The method is called for every step, because the forces of single steps are not converged, and before [`Follower::see`] of
+    /// that step.
     fn contact_force(&mut self, _diaphragm: usize, _time: f64, _force: f64) {}
-    /// Whether the run goes on; asked before each step, and before those of its twin, which are counted on. One that does not ends as at
-    /// its step limit.
+    /// Returns whether the run continues. It is called before each step of the run and then of its twin, with consecutive step numbers. A
+    /// run that is not continued ends as at its step limit.
     fn goes_on(&mut self, _step: u64) -> bool {
         true
     }
-    /// Whether the instant is wanted; called once per step.
+    /// Returns whether the observer needs the instant; called once per step.
     fn wants(&mut self, step: u64, time: f64) -> bool;
-    /// Whether the instant at which the run ends is wanted, besides those of [`Follower::wants`]: it is the state, time and spin of
-    /// the row; its velocities, loads and contact force are those of a step that would follow.
+    /// Returns whether the observer also needs the final instant of the run, in addition to those of [`Follower::wants`]. Its state, time
+    /// and spin are those of the row. Its velocities, loads and contact force are those of a step that would follow.
     fn wants_end(&mut self) -> bool {
         false
     }
-    /// Whether the energies of a frame are wanted one by one: an engine may need their sum alone.
+    /// Returns whether the observer needs the separate energies of a frame. Otherwise an engine may compute only their sum.
     fn wants_energies(&self) -> bool {
         true
     }
-    /// Whether any instant or contact force is wanted: a follower that wants none is not asked again.
+    /// Returns whether the observer needs any instant or contact force. If not, the engine passes it none.
     fn follows(&self) -> bool {
         true
     }
-    /// Takes the instant.
+    /// Receives an instant.
     fn see(&mut self, frame: &Frame<'_>);
 }
 
-/// Wants nothing.
+/// Observer that needs nothing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoHistory;
 

@@ -1,4 +1,4 @@
-//! Limits of the physical model: how close a run comes to each, and when it first exceeds one.
+//! Limits of the physical model: the ratio of each quantity to its limit, and the time at which a limit is first exceeded.
 //!
 //! ```text
 //! ratio = quantity / (run.limit.NAME.value * reference)        the limit is exceeded where ratio > 1
@@ -10,44 +10,44 @@
 //! | `journal_clearance` | displacement of the journal | radial clearance of its bearing |
 //! | `unstable_rotor` | growth of a whirl mode's amplitude over one of its revolutions | 1 |
 //!
-//! The planar ring and the linear bearing are small-displacement models, and all materials are elastic: beyond these limits a run
-//! describes another machine. A limit does not change the motion; with `run.end_beyond` it ends the run. Several rings or bearings share
-//! one limit: the largest ratio counts. Verified by `core/tests/runs/limits.rs`.
+//! The planar ring and the linear bearing are small-displacement models, and all materials are elastic. Beyond these limits a run no longer
+//! describes the machine. A limit does not change the motion; with `run.end_beyond` it ends the run. Several rings or bearings share one
+//! limit: the largest ratio counts. Verified by `core/tests/runs/limits.rs`.
 
 use super::peak::{At, Sum};
 use super::row::Row;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, ModelLimit, OnExceed};
 use bladeoff_model::outcome::{CauseSet, Empty, Limit};
 
-/// One limit during a run.
+/// State of one limit during a run.
 #[derive(Debug, Clone, Copy)]
 struct Watched {
     limit: ModelLimit,
-    /// Part or key that the machine needs for the limit to be judged.
+    /// Part or key whose absence prevents the limit from being judged; `None` if the limit is judged.
     lacks: Option<&'static str>,
-    /// Largest ratio so far, 0 before the quantity has a value; `None` where nothing judges the limit.
+    /// Largest ratio so far \[-\], 0 before the quantity has a value; `None` if the limit is not judged.
     largest: Option<f64>,
-    /// Largest ratio while all guards held.
+    /// Largest ratio while all guards held \[-\].
     guarded: f64,
-    /// When the ratio first exceeded 1.
+    /// Time and speed at which the ratio first exceeded 1.
     exceeded: Option<At>,
 }
 
-/// Watches every limit of a run.
+/// Recorder of all limits of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct LimitRecorder {
     limits: [Watched; Limit::ALL.len()],
-    /// The first exceeded limit with [`OnExceed::Beyond`], and when.
+    /// First exceeded limit with [`OnExceed::Beyond`], with its time and speed.
     beyond: Option<(Limit, At)>,
-    /// Whether all guards held then.
+    /// Whether all guards held at that time.
     beyond_held: bool,
     /// Mean radius and gap \[m\] of each diaphragm; `None` without a flexible ring.
     rings: Vec<Option<[f64; 2]>>,
-    /// Values reached up to the limit have been kept ([`super::Recorders::judge`]).
+    /// Whether the values reached up to the exceeded limit have been judged ([`super::Recorders::judge`]).
     kept: bool,
-    /// Time step: the earliest time at which a limit is reported \[s\].
+    /// Time step \[s\]: the earliest reported time of an exceeded limit.
     step: f64,
-    /// Clearance of each bearing that has one \[m\], in the machine's order.
+    /// Radial clearance of each bearing that has one \[m\], in the machine's order.
     clearances: Vec<f64>,
 }
 
@@ -55,7 +55,7 @@ impl LimitRecorder {
     pub fn new(machine: &Machine, step: f64) -> Self {
         let watched = |limit: ModelLimit| {
             let lacks = machine.lacks(limit.limit);
-            // a whirl mode has to be found first
+            // this limit has no ratio until a whirl mode is found
             let starts = lacks.is_none() && limit.limit != Limit::UnstableRotor;
             Watched { limit, lacks, largest: starts.then_some(0.0), guarded: 0.0, exceeded: None }
         };
@@ -70,7 +70,7 @@ impl LimitRecorder {
         }
     }
 
-    /// Takes the value of a limit's quantity over its reference, at an instant.
+    /// Records the quantity of a limit over its reference \[-\], at an instant.
     #[inline]
     pub fn see(&mut self, limit: Limit, quantity: f64, at: At) {
         let watched = &mut self.limits[limit as usize];
@@ -86,12 +86,12 @@ impl LimitRecorder {
         }
     }
 
-    /// Takes the square of the rotor's eccentricity in a ring \[m2\].
+    /// Records the squared eccentricity of the rotor in a ring \[m2\].
     #[inline]
     pub fn see_eccentricity(&mut self, ring: usize, square: f64, at: At) {
         let Some([radius, gap]) = self.rings.get(ring).copied().flatten() else { return };
         let watched = &self.limits[Limit::RingDisplacement as usize];
-        // one root where the ratio may grow
+        // take the root only if the ratio may grow
         let least = gap + watched.largest.unwrap_or(0.0) * watched.limit.value * radius;
         if square > least * least || watched.largest.is_none() {
             let quantity = (square.sqrt() - gap).max(0.0) / radius;
@@ -99,7 +99,7 @@ impl LimitRecorder {
         }
     }
 
-    /// Takes the displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
+    /// Records the displacements of the journals in bearings with a clearance, in the machine's order \[m\].
     #[inline]
     pub fn see_journals(&mut self, displacements: &[[f64; 2]], at: At) {
         for place in 0..self.clearances.len().min(displacements.len()) {
@@ -108,37 +108,38 @@ impl LimitRecorder {
         }
     }
 
-    /// The first exceeded limit that takes the run beyond the model, and when.
+    /// Returns the first exceeded limit with [`OnExceed::Beyond`], with its time and speed.
     pub fn beyond(&self) -> Option<(Limit, At)> {
         self.beyond
     }
 
-    /// Whether the run has exceeded such a limit since it was last judged.
+    /// Returns whether the run has exceeded such a limit since the last judgement.
     #[inline]
     pub fn is_newly_beyond(&self) -> bool {
         self.beyond.is_some() && !self.kept
     }
 
-    /// All guards hold.
+    /// Marks the ratios reached so far as guarded.
     pub fn hold(&mut self) {
         self.limits.iter_mut().for_each(|watched| watched.guarded = watched.largest.unwrap_or(0.0));
         self.beyond_held = self.beyond.is_some();
     }
 
-    /// Whether values still count as reached inside the model; the step that exceeds the limit is the last one.
+    /// Returns whether values still count as reached within the model, and updates that state. The step in which the limit is exceeded is
+    /// the last one that counts.
     pub fn keeps(&mut self) -> bool {
         let keeps = !self.kept;
         self.kept |= self.beyond.is_some();
         keeps
     }
 
-    /// Whether the run ends here, by `run.end_beyond`.
+    /// Returns whether the run ends here because of `run.end_beyond`.
     #[inline]
     pub fn ends(&self, machine: &Machine) -> bool {
         self.beyond.is_some() && machine.run.end_beyond
     }
 
-    /// Exceeded limits of a kind.
+    /// Returns the exceeded limits with a given `on_exceed`.
     pub fn exceeded(&self, on_exceed: OnExceed) -> CauseSet {
         let mut causes = CauseSet::default();
         let exceeded = self.limits.iter().filter(|watched| watched.exceeded.is_some());
@@ -173,7 +174,7 @@ impl LimitRecorder {
     }
 }
 
-/// Mean radius and gap \[m\] of a flexible ring; a circle that does not move and a massless spring have no displacement of their own.
+/// Mean radius and gap of a flexible ring \[m\]. A rigid ring and a massless radial spring have no displacement to limit.
 fn radius_and_gap(diaphragm: &Diaphragm) -> Option<[f64; 2]> {
     match &diaphragm.kind {
         DiaphragmKind::Flexible(stator) => Some([stator.ring.mean_radius, diaphragm.contact.gap]),

@@ -6,46 +6,47 @@ use super::row::Row;
 use bladeoff_model::machine::Rotor;
 use bladeoff_model::outcome::Empty;
 
-/// Watches the load of each bearing and of each pedestal: its norm in the X-Y plane, both components, and the component against gravity.
+/// Recorder of the load of each bearing and pedestal: its norm in the X-Y plane, both components, and the component against gravity.
 #[derive(Debug, Clone)]
 pub(crate) struct LoadRecorder {
     bearings: Vec<Watched>,
-    /// In the order of the bearings that have one.
+    /// Pedestals, in the order of the bearings that have one.
     pedestals: Vec<Watched>,
-    /// |F|^2 of all bearings.
+    /// Largest |F|^2 of all bearings \[N2\].
     any: Peak,
     /// Unit vector against gravity; +Y without gravity.
     up: [f64; 2],
 }
 
-/// One bearing or pedestal.
+/// Load of one bearing or pedestal.
 #[derive(Debug, Clone)]
 struct Watched {
     /// Name of the bearing.
     name: String,
-    /// |F|^2, one root at the end.
+    /// Largest |F|^2 \[N2\]; the root is taken once, at the end.
     square: Peak,
-    /// |F_x| and |F_y|.
+    /// Largest |F_x| and |F_y| \[N\].
     components: [Peak; 2],
-    /// Component against gravity, 0 where it points down.
+    /// Largest component against gravity \[N\]; a downward component counts as 0.
     upward: Peak,
-    /// The last two instants of smooth motion, the later one last.
+    /// The last two instants of smooth motion, oldest first.
     last: [Sample; 2],
-    /// Number of them.
+    /// Number of valid instants in `last`.
     samples: usize,
 }
 
-/// Quantities of [`Watched`] at one instant: |F|^2, |F_x|, |F_y|, upward.
+/// Quantities of [`Watched`] at one instant: |F|^2 \[N2\], |F_x|, |F_y| and upward component \[N\].
 #[derive(Debug, Clone, Copy, Default)]
 struct Sample {
+    /// |F|^2 \[N2\], |F_x|, |F_y| and upward component \[N\].
     values: [f64; 4],
     at: At,
 }
 
-/// Time and value of the vertex of the parabola through three samples, the middle one the largest.
+/// Time and value of the vertex of the parabola through three samples, of which the middle one is the largest.
 ///
-/// Steps of h lose `(w h)^2/8` of the peak of a motion of frequency w without it, `(w h)^4/32` with it.
-/// Verified by `the_vertex_of_unequal_steps_is_that_of_the_parabola`.
+/// With steps of length h, the peak of a motion of circular frequency w is too small by a share of `(w h)^2/8` without the parabola, and
+/// `(w h)^4/32` with it. Verified by `the_vertex_of_unequal_steps_is_that_of_the_parabola`.
 fn vertex([a, b, c]: [f64; 3], [t0, t1, t2]: [f64; 3]) -> (f64, f64) {
     let (h, k) = (t1 - t0, t2 - t1);
     let (before, after) = ((b - a) / h, (c - b) / k);
@@ -65,7 +66,7 @@ impl Watched {
         }
     }
 
-    /// Takes a load; returns |F|^2.
+    /// Records a load \[N\]; returns |F|^2 \[N2\].
     #[inline]
     fn see(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At) -> f64 {
         let square = x * x + y * y;
@@ -76,7 +77,8 @@ impl Watched {
         square
     }
 
-    /// Takes the peaks between the last three instants, this load the last one; `smooth`: no impulse acts at this instant. `norm`: also of the norm.
+    /// Records the interpolated peaks between the last three instants, of which this load is the last. `smooth`: no impulse acts at this
+    /// instant. `norm`: include the norm.
     #[inline]
     fn see_between(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At, smooth: bool, norm: bool) {
         let now = Sample { values: [x * x + y * y, x.abs(), y.abs(), (x * up[0] + y * up[1]).max(0.0)], at };
@@ -85,7 +87,7 @@ impl Watched {
             let [px, py] = &mut self.components;
             for (i, peak) in [&mut self.square, px, py, &mut self.upward].into_iter().enumerate() {
                 let [a, b, c] = [first, middle, now].map(|sample| sample.values[i]);
-                // a peak that is sampled badly is off by less than a hundredth
+                // the error of a poorly sampled peak is below one per cent
                 let counts = (i > 0 || norm) && b > a && b >= c && peak.value.is_none_or(|largest| b > 0.99 * largest);
                 if counts {
                     let (time, value) = vertex([a, b, c], [first.at.time, middle.at.time, at.time]);
@@ -103,7 +105,7 @@ impl Watched {
         self.upward.hold();
     }
 
-    /// `what`: "bearing" or "pedestal"; `from`: what the force comes from and acts on.
+    /// Reports the component columns. `what`: "bearing" or "pedestal"; `of`: the bodies between which the force acts.
     fn report(&self, what: &str, of: &str, row: &mut Row<'_>) {
         for (axis, peak) in ["x", "y"].into_iter().zip(self.components) {
             row.peak(
@@ -138,7 +140,7 @@ impl LoadRecorder {
         }
     }
 
-    /// Takes the loads of an instant.
+    /// Records the loads of an instant.
     #[inline]
     pub fn see(&mut self, loads: Loads<'_>, at: At) {
         for (watched, load) in self.bearings.iter_mut().zip(loads.bearings) {
@@ -150,8 +152,8 @@ impl LoadRecorder {
         }
     }
 
-    /// Takes the peaks between the last three instants, of an engine whose steps are long; the present loads are the last, and have been seen.
-    /// `smooth`: no impulse acts at this instant. The norm of a bearing's load is not among them.
+    /// Records the interpolated peaks between the last three instants, for an engine with long steps; `loads` belongs to the last instant
+    /// and is already recorded. `smooth`: no impulse acts at this instant. The norm of bearing loads is not interpolated.
     #[inline]
     pub fn see_between(&mut self, loads: Loads<'_>, at: At, smooth: bool) {
         for (watched, load) in self.bearings.iter_mut().zip(loads.bearings) {
@@ -162,13 +164,13 @@ impl LoadRecorder {
         }
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         self.bearings.iter_mut().chain(&mut self.pedestals).for_each(Watched::hold);
         self.any.hold();
     }
 
-    /// Largest load of all bearings \[N\]; `None` where none has been seen.
+    /// Largest load of all bearings \[N\]; `None` without a recorded load.
     pub fn largest(&self) -> Option<f64> {
         self.any.map(f64::sqrt).value.filter(|load| load.is_finite())
     }
@@ -201,7 +203,7 @@ impl LoadRecorder {
         }
     }
 
-    /// Components, which stand behind the columns that builds without them had.
+    /// Reports the components, after the columns that older builds also had.
     pub(super) fn report_components(&self, row: &mut Row<'_>) {
         for watched in &self.bearings {
             watched.report("bearing", &format!("on bearing {}", watched.name), row);

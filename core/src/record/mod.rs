@@ -1,9 +1,10 @@
-//! What a run is watched for: recorders, each of one quantity of interest or a few, and the row of the table they make.
+//! Recorders of a run: each watches one quantity of interest or a few, and together they write the row of the result table.
 //!
-//! An engine hands in a `RotorInstant`, plain numbers that say what all recorders together need of the state, and a `RingInstant` for each
-//! diaphragm; of energies it adds the works of a step and writes the stores, as its scheme has them. A recorder knows no engine. It reports each of its columns together with its value, in one place (`Row`), so that
-//! [`columns`] and the values of an outcome cannot disagree. The order of the table is that of `Recorders::report`.
-//! Who follows the motion itself, for a history, is a [`Follower`].
+//! An engine passes a `RotorInstant` with the quantities of the rotor that the recorders need, and a `RingInstant` for each diaphragm. For
+//! the energy balance it also adds the works of each step and writes the stored energies, as its scheme defines them. A recorder does not
+//! depend on an engine. It reports each column together with its value, in one place (`Row`), so [`columns`] and the values of an outcome
+//! always agree. `Recorders::report` determines the order of the table. A [`Follower`] observes the motion itself, for example for a
+//! history.
 
 mod contact;
 mod damping;
@@ -55,13 +56,13 @@ use bladeoff_model::outcome::{Column, Group, Limit, Outcome, Status};
 use bladeoff_numerics::linalg::Matrix;
 use std::ops::Range;
 
-/// The numeric columns of one machine's outcome, in table order. They depend on its bearing names and on the number of its
-/// shaft sections alone, never on what a study varies. Of the sections the first 12 have columns of their own. The last columns have what
-/// was reached while all guards held ([`Column::guarded`]).
+/// Returns the numeric columns of a machine's outcome, in table order. They depend only on the bearing names, on the other named parts and
+/// on the number of shaft sections, and never on the varied inputs of a study. The first 12 shaft sections have columns of their own. The
+/// last columns contain the values reached while all guards held ([`Column::guarded`]).
 #[must_use]
 pub fn columns(machine: &Machine) -> Vec<Column> {
     let mut columns = Vec::new();
-    // neither a ring's matrices nor the step have a say in them
+    // the columns depend neither on the ring matrices nor on the step
     let recorders = Recorders::new(machine, &[], 0.0);
     let mut row = Row::columns(&mut columns);
     recorders.report(None, None, &mut row);
@@ -69,30 +70,30 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     columns
 }
 
-/// Place of the number of whole time steps among [`columns`].
+/// Returns the index of the number of completed time steps among [`columns`].
 #[must_use]
 pub fn place_of_steps(machine: &Machine) -> usize {
     columns(machine).iter().position(|column| column.name == Steps::DONE).expect("every run counts its steps")
 }
 
-/// Loads, displacements and torsion angles of the rotor at one instant, from any engine.
+/// Loads, displacements and torsion angles of the rotor at one instant, for any engine.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RotorInstant<'a> {
     pub at: At,
     pub loads: Loads<'a>,
-    /// Lateral displacements and torsion angles of the nodes.
+    /// Lateral displacements [m, rad] of all degrees of freedom, and torsion angles \[rad\] of the nodes.
     pub lateral: &'a [f64],
     pub torsion_angles: &'a [f64],
 }
 
-/// Forces and displacements at the bearings at one instant.
+/// Loads and displacements at bearings, pedestals and monitors at one instant, as X and Y components.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Loads<'a> {
-    /// Loads of all bearings, in the machine's order \[N\].
+    /// Forces of the rotor on all bearings, in the machine's order \[N\].
     pub bearings: &'a [[f64; 2]],
-    /// Loads of the pedestals, in the order of the bearings that have one \[N\].
+    /// Forces of the pedestals on the ground, in the order of the bearings with a pedestal \[N\].
     pub pedestals: &'a [[f64; 2]],
-    /// Displacements of the journals whose bearings have a clearance, in the machine's order \[m\].
+    /// Displacements of the journals in bearings with a clearance, in the machine's order \[m\].
     pub journals: &'a [[f64; 2]],
     /// Displacements of the shaft at the monitors, in the machine's order \[m\].
     pub monitors: &'a [[f64; 2]],
@@ -116,14 +117,14 @@ pub(crate) struct Recorders {
     rings: Vec<RingRecorders>,
     guards: Guards,
     pub limits: LimitRecorder,
-    /// A material has a yield strength.
+    /// Whether a material has a yield strength.
     yields: bool,
-    /// The machine has a twin run.
+    /// Whether the machine has a twin run.
     twins: bool,
 }
 
 impl Recorders {
-    /// For a run in steps of `step` \[s\] with the structure's flexible rings.
+    /// Recorders of a run with the time step `step` \[s\] and the flexible rings of its structure.
     pub fn new(machine: &Machine, rings: &[Option<RingPart>], step: f64) -> Self {
         let part = |i: usize| rings.get(i).and_then(Option::as_ref);
         let ring =
@@ -146,15 +147,15 @@ impl Recorders {
         all
     }
 
-    /// Adds to the bending of the shaft the static response of the truncated modes to the forces of bearing seats off the bearing line.
+    /// Adds the static response of the truncated modes to the bending of the shaft, under the forces of bearing seats off the bearing line.
     pub fn settle_shaft(&mut self, machine: &Machine, structure: &Structure) {
         if let Some(lateral) = structure.truncated_seats(&machine.rotor) {
             self.stresses.settle(lateral);
         }
     }
 
-    /// Takes an instant, and that of each diaphragm in the machine's order; energies are taken by themselves, when the works of the step
-    /// are known.
+    /// Records an instant of the rotor and of each diaphragm, in the machine's order. Energies are recorded separately, once the works of
+    /// the step are known.
     #[inline]
     pub fn see<'r>(&mut self, now: &RotorInstant<'_>, rings: impl Iterator<Item = RingInstant<'r>>) {
         self.loads.see(now.loads, now.at);
@@ -168,7 +169,7 @@ impl Recorders {
         self.see_yields();
     }
 
-    /// Takes the largest ratios to the yield strengths so far: each has the time at which it was reached.
+    /// Passes the largest ratios of stress to yield strength so far to the limits, each with its time.
     #[inline]
     pub fn see_yields(&mut self) {
         if !self.yields {
@@ -186,9 +187,9 @@ impl Recorders {
         }
     }
 
-    /// Takes loads and journals of an instant at which a step begins; `touches`: with contact. An engine whose steps are not equal sees
-    /// diaphragms and moments by themselves ([`Recorders::see_ring`], [`Recorders::see_bending`], [`Recorders::see_torsion`]), then
-    /// yield strengths ([`Recorders::see_yields`]).
+    /// Records loads and journal displacements at the start of a step. `touches`: the step has contact. An engine with steps of variable
+    /// length records diaphragms and moments separately ([`Recorders::see_ring`], [`Recorders::see_bending`], [`Recorders::see_torsion`]),
+    /// and then yield ratios ([`Recorders::see_yields`]).
     #[inline(always)]
     pub fn see_loads(&mut self, loads: Loads<'_>, at: At, touches: bool) {
         self.loads.see(loads, at);
@@ -197,8 +198,8 @@ impl Recorders {
         self.limits.see_journals(loads.journals, at);
     }
 
-    /// Takes an instant of a diaphragm: of a step, or of so many at once in which nothing touches; with a [`RingInstant::ring`] where
-    /// the engine has one.
+    /// Records an instant of a diaphragm, valid for one step or for several steps without contact. [`RingInstant::ring`] is present if the
+    /// engine has computed the ring's state.
     #[inline(always)]
     pub fn see_ring(&mut self, diaphragm: usize, steps: usize, at: At, ring: &RingInstant<'_>) {
         let recorders = &mut self.rings[diaphragm];
@@ -210,13 +211,14 @@ impl Recorders {
         self.limits.see_eccentricity(diaphragm, square(ring.place), at);
     }
 
-    /// Whether a mean spin \[rad/s\] lies beyond those taken by [`Recorders::see_speed`] by more than `noticeable`.
+    /// Returns whether a mean spin \[rad/s\] lies outside the range recorded by [`Recorders::see_speed`] by more than `noticeable`
+    /// \[rad/s\].
     #[inline]
     pub fn is_new_speed(&self, speed: f64, noticeable: f64) -> bool {
         self.damping.is_new(speed, noticeable)
     }
 
-    /// Takes a time with its mean spin, and the damping of whirl modes over the speed.
+    /// Records the mean spin at an instant, and the least damping of the whirl modes up to it.
     pub fn see_speed(&mut self, at: At, grid: &dyn DampingGrid) {
         let before = self.damping.least();
         if self.damping.see(at.speed, grid) == before {
@@ -227,17 +229,17 @@ impl Recorders {
         }
     }
 
-    /// Takes the release of an unbalance, by its place in the machine's list.
+    /// Records the release of an unbalance, by its index in the machine's list.
     pub fn see_release(&mut self, unbalance: usize, at: At) {
         self.releases.see(unbalance, at);
     }
 
-    /// Of an engine with candidates on the ring, which searches it for no points.
+    /// Declares that the engine uses sampled contact points on the ring and searches for no others.
     pub fn search_nothing(&mut self) {
         self.rings.iter_mut().for_each(|ring| ring.contact.searches = false);
     }
 
-    /// Takes the instant at which a run ends: loads, and the rotor's place in each diaphragm. No step begins there.
+    /// Records the final instant of a run, at which no step begins: loads, and the rotor's position in each diaphragm \[m\].
     pub fn see_end(&mut self, loads: Loads<'_>, places: &[[f64; 2]], at: At) {
         self.loads.see(loads, at);
         self.monitors.see(loads.monitors, at);
@@ -249,45 +251,46 @@ impl Recorders {
         self.see_yields();
     }
 
-    /// Elements of the shaft.
+    /// Number of shaft elements.
     pub fn elements(&self) -> usize {
         self.stresses.elements()
     }
 
-    /// Torsional moments of all elements per unit of each torsional mode, from the mode shapes at the nodes \[N m\].
+    /// Torsional moments of all elements per unit amplitude of each torsional mode \[N m\], from the mode shapes at the nodes.
     pub fn torsional_rows(&self, mode_shapes: &[Vec<f64>]) -> Matrix {
         self.stresses.torsional_rows(mode_shapes)
     }
 
-    /// Takes torsional moments of all elements \[N m\].
+    /// Records the torsional moments of all elements \[N m\].
     pub fn see_torsion(&mut self, moments: &[f64], at: At) {
         self.stresses.see_torsion(moments, at);
     }
 
-    /// Whether bending moments up to a bound can raise a maximum of some elements' sections, under these torsional moments \[N m\].
+    /// Returns whether bending moments up to `bound` \[N m\] can raise a maximum in the sections of some elements, with the torsional
+    /// moments `torsion` \[N m\].
     #[inline]
     pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
         self.stresses.asks_for_bending(elements, bound, torsion)
     }
 
-    /// Takes bending moments of some elements \[N m\], four each as [`crate::stress::ShaftStresses::bending_moments`] has them, and their torsional moments
-    /// at the same instant.
+    /// Records the bending moments of some elements \[N m\], four per element in the order of
+    /// [`crate::stress::ShaftStresses::bending_moments`], and their torsional moments \[N m\] at the same instant.
     #[inline]
     pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
         self.stresses.see_bending(elements, moments, torsion, at);
     }
 
-    /// Largest ratio of stress and yield strength of all rings, with its time; `None` where no ring's material has a yield strength.
+    /// Largest ratio of stress to yield strength of all rings \[-\], with its time; `None` if no ring material has a yield strength.
     pub fn ring_yield(&self) -> Option<Peak> {
         self.largest_of_rings(0)
     }
 
-    /// Largest ratio of stress and yield strength of all blades.
+    /// Largest ratio of stress to yield strength of all blades \[-\].
     pub fn blade_yield(&self) -> Option<Peak> {
         self.largest_of_rings(1)
     }
 
-    /// Largest ratio of stress and yield strength of the shaft's sections, each with its own yield strength.
+    /// Largest ratio of stress to yield strength of the shaft sections \[-\], each with its own yield strength.
     pub fn shaft_yield(&self) -> Option<Peak> {
         self.stresses.yield_ratio()
     }
@@ -300,28 +303,30 @@ impl Recorders {
         })
     }
 
-    /// Bound of the shaft's ratio, as [`StressRecorder::ratio_bound`].
+    /// Bound of the shaft's ratio of stress to yield strength \[-\], see [`StressRecorder::ratio_bound`].
     pub fn shaft_ratio_bound(&self, together: usize, bounds: &[f64]) -> f64 {
         self.stresses.ratio_bound(together, bounds)
     }
 
-    /// Bounds of the ratios of a diaphragm's ring and blades for coordinates, or for the amplitudes of all of them.
+    /// Bounds of the ratios of stress to yield strength of a diaphragm's ring and blades \[-\]. `q`: ring coordinates, or bounds of their
+    /// amplitudes.
     pub fn ring_ratio_bounds(&mut self, diaphragm: usize, q: &[f64]) -> [f64; 2] {
         self.rings[diaphragm].stresses.ratio_bounds(q)
     }
 
-    /// Whether no coordinates of a diaphragm's ring up to these amplitudes have larger stresses than before.
+    /// Returns whether ring coordinates up to these amplitudes cannot raise a maximum stress of the diaphragm.
     pub fn ring_rests(&mut self, diaphragm: usize, amplitudes: &[f64]) -> bool {
         self.rings[diaphragm].stresses.rests(amplitudes)
     }
 
-    /// Takes the state of a diaphragm's ring between two observations, where stresses of ring and blades may be above these ratios to the yield strength.
+    /// Records the state of a diaphragm's ring between two observations, if its stresses may exceed the given ratios to the yield strength
+    /// (ring, blades).
     pub fn watch_ring(&mut self, diaphragm: usize, ratio: [f64; 2], ring: RingState<'_>, at: At) {
         self.rings[diaphragm].stresses.watch(ratio, ring, at);
     }
 
-    /// Judges the run with its step at n, from which it can go on. As long as all guards hold, what has been reached counts as reached
-    /// while they did. Judged with the energy balance, every few steps: what was reached since the last time is left out where a guard breaks.
+    /// Judges the run at step n, from which it can continue. While all guards hold, the values reached so far count as guarded. The run is
+    /// judged with the energy balance, every few steps. If a guard breaks, the values reached since the last judgement are not guarded.
     #[inline]
     pub fn guard(&mut self, step: u64, machine: &Machine, structure: &Structure) {
         if EnergyBalance::judges(step) || self.limits.is_newly_beyond() {
@@ -329,10 +334,10 @@ impl Recorders {
         }
     }
 
-    /// Judges the run where an engine says so.
+    /// Judges the run now, on request of the engine.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
         let exceeds = self.limits.is_newly_beyond();
-        // what follows a limit is not reached inside the model, whether the run ends there or not
+        // values after the exceeded limit are outside the model, whether the run ends there or not
         if !self.limits.keeps() {
             return;
         }
@@ -342,7 +347,7 @@ impl Recorders {
         }
     }
 
-    /// All guards hold: what has been reached counts.
+    /// Marks the values reached so far as guarded.
     fn hold(&mut self) {
         self.energies.hold();
         self.loads.hold();
@@ -353,7 +358,7 @@ impl Recorders {
         self.limits.hold();
     }
 
-    /// Results that are compared with those of a twin.
+    /// Returns the results that are compared with those of the twin run.
     pub fn compared(&self) -> Compared {
         let of_rings = |value: fn(&RingRecorders) -> Option<f64>| self.rings.iter().map(value).collect();
         let friction = (!self.rings.is_empty()).then_some(self.energies.now.friction);
@@ -367,24 +372,24 @@ impl Recorders {
         ])
     }
 
-    /// Takes the end of the run.
+    /// Records the end of the run.
     pub fn finish(&mut self, end: &End, machine: &Machine, structure: &Structure) {
         self.energies.finish(end);
         for ring in &mut self.rings {
             ring.finish(end.cause, At { time: end.time, speed: end.speed });
         }
-        // a step that could not be gone on from says nothing that may be believed
+        // a step from which the run could not continue has no valid state
         if end.is_between_steps() {
             self.judge(machine, structure);
         }
     }
 
-    /// Whether the row of a run that has ended may be believed, after [`Recorders::finish`].
+    /// Returns the status of a run that has ended, after [`Recorders::finish`].
     pub fn verdict(&self, machine: &Machine, structure: &Structure, end: &End) -> Verdict {
         Verdict::of(&self.energies, &self.rings, &self.limits, machine, structure, end)
     }
 
-    /// Verdict and row of a run that has ended, after [`Recorders::finish`].
+    /// Returns the status and row of a run that has ended, after [`Recorders::finish`].
     pub fn outcome(&self, machine: &Machine, structure: &Structure, end: &End, twin: Option<&Twin>) -> Outcome {
         let Verdict { status, cause, causes } = self.verdict(machine, structure, end);
         let mut values = Vec::new();
@@ -394,7 +399,7 @@ impl Recorders {
         Outcome { status, cause, causes, notes: self.limits.exceeded(OnExceed::Note), end_cause: end.cause, values }
     }
 
-    /// Every column with its value, in table order.
+    /// Reports every column with its value, in table order.
     fn report(&self, end: Option<&End>, twin: Option<&Twin>, row: &mut Row<'_>) {
         let all = RingRecorders::of_all(&self.rings);
         let rings = (&*self.rings, all.as_ref());

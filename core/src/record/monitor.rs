@@ -1,25 +1,27 @@
-//! Displacements at the places of `[monitors]`: the largest, and the time above a clearance.
+//! Shaft displacements at the positions of `[monitors]`: the largest value, and the time above a clearance.
 //!
 //! ```text
 //! T = sum over steps of h s,    s: part of the step with |x| > gap, |x| between both ends of the step a straight line
 //! ```
-//! x: displacement of the shaft from the bearing line. Limits: a monitor touches nothing. A step of free motion of the exponential
-//! engine is up to 0.075 rad of the spin and of the lowest mode, so T has an error of second order in that length.
-//! Verified by `core/tests/runs/monitors.rs`.
+//! x: displacement of the shaft from the bearing line \[m\]. Limits: a monitor causes no contact. A free-motion step of the exponential
+//! engine spans up to 0.075 rad of the spin and of the lowest mode, so T has an error of second order in the step length. Verified by
+//! `core/tests/runs/monitors.rs`.
 
 use super::peak::{At, Peak, Sum};
 use super::row::Row;
 use bladeoff_model::machine::Monitor;
 
-/// Watches one place.
+/// Record of one monitor.
 #[derive(Debug, Clone)]
 struct Watched {
     name: String,
     /// Clearance \[m\].
     gap: f64,
+    /// Largest displacement from the bearing line \[m\].
     displacement: Peak,
+    /// Time T with a displacement above the clearance \[s\].
     above: Sum,
-    /// Time \[s\] and displacement beyond the clearance \[m\] of the last instant.
+    /// Time \[s\] and displacement minus clearance \[m\] at the last instant.
     last: Option<[f64; 2]>,
 }
 
@@ -40,7 +42,7 @@ impl Watched {
     }
 }
 
-/// Watches the places of a machine's monitors, in the order of the file.
+/// Recorder of a machine's monitors, in the order of the file.
 #[derive(Debug, Clone)]
 pub(crate) struct MonitorRecorder(Vec<Watched>);
 
@@ -56,7 +58,7 @@ impl MonitorRecorder {
         Self(monitors.iter().map(watched).collect())
     }
 
-    /// Takes the displacements of an instant \[m\].
+    /// Records the displacements at an instant \[m\].
     #[inline]
     pub fn see(&mut self, displacements: &[[f64; 2]], at: At) {
         for (watched, displacement) in self.0.iter_mut().zip(displacements) {
@@ -64,7 +66,7 @@ impl MonitorRecorder {
         }
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         for watched in &mut self.0 {
             watched.displacement.hold();

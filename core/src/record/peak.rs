@@ -1,31 +1,35 @@
-//! What only grows during a run: a largest value with the place where it was, a sum.
+//! Quantities that never decrease during a run: the largest value of a quantity with its time, and sums.
 //!
-//! Each remembers beside its value what it was when all guards of the run held last ([`super::Recorders::guard`]): that was reached by
-//! a motion that may be believed, whatever became of the run.
+//! Each quantity also keeps its value at the last instant at which all guards of the run held ([`super::Recorders::guard`]). This guarded
+//! value comes from valid motion, regardless of how the run ended.
 
-/// When something was: time \[s\] and mean spin \[rad/s\].
+/// Time \[s\] and mean spin \[rad/s\] of an event.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct At {
+    /// Time \[s\].
     pub time: f64,
+    /// Mean spin \[rad/s\].
     pub speed: f64,
 }
 
-/// A largest value, none below zero, and when it was first reached; no value before the first.
+/// Largest value of a non-negative quantity, with the time and speed at which it was first reached; no value before the first observation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Peak {
+    /// Largest value; `None` before the first observation.
     pub value: Option<f64>,
+    /// Time and speed at which the value was first reached.
     pub at: At,
-    /// While all guards held; zero where nothing had been reached.
+    /// Largest value while all guards held; zero if there was no value.
     pub guarded: f64,
 }
 
 impl Peak {
-    /// One that has a value at t = 0 already.
+    /// Peak with a value at t = 0.
     pub fn at_start(value: f64) -> Self {
         Self { value: Some(value), ..Self::default() }
     }
 
-    /// Takes a value of an instant.
+    /// Records the value at an instant.
     #[inline]
     pub fn see(&mut self, value: f64, at: At) {
         if self.value.is_none_or(|largest| value > largest) {
@@ -33,13 +37,13 @@ impl Peak {
         }
     }
 
-    /// All guards hold.
+    /// Marks the value reached so far as guarded.
     #[inline]
     pub fn hold(&mut self) {
         self.guarded = self.value.unwrap_or(0.0);
     }
 
-    /// Takes the peak of another place.
+    /// Merges the peak of another position.
     pub fn include(&mut self, other: &Self) {
         if let Some(value) = other.value {
             self.see(value, other.at);
@@ -47,33 +51,35 @@ impl Peak {
         self.guarded = self.guarded.max(other.guarded);
     }
 
-    /// The same peak of a growing function of the quantity, zero at zero: squares and moments are watched, roots and stresses reported.
+    /// Applies a monotonically increasing function that is zero at zero. Recorders keep squares and moments; the table shows their roots
+    /// and stresses.
     pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
         Self { value: self.value.map(&of), at: self.at, guarded: of(self.guarded) }
     }
 }
 
-/// A sum of what is never negative.
+/// Sum of a non-negative quantity.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sum {
+    /// Sum so far.
     pub value: f64,
-    /// While all guards held.
+    /// Sum while all guards held.
     pub guarded: f64,
 }
 
 impl Sum {
-    /// Sum per unit of another quantity.
+    /// Divides the sum by another quantity.
     pub fn over(self, by: f64) -> Self {
         Self { value: self.value / by, guarded: self.guarded / by }
     }
 
-    /// All guards hold.
+    /// Marks the sum reached so far as guarded.
     #[inline]
     pub fn hold(&mut self) {
         self.guarded = self.value;
     }
 
-    /// Adds the sum of another place.
+    /// Adds the sum of another position.
     pub fn include(&mut self, other: &Self) {
         self.value += other.value;
         self.guarded += other.guarded;

@@ -1,39 +1,43 @@
-//! How many steps a contact phase has: the resolution of impacts.
+//! Number of steps per contact phase: the time resolution of impacts.
 //!
 //! ```text
 //! n_i = (sum J_k)^2/(sum J_k^2)            steps k of contact phase i, J_k normal impulse of a step               (1)
 //! n   = (sum J_i)/(sum J_i/n_i)            mean over all phases, weighted by their impulses J_i                    (2)
 //! ```
-//! (1) is the number of steps of a constant force, 0.81 of those of a half sine. A short spike at the start of a long weak phase
-//! counts as a spike. A phase ends with two steps without a force: one step without is chatter of multipliers.
+//! For a constant force, (1) is the number of steps; for a half sine, it is 0.81 of the number of steps. A short spike at the start of a
+//! long weak phase counts as a spike. A phase ends after two steps without a force; a single step without a force is chatter of the
+//! multipliers.
 //!
-//! Source: ours. Measured on a rotor that hits a ring for 33 us (`docs/theory/convergence.md`): the exponential engine loses 21, 10,
-//! 5 and 0.8 % of the impulse with n = 8, 12, 17 and 39; `reduced` 20, 6.5 and 3 % with n = 15, 49 and 96.
-//! Limits: a rigid stator takes an impact in one step, whatever the step: n tells nothing there. Verified by the tests below and
+//! Source: ours. Measured on a rotor that hits a ring for 33 us (`docs/theory/convergence.md`): the exponential engine loses 21, 10, 5 and
+//! 0.8 % of the impulse with n = 8, 12, 17 and 39; `reduced` loses 20, 6.5 and 3 % with n = 15, 49 and 96. Limits: a rigid stator takes an
+//! impact in one step for any step size, so n does not characterise the resolution there. Verified by the tests below and
 //! `core/tests/contact/short_impacts.rs`.
 
-/// Steps without a force that end a phase.
+/// Number of steps without a force that end a phase.
 const APART: usize = 2;
 
-/// A contact phase: sums of the impulses of its steps \[N s\], and of their squares.
+/// Contact phase: sum of the impulses of its steps \[N s\], and sum of their squares \[N2 s2\].
 #[derive(Debug, Clone, Copy, Default)]
 struct Phase {
+    /// Sum of the impulses `J_k` \[N s\].
     impulse: f64,
+    /// Sum of the squared impulses `J_k^2` [N2 s2].
     squares: f64,
-    /// Steps without a force since its last.
+    /// Number of steps since the last one with a force.
     open: usize,
 }
 
-/// The contact phases of one ring.
+/// Contact phases of one ring.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Phases {
-    /// Sums over the phases that have ended, of (2): `J_i` \[N s\] and `J_i/n_i` \[N s\].
+    /// Sums of (2) over the phases that have ended: `J_i` \[N s\] and `J_i/n_i` \[N s\].
     ended: [f64; 2],
+    /// Phase in progress; `None` between phases.
     current: Option<Phase>,
 }
 
 impl Phases {
-    /// Takes the normal impulse of a step \[N s\].
+    /// Records the normal impulse of a step \[N s\].
     #[inline]
     pub fn see(&mut self, impulse: f64) {
         if impulse > 0.0 {
@@ -46,7 +50,7 @@ impl Phases {
         }
     }
 
-    /// Takes steps without a force.
+    /// Records steps without a force.
     pub fn pass(&mut self, steps: usize) {
         let Some(mut phase) = self.current.take() else { return };
         phase.open += steps;
@@ -62,7 +66,7 @@ impl Phases {
         [impulse + phase.impulse, share + phase.squares / phase.impulse]
     }
 
-    /// (2) over the phases that have ended. One that has not counts where it raises the mean: its length so far is a lower bound.
+    /// Mean (2) over the phases that have ended. The current phase is included if it raises the mean: its length so far is a lower bound.
     /// `None` before the first phase has ended.
     pub fn known(&self) -> Option<f64> {
         let mean = |[impulse, share]: [f64; 2]| (share > 0.0).then(|| impulse / share);
@@ -70,7 +74,7 @@ impl Phases {
         Some(self.current.and_then(|phase| mean(self.with(phase))).map_or(ended, |all| all.max(ended)))
     }
 
-    /// Keeps the phases of the ring whose impacts have fewer steps.
+    /// Keeps the phases of the ring with the smaller number of steps per impact.
     pub fn include(&mut self, other: &Self) {
         if let (Some(own), Some(others)) = (self.steps(), other.steps()) {
             if others < own {
@@ -81,7 +85,7 @@ impl Phases {
         }
     }
 
-    /// (2); of the phase that has not ended where it is the only one; `None` without contact.
+    /// Mean (2); if no phase has ended, (1) of the current phase; `None` without contact.
     pub fn steps(&self) -> Option<f64> {
         self.known().or_else(|| self.current.map(|phase| phase.impulse * phase.impulse / phase.squares))
     }

@@ -1,26 +1,26 @@
-//! Releases of unbalances: when and at which speed each happened, and the energy of the released masses.
+//! Releases of unbalances: time and speed of each, and the energy of the released masses.
 
 use super::peak::At;
 use super::row::Row;
 use bladeoff_model::machine::Rotor;
 
-/// One unbalance with a release.
+/// Release of one unbalance.
 #[derive(Debug, Clone)]
 struct Released {
-    /// Place in the machine's list, and name.
+    /// Index in the machine's list, and name.
     unbalance: usize,
     name: String,
     at: Option<At>,
-    /// The release happened while all guards held.
+    /// Whether the release occurred while all guards held.
     guarded: bool,
 }
 
-/// Records the releases of a machine, in the order of the file.
+/// Recorder of a machine's releases, in the order of the file.
 #[derive(Debug, Clone)]
 pub(crate) struct ReleaseRecorder(Vec<Released>);
 
 impl ReleaseRecorder {
-    /// An unbalance that is released at once has happened at t = 0.
+    /// An unbalance that is released at once counts as released at t = 0.
     pub fn new(rotor: &Rotor) -> Self {
         let speed = rotor.initial_speed;
         let unbalances = rotor.unbalances.iter().enumerate().filter(|(_, one)| one.release.is_some());
@@ -33,17 +33,17 @@ impl ReleaseRecorder {
         Self(released.collect())
     }
 
-    /// Takes the release of an unbalance.
+    /// Records the release of an unbalance.
     pub fn see(&mut self, unbalance: usize, at: At) {
         self.0.iter_mut().filter(|one| one.unbalance == unbalance).for_each(|one| one.at = Some(at));
     }
 
-    /// All guards hold.
+    /// Marks the releases so far as guarded.
     pub fn hold(&mut self) {
         self.0.iter_mut().for_each(|one| one.guarded = one.at.is_some());
     }
 
-    /// `energy`: energy of the released masses; `None` where columns alone are asked for.
+    /// Reports the columns of the releases. `energy`: energy of the released masses \[J\]; `None` if only columns are requested.
     pub(super) fn report(&self, energy: Option<f64>, row: &mut Row<'_>) {
         for Released { name, at, guarded, .. } in &self.0 {
             let time = at.map(|at| at.time);

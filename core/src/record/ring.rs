@@ -1,4 +1,4 @@
-//! What one diaphragm is watched for.
+//! Recorders of one diaphragm.
 
 use super::contact::{ContactRecorder, Touch};
 use super::peak::{At, Peak};
@@ -9,24 +9,25 @@ use crate::structure::RingPart;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Empty, EndCause};
 
-/// One instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
+/// Instant of a diaphragm and of the rotor in it, in the diaphragm's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RingInstant<'a> {
     /// Mean spin angle \[rad\].
     pub angle: f64,
-    /// Place \[m\] and velocity \[m/s\] of the rotor's centre from the diaphragm's.
+    /// Position of the rotor's centre relative to the diaphragm's centre \[m\].
     pub place: [f64; 2],
+    /// Velocity of the rotor's centre relative to the diaphragm's centre \[m/s\].
     pub velocity: [f64; 2],
-    /// Contact of the step.
+    /// Contact of the step; `None` without contact.
     pub touch: Option<Touch>,
-    /// State of the flexible ring, once it moves.
+    /// State of the flexible ring, from the first motion of the ring on.
     pub ring: Option<RingState<'a>>,
 }
 
-/// Quantity of the largest distance of the rotor from the ring's centre.
+/// Column name of the largest eccentricity.
 const ECCENTRICITY: &str = "max_eccentricity";
 
-/// What tells the columns of this diaphragm from those of the others.
+/// Returns the name that distinguishes the columns of this diaphragm; `None` if the machine has only one.
 pub(super) fn diaphragm_name<'a>(machine: &Machine, diaphragm: &'a Diaphragm) -> Option<&'a str> {
     (machine.diaphragms.len() > 1).then_some(&*diaphragm.name)
 }
@@ -34,17 +35,17 @@ pub(super) fn diaphragm_name<'a>(machine: &Machine, diaphragm: &'a Diaphragm) ->
 /// Recorders of one diaphragm.
 #[derive(Debug, Clone)]
 pub(crate) struct RingRecorders {
-    /// Name of the diaphragm, where there are several.
+    /// Name of the diaphragm, if there are several.
     name: Option<String>,
     pub contact: ContactRecorder,
     whirl: WhirlRecorder,
-    /// Squared (one root at the end) \[m2\].
+    /// Largest squared eccentricity \[m2\]; the root is taken once, at the end.
     eccentricity: Peak,
     pub stresses: RingStressRecorder,
 }
 
 impl RingRecorders {
-    /// `name`: where the machine has several diaphragms.
+    /// `name`: name of the diaphragm, if the machine has several.
     pub fn new(diaphragm: &Diaphragm, name: Option<&str>, part: Option<&RingPart>, step: f64) -> Self {
         let width = match &diaphragm.kind {
             DiaphragmKind::Flexible(stator) => Some(stator.ring.width),
@@ -59,7 +60,7 @@ impl RingRecorders {
         }
     }
 
-    /// Takes an instant.
+    /// Records an instant of one step.
     #[inline]
     pub fn see(&mut self, now: &RingInstant<'_>, at: At) {
         let ([x, y], touch) = (now.place, now.touch.as_ref());
@@ -72,12 +73,12 @@ impl RingRecorders {
         }
     }
 
-    /// Takes the square of an eccentricity alone.
+    /// Records a squared eccentricity \[m2\] alone.
     pub fn see_place(&mut self, square: f64, at: At) {
         self.eccentricity.see(square, at);
     }
 
-    /// Takes an instant from which so many steps at once have no contact.
+    /// Records an instant that several steps without contact follow.
     pub fn pass(&mut self, steps: usize, now: &RingInstant<'_>, at: At) {
         let [x, y] = now.place;
         self.eccentricity.see(x * x + y * y, at);
@@ -89,25 +90,25 @@ impl RingRecorders {
         }
     }
 
-    /// Largest distance of the rotor's centre from the diaphragm's \[m\].
+    /// Largest distance of the rotor's centre from the diaphragm's centre \[m\].
     pub fn eccentricity(&self) -> Option<f64> {
         self.eccentricity.value.map(f64::sqrt)
     }
 
-    /// Takes the end of the run.
+    /// Records the end of the run.
     pub fn finish(&mut self, cause: EndCause, at: At) {
         self.contact.finish(at);
         self.whirl.finish(cause, at.time);
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         self.eccentricity.hold();
         self.contact.hold();
         self.stresses.hold();
     }
 
-    /// Totals of several diaphragms: the largest peaks, the sums, the first contact; `None` for fewer than two.
+    /// Merges the recorders of several diaphragms: the largest peaks, the sums, the first contact. `None` for fewer than two.
     pub(super) fn of_all(rings: &[Self]) -> Option<Self> {
         let [first, second, others @ ..] = rings else { return None };
         let mut all = Self { name: None, ..first.clone() };
@@ -120,8 +121,8 @@ impl RingRecorders {
         Some(all)
     }
 
-    /// Has each ring report its columns, in the machine's order, where there are several after those of all. A machine without a ring has the columns of one, and no
-    /// values in them.
+    /// Reports the columns of each ring, in the machine's order. With several rings, the merged columns come first. A machine without a
+    /// ring has the same columns as with one, without values.
     pub(super) fn report(
         (rings, all): (&[Self], Option<&Self>),
         row: &mut Row<'_>,

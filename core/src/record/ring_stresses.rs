@@ -1,4 +1,4 @@
-//! Largest stresses of one diaphragm: of its ring, and of its blades.
+//! Largest stresses of one diaphragm, in its ring and in its blades.
 
 use super::peak::{At, Peak};
 use super::row::{FLEXIBLE, Row};
@@ -8,35 +8,39 @@ use crate::structure::RingPart;
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator};
 use bladeoff_model::outcome::Empty;
 
-/// Part that a machine needs for stresses of blades.
+/// Part that a machine needs for blade stresses.
 const BLADES: &str = "a diaphragm with blades";
 
-/// State of a flexible ring at an instant, from which its stresses follow.
+/// State of a flexible ring at an instant, which determines its stresses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RingState<'a> {
-    /// Coordinates.
+    /// Coordinates of the ring: nodal \[m\] or modal.
     pub coordinates: &'a [f64],
-    /// Contact forces, which the truncated modes follow; without truncated modes they are not used.
+    /// Contact forces \[N\], to which the truncated modes respond statically; unused without truncated modes.
     pub forces: &'a NodalForces,
 }
 
-/// Watches the ring of one diaphragm and its blades.
+/// Recorder of the stresses of one diaphragm's ring and blades.
 #[derive(Debug, Clone)]
 pub(crate) struct RingStressRecorder {
-    /// `None` of a diaphragm that has no flexible ring.
+    /// Stress recovery; `None` without a flexible ring.
     stresses: Option<RingStresses>,
+    /// Yield strength of ring and blades \[Pa\].
     yield_strength: Option<f64>,
+    /// Largest stress of the ring \[Pa\].
     ring: Peak,
-    /// Angle of the former \[rad\].
+    /// Angular position of the largest ring stress \[rad\].
     angle: f64,
+    /// Largest stress of the blades, bending and axial \[Pa\].
     blades: Peak,
-    /// Number of the blade of the former.
+    /// Number of the blade with the largest stress, from 0.
     blade: usize,
-    /// Bending stress of the blades alone.
+    /// Largest bending stress of the blades, without axial stress \[Pa\].
     bending: Peak,
     has_ring: bool,
     has_blades: bool,
-    /// Part that the machine lacks for stresses of the ring, and of the blades. The columns of a machine are listed without its matrices.
+    /// Part without which the machine has no stresses of the ring, and of the blades. The columns of a machine are listed without its
+    /// matrices.
     lacks: [Option<&'static str>; 2],
 }
 
@@ -52,7 +56,7 @@ impl RingStressRecorder {
         };
         let stresses = flexible.map(|(stator, part)| RingStresses::new(stator, part));
         let has_blades = stresses.as_ref().is_some_and(RingStresses::has_blades);
-        // what nothing touches has a stress: none
+        // a part without contact has the stress zero
         let start = |is_there: bool| if is_there { Peak::at_start(0.0) } else { Peak::default() };
         Self {
             yield_strength: flexible.and_then(|(stator, _)| stator.yield_strength),
@@ -68,24 +72,24 @@ impl RingStressRecorder {
         }
     }
 
-    /// Takes the state of the ring.
+    /// Records the state of the ring.
     pub fn see(&mut self, ring: RingState<'_>, at: At) {
         self.see_above(&self.known(), ring, at);
     }
 
-    /// Whether no coordinates up to these amplitudes have larger stresses than before.
+    /// Returns whether coordinates up to these amplitudes cannot raise a maximum stress.
     pub fn rests(&mut self, amplitudes: &[f64]) -> bool {
         let known = self.known();
         self.stresses.as_mut().is_none_or(|stresses| stresses.are_below(&known, amplitudes))
     }
 
-    /// The largest stresses so far.
+    /// Largest stresses so far \[Pa\].
     fn known(&self) -> Known {
         let known = |peak: &Peak| peak.value.unwrap_or(0.0);
         Known { ring: known(&self.ring), blades: known(&self.blades), bending: known(&self.bending) }
     }
 
-    /// Takes the state of the ring where stresses of ring and blades are above these ratios to the yield strength.
+    /// Records the state of the ring if stresses of ring or blades exceed the given ratios to the yield strength.
     pub fn watch(&mut self, [ring, blades]: [f64; 2], state: RingState<'_>, at: At) {
         let Some(strength) = self.yield_strength else { return };
         let known = |peak: &Peak, ratio: f64| peak.value.unwrap_or(0.0).max(ratio * strength);
@@ -111,13 +115,14 @@ impl RingStressRecorder {
         }
     }
 
-    /// Largest ratios of stress and yield strength, of the ring and of the blades; `None` where the material has no yield strength, or where there is none of them.
+    /// Largest ratios of stress to yield strength of ring and blades \[-\]; `None` if the material has no yield strength or the diaphragm
+    /// lacks the part.
     pub fn yield_ratios(&self) -> [Option<Peak>; 2] {
         let of = |peak: Peak| self.yield_strength.map(|strength| peak.map(|stress| stress / strength));
         [of(self.ring).filter(|_| self.stresses.is_some()), of(self.blades).filter(|_| self.has_blades)]
     }
 
-    /// Bound of those ratios for coordinates, or for the amplitudes of all of them; 0 without a yield strength.
+    /// Bounds of those ratios \[-\], for coordinates or for bounds of their amplitudes; 0 without a yield strength.
     pub fn ratio_bounds(&mut self, amplitudes: &[f64]) -> [f64; 2] {
         match (&mut self.stresses, self.yield_strength) {
             (Some(stresses), Some(strength)) => stresses.bounds(amplitudes).map(|bound| bound / strength),
@@ -125,7 +130,7 @@ impl RingStressRecorder {
         }
     }
 
-    /// Takes the larger stresses of another ring.
+    /// Merges the larger stresses of another ring.
     pub fn include(&mut self, other: &Self) {
         if other.ring.value > self.ring.value {
             self.angle = other.angle;
@@ -143,7 +148,7 @@ impl RingStressRecorder {
         }
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         self.ring.hold();
         self.blades.hold();

@@ -1,20 +1,20 @@
-//! One row of the table: columns and values, reported together.
+//! One row of the result table: columns and values, reported together.
 
 use super::peak::{Peak, Sum};
 use bladeoff_model::outcome::{Column, ColumnKind, Empty, Group, Growth, Part};
 use std::fmt::Display;
 
-/// Part that a machine needs for columns of a flexible ring.
+/// Part that a machine needs for the columns of a flexible ring.
 pub(super) const FLEXIBLE: &str = "a diaphragm with a flexible ring";
 
-/// Takes what recorders report, in table order, and keeps one half of it: what the columns are, or what they hold.
+/// Collector of the recorders' reports, in table order. It keeps either the descriptions of the columns or their values.
 pub(super) struct Row<'a> {
     kept: Kept<'a>,
     group: Group,
-    /// Diaphragms that the next columns tell of.
+    /// Diaphragms to which the next columns refer.
     ring: OfRing,
     empty: Empty,
-    /// Part or key that the machine lacks for the next columns.
+    /// Part or key without which the machine has no values in the next columns.
     lacks: Option<String>,
     guarded: Vec<Guarded>,
 }
@@ -24,14 +24,14 @@ enum Kept<'a> {
     Values(&'a mut Vec<Option<f64>>),
 }
 
-/// What a column had reached while all guards held: a column at the end of the row.
+/// Value that a column had reached while all guards held; it becomes a column at the end of the row.
 struct Guarded {
-    /// Place of that column.
+    /// Index of that column.
     of: usize,
     value: Option<f64>,
 }
 
-/// What a column is, its words apart.
+/// Properties of a column except its name and meaning.
 #[derive(Clone, Copy)]
 struct Kind {
     unit: &'static str,
@@ -46,19 +46,20 @@ impl Kind {
     }
 }
 
-/// Diaphragms that columns tell of.
+/// Diaphragms to which columns refer.
 #[derive(Clone)]
 pub(super) enum OfRing {
-    /// The only one.
+    /// The only diaphragm of the machine.
     Only,
-    /// All of several.
+    /// All of several diaphragms.
     All,
-    /// This one of several.
+    /// One of several diaphragms, by name.
     One(String),
 }
 
 impl OfRing {
-    /// The column of one diaphragm of several has its name before the unit: `max_contact_force_NAME_N`, `max_contact_force_NAME_at_s`.
+    /// Column name of one of several diaphragms, with the diaphragm's name before the unit: `max_contact_force_NAME_N`,
+    /// `max_contact_force_NAME_at_s`.
     fn column(&self, name: String, unit: &str) -> String {
         let Self::One(ring) = self else { return name };
         let unit = format!("_{}", unit.replace(' ', "").replace('/', "_"));
@@ -77,12 +78,12 @@ impl OfRing {
 }
 
 impl<'a> Row<'a> {
-    /// Keeps what the columns are.
+    /// Collects the descriptions of the columns.
     pub fn columns(columns: &'a mut Vec<Column>) -> Self {
         Self::keeping(Kept::Columns(columns))
     }
 
-    /// Keeps what they hold.
+    /// Collects the values of the columns.
     pub fn values(values: &'a mut Vec<Option<f64>>) -> Self {
         Self::keeping(Kept::Values(values))
     }
@@ -91,19 +92,19 @@ impl<'a> Row<'a> {
         Self { kept, group: Group::Course, ring: OfRing::Only, empty: Empty::Absent, lacks: None, guarded: Vec::new() }
     }
 
-    /// What the next columns tell of.
+    /// Sets the group of the next columns.
     pub fn of(&mut self, group: Group) -> &mut Self {
         self.group = group;
         self
     }
 
-    /// Which diaphragms the next columns tell of.
+    /// Sets the diaphragms to which the next columns refer.
     pub fn of_ring(&mut self, ring: OfRing) {
         self.ring = ring;
     }
 
-    /// Has columns reported whose empty cells have this meaning; `lacks`: part or key that the machine lacks for them. Where a group of
-    /// columns around them lacks a part, that part is named.
+    /// Reports columns whose empty cells have the meaning `empty`. `lacks`: part or key without which the machine has no values in them. A
+    /// part that an enclosing group of columns lacks takes precedence.
     pub fn with(&mut self, empty: Empty, lacks: Option<&str>, report: impl FnOnce(&mut Self)) {
         let outer = (self.empty, self.lacks.clone());
         self.empty = empty;
@@ -114,7 +115,7 @@ impl<'a> Row<'a> {
         (self.empty, self.lacks) = outer;
     }
 
-    /// Columns so far.
+    /// Number of columns so far.
     pub fn len(&self) -> usize {
         match &self.kept {
             Kept::Columns(columns) => columns.len(),
@@ -122,7 +123,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// A number with its unit; null where it did not happen, or is none.
+    /// Reports a number with its unit; null if the event did not occur or the value is not finite.
     pub fn real(
         &mut self,
         name: impl Display,
@@ -134,48 +135,47 @@ impl<'a> Row<'a> {
         self.add(value.into(), kind, || (name.to_string(), meaning.to_string()));
     }
 
-    /// The time of a first event \[s\]; `guarded`: the same where the event happened while all guards held.
+    /// Reports the time of a first event \[s\]. `guarded`: the same time if the event occurred while all guards held.
     pub fn once(&mut self, name: &str, meaning: &str, value: Option<f64>, guarded: Option<f64>) {
         self.guarded.push(Guarded { of: self.len(), value: guarded });
         let kind = Kind::real("s", Part::Whole, Growth::Once);
         self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
 
-    /// One that only grows during a run.
+    /// Reports a number that never decreases during a run.
     pub fn growing(&mut self, name: &str, unit: &'static str, meaning: &str, value: impl Into<Option<f64>>) {
         let kind = Kind::real(unit, Part::Whole, Growth::Grows);
         self.add(value.into(), kind, || (name.to_owned(), meaning.to_owned()));
     }
 
-    /// A sum, and what it was while all guards held.
+    /// Reports a sum, and its value while all guards held.
     pub fn sum(&mut self, name: &str, unit: &'static str, meaning: &str, sum: Option<Sum>) {
         self.guarded.push(Guarded { of: self.len(), value: sum.map(|sum| sum.guarded) });
         self.growing(name, unit, meaning, sum.map(|sum| sum.value));
     }
 
-    /// A count with the number reached while all guards held.
+    /// Reports a count, and its value while all guards held.
     pub fn counted(&mut self, name: &str, meaning: &str, count: Option<Sum>) {
         self.guarded.push(Guarded { of: self.len(), value: count.map(|count| count.guarded) });
         let kind = Kind { unit: "", kind: ColumnKind::Count, part: Part::Whole, growth: Growth::Grows };
         self.add(count.map(|count| count.value), kind, || (name.to_owned(), meaning.to_owned()));
     }
 
-    /// A count.
+    /// Reports a count.
     pub fn count(&mut self, name: &str, meaning: &str, value: impl Into<Option<u64>>) {
         let value = value.into().map(|count| count as f64);
         let kind = Kind { unit: "", kind: ColumnKind::Count, part: Part::Whole, growth: Growth::Grows };
         self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
 
-    /// One of the words, by its place among them.
+    /// Reports one of the given words, by its index.
     pub fn choice(&mut self, name: &str, words: &'static [&'static str], meaning: &str, value: Option<usize>) {
         let value = value.map(|at| at as f64);
         let kind = Kind { unit: "", kind: ColumnKind::Choice(words), part: Part::Whole, growth: Growth::Free };
         self.add(value, kind, || (name.to_owned(), meaning.to_owned()));
     }
 
-    /// A peak, time and speed at which it was reached, and what it was while all guards held. `None` where the machine has no such
-    /// quantity.
+    /// Reports a peak, its time and speed, and its value while all guards held. `None`: the machine has no such quantity.
     pub fn peak(&mut self, name: impl Display, unit: &'static str, meaning: impl Display, peak: Option<Peak>) {
         self.guarded.push(Guarded { of: self.len(), value: peak.map(|peak| peak.guarded) });
         let Peak { value, at, .. } = peak.unwrap_or_default();
@@ -188,8 +188,7 @@ impl<'a> Row<'a> {
         self.add(value.map(|_| at.speed), Kind::real("rad/s", Part::PeakSpeed, Growth::Free), speed);
     }
 
-    /// Ends the row with what was reached while all guards held; null in a row that `is_ok`, whose values stand. These values are behind all
-    /// others.
+    /// Ends the row with the guarded values, after all other columns. They are null in a row that `is_ok`, whose own values are valid.
     pub fn end(mut self, is_ok: bool) {
         for Guarded { of, value } in std::mem::take(&mut self.guarded) {
             match &mut self.kept {
@@ -215,7 +214,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// `words`: name and meaning, made only where they are kept.
+    /// Adds a column. `words`: its name and meaning, evaluated only if descriptions are collected.
     fn add(&mut self, value: Option<f64>, of: Kind, words: impl FnOnce() -> (String, String)) {
         let Kind { unit, kind, part, growth } = of;
         match &mut self.kept {

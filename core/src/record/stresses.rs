@@ -9,40 +9,47 @@ use bladeoff_model::outcome::Empty;
 use bladeoff_numerics::linalg::Matrix;
 use std::ops::Range;
 
-/// Shaft sections with columns of their own at most; the largest over all sections is always there.
+/// Maximum number of shaft sections with columns of their own. The largest value over all sections is always reported.
 const REPORTED_SECTIONS: usize = 12;
 
-/// Watches every section of the shaft.
+/// Recorder of the moments and stresses of every shaft section.
 #[derive(Debug, Clone)]
 pub(crate) struct StressRecorder {
     /// `None` for a point mass.
     shaft: Option<ShaftStresses>,
-    /// Per section: |T|, and |M|^2 (one root at the end).
+    /// Per section: largest |T| \[N m\].
     torsion: Vec<Peak>,
+    /// Per section: largest |M|^2 [N2 m2]; the root is taken once, at the end.
     bending: Vec<Peak>,
+    /// Per section: largest von Mises stress.
     mises: VonMises,
-    /// Static response of the truncated modes; `None` without seats off the bearing line.
+    /// Static response of the truncated modes; `None` without bearing seats off the bearing line.
     settled: Option<Settled>,
 }
 
-/// Constant share of the bending: the static response of the truncated modes to forces of bearing seats off the bearing line.
+/// Constant part of the bending: static response of the truncated modes to the forces of bearing seats off the bearing line.
 #[derive(Debug, Clone)]
 struct Settled {
     /// Displacements and slopes of the nodes [m, rad].
     lateral: Vec<f64>,
-    /// Bending moments of each element at its ends, as [`StressRecorder::see_bending`] takes them \[N m\], and the larger of their sizes.
+    /// Bending moments of each element at both ends, in the order of [`StressRecorder::see_bending`] \[N m\].
     moments: Vec<[f64; 4]>,
+    /// Larger norm of the bending moment at the two ends of each element \[N m\].
     sizes: Vec<f64>,
 }
 
-/// Torsional moment \[N m\], torsional shear stress, bending stress and von Mises stress \[Pa\].
+/// Torsional moment \[N m\], torsional shear stress, bending stress and von Mises stress \[Pa\] of a section.
 #[derive(Default)]
 struct Stresses {
+    /// Torsional moment |T| \[N m\].
     moment: Peak,
+    /// Torsional shear stress \[Pa\].
     shear: Peak,
+    /// Bending stress \[Pa\].
     bending: Peak,
+    /// Von Mises stress of bending and torsion \[Pa\].
     mises: Peak,
-    /// Place of the last one along the shaft \[m\].
+    /// Axial position of the largest von Mises stress \[m\].
     position: f64,
 }
 
@@ -57,7 +64,7 @@ impl StressRecorder {
         Self { shaft, torsion: none.clone(), bending: none, mises, settled: None }
     }
 
-    /// Adds constant displacements of the nodes [m, rad], which no instant has.
+    /// Adds constant nodal displacements [m, rad], which no recorded instant includes.
     pub fn settle(&mut self, lateral: Vec<f64>) {
         let Some(shaft) = &self.shaft else { return };
         let moments: Vec<[f64; 4]> = (0..shaft.elements())
@@ -70,12 +77,12 @@ impl StressRecorder {
         self.settled = Some(Settled { sizes: moments.iter().map(size).collect(), moments, lateral });
     }
 
-    /// Largest constant moment of some elements \[N m\].
+    /// Largest constant bending moment of some elements \[N m\].
     fn settled_size(&self, elements: Range<usize>) -> f64 {
         self.settled.as_ref().map_or(0.0, |settled| settled.sizes[elements].iter().copied().fold(0.0, f64::max))
     }
 
-    /// Nodal displacements [m, rad] and torsion angles \[rad\] of the nodes of the shaft line.
+    /// Records the stresses at nodal displacements `x` [m, rad] and torsion angles \[rad\] of the shaft line.
     pub fn see(&mut self, x: &[f64], torsion_angles: &[f64], at: At) {
         let Some(shaft) = &self.shaft else { return };
         let shifted: Vec<f64>;
@@ -94,12 +101,12 @@ impl StressRecorder {
         }
     }
 
-    /// Elements of the shaft.
+    /// Number of shaft elements.
     pub fn elements(&self) -> usize {
         self.shaft.as_ref().map_or(0, ShaftStresses::elements)
     }
 
-    /// Torsional moments of all elements per unit of each torsional mode, from the mode shapes at the nodes.
+    /// Torsional moments of all elements per unit amplitude of each torsional mode \[N m\], from the mode shapes at the nodes.
     pub fn torsional_rows(&self, mode_shapes: &[Vec<f64>]) -> Matrix {
         let modes = mode_shapes.first().map_or(0, Vec::len);
         Matrix::from_fn(self.elements(), modes, |element, mode| {
@@ -108,7 +115,7 @@ impl StressRecorder {
         })
     }
 
-    /// Torsional moments of all elements \[N m\].
+    /// Records the torsional moments of all elements \[N m\].
     pub fn see_torsion(&mut self, moments: &[f64], at: At) {
         let Some(shaft) = &self.shaft else { return };
         for (moment, section) in moments.iter().zip(shaft.section_of()) {
@@ -116,7 +123,8 @@ impl StressRecorder {
         }
     }
 
-    /// Whether bending moments up to a bound can raise a maximum of the sections of some elements, under these torsional moments \[N m\].
+    /// Returns whether bending moments up to `bound` \[N m\] can raise a maximum in the sections of some elements, with the torsional
+    /// moments `torsion` \[N m\].
     #[inline(always)]
     pub fn asks_for_bending(&self, elements: Range<usize>, bound: f64, torsion: &[f64]) -> bool {
         let Some(shaft) = &self.shaft else { return false };
@@ -128,7 +136,8 @@ impl StressRecorder {
         })
     }
 
-    /// Bending and torsional moments of some elements \[N m\] at one instant: of each four at its ends, and one.
+    /// Records bending and torsional moments of some elements at one instant \[N m\]: four bending components (two ends) and one torsional
+    /// moment per element.
     #[inline(always)]
     pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
         let Self { shaft, bending, mises, settled, .. } = self;
@@ -137,7 +146,7 @@ impl StressRecorder {
             let section = shaft.section_of()[element];
             let constant = settled.as_ref().map_or([0.0; 4], |settled| settled.moments[element]);
             let m: [f64; 4] = std::array::from_fn(|i| m[i] + constant[i]);
-            // torsion is the same at both ends
+            // the torsional moment is the same at both ends
             let [near, far] = [m[0] * m[0] + m[1] * m[1], m[2] * m[2] + m[3] * m[3]];
             let (square, node) = if far > near { (far, element + 1) } else { (near, element) };
             bending[section].see(square, at);
@@ -145,12 +154,13 @@ impl StressRecorder {
         }
     }
 
-    /// Largest ratio of von Mises stress and yield strength, each section with its own; `None` where no section has one.
+    /// Largest ratio of von Mises stress to yield strength \[-\], each section with its own; `None` if no section has a yield strength.
     pub fn yield_ratio(&self) -> Option<Peak> {
         self.mises.yield_ratio()
     }
 
-    /// Bound of that ratio by bounds of the bending moments of so many elements at a time \[N m\], with the largest torsional moments so far.
+    /// Bound of that ratio \[-\] from bounds of the bending moments \[N m\] of groups of `together` elements, with the largest torsional
+    /// moments so far.
     pub fn ratio_bound(&self, together: usize, bounds: &[f64]) -> f64 {
         let Some(shaft) = &self.shaft else { return 0.0 };
         let ratio = |section: usize, bound: f64| {
@@ -165,7 +175,7 @@ impl StressRecorder {
         all.map(|(section, bound)| ratio(section, bound)).fold(0.0, f64::max)
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         self.torsion.iter_mut().chain(&mut self.bending).for_each(Peak::hold);
         self.mises.hold();
@@ -176,7 +186,7 @@ impl StressRecorder {
         self.torsion.iter().filter_map(|peak| peak.value).reduce(f64::max)
     }
 
-    /// Of each section.
+    /// Largest moments and stresses of each section.
     fn sections(&self) -> Vec<Stresses> {
         let of = |shaft: &ShaftStresses, section: usize| {
             let (moment, moduli) = (self.torsion[section], shaft.moduli(section));
@@ -217,7 +227,7 @@ impl StressRecorder {
 }
 
 impl Stresses {
-    /// Of the whole shaft, or of one section; `of` is `None` for a rotor without any.
+    /// Reports the whole shaft (`section`: `None`) or one section. `of`: `None` for a point mass.
     fn report(of: Option<&Self>, section: Option<usize>, row: &mut Row<'_>) {
         let (suffix, place) = match section {
             None => (String::new(), "the shaft".to_owned()),

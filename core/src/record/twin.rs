@@ -14,7 +14,7 @@ const STATUS: &[&str] = &["ok", "invalid", "failed", "beyond"];
 /// Words of the column `sensitive`.
 const SENSITIVE: &[&str] = &["no", "yes"];
 
-/// Columns of changes, and the column that each compares. The first is the oldest.
+/// Columns of the changes, each with the column that it compares. The first is the oldest.
 const CHANGES: [(&str, &str); 6] = [
     ("twin_bearing_load_change", "max_bearing_load_N"),
     ("twin_filtered_contact_force_change", "max_filtered_contact_force_N"),
@@ -24,33 +24,34 @@ const CHANGES: [(&str, &str); 6] = [
     ("twin_torsional_moment_change", "max_torsional_moment_Nm"),
 ];
 
-/// Compared results of one run, in the order of [`CHANGES`]: one value of each quantity, or one for each diaphragm. `None`: the run has no such result.
+/// Compared results of one run in the order of [`CHANGES`]: one value, or one per diaphragm. `None`: the run has no such result.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Compared(pub [Vec<Option<f64>>; CHANGES.len()]);
 
-/// A run's twin.
+/// Comparison of a run with its twin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Twin {
-    /// In the order of [`CHANGES`]; `None` where there is nothing to compare.
+    /// Relative changes (twin - own)/own \[-\] in the order of [`CHANGES`]; `None` without a comparison.
     changes: [Option<f64>; CHANGES.len()],
-    /// `None` where the two runs cannot be compared.
+    /// Whether the run is sensitive; `None` if the two runs cannot be compared.
     sensitive: Option<bool>,
+    /// Status of the twin run.
     status: Status,
 }
 
 impl Twin {
-    /// A twin that cannot be compared.
+    /// Result for a twin that cannot be compared.
     pub fn alone(status: Status) -> Self {
         Self { changes: [None; CHANGES.len()], sensitive: None, status }
     }
 
-    /// The comparison of a run with its twin; `limit`: largest change of a run that is not sensitive.
+    /// Compares a run with its twin. `limit`: largest relative change of a run that is not sensitive \[-\].
     pub fn of(own: &Compared, twin: &Compared, limit: f64, status: Status) -> Self {
         let mut changes = [None; CHANGES.len()];
         let mut sensitive = false;
         for (change, (own, twin)) in changes.iter_mut().zip(own.0.iter().zip(&twin.0)) {
             for (own, twin) in own.iter().zip(twin) {
-                // a quantity that is zero is one that the run does not have: no contact, no friction
+                // a quantity of zero counts as absent: no contact, no friction
                 let [own, twin] = [own, twin].map(|value| value.filter(|value| value.is_finite() && *value > 0.0));
                 sensitive |= own.is_some() != twin.is_some();
                 let Some(own) = own else { continue };
@@ -64,7 +65,7 @@ impl Twin {
         Self { changes, sensitive: Some(sensitive), status }
     }
 
-    /// Columns of the comparison; `runs`: the machine has a twin run.
+    /// Reports the columns of the comparison. `runs`: the machine has a twin run.
     pub(super) fn report(of: Option<&Self>, runs: bool, row: &mut Row<'_>) {
         let lacks = (!runs).then(|| format!("`{TWIN}` above 0"));
         row.with(Empty::Unjudged, lacks.as_deref(), |row| Self::report_changes(of, row));
@@ -116,7 +117,7 @@ mod tests {
         let impulse = with(2, Some(9.5));
         assert_eq!((impulse.changes[0], impulse.changes[2], impulse.sensitive), (Some(0.0), Some(-0.05), Some(true)));
         assert_eq!((impulse.changes[3], impulse.changes[5]), (None, None), "zero, and nothing to compare");
-        // what only one of the two has
+        // a quantity that only one of the two runs has
         for (at, value, change) in [(1, None, Some(-1.0)), (2, Some(0.0), Some(-1.0)), (3, Some(1.0), None)] {
             let twin = with(at, value);
             assert_eq!((twin.changes[at], twin.sensitive), (change, Some(true)), "{at}");

@@ -50,20 +50,21 @@ impl Verdict {
     }
 }
 
-/// Watches whether all guards have held so far, of a run under way.
+/// Record of whether all guards have held so far, for a run in progress.
 ///
-/// What is judged is what is known: each guard of `run.guard` by the values up to the present step, and the modal basis from the first contact
-/// on. A guard that breaks stays broken here, also where the end of the run has it hold again (the largest total energy may grow, a
-/// normal work come back), so that what counts as guarded is never more than what is.
+/// Each guard of `run.guard` is judged by the values up to the present step, and the modal basis from the first contact on. A broken guard
+/// stays broken here, even if it would hold again at the end of the run (the largest total energy may grow, a normal work may reverse). So
+/// a guarded value is never too large.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Guards {
+    /// Whether a guard has been broken.
     any_broken: bool,
-    /// Whether the modes kept carry the contact; `None` before the first one.
+    /// Whether the truncation error of the modal basis at the contacts is acceptable; `None` before the first contact.
     carried: Option<bool>,
 }
 
 impl Guards {
-    /// Whether all guards hold, and always have.
+    /// Returns whether all guards hold now and have always held.
     pub fn hold(
         &mut self,
         energies: &EnergyBalance,
@@ -78,7 +79,7 @@ impl Guards {
         !self.any_broken
     }
 
-    /// Whether all guards hold by the values up to the present step, as the verdict of a run that ends here has them.
+    /// Returns whether all guards hold by the values up to the present step, as in the verdict of a run that ends here.
     pub fn hold_now(
         &mut self,
         energies: &EnergyBalance,
@@ -97,7 +98,7 @@ fn touched(rings: &[RingRecorders]) -> bool {
     rings.iter().any(|ring| ring.contact.touched())
 }
 
-/// Guards that the recorded values break. The guard of the modal basis is not among them: it depends on the structure alone.
+/// Returns the guards that the recorded values break. The guard of the modal basis is excluded: it depends on the structure alone.
 fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Machine) -> CauseSet {
     let mut causes = CauseSet::default();
     let guard = &machine.run.guard;
@@ -117,7 +118,7 @@ fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Ma
         if ring.contact.reversals() > 0 && contact.friction_law == FrictionLaw::Slip {
             causes.insert(Cause::SlipReversal);
         }
-        // a stator without freedoms takes an impact within a step, whatever the step
+        // a stator without degrees of freedom takes an impact in one step for any step size
         let resolves = matches!(diaphragm.kind, DiaphragmKind::Flexible(_));
         if resolves && ring.contact.steps_per_impact().is_some_and(|steps| steps < guard.impact_steps) {
             causes.insert(Cause::UnderResolved);

@@ -1,19 +1,21 @@
-//! Largest von Mises stress of each shaft section, as the square of its equivalent moment, and its largest ratio to the yield strength.
+//! Largest von Mises stress of each shaft section, kept as the square of its equivalent moment, and its largest ratio to the yield
+//! strength.
 
 use super::peak::{At, Peak};
 use crate::stress::ShaftStresses;
 use bladeoff_model::machine::RotorKind;
 
-/// Watches all sections of a shaft; none of a point mass.
+/// Recorder of all sections of a shaft; empty for a point mass.
 #[derive(Debug, Clone)]
 pub(super) struct VonMises {
-    /// Places of the nodes along the shaft \[m\].
+    /// Axial positions of the nodes \[m\].
     nodes: Vec<f64>,
-    /// Per section: square of the equivalent moment of bending and torsion at one instant [N2 m2], with its node.
+    /// Per section: largest squared equivalent moment of bending and torsion at one instant [N2 m2], with its node.
     peaks: Vec<(Peak, usize)>,
-    /// Per section: square of the ratio of stress and yield strength per square of the equivalent moment; 0 without a yield strength.
+    /// Per section: factor from the squared equivalent moment to the squared ratio of stress to yield strength \[1/(N2 m2)\]; 0 without a
+    /// yield strength.
     to_ratio: Vec<f64>,
-    /// Largest square of that ratio, of all sections; `None` where no section has a yield strength.
+    /// Largest squared ratio of all sections \[-\]; `None` if no section has a yield strength.
     ratio: Option<Peak>,
 }
 
@@ -35,7 +37,7 @@ impl VonMises {
         }
     }
 
-    /// Takes the square of an equivalent moment of a section, at a node.
+    /// Records a squared equivalent moment of a section at a node [N2 m2].
     #[inline]
     pub fn see(&mut self, section: usize, square: f64, node: usize, at: At) {
         let (peak, place) = &mut self.peaks[section];
@@ -48,32 +50,32 @@ impl VonMises {
         }
     }
 
-    /// The largest square of a section so far.
+    /// Largest squared equivalent moment of a section so far [N2 m2].
     pub fn known(&self, section: usize) -> Option<f64> {
         self.peaks[section].0.value
     }
 
-    /// Peak of the square of a section.
+    /// Peak of the squared equivalent moment of a section [N2 m2].
     pub fn of(&self, section: usize) -> Peak {
         self.peaks[section].0
     }
 
-    /// Place along the shaft of the peak of a section \[m\].
+    /// Axial position of the peak of a section \[m\].
     pub fn position(&self, section: usize) -> f64 {
         self.nodes[self.peaks[section].1]
     }
 
-    /// Largest ratio of stress and yield strength of all sections that have one.
+    /// Largest ratio of stress to yield strength of all sections with a yield strength \[-\].
     pub fn yield_ratio(&self) -> Option<Peak> {
         self.ratio.map(|square| square.map(f64::sqrt))
     }
 
-    /// Ratio of a section by the square of an equivalent moment; 0 without a yield strength.
+    /// Ratio of stress to yield strength of a section \[-\] at a squared equivalent moment [N2 m2]; 0 without a yield strength.
     pub fn ratio_of(&self, section: usize, square: f64) -> f64 {
         (self.to_ratio[section] * square).sqrt()
     }
 
-    /// All guards hold.
+    /// Marks the values reached so far as guarded.
     pub fn hold(&mut self) {
         self.peaks.iter_mut().for_each(|(peak, _)| peak.hold());
         self.ratio.iter_mut().for_each(Peak::hold);

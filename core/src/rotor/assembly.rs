@@ -1,45 +1,47 @@
-//! Assembly of the shaft line.
+//! Assembly of the matrices of the shaft line.
 
 use super::{BearingSite, GyroSite, shaft_blocks};
 use bladeoff_model::machine::{BearingTable, Pedestal, Rotor, RotorKind, Shaft};
 use bladeoff_numerics::linalg::Matrix;
 
-/// Highest frequency of a pedestal alone between its springs \[rad/s\]: a pedestal with less mass, or none, has the mass of this frequency.
+/// Largest circular frequency of a pedestal alone between its springs \[rad/s\]. A pedestal with less mass, or massless, gets the mass of
+/// this frequency.
 const PEDESTAL_RATE: f64 = 1e5;
 
-/// Finite-element matrices of the shaft line; unbalances are not in them (they differ from sample to sample).
+/// Finite-element matrices of the shaft line, without unbalances, which differ from sample to sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotorMatrices {
     /// Number of nodes.
     pub nodes: usize,
     /// Lateral degrees of freedom per node in each plane: 2, or 1 for a point mass.
     pub per_plane: usize,
-    /// Lateral mass.
+    /// Lateral mass matrix [kg, kg m, kg m2].
     pub mass: Matrix,
-    /// Lateral stiffness: shaft and the symmetric part of the bearings.
+    /// Lateral stiffness matrix [N/m, N, N m]: shaft and symmetric part of the bearings.
     pub stiffness: Matrix,
-    /// Lateral damping: structure and bearings.
+    /// Lateral damping matrix [N s/m, N s, N m s]: structural damping and bearings.
     pub damping: Matrix,
-    /// Twist inertia.
+    /// Torsional inertia matrix \[kg m2\].
     pub twist_mass: Matrix,
-    /// Twist stiffness.
+    /// Torsional stiffness matrix [N m/rad].
     pub twist_stiffness: Matrix,
-    /// b of the twist's damping `C = b K` \[s\].
+    /// Factor b of the torsional damping `C = b K` \[s\].
     pub twist_damping: f64,
-    /// Axial mass.
+    /// Axial mass matrix \[kg\].
     pub axial_mass: Matrix,
-    /// Axial stiffness.
+    /// Axial stiffness matrix \[N/m\].
     pub axial_stiffness: Matrix,
-    /// Gyroscopic sites.
+    /// Gyroscopic sites: shaft elements and discs.
     pub gyro: Vec<GyroSite>,
-    /// Bearings in the machine's order.
+    /// Bearings, in the machine's order.
     pub bearings: Vec<BearingSite>,
-    /// Bearings with coefficients over the speed, by their place among the bearings: a site among `bearings` has the constant part of its table.
+    /// Bearing tables (coefficients over the speed) with the index of their bearing. The site in `bearings` has the constant part of its
+    /// table.
     pub tables: Vec<(usize, BearingTable)>,
-    /// Pedestals on the ground, in the order of the bearings that have one. Their displacements stand behind those of all nodes in the lateral vector, X and Y of
-    /// each side by side.
+    /// Pedestals on the ground, in the order of the bearings with a pedestal. Their displacements follow after those of all nodes in the
+    /// lateral vector, X and Y of each next to each other.
     pub pedestals: Vec<BearingSite>,
-    /// Inertia weights of the mean spin, `s = j/J_t`, `j = M_beta 1`.
+    /// Inertia weights of the mean spin `s = j/J_t` \[-\], with `j = M_beta 1` and the total polar inertia J_t.
     pub spin_weights: Vec<f64>,
 }
 
@@ -51,7 +53,7 @@ impl RotorMatrices {
             RotorKind::Shaft(shaft) => shaft_matrices(shaft, rotor),
             RotorKind::PointMass(point) => {
                 let mut empty = Self::empty(1, 1, pedestals(rotor));
-                // its own two freedoms; those of pedestals follow
+                // the two degrees of freedom of the point mass; those of pedestals follow
                 [0, 1].into_iter().for_each(|place| empty.mass[(place, place)] = point.mass);
                 empty.twist_mass[(0, 0)] = point.polar_inertia;
                 empty.axial_mass[(0, 0)] = point.mass;
@@ -132,83 +134,84 @@ impl RotorMatrices {
         self.pedestals.push(site);
     }
 
-    /// Bearings, then pedestals: all springs and dampers that are not part of the shaft.
+    /// Bearings, then pedestals: all springs and dampers outside the shaft.
     pub fn supports(&self) -> impl Iterator<Item = &BearingSite> {
         self.bearings.iter().chain(&self.pedestals)
     }
 
-    /// Places of X and Y of a pedestal.
+    /// Indices of X and Y of a pedestal.
     fn pedestal_places(&self, pedestal: usize) -> [usize; 2] {
         [0, 1].map(|axis| 2 * (self.nodes * self.per_plane + pedestal) + axis)
     }
 
-    /// Places of the XZ plane and of the YZ plane, in the same order.
+    /// Indices of the degrees of freedom of the XZ plane and of the YZ plane, in the same order.
     #[must_use]
     pub fn planes(&self) -> [Vec<usize>; 2] {
         let (half, size) = (self.nodes * self.per_plane, self.lateral_size());
         [0, 1].map(|axis| (axis * half..(axis + 1) * half).chain((2 * half + axis..size).step_by(2)).collect())
     }
 
-    /// Sign of a place under a turn of the frame from XZ to YZ, by its order in [`RotorMatrices::planes`]: `theta_u = -v,z`.
+    /// Sign of a degree of freedom under the rotation of the XZ plane into the YZ plane, by its order in [`RotorMatrices::planes`]; -1 for
+    /// slopes, as `theta_u = -v,z`.
     #[must_use]
     pub fn turn_sign(&self, order: usize) -> f64 {
         if self.per_plane == 2 && order < 2 * self.nodes && order % 2 == 1 { -1.0 } else { 1.0 }
     }
 
-    /// Lateral degrees of freedom.
+    /// Number of lateral degrees of freedom.
     #[must_use]
     pub fn lateral_size(&self) -> usize {
         self.mass.nrows()
     }
 
-    /// Place of u in the lateral vector.
+    /// Index of u of a node in the lateral vector.
     #[inline]
     #[must_use]
     pub fn u(&self, node: usize) -> usize {
         self.per_plane * node
     }
 
-    /// Place of v.
+    /// Index of v of a node in the lateral vector.
     #[inline]
     #[must_use]
     pub fn v(&self, node: usize) -> usize {
         self.per_plane * (self.nodes + node)
     }
 
-    /// Place of theta_v; a point mass has none.
+    /// Index of theta_v of a node; `None` for a point mass.
     #[must_use]
     pub fn theta_v(&self, node: usize) -> Option<usize> {
         (self.per_plane == 2).then(|| self.u(node) + 1)
     }
 
-    /// Place of theta_u; a point mass has none.
+    /// Index of theta_u of a node; `None` for a point mass.
     #[must_use]
     pub fn theta_u(&self, node: usize) -> Option<usize> {
         (self.per_plane == 2).then(|| self.v(node) + 1)
     }
 
-    /// Places of u and v.
+    /// Indices of u and v of a node.
     #[inline]
     #[must_use]
     pub fn plane_places(&self, node: usize) -> [usize; 2] {
         [self.u(node), self.v(node)]
     }
 
-    /// u and v of a node in a lateral vector.
+    /// Returns u and v of a node from a lateral vector.
     #[inline]
     #[must_use]
     pub fn at(&self, node: usize, x: &[f64]) -> [f64; 2] {
         [x[self.u(node)], x[self.v(node)]]
     }
 
-    /// Adds to u and v of a node in a lateral vector.
+    /// Adds a vector to u and v of a node in a lateral vector.
     #[inline]
     pub fn add_at(&self, node: usize, value: [f64; 2], x: &mut [f64]) {
         x[self.u(node)] += value[0];
         x[self.v(node)] += value[1];
     }
 
-    /// A lateral vector with the same translation at every node.
+    /// Lateral vector of a uniform translation of all nodes; pedestals and slopes are zero.
     #[must_use]
     pub fn uniform(&self, [x, y]: [f64; 2]) -> Vec<f64> {
         let mut field = vec![0.0; self.lateral_size()];
@@ -218,7 +221,7 @@ impl RotorMatrices {
         field
     }
 
-    /// `sum_g S_g`: the gyroscopic matrix per rad/s of a uniform spin.
+    /// Gyroscopic matrix per unit of uniform spin, `sum_g S_g` [kg m2].
     #[must_use]
     pub fn gyroscopic(&self) -> Matrix {
         let mut dense = Matrix::zeros(self.lateral_size(), self.lateral_size());
@@ -228,7 +231,7 @@ impl RotorMatrices {
         dense
     }
 
-    /// Skew part of the bearing stiffness as a matrix, for linear analyses.
+    /// Skew part of the bearing stiffness as a lateral matrix, for linear analyses.
     #[must_use]
     pub fn skew_stiffness(&self) -> Matrix {
         let mut dense = Matrix::zeros(self.lateral_size(), self.lateral_size());
@@ -238,7 +241,7 @@ impl RotorMatrices {
         dense
     }
 
-    /// Weight of the rotor per node and direction: `M` times a uniform field \[N\].
+    /// Weight of the rotor in nodal coordinates [N, N m]: `M` times a uniform acceleration. `gravity`: X and Y components \[m/s2\].
     #[must_use]
     pub fn weight(&self, gravity: [f64; 2]) -> Vec<f64> {
         let field = self.uniform(gravity);
@@ -248,15 +251,15 @@ impl RotorMatrices {
     }
 }
 
-/// Shaft elements and discs. Structural damping is `C = a M + b K` with the mass of shaft and discs and the stiffness of the
-/// shaft; bearings (added later) and unbalances are not in it. The twist has `C = b K` of its own; the spin, a uniform twist,
-/// has no K and so no damping.
+/// Assembles shaft elements and discs. Structural damping is `C = a M + b K` with the mass of shaft and discs and the stiffness of the
+/// shaft, without bearings (added later) and unbalances. Torsion has its own damping `C = b K`. The spin, a uniform rotation, has no
+/// stiffness, and therefore no damping.
 fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
     let mut all = RotorMatrices::empty(shaft.nodes.len(), 2, pedestals(rotor));
     for (i, element) in shaft.elements.iter().enumerate() {
         let mut blocks = shaft_blocks(element);
         shaft.layers_on(i).for_each(|layer| blocks.add(&shaft_blocks(layer)));
-        // XZ plane [u, theta_v] as it stands; YZ plane [v, -theta_u]
+        // the XZ plane has [u, theta_v], the YZ plane [v, -theta_u]
         let (xz, yz) = (all.u(i), all.v(i));
         for (first, signs) in [(xz, [1.0; 4]), (yz, [1.0, -1.0, 1.0, -1.0])] {
             for a in 0..4 {

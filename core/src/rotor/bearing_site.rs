@@ -1,35 +1,35 @@
-//! A spring and damper between two places of the lateral motion, or between one and the ground.
+//! Spring and damper between two points of the lateral motion, or between a point and the ground.
 
 use bladeoff_model::machine::Coefficients;
 use bladeoff_numerics::linalg::Matrix;
 
-/// A spring and damper of the lateral motion: a bearing between its node and its pedestal or the ground, or a pedestal on the ground. The stiffness is split into
-/// the part with a potential and the part without.
+/// A spring and damper of the lateral motion: a bearing between its node and its pedestal or the ground, or a pedestal on the ground. The
+/// stiffness consists of a symmetric part, which has a potential, and a skew part, which has none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingSite {
     /// Node of the bearing.
     pub node: usize,
-    /// Places of its moving end along X and Y in the lateral vector: journal or pedestal.
+    /// Indices of X and Y of the moving end in the lateral vector: journal or pedestal.
     pub places: [usize; 2],
-    /// Places of the pedestal on which a bearing stands; `None`: the ground.
+    /// Indices of the pedestal that carries the bearing; `None`: the ground.
     pub base: Option<[usize; 2]>,
-    /// K as given \[N/m\].
+    /// Complete stiffness matrix K \[N/m\].
     pub stiffness: [[f64; 2]; 2],
-    /// `(kxy - kyx)/2` [N/m]: the skew part, whose work is a term of its own.
+    /// Skew part of the stiffness `(kxy - kyx)/2` \[N/m\]; the energy balance accounts for its work separately.
     pub skew: f64,
-    /// C as given \[N s/m\].
+    /// Damping matrix C \[N s/m\].
     pub damping: [[f64; 2]; 2],
 }
 
 impl BearingSite {
-    /// A spring of unit stiffness to the ground, whose load is the displacement of its moving end.
+    /// A spring of unit stiffness to the ground; its load equals the displacement of its moving end.
     #[must_use]
     pub fn unit(node: usize, places: [usize; 2]) -> Self {
         let stiffness = [[1.0, 0.0], [0.0, 1.0]];
         Self { node, places, base: None, stiffness, skew: 0.0, damping: [[0.0; 2]; 2] }
     }
 
-    /// Displacement or velocity of the moving end against the base.
+    /// Displacement or velocity of the moving end relative to the base.
     #[inline]
     #[must_use]
     pub fn across(&self, x: &[f64]) -> [f64; 2] {
@@ -40,7 +40,7 @@ impl BearingSite {
         }
     }
 
-    /// Differences of other coefficients from those of the site, at its places.
+    /// Site at the same place with the difference between given coefficients and those of this site.
     #[must_use]
     pub fn change_to(&self, to: &Coefficients) -> Self {
         let change = |to: &[[f64; 2]; 2], from: &[[f64; 2]; 2]| [0, 1].map(|i| [0, 1].map(|j| to[i][j] - from[i][j]));
@@ -49,7 +49,7 @@ impl BearingSite {
         Self { stiffness, skew, damping: change(&to.damping, &self.damping), ..*self }
     }
 
-    /// The site with coefficients that differ by those of another one at the same places.
+    /// Site at the same place with the coefficients of this site plus those of `change`.
     #[must_use]
     pub fn changed_by(&self, change: &Self) -> Self {
         let sum = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| [0, 1].map(|i| [0, 1].map(|j| a[i][j] + b[i][j]));
@@ -61,7 +61,7 @@ impl BearingSite {
         }
     }
 
-    /// Symmetric part of the stiffness between two displacements, `x^T K y` \[J\].
+    /// Bilinear form `x^T K y` of the symmetric part of the stiffness \[J\].
     #[must_use]
     pub fn stiffness_form(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
         let k = &self.stiffness;
@@ -69,7 +69,7 @@ impl BearingSite {
         x[0] * (k[0][0] * y[0] + cross * y[1]) + x[1] * (cross * y[0] + k[1][1] * y[1])
     }
 
-    /// Adds a force on the moving end, and its opposite on the base.
+    /// Adds a force to the moving end, and the opposite force to the base.
     #[inline]
     pub fn push(&self, force: [f64; 2], f: &mut [f64]) {
         for axis in 0..2 {
@@ -80,7 +80,7 @@ impl BearingSite {
         }
     }
 
-    /// Rows of [`BearingSite::across`] for X and Y: what `row` makes of a place, less the same of the base.
+    /// Rows of the relative displacement [`BearingSite::across`] along X and Y. `row`: row of a degree of freedom.
     #[must_use]
     pub fn rows(&self, row: impl Fn(usize) -> Vec<f64>) -> [Vec<f64>; 2] {
         [0, 1].map(|axis| {
@@ -92,13 +92,13 @@ impl BearingSite {
         })
     }
 
-    /// Force that the seat at a place `elevation` \[m\] from the bearing line adds to the moving end, `K e` \[N\].
+    /// Force `K e` \[N\] that a seat adds to the moving end. `elevation`: offset e of the seat from the bearing line \[m\].
     #[must_use]
     pub fn seat_force(&self, elevation: [f64; 2]) -> [f64; 2] {
         self.load(elevation, [0.0; 2])
     }
 
-    /// Adds one of its 2 x 2 matrices to a nodal matrix.
+    /// Adds a 2 x 2 matrix of the site to a lateral matrix.
     pub(super) fn add_to(&self, value: &[[f64; 2]; 2], nodal: &mut Matrix) {
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             nodal[(self.places[i], self.places[j])] += value[i][j];
@@ -110,7 +110,7 @@ impl BearingSite {
         }
     }
 
-    /// Load K x + C x' \[N\]; the force on the rotor is its opposite.
+    /// Load K x + C x' on the bearing \[N\]; the force on the rotor is the opposite.
     #[inline]
     #[must_use]
     pub fn load(&self, x: [f64; 2], v: [f64; 2]) -> [f64; 2] {
@@ -121,7 +121,7 @@ impl BearingSite {
         ]
     }
 
-    /// Power that the damping takes, `v^T C v` \[W\] (negative where the damping is not dissipative).
+    /// Power dissipated by the damping, `v^T C v` \[W\]; negative where the damping adds energy.
     #[inline]
     #[must_use]
     pub fn damping_power(&self, v: [f64; 2]) -> f64 {
@@ -129,7 +129,7 @@ impl BearingSite {
         v[0] * (c[0][0] * v[0] + c[0][1] * v[1]) + v[1] * (c[1][0] * v[0] + c[1][1] * v[1])
     }
 
-    /// Force of the skew stiffness on the rotor \[N\]: `-[[0, s], [-s, 0]] x`.
+    /// Force of the skew stiffness on the rotor, `-[[0, s], [-s, 0]] x` \[N\].
     #[inline]
     #[must_use]
     pub fn skew_force(&self, x: [f64; 2]) -> [f64; 2] {

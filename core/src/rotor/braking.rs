@@ -1,4 +1,4 @@
-//! Torque that slows the disconnected shaft line.
+//! Torque that decelerates the disconnected shaft line.
 
 use bladeoff_model::machine::Braking;
 
@@ -11,7 +11,7 @@ use bladeoff_model::machine::Braking;
 /// It acts as `T s_i` on node i with the weights `s = j/J_t`, so that its power is `T W <= 0`.
 ///
 /// # Returns
-/// T \[N m\], opposite to W; 0 at W = 0 (what c0 does at rest is the transient's matter).
+/// T \[N m\], opposite to W; 0 at W = 0 (the transient treats the effect of c0 at rest).
 /// # Verified by
 /// `braking_always_takes_energy`
 #[must_use]
@@ -22,7 +22,7 @@ pub fn braking_torque(braking: &Braking, speed: f64) -> f64 {
     -(braking.constant * speed.signum() + braking.linear * speed + braking.quadratic * speed * speed.abs())
 }
 
-/// The part of [`braking_torque`] that does not depend on the size of W, `-c0 sign(W)` \[N m\].
+/// Coulomb part of [`braking_torque`], independent of the magnitude of W: `-c0 sign(W)` \[N m\].
 #[must_use]
 pub fn constant_torque(braking: &Braking, speed: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { -braking.constant * speed.signum() }

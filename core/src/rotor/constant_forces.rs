@@ -1,19 +1,21 @@
-//! What bearings add to the constant matrices: coefficients over the speed, and constant forces.
+//! Contributions of the bearings beyond the constant matrices: speed-dependent coefficients, and constant forces.
 //!
-//! A table is the tangent at a static point that moves with the speed, so displacements count from there: weight acts on the shaft between such bearings, and on
-//! them as a constant force. Verified by `tests/rotor/bearing_tables.rs`, `tests/rotor/pedestals.rs`.
+//! A bearing table is a linearisation about a static equilibrium that moves with the speed, so displacements are relative to that
+//! equilibrium. Weight therefore bends the shaft between such bearings, and acts on them as a constant force. Verified by
+//! `tests/rotor/bearing_tables.rs`, `tests/rotor/pedestals.rs`.
 
 use super::{BearingSite, RotorMatrices, UnbalanceSite};
 use bladeoff_model::machine::{Presence, Rotor};
 use bladeoff_numerics::linalg::{Matrix, Vector, solve};
 
 impl RotorMatrices {
-    /// Bearings with a table, by their place among the bearings, with what their coefficients at a speed \[rad/s\] differ from the constant part.
+    /// Index of each bearing with a table, and the difference of its coefficients at a speed \[rad/s\] from the constant part.
     pub fn table_changes(&self, speed: f64) -> impl Iterator<Item = (usize, BearingSite)> {
         self.tables.iter().map(move |(place, table)| (*place, self.bearings[*place].change_to(&table.at(speed))))
     }
 
-    /// What stiffness, its skew part included, and damping at a speed \[rad/s\] differ from those of the constant parts; `None` without tables.
+    /// Differences of stiffness (skew part included) and damping at a speed \[rad/s\] from the constant parts, as lateral matrices; `None`
+    /// without tables.
     #[must_use]
     pub fn change_at(&self, speed: f64) -> Option<[Matrix; 2]> {
         if self.tables.is_empty() {
@@ -28,11 +30,11 @@ impl RotorMatrices {
         Some(change)
     }
 
-    /// Force that the seat of each bearing adds to its journal \[N\]: `K e` of a linear bearing. A table counts from the equilibrium at each speed, so its seat carries
-    /// the share of the static load that a support without displacement carries.
+    /// Force of the seat of each bearing on its journal \[N\]: `K e` for a linear bearing. The displacements of a table are relative to the
+    /// equilibrium at each speed. So its seat carries the share of the static load that a rigid support carries.
     ///
     /// ```text
-    /// [K' B^T; B 0] (q, s) = (w, 0)        K': without the tables, B: displacements across them, s: forces on the bearings       (1)
+    /// [K' B^T; B 0] (q, s) = (w, 0)        K': stiffness without the tables, B: displacements across them, w: static load, s: forces on the bearings     (1)
     /// ```
     #[must_use]
     pub fn seat_forces(&self, rotor: &Rotor) -> Vec<[f64; 2]> {
@@ -67,7 +69,7 @@ impl RotorMatrices {
         system.view_mut((0, 0), (size, size)).copy_from(&stiffness);
         let mut right = Vector::zeros(size + 2 * tables);
         right.rows_mut(0, size).copy_from_slice(&load);
-        // without a solution nothing holds the rotor, which the start of a run reports
+        // without a solution the rotor is not supported; the start of a run reports this
         if let Some(found) = solve(&system, &right) {
             for (at, (place, _)) in self.tables.iter().enumerate() {
                 seats[*place] = [0, 1].map(|axis| -found[size + 2 * at + axis]);
@@ -76,7 +78,8 @@ impl RotorMatrices {
         seats
     }
 
-    /// Constant forces per place \[N\]: weight of rotor, pedestals and some unbalances, and the forces of bearing seats that are not on the bearing line.
+    /// Constant lateral forces [N, N m]: weight of rotor, pedestals and the given unbalances, and forces of bearing seats off the bearing
+    /// line.
     #[must_use]
     pub fn constant_force(&self, rotor: &Rotor, unbalances: &[UnbalanceSite]) -> Vec<f64> {
         self.load_with(rotor, unbalances, &self.seat_forces(rotor))
@@ -92,7 +95,7 @@ impl RotorMatrices {
                 site.push(*seat, &mut force);
             }
             if let (Some(places), Some(pedestal)) = (site.base, &bearing.pedestal) {
-                // of the mass that the machine gives, which may be none
+                // weight of the pedestal mass in the machine file, which may be zero
                 (0..2).for_each(|axis| force[places[axis]] += pedestal.mass[axis] * rotor.gravity[axis]);
             }
         }

@@ -1,29 +1,29 @@
-//! Two-node Timoshenko shaft element, matrices of one bending plane and of twist and traction.
+//! Two-node Timoshenko shaft element: matrices of one bending plane, of torsion and of axial motion.
 
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
 use bladeoff_model::machine::{GAUSS5, ShaftElement};
 
-/// Element matrices in the plane set `[w1, s1, w2, s2]` (deflection and slope angle of the section at both ends).
+/// Matrices of a shaft element, for `[w1, s1, w2, s2]` in a bending plane (deflection and slope of the section at both ends).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShaftBlocks {
-    /// Bending mass: translation and rotary inertia [kg, kg m, kg m2].
+    /// Bending mass matrix: translational and rotary inertia [kg, kg m, kg m2].
     pub mass: Matrix4<f64>,
-    /// Bending stiffness [N/m, N, N m].
+    /// Bending stiffness matrix [N/m, N, N m].
     pub stiffness: Matrix4<f64>,
-    /// `H = int rho I_p N_s^T N_s dz` in the plane set, before the signs of the two planes [kg m2 ...].
+    /// Gyroscopic matrix `H = int rho I_p N_s^T N_s dz` of a bending plane, before the signs of the two planes [kg, kg m, kg m2].
     pub gyroscopic: Matrix4<f64>,
-    /// Twist inertia \[kg m2\].
+    /// Torsional inertia matrix \[kg m2\].
     pub twist_mass: Matrix2<f64>,
-    /// Twist stiffness [N m/rad].
+    /// Torsional stiffness matrix [N m/rad].
     pub twist_stiffness: Matrix2<f64>,
-    /// Axial mass \[kg\].
+    /// Axial mass matrix \[kg\].
     pub axial_mass: Matrix2<f64>,
-    /// Axial stiffness \[N/m\].
+    /// Axial stiffness matrix \[N/m\].
     pub axial_stiffness: Matrix2<f64>,
 }
 
-/// Abscissae and weights of the 4-point Gauss rule on [0, 1]: exact to degree 7, the products along a cylinder reach 6.
+/// Abscissae and weights of the 4-point Gauss rule on [0, 1], exact up to degree 7; the products along a cylinder have degree 6.
 pub(crate) const GAUSS4: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
@@ -32,7 +32,7 @@ pub(crate) const GAUSS4: [(f64, f64); 4] = [
 ];
 
 impl ShaftBlocks {
-    /// Adds another beam between the same nodes.
+    /// Adds the matrices of another beam between the same nodes.
     pub fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.stiffness += other.stiffness;
@@ -44,7 +44,7 @@ impl ShaftBlocks {
     }
 }
 
-/// Matrices of one shaft element.
+/// Computes the matrices of one shaft element.
 ///
 /// ```text
 /// Phi = 12 E I/(k G S L^2)                                       shear parameter of the middle; 0 without shear deformation
@@ -52,15 +52,16 @@ impl ShaftBlocks {
 /// K = int E I N_s'^T N_s' + k G S (N_w' - N_s)^T (N_w' - N_s) dz  strain energy (4) of the paper
 /// H = int rho I_p N_s^T N_s dz,  I_p = 2 I
 /// ```
-/// S and I of a tapered element vary along it; the integrals are exact.
-/// Source: paper eqs (3), (4); static shape functions of the Timoshenko beam (Przemieniecki 1968), as the conventions of
-/// the reference data state them; for tapers Genta and Gugliotta (1988). Deviation: none.
+/// E, G: Young's and shear modulus; rho: density; S, I: area and second moment of area; k: shear coefficient; N_w, N_s: shape functions of
+/// deflection and slope. S and I of a tapered element vary along it; the integrals are exact. Source: paper eqs (3), (4); static shape
+/// functions of the Timoshenko beam (Przemieniecki 1968), in the conventions of the reference data; for tapers Genta and Gugliotta (1988).
+/// Deviation: none.
 ///
 /// # Units
-/// SI; the plane set is `[u, theta_v]` in XZ as it stands and `[v, -theta_u]` in YZ.
+/// SI; the degrees of freedom of a plane are `[u, theta_v]` in XZ and `[v, -theta_u]` in YZ.
 /// # Limits
-/// Round section, small rotations; no axial-force or torque-bending coupling (third order, dropped as in the paper). The shape functions of a tapered
-/// element are those of a cylinder, so a strong taper needs several elements.
+/// Round section, small rotations; no axial-force or torque-bending coupling (third order, neglected as in the paper). A tapered element
+/// uses the shape functions of a cylinder, so a strong taper needs several elements.
 /// # Verified by
 /// `rigid_motions_cost_nothing_and_carry_the_section_s_inertia`, `reference_rotors_*` in `tests/rotor/linear_rotors.rs`, `tests/rotor/tapers.rs`
 #[must_use]
@@ -88,7 +89,7 @@ pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
         blocks.gyroscopic += (s * s.transpose()) * (rho * polar * dz);
     }
     if let Some(rigidity) = element.shear_coefficient.map(|k| k * g * element.mean_area()) {
-        // w' - s is constant along the element: -Phi/(1+Phi) times the strain that pure bending would need
+        // w' - s is constant along the element: -Phi/(1+Phi) times the strain of pure bending
         let shear = Vector4::new(-1.0 / l, -0.5, 1.0 / l, -0.5) * (phi / (1.0 + phi));
         blocks.stiffness += (shear * shear.transpose()) * (rigidity * l);
     }
@@ -96,7 +97,7 @@ pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
     blocks
 }
 
-/// Twist and traction: masses by linear shape functions, stiffness of the static flexibility.
+/// Torsion and axial motion: mass from linear shape functions, stiffness from the static flexibility.
 fn add_linear(element: &ShaftElement, blocks: &mut ShaftBlocks) {
     let (l, e, rho, g) = (element.length, element.young_modulus, element.density, element.shear_modulus());
     let (consistent, pair) = (Matrix2::new(2.0, 1.0, 1.0, 2.0), Matrix2::new(1.0, -1.0, -1.0, 1.0));
@@ -120,7 +121,7 @@ fn add_linear(element: &ShaftElement, blocks: &mut ShaftBlocks) {
     (blocks.twist_stiffness, blocks.axial_stiffness) = (pair / twist, pair / axial);
 }
 
-/// Deflection \[m\] at `xi = z/L` between the ends of an element, from its plane set `[w1, s1, w2, s2]`.
+/// Deflection \[m\] at `xi = z/L` between the ends of an element, from its end values `[w1, s1, w2, s2]`.
 ///
 /// Source: the element's own static shape functions ([`shaft_blocks`]). Verified by
 /// `a_deflection_between_the_nodes_is_that_of_the_beam`.

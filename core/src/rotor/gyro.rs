@@ -1,48 +1,48 @@
-//! Gyroscopic terms in the form that is invariant under rotation of the frame.
+//! Gyroscopic terms in a form that is invariant under rotation of the frame.
 //!
 //! ```text
 //! T_gyro = 1/2 sum_g Omega_g (theta_u'^T H_g theta_v - theta_v'^T H_g^T theta_u)      (1)
 //! theta_u rows  + Omega_g H theta_v' + 1/2 Omega_g' H theta_v                          (2)
 //! theta_v rows  - Omega_g H^T theta_u' - 1/2 Omega_g' H^T theta_u
-//! twist rows    + 1/2 (theta_u''^T H theta_v - theta_v''^T H^T theta_u), shared by the site's nodes
+//! torsion rows  + 1/2 (theta_u''^T H theta_v - theta_v''^T H^T theta_u), shared by the site's nodes
 //! ```
-//! Source: docs/theory/01-shaft-line.md. Deviation from the paper: its term `Omega theta_u' theta_v` is replaced by the symmetric
-//! form, equal to it to third order, because the paper's is not invariant under rotation of the frame.
-//! Written with the skew operator `S` of one site, (1) reads `1/2 Omega x'^T S x`, (2) `Omega S x' + 1/2 Omega' S x`.
-//! Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
+//! Omega_g: spin rate of site g \[rad/s\]; H_g: its polar inertia matrix \[kg m2\]. Source: docs/theory/01-shaft-line.md. Deviation from
+//! the paper: its term `Omega theta_u' theta_v` is replaced by the symmetric form, equal to it to third order, because the paper's form is
+//! not invariant under rotation of the frame. With the skew operator `S` of a site, (1) is `1/2 Omega x'^T S x` and (2) is
+//! `Omega S x' + 1/2 Omega' S x`. Verified by `the_operator_is_skew`, `forces_are_the_derivative_of_the_lagrangian` and the whirl frequencies of
 //! `tests/rotor/linear_rotors.rs`.
 
 use bladeoff_numerics::linalg::Matrix;
 
-/// One place with polar inertia. `xz` and `yz` are the places of its freedoms in the lateral vector (plane by plane).
+/// A site with polar inertia. `xz` and `yz`: indices of its degrees of freedom in the lateral vector (plane by plane).
 #[derive(Debug, Clone, PartialEq)]
 pub enum GyroSite {
     /// Rigid disc at a node; `H = I_p`.
     Disc {
         /// Node.
         node: usize,
-        /// Place of theta_v.
+        /// Index of theta_v.
         xz: usize,
-        /// Place of theta_u.
+        /// Index of theta_u.
         yz: usize,
         /// Polar inertia \[kg m2\].
         polar_inertia: f64,
     },
-    /// Shaft element between `node` and `node + 1`; rows of H on `[v1, theta_u1, v2, theta_u2]` (from `yz`), columns on
-    /// `[u1, theta_v1, u2, theta_v2]` (from `xz`); spin rate: mean of its nodes.
+    /// Shaft element between `node` and `node + 1`. Rows of H belong to `[v1, theta_u1, v2, theta_u2]` (from `yz`), columns to
+    /// `[u1, theta_v1, u2, theta_v2]` (from `xz`). The spin rate is the mean of the two nodes.
     Element {
         /// Left node.
         node: usize,
-        /// Place of u1.
+        /// Index of u1.
         xz: usize,
-        /// Place of v1.
+        /// Index of v1.
         yz: usize,
-        /// H with the signs of both planes.
+        /// H with the signs of both planes [kg, kg m, kg m2].
         h: [[f64; 4]; 4],
     },
 }
 
-/// Four neighbouring freedoms of one plane.
+/// Four successive degrees of freedom of one plane.
 #[inline]
 fn four(x: &[f64], from: usize) -> &[f64; 4] {
     x[from..from + 4].try_into().expect("an element has four freedoms in a plane")
@@ -54,7 +54,7 @@ fn four_mut(x: &mut [f64], from: usize) -> &mut [f64; 4] {
 }
 
 impl GyroSite {
-    /// Site of a shaft element from its plane matrix: `theta_u = -v,z` turns the sign of the deflection rows.
+    /// Site of a shaft element from its plane matrix. As `theta_u = -v,z`, the sign of the deflection rows is reversed.
     #[must_use]
     pub fn from_plane(node: usize, nodes: usize, plane: &nalgebra::Matrix4<f64>) -> Self {
         let sign = [-1.0, 1.0, -1.0, 1.0];
@@ -68,7 +68,7 @@ impl GyroSite {
         GyroSite::Disc { node, xz: 2 * node + 1, yz: 2 * (nodes + node) + 1, polar_inertia }
     }
 
-    /// Spin rate of the site from nodal rates of twist \[rad/s\] (or its derivative from their derivatives).
+    /// Spin rate of the site from the nodal spin rates \[rad/s\], or its derivative from their derivatives.
     #[inline]
     #[must_use]
     pub fn mean(&self, nodal: &[f64]) -> f64 {
@@ -78,7 +78,7 @@ impl GyroSite {
         }
     }
 
-    /// The nodes that share the site's spin, half each: of a disc its node twice.
+    /// Nodes that share the torque of the site, half each; a disc has its node twice.
     #[inline]
     #[must_use]
     pub fn nodes(&self) -> [usize; 2] {
@@ -88,7 +88,7 @@ impl GyroSite {
         }
     }
 
-    /// Adds `torque` to the twist rows of the site's nodes.
+    /// Distributes `torque` \[N m\] to the torsional rows of the site's nodes.
     #[inline]
     pub fn spread(&self, torque: f64, nodal: &mut [f64]) {
         match *self {
@@ -100,7 +100,7 @@ impl GyroSite {
         }
     }
 
-    /// `S x` in the site's own freedoms: first those of the YZ set, then those of the XZ set (a disc: places 0 and 4).
+    /// Product `S x` in the site's own degrees of freedom: first the YZ set, then the XZ set (a disc uses entries 0 and 4).
     #[inline]
     pub fn local_product(&self, x: &[f64], product: &mut [f64; 8]) {
         match *self {
@@ -118,8 +118,8 @@ impl GyroSite {
         }
     }
 
-    /// Forces (2) from spin rate and its derivative, velocity v, acceleration a and `S x` of [`GyroSite::local_product`];
-    /// subtracted from `force`; returns the torque `-1/2 a^T S x` on the site's twist rows.
+    /// Subtracts the forces (2) from `force`; returns the torque `-1/2 a^T S x` on the torsional rows of the site \[N m\]. Arguments: spin
+    /// rate and its derivative, velocity v, acceleration a, and `S x` of [`GyroSite::local_product`].
     #[inline]
     #[must_use]
     pub fn apply(&self, spin: f64, spin_dot: f64, v: &[f64], a: &[f64], product: &[f64; 8], force: &mut [f64]) -> f64 {
@@ -146,7 +146,7 @@ impl GyroSite {
         }
     }
 
-    /// `x^T S y`.
+    /// Bilinear form `x^T S y`.
     #[inline]
     #[must_use]
     pub fn bilinear(&self, x: &[f64], y: &[f64]) -> f64 {
@@ -161,7 +161,7 @@ impl GyroSite {
         }
     }
 
-    /// S as a dense matrix over all lateral degrees of freedom, for linear analyses.
+    /// Adds `factor` times S to a dense lateral matrix, for linear analyses.
     pub fn add_dense(&self, factor: f64, dense: &mut Matrix) {
         let mut add = |row: usize, col: usize, h: f64| {
             dense[(row, col)] += factor * h;

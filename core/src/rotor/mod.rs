@@ -1,7 +1,9 @@
-//! The shaft line: elements, discs, bearings assembled to finite-element matrices, gyroscopic sites, unbalance, braking.
+//! The shaft line: finite-element matrices of shaft elements, discs and bearings, gyroscopic sites, unbalance, braking.
 //!
-//! Lateral degrees of freedom stand plane by plane: `[u, theta_v]` of every node, then `[v, theta_u]` of every node (a
-//! point-mass rotor has `[u]`, `[v]`); use [`RotorMatrices::u`] and its siblings for places. Pedestals stand behind all nodes, X and Y of each. Twist stands as one absolute angle `psi_i = phi + beta_i` per node, axial as one `w` per node (docs/theory/01-shaft-line.md).
+//! Lateral degrees of freedom are ordered plane by plane: `[u, theta_v]` of every node, then `[v, theta_u]` of every node. A point mass has
+//! `[u]`, then `[v]`. Pedestals follow after all nodes, X and Y of each. Use [`RotorMatrices::u`] and its siblings for indices. The
+//! torsional degree of freedom of a node is its absolute angle `psi_i = phi + beta_i`, the axial one its displacement `w`
+//! (docs/theory/01-shaft-line.md).
 
 mod assembly;
 mod bearing_site;

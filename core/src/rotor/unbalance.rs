@@ -1,56 +1,55 @@
-//! Unbalance: a mass on the rotor away from its axis, added or lost.
+//! Unbalance: a mass on the rotor at a distance from its axis, added or lost.
 //!
 //! ```text
 //! psi = phi + beta_t + a
 //! 2T  = m [(u' - d psi' sin psi)^2 + (v' + d psi' cos psi)^2]                       (1)
 //! u row    m (u'' - d psi'' sin psi - d psi'^2 cos psi)                              (2)
 //! v row    m (v'' + d psi'' cos psi - d psi'^2 sin psi)
-//! twist    m d^2 psi'' + m d (-u'' sin psi + v'' cos psi)
-//! gravity  twist + m d (-g_x sin psi + g_y cos psi)                                   (3)
+//! torsion  m d^2 psi'' + m d (-u'' sin psi + v'' cos psi)
+//! gravity  torsion + m d (-g_x sin psi + g_y cos psi)                                   (3)
 //! ```
-//! k is the node where the mass pulls, t the one with which it turns: the same, or that of a disc that carries it and stands elsewhere (a
-//! row of blades beside its hub). The arm does not tilt with the disc.
+//! phi: mean spin angle, beta_t: torsion angle of node t. The force acts at node k. The mass rotates with node t: node k, or the node of a
+//! disc that carries the mass at a different axial position (a row of blades beside its hub). The radius arm does not tilt with the disc.
 //! Source: docs/theory/01-shaft-line.md. `m` is negative for a lost mass. The terms with constant coefficients (`m u''`, `m v''`,
-//! `m d^2 psi''`) are part of the mass matrices of a run; the rest are forces, evaluated here.
+//! `m d^2 psi''`) are part of the mass matrices of a run; the other terms are forces, evaluated here.
 //!
-//! Over a step the mass is taken where it is, at `p = (u + d cos psi, v + d sin psi)`, and no derivative of psi is formed:
+//! Over a step, the scheme uses the position of the mass `p = (u + d cos psi, v + d sin psi)` and forms no derivative of psi:
 //! ```text
 //! p''    = (p+ - 2 p + p-)/dt^2                                                        (4)
-//! lever  = d [e(psi+) - e(psi-)]/(psi+ - psi-),   twist row  m lever.(p'' - g)          (5)
+//! lever  = d [e(psi+) - e(psi-)]/(psi+ - psi-),   torsion row  m lever.(p'' - g)          (5)
 //! ```
-//! Both tend to (2) and (3) with the square of the step, and their work over a step is exactly the change of `m |p'|^2/2` and
-//! of the potential: with (2) at n instead, a drive that holds the speed would put in `(psi' dt)^2/12` of its work too much.
-//! Verified by `forces_are_the_derivative_of_the_lagrangian` (`engine/shaft_line/lagrangian_tests.rs`), the tests below and the
-//! Jeffcott cases.
+//! Both converge to (2) and (3) with the square of the step. Their work over a step equals the change of `m |p'|^2/2` and of the potential
+//! exactly. With (2) at n instead, a drive that holds the speed would supply too much work, by a share of `(psi' dt)^2/12`. Verified by
+//! `forces_are_the_derivative_of_the_lagrangian` (`engine/shaft_line/lagrangian_tests.rs`), the tests below and the Jeffcott cases.
 
 use bladeoff_model::machine::Unbalance;
 
 /// One unbalance at its node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnbalanceSite {
-    /// Node k.
+    /// Node k, on which the unbalance force acts.
     pub node: usize,
-    /// Node t, with which it turns.
+    /// Node t, with which the mass rotates.
     pub twist_node: usize,
-    /// Mass \[kg\], negative for a lost mass.
+    /// Mass m \[kg\], negative for a lost mass.
     pub mass: f64,
     /// Eccentricity d \[m\].
     pub radius: f64,
-    /// Phase a \[rad\].
+    /// Phase a from the spin angle \[rad\], positive with positive spin.
     pub phase: f64,
 }
 
-/// Force of the terms that are not part of the mass matrices.
+/// Force of the terms outside the mass matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnbalanceForce {
-    /// On u and v \[N\].
+    /// Force on u and v \[N\].
     pub force: [f64; 2],
-    /// On the twist row \[N m\].
+    /// Torque on the torsional row of node t \[N m\].
     pub torque: f64,
 }
 
 impl UnbalanceSite {
-    /// From the machine.
+    /// Takes the unbalance from the machine.
     #[must_use]
     pub fn new(unbalance: &Unbalance) -> Self {
         Self {
@@ -62,8 +61,8 @@ impl UnbalanceSite {
         }
     }
 
-    /// Forces (4), (5), or (2), (3) with [`Turn::instant`], at sine and cosine of `psi`, the node's acceleration \[m/s2\] and
-    /// gravity \[m/s2\].
+    /// Force (4), (5), or (2), (3) with [`Turn::instant`]. Arguments: sine and cosine of `psi`, the rotation of the arm, acceleration of
+    /// the node and gravity \[m/s2\].
     #[inline]
     #[must_use]
     pub fn force(
@@ -76,7 +75,7 @@ impl UnbalanceSite {
         let md = self.mass * self.radius;
         let ([ax, ay], [gx, gy]) = (acceleration, gravity);
         let (along, across) = turn.lever;
-        // the lever's direction is psi + 90 degrees, turned by half the change of the increment
+        // direction of the lever: psi + 90 degrees, rotated by half the change of the increment
         let (lever_x, lever_y) = (-(sin * along + cos * across), cos * along - sin * across);
         UnbalanceForce {
             force: [md * (turn.tangential * sin + turn.radial * cos), md * (turn.radial * sin - turn.tangential * cos)],
@@ -84,8 +83,8 @@ impl UnbalanceSite {
         }
     }
 
-    /// Kinetic energy of the mass between n and n+1 less its constant-coefficient part \[J\]: sine and cosine of psi at n, its
-    /// increment, the node's increment \[m\] and the step \[s\].
+    /// Kinetic energy of the mass between n and n+1, without the constant-coefficient part \[J\]. Arguments: sine and cosine of psi at n,
+    /// increment of psi \[rad\], displacement increment of the node \[m\], step \[s\].
     #[must_use]
     pub fn coupling_energy(&self, (sin, cos): (f64, f64), increment: f64, step: [f64; 2], dt: f64) -> f64 {
         let (half_sin, half_cos) = libm::sincos(0.5 * increment);
@@ -96,8 +95,8 @@ impl UnbalanceSite {
         self.mass * self.radius * (coupling + bent) / (dt * dt)
     }
 
-    /// Potential energy of the eccentricity in gravity \[J\], the mean of both ends of a step; the part of the node itself is in
-    /// the weight vector.
+    /// Potential energy of the eccentricity in gravity \[J\], mean of both ends of a step. The weight vector contains the potential energy
+    /// of the node itself.
     #[must_use]
     pub fn gravity_energy(&self, (sin, cos): (f64, f64), increment: f64, gravity: [f64; 2]) -> f64 {
         let (turn_sin, turn_cos) = libm::sincos(increment);
@@ -106,27 +105,27 @@ impl UnbalanceSite {
     }
 }
 
-/// How a unit arm at angle psi turns: its second derivative in the basis (along the arm, across it), and the lever of (5).
+/// Rotation of a unit arm at angle psi: its second derivative in the basis (along the arm, across it), and the lever of (5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// Towards the axis, `psi'^2` \[1/s2\].
+    /// Centripetal component `psi'^2` \[1/s2\], positive towards the axis.
     pub radial: f64,
-    /// Across, `psi''` \[1/s2\].
+    /// Tangential component `psi''` \[1/s2\].
     pub tangential: f64,
-    /// Length of the lever times cosine and sine of its angle from psi + 90 degrees; (1, 0) in an instant.
+    /// Length of the lever times cosine and sine of its angle from psi + 90 degrees \[-\]; (1, 0) at an instant.
     pub lever: (f64, f64),
-    /// `lever . e'' - psi''`: what the mass matrix does not have \[1/s2\].
+    /// Inertia term outside the mass matrix, `lever . e'' - psi''` \[1/s2\].
     pub excess: f64,
 }
 
 impl Turn {
-    /// In an instant, of spin rate psi' and its derivative.
+    /// Rotation at an instant. `rate`: psi' \[rad/s\], `rate_dot`: psi'' \[rad/s2\].
     #[must_use]
     pub fn instant(rate: f64, rate_dot: f64) -> Self {
         Self { radial: rate * rate, tangential: rate_dot, lever: (1.0, 0.0), excess: 0.0 }
     }
 
-    /// Over a step, of the increments of psi before and after n \[rad\] and the step \[s\].
+    /// Rotation over a step. `before`, `after`: increments of psi before and after n \[rad\], `dt`: step \[s\].
     #[inline]
     #[must_use]
     pub fn stepped(before: f64, after: f64, dt: f64) -> Self {
@@ -171,7 +170,7 @@ mod tests {
     }
 
     proptest! {
-        /// Work of all forces on the mass over a step = change of its kinetic and potential energy.
+        /// The work of all forces on the mass over a step equals the change of its kinetic and potential energy.
         #[test]
         fn the_work_of_a_step_is_the_change_of_energy(
             psi in -3.0..3.0f64, before in -0.2..0.2f64, after in -0.2..0.2f64,
@@ -182,7 +181,7 @@ mod tests {
             let (d0, d1) = ([step[0], step[1]], [step[2], step[3]]);
             let acceleration = [0, 1].map(|k| (d1[k] - d0[k]) / (dt * dt));
             let force = site.force(libm::sincos(psi), &Turn::stepped(before, after, dt), acceleration, gravity);
-            // all of m p'' and m lever.(p'' - g), the constant-coefficient part with it
+            // complete terms m p'' and m lever.(p'' - g), with their constant-coefficient parts
             let inertia = site.mass * site.radius * site.radius;
             let lateral = [0, 1].map(|k| site.mass * acceleration[k] - force.force[k]);
             let torque = inertia * (after - before) / (dt * dt) - force.torque;
@@ -198,7 +197,7 @@ mod tests {
             prop_assert!((work - change).abs() < 1e-12 * scale, "{work} {change}");
         }
 
-        /// The coupling energy is that of the mass as a point.
+        /// The coupling energy completes the kinetic energy of a point mass.
         #[test]
         fn the_energy_is_that_of_the_point(psi in -3.0..3.0f64, turn in -0.2..0.2f64, x in -1e-2..1e-2f64, y in -1e-2..1e-2f64) {
             let (dt, site) = (1e-3, UnbalanceSite { node: 0, twist_node: 1, mass: 2.0, radius: 0.3, phase: 0.0 });

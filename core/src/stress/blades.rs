@@ -1,4 +1,4 @@
-//! Bending and axial stress of the diaphragm's blades.
+//! Axial and bending stress of the diaphragm's blades.
 
 use super::fibres::{Fibres, Pairs};
 use super::force_columns::ForceColumns;
@@ -6,33 +6,34 @@ use crate::structure::{Coordinates, RingPart};
 use bladeoff_model::machine::{Blades, FlexibleStator};
 use bladeoff_numerics::linalg::Matrix;
 
-/// Stresses of the blades from the coordinates of their ring.
+/// Recovery of the blade stresses from the coordinates of their ring.
 ///
 /// ```text
 /// sigma_b = E (h/2) t,xx              bending: t transverse displacement of the blade, h its tangential thickness
 /// sigma   = E (a,x +- (h/2) t,xx)     at the two extreme fibres: a axial displacement, constant strain in an element
 /// ```
-/// evaluated at both ends of every blade element (the curvature is linear in between). Source: Euler-Bernoulli blades of the
-/// paper; [`crate::stator`]. Deviation: none; the paper reports no stresses.
+/// The stresses are evaluated at both ends of every blade element, because the curvature varies linearly in between. Source:
+/// Euler-Bernoulli blades of the paper; [`crate::stator`]. Deviation: none; the paper reports no stresses.
 ///
 /// # Units
 /// SI.
 /// # Limits
-/// Nominal: no stress concentration at root or fillet, no centrifugal or steam load, no bending out of the ring's plane. The axial strain is constant
-/// in an element: the inertia of a blade that is one element long enters at its foot alone.
+/// Nominal: no stress concentration at root or fillet, no centrifugal or steam load, no bending out of the ring's plane. The axial strain
+/// is constant in an element, so the inertia of a one-element blade acts at its root only.
 /// # Verified by
 /// `a_blade_under_a_turned_ring_has_its_textbook_stress`, `a_blade_under_a_tip_load_has_both_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct BladeStresses {
-    /// Bending alone, and with the axial stress: two fibres at each place.
+    /// Bending stress sigma_b.
     pub(super) bending: Fibres,
+    /// Total stress sigma, two fibres per position.
     pub(super) both: Fibres,
-    /// Fibres of one blade.
+    /// Number of fibres of one blade in `both`.
     of_one: usize,
 }
 
 impl BladeStresses {
-    /// Of a flexible stator; `None` without blades.
+    /// Prepares the stress recovery of a flexible stator; `None` without blades.
     pub(super) fn new(stator: &FlexibleStator, ring: &RingPart, pairs: &Pairs) -> Option<Self> {
         let blades = stator.blades.filter(|blades| blades.count > 0)?;
         let coordinates = &ring.part.coordinates;
@@ -48,17 +49,17 @@ impl BladeStresses {
         })
     }
 
-    /// Blade of a fibre of [`BladeStresses::both`].
+    /// Returns the blade of a fibre of [`BladeStresses::both`].
     pub(super) fn blade_of(&self, fibre: usize) -> usize {
         fibre / self.of_one
     }
 }
 
-/// Stresses per coordinate in columns, of bending alone and with the axial stress.
+/// Stress per unit coordinate in columns: bending stress alone, and total stress.
 fn columns(stator: &FlexibleStator, blades: &Blades, ring: &RingPart, coordinates: &Coordinates) -> [Matrix; 2] {
     let l = blades.length / blades.elements as f64;
     let scale = stator.young_modulus * 0.5 * blades.thickness;
-    // second derivatives of the cubic Hermite functions at both ends, on [t1, th1, t2, th2]
+    // second derivatives of the cubic Hermite functions at both ends, for [t1, th1, t2, th2]
     let curvature =
         [[-6.0 / (l * l), -4.0 / l, 6.0 / (l * l), -2.0 / l], [6.0 / (l * l), 2.0 / l, -6.0 / (l * l), 4.0 / l]];
     let (size, places) = (coordinates.size(), 2 * blades.count * blades.elements);
@@ -130,7 +131,8 @@ mod tests {
         }
     }
 
-    /// The ring turns by a small angle as a body: each blade is a cantilever whose tip is displaced by `R a` and turned by a.
+    /// The ring rotates by a small angle a as a rigid body: each blade is a cantilever with the tip displacement `R a` and the tip rotation
+    /// a.
     #[test]
     fn a_blade_under_a_turned_ring_has_its_textbook_stress() {
         for elements in [1, 3] {
@@ -141,7 +143,7 @@ mod tests {
             for node in 0..12 {
                 field[4 * node] = radius * turn;
             }
-            // inner nodes where statics puts them
+            // static displacements of the inner nodes
             let free: Vec<usize> = (48..matrices.size()).collect();
             if !free.is_empty() {
                 let k = Matrix::from_fn(free.len(), free.len(), |i, j| matrices.stiffness[(free[i], free[j])]);

@@ -1,11 +1,11 @@
-//! Stresses at many places of a ring, as rows on its coordinates, and the largest among them.
+//! Stresses at many positions of a ring, as rows on its coordinates, and the largest of them.
 //!
 //! ```text
 //! sigma_i = sum_j r_ij q_j,    |sigma_i| <= sum over pairs (j, k) of s_jk sqrt(q_j^2 + q_k^2),    s_jk = max_i sqrt(r_ij^2 + r_ik^2)     (1)
 //! ```
-//! The two modes of one frequency are a pair: a wave that turns around the ring has a constant amplitude. The bound (1) is then close to the stress at
-//! a single load, where all waves add. A coordinate without a partner is its own pair.
-//! Verified by `the_largest_size_is_found_with_its_place`, `no_stress_exceeds_its_bound`.
+//! r_ij: stress at position i per unit coordinate j. Two modes with equal frequency are a pair: a wave travelling around the ring has a
+//! constant pair amplitude. The bound (1) is then close to the stress under a single load, where all waves add. A coordinate without a
+//! partner is a pair with itself. Verified by `the_largest_size_is_found_with_its_place`, `no_stress_exceeds_its_bound`.
 
 use super::force_columns::ForceColumns;
 use crate::eight::{dots, largest_dot};
@@ -14,24 +14,26 @@ use crate::structure::Part;
 use bladeoff_numerics::linalg::lanes::{LANES, Lane, kernel, rows_times};
 use bladeoff_numerics::linalg::{Csr, Matrix};
 
-/// Largest number of groups of places with bounds of the stresses by contact forces.
+/// Maximum number of groups of positions with bounds of the stresses by contact forces.
 pub(super) const GROUPS: usize = 4;
-/// The bound with room for the rounding of its sum.
+/// Factor on a bound that covers the rounding of its sum.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
 
-/// Coordinates of a ring in pairs of one frequency; a single one is its own partner.
+/// Coordinates of a ring in pairs of equal frequency; a single coordinate is its own partner.
 #[derive(Debug, Clone)]
 pub(super) struct Pairs(Vec<[usize; 2]>);
 
-/// Room for amplitudes.
+/// Buffers for amplitudes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Amplitudes {
+    /// Two coordinates of each pair.
     of: [Vec<f64>; 2],
+    /// Amplitude of each pair.
     sizes: Vec<f64>,
 }
 
 impl Pairs {
-    /// Pairs of the coordinates of a part: two neighbouring modes of one frequency are a pair.
+    /// Pairs of the coordinates of a part: two successive modes of equal frequency are a pair.
     pub fn of(part: &Part) -> Self {
         let size = part.coordinates.size();
         let square = |j: usize| part.stiffness[(j, j)];
@@ -44,12 +46,12 @@ impl Pairs {
         Self(pairs)
     }
 
-    /// `sqrt(q_j^2 + q_k^2)` of each pair.
+    /// Amplitude `sqrt(q_j^2 + q_k^2)` of each pair.
     pub fn amplitudes<'a>(&self, q: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
         self.sizes(|j| q[j], room)
     }
 
-    /// Amplitudes of the difference of two lists of coordinates.
+    /// Pair amplitudes of the difference of two coordinate vectors.
     pub fn distances<'a>(&self, q: &[f64], from: &[f64], room: &'a mut Amplitudes) -> &'a [f64] {
         self.sizes(|j| q[j] - from[j], room)
     }
@@ -68,12 +70,12 @@ impl Pairs {
         sizes
     }
 
-    /// s of (1), of columns of rows: one row per coordinate, one column per place.
+    /// Coefficients s_jk of (1). `columns`: one row per coordinate, one column per position.
     fn largest(&self, columns: &Matrix) -> Vec<f64> {
         let mut largest = vec![0.0_f64; self.0.len()];
         for column in columns.column_iter() {
             for (largest, &[j, k]) in largest.iter_mut().zip(&self.0) {
-                // a single one counts twice in its amplitude
+                // a single coordinate counts twice in its amplitude
                 let share = if j == k { 0.25 } else { 1.0 };
                 *largest = largest.max(share * (column[j] * column[j] + column[k] * column[k]));
             }
@@ -83,7 +85,7 @@ impl Pairs {
 }
 
 kernel! {
-    /// Sizes of vectors whose parts are in two lists.
+    /// Norms of vectors whose components are in two lists.
     fn sizes_of(a: &[f64], b: &[f64], sizes: &mut [f64]) {
         for (size, (a, b)) in sizes.iter_mut().zip(a.iter().zip(b)) {
             *size = (a * a + b * b).sqrt();
@@ -91,15 +93,17 @@ kernel! {
     }
 }
 
-/// Bounds of up to eight groups of places at once: (1), and of the stresses by a force on each degree of freedom.
+/// Stress bounds of up to eight groups of positions at once: (1) for coordinates, and a bound per unit force on each degree of freedom.
 #[derive(Debug, Clone)]
 pub(super) struct Bounds {
+    /// Coefficients s_jk of (1) per pair, one lane entry per group.
     pairs: Vec<Lane>,
+    /// Largest stress per unit force on each degree of freedom, per group \[Pa/N\].
     forces: Vec<[f64; GROUPS]>,
 }
 
 impl Bounds {
-    /// Bounds of groups of places.
+    /// Computes the bounds of groups of positions.
     pub fn new(groups: &[&Fibres]) -> Self {
         let pairs = groups.first().map_or(0, |group| group.largest.len());
         let of = |pair: usize| Lane(std::array::from_fn(|k| groups.get(k).map_or(0.0, |group| group.largest[pair])));
@@ -111,12 +115,14 @@ impl Bounds {
         Self { pairs: (0..pairs).map(of).collect(), forces: (0..dofs).map(force).collect() }
     }
 
-    /// No size of a stress of each group is above these \[Pa\], of amplitudes by [`Pairs::amplitudes`]; a NaN, which ends the run anyway, is passed on.
+    /// Bounds of the stress magnitudes of each group \[Pa\], from the pair amplitudes of [`Pairs::amplitudes`]. A NaN is passed on; it ends
+    /// the run anyway.
     pub fn of(&self, amplitudes: &[f64]) -> [f64; LANES] {
         rows_times(&self.pairs, amplitudes)
     }
 
-    /// Bounds of the stresses of the first groups by contact forces on DOFs \[Pa\]; 0 without truncated modes.
+    /// Bounds of the stresses of the first [`GROUPS`] groups under contact forces (degree of freedom, force) \[Pa\]; 0 without truncated
+    /// modes.
     pub fn of_forces(&self, forces: impl Iterator<Item = (usize, f64)>) -> [f64; GROUPS] {
         let mut sums = [0.0; GROUPS];
         for (dof, force) in forces {
@@ -128,29 +134,30 @@ impl Bounds {
     }
 }
 
-/// Stresses of some places.
+/// Stresses of a group of positions.
 #[derive(Debug, Clone)]
 pub(super) struct Fibres {
+    /// Coefficients r_ij of (1).
     rows: Rows,
-    /// Stresses by the contact forces in the truncated modes; `None` without those.
+    /// Static response of the truncated modes to the contact forces; `None` without truncated modes.
     by_forces: Option<ForceColumns>,
-    /// Room for the latter.
+    /// Buffer for these stresses \[Pa\].
     added: Vec<Lane>,
-    /// s of (1).
+    /// Coefficients s_jk of (1).
     largest: Vec<f64>,
 }
 
-/// Stress per unit coordinate, one row per place: a few entries over nodal freedoms, all of them over modes.
+/// Stress per unit coordinate, one row per position: sparse for nodal degrees of freedom, dense for modes.
 #[derive(Debug, Clone)]
 enum Rows {
     Nodal(Csr),
-    /// Rows of eight places at a time, zeros behind the last.
+    /// Rows in lanes of eight positions, padded with zeros.
     Modal(Vec<Lane>),
 }
 
 impl Fibres {
-    /// Fibres by their columns: one row per coordinate, one column per place; `modal`: coordinates are modes, all of which reach every place.
-    /// `by_forces`: of the same places.
+    /// Prepares the stresses of a group. `columns`: one row per coordinate, one column per position. `modal`: the coordinates are modes,
+    /// each of which contributes to every position. `by_forces`: stresses of the same positions by contact forces.
     pub fn new(columns: &Matrix, by_forces: Option<ForceColumns>, pairs: &Pairs, modal: bool) -> Self {
         let rows = if modal {
             Rows::Modal((0..columns.ncols()).step_by(LANES).flat_map(|first| eight(columns, first)).collect())
@@ -160,7 +167,7 @@ impl Fibres {
         Self { rows, by_forces, added: Vec::new(), largest: pairs.largest(columns) }
     }
 
-    /// Largest size of all stresses by coordinates and contact forces \[Pa\].
+    /// Largest magnitude of all stresses by coordinates and contact forces \[Pa\].
     pub fn largest(&mut self, q: &[f64], forces: &NodalForces) -> f64 {
         self.add(forces);
         match &self.rows {
@@ -169,7 +176,7 @@ impl Fibres {
         }
     }
 
-    /// Takes the stresses by contact forces.
+    /// Computes the stresses by contact forces.
     fn add(&mut self, forces: &NodalForces) {
         match &self.by_forces {
             Some(columns) if !forces.is_empty() => columns.stresses(forces, &mut self.added),
@@ -177,7 +184,7 @@ impl Fibres {
         }
     }
 
-    /// All stresses \[Pa\].
+    /// Stresses at all positions \[Pa\].
     #[cfg(test)]
     pub fn products(&self, q: &[f64]) -> Vec<f64> {
         match &self.rows {
@@ -195,7 +202,7 @@ impl Fibres {
         }
     }
 
-    /// The first place whose stress has this size, which [`Fibres::largest`] has found of the same coordinates and forces.
+    /// First position with the stress magnitude `largest`, found by [`Fibres::largest`] for the same coordinates and forces.
     pub fn place_of(&mut self, largest: f64, q: &[f64], forces: &NodalForces) -> usize {
         self.add(forces);
         let found = match &self.rows {
@@ -214,7 +221,7 @@ impl Fibres {
     }
 }
 
-/// Columns from one on, side by side, row by row.
+/// Lanes of eight columns from `first` on, one lane per row.
 fn eight(columns: &Matrix, first: usize) -> Vec<Lane> {
     let count = columns.ncols().min(first + LANES) - first;
     (0..columns.nrows())
@@ -273,7 +280,7 @@ mod tests {
             let share = fibres.largest(&q, &NodalForces::none()) / bounds.of(pairs.amplitudes(&q, &mut room))[0];
             closest = closest.max(share);
         }
-        // of one coordinate alone it is the stress itself
+        // for a single coordinate the bound is the stress itself
         let alone: Vec<f64> = (0..9).map(|j| if j == 3 { -2.0 } else { 0.0 }).collect();
         let one = fibres.largest(&alone, &NodalForces::none()) / bounds.of(pairs.amplitudes(&alone, &mut room))[0];
         assert!(closest <= 1.0 && closest > 0.5, "{closest}");

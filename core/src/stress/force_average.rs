@@ -1,11 +1,12 @@
-//! Mean contact force that the truncated modes of a ring follow.
+//! Mean contact force to which the truncated modes of a ring respond.
 //!
 //! ```text
 //! f = mean of the contact forces over the last 1.8/w \[s\];  w: highest frequency of the modes kept                                      (1)
 //! ```
-//! Truncated modes are faster than w, and respond at once to a force that changes slowly against 1/w. A contact force at a fine step also has parts that change from step to
-//! step: of these the stress follows the mean. The window (1) is the default contact step of the exponential engine, which therefore takes the force of its step. Without
-//! (1) the ring stress grows as the step is refined: by 5 % from 10 us to 1 us with 40 blades (1 % with it).
+//! Truncated modes are faster than w and respond statically to a force that varies slowly compared with 1/w. With a fine step, a contact
+//! force also varies from step to step; the stress then follows the mean force. The window (1) is the default contact step of the
+//! exponential engine, which therefore uses the force of its step. Without (1), the ring stress grows as the step is refined: by 5 % from
+//! 10 us to 1 us with 40 blades (1 % with it).
 //!
 //! Verified by `a_mean_is_taken_over_the_window`, `tests/runs/ring_stresses.rs`.
 
@@ -13,25 +14,28 @@ use crate::stator::NodalForces;
 use crate::structure::RingPart;
 use std::collections::VecDeque;
 
-/// Window, times w.
+/// Length of the window times w \[rad\].
 const WINDOW: f64 = 1.8;
-/// Largest number of parts of the window. At finer steps a part is the sum of several steps.
+/// Maximum number of parts of the window. With finer steps, a part is the sum of several steps.
 const MOST_PARTS: usize = 16;
 
-/// Mean of the contact forces on a ring.
+/// Sliding mean of the contact forces on a ring.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ForceAverage {
-    /// Steps of a part, and parts of the window; no part without truncated modes.
+    /// Number of steps per part; 0 without truncated modes.
     steps: usize,
+    /// Number of parts per window; 0 without truncated modes.
     parts: usize,
-    /// Sums of forces of the last parts, the newest one behind, and steps in the latter.
+    /// Sums of the forces of the last parts \[N\], newest last.
     recent: VecDeque<NodalForces>,
+    /// Number of steps in the newest part.
     taken: usize,
+    /// Mean forces of the last update \[N\].
     mean: NodalForces,
 }
 
 impl ForceAverage {
-    /// Mean over steps of `h` \[s\].
+    /// Mean over steps of length `h` \[s\].
     pub fn new(part: &RingPart, h: f64) -> Self {
         if part.residual.is_none() {
             return Self::default();
@@ -41,12 +45,12 @@ impl ForceAverage {
         Self { steps, parts: all.div_ceil(steps), ..Self::default() }
     }
 
-    /// Whether forces of single steps are means: each step must be taken.
+    /// Returns whether the mean covers more than one step, so that the forces of each step must be recorded.
     pub fn needs_each_step(&self) -> bool {
         self.steps * self.parts > 1
     }
 
-    /// Takes the forces of a step.
+    /// Adds the forces of a step.
     pub fn take(&mut self, forces: &NodalForces) {
         if self.parts == 0 {
             return;
@@ -64,18 +68,18 @@ impl ForceAverage {
         }
     }
 
-    /// Forgets all forces.
+    /// Clears all forces.
     pub fn clear(&mut self) {
         self.recent.clear();
         self.mean.clear();
     }
 
-    /// Forces of a single step, which are the mean where it needs no other step.
+    /// Returns the mean for direct writing, if the window is a single step.
     pub fn single(&mut self) -> &mut NodalForces {
         &mut self.mean
     }
 
-    /// Updates the mean to the steps that have been taken.
+    /// Computes the mean over the recorded steps.
     pub fn update(&mut self) {
         self.mean.clear();
         let share = 1.0 / (self.steps * self.parts) as f64;
@@ -84,7 +88,7 @@ impl ForceAverage {
         }
     }
 
-    /// The mean, as updated last.
+    /// Returns the mean of the last [`ForceAverage::update`].
     pub fn mean(&self) -> &NodalForces {
         &self.mean
     }
@@ -95,7 +99,7 @@ mod tests {
     use super::*;
     use crate::stator::steel_ring;
 
-    /// Forces of two newtons times a factor at a node, and the factor that the mean has.
+    /// Forces of 2 N times a factor at a node, and the factor in the mean.
     #[test]
     fn a_mean_is_taken_over_the_window() {
         let surface = steel_ring(8, 0.4, 0.37, false);
@@ -108,7 +112,7 @@ mod tests {
                 average.update();
                 average.mean().all().iter().map(|(_, force)| force).sum::<f64>() / 2.0
             };
-            // a force that is there in every second step
+            // a force in every second step
             let (all, none) = (steps * parts, NodalForces::none());
             for step in 0..4 * all {
                 average.take(if step % 2 == 0 { &two } else { &none });

@@ -1,14 +1,17 @@
-//! Stresses by the static displacement of a ring's truncated modes under the contact forces.
+//! Stresses by the static response of a ring's truncated modes to the contact forces.
 //!
 //! ```text
 //! sigma_i = sum_j r_ij q_j + sum_d g_id f_d,    G = S (K^-1 - Phi Omega^-2 Phi^T)                                                (1)
 //! ```
-//! q: amplitudes of the modes kept; f: contact forces on the ring's degrees of freedom \[N, N m\]; S: stress per displacement of a degree of freedom. A contact force is
-//! a load on one line of the ring's surface. Curvature and strain beside it converge slowly with the number of modes, displacements do not: with 40 blades the 92 modes kept by default
-//! have 99 % of the displacement under a force, and a third of its stress.
+//! q: amplitudes of the retained modes; f: contact forces on the ring's degrees of freedom \[N, N m\]; S: stress per unit displacement of a
+//! degree of freedom; K: stiffness of the complete model; Phi, Omega: mode shapes and circular frequencies of the retained modes. A contact
+//! force is a line load on the ring's surface. Displacements converge quickly with the number of modes, curvature and strain near the load
+//! converge slowly. With 40 blades, the 92 modes of the default basis have 99 % of the displacement under a force, and a third of its
+//! stress.
 //!
-//! Source: mode acceleration method (Williams 1945; Rixen, Mech. Syst. Signal Process. 15, 2001). Limits: the truncated modes follow the force at once. No correction where
-//! [`RingPart::residual`] is `None`. Verified by `the_residual_completes_the_stresses_of_a_static_load`, `tests/runs/ring_stresses.rs`.
+//! Source: mode acceleration method (Williams 1945; Rixen, Mech. Syst. Signal Process. 15, 2001). Limits: the truncated modes respond
+//! statically. No correction if [`RingPart::residual`] is `None`. Verified by `the_residual_completes_the_stresses_of_a_static_load`,
+//! `tests/runs/ring_stresses.rs`.
 
 use crate::eight::{Eight, by_width};
 use crate::stator::NodalForces;
@@ -16,19 +19,20 @@ use crate::structure::RingPart;
 use bladeoff_numerics::linalg::lanes::{LANES, Lane};
 use bladeoff_numerics::linalg::{Matrix, axpy, column_of};
 
-/// G of (1) for some places.
+/// Matrix G of (1) for some positions: stress per unit contact force.
 #[derive(Debug, Clone)]
 pub(super) struct ForceColumns {
-    /// Column of one degree of freedom after the other, the places of a column by eights.
+    /// Columns of G, one per degree of freedom, in lanes of eight positions \[Pa/N\].
     entries: Vec<Lane>,
-    /// Number of eights of a column.
+    /// Number of lanes per column.
     lanes: usize,
-    /// Largest size of the entries of each column \[Pa/N\].
+    /// Largest magnitude in each column \[Pa/N\].
     pub largest: Vec<f64>,
 }
 
 impl ForceColumns {
-    /// Columns of places, from their stresses per displacement: one row per degree of freedom of ring and blades, one column per place. `None` without truncated modes.
+    /// Computes G. `nodal`: stress per unit displacement, one row per degree of freedom of ring and blades, one column per position. `None`
+    /// without truncated modes.
     pub fn new(nodal: &Matrix, part: &RingPart) -> Option<Self> {
         let residual = part.residual.as_ref()?;
         let lanes = nodal.ncols().div_ceil(LANES);
@@ -37,7 +41,7 @@ impl ForceColumns {
         for place in 0..nodal.ncols() {
             by_force.fill(0.0);
             for (dof, &stress) in column_of(nodal, place).iter().enumerate().filter(|(_, stress)| **stress != 0.0) {
-                // the flexibility is symmetric: its column is also the displacement of this degree of freedom by each force
+                // the residual flexibility is symmetric: its column is also the displacement of this degree of freedom by each force
                 axpy(stress, column_of(residual, dof), &mut by_force);
             }
             for (dof, &stress) in by_force.iter().enumerate() {
@@ -48,7 +52,7 @@ impl ForceColumns {
         Some(Self { entries, lanes, largest })
     }
 
-    /// Writes the stresses of all places by forces, by eights \[Pa\].
+    /// Writes the stresses of all positions under contact forces, in lanes of eight \[Pa\].
     pub fn stresses(&self, forces: &NodalForces, sums: &mut Vec<Lane>) {
         sums.resize(self.lanes, Lane::default());
         combine(&self.entries, forces.all(), sums);
@@ -56,7 +60,7 @@ impl ForceColumns {
 }
 
 by_width! {
-    /// Sums of columns, each as long as the sums, times these.
+    /// Linear combination of columns, each as long as `sums`, with the factors `times` (column, factor).
     fn combine(columns: &[Lane], times: &[(usize, f64)], sums: &mut [Lane]) = combine_in
 }
 
@@ -64,7 +68,7 @@ by_width! {
 fn combine_in<V: Eight>(columns: &[Lane], times: &[(usize, f64)], sums: &mut [Lane]) {
     sums.fill(Lane::default());
     let length = sums.len();
-    // the four degrees of freedom of a node at a time
+    // four columns at a time: the degrees of freedom of a node
     let (fours, rest) = times.as_chunks::<4>();
     for four in fours {
         let [a, b, c, d] = four.map(|(column, _)| &columns[column * length..][..length]);
@@ -91,7 +95,7 @@ mod tests {
 
     const NONE: Known = Known { ring: 0.0, blades: 0.0, bending: 0.0 };
 
-    /// The lab rig with blades of three elements, 20 of them, and so many ring modes.
+    /// The lab rig with 20 blades of three elements, and `ring_modes` ring modes.
     fn rig(ring_modes: &str) -> (Machine, Structure) {
         let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(&path).expect("a machine of the repository");
@@ -117,7 +121,7 @@ mod tests {
         stator
     }
 
-    /// Static amplitudes of the modes kept under forces.
+    /// Static amplitudes of the retained modes under forces.
     fn statics(structure: &Structure, forces: &NodalForces) -> Vec<f64> {
         let ring = structure.rings[0].as_ref().expect("a ring");
         let mut q = vec![0.0; ring.part.coordinates.size()];
@@ -171,7 +175,7 @@ mod tests {
         assert_eq!(fresh().above(&NONE, q, &forces), fresh().above(&NONE, q, &NodalForces::none()));
     }
 
-    /// A force that moves around the ring, changes and is absent at times: each maximum is that of evaluations without a memory.
+    /// A force moves around the ring, varies, and is absent at times. Each maximum equals that of evaluations without stored bounds.
     #[test]
     fn bounds_with_a_memory_find_the_same_maxima_under_moving_forces() {
         let (machine, few) = rig("12");

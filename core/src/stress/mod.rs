@@ -1,7 +1,7 @@
 //! Internal moments and nominal stresses of shaft, ring and blades, recovered from displacements.
 //!
-//! Beam theory at the outer fibre: no notch or fillet factors, no residual or thermal stress, no blade centrifugal stress.
-//! A user multiplies by the stress concentration factor of his own geometry.
+//! Beam theory at the outer fibre: no notch or fillet factors, no residual or thermal stress, no centrifugal stress of the blades. Users
+//! multiply by the stress concentration factors of their own geometry.
 
 mod blades;
 mod fibres;

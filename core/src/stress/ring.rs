@@ -1,4 +1,4 @@
-//! Stress of the diaphragm's ring: membrane and bending.
+//! Membrane and bending stress of the diaphragm's ring.
 
 use super::blades::BladeStresses;
 use super::fibres::{Amplitudes, Bounds, Fibres, GROUPS, Pairs};
@@ -8,72 +8,84 @@ use crate::structure::{Coordinates, RingPart};
 use bladeoff_model::machine::FlexibleStator;
 use bladeoff_numerics::linalg::Matrix;
 
-/// Stresses of a ring and of its blades from the coordinates of the ring and the contact forces on it.
+/// Recovery of the stresses of a ring and its blades from the ring's coordinates and the contact forces on it.
 ///
 /// ```text
 /// sigma = E [(v/R + u,s) +- (h/2) (v/R^2 + v,ss)]        at the inner and the outer face; h radial thickness, R mean radius
 /// ```
-/// evaluated at every node of the ring, where u,s and v,s are degrees of freedom. v,ss of a node is the mean of the elements on its two sides; at a blade, whose foot brings a
-/// moment into the ring, it is that of each side by itself. Source: membrane strain and change of curvature of the
-/// element's own strain energy (docs/theory/02-diaphragm.md); Timoshenko and Gere, Theory of Elastic Stability, art. 7.1. Deviation: none;
-/// the paper reports no stresses.
+/// u: tangential displacement, v: radial displacement, s: arc length. The stress is evaluated at every node of the ring, where u,s and v,s
+/// are degrees of freedom. v,ss of a node is the mean of the adjacent elements. A blade root introduces a moment into the ring, so the two
+/// sides of its node are evaluated separately. Source: membrane strain and change of curvature in the element's own strain energy
+/// (docs/theory/02-diaphragm.md); Timoshenko and Gere, Theory of Elastic Stability, art. 7.1. Deviation: none; the paper reports no
+/// stresses.
 ///
 /// # Units
 /// SI; angles from blade 0, in the diaphragm's own axes.
 /// # Limits
-/// Nominal, planar, thin: no bending out of the plane, no torsion of the section, no stress concentration at a blade's root; the factor
-/// `R/(R +- h/2)` of a curved bar's bending stress is not in it, its `M/(A R)` is. Under a load inside an element the bending moment lacks up to `F l/8` (l: length of an element).
-/// The truncated modes of a reduced engine follow the contact forces at once ([`ForceColumns`]).
+/// Nominal, planar, thin: no bending out of the plane, no torsion of the section, no stress concentration at a blade root. The bending
+/// stress of a curved bar is included without its factor `R/(R +- h/2)`, with its term `M/(A R)`. Under a load inside an element of length
+/// l, the bending moment is too small by up to `F l/8`. The truncated modes of a reduced engine respond statically to the contact forces
+/// ([`ForceColumns`]).
 /// # Verified by
 /// `a_pinched_ring_has_timoshenko_s_stresses`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone)]
 pub(crate) struct RingStresses {
+    /// Pairs of ring modes with equal frequency.
     pairs: Pairs,
+    /// Stresses at the nodes of the ring.
     ring: Fibres,
+    /// Stresses of the blades; `None` without blades.
     blades: Option<BladeStresses>,
-    /// Bounds of the ring, of the blades, and of the bending of the blades alone.
+    /// Bounds of the stresses of the ring, of the blades, and of the bending stresses of the blades.
     bounds: Bounds,
-    /// Node of each place, two faces each.
+    /// Node of each evaluated position (two faces per position).
     nodes: Vec<usize>,
-    /// Angle of one element \[rad\].
+    /// Angle between two nodes \[rad\].
     spacing: f64,
     amplitudes: Amplitudes,
     last: Last,
 }
 
-/// The last coordinates and contact forces whose stresses were evaluated.
+/// Coordinates and contact forces of the last evaluation.
 #[derive(Debug, Clone)]
 struct Last {
+    /// Ring coordinates q.
     coordinates: Vec<f64>,
+    /// Contact forces \[N\].
     forces: NodalForces,
-    /// Bounds of the stresses by the latter \[Pa\].
+    /// Bounds of the stresses by these contact forces \[Pa\].
     by_forces: [f64; GROUPS],
-    /// Bounds of their stresses \[Pa\]: of the ring, of the blades, and of the bending of the blades alone.
+    /// Bounds of the stresses at the last evaluation \[Pa\]: ring, blades, bending of the blades.
     most: [f64; 3],
 }
 
-/// Rounding of a stress, per bound of its terms: one of each of a thousand.
+/// Rounding of a stress relative to the bound of its terms, for about a thousand terms.
 const ROUNDING: f64 = 1e-12;
 
-/// Stresses above which an evaluation is asked for \[Pa\].
+/// Stresses above which an evaluation is needed \[Pa\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Known {
+    /// Hoop plus bending stress of the ring.
     pub ring: f64,
+    /// Axial plus bending stress of the blades.
     pub blades: f64,
+    /// Bending stress of the blades.
     pub bending: f64,
 }
 
-/// Largest stresses of an instant \[Pa\], each where it may be above what is known.
+/// Largest stresses of an instant \[Pa\]; `None` where a stress cannot exceed the known one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Largest {
+    /// Hoop plus bending stress of the ring.
     pub ring: Option<f64>,
-    /// Axial and bending.
+    /// Axial plus bending stress.
     pub blades: Option<f64>,
+    /// Bending stress of the blades.
     pub bending: Option<f64>,
 }
 
 impl RingStresses {
-    /// Stresses of a flexible stator.
+    /// Prepares the stress recovery of a flexible stator.
     pub fn new(stator: &FlexibleStator, part: &RingPart) -> Self {
         let coordinates = &part.part.coordinates;
         let pairs = Pairs::of(&part.part);
@@ -96,14 +108,14 @@ impl RingStresses {
         Self { ring, blades, bounds, pairs, nodes, spacing, amplitudes: Amplitudes::default(), last }
     }
 
-    /// Whether there are blades.
+    /// Returns whether the diaphragm has blades.
     pub fn has_blades(&self) -> bool {
         self.blades.is_some()
     }
 
-    /// Largest stresses of coordinates and contact forces, as far as bounds say that they may be above what is known.
+    /// Returns the largest stresses for coordinates and contact forces, where the bounds allow a stress above the known one.
     ///
-    /// The bounds also keep a ring that has come to rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
+    /// The bounds also make a ring at rest cheap: its coordinates decay to subnormal numbers, whose products are slow.
     pub fn above(&mut self, known: &Known, q: &[f64], forces: &NodalForces) -> Largest {
         let Self { pairs, ring, blades, bounds, amplitudes, last, .. } = self;
         let far = bounds.of(pairs.distances(q, &last.coordinates, amplitudes));
@@ -127,7 +139,7 @@ impl RingStresses {
         };
         let ring = of(0, Some(ring), true);
         let both = of(1, blades.as_mut().map(|blades| &mut blades.both), true);
-        // bending alone is no more than with the axial stress
+        // the bending stress is at most the stress with the axial part
         let bends = both.is_none_or(|both| both > known[2]);
         let bending = of(2, blades.as_mut().map(|blades| &mut blades.bending), bends);
         last.coordinates.copy_from_slice(q);
@@ -137,24 +149,24 @@ impl RingStresses {
         Largest { ring, blades: both, bending }
     }
 
-    /// Whether the bounds of the stresses of such coordinates, or of amplitudes of all of them, are not above what is known.
+    /// Returns whether the stress bounds for coordinates, or for bounds of their amplitudes, are at most the known stresses.
     pub fn are_below(&mut self, known: &Known, q: &[f64]) -> bool {
         let [ring, blades, bending, ..] = self.bounds.of(self.pairs.amplitudes(q, &mut self.amplitudes));
         ring <= known.ring && blades <= known.blades && bending <= known.bending
     }
 
-    /// Bounds of the stresses of ring and blades of such coordinates, or of amplitudes of all of them \[Pa\].
+    /// Bounds of the stresses of ring and blades \[Pa\], for coordinates or for bounds of their amplitudes.
     pub fn bounds(&mut self, q: &[f64]) -> [f64; 2] {
         let [ring, blades, ..] = self.bounds.of(self.pairs.amplitudes(q, &mut self.amplitudes));
         [ring, blades]
     }
 
-    /// Angle \[rad\], from 0 to below 2 pi, of the largest stress of the ring, which [`RingStresses::above`] has found.
+    /// Angular position \[rad\], in [0, 2 pi), of the largest ring stress found by [`RingStresses::above`].
     pub fn angle_of(&mut self, largest: f64, q: &[f64], forces: &NodalForces) -> f64 {
         self.nodes.get(self.ring.place_of(largest, q, forces) / 2).map_or(0.0, |&node| node as f64 * self.spacing)
     }
 
-    /// Number of the blade, from 0, of the largest stress of the blades.
+    /// Number of the blade, from 0, with the largest blade stress found by [`RingStresses::above`].
     pub fn blade_of(&mut self, largest: f64, q: &[f64], forces: &NodalForces) -> usize {
         self.blades.as_mut().map_or(0, |blades| {
             let place = blades.both.place_of(largest, q, forces);
@@ -163,7 +175,7 @@ impl RingStresses {
     }
 }
 
-/// Stresses per coordinate in columns, and the node of each place, which has a column for either face.
+/// Stress per unit coordinate, one column per face of each evaluated position, and the node of each position.
 fn columns_of(stator: &FlexibleStator, coordinates: &Coordinates) -> (Matrix, Vec<usize>) {
     let size = coordinates.size();
     let (r, count) = (stator.ring.mean_radius, stator.ring.elements);
@@ -175,9 +187,10 @@ fn columns_of(stator: &FlexibleStator, coordinates: &Coordinates) -> (Matrix, Ve
         terms.iter().for_each(|&(dof, factor)| coordinates.add_row(dof, factor, &mut row));
         row
     };
-    // [u, u_s, v, v_s] of a node
+    // index of [u, u_s, v, v_s] of a node
     let at = |node: usize| 4 * (node % count);
-    // from a node, the second derivative of the cubic on its side behind (1) or before it (-1), so much of it
+    // bending stress from the second derivative of the cubic at a node, on the side towards the next node (1) or the previous one (-1),
+    // times `share`
     let curved = |node: usize, side: f64, share: f64| {
         let other = at(if side > 0.0 { node + 1 } else { node + count - 1 });
         let (here, square, factor) = (at(node), l * l, share * bending);
@@ -249,13 +262,13 @@ mod tests {
         }
     }
 
-    /// A free ring pressed together by two opposite forces P at nodes.
+    /// A free ring compressed by two opposite forces P at nodes.
     fn pinched(matrices: &RingMatrices, force: f64) -> Vec<f64> {
         let (n, size) = (matrices.nodes, matrices.size());
         let mut loads = vec![0.0; size];
         loads[2] = -force;
         loads[4 * (n / 2) + 2] = -force;
-        // held against moving as a body where symmetry has no tangential displacement
+        // restrained against rigid-body motion where the tangential displacement is zero by symmetry
         let held = [0, 4 * (n / 4), 4 * (n / 2)];
         let free: Vec<usize> = (0..size).filter(|i| !held.contains(i)).collect();
         let k = Matrix::from_fn(free.len(), free.len(), |i, j| matrices.stiffness[(free[i], free[j])]);
@@ -268,8 +281,8 @@ mod tests {
         field
     }
 
-    /// Timoshenko, Strength of Materials II: M = P R/pi and no hoop force under the loads; M = P R (1/2 - 1/pi) and a hoop force P/2 half way between. The mean
-    /// line of a curved bar has the stress N/A + M/(A R) (Winkler), which is P/(pi A) all around.
+    /// Timoshenko, Strength of Materials II: M = P R/pi and no hoop force under the loads; M = P R (1/2 - 1/pi) and a hoop force P/2 half
+    /// way between. The mean line of a curved bar has the stress N/A + M/(A R) (Winkler), which is P/(pi A) everywhere.
     #[test]
     fn a_pinched_ring_has_timoshenko_s_stresses() {
         let force = 1000.0;
@@ -293,7 +306,7 @@ mod tests {
             let here = stresses.ring.products(&field);
             let quarter = here[2 * node].abs().max(here[2 * node + 1].abs());
             errors.push([found / loaded - 1.0, quarter / beside - 1.0]);
-            // a bound, and nothing above it
+            // the bound holds, and no stress exceeds it
             assert!(stresses.bounds(&field)[0] >= found);
             assert_eq!(
                 stresses
@@ -304,7 +317,7 @@ mod tests {
             );
         }
         println!("of the loads and half way between: {errors:?}");
-        // of second order in the length of an element
+        // the error is of second order in the element length
         assert!(errors[2].iter().all(|error| error.abs() < 2e-3), "{errors:?}");
         for pair in errors.windows(2) {
             let share = pair[1][1] / pair[0][1];
@@ -312,7 +325,8 @@ mod tests {
         }
     }
 
-    /// Looks at coordinates that turn around the ring, grow, fall and jump, as a run has them: each maximum is that of evaluations without a memory.
+    /// Coordinates rotate around the ring, grow, decay and jump, as in a run. Each maximum equals that of evaluations without stored
+    /// bounds.
     #[test]
     fn looks_with_a_memory_find_the_same_maxima() {
         let stator = stator(24, None);
@@ -350,7 +364,8 @@ mod tests {
         assert!(raised > 50 && evaluated < 2000, "{raised} {evaluated}");
     }
 
-    /// A blade of one element, its foot displaced as a cantilever from the casing is by a tip force F across and N along.
+    /// A blade of one element. Its root has the displacement of a cantilever, clamped at the casing, under a tip force F across and N
+    /// along.
     #[test]
     fn a_blade_under_a_tip_load_has_both_stresses() {
         let blades = Blades { count: 4, length: 0.3, thickness: 0.02, width: 0.05, elements: 1 };

@@ -1,50 +1,52 @@
-//! Torsional and bending moments of the shaft, element by element, and the nominal stresses they cause.
+//! Torsional and bending moments of the shaft elements, and the nominal stresses that they cause.
 
 use bladeoff_model::machine::{Shaft, ShaftElement};
 
 use crate::rotor::shaft_blocks;
 
-/// Section moduli of a round section.
+/// Section moduli of a circular section with outer diameter D and inner diameter d.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionModuli {
-    /// `W_b = pi (D^4 - d^4)/(32 D)` \[m3\]: bending stress is `M/W_b`.
+    /// Bending modulus `W_b = pi (D^4 - d^4)/(32 D)` \[m3\]: the bending stress is `M/W_b`.
     pub bending: f64,
-    /// `W_t = 2 W_b` \[m3\]: torsional shear stress is `T/W_t`.
+    /// Torsional modulus `W_t = 2 W_b` \[m3\]: the torsional shear stress is `T/W_t`.
     pub torsion: f64,
 }
 
-/// Square of the equivalent moment M_v of a round section, `M^2 + 3/4 T^2` [N2 m2]: its von Mises stress is `M_v/W_b`.
+/// Squared equivalent moment `M_v^2 = M^2 + 3/4 T^2` of a circular section [N2 m2]; its von Mises stress is `M_v/W_b`.
 #[inline]
 #[must_use]
 pub fn equivalent_square(bending_square: f64, torsion: f64) -> f64 {
     bending_square + 0.75 * (torsion * torsion)
 }
 
-/// Largest moments of a section at an instant.
+/// Largest moments of a section at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LargestMoments {
-    /// `|T|` \[N m\].
+    /// Largest magnitude of the torsional moment `|T|` \[N m\].
     pub torsion: f64,
-    /// `|M|^2` [N2 m2].
+    /// Largest squared bending moment `|M|^2` [N2 m2].
     pub bending_square: f64,
-    /// [`equivalent_square`] and the node where it is.
+    /// Largest squared equivalent moment [N2 m2], see [`equivalent_square`].
     pub equivalent_square: f64,
-    /// Node of the latter.
+    /// Node of the largest equivalent moment.
     pub node: usize,
 }
 
-/// What turns displacements of one element into moments.
+/// Coefficients from the displacements of one element to its moments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Element {
-    /// `G I_p/L` [N m/rad].
+    /// Torsional stiffness `G I_p/L` [N m/rad].
     torsion: f64,
-    /// `6 E I/((1+Phi) L^2)`, `(4+Phi) E I/((1+Phi) L)` at each end, and `(2-Phi) E I/((1+Phi) L)`.
+    /// Coefficient of the deflection difference `6 E I/((1+Phi) L^2)` \[N\], at each end.
     chord: [f64; 2],
+    /// Coefficient of the slope at the same end `(4+Phi) E I/((1+Phi) L)` [N m/rad], at each end.
     near: [f64; 2],
+    /// Coefficient of the slope at the other end `(2-Phi) E I/((1+Phi) L)` [N m/rad].
     far: f64,
 }
 
-/// Moments of a shaft line from its nodal displacements.
+/// Recovery of the moments of a shaft line from its nodal displacements.
 ///
 /// ```text
 /// T = G I_p (beta_2 - beta_1)/L                                                          constant in an element
@@ -55,31 +57,34 @@ struct Element {
 /// tau = |T|/W_t,  sigma = |M|/W_b
 /// sigma_v = sqrt(sigma^2 + 3 tau^2) = M_v/W_b,  M_v^2 = M^2 + 3/4 T^2,  as W_t = 2 W_b           von Mises, at the surface, of one instant
 /// ```
-/// Source: the element's own strain energy ((4) of the paper; [`crate::rotor::shaft_blocks`]). M varies linearly along an
-/// element, so its largest norm is at an end. Deviation: none; the paper reports no stresses.
+/// beta: torsion angle, w: deflection, s: slope of the section, S: slope along the element, z: axial coordinate. Source: the element's own
+/// strain energy ((4) of the paper; [`crate::rotor::shaft_blocks`]). M varies linearly along an element, so its largest norm is at an end.
+/// Deviation: none; the paper reports no stresses.
 ///
 /// # Units
 /// SI.
 /// # Limits
-/// Nominal stresses of a tapered section are upper bounds: its largest moments over its smallest moduli. A section below a layer has the moments that it carries
-/// itself. Torsional shear only: the transverse shear stress, which is zero at the outer fibre, is not in `tau`. Loads inside an
-/// element (its own inertia and weight) enter through its nodes, so M has an error of `q L^2/12` for a load q per length;
-/// refine the mesh where that matters. In the reduced engine moments beside the contact lack the modes left out.
+/// Nominal stresses of a tapered section are upper bounds: its largest moments over its smallest moduli. A section below a layer has only
+/// its own share of the moments. `tau` is torsional shear only: the transverse shear stress, which is zero at the outer fibre, is excluded.
+/// Loads inside an element (its own inertia and weight) act through its nodes, so M has an error of `q L^2/12` for a load q per length;
+/// refine the mesh where that matters. In the reduced engine, moments near the contact lack the truncated modes.
 /// # Verified by
-/// `a_cantilever_has_its_textbook_moment`, `a_twisted_bar_has_its_textbook_stress`, `bending_and_torsion_make_the_von_mises_stress_of_a_point`,
-/// `tests/runs/stresses.rs`
+/// `a_cantilever_has_its_textbook_moment`, `a_twisted_bar_has_its_textbook_stress`,
+/// `bending_and_torsion_make_the_von_mises_stress_of_a_point`, `tests/runs/stresses.rs`
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShaftStresses {
+    /// Coefficients of each element.
     elements: Vec<Element>,
-    /// Elements of each section, from..to.
+    /// Element range of each section: first, and one past the last.
     sections: Vec<(usize, usize)>,
     /// Section of each element.
     section_of: Vec<usize>,
+    /// Smallest section moduli of each section \[m3\].
     moduli: Vec<SectionModuli>,
 }
 
 impl SectionModuli {
-    /// The smaller ones of an element's ends.
+    /// Returns the smaller moduli of the two ends of an element.
     #[must_use]
     pub fn of(element: &ShaftElement) -> Self {
         let [left, right] = [0.0, 1.0].map(|xi| Self::of_ring(element.diameters_at(xi)));
@@ -93,7 +98,7 @@ impl SectionModuli {
 }
 
 impl ShaftStresses {
-    /// Of a shaft whose displacements stand as [`crate::rotor::RotorMatrices`] orders them.
+    /// Prepares the recovery for a shaft with the displacements in the order of [`crate::rotor::RotorMatrices`].
     #[must_use]
     pub fn new(shaft: &Shaft) -> Self {
         let mut all = Self { elements: Vec::new(), sections: Vec::new(), section_of: Vec::new(), moduli: Vec::new() };
@@ -131,47 +136,48 @@ impl ShaftStresses {
         self.elements.len()
     }
 
-    /// Section of each element.
+    /// Index of the section of each element.
     #[must_use]
     pub fn section_of(&self) -> &[usize] {
         &self.section_of
     }
 
-    /// Moduli of a section.
+    /// Section moduli of a section; the smallest of its elements.
     #[must_use]
     pub fn moduli(&self, section: usize) -> SectionModuli {
         self.moduli[section]
     }
 
-    /// Torsional moment of an element \[N m\] from nodal twists \[rad\].
+    /// Torsional moment of an element \[N m\] from the torsion angles of all nodes \[rad\], positive for an increasing angle along the
+    /// shaft.
     #[must_use]
     pub fn torsional_moment(&self, element: usize, twist: &[f64]) -> f64 {
         self.elements[element].torsional_moment(&twist[element..element + 2])
     }
 
-    /// The same from the twists of its two nodes.
+    /// Torsional moment of an element \[N m\] from the torsion angles of its two nodes \[rad\].
     #[must_use]
     pub fn torsional_moment_between(&self, element: usize, twists: [f64; 2]) -> f64 {
         self.elements[element].torsional_moment(&twists)
     }
 
-    /// Bending moments \[N m\] at both ends of an element, in the planes XZ and YZ.
+    /// Bending moments at both ends of an element, in the planes XZ and YZ \[N m\], from the lateral displacements [m, rad].
     #[must_use]
     pub fn bending_moments(&self, element: usize, x: &[f64]) -> [[f64; 2]; 2] {
         let (xz, yz) = (2 * element, self.plane_size() + 2 * element);
         self.elements[element].bending_moments(&x[xz..xz + 4], &x[yz..yz + 4])
     }
 
-    /// Freedoms of a plane of bending: those of XZ come first, then those of YZ, then those of pedestals.
+    /// Number of nodal degrees of freedom per bending plane. Those of XZ come first, then those of YZ, then those of the pedestals.
     fn plane_size(&self) -> usize {
         2 * (self.elements.len() + 1)
     }
 
-    /// Largest moments of a section.
+    /// Largest moments of a section, from lateral displacements [m, rad] and torsion angles \[rad\].
     #[must_use]
     pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> LargestMoments {
         let (from, to) = self.sections[section];
-        // neighbouring elements share a node: windows, which need no checks inside the loop
+        // neighbouring elements share a node: sliding windows avoid bounds checks inside the loop
         let (xz, yz) = x.split_at(self.plane_size());
         let span = 2 * from..2 * to + 2;
         let (xz, yz) = (xz[span.clone()].windows(4).step_by(2), yz[span].windows(4).step_by(2));
@@ -193,7 +199,7 @@ impl ShaftStresses {
     }
 }
 
-/// The larger of two; a NaN, which ends the run anyway, is passed over.
+/// Larger of two values; a NaN is ignored, because it ends the run anyway.
 #[inline]
 fn larger(known: f64, value: f64) -> f64 {
     if value > known { value } else { known }
@@ -220,7 +226,7 @@ impl Element {
         }
     }
 
-    /// Rows of the stiffness of a taper, so that the moments are in equilibrium with the forces at its nodes.
+    /// Uses rows of the stiffness matrix of a tapered element, so that the moments are in equilibrium with its nodal forces.
     fn tapered(element: &ShaftElement) -> Self {
         let blocks = shaft_blocks(element);
         let k = &blocks.stiffness;
@@ -237,7 +243,7 @@ impl Element {
         self.torsion * (twist[1] - twist[0])
     }
 
-    /// From `[u1, theta_v1, u2, theta_v2]` and `[v1, theta_u1, v2, theta_u2]`; the slope of the YZ plane is `-theta_u`.
+    /// Bending moments from `[u1, theta_v1, u2, theta_v2]` and `[v1, theta_u1, v2, theta_u2]`; the slope of the YZ plane is `-theta_u`.
     #[inline]
     fn bending_moments(&self, a: &[f64], b: &[f64]) -> [[f64; 2]; 2] {
         let (x, y) = (a[2] - a[0], b[2] - b[0]);
@@ -292,7 +298,7 @@ mod tests {
         })
     }
 
-    /// Displacements with the first node clamped.
+    /// Displacements with fixed degrees of freedom `fixed`.
     fn clamped(stiffness: &bladeoff_numerics::linalg::Matrix, fixed: &[usize], force: &[f64]) -> Vec<f64> {
         let free: Vec<usize> = (0..force.len()).filter(|i| !fixed.contains(i)).collect();
         let k =
@@ -322,7 +328,7 @@ mod tests {
                     let arm = 1.0 - 0.25 * (element + end) as f64;
                     let norm = (moment[0] * moment[0] + moment[1] * moment[1]).sqrt();
                     assert!((norm - 500.0 * arm).abs() < 1e-6, "element {element} end {end}: {norm}");
-                    // the moment's plane is that of the force
+                    // the plane of the moment is that of the force
                     assert!((moment[0] * -400.0 - moment[1] * 300.0).abs() < 1e-3);
                 }
             }
@@ -354,7 +360,7 @@ mod tests {
         }
     }
 
-    /// A cantilever under a tip force and a torque: sigma and tau of the textbook, at the clamp and at the step of the diameter.
+    /// A cantilever under a tip force and a torque: textbook sigma and tau at the clamp and at the diameter step.
     #[test]
     fn bending_and_torsion_make_the_von_mises_stress_of_a_point() {
         let shaft = shaft(Some(0.9));
