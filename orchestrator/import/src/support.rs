@@ -84,6 +84,20 @@ impl<'a> Supports<'a> {
                 masses.push(mass);
             }
         }
+        // supports that no bearing of the shaft stands on
+        let stands = |node: usize| rotor.bearings.iter().any(|one| one.node <= last && one.link == Some(node));
+        for mass in rotor.masses.iter().filter(|mass| mass.node > last && !stands(mass.node)) {
+            notes.push(Note::new(
+                &mass.element,
+                "a mass on a support that no bearing of the shaft stands on is left out",
+            ));
+        }
+        for spring in rotor.bearings.iter().filter(|spring| spring.node > last && !stands(spring.node)) {
+            notes.push(Note::new(
+                &spring.element,
+                "a support below another support, or below no bearing of the shaft, is left out",
+            ));
+        }
         if on_shaft.is_empty() && !rotor.lost_bearing {
             problems.add(0..0, "", "no bearing on the shaft").allowed = Some("at least one BearingElement".to_owned());
         }

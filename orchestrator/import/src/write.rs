@@ -90,10 +90,15 @@ fn run(out: &mut String, file: &str, supports: &Supports<'_>) {
     put(out, format!("name = \"{}\"", Names::default().like(&stem, "rotor")));
     put(out, "\n[run]");
     put(out, "end_time = 10.0 # FILL IN: end of the run [s]");
-    let begins = tables(supports).map(|bearing| bearing.speeds[0]).fold(0.0, f64::max);
+    let begins = begins(supports);
     if begins > 0.0 {
         put(out, format!("end_speed = {} # bearing tables begin here", exact(begins)));
     }
+}
+
+/// Speed at which the last bearing table begins \[rad/s\]; 0 without tables.
+fn begins(supports: &Supports<'_>) -> f64 {
+    tables(supports).map(|bearing| bearing.speeds[0]).fold(0.0, f64::max)
 }
 
 /// Bearings with a table over the speed.
@@ -111,7 +116,16 @@ fn head(out: &mut String, rotor: &Rotor, material: &Material, supports: &Support
     let ends = tables(supports).filter_map(|bearing| bearing.speeds.last().copied()).fold(f64::INFINITY, f64::min);
     let most = ends / BEYOND;
     let (speed, comment) = match given {
-        Some((speed, name)) if speed <= most => (speed, format!("{name} of the file")),
+        Some((speed, name)) if speed <= most && speed > begins(supports) => (speed, format!("{name} of the file")),
+        Some((speed, name)) if speed <= begins(supports) => {
+            let message = format!(
+                "bearing tables begin at {} rad/s, above {name} = {} rad/s: initial_speed is higher",
+                exact(begins(supports)),
+                exact(speed)
+            );
+            notes.push(Note::new("parameters", message));
+            (most, format!("FILL IN: the bearing tables begin above {name} [rad/s]"))
+        }
         Some((speed, name)) => {
             let message = format!(
                 "a bearing table ends at {} rad/s, below 1.05 times {name} = {} rad/s: initial_speed is lower",
@@ -308,7 +322,7 @@ fn damping(out: &mut String, rotor: &Rotor, supports: &Supports<'_>, notes: &mut
         return;
     }
     if alpha > 0.0 && !(supports.discs.is_empty() && supports.masses.is_empty()) {
-        notes.push(Note::new("ShaftElement", "alpha acts on discs as well as on the shaft"));
+        notes.push(Note::new("ShaftElement", "alpha acts on discs and point masses as well, which ROSS leaves undamped: decrements are larger here, several times with heavy discs"));
     }
     put(out, "\n[rotor.damping]");
     let _ = writeln!(out, "mass_proportional = {}\nstiffness_proportional = {}", exact(alpha), exact(beta));

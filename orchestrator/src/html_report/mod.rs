@@ -147,13 +147,8 @@ pub fn report(
         }
     };
     let bearings = bearings_of(samples);
-    if samples.study().function().is_none() {
-        add(
-            "use",
-            "What may be used for design",
-            usable::usable(&seen, of, looked.as_ref(), questions, &limits, &bearings),
-        );
-    }
+    let usable = usable::usable(&seen, of, looked.as_ref(), questions, &limits, &bearings);
+    add("use", "What may be used for design", usable);
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
         add(

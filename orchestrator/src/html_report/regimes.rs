@@ -54,7 +54,9 @@ pub(super) fn regimes(seen: &Seen, columns: &[TableColumn]) -> Vec<Block> {
         let field = columns.iter().map(|of| &of.field).find(|field| field.name == column);
         let meaning = field.filter(|field| !field.meaning.is_empty());
         let meaning = meaning.map(|field| Block::Note(format!("{}: {}.", column.replace('_', " "), field.meaning)));
-        block(&Counts { seen, column }).into_iter().chain(meaning).collect::<Vec<_>>()
+        let block = block(&Counts { seen, column });
+        let meaning = meaning.filter(|_| block.is_some());
+        block.into_iter().chain(meaning).collect::<Vec<_>>()
     };
     names.into_iter().flat_map(of).collect()
 }

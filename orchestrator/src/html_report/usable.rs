@@ -8,7 +8,6 @@
 
 use super::limits::LimitTable;
 use super::rows::Seen;
-use super::words::percent;
 use crate::questions::Looked;
 use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
 use bladeoff_answers::page::{Block, Table};
@@ -88,7 +87,14 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
     let has_interval = answers.iter().any(|answer| answer.low.is_some() || answer.high.is_some());
     let (word, why) = match &question.ask {
         _ if n == 0 => (NO, "no point has a value".to_owned()),
+        _ if bad >= n => (NO, "no run of it is ok".to_owned()),
         _ if is_one_number && !has_interval => (NO, "there is no interval".to_owned()),
+        _ if is_one_number && answers.iter().any(|answer| answer.low.is_none() || answer.high.is_none()) => {
+            (RESTRICTED, "it has one limit only: how far the value lies on the other side is not known".to_owned())
+        }
+        Ask::Sensitivity(_) if answers.iter().any(|answer| !answer.notes.is_empty()) => {
+            (RESTRICTED, "the notes below it say what it does not describe".to_owned())
+        }
         _ if bad == 0 => (YES, "all its runs are ok".to_owned()),
         Ask::One(Figure::Mean(_)) | Ask::Difference(Figure::Mean(_), ..) | Ask::Sensitivity(_) => {
             (RESTRICTED, format!("it describes the ok runs alone; {runs} not ok are left out"))
@@ -104,11 +110,16 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
 /// Whether rows may be used, by their status.
 fn of_rows(seen: &Seen) -> Vec<Use> {
     let (ok, bad) = (seen.ok(), seen.rows - seen.ok());
-    let share = |count: u64| format!("{} ({})", counted(count, "run"), percent(count as f64 / seen.rows as f64));
+    let share = |count: u64| format!("{count} of {}", counted(seen.rows, "run"));
     let mut uses = Vec::new();
     if ok > 0 {
-        let why = "the numerical checks passed and no limit was exceeded that ends a run".to_owned();
-        uses.push(Use { number: format!("results of the ok runs: {}", share(ok)), word: YES, why });
+        let mut why = "all checks passed, and no limit that ends a run was exceeded".to_owned();
+        if bad > 0 {
+            why +=
+                "; the ok runs are a selection, in which the runs that are not ok, often the worst ones, are missing";
+        }
+        let word = if bad > 0 { RESTRICTED } else { YES };
+        uses.push(Use { number: format!("results of the ok runs: {}", share(ok)), word, why });
     }
     if bad > 0 {
         let why =
@@ -137,13 +148,14 @@ mod tests {
             regimes: BTreeMap::new(),
         };
         let words = |seen: &Seen| of_rows(seen).into_iter().map(|one| (one.number, one.word)).collect::<Vec<_>>();
-        let some = "results of the ok runs: 3 runs (75 %)".to_owned();
-        assert_eq!(words(&seen), [(some, YES), ("results of runs that are not ok: 1 run (25 %)".to_owned(), NO)]);
-        let mut one = of_rows(&seen).remove(0);
+        let some = "results of the ok runs: 3 of 4 runs".to_owned();
+        assert_eq!(words(&seen), [(some, RESTRICTED), ("results of runs that are not ok: 1 of 4 runs".to_owned(), NO)]);
+        let mut one = of_rows(&Seen { rows: 3, kinds: vec![kind("ok", 3)], ..seen.clone() }).remove(0);
+        assert_eq!(one.word, YES);
         restrict(&mut one, "blades");
         assert!(one.word == RESTRICTED && one.why.contains("the stress of blades exceeds"), "{one:?}");
         (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
-        assert_eq!(words(&seen), [("results of runs that are not ok: 2 runs (100 %)".to_owned(), NO)]);
+        assert_eq!(words(&seen), [("results of runs that are not ok: 2 of 2 runs".to_owned(), NO)]);
         seen.rows = 0;
         assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[]).is_empty());
     }
