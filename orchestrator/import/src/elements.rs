@@ -128,6 +128,9 @@ pub struct Rotor {
     pub lost_bearing: bool,
 }
 
+/// Largest number of bearings, of discs and of point masses: each kind is compared with the others.
+const MOST: usize = 500;
+
 /// Tables that are no elements.
 const NO_ELEMENTS: [&str; 3] = ["parameters", "ross_version", "_note"];
 
@@ -149,6 +152,17 @@ impl Rotor {
                 _ => {}
             }
         }
+        let counts = [
+            ("bearings and seals", rotor.bearings.len()),
+            ("discs", rotor.discs.len()),
+            ("point masses", rotor.masses.len()),
+        ];
+        for (kind, count) in counts.into_iter().filter(|(_, count)| *count > MOST) {
+            problems.add(0..0, "", format!("{count} {kind}")).allowed = Some(format!("at most {MOST}"));
+        }
+        rotor.bearings.truncate(MOST);
+        rotor.discs.truncate(MOST);
+        rotor.masses.truncate(MOST);
         if rotor.beams.is_empty() && !rotor.gap {
             problems.add(0..0, "", "no shaft elements").allowed =
                 Some("a rotor saved by ROSS, with tables named ShaftElement_TAG".to_owned());

@@ -100,14 +100,15 @@ impl LimitTable {
         unjudged_stresses(&parts.collect::<Vec<_>>())
     }
 
-    /// Stresses that are not judged: part, whether the largest of the ok rows is above what any steel bears, and the reason in words.
-    pub(super) fn unjudged_in_words(&self) -> Vec<(&'static str, bool, String)> {
+    /// Stresses that are not judged: column, part, whether the largest of the ok rows is above what any steel bears, and the reason in words.
+    pub(super) fn unjudged_in_words(&self) -> Vec<(&'static str, &'static str, bool, String)> {
         let all = self.0.iter().filter_map(|of| {
             let (key, (largest, sample)) = (of.of.lacks?, of.stress?);
-            let (is_above, part) = (largest > ABOVE_ANY_STEEL, stress(of.of.limit.limit)?.1);
+            let (is_above, (column, part)) = (largest > ABOVE_ANY_STEEL, stress(of.of.limit.limit)?);
             let shown = format_digits(largest, "Pa", 4);
             let more = if is_above { ", above what any steel bears elastically" } else { "" };
             Some((
+                column,
                 part,
                 is_above,
                 format!("{}; the largest of the ok runs is {shown} (sample {sample}){more}", not_judged(key)),

@@ -47,12 +47,18 @@ pub(super) fn usable(
     }
     uses.extend(of_rows(seen));
     let unjudged = limits.unjudged_in_words();
-    let above: Vec<&str> = unjudged.iter().filter(|(_, is_above, _)| *is_above).map(|(part, ..)| *part).collect();
+    let above: Vec<&str> = unjudged.iter().filter(|(.., is_above, _)| *is_above).map(|(_, part, ..)| *part).collect();
+    for (column, part, is_above, _) in &unjudged {
+        for one in uses.iter_mut().filter(|one| one.number.contains(column)) {
+            one.word = if *is_above { NO } else { RESTRICTED };
+            one.why = format!("the stress of {part} is not judged: see its line below");
+        }
+    }
     if !above.is_empty() {
         uses.iter_mut().filter(|one| one.word == YES).for_each(|one| restrict(one, &above.join(" and ")));
     }
     let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
-    uses.extend(unjudged.iter().cloned().map(|(part, is_above_any_steel, why)| {
+    uses.extend(unjudged.iter().cloned().map(|(_, part, is_above_any_steel, why)| {
         put((format!("stress of {part}"), if is_above_any_steel { NO } else { RESTRICTED }, why))
     }));
     uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
@@ -91,6 +97,11 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
         _ if is_one_number && !has_interval => (NO, "there is no interval".to_owned()),
         _ if is_one_number && answers.iter().any(|answer| answer.low.is_none() || answer.high.is_none()) => {
             (RESTRICTED, "it has one limit only: how far the value lies on the other side is not known".to_owned())
+        }
+        Ask::Sensitivity(_)
+            if answers.iter().all(|answer| answer.without_interval().is_some_and(|why| why.starts_with("no "))) =>
+        {
+            (NO, "no index has an interval".to_owned())
         }
         Ask::Sensitivity(_) if answers.iter().any(|answer| !answer.notes.is_empty()) => {
             (RESTRICTED, "the notes below it say what it does not describe".to_owned())

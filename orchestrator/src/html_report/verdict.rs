@@ -58,7 +58,7 @@ fn runs(seen: &Seen) -> Option<String> {
 fn restrictions(limits: &LimitTable, excess: Option<&str>) -> Option<String> {
     let noted = limits.names_noted();
     let noted = (!noted.is_empty()).then(|| format!("ok runs exceed {}, which is only noted", noted.join(" and ")));
-    let above = limits.unjudged_in_words().into_iter().filter(|(_, is_above, _)| *is_above).map(|(part, ..)| part);
+    let above = limits.unjudged_in_words().into_iter().filter(|(.., is_above, _)| *is_above).map(|(_, part, ..)| part);
     let above: Vec<&str> = above.collect();
     let unjudged = limits.unjudged().map(|_| match above.is_empty() {
         true => "stresses are not judged".to_owned(),

@@ -7,7 +7,7 @@ use super::def::MachineDef;
 use super::layout::Scalar;
 use super::model::{
     Bearing, ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, Release, RotorKind,
-    Unbalance, UnbalanceKind,
+    ShaftElement, Unbalance, UnbalanceKind,
 };
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
@@ -139,7 +139,17 @@ fn rotor_line(kind: &RotorKind) -> String {
     let what = match kind {
         RotorKind::Shaft(shaft) => {
             let is_given = shaft.elements.iter().any(|element| element.yield_strength.is_some());
-            format!("linear elastic shaft, {}", judged_by_yield(is_given))
+            let tapers = if shaft.elements.iter().any(ShaftElement::is_tapered) {
+                "; stresses of a tapered section are upper bounds (its largest moments over its smallest modulus), so divide a long cone into several sections"
+            } else {
+                ""
+            };
+            let layers = if shaft.layers.is_empty() {
+                ""
+            } else {
+                "; stresses are those of the sections below the layers: a layer that carries most of the load has larger ones, which are not reported"
+            };
+            format!("linear elastic shaft, {}{tapers}{layers}", judged_by_yield(is_given))
         }
         RotorKind::PointMass(_) => "rigid point mass without tilting".to_owned(),
     };

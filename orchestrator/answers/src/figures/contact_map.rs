@@ -58,7 +58,7 @@ pub fn contact_map(history: &History, name: &str, contact: &Contact) -> Result<O
     let figure = map(&Map {
         title: &title,
         note: &format!(
-            "largest of each {degrees:.0}° and {} ms; white: no contact; 0° is the diaphragm's X axis, 90° its Y axis",
+            "largest of each {degrees:.0}° and {} ms; white: no contact in the records; 0° is the diaphragm's X axis, 90° its Y axis",
             super::style::tick(milliseconds)
         ),
         x_label: "time [s]",

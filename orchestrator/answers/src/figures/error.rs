@@ -103,6 +103,14 @@ pub enum SpectrumError {
     /// Order tracking needs the spin angle.
     #[error("order tracking needs the channel rotor.angle_rad in the history")]
     NoAngle,
+    /// Records are too far apart for the turns between them.
+    #[error(
+        "the shaft turns {per_record:.1} times between two records on average; order tracking takes at least one record a turn"
+    )]
+    FastTurns {
+        /// Turns between two records.
+        per_record: f64,
+    },
     /// The shaft hardly turns.
     #[error("the shaft turns {turns:.1} times in the history; order tracking takes at least {least}")]
     FewTurns {

@@ -138,9 +138,11 @@ pub(super) fn stft(samples: &[f64], window: usize) -> Stft {
     Stft { columns, middles }
 }
 
-/// Window length: a power of two near a share of the samples.
-pub(super) fn window_of(samples: usize) -> usize {
-    (samples / 8).next_power_of_two().clamp(64, 16384)
+/// Window length: a power of two near an eighth of the samples, and not much longer than 32 turns of the fastest spin \[Hz\]: an event of some turns in a long run
+/// would have a small amplitude in a longer window.
+pub(super) fn window_of(samples: usize, interval: f64, spin: f64) -> usize {
+    let turns = if spin > 0.0 { (32.0 / (spin * interval)).min(16384.0) as usize } else { 16384 };
+    (samples / 8).min(turns).next_power_of_two().clamp(64, 16384)
 }
 
 /// Records at even intervals: all but the last, which is the run's end, where that lies off the interval.
@@ -156,10 +158,10 @@ pub(super) fn even(time: &[f64]) -> usize {
 /// Too few records or uneven ones, a constant signal, or the plotting library failed.
 pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     let (records, interval) = even_records(history, &[channel], 256)?;
-    let window = window_of(records);
-    let stft = stft(&channel.values[..records], window);
     let speed = history.channel("rotor.speed_rad_s").map_or(&[][..], |speed| &speed.values);
     let spin = speed.iter().filter(|w| w.is_finite()).fold(0.0_f64, |most, w| most.max(w.abs())) / (2.0 * PI);
+    let window = window_of(records, interval, spin);
+    let stft = stft(&channel.values[..records], window);
     let Content { resolution, bins, largest } = content(&stft, channel, window, interval, top, ROOM * spin)?;
     let half = 0.5 * window as f64 * interval;
     let x_range = (history.time[0] + half, history.time[records - 1] - half);
@@ -189,7 +191,7 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
 /// Order map of a channel, up to order `top` (by default what the signal contains, 3 to 10).
 ///
 /// # Errors
-/// No spin angle, too few turns or records, a constant signal, or the plotting library failed.
+/// No spin angle, too few or too many turns for the records, a constant signal, or the plotting library failed.
 pub fn order_map(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     /// Samples per turn: orders up to a quarter of it are clean.
     const PER_TURN: f64 = 64.0;
@@ -205,6 +207,10 @@ pub fn order_map(history: &History, name: &str, channel: &Series, top: Option<f6
     let turns = (angle.last().copied().unwrap_or(0.0) - first) / (2.0 * PI);
     if turns < 1.5 * TURNS {
         return Err(SpectrumError::FewTurns { turns, least: 1.5 * TURNS }.into());
+    }
+    let per_record = turns / angle.len() as f64;
+    if per_record > 1.0 {
+        return Err(SpectrumError::FastTurns { per_record }.into());
     }
     // linear interpolation at equal angles; the angle of a run that is braked to rest never falls
     let count = (turns * PER_TURN) as usize;
@@ -327,6 +333,19 @@ mod tests {
         time.push(299.3 * 1e-4);
         assert_eq!(even(&time), 300);
         assert_eq!((even(&[]), even(&[0.0]), even(&[0.0, 1.0])), (0, 1, 2));
+    }
+
+    #[test]
+    fn angles_that_run_away_from_the_records_are_refused() {
+        let time: Vec<f64> = (0..2000).map(|k| 1e-3 * f64::from(k)).collect();
+        let of = |name: &str, values: Vec<f64>| Series { name: name.to_owned(), unit: String::new(), values };
+        let channel = of("x_m", time.iter().map(|t| (50.0 * t).sin()).collect());
+        for factor in [1e4, 1e92] {
+            let angle = of("rotor.angle_rad", time.iter().map(|t| factor * t).collect());
+            let history = History { time: time.clone(), channels: vec![angle, channel.clone()], ..History::default() };
+            let error = order_map(&history, "a", &channel, None).expect_err("too fast").to_string();
+            assert!(error.contains("at least one record a turn"), "{error}");
+        }
     }
 
     #[test]

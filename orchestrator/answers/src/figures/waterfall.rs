@@ -54,9 +54,9 @@ fn spectra(stft: &Stft, speed: &[f64]) -> Result<Vec<Spectrum>, SpectrumError> {
 pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     let speed = history.channel("rotor.speed_rad_s").ok_or(SpectrumError::NoSpeed)?;
     let (records, interval) = even_records(history, &[channel, speed], 256)?;
-    let window = window_of(records);
-    let stft = stft(&channel.values[..records], window);
     let spin = speed.values.iter().fold(0.0_f64, |most, w| most.max(w.abs())) / (2.0 * PI);
+    let window = window_of(records, interval, spin);
+    let stft = stft(&channel.values[..records], window);
     let Content { resolution, bins, largest } = content(&stft, channel, window, interval, top, 1.2 * spin)?;
     let spectra = spectra(&stft, &speed.values[..records])?;
     let rpm = |speed: f64| speed * 30.0 / PI;

@@ -63,8 +63,8 @@ fn warn_of_ring(named: &Named, contact: &Contact) {
     match ring_of(&named.history, contact) {
         Ring::Deformed => {}
         Ring::AtRest => remark(&format!(
-            "{}: without the channels of the ring the clearance is drawn at rest; record with --channels \
-             rotor,contact,ring",
+            "{}: the history has no motion of the ring, so the clearance is drawn at rest; of a flexible ring, \
+             `--channels` rotor, contact and ring (with several diaphragms contact-NAME and ring-NAME) record it",
             named.shown
         )),
         Ring::Unknown => remark(&format!(
