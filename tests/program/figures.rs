@@ -355,7 +355,7 @@ fn figures_of_several_files_have_names_of_their_own() {
     assert_figure(&folder.path("figures"), "a-run-b-run-time", &["a-run", "b-run"]);
     let orbits = plot(&[&a, &b, &csv, "--kind", "orbit"]);
     assert_eq!(named(&orbits), ["a-run-orbit", "b-run-orbit", "other-orbit"]);
-    assert!(orbits.err.contains("a-run: without the channels of the ring"), "{}", orbits.err);
+    assert!(orbits.err.contains("a-run: the history has no motion of the ring"), "{}", orbits.err);
     assert!(orbits.err.contains("other: a CSV carries no geometry"), "{}", orbits.err);
     let svg = |name: &str| fs::read_to_string(folder.path(&format!("figures/{name}.svg"))).expect("drawn");
     assert!(svg("a-run-orbit").contains("gap at rest") && !svg("a-run-orbit").contains("clearance at t"));

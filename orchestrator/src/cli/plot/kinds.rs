@@ -64,7 +64,7 @@ fn warn_of_ring(named: &Named, contact: &Contact) {
         Ring::Deformed => {}
         Ring::AtRest => remark(&format!(
             "{}: the history has no motion of the ring, so the clearance is drawn at rest; of a flexible ring, \
-             `--channels` rotor, contact and ring (with several diaphragms contact-NAME and ring-NAME) record it",
+             `--channels` rotor, contact and ring (with several diaphragms contact.* and ring.*) record it",
             named.shown
         )),
         Ring::Unknown => remark(&format!(
