@@ -167,8 +167,8 @@ fn undecided(
         let difference = 100.0 * (b.median() - a.median()).abs() / size;
         let starts = 100.0 * (a.high() - a.low()).max(b.high() - b.low()) / size;
         let says = match verdict {
-            Verdict::ComesOut => "says so, ",
-            Verdict::Reversed => "says the opposite, ",
+            Verdict::ComesOut => "as in the paper, ",
+            Verdict::Reversed => "reversed, ",
             Verdict::NotOk => "has runs that are not ok, ",
             _ => "",
         };
