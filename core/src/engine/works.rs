@@ -50,7 +50,8 @@ pub(super) fn write_stores(now: &mut Energies, motion: &Motion<'_>) {
     let (coupling, gravity) = line.coupling_energies(d);
     let (lateral, twist) = (&line.lateral.stepper, &line.twist.stepper);
     now.kinetic = lateral.kinetic_energy(&d.lateral) + twist.kinetic_energy(&d.twist) + coupling;
-    now.strain = lateral.strain_energy(&d.lateral) + twist.strain_energy(&d.twist);
+    let twisted = [twist.kinetic_energy(&d.twist) + coupling, twist.strain_energy(&d.twist)];
+    now.strain = lateral.strain_energy(&d.lateral) + twisted[1];
     now.strain += line.tables.stored(&line.lateral.x, &line.lateral.d);
     for rub in rubs {
         let (kinetic, strain) = rub.ring_energies();
@@ -60,4 +61,5 @@ pub(super) fn write_stores(now: &mut Energies, motion: &Motion<'_>) {
         now.strain += rub.held()[0];
     }
     now.gravity = gravity;
+    now.lateral = now.kinetic + now.strain - twisted[0] - twisted[1];
 }

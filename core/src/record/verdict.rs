@@ -105,9 +105,7 @@ fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Ma
     if energies.relative_error() > guard.energy_balance {
         causes.insert(Cause::EnergyBalance);
     }
-    let works = &energies.now;
-    let reference = works.friction.max(1e-3 * energies.initial().abs());
-    if works.normal.abs() > guard.normal_work * reference {
+    if energies.now.normal.abs() > guard.normal_work * energies.normal_work_reference() {
         causes.insert(Cause::NormalWork);
     }
     for (diaphragm, ring) in machine.diaphragms.iter().zip(rings) {

@@ -36,7 +36,7 @@ impl Stream {
 const KINDS: [&str; 4] = ["isotropic", "anisotropic", "damped", "cross-coupled"];
 
 /// Text of a machine of three sections and two discs, with `GAP` and `END` left open; its bearings are of a kind.
-fn drawn(random: &mut Stream, kind: &str) -> String {
+fn drawn(random: &mut Stream, kind: &str, detection: &str) -> String {
     let lengths: [f64; 3] = std::array::from_fn(|_| random.between(0.25, 0.5));
     let (contact, disc, end) = (lengths[0], lengths[0] + lengths[1], lengths.iter().sum::<f64>());
     let mut text = format!(
@@ -104,7 +104,7 @@ fn drawn(random: &mut Stream, kind: &str) -> String {
          [diaphragms.seal.blades]\ncount = {blades}\nlength = {:?}\nthickness = {:?}\nwidth = 0.015\nelements = 2\n\
          [diaphragms.seal.damping]\nmass_proportional = {:?}\nstiffness_proportional = {:e}\n\
          [diaphragms.seal.contact]\nposition = {contact:?}\nrotor_radius = RADIUS\ngap = GAP\nfriction = {:?}\nfriction_law = \"{}\"\n\
-         surface = \"{surface}\"\n",
+         surface = \"{surface}\"\ndetection = \"{detection}\"\n",
         random.between(0.0, 1.0),
         random.between(0.05, 0.1),
         random.between(0.003, 0.006),
@@ -159,13 +159,13 @@ pub struct Found {
     pub outcome: Outcome,
 }
 
-/// The machines, always the same.
-pub fn machines(count: usize) -> Vec<Drawn> {
+/// The machines, always the same, with the contact detection `detection`.
+pub fn machines(count: usize, detection: &str) -> Vec<Drawn> {
     let mut random = Stream(2026);
     (0..count)
         .map(|case| {
             let kind = KINDS[case % KINDS.len()];
-            Drawn { kind, text: drawn(&mut random, kind), share: random.between(0.5, 0.9) }
+            Drawn { kind, text: drawn(&mut random, kind, detection), share: random.between(0.5, 0.9) }
         })
         .collect()
 }

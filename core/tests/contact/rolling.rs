@@ -37,15 +37,13 @@ fn friction(machine: &Machine, follower: &mut dyn Follower) -> (Status, f64) {
     (outcome.status, value("friction_energy_J"))
 }
 
+/// Friction energies differ by 0.6 % at most; with the mean rates at an impulse by 5 % at (300 rpm, 2 m/s) and 14 % at (200 rpm, 3 m/s).
 #[test]
-fn coarse_and_fine_steps_agree_where_both_are_ok() {
+fn coarse_and_fine_steps_agree_and_are_ok() {
     for start in STARTS {
         let runs = [None, Some("3.1 us"), Some("1 us")].map(|step| friction(&rig(start, step), &mut NoHistory));
-        let accepted: Vec<f64> = runs.iter().filter(|run| run.0 == Status::Ok).map(|run| run.1).collect();
-        let (least, most) = accepted.iter().fold((f64::MAX, 0.0_f64), |(a, b), &x| (a.min(x), b.max(x)));
-        assert!(accepted.is_empty() || most / least < 1.03, "{start:?}: {runs:?}");
-        // of invalid runs, too: 0.6 % at most; with the mean rates at an impulse 5 % at (300 rpm, 2 m/s) and 14 % at (200 rpm, 3 m/s)
-        for (_, friction) in &runs[..2] {
+        for (status, friction) in &runs {
+            assert_eq!(*status, Status::Ok, "{start:?}: {runs:?}");
             assert!((friction / runs[2].1 - 1.0).abs() < 0.01, "{start:?}: {runs:?}");
         }
     }

@@ -13,7 +13,7 @@ const LIMITS: [[f64; 3]; COMPARED.len()] =
 
 #[test]
 fn random_machines_rub_as_in_the_reduced_engine() {
-    let all = machines(10);
+    let all = machines(10, "hyp2");
     let mut wrong = Vec::new();
     let mut sums = [[0.0; COMPARED.len()]; 2];
     for (case, machine) in all.iter().enumerate() {

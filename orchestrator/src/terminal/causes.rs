@@ -88,11 +88,11 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
         )),
         Cause::NormalWork => {
             let is_rigid = machine.diaphragms.iter().any(|diaphragm| diaphragm.kind == DiaphragmKind::Rigid);
-            // without friction or spin nothing is large beside it, at any step
+            // such an impact takes the energy of the lateral motion itself, at any step
             let rigid = "; a rigid ring takes an impact without rebound, so that the rotor loses its whole normal kinetic energy there at any step: a flexible \
                          ring or a radial spring gives it back";
             Some(format!(
-                "{} beside {} of friction; allowed {} of it (or of a thousandth of the energy at the start, if that is more){}",
+                "{} beside {} of friction; allowed {} of the largest of: friction energy, energy of the lateral motion, a thousandth of the energy at the start{}",
                 format_quantity(number("normal_work_J")?, "J"),
                 format_quantity(number("friction_energy_J")?, "J"),
                 percent(guard.normal_work),

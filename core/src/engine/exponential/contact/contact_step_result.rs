@@ -22,7 +22,7 @@
 //!
 //! Source: (4) is the steady state of `v+ = v- e^{-c h} + J`. Limits: the saw-tooth of bending modes is not separated, so the
 //! normal work still contains it. Verified by `friction_of_a_rolling_surface_does_not_fall`,
-//! `coarse_and_fine_steps_agree_where_both_are_ok` (`tests/contact/rolling.rs`).
+//! `coarse_and_fine_steps_agree_and_are_ok` (`tests/contact/rolling.rs`).
 
 use crate::engine::exponential::modal::impulse_response::ImpulseResponse;
 use crate::engine::exponential::plane::product;

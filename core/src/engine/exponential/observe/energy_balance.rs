@@ -78,7 +78,9 @@ impl EnergyBalance {
     /// Begins an observation at n: takes the stored energy where a balance is due.
     pub fn begin(&mut self, due: Due, transient: &mut Transient, recorders: &mut Recorders) -> Pending {
         if due.balance {
-            recorders.energies.now.kinetic = self.stored_energy(transient);
+            let [stored, lateral] = self.stored_energy(transient);
+            recorders.energies.now.kinetic = stored;
+            recorders.energies.now.lateral = lateral;
         }
         Pending {
             contact_steps: transient.free_motion.contact_steps(),
@@ -181,8 +183,8 @@ impl EnergyBalance {
         self.terms.as_ref().map_or_else(Energies::default, |terms| terms.energies)
     }
 
-    /// Kinetic and elastic energy at n of the shaft, the spin, torsion and the stators \[J\].
-    fn stored_energy(&mut self, transient: &mut Transient) -> f64 {
+    /// Kinetic and elastic energy at n \[J\]: of shaft, spin, torsion and stators, and of the lateral motion of shaft and stators alone.
+    fn stored_energy(&mut self, transient: &mut Transient) -> [f64; 2] {
         let Self { outputs, coordinates, rates, .. } = self;
         transient.free_motion.lateral_rates(rates);
         let stored = transient.free_motion.stored_energy(rates, coordinates, outputs);
@@ -190,13 +192,14 @@ impl EnergyBalance {
         let shift = motion.gyroscopic_speed_shift(stored.gyroscopic);
         let [turning, twisted] = motion.spin().energies(shift, motion.unbalance_velocities());
         let (ring, spring) = (energies_of(rings_of(transient)), spring_energy(transient));
-        stored.energy
+        let whole = stored.energy
             + (motion.spin().speed + shift) * stored.gyroscopic
             + turning
             + twisted
             + ring[0]
             + ring[1]
-            + spring
+            + spring;
+        [whole, stored.energy + ring[0] + ring[1] + spring]
     }
 }
 

@@ -34,9 +34,8 @@ fn guarded(text: &str, settings: StepSettings) -> [f64; 2] {
     let structure = Structure::build(&machine, None).expect("buildable");
     let (recorders, _) = run(&machine, &structure, settings, &mut NoHistory).expect("covered");
     let (energies, guard) = (&recorders.energies, &machine.run.guard);
-    let reference = energies.now.friction.max(1e-3 * energies.initial().abs());
-    let found =
-        [energies.relative_error() / guard.energy_balance, energies.now.normal.abs() / reference / guard.normal_work];
+    let normal_work = energies.now.normal.abs() / energies.normal_work_reference() / guard.normal_work;
+    let found = [energies.relative_error() / guard.energy_balance, normal_work];
     println!("{:?}: balance {:e}, normal work {:e} of their guards", settings.fault, found[0], found[1]);
     found
 }
