@@ -27,8 +27,8 @@ fn start_in_words(error: &StartError) -> String {
     let StartError::NoBasis { speed, condition, limit } = error else { return error.to_string() };
     let condition = condition.is_finite().then(|| format!(" (condition {condition:.1e}, at most {limit:.0e})"));
     format!(
-        "the whirl states at {} have no basis that the exponential engine can use{}: motions that are nearly one (cross stiffness on one side), or \
-         bearings damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\"",
+        "the whirl modes at {} have no basis that the exponential engine can use{}. Two motions are nearly identical: \
+         by cross stiffness on one side, or by very strong bearing damping. Use run.engine = \"reduced\"",
         format_digits(*speed, "rad/s", 4),
         condition.unwrap_or_default()
     )

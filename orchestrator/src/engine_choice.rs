@@ -32,7 +32,7 @@ fn unable(error: &EngineError) -> Option<String> {
     match error {
         EngineError::Start(StartError::NotCovered { what }) => Some(format!("it does not cover {what}")),
         EngineError::Start(StartError::NoBasis { speed, .. }) => {
-            Some(format!("the whirl states at {} have no basis that it can use", format_digits(*speed, "rad/s", 4)))
+            Some(format!("the whirl modes at {} have no basis that it can use", format_digits(*speed, "rad/s", 4)))
         }
         _ => None,
     }

@@ -31,7 +31,7 @@ static INERTIA: Rule = rule(
     "polar over transverse inertia",
     [0.0, 2.0 * (1.0 + 1e-6)],
     "",
-    "a thin disc has 2, every other body less: are the two interchanged?",
+    "a thin disc has 2, every other body less: are the two inertias interchanged?",
 );
 static STIFFNESS: Rule = rule("stiffness", [0.0, 1e12], "N/m", UNIT);
 static YIELD: Rule = rule("yield strength", [1e7, 5e9], "Pa", UNIT);
@@ -344,7 +344,7 @@ impl Group {
 
     /// The warning; `described`: the values of the worst sample.
     fn text(&self, looked_at: usize, described: &str) -> String {
-        let of = format!("{} of {looked_at} samples that were looked at", self.samples);
+        let of = format!("{} of {looked_at} samples that were checked", self.samples);
         match &self.worst.of {
             Some((subject, rule, _)) if self.range[0] < self.range[1] => {
                 let [least, most] = self.range.map(|value| rule.shown(value));

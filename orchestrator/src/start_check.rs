@@ -38,7 +38,7 @@ pub enum StartError {
         source: EngineError,
     },
     /// Samples whose tables would have different columns.
-    #[error("the run with {shown} has other result columns than the first: {column}")]
+    #[error("the run with {shown} has result columns that differ from those of the first: {column}")]
     Columns {
         /// What varies in it.
         shown: String,
@@ -157,7 +157,7 @@ pub fn placed(
         _ => None,
     };
     if let Some(path) = step {
-        let allowed = format!("at most the largest allowed; without {path} the step is chosen");
+        let allowed = format!("at most the largest allowed step; without {path} the program chooses the step");
         return Some(definition.refused(path, refusal.to_string(), allowed));
     }
     let (NoStart::StartsInContact { diaphragm, .. } | NoStart::StartsOutside { diaphragm, .. }) = refusal else {

@@ -39,7 +39,8 @@ pub enum Unfit {
     },
     /// A file that would be written in place, with another name somewhere.
     #[error(
-        "it is known under another name, too ({links} hard links), and writing it would change that file; remove it, or copy the directory"
+        "it has a second name ({links} hard links), and writing it would change that file, too; remove it, or copy \
+         the directory"
     )]
     Links {
         /// Number of its names.

@@ -252,7 +252,7 @@ fn what_cannot_be_asked_is_refused_at_its_place() {
     );
     let err = refused(saltelli, &more);
     for part in [
-        "\"sobl\" is none of \"morris\", \"sobol\", \"given-data\"; did you mean `sobol`?",
+        "\"sobl\" is not one of \"morris\", \"sobol\", \"given-data\"; did you mean `sobol`?",
         "question[1].method: `sensitivity` needs `method`",
         "there is no column `yy`",
         "a sensitivity has no fragility",
@@ -262,10 +262,10 @@ fn what_cannot_be_asked_is_refused_at_its_place() {
         assert!(err.contains(part), "{part}\nin\n{err}");
     }
     let err = refused(saltelli, &question("sobol").replace("\"y\"", "\"a\""));
-    assert!(err.contains("`a` is uncertain itself"), "{err}");
+    assert!(err.contains("`a` is an uncertain input itself"), "{err}");
     let correlated = "[[correlation]]\nbetween = [\"a\", \"b\"]\nrank = 0.5\n";
     let err = refused(saltelli, &format!("{correlated}\n{}", question("sobol")));
-    assert!(err.contains("changes one parameter while the others stay"), "{err}");
+    assert!(err.contains("changes one parameter at a time"), "{err}");
     let asked = say(&["check", &folder.write("right.toml", &study(ISHIGAMI, saltelli, &question("sobol")))]);
     assert!(asked.code == 0 && asked.out.contains("who: sensitivity of y by sobol (confidence 95 %)"), "{}", asked.out);
 }

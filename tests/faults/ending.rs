@@ -162,7 +162,11 @@ fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_t
     // the same command: nothing to do, nothing changed
     let before = table(&folder, "out");
     let nothing = run(&folder, &study, "out", &[]);
-    assert!(nothing.code == 0 && nothing.err.contains("up to the end by [stop] is there already"), "{}", nothing.err);
+    assert!(
+        nothing.code == 0 && nothing.err.contains("up to the end by [stop] is already finished"),
+        "{}",
+        nothing.err
+    );
     assert!(before == table(&folder, "out") && nothing.out.contains("precise enough"), "{}", nothing.out);
     // what is lost of it is made again, as it was
     fs::remove_file(folder.path("out/manifest.json")).expect("removed");
@@ -324,7 +328,7 @@ fn what_no_further_point_makes_precise_is_named_at_the_first_look_and_at_the_end
     let never = folder
         .write("never.toml", &(STUDY.replace("g > 0.9", "g > 2").replace("samples = 20000", "samples = 600") + TENTH));
     let said = run(&folder, &never, "never", &[]);
-    let zero = "high (k = 1): its estimate is 0 so far, so that `relative` allows no width: set `half_width`";
+    let zero = "high (k = 1): its estimate is 0 so far, so `relative` allows no width: set `half_width`";
     assert!(said.err.contains(&format!("[stop] after 256 points: {zero}")), "{}", said.err);
     assert!(said.out.contains(zero), "{}", said.out);
 }
@@ -369,7 +373,7 @@ fn what_cannot_stop_a_study_is_refused() {
         ("", "stop: has no rule to stop at"),
         ("relative = \"a\"", "stop.relative = \"a\": is no width"),
         ("relative = 5", "stop.relative = 5: is no width"),
-        ("relative = \"150 %\"", "allowed: a part of the figure above 0 and below 1, such as 0.05 or \"5 %\""),
+        ("relative = \"150 %\"", "allowed: a share of the answer above 0 and below 1, such as 0.05 or \"5 %\""),
         ("half_width = -1", "stop.half_width = -1: is no width"),
         ("half_width = true", "stop.half_width = true: is a boolean"),
         ("samples = 0", "stop.samples = 0"),
@@ -380,7 +384,7 @@ fn what_cannot_stop_a_study_is_refused() {
         assert!(err.contains(part), "{stop}: {err}");
     }
     let curve = STUDY.replace("probability = \"g > 0.9\"", "exceedance = \"g\"") + TENTH;
-    assert!(refused(&curve).contains("no question of the study has a number whose interval"), "{}", refused(&curve));
+    assert!(refused(&curve).contains("no question of the study has an answer with an interval"), "{}", refused(&curve));
     let sequence = |replicates: u32| {
         STUDY.replace(
             "\"monte-carlo\"\nsamples = 20000",
@@ -389,9 +393,9 @@ fn what_cannot_stop_a_study_is_refused() {
     };
     assert!(refused(&(sequence(20) + TENTH)).contains("would cut 20 replicates"));
     assert!(refused(&(sequence(8) + TENTH)).contains("fewer than 16 replicates"));
-    assert!(refused(&(sequence(16) + "\n[stop]\nsamples = 100\n")).contains("are no whole design"));
+    assert!(refused(&(sequence(16) + "\n[stop]\nsamples = 100\n")).contains("are not a complete design"));
     let grid = STUDY.replace("[design]\nkind = \"monte-carlo\"\nsamples = 20000\n", "") + "\n[stop]\nsamples = 10\n";
-    assert!(refused(&grid).contains("stop: is about points of a [design]"), "{}", refused(&grid));
+    assert!(refused(&grid).contains("stop: needs the points of a [design]"), "{}", refused(&grid));
     let asked = say(&["check", &folder.write("right.toml", &with(TENTH))]);
     assert!(asked.code == 0 && asked.out.contains("interim analyses after 256, 512, 1024"), "{}", asked.out);
 }

@@ -222,8 +222,8 @@ fn commands_tell_of_a_function_study_or_refuse_it_in_words() {
         let said = say(args);
         assert!(said.code == 3 && said.err.contains(words), "{args:?}: {}: {}", said.code, said.err);
     };
-    refused(&["replay", &out, "--sample", "4"], "replay follows a transient");
-    refused(&["replay", &out, "--worst", "g"], "replay follows a transient");
+    refused(&["replay", &out, "--sample", "4"], "replay computes a transient again");
+    refused(&["replay", &out, "--worst", "g"], "replay computes a transient again");
     refused(&["table1", &study, "--out", &folder.name("t")], "table1 compares contact detections");
     refused(&["simulate", &study], "is a study file, not a machine");
     refused(&["modes", &study], "is a study file, not a machine");
@@ -350,11 +350,7 @@ fn a_morris_study_grows_by_trajectories_and_is_limited_to_whole_ones() {
     assert_eq!(rows(&out).1[..80], all[..]);
     let correlated = format!("{}\n[[correlation]]\nbetween = [\"a\", \"b\"]\nrank = 0.5\n", design(20));
     let refused = say(&["check", &folder.write("correlated.toml", &correlated)]);
-    assert!(
-        refused.code == 3 && refused.err.contains("changes one parameter while the others stay"),
-        "{}",
-        refused.err
-    );
+    assert!(refused.code == 3 && refused.err.contains("changes one parameter at a time"), "{}", refused.err);
     let gated = format!("{}\n[[gate]]\nrequire = \"P(y > 8) < 0.5\"\n", design(20));
     let refused = say(&["check", &folder.write("gated.toml", &gated)]);
     assert!(refused.code == 3 && refused.err.contains("points of kind \"morris\" have none"), "{}", refused.err);
@@ -410,7 +406,7 @@ fn parameters_that_clash_or_are_too_many_are_told_at_their_own_key() {
     assert_eq!(said.code, 3, "{}", said.err);
     let at = |line: &str| 1 + text.lines().position(|found| found == line).expect("the line");
     for part in [
-        format!("grid.toml:{}:8: vary = \"sample\": the table has a column of its own", at("name = \"sample\"")),
+        format!("grid.toml:{}:8: vary = \"sample\": the table already has a column", at("name = \"sample\"")),
         // the 129th
         format!("grid.toml:{}:8: derived[28]: 130 parameters differ from sample to sample", at("name = \"d28\"")),
         "2 problems in".to_owned(),

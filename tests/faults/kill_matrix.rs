@@ -127,7 +127,7 @@ fn a_killed_orchestrator_is_continued_and_changes_no_byte() {
         let mut again = matrix.start(&out, "");
         matrix.assert_undisturbed(&mut again, &out);
         if at == "recorded" {
-            assert!(again.events()[0]["recorded"].as_u64() > Some(0), "what was recorded is kept");
+            assert!(again.events()[0]["recorded"].as_u64() > Some(0), "recorded samples are kept");
         }
     });
 }

@@ -76,7 +76,7 @@ fn a_preparation_that_lasts_longer_than_the_run_may_is_ended() {
         let mut command = bladeoff(&["run", &study, "--out", &out, option, value]);
         let ended = said(command.env("RAYON_NUM_THREADS", "1").output().expect("it starts"));
         assert_eq!(ended.code, 5, "{}", ended.err);
-        let word = format!("ended by {option} before the first sample was handed out");
+        let word = format!("ended by {option} before the first sample was assigned");
         assert!(ended.err.contains(&word), "{}", ended.err);
         // the limit, 5 s more, and whatever a busy machine adds
         assert!(begun.elapsed() < Duration::from_secs(40), "{:?}", begun.elapsed());

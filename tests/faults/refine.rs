@@ -119,7 +119,7 @@ fn the_border_of_a_disc_is_found_whole_with_a_fifth_of_the_grid() {
     assert_eq!(all.len(), 33 * 33);
     assert!(some.len() < all.len() / 4, "{} samples", some.len());
     assert_eq!(why(&folder, "out"), ("refined".to_owned(), some.len() as u64));
-    let words = format!("{} samples, chosen where the map changes; there it is as fine as its values", some.len());
+    let words = format!("{} samples, chosen where the map changes; as fine as its values", some.len());
     assert!(said.out.contains(&words), "{}", said.out);
     // each combination within a step of the border is there, and a third of all are such: five times the part of the plain grid
     let near = |(_, x, y): &&(u64, f64, f64)| (x.hypot(*y) - 0.7).abs() <= 1.0 / 32.0;
@@ -228,7 +228,7 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     assert!(said.err.contains(&format!("{there} of 1089 samples are there already")), "{}", said.err);
     let (ended, count) = why(&folder, "out");
     assert!(ended == "max_samples" && (140..=150).contains(&count), "{ended} {count}");
-    assert!(said.out.contains("no more by `max_samples` of [refine]"), "{}", said.out);
+    assert!(said.out.contains("ended by `max_samples` of [refine]"), "{}", said.out);
     let check = say(&["check", &study]).out;
     assert!(check.contains("\nthe first round of [refine], 81 samples: about "), "{check}");
     assert!(check.contains("\nthe whole study, at most 150 samples: about "), "{check}");
@@ -272,9 +272,9 @@ fn every_command_knows_that_combinations_were_chosen() {
     let (_, count) = why(&folder, "out");
     assert!(count.is_multiple_of(20) && (500..3000).contains(&count), "{count}");
     // whole designs in each combination, and no share of the map
-    let notes = "[refine] chose which combinations are there by their results";
+    let notes = "[refine] chose the combinations by their results";
     assert!(
-        said.out.contains(notes) && said.out.contains("limits hold for a combination that is named beforehand"),
+        said.out.contains(notes) && said.out.contains("limits hold for a combination that was named beforehand"),
         "{}",
         said.out
     );
@@ -300,11 +300,11 @@ fn every_command_knows_that_combinations_were_chosen() {
     assert!(left_out.code == 0 && left_out.out.contains("not among those of the table"), "{}", left_out.out);
     assert_eq!(say(&["why", &out, "0"]).code, 0);
     let gate = say(&["gate", &out, "--require", "P(g < 0.49) < 0.9"]);
-    assert!(gate.code == 3 && gate.err.contains("a gate would say nothing of the others"), "{}{}", gate.out, gate.err);
+    assert!(gate.code == 3 && gate.err.contains("a gate would not cover the others"), "{}{}", gate.out, gate.err);
     let moved = folder.write("moved.toml", &(BLURRED.replace("0.02", "0.03") + ALL));
     run(&folder, &moved, "moved", &[]);
     let compared = say(&["compare", &out, &folder.name("moved")]);
-    let no_interval = "no interval: which combinations are there was chosen by their results ([refine])";
+    let no_interval = "no interval: the combinations were chosen by their results ([refine])";
     assert!(compared.out.contains(no_interval), "{}", compared.out);
     let svg = folder.name("map.svg");
     let drawn = say(&["map", &out, "--question", "disc", "--out", &svg]);
@@ -319,7 +319,7 @@ fn every_command_knows_that_combinations_were_chosen() {
     // the same command: nothing to do, nothing changed, and what is lost is made again as it was
     let before = bytes(&folder, "out");
     let nothing = run(&folder, &study, "out", &[]);
-    assert!(nothing.err.contains("every sample that [refine] has chosen is there already"), "{}", nothing.err);
+    assert!(nothing.err.contains("every sample that [refine] has chosen is already finished"), "{}", nothing.err);
     assert!(before == bytes(&folder, "out"));
     for name in ["manifest.json", "timings.parquet"] {
         fs::remove_file(folder.path("out").join(name)).expect("removed");
@@ -350,7 +350,7 @@ fn half_way_the_answers_are_those_of_the_last_look() {
             "Answers so far, of all 20 points in the combinations of the last interim analysis"
         };
         assert!(answers.out.contains(head), "{}", answers.out);
-        assert!(answers.out.contains("[refine] chose which combinations are there"), "{}", answers.out);
+        assert!(answers.out.contains("[refine] chose the combinations"), "{}", answers.out);
         assert!(!folder.path(name).join("answers.json").exists(), "answers of half a study are not kept");
         let told = json(&say(&["answer", &out, "--json"]).out);
         let cells = told["answers"][0]["map"]["cells"].as_array().expect("cells").len();
@@ -378,7 +378,7 @@ fn a_part_is_refined_where_it_can_be_and_says_so_where_not() {
     let folder = Folder::new();
     let grid = folder.write("grid.toml", &(DISC.to_owned() + ALL));
     let few = run(&folder, &grid, "few", &["--limit", "40"]);
-    assert!(few.err.contains("--limit takes the first samples, wherever they are on the map"), "{}", few.err);
+    assert!(few.err.contains("--limit takes the first samples, anywhere on the map"), "{}", few.err);
     assert_eq!(rows(&folder, "few").len(), 40);
     let coarse = run(&folder, &grid, "coarse", &["--scale", "0.3"]);
     assert!(coarse.out.contains("chosen where the map changes"), "{}", coarse.out);
@@ -448,7 +448,7 @@ fn what_cannot_be_refined_is_refused() {
     }
     let with = |text: &str| refused(&(text.to_owned() + ALL));
     let [question, of] = [DISC.find("[[question]]").expect("asked"), DISC.find("of = ").expect("asked")];
-    assert!(with(&DISC[..question]).contains("is about a map, and none is asked for"));
+    assert!(with(&DISC[..question]).contains("needs a [[question]] with a map, which this study does not have"));
     let two = format!("{DISC}\n[[question]]\nname = \"other\"\nmap = [\"x\", \"y\"]\nof = \"P(g < 1)\"\n");
     assert!(with(&two).contains("does not say which map"), "{}", with(&two));
     let plain = format!("{}of = \"g\"\n", &DISC[..of]);
@@ -464,7 +464,7 @@ fn what_cannot_be_refined_is_refused() {
     let uncertain = BLURRED.replace("map = [\"x\", \"y\"]", "map = [\"u\", \"y\"]");
     assert!(with(&uncertain).contains("u has no given values to choose from"), "{}", with(&uncertain));
     let gated = BLURRED.to_owned() + "\n[[gate]]\nrequire = \"P(g < 0.49) < 0.9\"\n";
-    assert!(with(&gated).contains("a [[gate]] would say nothing of them"), "{}", with(&gated));
+    assert!(with(&gated).contains("a [[gate]] would not cover them"), "{}", with(&gated));
     let stopped = BLURRED.to_owned() + "\n[stop]\nsamples = 10\n";
-    assert!(with(&stopped).contains("[stop] ends a study after so many of its points"), "{}", with(&stopped));
+    assert!(with(&stopped).contains("[stop] ends a study after a number of points"), "{}", with(&stopped));
 }

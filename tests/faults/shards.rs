@@ -239,7 +239,7 @@ fn an_attempt_that_comes_back_after_another_did_its_work_drops_its_own() {
     let Said { code, err, .. } = said(child.wait_with_output().expect("it ends"));
     assert_eq!(code, 0, "{err}");
     assert!(
-        err.contains("chunk 0 was published by another attempt before")
+        err.contains("chunk 0 was already published by another attempt")
             && err.contains("0 of 4 chunks published here; "),
         "{err}"
     );
@@ -312,7 +312,7 @@ fn nothing_is_begun_over_chunks_and_a_signal_ends_patience() {
     // chunks without what says whose they are: nothing is begun over them
     fs::rename(world.folder.path("d/shards.json"), world.folder.path("kept.json")).expect("moved");
     let lost = world.shard("d", "0/1", &[]);
-    assert!(lost.code == 6 && lost.err.contains("missing beside chunks"), "{}: {}", lost.code, lost.err);
+    assert!(lost.code == 6 && lost.err.contains("missing although its chunks exist"), "{}: {}", lost.code, lost.err);
     fs::rename(world.folder.path("kept.json"), world.folder.path("d/shards.json")).expect("moved");
     // what is missing is computed, not merged
     let absent = fs::read(world.chunk("d", 3)).expect("there");
@@ -332,7 +332,7 @@ fn nothing_is_begun_over_chunks_and_a_signal_ends_patience() {
     let mut command = bladeoff(&world.args(&out, "0/1", &scratch, &[]));
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(fs::File::create(&words).expect("made"));
     let mut child = command.spawn().expect("it starts");
-    wait_until("it waits", || fs::read_to_string(&words).expect("read").contains("tried again for"));
+    wait_until("it waits", || fs::read_to_string(&words).expect("read").contains("retrying for at most"));
     assert!(signal(child.id(), "TERM"), "it is there");
     let mut ended = None;
     wait_until("it ends", || {
@@ -364,7 +364,7 @@ fn what_cannot_be_meant_is_refused_and_nothing_is_touched() {
     refused(3, "holds shards", say(&["run", &world.study, "--out", &world.folder.name("d")]));
     world.folder.write("g/mine.txt", "mine");
     refused(3, "mine.txt", world.shard("g", "0/1", &[]));
-    refused(3, "no directory of shards", say(&["merge", &world.folder.name("one")]));
+    refused(3, "neither a directory of shards", say(&["merge", &world.folder.name("one")]));
     assert!(world.bytes("d/shards.json") == shards);
     // Whoever may write there.
     let mode = |mode: u32| {
@@ -396,17 +396,17 @@ fn a_shared_directory_that_is_away_is_waited_for_with_a_word_and_not_for_ever() 
     fs::write(&folder, "not to be entered").expect("in its place");
     let given_up = world.shard("d", "0/1", &["--patience", "1s"]);
     assert_eq!(given_up.code, 6, "{}", given_up.err);
-    assert!(given_up.err.contains("tried again for") && given_up.err.contains("given up"), "{}", given_up.err);
+    assert!(given_up.err.contains("retrying for at most") && given_up.err.contains("given up"), "{}", given_up.err);
     let (out, scratch) = (world.folder.name("d"), world.folder.name("scratch"));
     let words = world.folder.path("words");
     let mut command = bladeoff(&world.args(&out, "0/1", &scratch, &[]));
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(fs::File::create(&words).expect("made"));
     let mut child = command.spawn().expect("it starts");
-    wait_until("it says that it waits", || fs::read_to_string(&words).expect("read").contains("tried again for"));
+    wait_until("it says that it waits", || fs::read_to_string(&words).expect("read").contains("retrying for at most"));
     fs::remove_file(&folder).expect("removed");
     fs::rename(&aside, &folder).expect("back");
     assert!(child.wait().expect("it ends").success(), "{}", fs::read_to_string(&words).expect("read"));
-    assert!(fs::read_to_string(&words).expect("read").contains("can be used again"));
+    assert!(fs::read_to_string(&words).expect("read").contains("is available again"));
     world.merged_is_that_of_one_machine("d");
 }
 
@@ -434,7 +434,7 @@ fn a_grown_study_takes_over_what_is_there_of_a_run_or_of_shards() {
         world.merged_is_that_of_one_machine(new);
     }
     let none = world.shard("c", "0/1", &["--reuse", &world.folder.name("machines")]);
-    assert!(none.code == 3 && none.err.contains("no directory of shards"), "{}", none.err);
+    assert!(none.code == 3 && none.err.contains("neither a directory of shards"), "{}", none.err);
 }
 
 /// Many points, an event in three of ten.
@@ -457,7 +457,7 @@ fn where_a_study_ends_by_its_precision_is_decided_at_merge_by_the_looks_of_one_m
     let points = end(&world, "one")["points"].as_u64().expect("it ended early");
     assert!((512..20000).contains(&points), "{points}");
     let run = world.shard("d", "0/1", &["--chunk", "100"]);
-    assert!(run.code == 0 && run.err.contains("decided by `bladeoff merge`"), "{}", run.err);
+    assert!(run.code == 0 && run.err.contains("`bladeoff merge` determines where [stop] ends"), "{}", run.err);
     // Only what is before the look counts; without it there is none.
     let last = 2 * points / 100;
     for chunk in last + 1..400 {
@@ -475,7 +475,7 @@ fn where_a_study_ends_by_its_precision_is_decided_at_merge_by_the_looks_of_one_m
     assert_eq!(end(&world, "d"), end(&world, "one"));
     assert!(world.bytes("one/answers.json") == world.bytes("d/answers.json"), "other answers");
     let more = world.shard("d", "0/1", &[]);
-    assert!(more.code == 0 && more.err.contains("merged already, by its [stop]"), "{}", more.err);
+    assert!(more.code == 0 && more.err.contains("already merged, ended by [stop]"), "{}", more.err);
     assert!(world.merge("d").err.contains("merged already"));
 }
 

@@ -254,7 +254,7 @@ fn ctrl_c_while_a_study_is_prepared_ends_it_with_a_word() {
         assert!(Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().expect("kill").success());
         let rest: Vec<String> = err.collect();
         assert_eq!(child.wait().expect("it ends").code(), Some(code), "{rest:?}");
-        assert!(rest.iter().any(|line| line.contains("ended before the first sample was handed out")), "{rest:?}");
+        assert!(rest.iter().any(|line| line.contains("ended before the first sample was assigned")), "{rest:?}");
         // in order: where its lock was taken already, the run gave it back
         let status = say(&["status", &out]);
         assert!(!status.out.contains("killed"), "{}{}", status.out, status.err);

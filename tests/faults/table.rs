@@ -121,7 +121,7 @@ fn a_changed_table_is_refused_by_all_that_read_it_and_made_again_by_run() {
         assert_eq!(say(&["status", out]).code, 0, "only looked at when asked");
         let again = complete.run();
         assert!(again.code == 0 && again.err.contains("results.parquet is damaged"), "{}", again.err);
-        assert!(again.err.contains("made again from the record"), "{}", again.err);
+        assert!(again.err.contains("rewriting it from the record"), "{}", again.err);
         assert!(complete.bytes("results.parquet") == results);
         assert_eq!(say(&["export", out, "--csv"]).err, "");
         let quiet = complete.run();
@@ -130,7 +130,7 @@ fn a_changed_table_is_refused_by_all_that_read_it_and_made_again_by_run() {
     // Its footer, so that nothing can be read of it.
     complete.with_bit_changed("results.parquet", results.len() - 9, || {
         let again = complete.run();
-        assert!(again.code == 0 && again.err.contains("made again from the record"), "{}", again.err);
+        assert!(again.code == 0 && again.err.contains("rewriting it from the record"), "{}", again.err);
         assert!(complete.bytes("results.parquet") == results);
     });
     let timings = complete.bytes("timings.parquet");

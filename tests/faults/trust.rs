@@ -197,7 +197,7 @@ fn what_is_refused_is_said_in_words() {
     let dir = case.folder.name("words");
     let run = ["run", &case.study, "--out", &dir];
     assert!(words("run.lock", Trap::Link, &run).contains("symbolic link, which is not followed"));
-    assert!(words("run.lock", Trap::HardLink, &run).contains("known under another name"));
+    assert!(words("run.lock", Trap::HardLink, &run).contains("has a second name"));
     assert!(words("ledger.redb", Trap::Pipe, &run).contains("a named pipe and not a regular file"));
     assert!(words("results.parquet", Trap::Folder, &["export", &dir, "--csv"]).contains("a directory and not"));
     assert!(
@@ -220,9 +220,9 @@ fn what_stands_in_the_place_of_the_parts_of_a_complete_study_is_no_matter_and_st
         let run = || tried(&["run", &case.study, "--out", &dir, "--workers", "1"]);
         let said = run();
         assert_eq!(said.code, 0, "{name} {trap:?}: {}", said.err);
-        assert!(said.err.contains("every sample is there already"), "{}", said.err);
+        assert!(said.err.contains("every sample is already finished"), "{}", said.err);
         let told = format!("{name} (");
-        assert!(said.err.contains(&told) && said.err.contains("it is left as it is"), "{name}: {}", said.err);
+        assert!(said.err.contains(&told) && said.err.contains("kept unchanged"), "{name}: {}", said.err);
         // Where rows are missing in the table it would be needed.
         fs::remove_file(out.join("results.parquet")).expect("there");
         let said = run();
@@ -284,7 +284,7 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
             let said = run();
             assert_eq!(said.code, 3, "{names:?}: {}", said.err);
             assert!(
-                said.err.contains(&format!("{out:?} is not a result directory: it holds {first:?}"))
+                said.err.contains(&format!("{out:?} is not a result directory: it contains {first:?}"))
                     && said.err.contains("--out"),
                 "{names:?}: {}",
                 said.err
@@ -305,7 +305,7 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
     assert!(said.code == 0 && !said.err.contains("are there already"), "{}", said.err);
     // Of an earlier build, whose lock was empty after an orderly end.
     fs::write(out.join("run.lock"), "").expect("written");
-    assert!(run().err.contains("every sample is there already"));
+    assert!(run().err.contains("every sample is already finished"));
     // Cut by a power failure, or emptied, before there was a record: beside the inputs, and what a run begins.
     let empty = |others: &[&str]| {
         for entry in fs::read_dir(&out).expect("readable").flatten() {

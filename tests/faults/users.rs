@@ -92,7 +92,7 @@ fn who_may_read_a_run_cannot_lock_it() {
         set(&other.out.join(name), 0o644);
         assert!(other.locks(name), "{name}");
     }
-    assert!(run().err.contains("every sample is there already"));
+    assert!(run().err.contains("every sample is already finished"));
     for name in ["run.lock", "ledger.redb"] {
         assert!(mode(&other.out.join(name)) == 0o600 && !other.locks(name), "{name}");
     }
@@ -119,11 +119,11 @@ fn who_reads_a_complete_run_of_somebody_else_is_told_all_of_it() {
     // Nothing is left to compute; where something is, it is not theirs to do.
     let run = ["run", &other.study, "--out", other.out(), "--workers", "1"];
     let again = other.say(&run);
-    assert!(again.code == 0 && again.err.contains("every sample is there already"), "{}", again.err);
+    assert!(again.code == 0 && again.err.contains("every sample is already finished"), "{}", again.err);
     let (table, away) = (other.out.join("results.parquet"), other.folder.path("away"));
     fs::rename(&table, &away).expect("renamed");
     let refused = other.say(&run);
-    assert!(refused.code == 3 && refused.err.contains("holds a run of another user (uid 0)"), "{}", refused.err);
+    assert!(refused.code == 3 && refused.err.contains("contains a run of another user (uid 0)"), "{}", refused.err);
     fs::rename(&away, &table).expect("renamed");
     // Of a directory that they may not enter nothing is said but that.
     for closed in [0o700, 0o744] {
@@ -158,19 +158,24 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     let said = other.say(&["status", other.out(), "--verify"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let line =
-        "state      unknown, whether a run lives: run.lock may be read by its user (uid 0) alone; its last word, at 20";
+        "state      unknown whether a run is alive: only its owner (uid 0) can read run.lock; its last message, at 20";
     assert!(said.out.contains(line) && said.out.contains("done       at least "), "{}", said.out);
     for word in ["killed", "interrupted", "did not end", "resume ", "damaged"] {
         assert!(!said.out.contains(word), "{word}: {}", said.out);
     }
     let sample = handed_out(20, 19).to_string();
     let why = other.say(&["why", other.out(), &sample]);
-    assert!(why.code == 0 && why.out.contains("whether a run lives is not known"), "{}{}", why.out, why.err);
+    assert!(why.code == 0 && why.out.contains("unknown whether a run is alive"), "{}{}", why.out, why.err);
     // Its user knows more.
     let own = say(&["status", other.out()]);
     assert!(own.out.contains("state      killed: process "), "{}", own.out);
     let told = other.say(&["run", &other.study, "--out", other.out(), "--workers", "1"]);
-    assert!(told.code == 3 && told.err.contains("holds a run of another user (uid 0)"), "{}: {}", told.code, told.err);
+    assert!(
+        told.code == 3 && told.err.contains("contains a run of another user (uid 0)"),
+        "{}: {}",
+        told.code,
+        told.err
+    );
 }
 
 #[test]
@@ -186,9 +191,9 @@ fn a_run_of_somebody_else_is_not_gone_on_with_whoever_may_write_there() {
     }
     let refused = other.say(&run);
     assert_eq!(refused.code, 3, "{}", refused.err);
-    assert!(refused.err.contains("holds a run of another user (uid 0)"), "{}", refused.err);
+    assert!(refused.err.contains("contains a run of another user (uid 0)"), "{}", refused.err);
     assert!(refused.err.contains("only that user can resume it; choose another --out"), "{}", refused.err);
-    assert!(say(&run).err.contains("every sample is there already"), "its own user's it remains");
+    assert!(say(&run).err.contains("every sample is already finished"), "its own user's it remains");
 }
 
 #[test]
@@ -215,7 +220,7 @@ fn who_keeps_a_lock_is_named_and_no_dead_process() {
     let lock = fs::File::open(folder.path("out/run.lock")).expect("own");
     lock.lock().expect("free");
     let status = say(&["status", &out]).out;
-    let line = format!("state      unknown, whether a run lives: run.lock is locked by {own}");
+    let line = format!("state      unknown whether a run is alive: run.lock is locked by {own}");
     assert!(status.contains(&line), "{status}");
     lock.unlock().expect("held");
     assert_eq!(again().code, 0);
@@ -254,7 +259,7 @@ fn a_directory_that_is_closed_during_a_run_is_said_to_keep_what_is_finished() {
     assert_eq!(ended.code(), Some(6), "{said}");
     assert!(said.contains("was closed to this user during the run; 20 finished samples are kept in it"), "{said}");
     assert!(said.contains("chmod u+rwx") && said.contains("because: Permission denied"), "{said}");
-    let go_on = format!("what is finished is kept; resume with: {}", command().get_program().to_string_lossy());
+    let go_on = format!("finished samples are kept; resume with: {}", command().get_program().to_string_lossy());
     assert!(said.contains(&go_on), "{go_on}: {said}");
     let again = crate::support::said(command().output().expect("it starts"));
     assert!(again.code == 0 && again.err.contains("20 of 20 samples are there already"), "{}", again.err);

@@ -243,7 +243,7 @@ require = "P(hh > 1) < 2"
     let grid = "schema = 1\nmachine = \"machines/rig.toml\"\n[[vary]]\npath = \"contact.gap\"\nvalues = [\"0.5 mm\", \"0.9 mm\"]\n\
                 [[question]]\nname = \"q\"\nmean = \"max_bearing_load_N\"\n";
     let told = say(&["check", &folder.write("grid.toml", grid)]);
-    assert!(told.code == 3 && told.err.contains("they need a [design]"), "{}", told.err);
+    assert!(told.code == 3 && told.err.contains("questions and gates need random points"), "{}", told.err);
     // exact limits are those of independent points
     let sobol = NORMAL_STUDY.replace("monte-carlo", "sobol").replace("2000", "2048") + QUESTIONS;
     let told = say(&["check", &folder.write("sobol.toml", &sobol)]);

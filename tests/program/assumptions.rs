@@ -23,7 +23,7 @@ fn check_prints_assumptions_and_the_contact_that_is_expected() {
         "  friction: Coulomb, constant coefficient 0.15",
         "  engine: exponential",
         "  seal: contact expected: 1.31 mm after the release (2.6 of the gap), unbalance response",
-        "against a gap of 0.5 mm",
+        "for a gap of 0.5 mm",
         "Limits of the model:",
         "  ring_yield: not judged: no diaphragms.NAME.material.yield_strength",
         "  warning: stresses of ring, blades and shaft are not judged",

@@ -152,7 +152,7 @@ fn check_names_the_first_thing_that_is_not_covered() {
     for (set, what) in [
         ("\"seal.blades.count\" = 0", "does not cover a ring that nothing holds (diaphragms.seal.blades.count)"),
         ("\"run.force_location\" = \"current\"", "does not cover forces at the place of step n (run.force_location)"),
-        ("\"run.step\" = \"3 us\"", "run.step is given, which \"exponential\" has not"),
+        ("\"run.step\" = \"3 us\"", "run.step is given, which \"exponential\" does not have"),
     ] {
         let said = say(&["check", &with(set)]);
         assert_eq!(said.code, 0, "{set}: {}", said.err);
@@ -162,7 +162,10 @@ fn check_names_the_first_thing_that_is_not_covered() {
     }
     let wanted = "\"run.contact_step\" = \"1.5 us\"";
     let alone = engine_of(&with(wanted));
-    assert_eq!(alone, "Engine: exponential (run.engine = \"auto\": run.contact_step is given, which it alone has)");
+    assert_eq!(
+        alone,
+        "Engine: exponential (run.engine = \"auto\": run.contact_step is given, which only this engine has)"
+    );
     for (set, path) in [
         ("\"run.force_location\" = \"current\"", "run.force_location"),
         ("\"seal.blades.count\" = 0", "diaphragms.seal.blades.count"),
@@ -251,7 +254,7 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     }
     assert_eq!(of(&["--set", "engine=reduced", "--engine", "reduced"])["engine"], "reduced");
     let said = say(&["simulate", &machine, "--engine", "exponential", "--set", "bearings.left.damping=1e9"]);
-    assert!(said.code == 3 && said.err.contains("the whirl states at 3018 rpm have no basis"), "{}", said.err);
+    assert!(said.code == 3 && said.err.contains("the whirl modes at 3018 rpm have no basis"), "{}", said.err);
     assert!(!said.err.contains("condition") && !said.err.contains("rad/s"), "{}", said.err);
     let said = say(&["simulate", &machine, "--set", "run.end_time=5 ms", "--set", "run.force_location=current"]);
     assert!(
@@ -309,7 +312,7 @@ fn what_steps_are_wrong_is_said_at_their_lines() {
     // too large
     let told = refused("\"run.contact_step\" = \"3 ms\"\n");
     assert!(told.contains("s.toml:6:1: run.contact_step = 3 ms") && told.contains("largest allowed "), "{told}");
-    assert!(told.contains("without run.contact_step the step is chosen"), "{told}");
+    assert!(told.contains("without run.contact_step the program chooses the step"), "{told}");
     let rig = folder.name("machines/auto.toml");
     for (setting, key) in [("run.contact_step=3 ms", "run.contact_step"), ("run.step=3 ms", "run.step")] {
         let said = say(&["simulate", &rig, "--set", setting]);

@@ -181,7 +181,7 @@ fn a_quantity_that_nothing_judges_is_refused_by_name() {
     assert!(gate.code != 0 && gate.err.contains(limit), "{}: {}", gate.code, gate.err);
     // ok runs have no guarded value: the quantity itself is to be asked for
     let gate = say(&["gate", &out, "--require", "P(guarded_max_bearing_load_N > 1 N) < 0.2"]);
-    let own = "`guarded_max_bearing_load_N` is empty in ok runs: ask for `max_bearing_load_N`";
+    let own = "`guarded_max_bearing_load_N` is empty in ok runs: use `max_bearing_load_N`";
     assert!(gate.code == 3 && gate.err.contains(own), "{}: {}", gate.code, gate.err);
     // stresses that the runs have are asked for, with or without a yield strength
     let gate = say(&["gate", &out, "--require", "P(max_ring_stress_Pa > 1 Pa) < 0.2"]);

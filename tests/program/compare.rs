@@ -197,7 +197,7 @@ fn other_points_are_two_samples() {
     // an input of one alone
     let c = run(&folder, "c", &STUDY.replace("[[vary]]\nname = \"w\"\nvalues = [1, 2]\n", "").replace("x * w", "x"));
     let said = say(&["compare", &a, &c]);
-    assert!(said.out.contains("w is an input of A alone: rows match only with --ignore w"), "{}", said.out);
+    assert!(said.out.contains("w is an input only in A: rows match only with --ignore w"), "{}", said.out);
     let (_, found) = compared(&[&a, &c, "--ignore", "w"]);
     let matched = &found["matched"];
     assert_eq!(
@@ -220,7 +220,7 @@ fn repeats_match_in_order_and_ignored_inputs_are_told_of_both() {
     );
     let said = say(&["compare", &a, &c, "--ignore", "x"]);
     assert!(said.out.contains("x = 1.0 in A, 4.0 in B") && said.out.contains("+3"), "{}", said.out);
-    assert!(said.out.contains("a study without [design] chooses its samples"), "{}", said.out);
+    assert!(said.out.contains("a study without [design] has chosen samples"), "{}", said.out);
 }
 
 #[test]
@@ -251,12 +251,12 @@ fn what_is_named_wrongly_is_told_all_at_once() {
     assert_eq!(said.code, 3, "{}", said.err);
     for part in [
         "--tolerance \"laod 1 %\": there is no column laod; did you mean load?",
-        "--tolerance \"load\": it says no value",
+        "--tolerance \"load\": it has no value",
         "--tolerance \"speed 1\": speed is an input",
         "--tolerance \"load -1\": a tolerance is 0 or more",
         "--ignore \"sped\": neither table has such an input; did you mean speed?",
         "--ignore \"load\": that is a result",
-        "--ignore \"sample\": the number of a sample is no input",
+        "--ignore \"sample\": the number of a sample is not an input",
     ] {
         assert!(said.err.contains(part), "{part}\nin\n{}", said.err);
     }

@@ -225,7 +225,7 @@ fn a_full_disk_fails_the_history_alone() {
         assert!(!folder.path(name).exists(), "{name}");
         let left = fs::metadata(folder.path(&format!("{name}.tmp"))).expect("what was written").len();
         assert!(left > 10_000 && left <= 102_400, "{name}: {left} bytes: the limit was reached in the middle");
-        assert!(said.err.contains("what was written until then"), "{name}: {}", said.err);
+        assert!(said.err.contains("the part written until then"), "{name}: {}", said.err);
     }
     let said = say(&["recover", &text(&folder.path("limited.mcap.tmp"))]);
     assert_eq!(said.code, 0, "{}", said.err);

@@ -339,11 +339,11 @@ fn a_run_that_is_ended_by_a_signal_says_what_is_left_of_its_history() {
         assert_eq!(ended.code, code, "{name}: {}", ended.err);
         assert!(ended.out.is_empty() && !history.exists(), "{name}: {}", ended.out);
         assert!(ended.err.contains("error: the run was ended by "), "{name}: {}", ended.err);
-        let told = ended.err.contains(&format!("what was written until then is in {}", temporary.display()));
+        let told = ended.err.contains(&format!("the part written until then is in {}", temporary.display()));
         assert_eq!(told, temporary.exists(), "{name}: {}", ended.err);
         match name {
             "a.mcap" => {
-                let command = ended.err.split("a whole file of it: ").nth(1).expect("a command").trim();
+                let command = ended.err.split("a complete file of it: ").nth(1).expect("a command").trim();
                 let recovered = said(Command::new("sh").args(["-c", command]).output().expect("a shell"));
                 assert_eq!(recovered.code, 0, "{command}: {}", recovered.err);
                 assert!(recovered.out.contains("nothing was cut"), "{}", recovered.out);

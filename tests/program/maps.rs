@@ -133,7 +133,7 @@ fn what_is_wrong_with_a_map_is_told() {
     let file = folder.name("m.svg");
     let pdf = folder.name("m.pdf");
     for (words, part) in [
-        (vec!["--x", "xx", "--y", "y", "--of", "z"], "`xx` is no parameter or variable of this study that varies"),
+        (vec!["--x", "xx", "--y", "y", "--of", "z"], "`xx` is not a varied parameter or variable of this study"),
         (vec!["--x", "x", "--y", "y", "--of", "zz"], "there is no column `zz`"),
         (vec!["--x", "x", "--y", "y", "--of", "P(z > )"], "--of P(z > )"),
         (vec!["--x", "x", "--y", "y", "--of", "P(z > 2"], "--of P(z > 2: its bracket is not closed: P(CONDITION)"),
@@ -164,7 +164,7 @@ fn what_is_wrong_with_a_map_is_told() {
     }
     let other = format!("{GRID}\n[[question]]\nname = \"a\"\nmean = \"z\"\n");
     let told = say(&["check", &folder.write("g.toml", &other)]);
-    assert!(told.code == 3 && told.err.contains("they need a [design]"), "{}", told.err);
+    assert!(told.code == 3 && told.err.contains("questions and gates need random points"), "{}", told.err);
 }
 
 #[test]

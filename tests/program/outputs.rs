@@ -71,10 +71,11 @@ fn what_a_killed_run_has_left_of_its_history_stays_and_is_said() {
         let left = case.0.write(&format!("{file}.tmp"), "of a killed run");
         let said = case.record(file);
         assert_eq!(fs::read_to_string(&left).expect("it stays"), "of a killed run", "{file}");
-        assert!(said.err.contains(&format!("{left} is there and is left as it is")), "{}", said.err);
+        assert!(said.err.contains(&format!("{left} exists and is kept")), "{}", said.err);
         assert_eq!(said.err.contains(&format!(" recover {left})")), recovers, "{}", said.err);
         // Where it is written meanwhile would be the name of a history without .tmp.
-        let other = said.err.split("it is written to ").nth(1).and_then(|rest| rest.lines().next()).expect("a name");
+        let other =
+            said.err.split("the history is written to ").nth(1).and_then(|rest| rest.lines().next()).expect("a name");
         let (stem, end) = file.split_once('.').expect("an extension");
         let begins = case.0.name(&format!("{stem}-"));
         assert!(other.starts_with(&begins) && other.ends_with(&format!(".{end}.tmp")), "{other}");
@@ -86,9 +87,9 @@ fn what_a_killed_run_has_left_of_its_history_stays_and_is_said() {
 fn what_is_replaced_is_said_when_it_is() {
     let case = Case::new();
     for file in ["b.mcap", "b.csv", "b.parquet"] {
-        assert!(!case.record(file).err.contains("took the place"), "{file}: there was none");
+        assert!(!case.record(file).err.contains("it replaced"), "{file}: there was none");
         let again = case.record(file).err;
-        assert!(again.contains("; it took the place of the file that was there"), "{file}: {again}");
+        assert!(again.contains("; it replaced an existing file"), "{file}: {again}");
     }
     let (history, out) = (case.0.name("h.mcap"), case.0.name("figures"));
     let plot = || say(&["plot", &history, "--out", &out]);
@@ -104,7 +105,7 @@ fn what_is_replaced_is_said_when_it_is() {
     let table = case.0.write("t.csv", "mine");
     for args in [vec!["export", &case.0.name("runs"), "--csv"], vec!["new", "study"], vec!["recover", &history]] {
         let refused = say(&[&args[..], &["--out", &table]].concat());
-        assert!(refused.code == 3 && refused.err.contains("is already there"), "{args:?}: {}", refused.err);
+        assert!(refused.code == 3 && refused.err.contains("already exists"), "{args:?}: {}", refused.err);
     }
     assert_eq!(fs::read_to_string(&table).expect("there"), "mine");
 }
@@ -165,5 +166,5 @@ fn a_directory_whose_name_is_no_text_is_worked_in() {
     };
     run();
     assert!(out.join("results.parquet").exists());
-    assert!(run().err.contains("every sample is there already"));
+    assert!(run().err.contains("every sample is already finished"));
 }

@@ -162,7 +162,7 @@ fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
     });
     assert!(has_rows);
     let text = own(&page(&folder, &out, "half.html"));
-    assert!(text.contains("This study is not complete") && text.contains("what ends first is not random"));
+    assert!(text.contains("This study is not complete") && text.contains("the samples that end first are not random"));
     assert!(text.len() < 3_500_000, "{}", text.len());
     let none = say(&["report", &folder.name("nothing")]);
     assert_eq!(none.code, 3, "{}", none.err);

@@ -96,7 +96,7 @@ fn a_time_that_a_history_has_not_is_said_with_the_times_it_has() {
         let said = say(&words);
         assert_eq!(said.code, 3, "{}", said.err);
         assert!(said.err.starts_with(&format!("error: {told}")), "{}", said.err);
-        assert!(said.err.contains("has no instant there: it goes from 0 s to 19.9"), "{}", said.err);
+        assert!(said.err.contains("has no record in this range: it covers from 0 s to 19.9"), "{}", said.err);
     }
     let backward = say(&["plot", &history, "--out", &out, "--from", "0.015", "--to", "0.01"]);
     assert_eq!(backward.err, "error: --from 0.015 --to 0.01: --to lies before --from\n");
@@ -111,7 +111,7 @@ fn what_options_say_is_not_blamed_on_the_file_alone() {
         let said = say(&[command, &rig, "--set", "contact.rotor_radius=30 mm"]);
         assert_eq!(said.code, 3, "{}", said.err);
         assert!(
-            said.err.ends_with("rig.toml, with --set 'contact.rotor_radius=30 mm' in place of what it says\n"),
+            said.err.ends_with("rig.toml, with --set 'contact.rotor_radius=30 mm' in place of its own value\n"),
             "{}",
             said.err
         );
@@ -122,7 +122,7 @@ fn what_options_say_is_not_blamed_on_the_file_alone() {
 fn a_study_away_from_its_machine_is_said() {
     let folder = Folder::new();
     let there = say(&["new", "study", "--out", &folder.name("there.toml")]);
-    assert!(there.code == 0 && there.err.contains("machines/lab_rig.toml, is not there"), "{}", there.err);
+    assert!(there.code == 0 && there.err.contains("machines/lab_rig.toml, does not exist"), "{}", there.err);
     fs::rename(folder.path("machines/rig.toml"), folder.path("machines/lab_rig.toml")).expect("renamed");
     let here = say(&["new", "study", "--out", &folder.name("here.toml")]);
     assert!(here.code == 0 && !here.err.contains("hint"), "{}", here.err);
@@ -323,7 +323,7 @@ fn levels_of_an_angle_that_are_one_start_are_said() {
     assert_ne!(whole, text);
     let said = check(&whole);
     assert!(said.contains("rotor.unbalances.blade_off.phase moves by 180 deg, whole periods of 45 deg"), "{said}");
-    assert!(said.contains("exactly 0") && said.contains("no two lie whole periods apart"), "{said}");
+    assert!(said.contains("exactly 0") && said.contains("do not differ by whole periods"), "{said}");
     let said = check(&whole.replace("\"periodic\"", "\"uniform\""));
     assert!(
         said.contains("the first and the last level of rotor.unbalances.blade_off.phase are the same start"),
@@ -355,7 +355,7 @@ fn a_fixed_release_angle_is_said_and_the_lines_that_are_proposed_vary_it() {
     // Angles that are whole periods apart are one.
     let again = |values: &str| check(&format!("{text}\n[[vary]]\npath = \"blade_off.phase\"\nvalues = [{values}]\n"));
     let same = again("\"10 deg\", \"370 deg\", \"55 deg\"");
-    assert!(same.err.contains("are the same angle: whole periods of 45 deg apart"), "{}", same.err);
+    assert!(same.err.contains("are the same angle: they differ by whole periods of 45 deg"), "{}", same.err);
     assert!(!again("\"0 deg\", \"50 deg\"").err.contains("the same angle"));
     let round = check(&format!("{text}\n[set]\n\"diaphragms.seal.blades.count\" = 0\n"));
     assert!(!round.err.contains("in every sample"), "{}", round.err);

@@ -48,7 +48,7 @@ fn a_run_that_has_written_no_study_yet_is_beginning() {
     let held = bladeoff::run::directory::RunDirectory::claim(&folder.path("out"), false, None).expect("claimed");
     for command in ["answer", "gate"] {
         let said = say(&[command, &out]);
-        assert!(said.code == 5 && said.err.contains("is just beginning"), "{command}: {} {}", said.code, said.err);
+        assert!(said.code == 5 && said.err.contains("is starting: its study"), "{command}: {} {}", said.code, said.err);
     }
     drop(held);
 }

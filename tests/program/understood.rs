@@ -45,7 +45,7 @@ fn zipped_parameters_are_compared_along_their_group() {
     let refused = say(&["check", &folder.write("twice.toml", &twice)]);
     assert_eq!(refused.code, 3, "{}", refused.out);
     for key in ["question[0].vary", "question[1].fragility"] {
-        assert!(refused.err.contains(&format!("{key} = \"a\": 1 stands more than once along `a`")), "{}", refused.err);
+        assert!(refused.err.contains(&format!("{key} = \"a\": 1 occurs more than once along `a`")), "{}", refused.err);
     }
     assert!(refused.err.contains("2 problems in"), "{}", refused.err);
 }

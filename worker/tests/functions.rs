@@ -92,7 +92,8 @@ fn as_many_variables_as_a_message_holds() {
 
 #[test]
 fn a_plan_that_cannot_be_computed_is_refused() {
-    for (text, words) in [("x + y", "there is no variable `y`"), ("x > 1", "a number is wanted"), ("", "no formula")] {
+    for (text, words) in [("x + y", "there is no variable `y`"), ("x > 1", "a number is expected"), ("", "no formula")]
+    {
         let error = FunctionSolver::new(&job(&["x"], &[("g", text)])).expect_err("no formula of these variables");
         assert!(error.to_string().contains(words), "{error}");
     }

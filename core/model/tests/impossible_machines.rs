@@ -49,14 +49,11 @@ fn what_is_lost_was_there() {
     let problem = refused(&rig, &[LOST, ("blade_off.radius", "45 mm"), ("blade_off.position", "0.5 m")]);
     assert_eq!(problem.key, "rotor.unbalances.blade_off.radius");
     let allowed = problem.allowed.expect("what is allowed");
-    assert!(
-        allowed.contains("no disc stands there: what belongs to disc left at 400 mm has disc = \"left\""),
-        "{allowed}"
-    );
+    assert!(allowed.contains("no disc is there: an unbalance of disc left at 400 mm has disc = \"left\""), "{allowed}");
     // the nearest disc has no such inertia either
     let problem = refused(&rig, &[LOST, ("blade_off.radius", "0.4 m"), ("blade_off.position", "0.5 m")]);
     let allowed = problem.allowed.expect("what is allowed");
-    assert!(allowed.contains("no disc stands there, the nearest is left at 400 mm"), "{allowed}");
+    assert!(allowed.contains("no disc is there, the nearest is left at 400 mm"), "{allowed}");
     // more mass than the node has, which was refused without naming the unbalance
     let problem = refused(&rig, &[LOST, ("blade_off.mass", "5 kg"), ("blade_off.radius", "0 m")]);
     assert_eq!(problem.key, "rotor.unbalances.blade_off.mass");

@@ -133,7 +133,7 @@ const SHAFT_CASES: &[Case] = &[
 #[rustfmt::skip]
 const POINT_CASES: &[Case] = &[
     ("mass = 10\n", "", "[rotor]", "rotor.mass", "missing: mass of the mass point"),
-    ("mass = 10\n", "mass = 0\n", "mass = 0", "rotor.mass", "no mass with its unbalances"),
+    ("mass = 10\n", "mass = 0\n", "mass = 0", "rotor.mass", "no mass, its unbalances included"),
     ("polar_inertia = 1\n", "polar_inertia = 0\n", "polar_inertia", "rotor.polar_inertia", "out of range"),
     ("radius = 0.01", "radius = 100", "polar_inertia", "rotor.polar_inertia", "more inertia than the rotor"),
     ("[rotor.bearings.b]\n", "[rotor.bearings.b]\nposition = 0\n", "position", "rotor.bearings.b.position", "only with rotor.kind = \"shaft\""),

@@ -137,8 +137,9 @@ pub enum StartError {
     },
     /// The contact step is larger than contact and spin can be computed with.
     #[error(
-        "the contact step {} is too large: largest allowed {} (2/omega_max of the ring's modes, or of the rotor in a radial spring or a rigid ring, and \
-         a {PARTS_LEAST}th of the shortest of a revolution and the lowest mode's period)",
+        "the contact step {} is too large; largest allowed {}. Bounds: 2/omega_max of the ring's modes (of the rotor \
+         in a radial spring or a rigid ring), 1/{PARTS_LEAST} of a revolution, and 1/{PARTS_LEAST} of the lowest \
+         mode's period",
         seconds(*.step), seconds(below(*.limit))
     )]
     ContactStepTooLarge {
@@ -155,8 +156,9 @@ pub enum StartError {
     },
     /// The whirl modes at a speed have no usable basis.
     #[error(
-        "the whirl states at {speed} rad/s have no basis that the exponential engine can use (condition {condition:.1e}, at most {limit:.0e}): motions that are \
-         nearly one (cross stiffness on one side), or bearings damped so strongly that rounding does not tell them apart; use run.engine = \"reduced\""
+        "the whirl modes at {speed} rad/s have no basis that the exponential engine can use (condition \
+         {condition:.1e}, at most {limit:.0e}). Two motions are nearly identical: by cross stiffness on one side, or \
+         by very strong bearing damping. Use run.engine = \"reduced\""
     )]
     NoBasis {
         /// Speed \[rad/s\].

@@ -252,7 +252,7 @@ fn merge_planes(
 fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, default: (f64, usize)) -> Result<ModeSet, BasisError> {
     let (ceiling, least) = default;
     let (mut values, mut shapes) =
-        symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?;
+        symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "torsion of the rotor")?;
     // the rigid rotation is exact
     let inertia: f64 = rotor.twist_mass.sum();
     values[0] = 0.0;

@@ -16,7 +16,8 @@ pub enum ModesError {
     Eigen(#[from] EigenError),
     /// Modes that change too much from one speed to the next to be identified, even with the smallest steps.
     #[error(
-        "the modes change too much with the speed to be followed: after a look at {looks} speeds they are followed up to {} of {}; is a unit wrong, \
+        "the modes change too much with the speed to be followed: after {looks} speeds they are followed up to {} of \
+         {}; is a unit wrong, \
          such as a diameter of 25 m instead of 25 mm?",
         speed(*.reached), speed(*.wanted)
     )]

@@ -59,7 +59,7 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
         let (values, _) = symmetric_generalised(k, m, what)?;
         Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
     };
-    let twist = roots(&rotor.twist_stiffness, &rotor.twist_mass, "the rotor's twist")?.split_off(1);
+    let twist = roots(&rotor.twist_stiffness, &rotor.twist_mass, "torsion of the rotor")?.split_off(1);
     let axial = match machine.rotor.kind {
         RotorKind::Shaft(_) => roots(&rotor.axial_stiffness, &rotor.axial_mass, "the rotor's axial motion")?,
         RotorKind::PointMass(_) => Vec::new(),

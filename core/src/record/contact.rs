@@ -289,8 +289,8 @@ impl ContactRecorder {
         row.peak(
             "residual_penetration",
             "m",
-            "largest penetration that a contact force left at the end of its step, in the run's own gap function; at the instant \
-             where it was left, as contact.gap_m of a history shows it (0 with a radial spring, which gives way instead)",
+            "largest penetration that a contact force left at the end of its step, in the run's own gap function. A \
+             history shows it as contact.gap_m at that instant (0 with a radial spring, which gives way instead)",
             of.map(|contact| contact.penetration),
         );
     }
@@ -322,7 +322,7 @@ impl ContactRecorder {
         row.real(
             "steps_per_impact",
             "",
-            "steps of a contact phase, as many as a constant force of the same impulse and the same mean square would have; mean over \
+            "steps per contact phase, counted as for a constant force of the same impulse and mean square; mean over \
              all phases, weighted by impulse; null without contact",
             of.and_then(|contact| contact.phases.steps()),
         );

@@ -9,8 +9,9 @@ pub(super) fn report(of: Option<&LeastDamping>, row: &mut Row<'_>) {
     row.real(
         "least_damping_ratio",
         "",
-        "smallest damping ratio of a whirl mode of the linear rotor without contact, over the speeds of the run; negative: unstable there; sizes \
-         below 1e-9 are rounding and count as 0; -1: a motion that grows without oscillation; null where no mode whirls",
+        "smallest damping ratio of a whirl mode of the linear rotor without contact, over the speeds of the run. \
+         Negative: unstable there; values below 1e-9 are rounding and count as 0; -1: a motion that grows without \
+         oscillation; null: no mode whirls",
         least.map(|(ratio, _)| ratio),
     );
     row.real(

@@ -165,7 +165,7 @@ impl LimitRecorder {
             let (name, word) = (limit.quantity(), limit.word());
             let ratio = watched.largest.map(|value| Sum { value, guarded: watched.guarded });
             let meaning = format!(
-                "{name}, over run.limit.{word}.value; above 1 the limit is exceeded; null where nothing judges it"
+                "{name}, over run.limit.{word}.value; above 1 the limit is exceeded; null where it is not judged"
             );
             row.with(Empty::Unjudged, watched.lacks, |row| {
                 row.sum(&format!("limit_ratio_{word}"), "", &meaning, ratio);

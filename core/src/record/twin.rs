@@ -77,8 +77,9 @@ impl Twin {
                 name,
                 "",
                 format_args!(
-                    "relative difference of {compared} in a second run whose initial speed is larger by {TWIN} of it, (twin - own)/own, of several diaphragms that with the \
-                     largest difference; null without such a run, where this run has none, and where one of the two runs is neither ok nor invalid"
+                    "relative difference of {compared} in a second run whose initial speed is larger by {TWIN} of it: \
+                     (twin - own)/own; of several diaphragms the largest. Null without such a run, without a value in \
+                     this run, and where one of the two runs is neither ok nor invalid"
                 ),
                 of.and_then(|twin| twin.changes[at]),
             );

@@ -87,10 +87,7 @@ impl<'a> Supports<'a> {
         // supports that no bearing of the shaft stands on
         let stands = |node: usize| rotor.bearings.iter().any(|one| one.node <= last && one.link == Some(node));
         for mass in rotor.masses.iter().filter(|mass| mass.node > last && !stands(mass.node)) {
-            notes.push(Note::new(
-                &mass.element,
-                "a mass on a support that no bearing of the shaft stands on is left out",
-            ));
+            notes.push(Note::new(&mass.element, "a mass on a support without a bearing of the shaft is left out"));
         }
         for spring in rotor.bearings.iter().filter(|spring| spring.node > last && !stands(spring.node)) {
             notes.push(Note::new(
@@ -116,7 +113,7 @@ fn pedestal(rotor: &Rotor, node: usize, of: &str, notes: &mut Vec<Note>) -> Opti
             }
         };
         if spring.link.is_some() {
-            note("a support on another support: a pedestal stands on the ground, so the second support is left out");
+            note("a support on another support: a pedestal is on the ground, so the second support is left out");
         }
         let cross = [&spring.stiffness[1], &spring.stiffness[2], &spring.damping[1], &spring.damping[2]];
         if cross.into_iter().flatten().any(|value| *value != 0.0) {

@@ -53,13 +53,13 @@ pub struct Head {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum EntryError {
     /// Written by another version.
-    #[error("record version {found}, this program knows {VERSION}")]
+    #[error("record version {found}; this program reads {VERSION}")]
     Version {
         /// What the bytes say.
         found: u8,
     },
     /// Too short or too long.
-    #[error("{found} bytes at a place where {wanted} are needed")]
+    #[error("{found} bytes where {wanted} are needed")]
     Length {
         /// Bytes there.
         found: usize,
@@ -75,7 +75,7 @@ pub enum EntryError {
         code: u32,
     },
     /// The bytes have changed since they were written.
-    #[error("the checksum does not fit: the bytes have changed since they were written")]
+    #[error("wrong checksum: the bytes have changed since they were written")]
     Checksum,
     /// The entry of another sample.
     #[error("it belongs to other inputs")]

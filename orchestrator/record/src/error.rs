@@ -99,7 +99,7 @@ impl RecordError {
             }
             // Our stores never had another format of the store's own: a changed byte looks like one.
             redb::Error::UpgradeRequired(found) => {
-                Self::Damaged { path, detail: format!("it says to be of the older format {found} of the store") }
+                Self::Damaged { path, detail: format!("its header names the older format {found} of the store") }
             }
             redb::Error::TableDoesNotExist(table) => Self::Damaged { path, detail: format!("it has no table {table}") },
             source @ (redb::Error::TableTypeMismatch { .. }

@@ -102,8 +102,8 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
         && let Some(total) = told("total").filter(|_| done > rows)
     {
         remark(&format!(
-            "note: {done} of {} are finished, and the tables have rows of {rows} of them; the run writes the others with its next part \
-             (run --refresh)",
+            "note: {done} of {} are finished, and the tables have {rows} of their rows; the run writes the others \
+             with its next part (run --refresh)",
             counted(total, "sample")
         ));
         return Ok(());
@@ -117,7 +117,7 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
             .unwrap_or_default();
         let samples = counted(done - rows, "sample");
         remark(&format!(
-            "warning: {samples} of {done} are in the record of {} and in no table yet{how}",
+            "warning: {samples} of {done} are in the record of {} but not yet in a table{how}",
             shown(directory)
         ));
     }

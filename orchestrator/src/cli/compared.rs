@@ -112,9 +112,11 @@ fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
             let end = opened.files.first().filter(|_| is_whole).map(|table| end_of_table(table)).transpose()?.flatten();
             let (points, rows) = end.map_or((samples.points(), samples.count()), |end| (end.points, end.samples));
             opened.draw = if !is_whole || Table::count_rows(&opened.files)? as u64 != rows {
-                Draw::without("no interval: of a study that is not complete, what finished first is not random")
+                Draw::without(
+                    "no interval: the study is not complete, and the samples that finish first are not random",
+                )
             } else if end.is_some_and(|end| end.is_chosen()) {
-                Draw::without("no interval: which combinations are there was chosen by their results ([refine])")
+                Draw::without("no interval: the combinations were chosen by their results ([refine])")
             } else if end.is_some_and(|end| end.share < 1.0) {
                 Draw::without(
                     "no interval: the study ended at one of several interim analyses, because its answers were precise enough there ([stop])",
@@ -125,7 +127,7 @@ fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
             opened.samples = Some(samples);
         }
         Err(error) => {
-            opened.draw = Draw::without("no interval: how the samples were drawn cannot be read any more");
+            opened.draw = Draw::without("no interval: the design of the samples can no longer be read");
             opened.remarks.push(error.to_string());
         }
     }

@@ -125,13 +125,13 @@ pub enum CliError {
     #[error(transparent)]
     Replay(#[from] ReplayError),
     /// A file that is already there and is not overwritten.
-    #[error("{} is already there; it is not overwritten", shown(path))]
+    #[error("{} already exists; it is not overwritten", shown(path))]
     Exists {
         /// The file.
         path: PathBuf,
     },
     /// A machine has no kinds.
-    #[error("--kind is that of a study: new study --kind risk; of machines there is one template")]
+    #[error("--kind is for studies: new study --kind risk; machines have one template")]
     NoKind,
     /// A directory without the table that is asked for.
     #[error(
@@ -196,7 +196,7 @@ pub enum CliError {
         source: io::Error,
     },
     /// Whoever read standard output went away: nothing to complain about.
-    #[error("the reader of standard output has left")]
+    #[error("the reader of standard output has closed it")]
     ReaderLeft,
 }
 
@@ -298,7 +298,7 @@ impl CliError {
 /// What can be done with a study where a machine was asked for.
 fn of_a_study(path: &Path, machine: Option<&str>) -> String {
     let command = |word: &str, path: &Path| call::command([OsStr::new(word), call::path_word(path).as_os_str()]);
-    let mut text = format!("\n  all its runs: {}\n  what it holds: {}", command("run", path), command("check", path));
+    let mut text = format!("\n  all its runs: {}\n  its content: {}", command("run", path), command("check", path));
     if let Some(machine) = machine {
         let machine = path.parent().unwrap_or(Path::new("")).join(machine);
         text.push_str(&format!("\n  one run of its machine: {}", command("simulate", &machine)));

@@ -115,7 +115,7 @@ pub(super) fn estimate(samples: &Samples) -> Result<(), CliError> {
     );
     if timed.is_empty() {
         text.push_str(&format!(
-            "no sample came to its first step within {}: how long the study takes is not known\n",
+            "no sample reached its first step within {}: the duration of the study is unknown\n",
             duration(PATIENCE)
         ));
         return tell(&text);
@@ -358,9 +358,9 @@ mod tests {
         Samples::new(load(&file, |_| Vec::new()).expect("valid"), None, limit).expect("small")
     }
 
-    const GRID: &str = "[[vary]]\npath = \"contact.gap\"\nfrom = \"0.4 mm\"\nto = \"1 mm\"\ncount = 31\n\
-        [[vary]]\npath = \"contact.friction\"\nfrom = 0.1\nto = 0.3\ncount = 21\n\
-        [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\", \"hyp2-frozen\"]\n";
+    const GRID: &str = "[[vary]]\npath = \"contact.gap\"\nfrom = \"0.4 mm\"\nto = \"1 mm\"\ncount = \
+                        31\n[[vary]]\npath = \"contact.friction\"\nfrom = 0.1\nto = 0.3\ncount = 21\n[[vary]]\npath = \
+                        \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\", \"hyp2-frozen\"]\n";
 
     #[test]
     fn timed_samples_see_both_ends_of_every_axis_and_every_word() {
@@ -380,8 +380,8 @@ mod tests {
 
     #[test]
     fn a_large_study_is_chosen_from_without_a_period() {
-        let text = "[[vary]]\npath = \"blade_off.mass\"\nfrom = \"1 g\"\nto = \"2 g\"\ncount = 100000\n\
-                    [[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n";
+        let text = "[[vary]]\npath = \"blade_off.mass\"\nfrom = \"1 g\"\nto = \"2 g\"\ncount = 100000\n[[vary]]\npath \
+                    = \"contact.detection\"\nvalues = [\"hyp1\", \"hyp2\"]\n";
         let all = samples(text, None);
         let ends: BTreeSet<u64> = choose(&all).iter().map(|sample| all.positions(*sample)[1]).collect();
         assert_eq!(ends.len(), 2);

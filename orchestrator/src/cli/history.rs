@@ -146,7 +146,7 @@ pub fn watched(
             counted(written.records, "instant"),
             format_quantity(written.every, "s"),
             slow(started),
-            if written.replaced { "; it took the place of the file that was there" } else { "" },
+            if written.replaced { "; it replaced an existing file" } else { "" },
         ),
         Err(error) => {
             let mut text = format!("warning: there is no history: {error}");
@@ -160,9 +160,9 @@ pub fn watched(
 
 /// Says under which name a history is written because another file has the usual one.
 fn announced(left: &Path, temporary: &Path) -> String {
-    let recover = recovering(left).map(|command| format!(" (should a killed run have left it: {command})"));
+    let recover = recovering(left).map(|command| format!(" (if a killed run has left it: {command})"));
     format!(
-        "{} is there and is left as it is{}; until this history is whole it is written to {}",
+        "{} exists and is kept{} until this history is complete; the history is written to {}",
         shown(left),
         recover.unwrap_or_default(),
         shown(temporary)

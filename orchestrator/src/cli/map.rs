@@ -95,7 +95,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         tell(&told(&answering))?;
         return Err(CliError::Argument {
             argument: format!("--out {}", shown(&args.out)),
-            message: "nothing is drawn: no run is there, or a column is missing".to_owned(),
+            message: "nothing is drawn: no run is finished, or a column is missing".to_owned(),
             allowed: None,
         });
     }
@@ -133,7 +133,7 @@ fn refuse_other_formats(out: &Path) -> Result<(), CliError> {
     }
     Err(CliError::Argument {
         argument: format!("--out {}", shown(out)),
-        message: "a map is one file, of the kind that its extension names".to_owned(),
+        message: "a map is one file; its extension selects the format".to_owned(),
         allowed: Some(".svg, .png or .html".to_owned()),
     })
 }
@@ -185,8 +185,6 @@ fn of_study(questions: &[Question], name: Option<&str>, file: &Path) -> Result<Q
         },
         (None, 1) => Ok(maps().next().expect("one was counted").clone()),
         (None, 0) => wrong("map".to_owned(), format!("{} asks for no map", shown(file))),
-        (None, count) => {
-            wrong("map".to_owned(), format!("{} asks for {count} maps; one of them is drawn", shown(file)))
-        }
+        (None, count) => wrong("map".to_owned(), format!("{} asks for {count} maps; select one of them", shown(file))),
     }
 }

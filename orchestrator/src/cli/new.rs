@@ -75,8 +75,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
                 && !path.with_file_name(STUDY_MACHINE).exists()
             {
                 remark(&format!(
-                    "hint: its machine, {STUDY_MACHINE}, is not there (paths are relative to the study): let `machine` name yours, \
-                     or write the study into the folder studies/ of bladeoff"
+                    "hint: its machine, {STUDY_MACHINE}, does not exist (paths are relative to the study): let \
+                     `machine` name your machine file, or write the study into the folder studies/ of bladeoff"
                 ));
             }
         }

@@ -35,7 +35,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let saved = recover(&args.file, &out)?;
     let end = match saved.end {
         RecoveredEnd::Whole => "nothing was cut in the middle",
-        RecoveredEnd::Cut => "the rest was cut in the middle of a record",
+        RecoveredEnd::Cut => "the rest ends in the middle of a record",
         RecoveredEnd::Damaged => "what follows is damaged and was not copied",
     };
     let (messages, last) = (counted(saved.messages, "message"), format_quantity(saved.last, "s"));

@@ -72,11 +72,7 @@ pub enum DesignExportError {
 #[derive(Debug, thiserror::Error)]
 pub enum NotCompared {
     /// Nothing stands under the name.
-    #[error(
-        "{} is not there: a result directory, or a table of one, is what can be compared{}",
-        shown(path),
-        meant(path)
-    )]
+    #[error("{} does not exist; allowed: a result directory or a result table{}", shown(path), meant(path))]
     Missing {
         /// The name.
         path: PathBuf,
@@ -94,7 +90,7 @@ pub enum NotCompared {
     #[error(transparent)]
     Compare(#[from] CompareError),
     /// Files are replaced again and again.
-    #[error("the tables are replaced while they are read, again and again: a run writes them")]
+    #[error("the tables were replaced while they were read, several times: a run is writing them")]
     Changing,
 }
 
@@ -206,14 +202,14 @@ fn sample_command(command: &str, directory: &Path, sample: &str) -> String {
 #[derive(Debug, thiserror::Error)]
 pub enum WhyError {
     /// A run that has not written down yet what it computes.
-    #[error("the run in {} is just beginning: its study is not written there yet", shown(directory))]
+    #[error("the run in {} is starting: its study is not written yet", shown(directory))]
     Beginning {
         /// The directory.
         directory: PathBuf,
     },
     /// The study that was frozen in the directory.
     #[error(
-        "the study frozen in {} cannot be read any more{}",
+        "the frozen study in {} can no longer be read{}",
         shown(directory),
         again.as_ref().map(|command| format!("; this writes it there again: {command}")).unwrap_or_default()
     )]
@@ -283,7 +279,7 @@ pub enum ReplayError {
     },
     /// There is no transient.
     #[error(
-        "replay follows a transient: the study in {} has model = \"function\", whose rows are all there is to see (`why`, `export`)",
+        "replay computes a transient again: the study in {} has model = \"function\" and has rows only (`why`, `export`)",
         shown(directory)
     )]
     Function {

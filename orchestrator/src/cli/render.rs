@@ -22,7 +22,7 @@ pub fn render(error: &CliError) -> String {
         }
         CliError::Overridden { problems, given } => {
             let text = render_problems(std::slice::from_ref(problems));
-            format!("{}, with {} in place of what it says\n", text.trim_end(), visible(given))
+            format!("{}, with {} in place of its own value\n", text.trim_end(), visible(given))
         }
         CliError::Study(StudyError::Problems(files)) => render_problems(files),
         CliError::Argument { argument, message, allowed } => {

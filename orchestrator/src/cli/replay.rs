@@ -129,7 +129,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         _ if compared.differences.is_empty() => Ok(Exit::Ok),
         // expected, no bug
         Some(other) => {
-            remark(&format!("note: {other}, so that differences are expected"));
+            remark(&format!("note: {other}, so differences are expected"));
             Ok(Exit::Failures)
         }
         None => Ok(Exit::Bug),
@@ -408,7 +408,7 @@ impl Compared {
 fn compared(row: &Table, machine: &Machine, outcome: &Outcome) -> Compared {
     let cause = row.words("cause").and_then(|words| words[0].as_deref()).and_then(Cause::from_word);
     if let Some(cause) = cause.filter(|cause| !cause.is_deterministic()) {
-        let why = format!("the row is {}: there is nothing in it to compare", cause.word());
+        let why = format!("the row is {}: it has no values to compare", cause.word());
         return Compared { columns: 0, differences: Vec::new(), nothing: Some(why) };
     }
     let mut differences = Vec::new();

@@ -310,7 +310,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
     }
     let trust = if args.trust_dir { TRUST } else { "" };
     let go_on_in = |out: &Path| {
-        remark(&format!("what is finished is kept; resume with: {}{trust}", resume_command(out, &samples)))
+        remark(&format!("finished samples are kept; resume with: {}{trust}", resume_command(out, &samples)))
     };
     let print_command = || go_on_in(&out);
     let finished = run(&request, &samples, &remark).inspect_err(|error| {
@@ -360,7 +360,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
 fn end_unprepared(why: Ended) {
     let by = why.by_option().map(|option| format!(" by {option}")).unwrap_or_default();
     remark(&format!(
-        "ended{by} before the first sample was handed out; the same command begins again, and keeps what was finished before"
+        "ended{by} before the first sample was assigned; rerun the same command to resume, samples finished before are kept"
     ));
     give_back(why);
     let exit = if let Ended::Signalled(signal) = why { Exit::from(signal) } else { Exit::Incomplete };

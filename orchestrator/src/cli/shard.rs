@@ -56,7 +56,7 @@ impl ShardArgs {
             ShardRequest { run, shard, chunk: self.chunk, reuse: self.reuse.clone(), scratch, patience: self.patience };
         let finished = run_shard(&request, samples, &|text| remark(text)).inspect_err(|error| {
             if !error.is_refusal() && !matches!(error, ShardError::Damaged { .. }) {
-                remark(&format!("what is published is kept; resume with: {again}"));
+                remark(&format!("published chunks are kept; resume with: {again}"));
             }
         })?;
         remark(&in_words(&finished));

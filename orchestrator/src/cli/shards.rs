@@ -26,7 +26,7 @@ pub(super) fn as_text(directory: &Path, seen: &ShardsStatus, ahead: Option<&Stag
     let state = match (seen.is_merged, seen.there == seen.chunks, living) {
         (true, _, _) => "complete".to_owned(),
         (false, true, _) => "all chunks are there, not merged".to_owned(),
-        (false, false, 0) => "no attempt is running: those that began have ended or no longer report".to_owned(),
+        (false, false, 0) => "no attempt is running: every attempt has ended or no longer reports".to_owned(),
         (false, false, _) => format!("running: {}", counted(living as u64, "attempt")),
     };
     let mut lines = Vec::new();

@@ -259,10 +259,10 @@ fn state<'a>(seen: &DirectoryStatus, end: Option<&str>, word: impl Fn(&str) -> O
         },
         RunState::Unknown { why } => {
             let last = match (word("updated"), word("state")) {
-                (Some(time), Some(said)) => format!("its last word, at {time}, was: {said}"),
+                (Some(time), Some(said)) => format!("its last message, at {time}: {said}"),
                 _ => "it has reported nothing".to_owned(),
             };
-            format!("unknown, whether a run lives: {why}; {last}")
+            format!("unknown whether a run is alive: {why}; {last}")
         }
         RunState::Ended => match (word("state"), word("error")) {
             (Some("failed"), Some(error)) => format!("ended: failed: {error}"),

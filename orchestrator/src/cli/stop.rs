@@ -58,7 +58,7 @@ pub(super) fn stopped(signal: Signal, temporary: Option<&Path>) -> String {
         Signal::Terminate => "a signal",
     };
     let left = temporary.and_then(what_is_left).unwrap_or_else(|| "nothing of its history is kept".to_owned());
-    format!("the run was ended by {by} before its end\n  {left}")
+    format!("the run was ended by {by} before it was complete\n  {left}")
 }
 
 /// What can be done with the part of a history that is not whole, if there is any.
@@ -66,8 +66,9 @@ pub(super) fn what_is_left(temporary: &Path) -> Option<String> {
     if !temporary.symlink_metadata().is_ok_and(|found| found.is_file() && found.len() > 0) {
         return None;
     }
-    let whole = recovering(temporary).map(|command| format!("; a whole file of it: {command}")).unwrap_or_default();
-    Some(format!("what was written until then is in {}{whole}", shown(temporary)))
+    let whole =
+        recovering(temporary).map(|command| format!("; to make a complete file of it: {command}")).unwrap_or_default();
+    Some(format!("the part written until then is in {}{whole}", shown(temporary)))
 }
 
 /// The command that makes a whole file of what a run has left, of a format from which one can be made.

@@ -141,7 +141,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         remark(&format!("each task has {}; it ends after {}", duration(time), duration(own)));
     }
     remark(&if job.todo.is_empty() {
-        "every chunk is there: the merge alone is left".to_owned()
+        "every chunk exists: only the merge is left".to_owned()
     } else {
         format!(
             "{} of {of} have something to do; scripts in {}",

@@ -72,7 +72,7 @@ fn table(checks: &[Check]) -> String {
     let failed = checks.iter().filter(|check| !check.holds()).count();
     let verdict = match failed {
         0 => format!("all {} numbers hold", checks.len()),
-        failed => format!("{failed} of {} numbers do not hold", checks.len()),
+        failed => format!("{failed} of {} values are out of tolerance", checks.len()),
     };
     format!("{}\n{verdict}\n", table.render(""))
 }
@@ -141,7 +141,7 @@ mod tests {
     fn the_table_says_what_fails() {
         let text = table(&[check(Some(211.331)), check(Some(212.0)), check(None)]);
         assert!(text.contains("pass") && text.contains("FAIL"), "{text}");
-        assert!(text.ends_with("2 of 3 numbers do not hold\n"), "{text}");
+        assert!(text.ends_with("2 of 3 values are out of tolerance\n"), "{text}");
         assert!(text.contains("211.3310000") && text.contains("3.2e-3"), "{text}");
     }
 

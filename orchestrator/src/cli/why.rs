@@ -403,7 +403,7 @@ fn status_in_words(status: Status, notes: CauseSet) -> String {
         }
         Status::Invalid => "invalid: it finished, but a numerical check failed; its values are kept",
         Status::Failed => "failed: it ended early; its values are those up to then",
-        Status::Quarantined => "quarantined: given up, it has no values",
+        Status::Quarantined => "quarantined: given up after repeated deaths of its worker; it has no values",
     };
     words.to_owned()
 }
@@ -435,7 +435,7 @@ fn unfinished(
         }
         RunState::Complete | RunState::Ended => format!("not finished{resume_command}"),
         RunState::Unknown { why } => {
-            format!("not finished, or not yet in a part of the table; whether a run lives is not known: {why}")
+            format!("not finished, or not yet in a part of the table; unknown whether a run is alive: {why}")
         }
     }
 }

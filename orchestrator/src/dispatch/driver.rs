@@ -186,7 +186,7 @@ impl<'a> Driver<'a> {
         let is_answered = match incoming.message.body {
             Body::Hello(hello) if self.parts.options.build.is_some_and(|build| build != hello.build) => {
                 // It dies before it asked, which ends the run when it happens again and again.
-                self.parts.log.line(Some(worker), "refused: it is another build of the program")?;
+                self.parts.log.line(Some(worker), "rejected: it is another build of the program")?;
                 self.processes.kill(worker);
                 false
             }

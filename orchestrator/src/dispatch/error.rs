@@ -19,14 +19,16 @@ pub enum DispatchError {
     #[error("the connection to the workers failed")]
     Link(#[from] LinkError),
     /// The hub thread does not answer.
-    #[error("no message could be exchanged for {seconds} s; what was recorded is kept; rerun the command to resume")]
+    #[error(
+        "no message could be exchanged for {seconds} s; recorded samples are kept; rerun the same command to resume"
+    )]
     Stuck {
         /// Waiting time.
         seconds: u64,
     },
     /// Shared memory could not be created in time.
     #[error(
-        "making shared memory does not end: after {seconds} s something still waits. Files of other users under its name: {}",
+        "creating shared memory did not finish within {seconds} s. Files of other users under its name: {}",
         list(foreign)
     )]
     MemoryStuck {
@@ -37,7 +39,7 @@ pub enum DispatchError {
     },
     /// Another process takes every name.
     #[error(
-        "another user takes the names of this run's shared memory ({tries} were tried), the last time with {}",
+        "files of another user have the names of this run's shared memory ({tries} names were tried), the last one {}",
         list(foreign)
     )]
     NamesTaken {
@@ -49,7 +51,7 @@ pub enum DispatchError {
         source: LinkError,
     },
     /// Workers do not start.
-    #[error("{deaths} workers in a row ended before they asked for work; the last one said: {last_words}")]
+    #[error("{deaths} workers in a row ended before they asked for work; last message: {last_words}")]
     WorkersDoNotStart {
         /// Number of workers tried.
         deaths: u32,

@@ -41,7 +41,7 @@ impl HubWatch {
         if self.ticks.is_multiple_of(TICKS_PER_CHECK) {
             let removed = self.unfinished.sweep(now);
             if removed > 0 {
-                log.line(None, &format!("removed {removed} unfinished pieces of memory of dead workers"))?;
+                log.line(None, &format!("removed {removed} unfinished shared-memory segments of dead workers"))?;
             }
             if self.pinged.is_none() {
                 self.pinged = Some(self.ticks);

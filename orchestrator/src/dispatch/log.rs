@@ -50,7 +50,7 @@ impl Log {
         let words = match why {
             KillReason::TimeLimit => "killed: its sample exceeds the time limit",
             KillReason::Silent => "killed: nothing was heard of it",
-            KillReason::Lost => "killed: it waits for an answer that was given",
+            KillReason::Lost => "killed: it waits for an answer that was already sent",
             KillReason::Ending => "killed: the run ends",
         };
         self.line(Some(worker), words)
@@ -83,7 +83,9 @@ impl Log {
         self.written += line.len() as u64;
         let result = match (before < LONGEST_LOG, self.written < LONGEST_LOG) {
             (true, true) => self.file.write_all(line.as_bytes()),
-            (true, false) => self.file.write_all(b"orchestrator: the log is full, nothing more is kept of this run\n"),
+            (true, false) => {
+                self.file.write_all(b"orchestrator: the log is full; further messages of this run are not kept\n")
+            }
             _ => Ok(()),
         };
         result.map_err(|source| DispatchError::Log { path: self.path.clone(), source })

@@ -182,12 +182,12 @@ const CONTACT: [(&str, &str, fn(&ContactFrame<'_>) -> f64, &str); 10] = [
         |c| c.gap,
         "smallest gap, in the run's own gap function, as the contact force of the step before left it",
     ),
-    ("angle_rad", "rad", |c| c.angle, "angle of the closest place of the ring"),
+    ("angle_rad", "rad", |c| c.angle, "angle of the ring point closest to the rotor"),
     ("normal_force_N", "N", |c| c.normal_force, "normal contact force of this one step"),
     ("friction_force_N", "N", |c| c.friction_force, "friction force of this one step"),
     ("slip_m_s", "m/s", |c| c.slip, "slip velocity; 0 without contact"),
-    ("ring_radial_m", "m", |c| c.ring[0], "radial displacement of the ring at the closest place"),
-    ("ring_tangential_m", "m", |c| c.ring[1], "tangential displacement of the ring at the closest place"),
+    ("ring_radial_m", "m", |c| c.ring[0], "radial displacement of the ring at the point closest to the rotor"),
+    ("ring_tangential_m", "m", |c| c.ring[1], "tangential displacement of the ring at the point closest to the rotor"),
 ];
 
 /// Every channel of a machine, in the order of the files.

@@ -41,7 +41,7 @@ pub(super) fn answers(
         let of: Vec<&Answer> = answering.answers.answers.iter().filter(|answer| answer.name == question.name).collect();
         blocks.push(Block::Heading(in_words(question)));
         if of.is_empty() {
-            blocks.push(Block::Text("No answer yet: no point is there in every group.".to_owned()));
+            blocks.push(Block::Text("No answer yet: no point is finished in every group.".to_owned()));
             continue;
         }
         match &of[..] {
@@ -233,7 +233,7 @@ pub(super) fn precision(
     if !blocks.is_empty() {
         blocks.insert(
             0,
-            Block::Text("Four times the points halve an interval; what bad runs leave open stays.".to_owned()),
+            Block::Text("Four times the points halve an interval. The part that bad runs leave open stays.".to_owned()),
         );
     }
     if !short.is_empty() {

@@ -75,6 +75,6 @@ mod tests {
             "Coulomb, constant coefficient 0.139, stick and slip; no heat",
         );
         assert_eq!(difference(first, other), "0.139");
-        assert_eq!(difference("off, so that there is no sag", "on, 9.81 m/s2"), "on, 9.81 m/s2");
+        assert_eq!(difference("off: no sag", "on, 9.81 m/s2"), "on, 9.81 m/s2");
     }
 }

@@ -23,7 +23,7 @@ const STRUCTURES: std::ops::RangeInclusive<usize> = 16..=32;
 #[must_use]
 pub fn bearings_of(samples: &Samples) -> Vec<String> {
     let Some(first) = machine_of(samples, 0) else { return Vec::new() };
-    let what = || format!("{}, to see what loads of its bearings lack", matrices_of(&first));
+    let what = || format!("{}, to see what part of its bearing loads is missing", matrices_of(&first));
     with_word(what, || {
         let moving = moving(samples, &first);
         let all = if moving.is_empty() { 1 } else { samples.count() };

@@ -112,7 +112,7 @@ fn exceedance(question: &Question, column: &str, curve: &Curve, columns: &[Table
     Some(
         chart
             .figure(
-                caption(question, &format!("how probable more than a level of {} is", quantity.name), groups.len()),
+                caption(question, &format!("probability that {} exceeds a level", quantity.name), groups.len()),
                 None,
             )
             .into(),

@@ -199,7 +199,8 @@ pub(super) fn inputs(samples: &Samples, coordinates: &[Coordinate], found: &[Opt
     };
     let drawn = coordinates.iter().zip(found).filter(|(of, _)| !of.is_result && is_drawn(of));
     let drawn: Vec<Block> = drawn.filter_map(|(of, found)| Some(found.as_ref()?.figure(of, &[], HEIGHTS.0))).collect();
-    let source = "The distributions are those of the study file, which is under \u{201c}Provenance\u{201d} with its comments. Whether they are data of the machine or examples has to be known from there.";
+    let source = "The distributions are those of the study file, which is under \u{201c}Provenance\u{201d} with its \
+                  comments. Read there whether they are data of the machine or examples.";
     let source = (!drawn.is_empty()).then(|| Block::Text(source.to_owned()));
     source.into_iter().chain(drawn).collect()
 }

@@ -29,8 +29,8 @@ pub(super) fn failures(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     } else {
         blocks.push(Block::Table(causes(&bad, seen, subject)));
         blocks.push(Block::Note(
-            "failed: ended early; invalid: finished, but a validity check did not hold; beyond: exceeded a limit of the physical model, the numerical checks \
-             passed; quarantined: its process ended repeatedly."
+            "failed: ended early. Invalid: finished, but a validity check failed. Beyond: exceeded a limit of the \
+             physical model, with all numerical checks passed. Quarantined: its process ended repeatedly."
                 .to_owned(),
         ));
     }
@@ -202,7 +202,7 @@ fn lines(seen: &Seen, shown: &[Shown]) -> Figure {
         .collect();
     let kind: Vec<usize> = rows.iter().map(|row| kind_of(seen, &seen.picked[*row])).collect();
     let drawing = parallel(&coordinates, &kind, &kinds(seen));
-    let lines = if step == 1 { String::new() } else { format!(" Of the ok runs {} are drawn.", goods.div_ceil(step)) };
+    let lines = if step == 1 { String::new() } else { format!(" {} of the ok runs are drawn.", goods.div_ceil(step)) };
     let caption = format!("Each line is a run, from its parameters on the left to its results on the right.{lines}");
     Figure { caption, drawing, plot: None, table: None }
 }

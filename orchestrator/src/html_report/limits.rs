@@ -106,7 +106,7 @@ impl LimitTable {
             let (key, (largest, sample)) = (of.of.lacks?, of.stress?);
             let (is_above, (column, part)) = (largest > ABOVE_ANY_STEEL, stress(of.of.limit.limit)?);
             let shown = format_digits(largest, "Pa", 4);
-            let more = if is_above { ", above what any steel bears elastically" } else { "" };
+            let more = if is_above { ", above the elastic limit of any steel" } else { "" };
             Some((
                 column,
                 part,
@@ -123,7 +123,8 @@ impl LimitTable {
         let Some(table) = self.page() else { return Vec::new() };
         let ends = self.judged().any(|of| of.exceeded > 0 && of.of.limit.on_exceed == OnExceed::Beyond);
         let note = ends.then(|| {
-            let text = "A run that ends at a limit has a ratio just above 1 there. How far the machine would have exceeded the limit is not computed.";
+            let text = "A run that ends at a limit has a ratio just above 1 there. How far the machine would exceed \
+                        the limit is not computed.";
             Block::Note(text.to_owned())
         });
         std::iter::once(Block::Table(table)).chain(note).collect()

@@ -198,8 +198,8 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
         let mut text = format!("This study is not complete: {} of {} have ended.", seen.rows, counted(of, "run"));
         if let Some(Looked { answering, .. }) = looked {
             text += &format!(
-                " Counts, regimes and lists of runs are of these; answers are from the first {} of {}, up to the one before the first that is missing: what ends first \
-                 is not random.",
+                " Counts, regimes and lists of runs cover these. Answers cover the first {} of {}, up to the first \
+                 unfinished sample, because the samples that end first are not random.",
                 answering.points,
                 counted(answering.of, "point")
             );

@@ -67,7 +67,7 @@ fn said(name: &str, answer: &Answer, (at, half_width): (usize, f64)) -> String {
     let decisive = answer.most_decisive().filter(|decisive| *decisive != at);
     let decisive = decisive.and_then(|at| Some((answer.figure_name(at), half(answer, at)?)));
     let more = match decisive {
-        Some((figure, half)) => format!("; that of the most decisive, {figure}, is {}", show(half)),
+        Some((figure, half)) => format!("; that of the main driver, {figure}, is {}", show(half)),
         None => String::new(),
     };
     format!("{name}: half of the widest interval is {} ({}){more}.", show(half_width), answer.figure_name(at))

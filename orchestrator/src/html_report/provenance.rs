@@ -16,10 +16,13 @@ const MOST: u64 = 1 << 20;
 
 /// Limits of the model, as in the README.
 pub const LIMITS: [&str; 5] = [
-    "Bearings are linear about their static point, with constant coefficients or a table over the speed; there is no oil film. Shaft and rings are linear: displacements beyond a few per cent of the ring's radius, and stresses beyond yield, show that a value is too large, not how large.",
+    "Bearings are linear about their static point, with constant coefficients or a table over the speed; there is no \
+     oil film. Shaft and rings are linear. A displacement beyond a few per cent of the ring's radius, or a stress \
+     beyond yield, shows that the value is too large, not how large it would be.",
     "Diaphragms that touch are planar (no axial or tilting motion of the ring) and coupled by the shaft alone, with a rigid rotor section. Friction is dry with one coefficient; heat, wear and breaking blades are not modelled.",
     "The lost blade leaves at once; its impact on neighbours and casing is not covered.",
-    "Heavy rubs are sensitive: valid discretisations differ by some tenths of a per cent over many impacts, single cases by more. `run.twin` measures it for a run.",
+    "Heavy rubs are sensitive: valid discretisations differ by some tenths of a per cent over many impacts, single \
+     runs by more. `run.twin` measures this sensitivity for a run.",
     "Intervals cover the number of points only. They do not cover a wrong distribution or a missing correlation.",
 ];
 

@@ -34,8 +34,8 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer], columns: &[T
         }
         let what = match found.estimator {
             "morris" => "mean size of its effects: mu*",
-            "sobol" => "part of the variance: first order, total",
-            _ => "first order by ranks (part of the variance); rank correlation",
+            "sobol" => "share of the variance: first order, total",
+            _ => "first order by ranks (share of the variance); rank correlation",
         };
         let scale = scale(found, columns);
         blocks.push(bars(&name, found, (kinds, what), &scale));
@@ -156,7 +156,8 @@ fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
         String::new()
     };
     let caption = format!(
-        "{name}: far to the right it matters; high up its effect depends on the others, or is no straight line.{rest}"
+        "{name}: a parameter far to the right has a large effect; high up, its effect depends on other parameters or \
+         is not linear.{rest}"
     );
     Some(chart.figure(caption, None).into())
 }

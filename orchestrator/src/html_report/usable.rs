@@ -79,8 +79,9 @@ pub(super) fn usable(
 fn restrict(one: &mut Use, parts: &str) {
     one.word = RESTRICTED;
     one.why += &format!(
-        "; but in some ok runs the stress of {parts} exceeds what any steel bears, so that contact forces and what follows from them are not those of the machine: \
-         with a yield_strength such runs count as beyond the model"
+        "; but in some ok runs the stress of {parts} exceeds the elastic limit of any steel. Contact forces and all \
+         results that depend on them are then not those of the machine. With a yield_strength such runs count as \
+         beyond the model"
     );
 }
 
@@ -96,7 +97,7 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
         _ if bad >= n => (NO, "no run of it is ok".to_owned()),
         _ if is_one_number && !has_interval => (NO, "there is no interval".to_owned()),
         _ if is_one_number && answers.iter().any(|answer| answer.low.is_none() || answer.high.is_none()) => {
-            (RESTRICTED, "it has one limit only: how far the value lies on the other side is not known".to_owned())
+            (RESTRICTED, "it has a limit on one side only".to_owned())
         }
         Ask::Sensitivity(_)
             if answers.iter().all(|answer| answer.without_interval().is_some_and(|why| why.starts_with("no "))) =>
@@ -104,15 +105,15 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
             (NO, "no index has an interval".to_owned())
         }
         Ask::Sensitivity(_) if answers.iter().any(|answer| !answer.notes.is_empty()) => {
-            (RESTRICTED, "the notes below it say what it does not describe".to_owned())
+            (RESTRICTED, "the notes below it list what it does not describe".to_owned())
         }
         _ if bad == 0 => (YES, "all its runs are ok".to_owned()),
         Ask::One(Figure::Mean(_)) | Ask::Difference(Figure::Mean(_), ..) | Ask::Sensitivity(_) => {
-            (RESTRICTED, format!("it describes the ok runs alone; {runs} not ok are left out"))
+            (RESTRICTED, format!("it describes the ok runs only; {runs} not ok are left out"))
         }
         Ask::Map(_) => (RESTRICTED, format!("hatched cells have runs that are not ok ({runs})")),
         Ask::One(_) | Ask::Difference(..) | Ask::Exceedance(_) | Ask::Fragility(..) => {
-            (YES, format!("use the interval, not the estimate: it holds whatever the {runs} not ok would have shown"))
+            (YES, format!("use the interval, not the estimate: it holds for any outcome of the {runs} not ok"))
         }
     };
     Some(Use { number: format!("answer {}", in_words(question)), word, why })
@@ -126,15 +127,13 @@ fn of_rows(seen: &Seen) -> Vec<Use> {
     if ok > 0 {
         let mut why = "all checks passed, and no limit that ends a run was exceeded".to_owned();
         if bad > 0 {
-            why +=
-                "; the ok runs are a selection, in which the runs that are not ok, often the worst ones, are missing";
+            why += "; the ok runs are a selection: the runs that are not ok, often the worst ones, are missing";
         }
         let word = if bad > 0 { RESTRICTED } else { YES };
         uses.push(Use { number: format!("results of the ok runs: {}", share(ok)), word, why });
     }
     if bad > 0 {
-        let why =
-            "the value reached while limits and guards held is a lower bound of a maximum, nothing more".to_owned();
+        let why = "the value reached while limits and guards held is a lower bound of a maximum".to_owned();
         uses.push(Use { number: format!("results of runs that are not ok: {}", share(bad)), word: NO, why });
     }
     uses

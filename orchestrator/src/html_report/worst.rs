@@ -39,7 +39,7 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
         }
         if *unknown > 0 && !is_function {
             blocks.push(Block::Note(format!(
-                "{} not ok and not in the list: {} before the guard or limit was exceeded is not known.",
+                "{} not ok and not in the list: their {} before the guard or limit was exceeded is unknown.",
                 are_counted(*unknown),
                 coordinate.name
             )));
@@ -47,11 +47,12 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     }
     if !blocks.is_empty() {
         let text = if is_function {
-            "Runs with the status ok. The commands hold in the directory where this page was written.".to_owned()
+            "Runs with the status ok. The commands work in the directory where this page was written.".to_owned()
         } else {
             "Runs of every status. For runs that are not ok, the list is ordered by the value before a guard or limit was exceeded: a lower bound. \
              The column \"in the table\" is the value of results.parquet, up to the end of the run. The last line is the worst ok run if it is not \
-             among them. The commands hold in the directory where this page was written. With --history FILE.mcap they also write the time history \
+             among them. The commands work in the directory where this page was written. With --history FILE.mcap \
+             they also write the time history \
              (bladeoff plot FILE.mcap)."
                 .to_owned()
         };

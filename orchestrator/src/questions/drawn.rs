@@ -10,7 +10,7 @@ use bladeoff_study::Samples;
 #[must_use]
 pub fn drawn(samples: &Samples, points: u64) -> Draw {
     let Some(layout) = samples.layout() else {
-        return Draw::without("no interval: a study without [design] chooses its samples, and draws none");
+        return Draw::without("no interval: a study without [design] has chosen samples, not random ones");
     };
     let replicate: Vec<u32> = (0..points).map(|point| layout.replicate(point) as u32).collect();
     let design = Design {

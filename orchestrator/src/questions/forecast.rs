@@ -236,7 +236,7 @@ impl Forecasts {
     pub fn head(&self) -> String {
         let count = self.per_hour.round();
         let points = if count >= 1.0 { counted(count as u64, "point") } else { "less than a point".to_owned() };
-        format!("Forecast, at {points} an hour as measured, with the scatter so far")
+        format!("Forecast, at the measured pace of {points} an hour and the scatter so far")
     }
 
     /// For programs.

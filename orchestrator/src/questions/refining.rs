@@ -117,15 +117,15 @@ impl Refinement {
         let Some(grid) = Grid::new(lengths, first) else {
             let message =
                 format!("{} and {} values come first, of {} and {}", first[0], first[1], lengths[0], lengths[1]);
-            let refused = Unrefined::new(message, "at least 2 values of each, and at most as many as there are");
+            let refused = Unrefined::new(message, "at least 2 values of each axis, and at most all of them");
             let refused = if asked.is_some() { refused.by(Key::First) } else { refused };
             return if is_part { Ok(None) } else { Err(refused) };
         };
         let each = samples.count() / (lengths[0] * lengths[1]) as u64;
         let begun = grid.first().len() as u64 * each;
         if begun > def.max_samples {
-            let message = format!("{begun} samples come first, and max_samples = {} is all", def.max_samples);
-            let refused = Unrefined::new(message, "a larger max_samples, or fewer values with `first`");
+            let message = format!("{begun} samples come first, and max_samples = {} allows no more", def.max_samples);
+            let refused = Unrefined::new(message, "a larger max_samples, or fewer values in `first`");
             return Err(refused.by(Key::MaxSamples));
         }
         // differences between panels are no matter
@@ -138,9 +138,9 @@ impl Refinement {
     #[must_use]
     pub fn whole_part(samples: &Samples) -> Option<&'static str> {
         let why = if samples.layout().is_none() && samples.limit().is_some() {
-            "--limit takes the first samples, wherever they are on the map: [refine] leaves none of them out"
+            "--limit takes the first samples, anywhere on the map: [refine] cannot leave any out"
         } else {
-            "so small a part has less than two values along an axis of the map: [refine] leaves nothing of it out"
+            "so small a part has fewer than two values along an axis of the map: [refine] cannot leave any out"
         };
         samples.study().refine.as_ref().map(|_| why)
     }
@@ -152,7 +152,7 @@ impl Refinement {
         let (first, [begun, most]) = (self.grid.first().len(), self.samples());
         vec![
             format!("{first} of the {} combinations of {} come first: {begun} samples", x * y, self.question.name),
-            format!("others where its regime or event changes: {most} samples in all, at most"),
+            format!("more where the regime or event changes: at most {most} samples in all"),
         ]
     }
 

@@ -94,7 +94,7 @@ fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
     let first = question.map(|(at, question)| (format!("question[{at}]"), question.span.clone()));
     let first = first.or(asked.gates.first().map(|gate| ("gate[0].require".to_owned(), gate.require.span.clone())));
     if let Some((key, span)) = first {
-        let message = "questions and gates are about random points: they need a [design]";
+        let message = "questions and gates need random points, so a [design]";
         problems.add(span, key, message).allowed =
             Some("[design] with kind = \"monte-carlo\" and samples = 1000, and [[uncertain]] parameters".to_owned());
     }

@@ -32,17 +32,17 @@ pub enum AnsweringError {
     #[error(transparent)]
     Gate(#[from] GateError),
     /// A study without random points.
-    #[error("the study has no [design]: its samples are no random points, and answer no question")]
+    #[error("the study has no [design]: its samples are not random and cannot answer a question")]
     NoDesign,
     /// A gate of a study that refines.
-    #[error("[refine] chose which combinations are there by their results: a gate would say nothing of the others")]
+    #[error("[refine] chose the combinations by their results: a gate would not cover the others")]
     Refined,
     /// The machine cannot be built, so that the columns of its table are not known.
-    #[error("the machine of the study cannot be built any more")]
+    #[error("the machine of the study can no longer be built")]
     Unread,
     /// A row that no study of these samples has.
     #[error(
-        "{}: sample {sample} is none of the study's, or its status or causes cannot be read",
+        "{}: sample {sample} does not belong to the study, or its status or causes cannot be read",
         bladeoff_system::shown(path)
     )]
     Row {

@@ -40,10 +40,9 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
             let (bad, wanted) = (bad_of(answer).words(), answer.scale.show(*wanted));
             let s = if answer.bad == 1 { "s" } else { "" };
             let open = match open {
-                Some(open) => format!(
-                    "alone make{s} half of its interval {}, and {wanted} is asked for",
-                    answer.scale.show(*open)
-                ),
+                Some(open) => {
+                    format!("alone make{s} half of its interval {}; {wanted} is required", answer.scale.show(*open))
+                }
                 None => format!("leave{s} it without a limit"),
             };
             // of these one line says so for all figures
@@ -53,7 +52,7 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
             let narrow = if *is_sure { "do not narrow that" } else { "may not narrow that" };
             format!("{bad} {open}: more points {narrow}, find out why they fail")
         }
-        Hindrance::Zero => "its estimate is 0 so far, so that `relative` allows no width: set `half_width`".to_owned(),
+        Hindrance::Zero => "its estimate is 0 so far, so `relative` allows no width: set `half_width`".to_owned(),
         Hindrance::NoNumber => {
             let why = answer.sensitivity.as_ref().and_then(|found| found.indices.without);
             format!("it has no number{}", why.map_or(String::new(), |why| format!(": {why}")))
@@ -69,18 +68,18 @@ fn wide(rule: &StopRule, figures: &Figures, answer: &Answer) -> Option<String> {
         Precision::Wide { half, wanted } => {
             let holds_zero = figures.low.is_some_and(|low| low <= 0.0) && figures.high.is_some_and(|high| high >= 0.0);
             let near = if rule.relative.is_some() && holds_zero {
-                "; it may be 0, of which `relative` leaves no width"
+                "; its value may be 0, where `relative` allows no width"
             } else {
                 ""
             };
-            Some(format!("half of its interval is {}, {} is asked for{near}", show(half), show(wanted)))
+            Some(format!("half of its interval is {}; {} is required{near}", show(half), show(wanted)))
         }
         Precision::BadRuns => {
             let half = figures.high.zip(figures.low).map(|(high, low)| 0.5 * (high - low));
             let wanted = figures.estimate.and_then(|estimate| rule.wanted(estimate));
             let (half, wanted) = (half.map_or("without a limit".to_owned(), show), wanted.map_or(String::new(), show));
             let bad = bad_of(answer).words();
-            Some(format!("half of its interval is {half} for what {bad} may have been, {wanted} is asked for"))
+            Some(format!("half of its interval is {half} for any outcome of {bad}; {wanted} is required"))
         }
         Precision::NoInterval => Some("it has no interval".to_owned()),
     }

@@ -180,7 +180,7 @@ fn lacking(columns: &[TableColumn]) -> Vec<(String, String)> {
         let lacks = column.lacks.as_ref().map(|needed| format!("every run: the machine needs {needed}"));
         lacks.or_else(|| {
             let of = name.strip_prefix("guarded_").filter(|_| guarded.contains(name))?;
-            Some(format!("ok runs: ask for `{of}`, which counts the guarded value of the other runs"))
+            Some(format!("ok runs: use `{of}`, which counts the guarded value of the other runs"))
         })
     };
     columns.iter().filter_map(|column| Some((column.field.name.clone(), why(column)?))).collect()

@@ -51,7 +51,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
             if has_other_keys(old, folder, header) {
                 found.push(Change {
                     key: "keys of the samples".to_owned(),
-                    from: "of an earlier build, which counted run.step_limit among the inputs".to_owned(),
+                    from: "from an earlier build, in which run.step_limit was an input".to_owned(),
                     to: "without it".to_owned(),
                 });
             }
@@ -59,7 +59,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
         Err(_) => found.push(Change {
             key: shown(directory.join(STUDY)),
             from: "cannot be read any more".to_owned(),
-            to: "compared by the keys of the samples alone".to_owned(),
+            to: "compared only by the keys of the samples".to_owned(),
         }),
     }
     if found.is_empty() {

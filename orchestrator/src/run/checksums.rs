@@ -257,7 +257,7 @@ fn record(path: &Place, state: Option<&RunState>) -> Verified {
     let unknown = |words: &str| Verified { name: name.clone(), is_whole: None, words: format!("unknown: {words}") };
     match state {
         Some(RunState::Running { .. }) => return unknown("the run writes it"),
-        Some(RunState::Unknown { .. }) => return unknown("whether a run writes it is not known"),
+        Some(RunState::Unknown { .. }) => return unknown("unknown whether a run is writing it"),
         _ => {}
     }
     let (mut whole, mut damaged) = (0u64, 0u64);
@@ -283,10 +283,7 @@ fn parts(rows: &[PathBuf], timings: &[PathBuf]) -> Option<Verified> {
     let (is_whole, words) = match (count(rows), count(timings)) {
         (Ok(rows), Ok(timings)) if rows == timings => (
             None,
-            format!(
-                "readable, {}; they have no checksum, and the next run makes them again",
-                counted(rows as u64, "row")
-            ),
+            format!("readable, {}; they have no checksum, and the next run rewrites them", counted(rows as u64, "row")),
         ),
         (Ok(rows), Ok(timings)) => {
             (Some(false), format!("damaged: {}, {}", counted(rows as u64, "row"), counted(timings as u64, "timing")))

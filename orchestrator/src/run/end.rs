@@ -87,7 +87,7 @@ impl TableEnd {
             EndWhy::Precision => "precise enough",
             EndWhy::Samples => "by `samples`",
             EndWhy::Wall => "by `wall`",
-            EndWhy::Design => "all of the design, not as precise as asked",
+            EndWhy::Design => "the whole design, less precise than required",
         };
         format!("{} points, {why}", self.points)
     }
@@ -114,16 +114,20 @@ impl TableEnd {
             EndWhy::Samples => format!("ended at {at} by `samples` of [stop]"),
             EndWhy::Wall => format!("ended at {at} by `wall` of [stop]"),
             EndWhy::Refined => {
-                format!("{}; there it is as fine as its values ([refine])", self.chosen())
+                format!("{}; as fine as its values ([refine])", self.chosen())
             }
             EndWhy::Unchanged => {
                 let first = counted(self.samples, "sample");
-                format!("{first}: the map changes nowhere between its first combinations, so none is added ([refine])")
+                format!(
+                    "{first}: the map changes nowhere between its first combinations, so no combination is added ([refine])"
+                )
             }
             EndWhy::MaxSamples => {
-                format!("{}: no more by `max_samples` of [refine], which wanted others", self.chosen())
+                format!("{}: ended by `max_samples` of [refine], before the map was complete", self.chosen())
             }
-            EndWhy::Design => format!("all {of} points are done, and not every interval is as narrow as [stop] asks"),
+            EndWhy::Design => {
+                format!("all {of} points are done, and not every interval is as narrow as [stop] requires")
+            }
         }
     }
 
@@ -194,5 +198,5 @@ pub struct PrecisionResult {
 
 /// Error of an interim analysis.
 #[derive(Debug, thiserror::Error)]
-#[error("whether the study is precise enough cannot be found out")]
+#[error("cannot determine whether the study is precise enough")]
 pub struct PrecisionError(#[source] pub Box<dyn std::error::Error + Send + Sync>);

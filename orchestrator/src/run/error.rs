@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The directory contains files that no run has written.
-    #[error("{path:?} is not a result directory: it holds {file:?} and no record of a run; choose another --out")]
+    #[error("{path:?} is not a result directory: it contains {file:?} and no record of a run; choose another --out")]
     Foreign {
         /// The directory.
         path: PathBuf,
@@ -156,7 +156,8 @@ pub enum Lost {
     },
     /// The directory is in place, but its permissions are missing.
     #[error(
-        "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`), and the same command resumes",
+        "{} was closed to this user during the run; {} {} kept in it: open it (`chmod u+rwx`) and rerun the same \
+         command to resume",
         shown(path),
         counted(*done, "finished sample"),
         are(*done)

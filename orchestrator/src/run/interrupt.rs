@@ -26,7 +26,7 @@ pub(super) fn end_at_once_when_told(already: bool, faults: &dyn Faults, memory: 
                 Signal::Terminate => 143,
             });
         }
-        let _ = writeln!(std::io::stderr(), "the tables are being written; a second signal ends that, too");
+        let _ = writeln!(std::io::stderr(), "the tables are being written; a second signal interrupts this, too");
     });
     // Fault hook, as for the states of a sample.
     faults.reached(At::Writing, 0, None);

@@ -94,7 +94,7 @@ impl std::fmt::Display for LockKeeper {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Run(holder) => holder.fmt(f),
-            Self::Recorded(holder) => write!(f, "{holder}, as {LOCK} says (it cannot be looked at from here)"),
+            Self::Recorded(holder) => write!(f, "{holder}, according to {LOCK} (the process cannot be seen from here)"),
             Self::Process(holder) => holder.fmt(f),
             Self::Unknown => {
                 f.write_str("a process that this system does not name (it may be of another host or container)")
@@ -120,7 +120,8 @@ pub enum LockError {
     },
     /// A run of another user began the directory.
     #[error(
-        "{} holds a run of another user (uid {owner}): its {LOCK} is theirs, and only that user can resume it; choose another --out",
+        "{} contains a run of another user (uid {owner}), who owns its {LOCK}; only that user can resume it; choose \
+         another --out",
         shown(directory)
     )]
     Theirs {
@@ -131,9 +132,9 @@ pub enum LockError {
     },
     /// The file system grants no locks: Lustre without its option, some network and container mounts.
     #[error(
-        "the file system of {} grants no locks (flock), so two runs could work in one directory; choose an --out on a local disk and copy \
-         the result, or run the study as one shard, which takes no lock there: `bladeoff run STUDY --shard 0/1 --scratch LOCAL --out {}`, \
-         then `bladeoff merge {}`; LOCAL is a folder on a local disk",
+        "the file system of {} grants no locks (flock), so two runs could write to one directory. Choose an --out on \
+         a local disk and copy the result. Or run the study as one shard, which takes no lock there: `bladeoff run \
+         STUDY --shard 0/1 --scratch LOCAL --out {}`, then `bladeoff merge {}`, with LOCAL a folder on a local disk",
         shown(directory),
         shown(directory),
         shown(directory)

@@ -81,14 +81,14 @@ pub(super) fn open<'a>(
         return Ok(Opening::Complete(Finished::nothing_computed(&request.out, tally, end)));
     }
     if compared.complete(&prepared, which).is_some() && refuse_changed(directory.path()).is_err() {
-        note(&format!("{RESULTS} is damaged: it is made again from the record"));
+        note(&format!("{RESULTS} is damaged: rewriting it from the record"));
     }
     let opened = compared.go_on(&directory, &prepared, request.faults)?;
     opened.notes.iter().for_each(|text| note(text));
     let reused = opened.tally.done();
     if reused > 0 {
         note(&format!(
-            "{reused} of {} {} there already, {}{} {} computed",
+            "{reused} of {} {} already finished, {}{} {} computed",
             counted(samples.count(), "sample"),
             are(reused),
             if request.looking.is_some() || request.refining.is_some() { "at most " } else { "" },
@@ -116,9 +116,9 @@ fn chosen_told(request: &Request, samples: &Samples) -> Option<Chosen> {
 
 fn there_already(end: Option<&TableEnd>) -> &'static str {
     match end {
-        Some(end) if end.is_chosen() => "every sample that [refine] has chosen is there already: nothing is computed",
-        Some(end) if end.is_early() => "every sample up to the end by [stop] is there already: nothing is computed",
-        _ => "every sample is there already: nothing is computed",
+        Some(end) if end.is_chosen() => "every sample that [refine] has chosen is already finished: nothing to compute",
+        Some(end) if end.is_early() => "every sample up to the end by [stop] is already finished: nothing to compute",
+        _ => "every sample is already finished: nothing to compute",
     }
 }
 
@@ -148,7 +148,7 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
             if tally.done() < end.map_or(samples.count(), |end| end.samples) {
                 return Err(theirs.into());
             }
-            note("every sample is there already: nothing is computed (the directory is another user's)");
+            note("every sample is already finished: nothing to compute (the directory belongs to another user)");
             return Ok(Some(Finished::nothing_computed(&request.out, &tally, end)));
         }
         let again = Again { rerun: request.rerun.as_ref(), suspects: false };
@@ -161,14 +161,12 @@ fn look_only(request: &Request, samples: &Samples, note: &dyn Fn(&str), error: R
                 note(&damage.to_string());
                 return Ok(None);
             }
-            note(
-                "every sample is there already: nothing is computed (the directory cannot be written, and need not be)",
-            );
+            note("every sample is already finished: nothing to compute (the directory is read-only)");
             let tally = if end.is_some() { &tables::tally(&request.out)? } else { tally };
             return Ok(Some(Finished::nothing_computed(&request.out, tally, end)));
         }
         note(&format!(
-            "{} of {} {} there already; the rest cannot be computed here",
+            "{} of {} {} already finished; the rest cannot be computed here",
             compared.done(),
             counted(samples.count(), "sample"),
             are(compared.done())

@@ -72,8 +72,9 @@ pub(super) fn frozen_basis(samples: &Samples, directory: &Folder, note: &dyn Fn(
     let known: Vec<String> = planned_basis(directory).into_iter().chain(recorded).collect();
     match frozen {
         Some(bytes) if !known.is_empty() && !known.contains(&hash(&bytes)) => {
-            let again = "it is damaged (its BLAKE3 is not the one that job and record have): it is computed again; should that \
-                         give other last digits, from another version of the program, put the file back from a copy";
+            let again = "it is damaged (its BLAKE3 differs from that in job and record) and is computed again. If its \
+                         last digits then differ, because the version of the program differs, restore the file from a \
+                         copy";
             note(&format!("{BASIS_FILE}: {again}"));
             basis(samples, None)
         }

@@ -40,13 +40,13 @@ pub(super) fn put_in_order(
     };
     let mut tables = checksums;
     if results != Compared::Whole {
-        note(&format!("{RESULTS} {}: it is made again from the record", what(results)));
+        note(&format!("{RESULTS} {}: rewriting it from the record", what(results)));
         (tables, _) = write_tables(directory, prepared, record, (end.as_ref(), chosen))?;
     } else if timings != Compared::Whole {
         tables.timings = Some(write_timings(directory, samples, record, (end.as_ref(), chosen))?);
     }
     if is_lost {
-        note(&format!("{TIMINGS} was missing or damaged: it is made again from the record"));
+        note(&format!("{TIMINGS} was missing or damaged: rewriting it from the record"));
     }
     // counts of its rows, without further samples of the record
     let of_table = if end.is_some() { Some(tally(directory.path())?) } else { None };
@@ -57,11 +57,11 @@ pub(super) fn put_in_order(
         let course = Course { state: "complete", ended, end, finished: Some(begun.started), tables, ..begun };
         let text = manifest(request, samples, &prepared.provenance, &course);
         write_whole(&path, text.as_bytes())?;
-        note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: it is made again, of this run"));
+        note(&format!("{MANIFEST} was missing, damaged or of a run that did not end: rewriting it for this run"));
     } else if let Some(text) = mended(&path, tables, &prepared.provenance) {
         write_whole(&path, text.as_bytes())?;
         if tables == checksums {
-            note(&format!("{MANIFEST} named other inputs than these: it is corrected"));
+            note(&format!("{MANIFEST} named other inputs: corrected"));
         }
     }
     if !status::tells_complete(directory.open()) {
@@ -70,7 +70,7 @@ pub(super) fn put_in_order(
         status.finish("complete", None, tally, recorded.done().saturating_sub(tally.done()));
     }
     for left in directory.try_to_remove_parts() {
-        note(&format!("{left} ({}): it is left as it is, every row is in {RESULTS}", left.source));
+        note(&format!("{left} ({}): kept unchanged, every row is in {RESULTS}", left.source));
     }
     Ok(())
 }

@@ -113,7 +113,8 @@ pub(super) fn compare(directory: &Folder, prepared: &Prepared<'_>, again: Again<
             let remains = Remains::read(&path, prepared.steps)?;
             let whole = remains.entries().len() as u64;
             let note = format!(
-                "the record of finished samples is damaged ({detail}): {} in it {} whole and kept, the rest is computed again",
+                "the record of finished samples is damaged ({detail}): {} in it {} undamaged and kept, the rest is \
+                 computed again",
                 of_record(whole),
                 are(whole)
             );
@@ -146,7 +147,7 @@ fn compare_store(
         if unfit == 0 {
             let mut notes = Vec::new();
             if again.rerun.is_some() {
-                notes.push("no finished sample is of the kind to be computed again".to_owned());
+                notes.push("no finished sample has a status that is to be computed again".to_owned());
             }
             return Ok(Comparison { record: Continuation::Same(reader, header), found, notes });
         }
@@ -257,7 +258,7 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
     let mut notes = Vec::new();
     if damaged > 0 {
         notes.push(format!(
-            "{} of the record {} damaged: what is lost by it is computed again",
+            "{} of the record {} damaged: lost samples are computed again",
             of_record(damaged),
             are(damaged)
         ));
@@ -278,10 +279,11 @@ fn select(old: Old, directory: &Folder, prepared: &Prepared<'_>, wanted: Again<'
     }
     match found.suspects.len() {
         0 => {}
-        1 => notes
-            .push("1 sample whose worker was killed by another program (worker_killed) is tried once more".to_owned()),
+        1 => notes.push(
+            "1 sample whose worker was killed by another program (worker_killed) is computed once more".to_owned(),
+        ),
         many => notes.push(format!(
-            "{many} samples whose workers were killed by another program (worker_killed) are tried once more"
+            "{many} samples whose workers were killed by another program (worker_killed) are computed once more"
         )),
     }
     Ok(Comparison { record: Continuation::Old { old, taken }, found, notes })

@@ -328,7 +328,7 @@ fn status_by_lock(directory: &Folder, locked: &LockState) -> DirectoryStatus {
         (_, LockState::Held(by)) => RunState::Unknown { why: format!("{LOCK} is locked by {by}") },
         (_, LockState::Unreadable { owner, holder: by }) => {
             let by = by.as_ref().map(|by| format!(", and is locked by {by}")).unwrap_or_default();
-            RunState::Unknown { why: format!("{LOCK} may be read by its user (uid {owner}) alone{by}") }
+            RunState::Unknown { why: format!("only its owner (uid {owner}) can read {LOCK}{by}") }
         }
         (_, LockState::Free) if is_final => RunState::Ended,
         // It ended without a report: its lock was removed, its directory moved, its disk full.
@@ -447,11 +447,11 @@ pub(super) fn describe(worker: &WorkerView) -> String {
         Activity::Busy { sample: None, left } => {
             format!("given a batch of {} {since} ago", counted(left as u64, "sample"))
         }
-        Activity::Leaving => format!("told to end {since} ago"),
-        Activity::Gone => format!("died {since} ago; the next one starts in a moment"),
+        Activity::Leaving => format!("asked to end {since} ago"),
+        Activity::Gone => format!("died {since} ago; its replacement is starting"),
     };
     let pid = worker.pid.map(|pid| format!(" (process {pid})")).unwrap_or_default();
-    let silent = if worker.stale { "; it has not been heard of for a while" } else { "" };
+    let silent = if worker.stale { "; no message from it for a while" } else { "" };
     format!("worker {}{pid}: {activity}{silent}", worker.worker)
 }
 

@@ -134,7 +134,7 @@ impl Observer for Telling {
         self.known.borrow_mut().events.iter_mut().for_each(|events| events.noticed(notice));
         match notice {
             Notice::Stopping(_) => {
-                self.progress.note("stopping: samples in progress may finish; a second signal ends them at once");
+                self.progress.note("stopping: waiting for samples in progress; a second signal ends them at once");
             }
             Notice::NotRemoved { what } => self.progress.note(what),
             _ => {}

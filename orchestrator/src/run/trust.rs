@@ -16,8 +16,8 @@ use std::path::PathBuf;
 pub enum Untrusted {
     /// Another user owns it.
     #[error(
-        "{} belongs to another user (uid {owner}), who could change what the run writes there; choose another --out, or say \
-         --trust-dir if you trust them",
+        "{} belongs to another user (uid {owner}), who could change what the run writes there; choose another --out, \
+         or pass --trust-dir if you trust that user",
         shown(path)
     )]
     Owner {

@@ -229,7 +229,8 @@ fn a_study_of_short_and_long_samples_takes_hardly_longer_than_one_by_one() {
     let (us, ms, s) = (Duration::from_micros, Duration::from_millis, Duration::from_secs);
     let mut worst_without = 0.0_f64;
     println!(
-        "samples  long     short   long   workers  over one by one: mean, worst (nothing taken back)  messages  told to leave"
+        "samples  long     short   long   workers  over one by one: mean, worst (nothing taken back)  messages  asked \
+         to leave"
     );
     for (samples, share, short, long) in [
         (1000, 500, ms(10), s(10)),

@@ -213,7 +213,7 @@ impl Simulation {
                     assert_eq!(deaths, limit, "blamed for {} too early or too late", cause.word());
                 }
                 Effect::Stopping(why) => {
-                    assert!(self.stopped.is_none(), "told twice: {:?}, {why:?}", self.stopped);
+                    assert!(self.stopped.is_none(), "stopping twice: {:?}, {why:?}", self.stopped);
                     assert!(!self.scheduler.is_complete(), "nothing is left to be stopped");
                     self.stopped = Some((why, self.now, self.last_tick));
                 }

@@ -24,7 +24,7 @@ pub struct TimeOfDay {
 
 /// Error of a text that is no time of the day.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{text:?} is not a time of the day such as 06:30 or 22:15:30")]
+#[error("{text:?} is not a time of day such as 06:30 or 22:15:30")]
 pub struct TimeOfDayError {
     /// The text.
     pub text: String,

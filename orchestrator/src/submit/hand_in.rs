@@ -33,7 +33,7 @@ pub enum SubmitError {
     File(#[from] FileError),
     /// The scheduler's program is not there, or cannot be started.
     #[error(
-        "cannot start {}: is {scheduler} there? The scripts are written: --dry-run shows how to hand them in",
+        "cannot start {}: is {scheduler} installed? The scripts are written: --dry-run prints the commands that submit them",
         shown(program)
     )]
     Start {

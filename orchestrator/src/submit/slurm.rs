@@ -53,7 +53,7 @@ set -u
 task=${{SLURM_ARRAY_TASK_ID:?is set for the tasks of an array}}
 {} &
 run=$!
-# Ended from outside (scancel, a time that is over): in order.
+# Ended by scancel or by its time limit: in order.
 trap 'kill -TERM \"$run\" 2>/dev/null' TERM
 wait \"$run\"; code=$?
 while kill -0 \"$run\" 2>/dev/null; do wait \"$run\"; code=$?; done

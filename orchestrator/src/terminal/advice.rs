@@ -57,7 +57,8 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
         Cause::EnergyBalance | Cause::NormalWork | Cause::Penetration => of_contact(cause, ran),
         Cause::Diverged | Cause::NonFinite => with(
             format!(
-                "draw its history (`replay --history`) to see what grew; another `{step}` shows whether the step or the machine is the reason{compared}"
+                "plot its history (`replay --history`) to see what grew; another `{step}` shows whether the step or \
+                 the machine is the reason{compared}"
             ),
             HALF,
         ),
@@ -66,7 +67,8 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
             Change::Set("contact.friction_law", "stick-slip"),
         ),
         Cause::LossOfUniqueness if is_exponential => with(
-            "a smaller `run.contact_step`, which shows whether the step was the reason; where that fails, too, less friction: the model may have no single answer there"
+            "a smaller `run.contact_step` shows whether the step was the reason; if the run fails again, less \
+             friction: the model may have no single answer there"
                 .to_owned(),
             HALF,
         ),
@@ -78,20 +80,21 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
              (another study: another --out)",
         ),
         Cause::Panicked => {
-            plain("its message is in the log; please report it with study and machine: replaying it shows it again")
+            plain("its message is in the log; please report it with study and machine: a replay reproduces it")
         }
-        Cause::TimeLimit => plain("compute it again with a longer time limit, or on a machine with less to do"),
+        Cause::TimeLimit => plain("compute it again with a longer time limit, or on a less loaded computer"),
         Cause::WorkerKilled => plain(
-            "the system's log names what killed it (`dmesg`: out of memory?); every later `run` tries it once more, with fewer workers there \
-             is more memory for each",
+            "the system log names what killed it (`dmesg`: out of memory?). Every later `run` tries it once more. \
+             With fewer workers each has more memory",
         ),
         Cause::WorkerCrashed => {
-            plain("its last message is in the log; please report it with study and machine: replaying it may show it again")
+            plain("its last message is in the log; please report it with study and machine: a replay may reproduce it")
         }
         Cause::OutOfMemory => plain("compute it again with more memory or fewer workers at once"),
         Cause::OutsideRing => with(
             format!(
-                "look for a value with a wrong unit (`contact.offset`, `rotor.initial`); a smaller `{step}` if a step passed the ring at once"
+                "look for a value with a wrong unit (`contact.offset`, `rotor.initial`); a smaller `{step}` if the \
+                 rotor passed the ring within one step"
             ),
             HALF,
         ),
@@ -99,10 +102,9 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
             "more `run.rotor_modes` (or `run.ring_modes`), the default, or `run.engine = \"full\"`".to_owned(),
             Change::Set(ENGINE, Engine::Full.word()),
         ),
-        Cause::NoBasis => with(
-            "`run.engine = \"reduced\"`, which needs none".to_owned(),
-            Change::Set(ENGINE, Engine::Reduced.word()),
-        ),
+        Cause::NoBasis => {
+            with("`run.engine = \"reduced\"`, which needs none".to_owned(), Change::Set(ENGINE, Engine::Reduced.word()))
+        }
         Cause::RingDisplacement => {
             plain("use the values up to `beyond_s` as lower bounds; what follows needs a model of large displacements")
         }
@@ -115,12 +117,16 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
         Cause::UnstableRotor => {
             plain("check the bearings' cross-coupled stiffness and damping (`bladeoff modes` lists unstable speeds)")
         }
-        Cause::TableRange => {
-            plain("extend the bearing's table, or set `run.end_speed` inside it; the values up to the end are lower bounds")
-        }
-        Cause::UnderResolved => {
-            with(format!("a fifth of `{step}`: a finer step also finds shorter impacts, so the ratio of the numbers above is not enough"), FIFTH)
-        }
+        Cause::TableRange => plain(
+            "extend the bearing's table, or set `run.end_speed` inside it; the values up to the end are lower bounds",
+        ),
+        Cause::UnderResolved => with(
+            format!(
+                "a fifth of `{step}`: a finer step also finds shorter impacts, so the ratio of the numbers above is \
+                 not enough"
+            ),
+            FIFTH,
+        ),
     }
 }
 
@@ -142,8 +148,8 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
         ),
         // a rotor that its ring stops at once has the right normal work at a finer step, and more of it
         (Cause::NormalWork, Engine::Exponential, _) => (
-            "half of `run.contact_step`: where loads and friction energy stay and the normal work does not fall, the impacts take this work, and a still smaller \
-             step does not help; compare with `run.engine = \"reduced\"`",
+            "half of `run.contact_step`. If loads and friction energy stay the same and the normal work does not \
+             fall, the impacts do this work, and a smaller step does not help: compare with `run.engine = \"reduced\"`",
             HALF,
         ),
         (Cause::NormalWork, _, true) if has_one_point => (
@@ -169,8 +175,9 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             Change::Set("contact.points", "several"),
         ),
         _ => (
-            "a smaller `run.step` (`run.engine = \"full\"` has one), or `contact.detection = \"hyp2\"` with `contact.points = \"several\"`, which \
-             leaves next to nothing at any step; or more modes of the ring (`run.ring_modes`)",
+            "a smaller `run.step` (`run.engine = \"full\"` has one), or `contact.detection = \"hyp2\"` with \
+             `contact.points = \"several\"`, which leaves almost no overlap at any step; or more modes of the ring \
+             (`run.ring_modes`)",
             HALF,
         ),
     };

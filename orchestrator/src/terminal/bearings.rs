@@ -86,25 +86,27 @@ impl BearingNote {
         match self.beyond {
             Beyond::Stiff if !self.follows => format!(
                 "{share} of the flexibility at bearing {name} is in truncated modes, and nothing replaces them (`run.static_residual = \"off\"`, or \
-                 bearings of indefinite stiffness): its load is too small by what they carry; use more `run.rotor_modes`, or `run.engine = \"full\"`"
+                 bearings of indefinite stiffness): its load lacks the part that they carry; use more \
+                 `run.rotor_modes`, or `run.engine = \"full\"`"
             ),
             Beyond::Stiff => format!(
-                "{share} of the flexibility at bearing {name} is in truncated modes: its load follows a force at once, without swinging beyond it after a \
-                 sudden one (up to twice that); more `run.rotor_modes`, or `run.engine = \"full\"`, have the swing"
+                "{share} of the flexibility at bearing {name} is in truncated modes: its load follows a force at \
+                 once, without the overshoot after a sudden force (up to twice the force); more `run.rotor_modes`, or \
+                 `run.engine = \"full\"`, include the overshoot"
             ),
             Beyond::Held => format!(
-                "bearing {name} is damped so strongly that its damper holds the shaft during an impact, and {share} of the shaft's flexibility there is in \
-                 truncated modes: peaks of its load in rubs may be wrong, in heavy rubs several times too high; use more `run.rotor_modes`, or \
-                 `run.engine = \"full\"`, and compare"
+                "bearing {name} is damped so strongly that its damper holds the shaft during an impact, and {share} \
+                 of the shaft's flexibility there is in truncated modes. Peaks of its load in rubs may be wrong, in \
+                 heavy rubs several times too high. Use more `run.rotor_modes`, or `run.engine = \"full\"`, and compare"
             ),
             Beyond::Damped => format!(
-                "the step does not resolve the damping of bearing {name}: c dt/(2 m) = {:.1} at its node, above 1; what excites it may ring from step to \
-                 step, peak bearing loads up to twice too high; {}",
+                "the step does not resolve the damping of bearing {name}: c dt/(2 m) = {:.1} at its node, above 1; \
+                 its response may oscillate from step to step, with peak bearing loads up to twice too high; {}",
                 self.far,
                 if self.step > LEAST_STEP {
                     format!("`run.step` below {} resolves it", format_digits(self.step, "s", 3))
                 } else {
-                    "no `run.step` that is allowed resolves it".to_owned()
+                    "no allowed `run.step` resolves it".to_owned()
                 }
             ),
             Beyond::Fast => format!(
@@ -187,7 +189,7 @@ mod tests {
         assert_eq!(names, ["left", "right"]);
         assert!(!said(RIG, Engine::Exponential, &damped).iter().any(|note| note.0 == Beyond::Damped));
         let beyond_any = said(RIG, Engine::Full, &[("rotor.bearings.left.damping", 1e11)]);
-        assert!(beyond_any[0].2.contains("no `run.step` that is allowed"), "{beyond_any:?}");
+        assert!(beyond_any[0].2.contains("no allowed `run.step`"), "{beyond_any:?}");
         let notes = said(RIG, Engine::Full, &damped[1..]);
         let told = notes[0].2.split("below ").nth(1).and_then(|rest| rest.split(" us").next()).expect("a step");
         let step = 1e-6 * told.parse::<f64>().expect("a number");

@@ -53,7 +53,8 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
             "the shaft's von Mises stress exceeds the allowed part of its yield strength; the model is elastic (`run.limit.shaft_yield`)"
         }
         Cause::JournalClearance => {
-            "a journal moves farther than its bearing's clearance, which the linear bearing does not have (`run.limit.journal_clearance`)"
+            "a journal moves farther than the clearance of its bearing, and the linear bearing has no clearance \
+             (`run.limit.journal_clearance`)"
         }
         Cause::UnstableRotor => {
             "a whirl mode of the rotor grows at a speed of the run: the linear bearings or the rotor's damping drive it (`run.limit.unstable_rotor`)"
@@ -89,10 +90,11 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
         Cause::NormalWork => {
             let is_rigid = machine.diaphragms.iter().any(|diaphragm| diaphragm.kind == DiaphragmKind::Rigid);
             // such an impact takes the energy of the lateral motion itself, at any step
-            let rigid = "; a rigid ring takes an impact without rebound, so that the rotor loses its whole normal kinetic energy there at any step: a flexible \
-                         ring or a radial spring gives it back";
+            let rigid = "; a rigid ring takes an impact without rebound, so the rotor loses all of its normal kinetic \
+                         energy in it at any step; a flexible ring or a radial spring returns it";
             Some(format!(
-                "{} beside {} of friction; allowed {} of the largest of: friction energy, energy of the lateral motion, a thousandth of the energy at the start{}",
+                "{}, with a friction work of {}; allowed {} of the largest of: friction work, energy of the lateral \
+                 motion, a thousandth of the initial energy{}",
                 format_quantity(number("normal_work_J")?, "J"),
                 format_quantity(number("friction_energy_J")?, "J"),
                 percent(guard.normal_work),
@@ -183,7 +185,7 @@ mod tests {
         let energy = told(Cause::EnergyBalance).expect("a guard");
         assert!(energy.starts_with("1.23e-5 of") && energy.ends_with("allowed 1e-5"), "{energy}");
         let work = told(Cause::NormalWork).expect("a guard");
-        assert!(work.starts_with("-12 J beside 1 kJ of friction; allowed 1 %"), "{work}");
+        assert!(work.starts_with("-12 J, with a friction work of 1 kJ; allowed 1 %"), "{work}");
         let depth = told(Cause::Penetration).expect("a guard");
         assert!(depth.starts_with("0.3 mm of a gap of 8 mm; allowed 0.16 mm"), "{depth}");
         assert_eq!(told(Cause::Panicked), None);

@@ -56,7 +56,7 @@ pub fn in_words(forecast: &ContactForecast) -> String {
         format!("no contact expected: {release}")
     };
     let [low, high] = forecast.speeds;
-    format!("{verdict}, {steady} within {} to {}, against a gap of {gap}{at_rest}", rpm(low), rpm(high))
+    format!("{verdict}, {steady} within {} to {}, for a gap of {gap}{at_rest}", rpm(low), rpm(high))
 }
 
 /// Whether contact is expected.
@@ -142,7 +142,7 @@ mod tests {
     fn the_verdict_follows_the_release_first() {
         let said = in_words(&forecast(9.4e-3, 4e-3, 0.0));
         let expected = "contact expected: 9.4 mm after the release (1.2 of the gap), unbalance response 4 mm at 810 rpm (0.5 of the gap) within 0 rpm to \
-             3000 rpm, against a gap of 8 mm";
+             3000 rpm, for a gap of 8 mm";
         assert_eq!(said, expected);
         let steady = in_words(&forecast(7e-3, 9e-3, 0.0));
         assert!(steady.starts_with("contact expected where the run passes a critical speed: 7 mm"), "{steady}");

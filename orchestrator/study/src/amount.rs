@@ -57,9 +57,7 @@ fn clock(text: &str) -> Option<Result<f64, String>> {
     let whole = match (days.map(number), &parts[..]) {
         (None, [_]) => return None,
         (None, [_, _]) => {
-            return Some(Err(format!(
-                "{text:?} is minutes and seconds for some, hours and minutes for others; write HH:MM:SS"
-            )));
+            return Some(Err(format!("{text:?} can mean minutes and seconds or hours and minutes; write HH:MM:SS")));
         }
         (None, [hours, minutes, seconds]) => [0, *hours, *minutes, *seconds],
         (Some(Some(days)), [hours]) => [days, *hours, 0, 0],
@@ -108,7 +106,11 @@ pub fn parse_memory(text: &str) -> Result<u64, String> {
         SIZES.iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor))).ok_or_else(wrong)?;
     let bytes = number.trim_end().parse::<f64>().map_err(|_| wrong())? * factor as f64;
     // A worker that may allocate nothing cannot start.
-    if (1e6..=1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(format!("{shown:?} is not a size from 1 MB on")) }
+    if (1e6..=1e18).contains(&bytes) {
+        Ok(bytes as u64)
+    } else {
+        Err(format!("{shown:?} is below 1 MB, the smallest size"))
+    }
 }
 
 #[cfg(test)]

@@ -174,7 +174,7 @@ impl FixedAngle {
             None => format!("note: {} is {} deg in every sample.", self.path, degrees(self.value)),
             Some((path, period)) => {
                 format!(
-                    "note: all values of {path} are the same angle: whole periods of {} deg apart.",
+                    "note: all values of {path} are the same angle: they differ by whole periods of {} deg.",
                     degrees(*period)
                 )
             }

@@ -123,7 +123,7 @@ impl Asked {
             if let Some(name) = name.filter(|name| is_taken(name)) {
                 let message = format!("another question has the name `{}`", cut(&name.value, 80));
                 problems.add(name.span.clone(), format!("{key}.name"), message).allowed =
-                    Some("a name of its own: it is that of a file".to_owned());
+                    Some("a name of its own, because it names a file".to_owned());
             }
             asked.questions.push(question);
         }

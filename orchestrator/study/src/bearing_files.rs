@@ -260,7 +260,7 @@ fn header(line: &Range<usize>, cells: &[Cell<'_>], problems: &mut TableProblems<
         } else if let Some(key) = COEFFICIENTS.into_iter().find(|key| *key == name) {
             key
         } else if is_like_a_coefficient(&name) {
-            let allowed = format!("{}; a unit is in square brackets", COEFFICIENTS.join(", "));
+            let allowed = format!("{}; write the unit in square brackets", COEFFICIENTS.join(", "));
             problems.add(span, "header", "not the name of a coefficient", allowed);
             continue;
         } else {

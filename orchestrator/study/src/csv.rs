@@ -47,8 +47,8 @@ impl<'a> Csv<'a> {
         let line = &text[header.clone()];
         csv.separator = match (stands_in(line, ';'), stands_in(line, ','), stands_in(line, '\t')) {
             (true, true, _) => {
-                problems.add(header, "", "the header has `;` and `,`: which of them separates the columns?").allowed =
-                    Some("only one of them, or a first line `sep=;` (or `sep=,`)".to_owned());
+                problems.add(header, "", "the header contains `;` and `,`: which one separates the columns?").allowed =
+                    Some("only one of the two, or a first line `sep=;` (or `sep=,`)".to_owned());
                 return None;
             }
             (true, false, _) => ';',
@@ -260,9 +260,9 @@ impl DecimalSign {
         };
         let [before, here] = signs;
         let message =
-            format!("a decimal {here} here, a decimal {before} in line {first}: does one of them mark thousands?");
+            format!("a decimal {here} here, a decimal {before} in line {first}: is one of them a thousands separator?");
         problems.add(second, "", message).allowed =
-            Some("one decimal sign in the whole file, thousands unmarked".to_owned());
+            Some("one decimal sign in the whole file, no thousands separator".to_owned());
     }
 }
 
@@ -336,7 +336,7 @@ mod tests {
         let mut problems = Collector::new("p.csv", text);
         assert!(Csv::new(text, &mut problems).is_none());
         let shown = problems.into_problems().to_string();
-        assert!(shown.starts_with("p.csv:2:1: the header has `;` and `,`"), "{shown}");
+        assert!(shown.starts_with("p.csv:2:1: the header contains `;` and `,`"), "{shown}");
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub enum StudyError {
     Problems(Vec<Problems>),
     /// A machine instead of a study.
     #[error(
-        "{} is a machine file, not a study\n  one run of it: {}\n  a study names it by `machine`; a template: {}",
+        "{} is a machine file, not a study\n  one run of it: {}\n  a study names it with `machine`; a template: {}",
         shown(path),
         call::command([OsStr::new("simulate"), call::path_word(path).as_os_str()]),
         call::command(["new", "study"])

@@ -217,7 +217,7 @@ pub(super) fn refuse_taken(extra: &Others, parameters: &[Parameter], outcome: &[
     for (name, span) in &extra.carry {
         if taken.contains(name) {
             let problem =
-                problems.add(span.clone(), "points.carry", format!("the table has a column `{name}` of its own"));
+                problems.add(span.clone(), "points.carry", format!("the table already has a column `{name}`"));
             problem.allowed = Some("another name in the header of the points file".to_owned());
         }
     }

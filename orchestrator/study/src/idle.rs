@@ -34,16 +34,17 @@ fn said(machine: &Machine, path: &str, levels: &[f64]) -> Option<String> {
     if let Some(period) = moves.and_then(|moves| moves.first().copied()) {
         let step = degrees(upper[0] - lower[0]);
         return Some(format!(
-            "warning: {path} moves by {step} deg, whole periods of {} deg of this machine: both ends of each move are the same start, and its \
-             effects are exactly 0. Choose an interval, or levels, of which no two lie whole periods apart.",
+            "warning: {path} moves by {step} deg, whole periods of {} deg of this machine: both ends of each step are \
+             the same start, and the effects are exactly 0. Choose an interval, or levels, that do not differ by \
+             whole periods.",
             degrees(period)
         ));
     }
     let (first, last) = (*levels.first()?, *levels.last()?);
     let period = period(first, last).filter(|_| first != last)?;
     Some(format!(
-        "warning: the first and the last level of {path} are the same start, whole periods of {} deg apart: choose an interval, or levels, of \
-         which no two do.",
+        "warning: the first and the last level of {path} are the same start, whole periods of {} deg apart: choose an \
+         interval, or levels, that do not differ by whole periods.",
         degrees(period)
     ))
 }

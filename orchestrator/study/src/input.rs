@@ -48,7 +48,7 @@ pub enum InputError {
         at: usize,
     },
     /// A path in a study file that leads elsewhere than a study should.
-    #[error("{named:?} leads outside the study's surroundings: {reason}")]
+    #[error("{named:?} is outside the folders that a study may read: {reason}")]
     Escapes {
         /// Text found.
         named: String,

@@ -289,7 +289,7 @@ impl Loader<'_> {
     /// `twin_share`; sets `run.twin` of the machine where it is 0.
     fn twin(&mut self, entry: &Entry, parameters: &[Parameter], machine: &mut MachineDef) -> Option<TwinShare> {
         if parameters.iter().any(|parameter| parameter.info.path == TWIN) {
-            let message = format!("{TWIN} varies: each sample has its own already");
+            let message = format!("{TWIN} varies, so each sample has its own value");
             self.problems.add(entry.node.span.clone(), "twin_share", message).allowed =
                 Some(format!("twin_share, or {TWIN} in [[vary]] or the points"));
             return None;

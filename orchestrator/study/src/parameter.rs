@@ -140,7 +140,7 @@ pub(super) fn refuse_same(parameters: &[Parameter], own: &[String], problems: &m
         };
         let is_own = own.contains(column) || parameter.short.as_ref().is_some_and(|short| own.contains(short));
         let what = match (is_own, (0..columns.len()).find(has)) {
-            (true, _) => "the table has a column of its own with this name".to_owned(),
+            (true, _) => "the table already has a column with this name".to_owned(),
             (_, Some(other)) => format!("{} has the same column", parameters[other].info.path),
             _ => continue,
         };

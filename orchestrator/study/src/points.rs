@@ -45,7 +45,7 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
     };
     let rows = csv.lines().skip(1).count();
     if rows == 0 {
-        problems.add(text.len()..text.len(), "", "there are no points below the header");
+        problems.add(text.len()..text.len(), "", "no points below the header");
     }
     if let Some(surplus) = csv.lines().nth(1 + MOST_POINTS) {
         problems.add(surplus, "", format!("{rows} points")).allowed = Some(format!("at most {MOST_POINTS}"));
@@ -125,7 +125,7 @@ fn mismatch(csv: Csv<'_>, line: &str) -> Option<String> {
             Some("decimal points; decimal commas only where `;` or a tab separates the cells".to_owned())
         }
         ' ' => Some(
-            "quoted cells, or a number and its unit without a blank (0.4mm); an empty cell cannot be seen".to_owned(),
+            "quoted cells, or a number and its unit without a blank (0.4mm); an empty cell is not visible".to_owned(),
         ),
         _ => None,
     }

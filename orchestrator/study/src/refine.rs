@@ -29,11 +29,11 @@ impl RefineDef {
         keys.refuse_unknown(&crate::keys::names("[refine]"), problems);
         if has_stop {
             let message =
-                "[stop] ends a study after so many of its points, [refine] takes all of them where a map changes";
+                "[stop] ends a study after a number of points, but [refine] takes all points where a map changes";
             problems.add(entry.name_span.clone(), "refine", message).allowed = Some("one of both".to_owned());
         }
         if !asked.gates.is_empty() {
-            let message = "leaves combinations out by their results, and a [[gate]] would say nothing of them";
+            let message = "leaves combinations out by their results, and a [[gate]] would not cover them";
             problems.add(entry.name_span.clone(), "refine", message).allowed = Some("one of both".to_owned());
         }
         let allowed = "max_samples = 2000: of the table, at most";
@@ -83,8 +83,11 @@ fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Opt
             (problem.allowed, problem.nearest) = (Some(allowed), nearest);
         }
         None => {
-            let message =
-                if maps.is_empty() { "is about a map, and none is asked for" } else { "does not say which map" };
+            let message = if maps.is_empty() {
+                "needs a [[question]] with a map, which this study does not have"
+            } else {
+                "does not say which map"
+            };
             problems.add(keys.span(), "refine.of", message).allowed = Some(allowed);
         }
     }
@@ -94,7 +97,7 @@ fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Opt
 /// Two whole numbers from 2 on.
 fn first(entry: &Entry, problems: &mut Collector<'_>) -> Option<[u64; 2]> {
     let Value::Array(items) = &entry.node.value else {
-        wrong_type(&entry.node, "refine.first", "how many values of each axis come first: [9, 7]", problems);
+        wrong_type(&entry.node, "refine.first", "the number of values of each axis that come first: [9, 7]", problems);
         return None;
     };
     let number = |value: &Value| match value {
@@ -108,7 +111,7 @@ fn first(entry: &Entry, problems: &mut Collector<'_>) -> Option<[u64; 2]> {
             let value = problems.excerpt(entry.node.span.clone());
             let problem = problems.add(entry.node.span.clone(), "refine.first", "is not two whole numbers from 2 on");
             problem.value = Some(value);
-            problem.allowed = Some("how many values of each axis come first: [9, 7]".to_owned());
+            problem.allowed = Some("the number of values of each axis that come first: [9, 7]".to_owned());
             None
         }
     }

@@ -61,30 +61,33 @@ impl StopDef {
         }
         if !has_design {
             let allowed = "[design] with kind = \"monte-carlo\" and samples = 4096";
-            refuse(entry, "stop", "is about points of a [design], and there is none".to_owned(), allowed);
+            refuse(entry, "stop", "needs the points of a [design], which this study does not have".to_owned(), allowed);
             return None;
         }
         let width = keys.get("half_width").or(keys.get("relative"));
         let key = |entry: &Entry| format!("stop.{}", entry.name);
         if let Some(width) = width.filter(|_| !asked.questions.iter().any(has_figure)) {
-            let message = "no question of the study has a number whose interval could become narrow".to_owned();
+            let message = "no question of the study has an answer with an interval".to_owned();
             let allowed = "a [[question]] with `probability`, `quantile`, `mean` or `sensitivity`";
             refuse(width, &key(width), message, allowed);
         }
         let layout = layout?;
         let word = layout.kind().word();
         if layout.kind() == LayoutKind::OneAtATime {
-            let message =
-                format!("points of kind {word:?} are no sample, of which the first ones would tell of the others");
+            let message = format!(
+                "points of kind {word:?} are not a random sample: the first points do not represent the others"
+            );
             refuse(entry, "stop", message, "another kind in [design]");
         } else if !is_blocked(layout) && !FIRST_LOOK.is_multiple_of(layout.replicates()) {
-            let message =
-                format!("a look at the first {FIRST_LOOK} points would cut {} replicates", layout.replicates());
+            let message = format!(
+                "an interim analysis of the first {FIRST_LOOK} points would split {} replicates",
+                layout.replicates()
+            );
             refuse(entry, "stop", message, "16, 32, 64, 128 or 256 replicates");
         } else if let (Some(width), false, Standing::NoInterval(why)) =
             (width, is_blocked(layout), layout.standing(layout.count()))
         {
-            let message = format!("there is no interval that could become narrow: {why}");
+            let message = format!("no answer has an interval: {why}");
             refuse(
                 width,
                 &key(width),
@@ -105,7 +108,7 @@ impl StopDef {
             refuse(
                 entry,
                 "stop.samples",
-                format!("the first {samples} points are no whole design of kind {word:?}"),
+                format!("the first {samples} points are not a complete design of kind {word:?}"),
                 &allowed,
             );
         }
@@ -142,7 +145,7 @@ fn width(entry: &Entry, problems: &mut Collector<'_>) -> Option<f64> {
     above_0(
         entry,
         entry.node.value.as_number(),
-        "a number above 0: in the SI unit of the figure, 0.01 for 1 % of a probability",
+        "a number above 0 in the SI unit of the answer; 0.01 for 1 % of a probability",
         problems,
     )
 }
@@ -155,7 +158,7 @@ fn relative(entry: &Entry, problems: &mut Collector<'_>) -> Option<f64> {
     };
     // 5 is no part, but 5 % without its sign
     let given = given.filter(|part| *part < 1.0).or(given.map(|_| f64::NAN));
-    above_0(entry, given, "a part of the figure above 0 and below 1, such as 0.05 or \"5 %\"", problems)
+    above_0(entry, given, "a share of the answer above 0 and below 1, such as 0.05 or \"5 %\"", problems)
 }
 
 fn above_0(entry: &Entry, given: Option<f64>, allowed: &str, problems: &mut Collector<'_>) -> Option<f64> {

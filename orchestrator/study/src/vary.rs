@@ -71,7 +71,7 @@ impl<'a> PathTable<'a> {
     fn unknown(&self) -> &'static str {
         match (self.machine, self.partly) {
             (None, _) => "no machine has such a parameter",
-            (Some(_), true) => "this machine, as far as it could be read, has no such parameter",
+            (Some(_), true) => "this machine, as far as it can be read, has no such parameter",
             (Some(_), false) => "this machine has no such parameter",
         }
     }
@@ -257,7 +257,7 @@ fn refusal(error: ValueError) -> (String, Option<String>) {
         ValueError::NotWhole { .. } => ("not a whole number".to_owned(), None),
         ValueError::NotAChoice { nearest, .. } => ("not an allowed word".to_owned(), nearest),
         ValueError::List { .. } => {
-            ("one value is expected; a matrix or list stands in the machine file".to_owned(), None)
+            ("one value is expected; write a matrix or list in the machine file".to_owned(), None)
         }
         ValueError::NoSuchParameter { .. } => ("this machine has no such parameter".to_owned(), None),
     }

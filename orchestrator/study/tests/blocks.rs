@@ -286,7 +286,7 @@ fn what_does_not_go_together_is_refused() {
     for def in [morris(10, 4), saltelli(8, false), LayoutDef { scramble: Some(false), ..saltelli(8, false) }] {
         let errors = SamplingLayout::new(&def, 7, &names(3), &laws, &copula).unwrap_err();
         assert_eq!(errors, [LayoutError::Correlated { kind: def.kind }]);
-        assert!(errors[0].to_string().contains("changes one parameter while the others stay"));
+        assert!(errors[0].to_string().contains("changes one parameter at a time"));
     }
     let endless = [law("normal", &[("mean", 0.0), ("sd", 1.0)])];
     let plain = LayoutDef { scramble: Some(false), ..saltelli(8, false) };

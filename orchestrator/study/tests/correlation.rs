@@ -257,11 +257,11 @@ fn every_pair_that_cannot_be_is_named() {
             2,
             "`linear` of x2, which is periodic; allowed: `normal`, the correlation of the normal numbers behind the values",
         ),
-        (3, "`rank` = 1; allowed: above -1 and below 1 (a parameter that follows another wholly is a [[derived]] one)"),
-        (4, "the correlation of x3 and x0 is given by table 4 already"),
+        (3, "`rank` = 1; allowed: above -1 and below 1 (use [[derived]] for a parameter that another one determines)"),
+        (4, "table 4 already gives the correlation of x3 and x0"),
         (
             5,
-            "`normal` = NaN; allowed: above -1 and below 1 (a parameter that follows another wholly is a [[derived]] one)",
+            "`normal` = NaN; allowed: above -1 and below 1 (use [[derived]] for a parameter that another one determines)",
         ),
     ];
     assert_eq!(shown.len(), expected.len());

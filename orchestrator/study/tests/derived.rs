@@ -127,12 +127,12 @@ fn names_that_formulas_cannot_have_are_refused() {
     let letters =
         "cannot be a name; allowed: letters of the English alphabet, digits and `_`, the first no digit, at most 64";
     let expected = [
-        "`gap` names contact.gap already; allowed: another name".to_owned(),
+        "`gap` is already the name of contact.gap; allowed: another name".to_owned(),
         "`pi` is a word of formulas; allowed: another name".to_owned(),
         format!("\"2nd\" {letters}"),
         "`max` is a word of formulas; allowed: another name".to_owned(),
         format!("\"é\" {letters}"),
-        "`c.d` names c.d already; allowed: another name".to_owned(),
+        "`c.d` is already the name of c.d; allowed: another name".to_owned(),
     ];
     assert_eq!(shown, expected);
 }

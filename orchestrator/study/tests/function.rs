@@ -61,7 +61,7 @@ fn every_mistake_is_told_with_its_output_and_its_place() {
     has(7, "there is no variable `y`");
     has(8, "an output before it has the name `a`");
     has(8, "the formula ends too early");
-    has(9, "a number is wanted");
+    has(9, "a number is expected");
     has(10, "`kind` holds words");
     has(11, "write `ln` or `log10`");
     assert_eq!(told.len(), 13, "{told:#?}");

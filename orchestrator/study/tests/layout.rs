@@ -187,7 +187,7 @@ fn keys_that_do_not_go_together_are_refused_all_at_once() {
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["replicates", "scramble", "base", "quantiles"]);
     assert_eq!(
         found[0].1,
-        "`replicates` with kind = \"monte-carlo\": its points are independent already; allowed: `samples` = 1600 alone"
+        "`replicates` with kind = \"monte-carlo\": its points are already independent; allowed: only `samples` = 1600"
     );
     let found = keys(&LayoutDef { kind: LayoutKind::OneAtATime, ..all.clone() }, &laws);
     assert_eq!(found.iter().map(|(key, _)| *key).collect::<Vec<_>>(), ["samples", "replicates", "scramble"]);

@@ -59,7 +59,7 @@ pub enum PortError {
         free: u64,
     },
     /// A file of ours that others may open, and that is none of those which are known to be so.
-    #[error("{} is open to other users, and should not be", shown(path))]
+    #[error("other users can access {}, which must be private", shown(path))]
     OpenToOthers {
         /// The file.
         path: PathBuf,

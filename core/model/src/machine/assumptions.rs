@@ -56,7 +56,7 @@ impl MachineDef {
 fn gravity(machine: &Machine) -> String {
     let [x, y] = machine.rotor.gravity;
     if [x, y] == [0.0; 2] {
-        return "off, so that there is no static sag, and bearing loads lack the weight of the rotor".to_owned();
+        return "off: no static sag, and bearing loads do not include the weight of the rotor".to_owned();
     }
     format!("on, {} along X and {} along Y; the run starts from the static sag", metres(x), metres(y))
 }
@@ -105,7 +105,7 @@ fn bearings(bearings: &[Bearing]) -> String {
 fn release(unbalances: &[Unbalance]) -> String {
     let released: Vec<&Unbalance> = unbalances.iter().filter(|one| one.presence == Presence::AtRelease).collect();
     if released.is_empty() {
-        return "none, as every unbalance is there from the start".to_owned();
+        return "none, because every unbalance is present from the start".to_owned();
     }
     let lost = released.iter().any(|one| one.kind == UnbalanceKind::Lost);
     let what = if lost { "the mass is lost at once" } else { "the unbalance appears at once, as an added mass" };
@@ -159,7 +159,7 @@ fn rotor_line(kind: &RotorKind) -> String {
 fn torsional(is_own: bool, value: f64) -> String {
     let value_text = format_digits(value, "s", 3);
     match (is_own, value > 0.0) {
-        (_, false) => "none, so that torsional vibration does not decay and adds up over many impacts".to_owned(),
+        (_, false) => "none: torsional vibration does not decay and accumulates over many impacts".to_owned(),
         (true, true) => format!("{TORSIONAL} = {value_text}, as given"),
         (false, true) => format!(
             "taken from the lateral value, {value_text}, as {TORSIONAL} is not set; peak torsional moments of the shipped turbine are 40 to 77 % \
@@ -185,8 +185,10 @@ fn diaphragms(machine: &Machine) -> String {
                 judged_by_yield(is_given)
             )
         }
-        Some(1) => "radial spring without mass, so that impacts lack the inertia of a ring".to_owned(),
-        _ => "rigid circle, so that contact lacks the flexibility of a ring; its raw contact force and torsional moment are not converged with truncated rotor modes".to_owned(),
+        Some(1) => "radial spring without mass: impacts lack the inertia of a ring".to_owned(),
+        _ => "rigid circle: contact lacks the flexibility of a ring; its raw contact force and torsional moment are \
+              not converged with truncated rotor modes"
+            .to_owned(),
     }
 }
 

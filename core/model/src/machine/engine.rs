@@ -71,12 +71,12 @@ impl EngineChoice {
     pub fn words(&self, all: &str) -> String {
         let why = match &self.reason {
             EngineReason::Named => return format!("{} (run.engine names it)", self.engine.word()),
-            EngineReason::ContactStep => "run.contact_step is given, which it alone has".to_owned(),
-            EngineReason::Step => "run.step is given, which \"exponential\" has not".to_owned(),
+            EngineReason::ContactStep => "run.contact_step is given, which only this engine has".to_owned(),
+            EngineReason::Step => "run.step is given, which \"exponential\" does not have".to_owned(),
             EngineReason::Covered => format!("it covers {all}"),
             EngineReason::NotCovered(what) => format!("\"exponential\" does not cover {what}"),
             EngineReason::NoStart(why) => format!("\"exponential\" cannot start: {why}"),
-            EngineReason::Begun => "the result directory was begun with it".to_owned(),
+            EngineReason::Begun => "the result directory was created with it".to_owned(),
         };
         format!("{} (run.engine = \"{}\": {why})", self.engine.word(), Engine::AUTO)
     }

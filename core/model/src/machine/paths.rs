@@ -77,7 +77,7 @@ pub enum PathError {
     },
     /// A text of the machine file, which is no parameter.
     #[error(
-        "{path} is text ({meaning}) and no parameter: write `{} = \"...\"` {} of the machine file",
+        "{path} is text ({meaning}), not a parameter: write `{} = \"...\"` {} of the machine file",
         path.rsplit('.').next().unwrap_or(path),
         path.rsplit_once('.').map_or_else(|| "at the top".to_owned(), |(table, _)| format!("in [{table}]"))
     )]

@@ -9,7 +9,7 @@ use bladeoff_text::document::units::format_digits;
 const HEAD: &str = "\
 # Machine file of bladeoff. Every number is SI, or a string with its unit (\"8 mm\", \"1500 rpm\", \"210 GPa\", \"kg m2\").
 # Lines that begin with \"# key =\" show defaults or examples of what may be left out. Names of discs, bearings,
-# unbalances and diaphragms are yours. Positions run along the shaft from its left end; what stands
+# unbalances and diaphragms are yours. Positions run along the shaft from its left end; what is
 # between two nodes makes a node there. X and Y lie across it, spin is positive about +Z.
 ";
 

@@ -29,7 +29,8 @@ pub enum ValueError {
     },
     /// Several values where one is set.
     #[error(
-        "{path}: one value is set at a time; a matrix or list stands in the machine file, and each of its entries then has a path of its own (`{path}[0]...`)"
+        "{path}: one value is set at a time; write a matrix or list in the machine file; each of its entries then has \
+         its own path (`{path}[0]...`)"
     )]
     List {
         /// Path of the parameter.
@@ -177,7 +178,7 @@ pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) 
                 }
                 ValueError::NotAChoice { nearest, .. } => ("not an allowed word".to_owned(), nearest.clone()),
                 ValueError::NotWhole { .. } => ("a whole number is expected".to_owned(), None),
-                ValueError::List { .. } => ("a value is expected, no list in quotes".to_owned(), None),
+                ValueError::List { .. } => ("a single value is expected, not a list in quotes".to_owned(), None),
                 ValueError::OutOfRange { .. } | ValueError::NoSuchParameter { .. } => ("out of range".to_owned(), None),
             };
             let problem = problems.add(node.span.clone(), &slot.path, message);

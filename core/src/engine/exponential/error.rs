@@ -18,7 +18,7 @@ pub enum ExponentialError {
         limit: f64,
     },
     /// Conjugate eigenvectors that span no real invariant plane.
-    #[error("the whirl states at {speed} rad/s do not fall into pairs")]
+    #[error("the whirl modes at {speed} rad/s do not form pairs")]
     NotInvariant {
         /// Speed \[rad/s\].
         speed: f64,

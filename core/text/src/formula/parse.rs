@@ -100,8 +100,8 @@ pub fn parse_measured(
         return wrong(
             0..text.len(),
             match kind {
-                Kind::Truth => "this is a number; a condition such as `x > 1` is wanted",
-                Kind::Number => "this is a condition; a number is wanted",
+                Kind::Truth => "this is a number; a condition such as `x > 1` is expected",
+                Kind::Number => "this is a condition; a number is expected",
             },
         );
     }
@@ -153,7 +153,7 @@ impl Parser<'_> {
         self.depth += 1;
         if self.depth > DEEPEST {
             let place = self.tokens.get(self.next).map_or(self.end..self.end, |(_, place)| place.clone());
-            return wrong(place, format!("more than {DEEPEST} brackets or operators within one another"));
+            return wrong(place, format!("more than {DEEPEST} nested brackets or operators"));
         }
         let mut kind = self.first()?;
         while let Some((token, place)) = self.tokens.get(self.next).cloned() {
@@ -262,7 +262,7 @@ impl Parser<'_> {
         let meant = match (self.nearest)(name) {
             Some(near) => format!("; did you mean `{near}`?"),
             None if Measure::of_unit(name).is_some() => {
-                "; a unit stands behind a number, with no blanks around its `/` and `*`: `2 N/m`".to_owned()
+                "; a unit follows a number, with no blanks around its `/` and `*`: `2 N/m`".to_owned()
             }
             None => String::new(),
         };

@@ -73,15 +73,15 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
             found.push((Token::Name(rest[1..=length].to_owned()), at..at + length + 2));
             at += length + 2;
         } else if rest.starts_with("**") {
-            return wrong(at..at + 2, "`**` is no operator; write `^` for a power");
+            return wrong(at..at + 2, "`**` is not an operator; write `^` for a power");
         } else if let Some(sign) = SIGNS.iter().find(|sign| rest.starts_with(**sign)) {
             if *sign == "=" {
-                return wrong(at..at + 1, "`=` is no operator; write `==` to compare");
+                return wrong(at..at + 1, "`=` is not an operator; write `==` to compare");
             }
             found.push((Token::Sign(sign), at..at + sign.len()));
             at += sign.len();
         } else {
-            return wrong(at..at + c.len_utf8(), format!("`{}` is no sign of a formula", c.escape_default()));
+            return wrong(at..at + c.len_utf8(), format!("`{}` is not allowed in a formula", c.escape_default()));
         }
     }
     Ok(found)

@@ -90,12 +90,12 @@ pub(super) fn unanswered(points: u64, question: &Question, why: &InputError) -> 
 }
 
 /// Said of every answer from combinations that were chosen by their results.
-const REFINED: &str = "[refine] chose which combinations are there by their results, more where they change: they are no sample, and no \
-                       share of them is one of the map";
+const REFINED: &str = "[refine] chose the combinations by their results, more of them where the result changes: they \
+                       are not a random sample, and their shares are not those of the map";
 
 /// Said where such an answer has limits.
-const REFINED_LIMITS: &str = "limits hold for a combination that is named beforehand; results of the same points led to those that were added, \
-                              of which more may be missed";
+const REFINED_LIMITS: &str = "limits hold for a combination that was named beforehand; combinations that were added \
+                              by results of the same points are missed more often";
 
 /// Said where an answer of one of several interim analyses has limits, before their level.
 const INTERIM: &str = "one of several interim analyses of [stop]: the limits are those of this analysis alone";
@@ -291,7 +291,7 @@ impl<'a> Asked<'a> {
         for (group, (curve, method, bad, empty)) in self.study.groups.iter().zip(found) {
             let mut answer = self.curved("exceedance", group, bad, points, method);
             if method == Method::Band {
-                answer.notes.push("the limits hold for all levels at once".to_owned());
+                answer.notes.push("the limits hold for all levels together".to_owned());
             } else if method != Method::Without {
                 answer.notes.push("the limits hold for each level separately".to_owned());
             }
@@ -359,7 +359,7 @@ impl<'a> Asked<'a> {
             let what = if single { "value" } else { "bin" };
             if !single {
                 answer.notes.push(match curve.len() {
-                    1 => "one bin holds all: a bin has at least 50 points".to_owned(),
+                    1 => "one bin contains all points: a bin has at least 50".to_owned(),
                     count => format!("{count} bins of equal count: the probability is that over the bin"),
                 });
             }

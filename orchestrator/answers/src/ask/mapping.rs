@@ -12,7 +12,7 @@ impl Check<'_> {
     /// From a question that has `map`.
     pub(super) fn map(&mut self, def: &QuestionDef, axes: &[String; 2]) -> Option<Wanted> {
         if def.fragility.is_some() {
-            self.wrong::<()>("fragility", "a map has no fragility: it is that of a `probability`");
+            self.wrong::<()>("fragility", "a map has no fragility; only a `probability` has");
         }
         let [x, y] = [self.map_axis(&axes[0]), self.map_axis(&axes[1])];
         let of = match &def.of {
@@ -53,8 +53,10 @@ impl Check<'_> {
         }
         let paired = match asked {
             Some((column, _)) if !panels.iter().any(|one| one.column == column) => {
-                return self
-                    .wrong("vary", format!("`{column}` is along the map or a start of its cells: it has no panels"));
+                return self.wrong(
+                    "vary",
+                    format!("`{column}` is an axis of the map or varies within its cells: it has no panels"),
+                );
             }
             Some((column, pair)) => Some((column, vec![pair])),
             None => panels.iter().find(|one| one.is_detection).map(|one| {
@@ -82,10 +84,13 @@ impl Check<'_> {
             [column] if self.names.known.is_number(column) => {
                 self.names.given.iter().find(|given| given.column == column).cloned()
             }
-            [column] => self.wrong("map", format!("`{column}` has words; a map is over two parameters of numbers")),
+            [column] => self.wrong(
+                "map",
+                format!("`{column}` is a column of words; the axes of a map are parameters with numbers"),
+            ),
             [] => {
                 let near = self.near(name, &all);
-                let message = format!("`{name}` is no parameter or variable of this study that varies{near}");
+                let message = format!("`{name}` is not a varied parameter or variable of this study{near}");
                 let numbers = all.iter().copied().filter(|column| self.names.known.is_number(column)).collect();
                 self.none_of("map", message, (name, "two parameters of numbers", numbers))
             }

@@ -210,7 +210,7 @@ impl Check<'_> {
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         names.truncate(LISTED);
         let allowed = if names.is_empty() {
-            format!("{what}: there is none")
+            format!("{what}: this study has none")
         } else {
             format!("{what}: {}{more}", names.join(", "))
         };
@@ -221,7 +221,7 @@ impl Check<'_> {
     fn name(&mut self, name: &str) {
         let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || !name.chars().all(allowed) {
-            self.wrong::<()>("name", "a name has letters, digits, `_` and `-`, and is a file's name");
+            self.wrong::<()>("name", "a name consists of letters, digits, `_` and `-`, because it names a file");
         } else if name.len() > 100 {
             self.wrong::<()>("name", "a name has 100 characters at most");
         }
@@ -415,7 +415,10 @@ impl Check<'_> {
             if !known.is_empty() && !known.contains(value) {
                 fine = false;
                 let near = near(&value.to_string(), words.iter().map(String::as_str));
-                self.wrong::<()>("difference", format!("{value} is no value of `{path}`: {}{near}", words.join(", ")));
+                self.wrong::<()>(
+                    "difference",
+                    format!("{value} is not a value of `{path}`: {}{near}", words.join(", ")),
+                );
             }
         }
         fine.then(|| (axis.to_owned(), values.clone()))

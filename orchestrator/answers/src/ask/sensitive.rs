@@ -191,7 +191,8 @@ impl Rows<'_> {
                 return Ok((given_data(&given, self.alpha)?, parts));
             }
             (method, _) => {
-                let why = format!("the rows do not say how the points of method {:?} belong together", method.word());
+                let why =
+                    format!("the rows do not contain how the points of method {:?} belong together", method.word());
                 return Err(InputError::Method(why));
             }
         };
@@ -402,7 +403,7 @@ impl Check<'_> {
                 Some((_, method)) => Some(*method),
                 None => {
                     let near = near(given, all.iter().map(|(word, _)| *word));
-                    self.wrong("method", format!("{given:?} is none of {words}{near}"))
+                    self.wrong("method", format!("{given:?} is not one of {words}{near}"))
                 }
             },
         };
@@ -410,7 +411,7 @@ impl Check<'_> {
         if let Some(output) = output.as_ref().filter(|output| self.names.is_drawn(output)) {
             self.wrong::<()>(
                 "sensitivity",
-                format!("`{output}` is uncertain itself: it is drawn, and decided by nothing"),
+                format!("`{output}` is an uncertain input itself: no other input affects it"),
             );
         }
         let regime = self.names.known.columns.iter().find(|(name, is_number)| name == REGIME && !is_number);

@@ -40,7 +40,7 @@ impl Draw {
     pub(super) fn clusters(&self, samples: impl Iterator<Item = u64>) -> Clusters {
         let points = self.replicate.len() as u64;
         let alone = |scheme: &Scheme| Clusters { scheme: scheme.clone(), of: Vec::new(), are_points: false };
-        let strange = || alone(&Scheme::Without("no interval: a sample is none of its study's".to_owned()));
+        let strange = || alone(&Scheme::Without("no interval: a sample does not belong to its study".to_owned()));
         match &self.scheme {
             Scheme::Without(_) => alone(&self.scheme),
             Scheme::Independent if self.rows_per_point == 1 => alone(&self.scheme),

@@ -11,7 +11,7 @@ pub enum CompareError {
     #[error(transparent)]
     Table(#[from] TableError),
     /// A table that no study wrote.
-    #[error("{} has no column {column} before its results: it is no result table", shown(path))]
+    #[error("{} has no column {column} before its results: it is not a result table", shown(path))]
     NoColumn {
         /// The table.
         path: PathBuf,

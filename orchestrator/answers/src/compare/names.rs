@@ -119,13 +119,13 @@ fn ignored(name: &str, inputs: &[ColumnHead], a: &Columns, b: &Columns) -> Resul
         return Ok(head.name.clone());
     }
     if name == SAMPLE {
-        return Err("the number of a sample is no input: rows never match by it".to_owned());
+        return Err("the number of a sample is not an input: rows never match by it".to_owned());
     }
     if OF_DESIGN.contains(&name) {
-        return Err("that is a place in the design and no input: rows never match by it".to_owned());
+        return Err("that is a place in the design, not an input: rows never match by it".to_owned());
     }
     if a.results.iter().chain(&b.results).any(|head| head.name == name) || VERDICT.contains(&name) {
-        return Err("that is a result, and rows match by inputs alone".to_owned());
+        return Err("that is a result; rows match by inputs only".to_owned());
     }
     let aliases = |head: &ColumnHead| {
         let unit: String = head.unit.chars().filter(|c| *c != ' ').map(|c| if c == '/' { '_' } else { c }).collect();

@@ -20,7 +20,7 @@ pub(super) fn of(
         if !alone.is_empty() {
             let verb = if alone.len() == 1 { "is an input" } else { "are inputs" };
             notes.push(format!(
-                "{} {verb} of {this} alone: rows match only with {}",
+                "{} {verb} only in {this}: rows match only with {}",
                 alone.join(", "),
                 alone.iter().map(|name| format!("--ignore {name}")).collect::<Vec<_>>().join(" ")
             ));
@@ -36,8 +36,8 @@ pub(super) fn of(
     let (unclear_a, unclear_b) = matching.unclear;
     if unclear_a > 0 {
         notes.push(format!(
-            "{unclear_a} rows of A and {unclear_b} of B have the same inputs in other numbers: which belong together is not \
-             known, and none is matched"
+            "{unclear_a} rows of A and {unclear_b} of B have the same inputs, in different numbers: which rows belong \
+             together is unknown, and none are matched"
         ));
     }
     if can_match && matching.pairs.is_empty() && unclear_a == 0 && of_a.rows() > 0 && of_b.rows() > 0 {

@@ -64,7 +64,7 @@ impl Tolerance {
         let value = value.trim();
         let head = column(name, columns)?;
         if value.is_empty() {
-            return Err(format!("it says no value; such as \"{name} 1 %\""));
+            return Err(format!("it has no value; such as \"{name} 1 %\""));
         }
         let limit = match value.strip_suffix('%') {
             Some(_) if is_angle(&head.unit) => {
@@ -101,7 +101,7 @@ fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String
     let found = columns.results.iter().find(|head| head.name == name);
     match found {
         Some(head) if head.kind == HeadKind::Words => {
-            return Err(format!("{name} holds words, which have no distance"));
+            return Err(format!("{name} is a column of words, which have no distance"));
         }
         Some(head) => return Ok(head),
         None => {}
@@ -120,13 +120,13 @@ fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String
         return Err(format!("A has no column {name}"));
     }
     if is(columns.of_another_kind) {
-        return Err(format!("{name} holds something else in A than in B, or in another unit"));
+        return Err(format!("{name} has another meaning in A than in B, or another unit"));
     }
     let numbers = columns.results.iter().filter(|head| head.kind == HeadKind::Numbers);
     let numbers: Vec<&str> = numbers.map(|head| head.name.as_str()).collect();
     let hint = match nearest(name, numbers.iter().copied()) {
         Some(near) => format!("; did you mean {near}?"),
-        None if numbers.is_empty() => "; the two have no results of numbers in common".to_owned(),
+        None if numbers.is_empty() => "; the two tables have no numeric results in common".to_owned(),
         None if numbers.len() <= FEW => format!("; there are {}", numbers.join(", ")),
         None => String::new(),
     };
@@ -146,7 +146,7 @@ fn amount(text: &str, head: &ColumnHead) -> Result<f64, String> {
         }),
         // of another build
         None => plain(text)
-            .map_err(|_| format!("a bare number in {} or per cent is what {} takes", cut(&head.unit, 30), head.name)),
+            .map_err(|_| format!("a plain number in {} or per cent is allowed for {}", cut(&head.unit, 30), head.name)),
     }
 }
 

@@ -182,7 +182,7 @@ impl Work<'_> {
             let sample = |&(a, b): &(usize, usize)| side.samples[if all_of_a { a } else { b }];
             return draw.clusters(rows.iter().map(sample));
         }
-        let why = "no interval: only a part of either study has partners, which is no sample of one";
+        let why = "no interval: only part of each study has partners, and that part is not a random sample";
         Draw::without(why).clusters(std::iter::empty())
     }
 
@@ -192,7 +192,7 @@ impl Work<'_> {
             if self.matching.pairs.is_empty() {
                 return source.draw.clusters(rows.iter().map(|&row| side.samples[row]));
             }
-            let why = "no interval: rows without partner are a part of their study, which is no sample of it";
+            let why = "no interval: rows without partner are part of their study, and that part is not a random sample";
             Draw::without(why).clusters(std::iter::empty())
         };
         (of(self.a, self.of_a, &self.matching.only_a), of(self.b, self.of_b, &self.matching.only_b))

@@ -72,7 +72,7 @@ pub fn families(groups: &[Group], path: &str) -> Result<Vec<Family>, InputError>
 
 fn recurs(path: &str, label: &Label, along: &[String]) -> String {
     let others = along.iter().map(|other| format!("`{other}`")).collect::<Vec<_>>().join(" or ");
-    format!("{label} stands more than once along `{path}`, beside other values of {others}: ask along {others}")
+    format!("{label} occurs more than once along `{path}`, with other values of {others}: ask along {others}")
 }
 
 #[cfg(test)]
@@ -105,7 +105,7 @@ mod tests {
     fn zipped_values_that_recur_are_refused() {
         let twice = groups(&[(1.0, 0.0, 5.0), (1.0, 1.0, 5.0), (2.0, 2.0, 5.0)]);
         let said = families(&twice, "a").unwrap_err().to_string();
-        assert!(said.contains("1 stands more than once along `a`") && said.contains("`b`"), "{said}");
+        assert!(said.contains("1 occurs more than once along `a`") && said.contains("`b`"), "{said}");
         assert_eq!(families(&twice, "b").unwrap().len(), 1);
     }
 }

@@ -231,8 +231,8 @@ pub fn of_means(a: &Values, b: &Values, scheme: &Scheme, part: impl Fn(usize) ->
     let mut found = mean(&pairs, scheme, part, alpha);
     if lone > 0 {
         found.notes.push(match lone {
-            1 => "at 1 point only one of both has a value: it is left out".to_owned(),
-            _ => format!("at {lone} points only one of both has a value: they are left out"),
+            1 => "at 1 point only one of the two values exists: the point is left out".to_owned(),
+            _ => format!("at {lone} points only one of the two values exists: the points are left out"),
         });
     }
     found

@@ -161,9 +161,9 @@ impl Means {
         }
         if !(below && above) {
             found.notes.push(if bad.failing() > 0 || bad.beyond == 0 {
-                "bad runs may have had any value: no limits; the estimate is that of the other runs".to_owned()
+                "a bad run may have any value: no limits; the estimate is that of the other runs".to_owned()
             } else {
-                "runs beyond the model may have had any value: no limits; the estimate is that of the runs inside it"
+                "a run beyond the model may have any value: no limits; the estimate is that of the runs inside the model"
                     .to_owned()
             });
         }

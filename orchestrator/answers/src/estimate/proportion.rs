@@ -60,7 +60,7 @@ pub fn none_seen(all: &Tally, alpha: f64, found: &mut Figures) {
         found.high = Some(upper_limit(all.high, all.n, alpha / 2.0));
         found.statistical = Some(upper_limit(0, all.n, alpha / 2.0));
         (found.method, found.approximate) = (Method::ClopperPearson, true);
-        found.notes.push("no event: the upper limit of as many independent points".to_owned());
+        found.notes.push("no event: the upper limit is that of the same number of independent points".to_owned());
     }
 }
 
@@ -108,8 +108,10 @@ pub fn proportion_by(tallies: &[Tally], scheme: &Scheme, alpha: f64, t: f64) -> 
                 }
                 _ => {
                     exact(&mut found);
-                    let why =
-                        format!("fewer than {FEW} events, or points without: limits of as many independent points");
+                    let why = format!(
+                        "fewer than {FEW} events, or fewer than {FEW} points without: the limits are those of \
+                                 the same number of independent points"
+                    );
                     found.notes.push(why);
                 }
             }

@@ -89,7 +89,7 @@ impl Ranked<'_> {
             for (end, order, beyond) in [("upper", above, 1.0 - u), ("lower", below, u)] {
                 if order.is_none() {
                     let needed = enough(wilks(beyond, alpha / 2.0));
-                    found.notes.push(format!("no {end} limit: {values} too few, {needed} have one (Wilks)"));
+                    found.notes.push(format!("no {end} limit: {values} too few, it needs {needed} (Wilks)"));
                 }
             }
         };
@@ -108,15 +108,16 @@ impl Ranked<'_> {
                     }
                     None => {
                         independent(&mut found);
-                        found
-                            .notes
-                            .push(format!("fewer than {FEW} values beyond it: limits of as many independent points"));
+                        found.notes.push(format!(
+                            "fewer than {FEW} values beyond it: the limits are those of the same number of \
+                             independent points"
+                        ));
                     }
                 }
             }
         }
         if self.bad.failing() > 0 && (found.low.is_none() || found.high.is_none()) {
-            let note = "failed or invalid runs may have had any value and leave the missing limit undetermined";
+            let note = "failed or invalid runs may have any value, so the missing limit is undetermined";
             found.notes.push(note.to_owned());
         }
         if self.bad.beyond > 0 && found.high.is_none() && found.method != Method::Without {

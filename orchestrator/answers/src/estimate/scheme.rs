@@ -47,7 +47,7 @@ impl Scheme {
             DesignKind::MonteCarlo => return Self::Independent,
             DesignKind::OneAtATime | DesignKind::Morris | DesignKind::Chosen => {
                 return without(format!(
-                    "{kind} points are no sample: the figure describes these runs, and has no interval"
+                    "{kind} points are not a random sample: the figure describes these runs, and has no interval"
                 ));
             }
             DesignKind::Saltelli => {
@@ -71,7 +71,7 @@ impl Scheme {
         }
         let whole = counts.iter().all(|count| count.is_power_of_two() && *count == counts[0]);
         if design.kind == DesignKind::LatinHypercube && !whole {
-            return without("no interval: a hypercube in part does not fill its slices, and has none".to_owned());
+            return without("no interval: an incomplete hypercube does not fill its slices".to_owned());
         }
         Self::Replicated(design.replicates)
     }

@@ -44,7 +44,7 @@ impl Undecided {
     pub fn words(&self) -> String {
         let kinds = [
             (self.no_value, "runs where the condition has no value"),
-            (self.unjudged, "runs in which nothing judged a quantity of the condition"),
+            (self.unjudged, "runs in which a quantity of the condition was not judged"),
             (self.later, "runs that ended before the time in the condition"),
         ];
         let kinds = kinds.iter().filter(|(count, _)| *count > 0).map(|(_, words)| *words);
@@ -56,7 +56,7 @@ impl Undecided {
         let runs = |count: u64| if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
         if self.unjudged > 0 {
             let runs = runs(self.unjudged);
-            notes.push(format!("in {runs} nothing judged a quantity of the condition: undecided"));
+            notes.push(format!("in {runs} a quantity of the condition was not judged: undecided"));
         }
         if self.later > 0 {
             let runs = runs(self.later);

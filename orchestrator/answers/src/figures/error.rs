@@ -66,7 +66,7 @@ pub enum SpectrumError {
         interval: f64,
     },
     /// A value that is no number, or too large to be one.
-    #[error("{channel} is not a finite number at {at} s; select another span with --from and --to")]
+    #[error("{channel} is not a finite number at {at} s; select another time range with --from and --to")]
     NoNumber {
         /// The channel.
         channel: String,
@@ -95,7 +95,7 @@ pub enum SpectrumError {
         to: f64,
     },
     /// Nothing touches.
-    #[error("there is no contact: {channel} is 0 all the time")]
+    #[error("there is no contact: {channel} is always 0")]
     NoContact {
         /// The channel of the force.
         channel: String,

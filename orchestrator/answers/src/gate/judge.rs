@@ -184,7 +184,7 @@ impl Gate {
                     format!("; at this rate {} more would decide", counted(needed - points, "point"))
                 }
                 Deciding::Beyond => {
-                    format!("; at this rate more points than a study may have ({MOST_POINTS}) would be needed")
+                    format!("; at this rate more points would be needed than a study may have ({MOST_POINTS})")
                 }
                 Deciding::Never if high > low && share(low) < self.bound && share(high) >= self.bound => {
                     let undecided = decision.undecided.words();

@@ -43,7 +43,8 @@ impl Gate {
             return wrong(at..at + 2, "write `<`: a limit is never exactly at the bound".to_owned());
         }
         if sign.starts_with('>') {
-            let why = "a gate asks whether a probability is small enough; write `P(not (...)) < ...` for one that is to be large";
+            let why = "a gate checks that a probability is small; write `P(not (...)) < ...` for a probability that \
+                       must be large";
             return wrong(at..at + 1, why.to_owned());
         }
         if !sign.starts_with('<') {

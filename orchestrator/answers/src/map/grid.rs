@@ -66,7 +66,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     }
     if begun > 0 {
         let cells = if begun == 1 { "1 cell is".to_owned() } else { format!("{begun} cells are") };
-        map.notes.push(format!("{cells} left out so far: not all of their runs are there"));
+        map.notes.push(format!("{cells} left out so far: some of their runs are not finished"));
     }
 }
 

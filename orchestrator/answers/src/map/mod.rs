@@ -295,7 +295,7 @@ pub fn maps(study: &Study<'_>, wanted: &Wanted, alpha: f64) -> Result<Vec<Map>, 
             Scheme::Without(why.replace("chosen points", "chosen values"))
         }
         _ if !wanted.starts.is_empty() && study.design.kind != DesignKind::Chosen => {
-            Scheme::Without(format!("no interval: the values of {} are chosen, no sample", wanted.starts.join(", ")))
+            Scheme::Without(format!("no interval: the values of {} are chosen, not sampled", wanted.starts.join(", ")))
         }
         scheme => scheme,
     };

@@ -81,13 +81,16 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let reach = if columns > 1 { 4.0 / samples } else { 1.75 / samples.sqrt() }.max(LEAST_REACH);
     map.notes.push(told(is_share, width, reach));
     if !frame.study.design.is_random() {
-        map.notes
-            .push("the samples are chosen, not drawn: limits tell how they scatter around what is smoothed".to_owned());
+        map.notes.push(
+            "the samples are chosen, not random: the limits describe their scatter around the smoothed values"
+                .to_owned(),
+        );
     }
     if !is_share && map.bad > 0 {
         let what = map.bad_in_words();
         map.notes.push(format!(
-            "{what} ({}) have no value and stand in no mean; marks show where they are. Within the width of one a mean is that of the others, without limits",
+            "{what} ({}) have no value and are not in any mean; marks show where they are. Near a mark the mean is \
+             that of the other runs, without limits",
             map.bad
         ));
     }
@@ -172,14 +175,15 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     map.undrawn = Some(undrawn);
     if let Some((skewness, wanted)) = skewed.filter(|_| doubtful > 0) {
         map.notes.push(format!(
-            "the noise is skewed (skewness {skewness:.1}) and the samples are too few in {doubtful} of {limited} cells with limits: limits of such cells \
-             held in 57 to 90 of 100, not in 95; as much as {wanted:.0} equal samples within a window is needed"
+            "the values are skewed (skewness {skewness:.1}) and the samples are too few in {doubtful} of {limited} \
+             cells with limits. Limits of such cells held in 57 to 90 of 100 tests, not in 95. A window needs \
+             {wanted:.0} equal samples or more"
         ));
     }
     if undrawn > 0 {
         let of = if is_pair { "pairs" } else { "runs" };
         map.notes.push(format!(
-            "{undrawn} of {} {of} lie in cells that are not drawn: none that has a value is within {reach:.2} of them",
+            "{undrawn} of {} {of} lie in cells that are not drawn: no run with a value is within {reach:.2} of these cells",
             map.n
         ));
     }
@@ -200,8 +204,9 @@ fn size(item: &Item) -> f64 {
 fn told(is_share: bool, width: f64, reach: f64) -> String {
     let how = if is_share { "weighted shares" } else { "local linear fits" };
     format!(
-        "smoothed: {how} of the samples within {:.2} of the range of both axes, a width chosen by leaving each out, wider and without limits where \
-         these are too few; about 95 % limits without the bias of smoothing; nothing beyond {:.2} from a sample",
+        "smoothed: {how} of the samples within {:.2} of the range of both axes (width by cross-validation; wider and \
+         without limits where samples are too few). About 95 % limits, without the bias of smoothing. Nothing is \
+         drawn beyond {:.2} from a sample",
         width, reach
     )
 }

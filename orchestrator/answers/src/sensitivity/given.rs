@@ -179,7 +179,7 @@ fn ranked(
     let places: Vec<usize> = (0..inputs.len()).filter(|place| !given.inputs[*place].has_words).collect();
     let all: Vec<&Ordered<'_>> = places.iter().map(|place| &inputs[*place]).collect();
     if places.len() < inputs.len() {
-        notes.push("parameters of words have no order: they are no part of the regression".to_owned());
+        notes.push("parameters with words as values have no order: the regression leaves them out".to_owned());
     }
     let whole = of_ranks(&all, output, |_| true);
     if whole.coefficients.is_none() && !all.is_empty() {

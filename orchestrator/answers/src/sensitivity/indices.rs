@@ -131,7 +131,7 @@ pub enum SensitivityError {
         rows: usize,
     },
     /// A trajectory does not move each parameter once.
-    #[error("trajectory {block} does not move each of {parameters} parameters once")]
+    #[error("trajectory {block} does not change each of {parameters} parameters once")]
     Moves {
         /// The trajectory, from 0.
         block: usize,

@@ -51,7 +51,8 @@ pub fn warning(regimes: &[Regime]) -> Option<String> {
     let told: Vec<String> = regimes.iter().map(|regime| format!("{} {}", regime.word, percent(regime.share))).collect();
     (regimes.len() > 1).then(|| {
         format!(
-            "runs belong to {} regimes ({}): indices over all of them describe mainly what determines the regime, and may describe little of the output within one",
+            "runs belong to {} regimes ({}): indices over all runs mainly describe what determines the regime, and \
+             little of the output within one regime",
             regimes.len(),
             told.join(", ")
         )

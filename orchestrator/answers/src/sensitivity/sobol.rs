@@ -43,7 +43,8 @@ fn heavy(blocks: &Blocks, values: &[Option<f64>], rows: usize, mean: f64) -> Opt
     let (share, count) = (most / sum, blocks.whole.len());
     (share > HEAVY.0.max(HEAVY.1 / count as f64)).then(|| {
         format!(
-            "one of {} makes {} of the variance: 95 % intervals of indices of outputs with such tails held in 72 to 94 of 100 studies, not in 95",
+            "a single run of {} makes up {} of the variance: with such tails, 95 % intervals of indices held in 72 to \
+             94 of 100 studies, not in 95",
             counted(count, "base points"),
             percent(share)
         )
@@ -117,13 +118,13 @@ pub fn sobol(
         let (least, most) = ends(&blocks, values, rows);
         let why = match count {
             0 => "no base point is whole",
-            _ if least < most => "the output varies less than the rounding of its mean lets be told",
+            _ if least < most => "the output varies less than the rounding error of its mean",
             _ => "the output does not vary",
         };
         without = Some(why);
         notes.push(match count {
             0 => why.to_owned(),
-            _ if least < most => format!("{why}: take the constant off the output"),
+            _ if least < most => format!("{why}: subtract the constant from the output"),
             _ => format!("{why}: it has no variance to share"),
         });
         vec![Index::default(); 2 * d + pairs.len()]

@@ -30,8 +30,8 @@ pub enum TableError {
     },
     /// Its bytes are not those that were written.
     #[error(
-        "{} is damaged: it is not as it was written (its BLAKE3 is not the one in manifest.json); the `bladeoff run` that \
-         made it makes it again from the record, and nothing is computed for that",
+        "{} is damaged: it has changed since it was written (its BLAKE3 is not the one in manifest.json); the \
+         `bladeoff run` that made it rewrites it from the record without computing a sample",
         shown(path)
     )]
     Changed {

@@ -177,7 +177,7 @@ fn what_has_no_scatter_has_no_interval() {
     // far from 0 it varies all the same, by no more than its rounding
     let far = sobol(&names(2), &saltelli(|u| 1e15 + libm::sin(6.0 * u[0]), &points(1, 64, 4), true), true, 0.05);
     let far = far.expect("indices");
-    assert_eq!(far.without, Some("the output varies less than the rounding of its mean lets be told"));
+    assert_eq!(far.without, Some("the output varies less than the rounding error of its mean"));
     assert!(flat.without == Some("the output does not vary") && far.of[0].1.first == Some(Index::default()));
     let none = sobol(&names(2), &[], false, 0.05).expect("indices");
     assert!(none.n == 0 && none.notes[0].contains("no base point"), "{:?}", none.notes);

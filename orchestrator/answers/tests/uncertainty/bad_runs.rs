@@ -138,7 +138,7 @@ fn bad_runs_stand_at_both_ends_of_a_quantile() {
     let found = one(&study, quantile(0.95));
     assert_eq!((found.estimate_if_bad_harmful, found.high), (None, None));
     assert!(found.estimate.is_some() && found.low.is_some());
-    assert!(found.notes.iter().any(|note| note.contains("failed or invalid runs may have had any value")));
+    assert!(found.notes.iter().any(|note| note.contains("failed or invalid runs may have any value")));
     assert_eq!(found.bad, 60);
     // what they had reached is a part of what they would have been, and no value
     study.columns[0].nature = '>';

@@ -105,7 +105,7 @@ fn a_mean_is_that_of_the_runs_inside_the_model_and_says_so() {
     assert_eq!((found.estimate_if_bad_harmful, found.low, found.high), (None, None, None));
     let says = "mean of y of runs inside the model (83 %) = 41 (no interval), 100 runs, 17 runs beyond the model";
     assert_eq!(found.sentence, says);
-    assert!(found.notes.iter().any(|note| note.contains("runs beyond the model may have had any value")));
+    assert!(found.notes.iter().any(|note| note.contains("a run beyond the model may have any value")));
     // what went in is known of all
     let mut given = ended(100, 17);
     given.columns[0].nature = 'g';

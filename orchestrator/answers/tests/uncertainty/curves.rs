@@ -40,10 +40,10 @@ fn a_fragility_has_bins_of_equal_count_or_each_value() {
     assert!(curve.numbers("high").unwrap()[0].unwrap() > 0.05, "no event bounds");
     assert!(answered.answers[0].notes[0].contains("20 bins of equal count"));
     let one = ask(&ramp(60), def("u"));
-    assert_eq!(one.answers[0].notes[0], "one bin holds all: a bin has at least 50 points");
+    assert_eq!(one.answers[0].notes[0], "one bin contains all points: a bin has at least 50");
     // few points are not few values
     let few = ask(&ramp(15), def("u"));
-    assert_eq!(few.answers[0].notes[0], "one bin holds all: a bin has at least 50 points");
+    assert_eq!(few.answers[0].notes[0], "one bin contains all points: a bin has at least 50");
     assert_eq!(few.curve.unwrap().numbers("n").unwrap(), [Some(15.0)]);
     // few values
     let mut study = ramp(1000);

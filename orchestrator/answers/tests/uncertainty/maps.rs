@@ -327,7 +327,7 @@ fn a_few_values_are_columns_and_few_samples_are_not_smoothed() {
         figures::maps("m", std::slice::from_ref(map))
             .expect("drawn")
             .svg()
-            .contains("no cell is drawn: no sample, or too few")
+            .contains("no cell is drawn: no samples, or too few")
     );
 }
 
@@ -424,7 +424,7 @@ fn the_words_of_a_map_are_understood_or_told() {
         assert_eq!(pairs[1], ["c", "a"].map(|word| Label::Word(word.into())));
     }
     for (def, part) in [
-        (def("x", "u", "z"), "`u` is no parameter or variable"),
+        (def("x", "u", "z"), "`u` is not a varied parameter or variable"),
         (def("way", "y", "z"), "`way` has words"),
         (def("x", "x", "z"), "both axes are `x`"),
         (def("x", "y", "P(zz > 1)"), "zz"),

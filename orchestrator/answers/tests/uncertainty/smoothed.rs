@@ -229,7 +229,7 @@ fn held_of_noise(seed: u64, samples: usize, noise: &dyn Fn(f64) -> f64) -> (usiz
     let ends = map.cells.iter().filter_map(|cell| Some((cell.x + 0.5 * cell.y, cell.low?, cell.high?)));
     let (held, of) =
         ends.fold((0, 0), |(held, of), (mean, low, high)| (held + usize::from(low <= mean && mean <= high), of + 1));
-    (held, of, map.notes.iter().any(|note| note.contains("the noise is skewed")))
+    (held, of, map.notes.iter().any(|note| note.contains("the values are skewed")))
 }
 
 /// Limits of normal noise hold and have no note; those of lognormal noise hold less often, and a note reports it.

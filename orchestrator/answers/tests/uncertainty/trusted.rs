@@ -75,10 +75,10 @@ fn a_cell_that_nothing_judged_decides_nothing() {
     }
     let (open, said) = verdict(&study, "P(y > 1) < 0.2");
     assert!(open == Verdict::Open, "{said}");
-    assert!(said.contains("24 if runs in which nothing judged a quantity of the condition are harmful"), "{said}");
+    assert!(said.contains("24 if runs in which a quantity of the condition was not judged are harmful"), "{said}");
     assert!(!said.contains("bad runs"), "{said}");
     let found = one(&study, probability("y > 1"));
-    let note = "in 24 runs nothing judged a quantity of the condition: undecided";
+    let note = "in 24 runs a quantity of the condition was not judged: undecided";
     assert!(found.notes.iter().any(|said| said == note), "{:?}", found.notes);
     assert!(!found.notes.iter().any(|note| note.contains("nothing of the kind")), "{:?}", found.notes);
     // the rest of the condition may decide
@@ -192,7 +192,7 @@ fn a_map_cell_that_is_a_lower_bound_is_never_at_most() {
         let map = answer.map.as_deref().expect("a map").clone();
         bladeoff_answers::figures::maps("", &[map]).expect("a picture").svg().to_owned()
     };
-    assert!(drawn(&found).contains("a lower bound alone"), "the grey is explained");
+    assert!(drawn(&found).contains("only a lower bound"), "the grey is explained");
     study.columns[3].cells[6] = Some(5.0e6);
     study.columns[3].cells[7] = Some(6.0e6);
     let far = drawn(&map(&study));

@@ -139,7 +139,7 @@ fn measure(case: &Case, args: &Args, folder: &Path, deadline: Instant) -> Result
     let first_contact = contact_of(&fast, &first);
     let expected = case.touches && args.part >= 1.0;
     if first_contact.is_some() != expected && (expected || !case.touches) {
-        let source = std::io::Error::other(format!("{}: contact is not as it should be", case.name));
+        let source = std::io::Error::other(format!("{}: contact is not as expected", case.name));
         return Err(FileError::at("measure", folder)(source).into());
     }
     let program = args.against.as_deref().map(|binary| Program::new(binary, case, &slow, folder)).transpose()?;

@@ -141,7 +141,7 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
     }
     let silent = leave_out_zeros(&mut quantities, &args.channels);
     if !silent.is_empty() {
-        remark(&format!("not drawn, because it is 0 all the time: {}", silent.join(", ")));
+        remark(&format!("not drawn, because it is always 0: {}", silent.join(", ")));
     }
     let panel = |(_, lines): (String, Vec<Drawn<'_>>)| {
         let largest = lines.iter().flat_map(|line| &line.2.values).fold(0.0_f64, |max, value| max.max(value.abs()));

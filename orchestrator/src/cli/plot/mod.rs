@@ -135,7 +135,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
                     (_, true) => asked(None, args.to.as_ref()),
                     _ => asked(args.from.as_ref(), args.to.as_ref()),
                 },
-                message: format!("{} has no instant there: it goes {}", shown(path), span(first, last)),
+                message: format!("{} has no record in this range: it covers {}", shown(path), span(first, last)),
                 allowed: None,
             });
         }

@@ -43,7 +43,7 @@ pub(super) enum ChunkError {
     #[error("damaged: {0}")]
     Damaged(&'static str),
     /// Unknown version of the format.
-    #[error("version {0} of the format, this program knows {VERSION}")]
+    #[error("version {0} of the format; this program reads {VERSION}")]
     Version(u8),
     /// The chunk belongs to another study, program or place.
     #[error("of another study, program or chunk: {key} is {found}, not {wanted}")]

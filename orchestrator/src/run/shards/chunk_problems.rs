@@ -38,7 +38,7 @@ impl Kind {
         match self {
             Self::Damaged => "damaged",
             Self::Foreign => "of another study, program or basis",
-            Self::Duplicate => "with samples of another chunk, which would be there twice",
+            Self::Duplicate => "with samples of another chunk, which would then exist twice",
         }
     }
 }
@@ -148,8 +148,9 @@ mod tests {
         assert_eq!(
             problems.to_string(),
             "\n  1 put aside, damaged: 9 (chunk 9: damaged: it is cut off)\n  50 put aside, of another study, program or basis: 40-89 \
-             (chunk 40: of another study, program or chunk: numerics is 3, not 7)\n  1 put aside, with samples of another chunk, which \
-             would be there twice: 7 (chunk 7: of another study, program or chunk: chunk is 3, not 7)"
+             (chunk 40: of another study, program or chunk: numerics is 3, not 7)\n  1 put aside, with samples of \
+             another chunk, which would then exist twice: 7 (chunk 7: of another study, program or chunk: chunk is 3, \
+             not 7)"
         );
         assert_eq!((problems.set_aside(), problems.is_empty()), (52, false));
     }

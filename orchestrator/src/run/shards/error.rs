@@ -14,7 +14,7 @@ use std::time::Duration;
 #[derive(Debug, thiserror::Error)]
 pub enum ShardError {
     /// The directory contains files that no shard has written.
-    #[error("{} holds {file:?}, which no shard has put there; choose another --out", shown(path))]
+    #[error("{} contains {file:?}, which is not a file of a shard; choose another --out", shown(path))]
     Foreign {
         /// The directory.
         path: PathBuf,
@@ -23,7 +23,8 @@ pub enum ShardError {
     },
     /// The directory has no `shards.json`.
     #[error(
-        "{} is no directory of shards, nor of results: `bladeoff submit`, or `run --shard`, begins one",
+        "{} is neither a directory of shards nor a result directory; `bladeoff submit` and `run --shard` create a \
+         directory of shards",
         shown(path)
     )]
     None {
@@ -47,8 +48,8 @@ pub enum ShardError {
     Untrusted(#[from] Untrusted),
     /// The directory was begun with another study, program or chunk size.
     #[error(
-        "{} was begun with another study, program or chunk\n{}\nWhat a study has grown by is computed in a new directory, \
-         which takes over what is there: --out NEW --reuse {}",
+        "{} was begun with another study, program or chunk\n{}\nCompute a study that has grown in a new directory, \
+         which takes over the finished samples: --out NEW --reuse {}",
         shown(path),
         changes.iter().map(|change| format!("  {change}")).collect::<Vec<_>>().join("\n"),
         shown(path)
@@ -69,8 +70,8 @@ pub enum ShardError {
     },
     /// `[refine]` chooses samples by results, so they are not known in advance.
     #[error(
-        "{}: [refine] chooses samples by the results of those before, shards share out what is known beforehand: leave [refine] out, or \
-         use `bladeoff run` on one machine",
+        "{}: [refine] chooses samples by earlier results, but shards divide samples that are known beforehand: leave \
+         [refine] out, or use `bladeoff run` on one machine",
         shown(study)
     )]
     Refined {
@@ -87,7 +88,7 @@ pub enum ShardError {
     },
     /// The shared file system stayed unavailable.
     #[error(
-        "{} could not be written for {}: given up; what was finished there is kept, and the same command resumes",
+        "{} could not be written for {}: given up; samples finished there are kept; rerun the same command to resume",
         shown(path),
         bladeoff_answers::summary::duration(*waited)
     )]
@@ -101,7 +102,7 @@ pub enum ShardError {
         source: FileError,
     },
     /// The directory was removed or begun again by another study.
-    #[error("{} was removed or begun anew while this shard computed: nothing more of it goes there", shown(path))]
+    #[error("{} was removed or replaced while this shard computed: the shard stops writing to it", shown(path))]
     Replaced {
         /// The directory.
         path: PathBuf,

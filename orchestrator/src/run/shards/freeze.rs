@@ -98,7 +98,7 @@ fn read_basis(shared: &Shared, samples: &Samples) -> Result<BasisBytes, ShardErr
     let taken = basis_of_others(samples, bytes.clone())?;
     // A basis that does not fit would be computed again, by each process for itself.
     if taken.as_ref() != Some(&bytes) {
-        let why = "it is no basis of this study's machine: remove the directory, or choose another --out".to_owned();
+        let why = "it is not a basis of this study's machine: remove the directory, or choose another --out".to_owned();
         return Err(ShardError::Damaged { path: place.to_path_buf(), why });
     }
     Ok(taken)
@@ -159,7 +159,7 @@ pub(super) fn freeze<'a>(
     let folder = shared.folder();
     // Chunks are published after it. A second check: another process may have begun the directory meanwhile.
     if !shared.names_in(0)?.is_empty() && !folder.place(SHARDS).exists() {
-        let why = "it is missing beside chunks that it belongs to: bring it back, or choose another --out".to_owned();
+        let why = "it is missing although its chunks exist: restore it, or choose another --out".to_owned();
         return Err(ShardError::Damaged { path: shared.path().join(SHARDS), why });
     }
     if !folder.place(BASIS_FILE).exists()
@@ -230,7 +230,7 @@ fn refuse_other_chunk(shared: &Shared, shards_file: &ShardsFile, asked: Option<u
 fn check_chunk(size: u64, samples: u64) -> Result<(), ShardError> {
     let refused = |why: String| Err(ShardError::Chunk { size, why });
     if size > MOST_OF_CHUNK {
-        return refused(format!("a chunk is held in memory as a whole; at most {MOST_OF_CHUNK} samples"));
+        return refused(format!("a chunk is kept in memory as a whole; at most {MOST_OF_CHUNK} samples"));
     }
     if samples.div_ceil(size) > MOST_CHUNKS {
         let least = samples.div_ceil(MOST_CHUNKS);

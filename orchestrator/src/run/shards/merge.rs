@@ -87,7 +87,7 @@ pub fn merge(
         && refuse_changed(path).is_ok_and(|is_known| is_known)
         && tells_complete(&folder.place(MANIFEST));
     if is_there {
-        note("merged already: the table is as it was written");
+        note("already merged: the table has not changed since");
         let (tally, end) = (tally(path)?, end_of_table(&table)?);
         return Ok(Merged { tally, end, table, chunks: shards_file.chunks.count(), attempts: 0, nodes: 0 });
     }

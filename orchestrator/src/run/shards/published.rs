@@ -141,8 +141,9 @@ pub(super) fn refuse_other_list(shared: &Shared, shards_file: &ShardsFile) -> Re
     }
     let Some(chunk) = other else { return Ok(()) };
     let why = format!(
-        "it has changed since the chunks were made: chunk {chunk} is of the same study and basis, and of another {SHARDS}; no finished \
-         sample is lost; copy it from another copy of this directory, or compute the study in a new directory (--out NEW)"
+        "it has changed since the chunks were made: chunk {chunk} is of the same study and basis, and of another \
+         {SHARDS}. No finished sample is lost. Copy the file from another copy of this directory, or compute the \
+         study in a new directory (--out NEW)"
     );
     Err(ShardError::Damaged { path: shared.path().join(SHARDS), why })
 }

@@ -266,7 +266,7 @@ impl<'a> Publisher<'a> {
     fn choose(&mut self) -> Result<Choice, ShardError> {
         let PublisherContext { attempt, shared, .. } = self.context;
         if self.context.may_end && shared.folder().place(RESULTS).is_file() {
-            (self.context.note)("merged already, by its [stop]: nothing more is computed here");
+            (self.context.note)("already merged, ended by [stop]: nothing to compute here");
             return Ok(Choice::Done);
         }
         let now = self.last_heartbeat.map_or_else(SystemTime::now, |(sent, now)| now + sent.elapsed());
@@ -364,7 +364,7 @@ impl<'a> Publisher<'a> {
             }
             Some(Put::Lost) => {
                 self.counts.lost += 1;
-                note(&format!("chunk {chunk} was published by another attempt before: ours is dropped"));
+                note(&format!("chunk {chunk} was already published by another attempt: this copy is discarded"));
             }
         }
         self.in_progress.remove(&chunk);

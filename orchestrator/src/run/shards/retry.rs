@@ -38,7 +38,7 @@ impl<'a> Retry<'a> {
                 Ok(done) => {
                     if first.is_some() {
                         let waited = duration(begun.elapsed());
-                        (self.note)(&format!("{} can be used again, after {waited}", shown(self.shared.path())));
+                        (self.note)(&format!("{} is available again after {waited}", shown(self.shared.path())));
                     }
                     return Ok(done);
                 }
@@ -50,7 +50,7 @@ impl<'a> Retry<'a> {
             }
             if first.is_none() {
                 let most = duration(self.most);
-                (self.note)(&format!("{error} ({}): tried again for {most} at most", error.source));
+                (self.note)(&format!("{error} ({}): retrying for at most {most}", error.source));
             }
             let source = first.get_or_insert(error);
             if begun.elapsed() >= self.most || self.is_over.load(Ordering::Relaxed) {

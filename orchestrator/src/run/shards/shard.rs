@@ -98,7 +98,7 @@ pub fn run_shard(
         counted(chunks.size(), "sample")
     ));
     if request.run.looking.is_some() {
-        note("where the study ends by its [stop] is decided by `bladeoff merge`, which may be tried at any time");
+        note("`bladeoff merge` determines where [stop] ends the study; it can be tried at any time");
     }
     let attempt = Attempt::begin(request.shard, workers)?;
     if let Some(old) = &request.reuse {

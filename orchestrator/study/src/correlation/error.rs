@@ -14,7 +14,7 @@ pub enum CorrelationError {
         name: String,
     },
     /// A repeated pair.
-    #[error("the correlation of {a} and {b} is given by table {} already", first + 1)]
+    #[error("table {} already gives the correlation of {a} and {b}", first + 1)]
     Repeated {
         /// Number of the table.
         pair: usize,
@@ -27,7 +27,7 @@ pub enum CorrelationError {
     },
     /// A value that is not between -1 and 1.
     #[error(
-        "`{key}` = {given}; allowed: above -1 and below 1 (a parameter that follows another wholly is a [[derived]] one)"
+        "`{key}` = {given}; allowed: above -1 and below 1 (use [[derived]] for a parameter that another one determines)"
     )]
     Value {
         /// Number of the table.
@@ -89,7 +89,8 @@ pub enum CorrelationError {
     },
     /// Each pair could be, all together cannot.
     #[error(
-        "these correlations cannot all be: their matrix is not positive definite (one parameter would be fixed by others); the nearest that can be: {}",
+        "these correlations contradict each other: their matrix is not positive definite (one parameter would be \
+         fixed by others); the nearest possible ones: {}",
         in_words(nearest)
     )]
     Impossible {

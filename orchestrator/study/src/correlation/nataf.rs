@@ -61,7 +61,7 @@ impl<'a> Nataf<'a> {
         let (reached, bound) = series.at(r);
         let error = bound + (reached - rho).abs();
         if r.abs() > LARGEST || error > ACCURACY {
-            let reason = "a law has corners, and the correlation is almost the largest there is";
+            let reason = "a distribution has corners, and the correlation is almost the largest possible";
             return Err(Refused::Unresolved { bound: error, reason });
         }
         Ok(r)

@@ -67,7 +67,7 @@ pub enum NameError {
         name: String,
     },
     /// Two of the same name.
-    #[error("`{name}` names {first} already; allowed: another name")]
+    #[error("`{name}` is already the name of {first}; allowed: another name")]
     Taken {
         /// The variable's number.
         variable: usize,

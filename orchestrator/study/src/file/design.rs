@@ -23,7 +23,7 @@ pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
     pair("correlation", "uncertain", "one table [[uncertain]] for each uncertain parameter");
     if let (Some(design), Some(_)) = (keys.get("design"), keys.get("points")) {
         problems.add(design.name_span.clone(), "design", "is given together with [points]").allowed =
-            Some("[design] draws the points, [points] reads them: one of them".to_owned());
+            Some("either [design], which draws the points, or [points], which reads them".to_owned());
     }
 }
 

@@ -132,7 +132,7 @@ fn values(
     }
     sign.refuse_both(csv, problems);
     if values.is_empty() {
-        problems.add(text.len()..text.len(), "", "there are no values below the header");
+        problems.add(text.len()..text.len(), "", "no values below the header");
     }
     Some(Ok(values))
 }

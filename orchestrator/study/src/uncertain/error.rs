@@ -63,7 +63,7 @@ pub enum UncertainError {
         allowed: String,
     },
     /// Truncation leaves nothing.
-    #[error("nothing is left between `lower` and `upper`: {between} has a probability of {probability:e} of {law}")]
+    #[error("nothing is left between `lower` and `upper`: {between} has a probability of {probability:e} in {law}")]
     NothingLeft {
         /// `lower` or `upper`.
         key: &'static str,

@@ -131,7 +131,7 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
         && count > 0
         && elements % count != 0
     {
-        let message = "not a multiple of the number of blades: a blade stands at a node of the ring";
+        let message = "not a multiple of the number of blades: each blade is at a node of the ring";
         reader.fail(&path("elements"), message, format!("a multiple of blades.count = {count}"));
     }
     Some(Ring {

@@ -131,7 +131,7 @@ pub(super) fn node_at(reader: &mut Reader<'_>, nodes: &[f64], path: &str, place:
             reader.fail(path, message, allowed);
         }
         Where::Between(_) => {
-            let message = "no node there, and no element may be split any more";
+            let message = "no node there, and no further element can be split";
             reader.fail(path, message, format!("at most {MOST_ELEMENTS} elements in all sections together"));
         }
     }

@@ -147,17 +147,18 @@ fn disc_hint(rotor: &Rotor, index: usize) -> String {
             format_digits(disc.polar_inertia, "kg m2", 4)
         ),
         Some(disc) if bears(disc) => format!(
-            "; no disc stands there: what belongs to disc {0} at {1} has disc = \"{0}\"",
+            "; no disc is there: an unbalance of disc {0} at {1} has disc = \"{0}\"",
             disc.name,
             format_digits(shaft.nodes[disc.node], "m", 10)
         ),
         Some(disc) => format!(
-            "; no disc stands there, the nearest is {} at {}: what a disc loses has the disc's position",
+            "; no disc is there, the nearest is {} at {}: a mass that a disc loses has the position of the disc",
             disc.name,
             format_digits(shaft.nodes[disc.node], "m", 10)
         ),
-        None => "; a shaft without discs loses no more than its own section there: a disc needs [rotor.discs.NAME]"
-            .to_owned(),
+        None => {
+            "; a shaft without discs can lose at most its own section there; a disc needs [rotor.discs.NAME]".to_owned()
+        }
     }
 }
 
@@ -335,7 +336,7 @@ fn mass_point(reader: &mut Reader<'_>, unbalances: Option<&[Unbalance]>) -> Opti
         let total = mass.map(|mass| mass + unbalances.iter().map(least).sum::<f64>());
         if total.is_some_and(|total| total <= 0.0) {
             let allowed = "a positive sum of rotor.mass, added and (negative) lost unbalance masses";
-            reader.fail("rotor.mass", "the mass point has no mass with its unbalances", allowed);
+            reader.fail("rotor.mass", "the mass point has no mass, its unbalances included", allowed);
             return None;
         }
         let lost = |unbalance: &Unbalance| unbalance.signed_mass().min(0.0) * unbalance.radius * unbalance.radius;

@@ -74,12 +74,12 @@ const LEAST_TWIN: f64 = 1e-12;
 fn twin(reader: &mut Reader<'_>) {
     let Some(shift) = reader.number(TWIN).filter(|shift| *shift > 0.0) else { return };
     if shift < LEAST_TWIN {
-        reader.fail(TWIN, "lost in the rounding of the speed", format!("0, or {LEAST_TWIN:e} to 0.01"));
+        reader.fail(TWIN, "smaller than the rounding of the speed", format!("0, or {LEAST_TWIN:e} to 0.01"));
     } else if reader.number("rotor.initial_speed") == Some(0.0)
         && !reader.is_given("rotor.speed_law.acceleration")
         && !reader.is_given("rotor.speed_law.speeds")
     {
-        reader.fail(TWIN, "a shift of an initial speed of 0 is none", "0, or a rotor.initial_speed above 0");
+        reader.fail(TWIN, "an initial speed of 0 has no relative shift", "0, or a rotor.initial_speed above 0");
     }
 }
 

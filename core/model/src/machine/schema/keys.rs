@@ -66,8 +66,8 @@ pub(super) const KEYS: &[Key] = &[
         "the run ends once the mean spin falls to this speed"),
     key(ENGINE, Kind::Choice(&Engine::CHOICES), Need::Word(Engine::AUTO), Range::ANY, When::Always,
         "central differences over modes of rotor and ring or over all finite-element degrees of freedom, or exact propagation of the modes \
-         with contact by impulses (much faster); `auto`: `exponential` where it covers \
-         the machine, in a study all samples, otherwise `reduced`"),
+         with contact by impulses (much faster). `auto`: `exponential` where it covers the machine (in a study all \
+         samples), otherwise `reduced`"),
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
         "time step of `reduced` and `full`; `auto` is `reduced` then"),
     key(CONTACT_STEP, Kind::Number("s"), Need::Optional("chosen from the ring's frequencies and the initial speed"), Range::POSITIVE, When::Always,
@@ -257,7 +257,7 @@ pub(super) const KEYS: &[Key] = &[
     key("rotor.unbalances.NAME.kind", Kind::Choice(&["added", "lost"]), Need::Word("added"), Range::ANY, When::Always,
         "mass added (as the paper) or mass lost there"),
     key("rotor.unbalances.NAME.present", Kind::Choice(&["at release", "before"]), Need::Word("at release"), Range::ANY, When::Always,
-        "appears at t = 0, or was there before: the run starts from its steady state"),
+        "appears at t = 0, or was present before: the run starts from its steady state"),
     key("rotor.unbalances.NAME.release_time", Kind::Number("s"), Need::Optional("appears at t = 0"), Range::NOT_NEGATIVE, When::Always,
         "time at which the mass is released; at most one of release_time and release_speed"),
     key("rotor.unbalances.NAME.release_speed", Kind::Number("rad/s"), Need::Optional("appears at t = 0"), Range::POSITIVE, When::Always,

@@ -151,7 +151,7 @@ impl FreeMotion {
         if !motion.spin.is_stable(settings.step, feedback, machine.run.end_time) {
             if feedback > MAX_FEEDBACK {
                 return Err(ExponentialError::NotCovered {
-                    what: "an unbalance on a bare shaft with so little damping of the twist (rotor.damping.torsional)",
+                    what: "an unbalance on a bare shaft with so little torsional damping (rotor.damping.torsional)",
                 });
             }
             motion.spin.stabilise(settings.step, feedback);

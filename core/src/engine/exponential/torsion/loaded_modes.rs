@@ -112,7 +112,8 @@ impl LoadedModes {
                 mass[(i, j)] -= coupling[i] * coupling[j] / inertia;
             }
         }
-        let (squares, bare_amplitudes) = symmetric_generalised(&stiffness, &mass, "the twist with its unbalances")?;
+        let (squares, bare_amplitudes) =
+            symmetric_generalised(&stiffness, &mass, "torsion of the shaft with its unbalances")?;
         let mut shift: Vec<f64> =
             (0..count).map(|j| -dot(&coupling, column_of(&bare_amplitudes, j)) / inertia).collect();
         shift.resize(count.next_multiple_of(LANES), 0.0);

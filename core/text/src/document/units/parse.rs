@@ -247,7 +247,7 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
             }
             '/' => {
                 if need_factor || open {
-                    return Err(malformed("a division sign stands between two symbols"));
+                    return Err(malformed("a division sign must be between two symbols"));
                 }
                 (dividing, divided, need_factor) = (true, true, true);
                 rest = &rest[1..];
@@ -269,7 +269,7 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
                     return Err(malformed("write all factors before the division sign, or N/(m s)"));
                 }
                 let expected = match first {
-                    '.' => "a point is no product sign, write a space: N m",
+                    '.' => "a point is not a product sign; write a space: N m",
                     '"' => "inches are written `in`",
                     _ => "a symbol is expected",
                 };

@@ -204,8 +204,8 @@ pub fn marks(maps: &[Map]) -> Vec<String> {
     if any(|map| map.bad > 0 && !map.is_smoothed()) {
         let by = if any(|map| map.beyond > 0) { "bad runs or runs beyond the model" } else { "bad runs" };
         let grey = match (any(has_unknown), any(has_open)) {
-            (true, true) => Some(format!("grey: no number, a bound alone, or left open by {by}")),
-            (true, false) => Some("grey: no number, or a lower bound alone".to_owned()),
+            (true, true) => Some(format!("grey: no number, only a bound, or left open by {by}")),
+            (true, false) => Some("grey: no number, or only a lower bound".to_owned()),
             (false, true) => Some(format!("grey: left open by {by}")),
             (false, false) => None,
         };

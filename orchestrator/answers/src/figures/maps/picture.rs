@@ -29,7 +29,7 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
     if picture.map.cells.is_empty() {
         let style = TEXT.into_font().color(&BLACK).pos(Pos::new(HPos::Center, VPos::Center));
         let middle = (((WIDTH - BAR) * FINE / 2) as i32, ((HEIGHT - ABOVE) * FINE / 2) as i32);
-        left.draw(&Text::new("no cell is drawn: no sample, or too few", middle, style))?;
+        left.draw(&Text::new("no cell is drawn: no samples, or too few", middle, style))?;
         return Ok(());
     }
     let layers = Layers::new(picture, colours);

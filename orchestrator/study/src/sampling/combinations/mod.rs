@@ -43,7 +43,7 @@ pub enum CombinationError {
         value: f64,
     },
     /// A limit of 0.
-    #[error("the limit is 0; at least one sample is to be taken")]
+    #[error("the limit is 0; it must be at least 1")]
     Nothing,
 }
 

@@ -189,7 +189,8 @@ pub enum LayoutError {
     UnboundedByCorrelation,
     /// One parameter cannot change alone if it is correlated.
     #[error(
-        "kind = \"{}\" changes one parameter while the others stay, which [[correlation]] says they do not; allowed: another kind, or no [[correlation]]",
+        "kind = \"{}\" changes one parameter at a time, which [[correlation]] rules out; allowed: another kind, or no \
+         [[correlation]]",
         kind.word()
     )]
     Correlated {

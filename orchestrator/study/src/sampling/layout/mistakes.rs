@@ -25,10 +25,10 @@ pub(super) fn mistakes(def: &LayoutDef, parameters: usize) -> Vec<LayoutError> {
     surplus("scramble", stepped && def.scramble.is_some(), &|| "nothing in it is random".to_owned());
     surplus("replicates", kind == LayoutKind::MonteCarlo && def.replicates.is_some(), &|| {
         let points = def.samples.unwrap_or(0).saturating_mul(def.replicates.unwrap_or(1));
-        format!("its points are independent already; allowed: `samples` = {points} alone")
+        format!("its points are already independent; allowed: only `samples` = {points}")
     });
     surplus("replicates", kind == LayoutKind::Morris && def.replicates.is_some(), &|| {
-        "its trajectories are independent already; allowed: more `trajectories`".to_owned()
+        "its trajectories are already independent; allowed: more `trajectories`".to_owned()
     });
     surplus("replicates", kind == LayoutKind::Saltelli && def.replicates.is_some(), &|| {
         "its intervals are made of its base points; allowed: more `samples`".to_owned()
@@ -117,7 +117,7 @@ fn quantile_mistakes(def: &LayoutDef) -> Vec<LayoutError> {
         } else if quantiles[..position].contains(&given) {
             "each once"
         } else if is_median && given == 0.5 {
-            "another than 0.5, which is the base point"
+            "a value other than 0.5, which is the base point"
         } else {
             return None;
         };

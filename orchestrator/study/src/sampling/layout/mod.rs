@@ -232,7 +232,9 @@ impl SamplingLayout {
         match self.kind {
             LayoutKind::MonteCarlo => Standing::Independent,
             LayoutKind::OneAtATime => Standing::NoInterval("points of a one-at-a-time design are not random"),
-            LayoutKind::Morris => Standing::NoInterval("points of a morris design are no sample of the distributions"),
+            LayoutKind::Morris => {
+                Standing::NoInterval("points of a morris design are not a sample of the distributions")
+            }
             LayoutKind::Saltelli => Standing::NoInterval("points of a saltelli design depend on one another"),
             _ if !self.is_scrambled() => Standing::NoInterval("points that are not scrambled are not random"),
             _ if self.replicates < FEWEST_REPLICATES => Standing::NoInterval("fewer than 16 replicates"),
@@ -315,9 +317,9 @@ impl SamplingLayout {
         let each = each.collect::<Vec<_>>().join(", ");
         (!each.is_empty()).then(|| {
             format!(
-                "{base} base points are few for {} parameters: values of the same parameter in A and in B are correlated, {each}; \
-                 a total index is biased by a factor of about 1 - correlation (too high where it is negative), and its interval does not cover that; \
-                 more base points help",
+                "{base} base points are few for {} parameters: values of the same parameter in A and in B are \
+                 correlated, {each}. A total index is biased by a factor of about 1 - correlation (too high if the \
+                 correlation is negative), and its interval does not cover this bias. More base points help",
                 names.len()
             )
         })
@@ -332,8 +334,9 @@ impl SamplingLayout {
         let &([a, b], r) = found.first()?;
         let (count, pairs) = (found.len(), d * (d - 1) / 2);
         Some(format!(
-            "{points} points of a replicate are few for {d} parameters: the values of {} and {} have correlation {r:.2}, and {count} of {pairs} \
-             pairs have one above {LEAST} or below -{LEAST}, so intervals are wider than such points allow; more `samples` help, more `replicates` do not",
+            "{points} points of a replicate are few for {d} parameters. The values of {} and {} have correlation \
+             {r:.2}, and {count} of {pairs} pairs have one above {LEAST} or below -{LEAST}. Intervals are wider than \
+             such points allow. More `samples` help, more `replicates` do not",
             names[a], names[b]
         ))
     }
