@@ -23,6 +23,7 @@ mod shaft_line;
 mod stability;
 mod time_step;
 mod together;
+mod torques;
 mod twin;
 mod works;
 

@@ -73,7 +73,7 @@ impl<'a> Motion<'a> {
 
     /// Predicts the step without contact.
     pub fn predict(&mut self) -> Result<(), Cause> {
-        self.line.prepare(self.speed);
+        self.line.prepare(self.time, self.speed);
         self.rubs.iter_mut().for_each(Rub::prepare);
         self.contacts.fill(None);
         self.predictor.predict(&mut self.line, self.time, &mut self.d)

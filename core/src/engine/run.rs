@@ -8,6 +8,7 @@ use super::rub::{Rub, StepContact};
 use super::shaft_line::ShaftLine;
 use super::stability::SolvedGrid;
 use super::time_step::{StartError, TimeStep};
+use super::torques::TruncatedTorsion;
 use super::works::{add_works, write_stores};
 use crate::contact::Gap;
 use crate::record::{At, ContactFrame, End, EnergyBalance, Follower, Frame, Recorders, RingInstant, RotorInstant};
@@ -61,6 +62,8 @@ struct Run<'a> {
     loads: BearingLoads,
     /// Least damping of the whirl modes at grid speeds.
     damping: SolvedGrid,
+    /// Torsion of the truncated modes under torques over time.
+    truncated: TruncatedTorsion,
     /// Pending releases of unbalances.
     releases: Releases<'a>,
     /// Whether the follower has received the last instant.
@@ -85,6 +88,7 @@ impl<'a> Run<'a> {
             recorders,
             loads: BearingLoads::new(machine, structure, &motion.line),
             damping: SolvedGrid::new(machine, structure),
+            truncated: TruncatedTorsion::new(machine, structure),
             end_shown: false,
             unsettled,
             motion,
@@ -180,7 +184,7 @@ impl<'a> Run<'a> {
         self.loads.update(&motion.line, motion.pressed());
         motion.rubs.iter_mut().for_each(Rub::average_forces);
         let line = &motion.line;
-        let (lateral, torsion_angles) = (&line.lateral.x, &line.twist.x);
+        let (lateral, torsion_angles) = (&line.lateral.x, &*self.truncated.complete(motion.time, &line.twist.x));
         let rings = motion.rubs.iter().zip(&motion.contacts).map(|(rub, contact)| {
             let (place, velocity) = rub.motion(line);
             let touch = contact.as_ref().map(StepContact::touch);
@@ -218,7 +222,7 @@ impl<'a> Run<'a> {
             speed,
             displacement: &line.lateral.x,
             velocity: &line.lateral.v,
-            torsion_angles: &line.twist.x,
+            torsion_angles: &self.truncated.complete(*time, &line.twist.x),
             bearing_loads: self.loads.all().bearings,
             pedestal_loads: self.loads.all().pedestals,
             contacts: &contacts,

@@ -11,7 +11,9 @@
 use super::beginning::projected;
 use super::exponential::GridSpacing;
 use super::shaft_line::{masses, sites};
-use crate::modal::{Damping, DampingGrid, UnstableRange, least_damping, quadratic_values, unstable_ranges};
+use crate::modal::{
+    Damping, DampingGrid, UnstableRange, highest_speed, least_damping, quadratic_values, unstable_ranges,
+};
 use crate::rotor::RotorMatrices;
 use crate::structure::{Coordinates, Structure};
 use bladeoff_model::machine::Machine;
@@ -237,11 +239,14 @@ pub fn unstable_speeds(
     unstable_ranges(&speeds, |speed| system.whirl.at(speed))
 }
 
-/// Lowest and highest mean spin of an undisturbed run \[rad/s\]: initial or prescribed speeds, and the end speed.
+/// Lowest and highest mean spin of an undisturbed run \[rad/s\]: initial or prescribed speeds, the highest speed under torques, and the end speed.
 #[must_use]
 pub fn speeds_of_run(machine: &Machine) -> [f64; 2] {
     let law = machine.rotor.speed_law.as_ref().map(|law| law.speeds.as_slice()).unwrap_or_default();
-    let highest = law.iter().copied().fold(machine.rotor.initial_speed, f64::max);
+    let highest = match machine.torques.is_empty() {
+        true => law.iter().copied().fold(machine.rotor.initial_speed, f64::max),
+        false => highest_speed(machine),
+    };
     let lowest = match law {
         [] => machine.run.end_speed,
         law => law.iter().copied().fold(highest, f64::min),

@@ -31,6 +31,7 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
     if let Some(work) = line.spin.drive_work(spin) {
         now.drive += work;
     }
+    now.torques += line.torque_work();
     for (rub, contact) in rubs.iter_mut().zip(contacts) {
         now.stator += rub.ring_damping_work();
         // the truncated modes store strain energy; energy released at the end of a contact is lost

@@ -3,15 +3,15 @@
 //! ```text
 //! reach(W) = |s - o| + a(W)            steady state: a major half axis of the synchronous orbit, s sag under gravity, o offset of the ring's centre
 //! reach    = max |s + x(t) - o|        release: M x'' + (C + W0 G) x' + K x = f(W, t), starting from the motion before the release
-//! W0 .. W1                             speeds of the run: from W0 at the start to W1, reached by braking alone at run.end_time, at least run.end_speed
+//! W0 .. W1                             speeds of the run: from W0 at the start to W1, reached by braking and torques alone within run.end_time, at least run.end_speed
 //! ```
-//! Source: the equations of motion of docs/theory/01-shaft-line.md, with the spin slowed by braking alone and `G` at the initial speed.
+//! Source: the equations of motion of docs/theory/01-shaft-line.md, with the spin under braking and torques alone and `G` at the initial speed.
 //! They are integrated by Newmark's average acceleration (N. M. Newmark, ASCE J. Eng. Mech. 85, 1959), which neither adds nor dissipates
 //! energy. Limits: only the first [`TURNS`] revolutions after the release are computed; a rotor that passes a critical speed quickly stays
 //! below its steady-state response. Verified by `a_sudden_unbalance_has_the_closed_form_of_a_jeffcott_rotor` and, against complete runs of
 //! the shipped machines, by `tests/contact/contact_forecast.rs`.
 
-use super::releases::{expected_releases, slowed};
+use super::releases::{expected_releases, turned};
 use super::unbalance::LinearRotor;
 use bladeoff_model::machine::{InitialState, Machine, Presence};
 use bladeoff_numerics::linalg::{Matrix, Vector, mul_vec, solve};
@@ -24,7 +24,7 @@ const GOLDEN: usize = 24;
 /// Number of computed revolutions after the release, and of time steps per revolution.
 const TURNS: usize = 40;
 const STEPS: usize = 64;
-/// Number of time steps of the run-down by braking alone.
+/// Number of time steps of the course of the speed.
 const BRAKING: usize = 2000;
 
 /// Forecast eccentricity of the rotor at a diaphragm, assuming no contact.
@@ -118,14 +118,15 @@ fn speeds(machine: &Machine, rotor: &LinearRotor) -> [f64; 2] {
         return all.fold([f64::INFINITY, 0.0], |[low, high], speed| [low.min(speed), high.max(speed)]);
     }
     let h = machine.run.end_time / BRAKING as f64;
-    let mut speed = first;
-    for _ in 0..BRAKING {
-        speed = slowed(machine, rotor, speed, h);
+    let (mut speed, mut low, mut high) = (first, first, first);
+    for step in 0..BRAKING {
+        speed = turned(machine, rotor, [step as f64 * h, h], speed);
         if speed <= machine.run.end_speed {
-            return [machine.run.end_speed, first];
+            return [machine.run.end_speed, high];
         }
+        (low, high) = (low.min(speed), high.max(speed));
     }
-    [speed, first]
+    [low, high]
 }
 
 /// Speed \[rad/s\] and amplitude \[m\] of the largest response of a node. The search also finds a critical speed between two of its speeds,
@@ -245,8 +246,8 @@ fn release(machine: &Machine, rotor: &LinearRotor, places: &[(usize, [f64; 2])],
     let mut a = solve(&rotor.mass, &rest(force(0.0, speed), &x, &v))?;
     let factors = nalgebra::LU::new(system);
     let (mut angle, mut now) = (0.0, speed);
-    for _ in 0..steps {
-        let next = slowed(machine, rotor, now, h);
+    for step in 0..steps {
+        let next = turned(machine, rotor, [stage.time + step as f64 * h, h], now);
         angle += 0.5 * h * (now + next);
         now = next;
         for dof in 0..size {

@@ -38,7 +38,7 @@ pub(crate) fn is_key_of(key: &[u8; 32], machine: &Machine) -> bool {
 }
 
 fn text(machine: &Machine) -> String {
-    let Machine { name: _, run, rotor, braking: _, diaphragms, monitors: _ } = machine;
+    let Machine { name: _, run, rotor, braking: _, torques: _, diaphragms, monitors: _ } = machine;
     let Rotor {
         kind,
         initial_speed: _,

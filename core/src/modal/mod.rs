@@ -30,6 +30,7 @@ pub(crate) use key::{is_key_of, modal_key};
 pub use looks::ModesError;
 pub use quadratic::{Eigensolver, QuadraticModes, quadratic_modes, quadratic_modes_by, quadratic_values};
 pub use releases::expected_releases;
+pub(crate) use releases::highest_speed;
 pub use report::{ModesReport, RingMode, followed_modes, report, report_by};
 pub use sense::{NOTABLE, STRAIGHT, Whirl};
 pub use stability::{Damping, DampingGrid, LeastDamping, ROUNDING, UnstableRange, least_damping, unstable_ranges};

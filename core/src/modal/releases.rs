@@ -1,7 +1,7 @@
 //! Expected release times of unbalances in a run without contact.
 //!
 //! ```text
-//! J W' = -T(W), or W(t) as prescribed       crossing of a release speed between two of [`STEPS`] times: linear
+//! J W' = T(W) + sum_k T_k(t), or W(t) as prescribed       crossing of a release speed between two of [`STEPS`] times: linear
 //! ```
 //! Source: the braking of docs/theory/01-shaft-line.md. Limits: friction and the speed ripple caused by unbalances are neglected. So a run
 //! may miss an expected release, and a friction torque may cause others. Verified by the tests below.
@@ -63,7 +63,7 @@ fn course(machine: &Machine) -> Vec<[f64; 2]> {
     let rotor = LinearRotor::new(machine);
     let mut speed = first;
     for step in 1..=STEPS {
-        speed = slowed(machine, &rotor, speed, h);
+        speed = turned(machine, &rotor, [(step - 1) as f64 * h, h], speed);
         course.push([step as f64 * h, speed]);
         if speed <= machine.run.end_speed {
             break;
@@ -72,15 +72,23 @@ fn course(machine: &Machine) -> Vec<[f64; 2]> {
     course
 }
 
-/// Speed after one step of braking alone \[rad/s\], by the midpoint rule; a prescribed speed does not change.
-pub(super) fn slowed(machine: &Machine, rotor: &LinearRotor, speed: f64, h: f64) -> f64 {
+/// Speed after one step of length `h` from `time` under braking and torques alone \[rad/s\], by the midpoint rule; a prescribed speed does not
+/// change.
+pub(super) fn turned(machine: &Machine, rotor: &LinearRotor, [time, h]: [f64; 2], speed: f64) -> f64 {
     if machine.rotor.speed_law.is_some() {
         return speed;
     }
     let braking = &machine.braking;
-    let rate = |speed: f64| -(braking.constant + speed * (braking.linear + braking.quadratic * speed)) / rotor.inertia;
+    let torque = machine.torques.iter().map(|torque| torque.moments([time, time + h])[0]).sum::<f64>() / h;
+    let taken = |speed: f64| braking.constant + speed * (braking.linear + braking.quadratic * speed);
+    let rate = |speed: f64| (torque - braking.table_torque(speed) - taken(speed)) / rotor.inertia;
     let middle = (speed + 0.5 * h * rate(speed)).max(0.0);
     (speed + h * rate(middle)).max(0.0)
+}
+
+/// Highest mean spin of a run without contact \[rad/s\].
+pub(crate) fn highest_speed(machine: &Machine) -> f64 {
+    course(machine).iter().map(|[_, speed]| *speed).fold(machine.rotor.initial_speed, f64::max)
 }
 
 #[cfg(test)]

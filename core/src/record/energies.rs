@@ -35,6 +35,8 @@ pub struct Energies {
     pub drive: f64,
     /// Energy supplied by bearing tables, whose stiffness depends on the speed.
     pub tables: f64,
+    /// Energy supplied by torques over time.
+    pub torques: f64,
     /// Energy supplied by released masses, kinetic and in gravity; negative for a lost mass.
     pub released: f64,
     /// Part of the stored energies: kinetic and strain energy of the lateral motion of shaft and stators, without spin, torsion and gravity.
@@ -54,6 +56,7 @@ impl Energies {
             - self.skew
             - self.drive
             - self.tables
+            - self.torques
             - self.released
     }
 }

@@ -285,6 +285,7 @@ fn structural(machine: &Machine) -> Machine {
     kept.rotor.initial = bladeoff_model::machine::InitialState::default();
     kept.rotor.unbalances.clear();
     kept.braking = bladeoff_model::machine::Braking::default();
+    kept.torques.clear();
     for diaphragm in &mut kept.diaphragms {
         diaphragm.angle = 0.0;
         if let DiaphragmKind::RadialSpring { stiffness } = &mut diaphragm.kind {

@@ -12,6 +12,7 @@ mod releases;
 mod ring_stresses;
 mod stepping;
 mod stresses;
+mod torques;
 mod twin;
 mod verification;
 mod yield_times;

@@ -257,6 +257,10 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
         let meaning = "energy put in so far by bearing tables, whose stiffness changes with the speed";
         list.add("tables_J", "J", Source::Energy(|energies| energies.tables), meaning);
     }
+    if !machine.torques.is_empty() {
+        let meaning = "energy put in so far by torques over time";
+        list.add("torques_J", "J", Source::Energy(|energies| energies.torques), meaning);
+    }
     if machine.rotor.unbalances.iter().any(|unbalance| unbalance.release.is_some()) {
         let meaning = "energy put in so far by masses that were released, negative of a lost mass";
         list.add("released_J", "J", Source::Energy(|energies| energies.released), meaning);

@@ -2,7 +2,7 @@
 
 use super::stability::Stability;
 use bladeoff_core::modal::{ContactForecast, contact_forecasts};
-use bladeoff_model::machine::{Braking, Machine, Rotor};
+use bladeoff_model::machine::{Braking, Machine, Rotor, Torque};
 use bladeoff_text::document::units::format_digits;
 
 /// Said below every forecast.
@@ -74,6 +74,7 @@ fn rpm(speed: f64) -> String {
 struct Inputs {
     rotor: Rotor,
     braking: Braking,
+    torques: Vec<Torque>,
     ends: [f64; 2],
     places: Vec<(usize, [f64; 2])>,
 }
@@ -87,7 +88,8 @@ impl Forecasts {
     pub fn of(&mut self, machine: &Machine) -> Vec<ContactForecast> {
         let inputs = Inputs {
             rotor: machine.rotor.clone(),
-            braking: machine.braking,
+            braking: machine.braking.clone(),
+            torques: machine.torques.clone(),
             ends: [machine.run.end_time, machine.run.end_speed],
             places: machine.diaphragms.iter().map(|one| (one.contact.node, one.contact.offset)).collect(),
         };

@@ -21,6 +21,7 @@ const SECTIONS: [(&str, &str); 16] = [
     ("rotor.initial.", "`[rotor.initial]`: motion at the start"),
     ("monitors.", "`[monitors.NAME]`: displacement at places without contact"),
     ("braking.", "`[braking]`: torques that slow the rotor"),
+    ("torques.", "`[torques.NAME]`: torques over time"),
     ("diaphragms.", "`[diaphragms.NAME]`: ring and blades"),
     ("diaphragms.NAME.contact.", "`[diaphragms.NAME.contact]`"),
 ];

@@ -124,10 +124,19 @@ fn event(release: Release) -> String {
 }
 
 fn spin(machine: &Machine) -> String {
-    if machine.rotor.speed_law.is_some() {
-        return "prescribed; friction and braking do not slow the rotor".to_owned();
-    }
-    "free; the machine is disconnected, friction and the braking torque slow the rotor".to_owned()
+    let names: Vec<&str> = machine.torques.iter().map(|torque| torque.name.as_str()).collect();
+    let torques = match names.is_empty() {
+        true => String::new(),
+        false => {
+            format!("; torques over time ({}) twist the shaft from the start, whatever its speed", names.join(", "))
+        }
+    };
+    let whole = match (machine.rotor.speed_law.is_some(), names.is_empty()) {
+        (true, _) => "prescribed; friction and braking do not slow the rotor",
+        (false, true) => "free; the machine is disconnected, friction and the braking torque slow the rotor",
+        (false, false) => "free; torques change it, friction and the braking torque slow the rotor",
+    };
+    format!("{whole}{torques}")
 }
 
 /// A yield strength does not change the motion; it ends the run, or is not compared where it is not given.
@@ -260,6 +269,7 @@ mod tests {
             ("bearings", "damping = 1e3\n", "damping = 1e3\nclearance = \"0.3 mm\"\n"),
             ("release", "radius = 0.05\n", "radius = 0.05\npresent = \"before\"\n"),
             ("spin", "[rotor.material]", "[rotor.speed_law]\nacceleration = -1.0\n[rotor.material]"),
+            ("spin", "[diaphragms.ring]\n", "[torques.fan]\nposition = 0.25\nbalance = true\n[diaphragms.ring]\n"),
             ("torsional damping", "[rotor.damping]\n", "[rotor.damping]\ntorsional = 1e-6\n"),
             ("torsional damping", "stiffness_proportional = 2e-5\n", "stiffness_proportional = 0.0\n"),
             ("diaphragm", "kind = \"rigid\"\n", spring),

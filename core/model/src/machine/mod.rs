@@ -7,6 +7,7 @@
 
 mod assumptions;
 mod bearing_table;
+mod braking;
 mod build;
 mod def;
 mod engine;
@@ -19,6 +20,7 @@ mod paths;
 mod schema;
 mod section;
 mod template;
+mod torque;
 mod unbalance;
 mod value;
 mod words;

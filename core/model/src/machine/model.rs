@@ -6,6 +6,8 @@
 use super::bearing_table::BearingTable;
 use crate::outcome::Limit;
 
+pub use super::braking::Braking;
+pub use super::torque::{ShortCircuit, Torque};
 pub use super::unbalance::{Presence, Release, Unbalance, UnbalanceKind};
 
 /// One machine, ready for the solver.
@@ -17,8 +19,10 @@ pub struct Machine {
     pub run: RunSettings,
     /// The shaft line.
     pub rotor: Rotor,
-    /// Torque that slows the disconnected shaft line.
+    /// Torque that slows the shaft line.
     pub braking: Braking,
+    /// Torques over time, in the order of the file.
+    pub torques: Vec<Torque>,
     /// Diaphragms in the order of the file; empty: nothing to rub against.
     pub diaphragms: Vec<Diaphragm>,
     /// Places whose displacement is watched, in the order of the file.
@@ -318,17 +322,6 @@ pub struct InitialState {
     pub velocity: [f64; 2],
     /// Spin angle at t = 0 \[rad\].
     pub angle: f64,
-}
-
-/// Braking torque T = -(c0 sign W + c1 W + c2 W|W|).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Braking {
-    /// c0 \[N m\] >= 0.
-    pub constant: f64,
-    /// c1 [N m s] >= 0.
-    pub linear: f64,
-    /// c2 [N m s2] >= 0.
-    pub quadratic: f64,
 }
 
 /// One diaphragm and the contact at its inner edge.

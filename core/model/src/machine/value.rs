@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::layout::{Scalar, Slot};
-use super::schema::Kind;
+use super::schema::{FLAG, Kind};
 use bladeoff_text::document::units::{QuantityError, examples, format_digits, parse_bare_or_quantity, parse_quantity};
 use bladeoff_text::document::{Collector, Node, Value, nearest};
 
@@ -152,6 +152,9 @@ pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) 
         Scalar::Bad
     };
     let value = match (&node.value, slot.key.kind) {
+        (Value::Bool(flag), Kind::Choice(words)) if words == FLAG => {
+            Ok(ParamValue::Choice(FLAG[usize::from(*flag)].to_owned()))
+        }
         (Value::Text(word), Kind::Choice(_)) => Ok(ParamValue::Choice(word.clone())),
         (Value::Text(_), Kind::Count) => return wrong_type(problems),
         (Value::Text(text), Kind::NumberOr(..)) => parse(slot, text),

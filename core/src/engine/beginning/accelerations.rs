@@ -36,7 +36,8 @@ pub(super) fn accelerations(
     line.instant(q, velocity, spin);
     let (mut a, mut a_twist) = (vec![0.0; q.len()], vec![0.0; line.twist.size()]);
     let (mut next, mut next_twist) = (a.clone(), a_twist.clone());
-    let braking = line.spin.brake.at_start(spin);
+    // distributed like the inertia: the static torsion takes the rest of the torques
+    let on_spin = line.spin.brake.at_start(spin) + line.torque_before();
     let mut last = f64::INFINITY;
     for _ in 0..ROUNDS {
         line.instant_forces(&a, &a_twist);
@@ -48,7 +49,7 @@ pub(super) fn accelerations(
             *force = sum;
         }
         for (torque, s) in line.twist.force_q.iter_mut().zip(&line.spin.row) {
-            *torque += braking * s;
+            *torque += on_spin * s;
         }
         mul_vec(&lateral_inverse, &line.lateral.force_q, &mut next);
         mul_vec(&twist_inverse, &line.twist.force_q, &mut next_twist);

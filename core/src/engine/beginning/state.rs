@@ -6,15 +6,17 @@
 use super::accelerations::{Accelerations, accelerations};
 use crate::engine::shaft_line::{Increments, ShaftLine};
 use crate::engine::time_step::StartError;
+use crate::engine::torques::initial_torsion;
 use crate::rotor::UnbalanceSite;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Machine, Presence};
-use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, solve};
+use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, dot, solve};
 
 /// Sets the state of the shaft line at t = 0.
 ///
 /// ```text
 /// sag        (K + K_skew) q = Phi^T w                  w: weight, and forces of bearing seats off the bearing line
+/// torsion    that of the torques at t = 0 (`engine/torques.rs`), which also turns the unbalances of the steady state
 /// steady     [K + K_skew - W^2 M + i W (C + W G)] X = F,   F_u = m d W^2 e^{i(a + phi0)}, F_v = -i F_u
 ///            q = Re X, q' = Re(i W X)
 /// ```
@@ -28,6 +30,9 @@ use bladeoff_numerics::linalg::{Matrix, Vector, add_outer, axpy, solve};
 /// [`StartError::Singular`] where a matrix has no inverse.
 pub(super) fn start(machine: &Machine, structure: &Structure, line: &mut ShaftLine<'_>) -> Result<bool, StartError> {
     let (q, v) = initial_motion(machine, structure)?;
+    if let Some(torsion) = initial_torsion(machine, structure) {
+        line.begin_torsion(&torsion);
+    }
     let speed = machine.rotor.initial_speed;
     let a = accelerations(line, structure, &q, &v, speed)
         .ok_or(StartError::Singular { what: "mass", part: "the rotor" })?;
@@ -46,8 +51,12 @@ pub(in crate::engine) fn initial_motion(
     let rotor = &machine.rotor;
     let part = &structure.lateral;
     let size = part.coordinates.size();
-    let before: Vec<UnbalanceSite> =
+    let mut before: Vec<UnbalanceSite> =
         rotor.unbalances.iter().filter(|u| u.presence == Presence::Before).map(UnbalanceSite::new).collect();
+    if let Some(torsion) = initial_torsion(machine, structure) {
+        let turn = |site: &UnbalanceSite| dot(&structure.twist.coordinates.row(site.twist_node), &torsion);
+        before.iter_mut().for_each(|site| site.phase += turn(site));
+    }
     let changes = structure
         .rotor
         .change_at(rotor.initial_speed)

@@ -1,10 +1,10 @@
 //! Braking torque over a step: how it slows, stops and holds the rotor.
 //!
 //! ```text
-//! d0 = s . d without braking,  C = s . A^-1 s,  T = -(c0 sign(W) + c1 W + c2 W|W|)
+//! d0 = s . d without braking,  C = s . A^-1 s,  T(W): braking torque, c0: its part at rest
 //! stop    d- d0 > 0 and |d0| <= C |T(d-/(2 dt))|:  T = -d0/C            the rotor stops within the step               (1)
 //! else    c0 part = -(d0 + C T_viscous)/C cut to [-c0, c0]              Coulomb's law at rest                           (2)
-//!         T_viscous += [T_viscous(W) - T_viscous]/(1 + x),  x = C (c1 + 2 c2 |W|)/(2 dt), in each round                 (3)
+//!         T_viscous += [T_viscous(W) - T_viscous]/(1 + x),  x = -C dT/dW/(2 dt) >= 0, in each round                     (3)
 //! start   |T| <= 2 dt W0/C                                              stops in the first step, no more                (4)
 //! ```
 //! A rotor that keeps turning has `T = T(W)`. In its last step, and while no torque above c0 acts on a rotor at rest, (2) leaves it without spin
@@ -17,7 +17,6 @@
 //! Verified by `tests/rotor/outside.rs`: `a_braked_rotor_stops_*`, `a_rotor_at_rest_*`; `tests/runs/stepping.rs`:
 //! `brakes_that_stop_a_rotor_within_a_step_*`.
 
-use crate::rotor::{braking_torque, constant_torque};
 use bladeoff_model::machine::Braking;
 use bladeoff_numerics::linalg::{axpy, dot};
 
@@ -27,7 +26,7 @@ const ROUNDING: f64 = 1e-9;
 /// Brake of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Brake {
-    /// Coefficients c0, c1 and c2 of the braking torque.
+    /// Braking torque over the speed.
     law: Braking,
     /// Whether the brake can hold the rotor; false for a prescribed speed.
     holds: bool,
@@ -51,14 +50,14 @@ impl Brake {
     }
 
     fn viscous_torque(&self, speed: f64) -> f64 {
-        braking_torque(&self.law, speed) - constant_torque(&self.law, speed)
+        self.law.torque(speed) - self.law.constant_torque(speed)
     }
 
     /// T of the next round by (3), from the centred spin of the last round \[rad/s\]; \[N m\].
     pub fn torque(&mut self, spin: f64) -> f64 {
-        self.constant = constant_torque(&self.law, spin);
+        self.constant = self.law.constant_torque(spin);
         let wanted = self.viscous_torque(spin);
-        let slope = self.law.linear + 2.0 * self.law.quadratic * spin.abs();
+        let slope = self.law.slope(spin).max(0.0);
         let x = if self.holds { self.compliance * slope / (2.0 * self.dt) } else { 0.0 };
         self.viscous += (wanted - self.viscous) / (1.0 + x);
         self.viscous + self.constant
@@ -73,12 +72,12 @@ impl Brake {
         let applied = self.viscous + self.constant;
         let turn = dot(spin_row, response);
         let stop = -(turn - self.compliance * applied) / self.compliance;
-        let most = braking_torque(&self.law, before / (2.0 * self.dt)).abs();
+        let most = self.law.torque(before / (2.0 * self.dt)).abs();
         let torque = if before * stop < 0.0 && stop.abs() <= most {
             stop
         } else {
             let held = -(turn - self.compliance * self.constant) / self.compliance;
-            self.viscous + held.clamp(-self.law.constant, self.law.constant)
+            self.viscous + held.clamp(-self.law.at_rest(), self.law.at_rest())
         };
         if (torque - applied).abs() > 0.0 {
             axpy(torque - applied, &self.direction, response);
@@ -88,7 +87,7 @@ impl Brake {
 
     /// T at t = 0 by (4) \[N m\].
     pub fn at_start(&self, spin: f64) -> f64 {
-        let torque = braking_torque(&self.law, spin);
+        let torque = self.law.torque(spin);
         let most = 2.0 * self.dt * spin.abs() / self.compliance;
         if self.holds { torque.min(most).max(-most) } else { torque }
     }
@@ -97,23 +96,23 @@ impl Brake {
     pub fn hold_start(&self, spin_row: &[f64], direction: &[f64], start: &mut [f64]) {
         if self.holds {
             let torque = -dot(spin_row, start) / dot(spin_row, direction);
-            axpy(torque.clamp(-self.law.constant, self.law.constant), direction, start);
+            axpy(torque.clamp(-self.law.at_rest(), self.law.at_rest()), direction, start);
         }
     }
 
     /// T of a converged step with the centred spin `spin` \[N m\].
     pub fn acted(&self, spin: f64) -> f64 {
-        self.instead.unwrap_or_else(|| braking_torque(&self.law, spin))
+        self.instead.unwrap_or_else(|| self.law.torque(spin))
     }
 
     /// Increment of the mean spin angle, with the rounding of a held rotor removed \[rad\].
     pub fn spin(&self, increment: f64) -> f64 {
-        let took = if self.holds { self.law.constant.max(self.instead.map_or(0.0, f64::abs)) } else { 0.0 };
+        let took = if self.holds { self.law.at_rest().max(self.instead.map_or(0.0, f64::abs)) } else { 0.0 };
         if increment.abs() <= ROUNDING * took * self.compliance { 0.0 } else { increment }
     }
 
     /// Norm of the increments due to c0 in a step: the scale of torsional increments of a rotor at rest.
     pub fn scale(&self) -> f64 {
-        if self.holds { self.law.constant * dot(&self.direction, &self.direction).sqrt() } else { 0.0 }
+        if self.holds { self.law.at_rest() * dot(&self.direction, &self.direction).sqrt() } else { 0.0 }
     }
 }

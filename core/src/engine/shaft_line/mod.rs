@@ -15,6 +15,7 @@ mod prescribed;
 mod spin;
 mod stepper;
 mod tables;
+mod torques;
 mod unbalances;
 
 pub(crate) use increments::Increments;
@@ -26,6 +27,7 @@ pub(crate) use stepper::Stepper;
 use field::Field;
 use spin::Spin;
 use tables::Tables;
+use torques::Torques;
 use unbalances::Unbalances;
 
 use crate::rotor::{BearingSite, RotorMatrices, UnbalanceSite};
@@ -51,6 +53,8 @@ pub(crate) struct ShaftLine<'a> {
     /// Mean spin.
     pub spin: Spin,
     unbalances: Unbalances,
+    /// Torques over time; `None` without.
+    torques: Option<Torques>,
     /// Norm of the lateral increment per radian of each unbalance's turn over a step, `|A^-1 m d/dt^2|`.
     levers: Vec<f64>,
     /// Product S_g x of every gyroscopic site at n.
@@ -113,6 +117,7 @@ impl<'a> ShaftLine<'a> {
             levers: levers.collect(),
             spin: Spin::new(machine, structure, &twist.stepper),
             unbalances: Unbalances::new(machine, sites),
+            torques: Torques::new(machine, &twist, dt),
             gyro_x: vec![0.0; 8 * rotor.gyro.len()],
             weight: Weight { nodal, projected },
             has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0) || !rotor.tables.is_empty(),
@@ -153,6 +158,12 @@ impl<'a> ShaftLine<'a> {
         self.refresh();
     }
 
+    /// Sets the torsion at t = 0 from coordinates.
+    pub fn begin_torsion(&mut self, q: &[f64]) {
+        self.twist.stepper.q.copy_from_slice(q);
+        self.twist.put(q);
+    }
+
     /// Replaces the increments of the previous step.
     pub fn come_from(&mut self, previous: &Increments) {
         self.lateral.come_from(&previous.lateral);
@@ -182,8 +193,8 @@ impl<'a> ShaftLine<'a> {
         self.twist.project();
     }
 
-    /// Begins the step from n at a mean spin \[rad/s\].
-    pub fn prepare(&mut self, speed: f64) {
+    /// Begins the step from n at a time \[s\] and a mean spin \[rad/s\].
+    pub fn prepare(&mut self, time: f64, speed: f64) {
         self.tables.at_speed(self.rotor, speed);
         if self.has_skew {
             self.lateral.force.fill(0.0);
@@ -196,7 +207,7 @@ impl<'a> ShaftLine<'a> {
         } else {
             self.lateral.stepper.prepare(Some(&self.weight.projected));
         }
-        self.twist.stepper.prepare(None);
+        self.twist.stepper.prepare(self.torques.as_mut().map(|torques| torques.at_step(time)));
     }
 
     /// Computes the increments that follow from the forces at the increments `d`. Contact forces are not included, except those of
@@ -280,6 +291,16 @@ impl<'a> ShaftLine<'a> {
             bearing.push(bearing.skew_force(bearing.across(&self.lateral.x)), &mut self.lateral.force);
         }
         self.tables.add_stiffness_forces(&self.lateral.x, &mut self.lateral.force);
+    }
+
+    /// Sum of the torques over time before t = 0 \[N m\].
+    pub fn torque_before(&self) -> f64 {
+        self.torques.as_ref().map_or(0.0, Torques::sum_before)
+    }
+
+    /// Work of the torques over time in the step at n \[J\], after [`ShaftLine::settle`].
+    pub fn torque_work(&self) -> f64 {
+        self.torques.as_ref().map_or(0.0, |torques| torques.work(&self.twist.v))
     }
 
     /// Whether all bearing tables cover a speed \[rad/s\].

@@ -36,7 +36,7 @@ impl Spin {
         let mut direction = vec![0.0; map.size()];
         twist.compliance(&row, &mut direction);
         let law = machine.rotor.speed_law.clone();
-        let brake = Brake::new(machine.braking, law.is_some(), &row, direction.clone(), dt);
+        let brake = Brake::new(machine.braking.clone(), law.is_some(), &row, direction.clone(), dt);
         let prescribed = law.map(|law| Prescribed::new(law, &row, direction));
         Self { angle: machine.rotor.initial.angle, dt, row, rigid, brake, prescribed }
     }

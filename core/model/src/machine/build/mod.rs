@@ -2,6 +2,7 @@
 //! check runs as far as the values it needs are known.
 
 mod bearing_table;
+mod braking;
 mod covered;
 mod diaphragm;
 mod factor;
@@ -17,6 +18,7 @@ mod rotor;
 mod run;
 mod shaft;
 mod support;
+mod torque;
 
 pub(super) use covered::choose;
 pub use lost::{MOST_LOST, Overdrawn, overdrawn};
@@ -32,15 +34,18 @@ pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Colle
     reader.check_presence();
     let run = run::run(&mut reader);
     let rotor = rotor::rotor(&mut reader, run.as_ref());
-    let braking = run::braking(&reader);
+    let braking = braking::braking(&mut reader);
+    let torques = torque::torques(&mut reader, rotor.nodes.as_ref(), braking.as_ref());
     let diaphragms = diaphragm::diaphragms(&mut reader, rotor.nodes.as_ref());
     let monitors = monitor::monitors(&mut reader, rotor.nodes.as_ref());
     covered::check(&mut reader);
     limits::check(&mut reader, rotor.rotor.as_ref(), diaphragms.as_deref());
     let mut problems = reader.problems;
-    match (run, rotor.rotor, braking, diaphragms, monitors) {
-        (Some(run), Some(rotor), Some(braking), Some(diaphragms), Some(monitors)) if problems.is_empty() => {
-            Ok(Machine { name: layout.name.clone(), run, rotor, braking, diaphragms, monitors })
+    match (run, rotor.rotor, braking, torques, diaphragms, monitors) {
+        (Some(run), Some(rotor), Some(braking), Some(torques), Some(diaphragms), Some(monitors))
+            if problems.is_empty() =>
+        {
+            Ok(Machine { name: layout.name.clone(), run, rotor, braking, torques, diaphragms, monitors })
         }
         _ => {
             if problems.is_empty() {

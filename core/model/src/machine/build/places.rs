@@ -37,6 +37,7 @@ fn tables(reader: &Reader<'_>) -> Vec<Path> {
         ("rotor.unbalances", ""),
         ("diaphragms", ".contact"),
         ("monitors", ""),
+        ("torques", ""),
     ];
     let members = groups.iter().flat_map(|(group, below)| {
         reader.layout.group(group).iter().map(move |member| joined(&[group, ".", &member.name, below]))

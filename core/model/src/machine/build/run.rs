@@ -1,9 +1,9 @@
-//! `[run]`, `[braking]` and the prescribed speed.
+//! `[run]` and the prescribed speed.
 
 use super::covered;
 use super::limits;
 use super::reader::Reader;
-use crate::machine::model::{Braking, Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
+use crate::machine::model::{Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
 use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
 use bladeoff_text::document::units::format_quantity;
 
@@ -81,14 +81,6 @@ fn twin(reader: &mut Reader<'_>) {
     {
         reader.fail(TWIN, "an initial speed of 0 has no relative shift", "0, or a rotor.initial_speed above 0");
     }
-}
-
-pub(super) fn braking(reader: &Reader<'_>) -> Option<Braking> {
-    Some(Braking {
-        constant: reader.number("braking.constant")?,
-        linear: reader.number("braking.linear")?,
-        quadratic: reader.number("braking.quadratic")?,
-    })
 }
 
 /// The prescribed speed. Outer `None`: not known.

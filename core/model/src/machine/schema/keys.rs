@@ -24,6 +24,9 @@ pub const TWIN_LIMIT: &str = "run.twin_limit";
 /// Treatment of a run that exceeds a limit of the model.
 const ON_EXCEED: [&str; 2] = ["beyond", "note"];
 
+/// Words of a key that is true or false in a file.
+pub const FLAG: [&str; 2] = ["false", "true"];
+
 const POISSON: Range = Range::between(-1.0, 0.5);
 /// Bounds on counts keep any file from asking for gigabytes.
 const ELEMENTS: Range = Range::from_to(1.0, 500.0);
@@ -282,11 +285,38 @@ pub(super) const KEYS: &[Key] = &[
         "spin angle at t = 0"),
     // `[braking]`.
     key("braking.constant", Kind::Number("N m"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
-        "c0 in T = c0 + c1 W + c2 W|W|"),
+        "c0 in T = c0 + c1 W + c2 W|W|; braking.speeds and braking.torques add a table"),
     key("braking.linear", Kind::Number("N m s"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "c1 in T = c0 + c1 W + c2 W|W|"),
     key("braking.quadratic", Kind::Number("N m s2"), Need::Number(0.0), Range::NOT_NEGATIVE, When::Always,
         "c2 in T = c0 + c1 W + c2 W|W|"),
+    key("braking.speeds", Kind::List("rad/s"), Need::Optional("no table"), Range::NOT_NEGATIVE, When::Always,
+        "speeds of a table of braking torques, ascending from 0 to at least rotor.initial_speed"),
+    key("braking.torques", Kind::List("N m"), Need::Optional("no table"), Range::NOT_NEGATIVE, When::Always,
+        "braking torques at these speeds, linear between, constant above the last; they add to constant, linear and quadratic"),
+    // `[torques.NAME]`.
+    key("torques.NAME.position", Kind::Number("m"), Need::Required, Range::NOT_NEGATIVE, When::Shaft,
+        "place along the shaft where the torque acts; between two nodes it makes a node of its own"),
+    key("torques.NAME.times", Kind::List("s"), Need::Optional("constant, with balance"), Range::NOT_NEGATIVE, When::Always,
+        "times of the torque, ascending; the same time twice: a jump"),
+    key("torques.NAME.values", Kind::List("N m"), Need::Optional("0, or that of balance"), Range::ANY, When::Always,
+        "torques at these times, positive with the spin; linear between, constant before the first and after the last"),
+    key("torques.NAME.balance", Kind::Choice(&FLAG), Need::Word(FLAG[0]), Range::ANY, When::Always,
+        "true: this torque takes what the sum of all others and braking lacks to 0 at t = 0; at most one torque"),
+    key("torques.NAME.factors", Kind::List(""), Need::Optional("1"), Range::ANY, When::Always,
+        "with balance: factors on its torque at times, the first of them 1"),
+    key("torques.NAME.short_circuit.start", Kind::Number("s"), Need::Optional("required in a short_circuit"), Range::NOT_NEGATIVE, When::Always,
+        "time of a short circuit, from which a decaying alternating torque is added"),
+    key("torques.NAME.short_circuit.frequency", Kind::Number("rad/s"), Need::Optional("required in a short_circuit"), Range::POSITIVE, When::Always,
+        "circular frequency of the grid (3000 rpm is 50 Hz)"),
+    key("torques.NAME.short_circuit.amplitude", Kind::Number("N m"), Need::Optional("required in a short_circuit"), Range::ANY, When::Always,
+        "amplitude of the part with the frequency of the grid"),
+    key("torques.NAME.short_circuit.decay", Kind::Number("s"), Need::Optional("required in a short_circuit"), Range::POSITIVE, When::Always,
+        "time constant of that part"),
+    key("torques.NAME.short_circuit.double_amplitude", Kind::Number("N m"), Need::Optional("0"), Range::ANY, When::Always,
+        "amplitude of the part with twice the frequency of the grid"),
+    key("torques.NAME.short_circuit.double_decay", Kind::Number("s"), Need::Optional("as decay"), Range::POSITIVE, When::Always,
+        "time constant of the part with twice the frequency of the grid"),
     // `[diaphragms.NAME]`.
     key("diaphragms.NAME.kind", Kind::Choice(&["flexible", "rigid", "radial-spring"]), Need::Word("flexible"), Range::ANY, When::Always,
         "ring on blades, a circle that does not move, or a massless quasi-static radial spring"),

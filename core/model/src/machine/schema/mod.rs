@@ -8,7 +8,7 @@ mod range;
 mod tree;
 
 pub use key::{Key, Kind, Need, When};
-pub use keys::{CONTACT_STEP, END_TIME, ENGINE, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, keys};
+pub use keys::{CONTACT_STEP, END_TIME, ENGINE, FLAG, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, keys};
 pub use range::Range;
 pub(super) use tree::{Branch, Segment, root};
 

@@ -1,7 +1,7 @@
 //! Energy balance of a run: stored energy, what damping has taken, and the works of contact and braking.
 //!
 //! ```text
-//! stored(t) - stored(0) = work of contact, braking and bearing tables - dissipation                             guarded: energy_error
+//! stored(t) - stored(0) = work of contact, braking, torques and bearing tables - dissipation                          guarded: energy_error
 //! ```
 //! Works of contact, of braking, and of the damping of ring and torsion are added in each step. The stored energy and the dissipation of the shaft are quadratic forms of the whole
 //! motion: they are evaluated when an observation is due ([`super::observation_schedule`]). Where the impulse at n is not known yet, the observation is completed behind the step.
@@ -212,6 +212,7 @@ fn spring_energy(transient: &Transient) -> f64 {
 pub(crate) fn add_works(now: &mut Energies, is_free: bool, ring_before: Option<f64>, transient: &Transient) {
     now.braking = transient.free_motion.spin().braking_work();
     now.drive = transient.free_motion.spin().drive_work();
+    now.torques = transient.free_motion.spin().torque_work();
     now.tables = transient.free_motion.table_work();
     for impact in transient.contacts.iter().filter_map(|contact| contact.impact.as_ref()) {
         now.friction += impact.friction_work;

@@ -12,6 +12,7 @@ use crate::engine::exponential::stepping::diaphragm_contact::DiaphragmContact;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::exponential::stepping::transient::Transient;
 use crate::engine::exponential::torsion::spin::ContactImpulse;
+use crate::engine::torques::TruncatedTorsion;
 use crate::record::{ContactFrame, Energies, Follower, Frame, Loads};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, Machine};
@@ -28,6 +29,8 @@ enum StatorView<'a> {
 pub(crate) struct FrameSampler<'a> {
     structure: &'a Structure,
     motion: NodalMotion,
+    /// Torsion of the truncated modes under torques over time.
+    truncated: TruncatedTorsion,
     /// Lateral velocities of all nodes, in the machine's axes [m/s, rad/s].
     velocity: Vec<f64>,
     /// By diaphragm.
@@ -49,6 +52,7 @@ impl<'a> FrameSampler<'a> {
         };
         Self {
             motion: NodalMotion::new(structure, transient.free_motion.spin(), transient.contact_step()),
+            truncated: TruncatedTorsion::new(machine, structure),
             velocity: vec![0.0; structure.lateral.coordinates.nodal_size()],
             stators: ring_clearances(machine, structure).into_iter().zip(&machine.diaphragms).map(view).collect(),
             step: transient.contact_step(),
@@ -92,7 +96,7 @@ impl<'a> FrameSampler<'a> {
             speed: self.speed,
             displacement: &self.motion.nodal,
             velocity: &self.velocity,
-            torsion_angles: &self.motion.twists,
+            torsion_angles: &self.truncated.complete(self.time, &self.motion.twists),
             bearing_loads: loads.bearings,
             pedestal_loads: loads.pedestals,
             contacts: &contacts,

@@ -130,6 +130,8 @@ impl<'a> Observer<'a> {
         };
         if !due.motion && watch.shaft {
             self.observe_shaft(at, transient)?;
+        } else if !due.motion && transient.torques_change() {
+            self.shaft_stresses.update_torsion(&transient.free_motion, &mut self.recorders, at);
         }
         Ok(StepObservation {
             at,
@@ -378,6 +380,7 @@ impl<'a> Observer<'a> {
                 let mut works = self.recorders.energies.now;
                 works.braking = ahead.free_motion.spin().braking_work();
                 works.drive = ahead.free_motion.spin().drive_work();
+                works.torques = ahead.free_motion.spin().torque_work();
                 works.tables = ahead.free_motion.table_work();
                 if self.has_touched {
                     works.stator += ring_before - energies_of(ahead.rings.iter().flatten()).iter().sum::<f64>();

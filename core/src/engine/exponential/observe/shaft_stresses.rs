@@ -5,6 +5,7 @@ use crate::engine::exponential::modal::row_batch::RowBatch;
 use crate::engine::exponential::modal::section_loads::SECTIONS_AT_ONCE;
 use crate::engine::exponential::stepping::free_motion::FreeMotion;
 use crate::engine::motion::{DIVERGED, size};
+use crate::engine::torques::TruncatedTorsion;
 use crate::record::{At, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
@@ -17,6 +18,9 @@ pub(crate) struct ShaftStresses {
     torsion: RowBatch,
     /// Static correction of the torsional moments for a train of impulses at each diaphragm, per angular impulse \[1/s\].
     static_corrections: Vec<Vec<f64>>,
+    /// Torsion of the truncated modes, and torsional moment of each element per torque over time.
+    truncated: TruncatedTorsion,
+    of_truncated: Vec<Vec<f64>>,
     /// Torsional moments \[N m\].
     moments: Vec<f64>,
     /// Bounds of the bending moments of each block of sections \[N m\], and of the displacements \[m\].
@@ -46,7 +50,37 @@ impl ShaftStresses {
         };
         let static_corrections = (0..machine.diaphragms.len()).map(static_correction).collect();
         let reach = DIVERGED * size(machine);
-        Self { torsion, static_corrections, moments: Vec::new(), bounds: Vec::new(), step, reach }
+        let truncated = TruncatedTorsion::new(machine, structure);
+        let of_truncated = truncated.at(0.0).map(|(_, angles)| {
+            let rows: Vec<Vec<f64>> = angles.iter().map(|angle| vec![*angle]).collect();
+            recorders.torsional_rows(&rows).as_slice().to_vec()
+        });
+        let of_truncated = of_truncated.collect();
+        Self {
+            torsion,
+            static_corrections,
+            truncated,
+            of_truncated,
+            moments: Vec::new(),
+            bounds: Vec::new(),
+            step,
+            reach,
+        }
+    }
+
+    /// Records the torsional moments at n.
+    pub fn update_torsion(&mut self, free_motion: &FreeMotion, recorders: &mut Recorders, at: At) {
+        let Self { torsion, static_corrections, truncated, of_truncated, moments, .. } = self;
+        torsion.multiply(free_motion.spin().torsional_amplitudes(), moments);
+        for (torque, static_correction) in free_motion.spin().impulse_torques().iter().zip(static_corrections) {
+            axpy(*torque, static_correction, moments);
+        }
+        // without torsional modes there is no torsional moment
+        moments.resize(recorders.elements(), 0.0);
+        for ((torque, _), part) in truncated.at(free_motion.time()).zip(&*of_truncated) {
+            axpy(torque, part, moments);
+        }
+        recorders.see_torsion(moments, at);
     }
 
     /// Records the moments at n that may be larger than those before.
@@ -60,14 +94,8 @@ impl ShaftStresses {
         structure: &Structure,
         at: At,
     ) -> Result<(), Cause> {
-        let Self { torsion, static_corrections, moments, bounds, .. } = self;
-        torsion.multiply(free_motion.spin().torsional_amplitudes(), moments);
-        for (torque, static_correction) in free_motion.spin().impulse_torques().iter().zip(static_corrections) {
-            axpy(*torque, static_correction, moments);
-        }
-        // without torsional modes there is no torsional moment
-        moments.resize(recorders.elements(), 0.0);
-        recorders.see_torsion(moments, at);
+        self.update_torsion(free_motion, recorders, at);
+        let Self { moments, bounds, .. } = self;
         free_motion.moment_bounds(bounds);
         let blocks = recorders.elements().div_ceil(SECTIONS_AT_ONCE);
         for (block, bound) in bounds[..blocks].iter().enumerate() {

@@ -27,7 +27,7 @@ use crate::engine::release::{Releases, release_steps};
 use crate::engine::time_step::slowest_to_resolve;
 use crate::record::Loads;
 use crate::structure::Structure;
-use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation, InitialState, Machine, OnExceed};
+use bladeoff_model::machine::{Diaphragm, DiaphragmKind, ForceLocation, InitialState, Machine, OnExceed, Torque};
 use bladeoff_model::outcome::Limit;
 
 /// Doublings up to which a step is limited by contact and peaks alone. The error of such a step falls with the contact step.
@@ -44,6 +44,9 @@ const MAX_BRAKING_CHANGE: f64 = 2e-3;
 /// observation saw a 640 Hz mode of the turbine in the same phase. Energy errors of rubs with bounces were ten times as large.)
 const RINGING_STEPS: u64 = 512;
 const RINGING_DOUBLINGS: usize = 3;
+/// Largest turn of the lowest torsional mode, and of twice the frequency of a grid, over a step of free motion once a torque has changed
+/// \[rad\]: torsional moments are recorded at the ends of steps, and between two of them a peak is larger by at most an eighth of its square.
+const MAX_TORSIONAL_TURN: f64 = 0.1;
 /// Number of contact steps at the start of a run that are taken one by one.
 const STARTING_STEPS: u64 = 8;
 
@@ -74,9 +77,11 @@ pub(crate) struct Transient {
     last_doublings: usize,
     /// Time of the last contact, in contact steps.
     last_contact: Option<u64>,
-    /// Times at which the slope of a prescribed speed changes or an unbalance is released, in contact steps. The torsional modes ring behind them, as the
+    /// Times at which the slope of a prescribed speed or of a torque changes or an unbalance is released, in contact steps. The torsional modes ring behind them, as the
     /// shaft does behind a contact, and no step of free motion goes beyond one.
     corners: Vec<u64>,
+    /// Time from which torques have changed, in contact steps, and doublings that resolve the torsion from then on; `None`: no torque changes.
+    torsion: Option<(u64, usize)>,
     /// Time of the last release of an unbalance, in contact steps, and speeds at which others are released \[rad/s\].
     last_release: Option<u64>,
     pub release_speeds: Vec<f64>,
@@ -112,8 +117,9 @@ impl Transient {
         #[cfg(test)]
         let contacts = with_fault(contacts, settings.fault);
         let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| free_motion.step_length(doublings));
-        let highest_rate = slowest_to_resolve(machine, structure);
+        let highest_rate = slowest_to_resolve(machine, structure).max(rate_of_torques(machine));
         let max_doublings = max_doublings(machine, &free_motion, lengths, highest_rate);
+        let torsion = torsional_doublings(machine, &free_motion, lengths);
         let [bearings, pedestals] = [structure.rotor.bearings.len(), structure.rotor.pedestals.len()];
         let support_count = bearings + pedestals;
         let journals = journal_peaks(machine, support_count, &free_motion);
@@ -139,6 +145,7 @@ impl Transient {
             last_doublings: 0,
             last_contact: None,
             corners: corners(machine, settings.step),
+            torsion,
             last_release: None,
             release_speeds: Vec::new(),
             lengths,
@@ -172,6 +179,11 @@ impl Transient {
         let (pedestals, others) = others.split_at(self.supports[1]);
         let (journals, monitors) = others.split_at(self.supports[2]);
         Loads { bearings, pedestals, journals, monitors }
+    }
+
+    /// Whether torques change during the run.
+    pub fn torques_change(&self) -> bool {
+        self.torsion.is_some()
     }
 
     /// Whether the run is in its first steps, [`STARTING_STEPS`].
@@ -223,6 +235,7 @@ impl Transient {
             last_doublings,
             last_contact,
             corners,
+            torsion,
             last_release,
             release_speeds,
             end,
@@ -249,6 +262,10 @@ impl Transient {
             _ if now - last_release.unwrap_or(0) < STARTING_STEPS => 0,
             Some(event) if now - event < RINGING_STEPS => RINGING_DOUBLINGS.min(*max_doublings),
             _ => *max_doublings,
+        };
+        let max_doublings = match *torsion {
+            Some((from, doublings)) if now >= from => doublings.min(max_doublings),
+            _ => max_doublings,
         };
         let mut longest =
             max_doublings.min(steps_left.ilog2() as usize).min(SHORT_STEP_DOUBLINGS.max(*last_doublings + 1));
@@ -383,10 +400,31 @@ fn max_doublings(
     (1..=longest).take_while(is_accurate).last().unwrap_or(0)
 }
 
-/// Times at which the slope of a prescribed speed changes, in contact steps of `h` \[s\].
+/// Time from which torques change, in contact steps, and the largest number of doublings that resolves the torsion; `None`: no torque changes.
+fn torsional_doublings(
+    machine: &Machine,
+    free_motion: &FreeMotion,
+    lengths: [f64; MAX_DOUBLINGS + 1],
+) -> Option<(u64, usize)> {
+    let first = machine.torques.iter().filter_map(Torque::first_change).reduce(f64::min)?;
+    let rate = free_motion.spin().lowest_torsional_rate().max(rate_of_torques(machine));
+    let resolves = |doublings: &usize| lengths[*doublings] * rate <= MAX_TORSIONAL_TURN;
+    Some((libm::floor(first / lengths[0]) as u64, (1..=MAX_DOUBLINGS).take_while(resolves).last().unwrap_or(0)))
+}
+
+/// Highest circular frequency of the torques of short circuits \[rad/s\].
+fn rate_of_torques(machine: &Machine) -> f64 {
+    let short_circuits = machine.torques.iter().filter_map(|torque| torque.short_circuit);
+    short_circuits.map(|short_circuit| 2.0 * short_circuit.frequency).fold(0.0, f64::max)
+}
+
+/// Times at which the slope of a prescribed speed changes, and ends of the contact steps in which the slope of a torque does, in contact
+/// steps of `h` \[s\].
 fn corners(machine: &Machine, h: f64) -> Vec<u64> {
     let times = machine.rotor.speed_law.iter().flat_map(|law| &law.times);
     let mut corners: Vec<u64> = times.filter(|time| **time > 0.0).map(|time| libm::floor(time / h) as u64).collect();
+    let of_torques = machine.torques.iter().flat_map(Torque::corners).filter(|time| *time > 0.0);
+    corners.extend(of_torques.map(|time| libm::floor(time / h) as u64).flat_map(|corner| [corner, corner + 1]));
     corners.extend(release_steps(machine, h));
     corners.sort_unstable();
     corners

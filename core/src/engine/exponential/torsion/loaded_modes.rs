@@ -153,6 +153,18 @@ impl LoadedModes {
         Ok((mean - dot(&self.shift[..bare.len()], &amplitudes), amplitudes))
     }
 
+    /// Square of the lowest frequency \[1/s2\]; 0 without modes.
+    pub fn lowest_square(&self) -> f64 {
+        let own = self.modes[..self.elastic_indices.len()].iter().map(|mode| mode.0);
+        own.reduce(f64::min).unwrap_or(0.0)
+    }
+
+    /// Amplitudes of the elastic modes of the bare shaft line in torsional coordinates.
+    pub fn bare_torsion(&self, structure: &Structure, coordinates: &[f64]) -> Vec<f64> {
+        debug_assert_eq!(coordinates.len(), structure.twist.coordinates.size());
+        self.elastic_indices.iter().map(|&index| coordinates[index]).collect()
+    }
+
     /// Adds a change of the rates, in torsional coordinates, to the mean rate and the rates of the elastic modes of the bare shaft line.
     pub fn add_to_bare(&self, structure: &Structure, change: &[f64], (mean, bare): (&mut f64, &mut [f64])) {
         let mut weights = vec![0.0; change.len()];

@@ -1,6 +1,5 @@
 //! Spin and torsion at the release of an unbalance: the same rotation in the loaded modes of another machine.
 
-use super::phasor::Phasor;
 use super::spin::Spin;
 use crate::engine::exponential::ExponentialError;
 use crate::rotor::UnbalanceSite;
@@ -33,11 +32,10 @@ impl Spin {
         if let (Some(drive), Some(other)) = (&mut self.drive, &other.drive) {
             drive.take_over(other);
         }
-        for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
-            let [turn, rate] = self.torsion.at_row(s);
-            (unbalance.angle, unbalance.rate) = (angle + turn + unbalance.phase, speed + rate);
-            unbalance.phasor = Phasor::of(unbalance.angle);
+        if let (Some(torques), Some(other)) = (&mut self.torques, &other.torques) {
+            torques.take_over(other);
         }
+        self.place_unbalances();
         self.update_forces();
         Ok(())
     }

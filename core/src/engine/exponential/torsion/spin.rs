@@ -3,7 +3,7 @@
 //! ```text
 //! psi_s = Phi + t_s.e + a_s                                angle of unbalance s: mean angle, torsion of its node, phase                 (1)
 //! P     = J W + sum_s r_s + q'^T G q/2                     angular momentum; r_s of unbalance s, gyroscopic momentum                    (2)
-//! P'    = T(W) + sum_s k_s                                 brakes, torques k_s of the unbalances; trapezoidal rule                      (3)
+//! P'    = T(W) + sum_s k_s + sum_k T_k(t)                  brakes, torques k_s of the unbalances: trapezoidal rule; torques over time   (3)
 //! k_s - (r_s+ - r_s)/h                                     torque of unbalance s on the torsional modes over the step                   (4)
 //! f_s   in the middle of the step                          with h psi'' = predicted psi'(n+1) - psi'(n)                                 (5)
 //! D_s   = psi'(n+1) - predicted psi'(n+1)                  acts as an impulse on the lateral motion at n+1                              (6)
@@ -13,7 +13,7 @@
 //! c0 part of T of a rotor that starts at rest              -J W(n+1)/h, cut to [-c0, c0]; W(n+1) without it                              (9)
 //! ```
 //! W: spin \[rad/s\]; Phi: its angle; e: amplitudes of the torsional modes, t: their rows at a node; J: inertia of the loaded
-//! modes ([`super::loaded_modes`]); r, k, f and the impulse of a jump of psi': [`super::unbalance`].
+//! modes ([`super::loaded_modes`]); torques over time: [`super::torques`]; r, k, f and the impulse of a jump of psi': [`super::unbalance`].
 //!
 //! A step has three parts:
 //!
@@ -40,11 +40,12 @@
 use super::drive::Drive;
 use super::loaded_modes::LoadedModes;
 use super::phasor::Phasor;
+use super::torques::Torques;
 use super::torsional_modes::{TorsionalModes, TorsionalStep};
 use super::unbalance::Unbalance;
 use crate::engine::exponential::ExponentialError;
 use crate::engine::shaft_line::sites;
-use crate::rotor::{braking_torque, constant_torque};
+use crate::engine::torques::initial_torsion;
 use crate::structure::Structure;
 use bladeoff_model::machine::{Braking, Machine};
 use bladeoff_numerics::linalg::{column_of, dot};
@@ -69,11 +70,13 @@ pub(crate) struct Spin {
     /// Slope of the spin over the last step \[rad/s2\], and the largest recent change of it \[rad/s3\].
     pub(super) slope: f64,
     pub(super) slope_rate: f64,
-    /// Slope without the jump by the contact impulse of the step, used for the prediction \[rad/s2\].
+    /// Slope without the jump by the contact impulse of the step and without torques over time, used for the prediction \[rad/s2\].
     pub(super) slope_without_impulse: f64,
     pub(super) loaded_modes: LoadedModes,
     /// `None` where the spin is an unknown.
     pub(super) drive: Option<Drive>,
+    /// Torques over time; `None` without.
+    pub(super) torques: Option<Torques>,
     pub(super) braking: Braking,
     /// Whether the rotor starts at rest without a drive: its brake has the law (9).
     pub(super) starts_at_rest: bool,
@@ -111,7 +114,7 @@ pub(crate) struct SpinStep {
 }
 
 impl Spin {
-    /// Creates the spin of a machine at t = 0, without torsion.
+    /// Creates the spin of a machine at t = 0, with the static torsion of its torques.
     ///
     /// # Errors
     /// [`ExponentialError`] of [`LoadedModes::new`].
@@ -152,6 +155,7 @@ impl Spin {
         });
         let mut spin = Self {
             drive,
+            torques: Torques::new(machine, structure, &loaded_modes),
             angle,
             speed,
             momentum: 0.0,
@@ -160,7 +164,7 @@ impl Spin {
             slope: 0.0,
             slope_rate: 0.0,
             slope_without_impulse: 0.0,
-            braking: machine.braking,
+            braking: machine.braking.clone(),
             starts_at_rest: speed == 0.0 && machine.rotor.speed_law.is_none(),
             gravity: machine.rotor.gravity,
             unbalances: unbalances.zip(&rows).map(|(unbalance, row)| with_compliance(unbalance, row)).collect(),
@@ -172,8 +176,29 @@ impl Spin {
             next_speed: speed,
             loaded_modes,
         };
+        if let Some(torsion) = initial_torsion(machine, structure) {
+            spin.torsion.expect_course();
+            // without an unbalance nothing feeds the predicted spin back
+            if spin.unbalances.is_empty() {
+                spin.max_extrapolation = f64::INFINITY;
+            }
+            let (angle, displacement) =
+                spin.loaded_modes.of_bare(angle, &spin.loaded_modes.bare_torsion(structure, &torsion))?;
+            spin.torsion.start(&displacement, &vec![0.0; displacement.len()], 0.0);
+            (spin.angle, spin.next_angle) = (angle, angle);
+            spin.place_unbalances();
+        }
         spin.update_forces();
         Ok(spin)
+    }
+
+    /// Sets angles and rates of the unbalances from spin and torsion.
+    pub(super) fn place_unbalances(&mut self) {
+        for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
+            let [turn, rate] = self.torsion.at_row(s);
+            (unbalance.angle, unbalance.rate) = (self.angle + turn + unbalance.phase, self.speed + rate);
+            unbalance.phasor = Phasor::of(unbalance.angle);
+        }
     }
 
     /// Sets the momenta from the motion at t = 0: velocities of the unbalances' nodes \[m/s\], gyroscopic momentum \[kg m2/s\].
@@ -238,6 +263,15 @@ impl Spin {
             [self.next_angle, self.next_speed] = drive.after(h);
         }
         self.torsion.propagate_free(&step.torsion);
+        if let Some(torques) = &mut self.torques {
+            torques.begin_step(h);
+            self.torsion.drive(&step.torsion, &torques.on_modes);
+            if self.drive.is_none() {
+                let [speed, angle] = torques.turn();
+                self.next_speed += speed;
+                self.next_angle += 0.5 * h * speed + angle;
+            }
+        }
         (self.impulse_torque, self.speed_jump) = (0.0, 0.0);
         let over = step.over;
         for (s, unbalance) in self.unbalances.iter_mut().enumerate() {
@@ -360,9 +394,9 @@ impl Spin {
     #[inline(always)]
     fn brake_at(&self, speed: f64) -> f64 {
         if self.starts_at_rest {
-            return braking_torque(&self.braking, speed) - constant_torque(&self.braking, speed);
+            return self.braking.torque(speed) - self.braking.constant_torque(speed);
         }
-        braking_torque(&self.braking, speed.max(f64::MIN_POSITIVE))
+        self.braking.torque(speed.max(f64::MIN_POSITIVE))
     }
 
     /// Completes the step with the velocities of the unbalances' nodes \[m/s\] and the gyroscopic momentum \[kg m2/s\] at n+1,
@@ -373,6 +407,9 @@ impl Spin {
         let speed_after_impulse = self.speed + self.impulse_torque / self.loaded_modes.inertia + self.speed_jump;
         let mut brake = 0.5 * (self.brake_at(speed_after_impulse) + self.brake_at(self.next_speed));
         self.momentum += h * brake;
+        if let Some(torques) = &self.torques {
+            self.momentum += torques.moments[0];
+        }
         let mut momentum_sum = gyroscopic;
         for (s, &velocity) in velocities.iter().enumerate() {
             let compliance_part = self.compliance_momentum(s, |unbalance| unbalance.next_rate);
@@ -388,7 +425,7 @@ impl Spin {
             momentum_sum += new_momentum;
         }
         if self.starts_at_rest {
-            let c0 = self.braking.constant;
+            let c0 = self.braking.at_rest();
             let held = ((momentum_sum - self.momentum) * over).clamp(-c0, c0);
             self.momentum += h * held;
             brake += held;
@@ -410,6 +447,10 @@ impl Spin {
             .max((1.0 - SLOPE_RATE_DECAY * h * self.speed.abs()).max(0.0) * self.slope_rate);
         (self.last_step, self.slope, self.slope_without_impulse) =
             (h, (speed - self.speed) * over, (speed - speed_after_impulse) * over);
+        if let Some(torques) = &mut self.torques {
+            self.slope_without_impulse -= torques.turn()[0] * over;
+            torques.finish_step(h, 0.5 * (speed_after_impulse + speed), self.torsion.course_work());
+        }
         let (turn, start_speed) = (self.next_angle - self.angle, self.speed);
         (self.angle, self.speed) = (self.next_angle, speed);
         for (s, unbalance) in self.unbalances.iter_mut().enumerate() {

@@ -17,7 +17,7 @@ impl Spin {
 
     /// Rate at which the part of the braking torque that depends on the spin slows it at n, dT/dW over J \[1/s\].
     pub fn braking_rate(&self, braking: &Braking) -> f64 {
-        (braking.linear + 2.0 * braking.quadratic * self.speed.abs()) / self.loaded_modes.inertia
+        braking.largest_slope(self.speed) / self.loaded_modes.inertia
     }
 
     /// Relative error of the predicted spin that is expected at the end of a step of `h` \[s\].
@@ -115,6 +115,16 @@ impl Spin {
     /// Energy that brakes have dissipated so far \[J\].
     pub fn braking_work(&self) -> f64 {
         self.braking_work
+    }
+
+    /// Circular frequency of the lowest torsional mode \[rad/s\]; 0 without one.
+    pub fn lowest_torsional_rate(&self) -> f64 {
+        self.loaded_modes.lowest_square().sqrt()
+    }
+
+    /// Work of the torques over time so far \[J\].
+    pub fn torque_work(&self) -> f64 {
+        self.torques.as_ref().map_or(0.0, |torques| torques.work)
     }
 
     /// Work of the drive of a prescribed speed so far \[J\].

@@ -5,13 +5,19 @@
 //! impulse    (n, n')+ += exp(B h) (0, J t)                                J: angular impulse on a diaphragm's node, t: its row
 //! torques    (n, n')+ += g(B) (0, f),   f = sum_r M_r t_r                 M_r: torque of an unbalance or of the brakes along its row t_r
 //! rows       s_r = t_r.n, t_r.n'                                          rotation and rate along each row                               (1)
+//! course     (n, n')+ += response to f0 + f1 (s/h - 1/2), s from the beginning of the step: torques over time ([`super::torques`])        (4)
 //! work       + J (s'(n) + J t.t/2) + sum_r M_r (s_r(n+1) - s_r(n))        damping has dissipated this work less the energy at n          (2)
 //!            s'(n) of an impulse has the jumps of those before it
 //! predicted  (1) of the free motion + response of the resolved modes to the torques of the last step                                     (3)
 //! ```
 //! n: amplitude of a mode of unit inertia \[rad (kg m2)^0.5\]. Rows: those of the unbalances, that of the brakes, and those of the
 //! diaphragms' nodes. The response of (1) to impulse and torques is a table. All of it is exact, because the
-//! motion is.
+//! motion is. The work of (4) is `f0 [n(n+1) - n(n)] + f1 L` with
+//!
+//! ```text
+//! L = [n(n) + n(n+1)]/2 - (1/h) integral of n,     integral of n = [F - (n'(n+1) - n'(n)) - c (n(n+1) - n(n))]/w^2                        (5)
+//! ```
+//! F: impulse of all torques on the mode in the step. (5) is n'' + c n' + w^2 n = f, integrated once.
 //!
 //! The functions are inlined into the kernels of `stepping/step_kernels.rs`. Lists have a multiple of eight entries. Verified by
 //! `damping_dissipates_the_work_less_the_energy`, `a_steady_train_of_blows_makes_the_static_turn` and the energy balances of
@@ -33,8 +39,9 @@ const RESOLVED: f64 = 1.0;
 pub(crate) struct TorsionalModes {
     /// Block B = [[0, 1], [-w^2, -c]] of each mode.
     blocks: Vec<SplitBlock>,
-    /// w^2 of each mode \[1/s2\].
+    /// w^2 \[1/s2\] and c \[1/s\] of each mode.
     squared_frequencies: Vec<f64>,
+    dampings: Vec<f64>,
     /// Amplitude n and rate n' of each mode.
     displacement: Vec<f64>,
     rate: Vec<f64>,
@@ -54,12 +61,25 @@ pub(crate) struct TorsionalModes {
     /// Torques over the step on the modes themselves, and the amplitudes at its beginning; empty where there are no such torques.
     added_torques: Vec<f64>,
     initial_displacement: Vec<f64>,
+    /// Torques over time (4); `None` without.
+    course: Option<Box<Course>>,
     /// Work of impulses and torques (2) \[J\].
     work: f64,
     /// Products of each two rows of impulses, t.t \[1/(kg m2)\], and the impulses of the step along these rows \[N m s\].
     impulse_row_products: Vec<f64>,
     impulses: Vec<f64>,
     has_impulses: bool,
+}
+
+/// Torques over time (4) in a step.
+#[derive(Debug, Clone)]
+struct Course {
+    /// f0 and f1 of each mode.
+    torques: [Vec<f64>; 2],
+    /// Amplitudes and rates at the beginning of the step.
+    before: [Vec<f64>; 2],
+    /// Work in the step \[J\].
+    work: f64,
 }
 
 /// Tables of a step.
@@ -70,6 +90,9 @@ pub(crate) struct TorsionalStep {
     impulse_outputs: Vec<Lane>,
     /// Response of (1) to unit torques in the resolved modes alone, by groups of four rows.
     resolved: Vec<Lane>,
+    /// Length \[s\], and amplitude and rate of each mode behind the step per unit f1 of (4); empty without torques over time.
+    h: f64,
+    linear: Vec<[f64; 2]>,
 }
 
 impl TorsionalModes {
@@ -84,6 +107,7 @@ impl TorsionalModes {
         Self {
             blocks: modes.iter().map(|(square, damping)| SplitBlock::of(&[0.0, 1.0, -square, -damping])).collect(),
             squared_frequencies: modes.iter().map(|mode| mode.0).collect(),
+            dampings: modes.iter().map(|mode| mode.1).collect(),
             displacement: zeros.clone(),
             rate: zeros,
             row_groups: row_groups.collect(),
@@ -95,6 +119,7 @@ impl TorsionalModes {
             torques: vec![0.0; torque_rows],
             added_torques: Vec::new(),
             initial_displacement: Vec::new(),
+            course: None,
             work: 0.0,
             impulse_row_products: impulse_rows
                 .iter()
@@ -108,6 +133,14 @@ impl TorsionalModes {
     /// Replaces the damping of the modes \[1/s\].
     pub fn set_damping(&mut self, modes: &[(f64, f64)]) {
         self.blocks = modes.iter().map(|(square, damping)| SplitBlock::of(&[0.0, 1.0, -square, -damping])).collect();
+        self.dampings = modes.iter().map(|mode| mode.1).collect();
+    }
+
+    /// Prepares for torques over time (4), before the first step.
+    pub fn expect_course(&mut self) {
+        let zeros = || vec![0.0; self.displacement.len()];
+        let course = Course { torques: [zeros(), zeros()], before: [zeros(), zeros()], work: 0.0 };
+        self.course = Some(Box::new(course));
     }
 
     /// Creates the tables of a step of `h` \[s\].
@@ -134,7 +167,21 @@ impl TorsionalModes {
         };
         let (response, resolved) = (table(GROUP * groups, f64::INFINITY), table(self.torque_rows, RESOLVED));
         let by_group = (0..groups).flat_map(|group| (0..self.torque_rows).map(move |along| along * groups + group));
-        TorsionalStep { impulse_outputs: response, resolved: by_group.map(|at| resolved[at]).collect(), modes }
+        let linear = if self.course.is_some() { self.linear_responses(h) } else { Vec::new() };
+        let resolved = by_group.map(|at| resolved[at]).collect();
+        TorsionalStep { impulse_outputs: response, resolved, modes, h, linear }
+    }
+
+    /// Response of each mode from rest to `s/h - 1/2` over a step of `h` \[s\]: the difference of the particular solution at both ends, the first of
+    /// them in free motion.
+    fn linear_responses(&self, h: f64) -> Vec<[f64; 2]> {
+        let of = |((block, square), damping): ((&SplitBlock, &f64), &f64)| {
+            let [a, b, c, d] = block.exponential(h);
+            let rate = 1.0 / (square * h);
+            let [before, after] = [-0.5, 0.5].map(|part| (part - damping * rate) / square);
+            [after - a * before - b * rate, rate - c * before - d * rate]
+        };
+        self.blocks.iter().zip(&self.squared_frequencies).zip(&self.dampings).map(of).collect()
     }
 
     /// Static correction of each mode for a train of impulses on a diaphragm's node at intervals of `h` \[s\], per angular impulse, as
@@ -256,6 +303,10 @@ impl TorsionalModes {
         if !self.initial_displacement.is_empty() {
             self.initial_displacement.copy_from_slice(&self.displacement);
         }
+        if let Some(course) = &mut self.course {
+            course.before[0].copy_from_slice(&self.displacement);
+            course.before[1].copy_from_slice(&self.rate);
+        }
         let modes = self.displacement.as_chunks_mut::<LANES>().0.iter_mut().zip(self.rate.as_chunks_mut::<LANES>().0);
         for (eight, (place, rate)) in step.modes.lanes.iter().zip(modes) {
             [*place, *rate] = eight.after(place, rate);
@@ -293,6 +344,52 @@ impl TorsionalModes {
             }
             predicted_change.0 = sums;
         }
+    }
+
+    /// Adds the response to torques over time with these f0 and f1 of (4), after [`TorsionalModes::propagate_free`].
+    pub fn drive(&mut self, step: &TorsionalStep, on_modes: &[Vec<f64>; 2]) {
+        let Some(course) = &mut self.course else { return };
+        let count = self.displacement.len();
+        for j in 0..count {
+            let [constant, linear] = [on_modes[0][j], on_modes[1][j]];
+            (course.torques[0][j], course.torques[1][j]) = (constant, linear);
+            let [of_place, of_rate] = step.modes.lanes[j / LANES].force.each_ref().map(|lane| lane.0[j % LANES]);
+            let change =
+                [of_place * constant + step.linear[j][0] * linear, of_rate * constant + step.linear[j][1] * linear];
+            self.displacement[j] += change[0];
+            self.rate[j] += change[1];
+            for (r, row) in self.rows.chunks_exact(count).enumerate() {
+                let row_motion = &mut self.row_motion[r / GROUP].0;
+                row_motion[r % GROUP] += change[0] * row[j];
+                row_motion[GROUP + r % GROUP] += change[1] * row[j];
+            }
+        }
+    }
+
+    /// Work of the torques over time in the last step \[J\].
+    pub fn course_work(&self) -> f64 {
+        self.course.as_ref().map_or(0.0, |course| course.work)
+    }
+
+    /// Work (5) of the torques over time, at the end of the step.
+    fn end_course(&mut self, step: &TorsionalStep) {
+        let Some(mut course) = self.course.take() else { return };
+        let (h, count) = (step.h, self.displacement.len());
+        course.work = 0.0;
+        for j in 0..count {
+            let [constant, linear] = [course.torques[0][j], course.torques[1][j]];
+            let torques = self.torques.iter().zip(self.rows.chunks_exact(count)).map(|(torque, row)| torque * row[j]);
+            let impulse_rows = self.rows[self.torque_rows * count..].chunks_exact(count);
+            let impulses = self.impulses.iter().zip(impulse_rows).map(|(impulse, row)| impulse * row[j]);
+            let added = self.added_torques.get(j).copied().unwrap_or(0.0);
+            let impulse = h * (constant + added + torques.sum::<f64>()) + impulses.sum::<f64>();
+            let [before, rate_before] = [course.before[0][j], course.before[1][j]];
+            let [change, rate_change] = [self.displacement[j] - before, self.rate[j] - rate_before];
+            let mean = (impulse - rate_change - self.dampings[j] * change) / (self.squared_frequencies[j] * h);
+            course.work += constant * change + linear * (0.5 * (before + self.displacement[j]) - mean);
+        }
+        self.work += course.work;
+        self.course = Some(course);
     }
 
     /// Adds an angular impulse on a diaphragm's node at the beginning of the step \[N m s\]; between [`TorsionalModes::propagate_free`]
@@ -349,6 +446,7 @@ impl TorsionalModes {
         for (r, torque) in self.torques.iter().enumerate() {
             self.work += torque * self.turn(r);
         }
+        self.end_course(step);
     }
 
     /// Adds the response to torques on the modes themselves to (1) and (2).
