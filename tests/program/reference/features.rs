@@ -78,7 +78,11 @@ const FEATURES: [Feature; 32] = [
         "[torques.drive]\nposition = \"0.3 m\"\ntimes = [\"0.1 s\", \"0.1 s\"]\nvalues = [\"5 N m\", 0]\n\
          [torques.generator]\nposition = \"0.9 m\"\nbalance = true\nshort_circuit = { start = \"0.1 s\", frequency = \"3000 rpm\", amplitude = \"9 N m\", decay = \"0.1 s\" }\n\n[braking]\n",
     ),
-    ("braking table over the speed", "[braking]\n", "[braking]\nspeeds = [0, \"4000 rpm\"]\ntorques = [0, \"1 N m\"]\n"),
+    (
+        "braking table over the speed",
+        "[braking]\n",
+        "[braking]\nspeeds = [0, \"4000 rpm\"]\ntorques = [0, \"1 N m\"]\n",
+    ),
     ("gravity", "gravity = [0.0, 0.0]\n", "gravity = [0.0, -9.81]\n"),
     ("lost mass of a disc", "phase = \"0 deg\"\n", "phase = \"0 deg\"\nkind = \"lost\"\ndisc = \"right\"\n"),
     (

@@ -446,7 +446,9 @@ impl TorsionalModes {
         for (r, torque) in self.torques.iter().enumerate() {
             self.work += torque * self.turn(r);
         }
-        self.end_course(step);
+        if self.course.is_some() {
+            self.end_course(step);
+        }
     }
 
     /// Adds the response to torques on the modes themselves to (1) and (2).
