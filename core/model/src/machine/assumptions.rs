@@ -128,7 +128,10 @@ fn spin(machine: &Machine) -> String {
     let torques = match names.is_empty() {
         true => String::new(),
         false => {
-            format!("; torques over time ({}) twist the shaft from the start, whatever its speed", names.join(", "))
+            format!(
+                "; torques over time ({}), whatever the speed; the run starts with their static torsion",
+                names.join(", ")
+            )
         }
     };
     let whole = match (machine.rotor.speed_law.is_some(), names.is_empty()) {
