@@ -2,15 +2,15 @@
 //!
 //! From one speed to the next, each mode is matched with the most similar mode ([`Mode::alike`]). The speed step is halved if the match is
 //! not clear, or if a mode becomes overdamped or disappears. So the lines of a Campbell diagram cross at a true crossing and veer
-//! otherwise. The number of evaluated speeds is limited ([`Looks`]). Verified by `tests/rotor/modes.rs`; critical speeds also by
+//! otherwise. The number of evaluated speeds is limited ([`Spectra`]). Verified by `tests/rotor/modes.rs`; critical speeds also by
 //! `tests/rotor/outside.rs` and `tests/rotor/linear_rotors.rs`.
 
-use super::looks::{Looks, ModesError};
 use super::matrices::Reduced;
 use super::quadratic::Eigensolver;
 use super::reduction::checked_basis;
 use super::refine::Refinement;
 use super::shape::{CLEAR, Mode};
+use super::spectra::{ModesError, Spectra};
 use super::whirl::{APERIODIC, CriticalSpeed, Lateral, OverdampedMode, SpeedModes, WhirlMode, whirls};
 
 /// Number of lowest whirl modes at rest that are tracked for critical speeds and must be matched clearly.
@@ -38,7 +38,7 @@ struct ModesAtSpeed {
 /// Tracking of all modes from rest to increasing speeds.
 struct Way<'a> {
     /// Evaluator of spectra, which limits the number of speeds.
-    looks: Looks<'a>,
+    spectra: Spectra<'a>,
     /// Modes at the current speed.
     last: ModesAtSpeed,
     /// Number of each identity, from 1; 0 until the mode first whirls.
@@ -59,14 +59,14 @@ impl<'a> Way<'a> {
         reduced: Option<&'a Reduced>,
         crossings: Option<Vec<(f64, Mode)>>,
     ) -> Result<Self, ModesError> {
-        let looks = Looks::new(lateral, reduced);
-        let mut modes = looks.spectrum(0.0, 0.0)?;
+        let spectra = Spectra::new(lateral, reduced);
+        let mut modes = spectra.spectrum(0.0, 0.0)?;
         // whirl modes first: the tracked modes are the first ones
         modes.sort_by_key(|mode| !whirls(mode));
         let (followed, top) = followed(&modes);
         let last = ModesAtSpeed { speed: 0.0, identity: (0..modes.len()).collect(), modes };
         let numbers = vec![0; last.modes.len()];
-        let mut way = Self { looks, last, numbers, numbered: 0, followed, top, crossings };
+        let mut way = Self { spectra, last, numbers, numbered: 0, followed, top, crossings };
         way.number();
         Ok(way)
     }
@@ -83,7 +83,7 @@ impl<'a> Way<'a> {
 
     /// Tracks all modes to a speed \[rad/s\], with at most `halvings` halvings of the step.
     fn go_to(&mut self, speed: f64, halvings: usize) -> Result<(), ModesError> {
-        let modes = self.looks.spectrum(speed, self.last.speed)?;
+        let modes = self.spectra.spectrum(speed, self.last.speed)?;
         let last = &self.last;
         let next = matched(&last.modes, &modes);
         let clear = |(from, to): (usize, &Option<(usize, f64)>)| {
@@ -104,7 +104,7 @@ impl<'a> Way<'a> {
                 && whirls(one)
                 && whirls(other)
             {
-                found.extend(crossing(&self.looks, (last.speed, one), (speed, other))?);
+                found.extend(crossing(&self.spectra, (last.speed, one), (speed, other))?);
             }
         }
         let identity = identity.into_iter().map(|known| {
@@ -123,7 +123,7 @@ impl<'a> Way<'a> {
     fn here(&self) -> SpeedModes {
         let modes = || self.last.modes.iter().zip(&self.last.identity);
         let whirling = modes().filter(|(mode, _)| whirls(mode));
-        let shown = |mode| self.looks.lateral.whirl(mode, self.last.speed);
+        let shown = |mode| self.spectra.lateral.whirl(mode, self.last.speed);
         let mut whirl: Vec<_> = whirling.map(|(mode, &identity)| (self.numbers[identity], shown(mode))).collect();
         whirl.sort_by(|a, b| a.1.frequency.total_cmp(&b.1.frequency).then(a.0.cmp(&b.0)));
         let overdamped = modes().filter(|(mode, _)| !whirls(mode)).map(|(mode, _)| {
@@ -132,7 +132,7 @@ impl<'a> Way<'a> {
         });
         let mut overdamped: Vec<_> = overdamped.collect();
         overdamped.sort_by(|a, b| a.decay.total_cmp(&b.decay));
-        if !self.looks.lateral.plane_motion(self.last.speed) {
+        if !self.spectra.lateral.plane_motion(self.last.speed) {
             once(&mut overdamped);
         }
         SpeedModes { speed: self.last.speed, whirl, overdamped }
@@ -208,7 +208,7 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
             if to > from { parts as usize } else { 0 }
         })
         .collect();
-    way.looks.plan(planned, parts.iter().sum());
+    way.spectra.plan(planned, parts.iter().sum());
     let mut found = vec![None; speeds.len()];
     for (at, parts) in order.into_iter().zip(parts) {
         let (from, to) = (way.last.speed, speeds[at]);
@@ -263,7 +263,7 @@ fn critical(lateral: &Lateral, speed: f64, mode: &Mode) -> CriticalSpeed {
 fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, Mode)>, ModesError> {
     let mut way = Way::begin(lateral, reduced, Some(Vec::new()))?;
     let top = END * way.top;
-    way.looks.plan(top, INTERVALS);
+    way.spectra.plan(top, INTERVALS);
     for interval in (1..=INTERVALS).filter(|_| top > 0.0) {
         way.go_to(top * interval as f64 / INTERVALS as f64, HALVINGS)?;
     }
@@ -272,7 +272,7 @@ fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, M
 
 /// Root of `omega(W) - W` of one mode in a speed interval, by regula falsi (Illinois); `None` without a root.
 fn crossing(
-    looks: &Looks<'_>,
+    spectra: &Spectra<'_>,
     (mut a, first): (f64, &Mode),
     (mut b, last): (f64, &Mode),
 ) -> Result<Option<(f64, Mode)>, ModesError> {
@@ -284,7 +284,7 @@ fn crossing(
     let mut side = 0;
     for _ in 0..80 {
         let c = (a * fb - b * fa) / (fb - fa);
-        let modes = looks.spectrum(c, begin)?;
+        let modes = spectra.spectrum(c, begin)?;
         let alike = |mode: &Mode| mode.alike(first) + mode.alike(last);
         let whirling = modes.iter().filter(|mode| whirls(mode));
         let Some(mode) = whirling.max_by(|x, y| alike(x).total_cmp(&alike(y))) else { return Ok(None) };

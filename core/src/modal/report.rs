@@ -1,8 +1,8 @@
 //! Modes of a machine for display: whirl and critical speeds, torsional, axial and ring frequencies of the full finite-element model.
 
 use super::follow::{critical_speeds, follow};
-use super::looks::ModesError;
 use super::quadratic::Eigensolver;
+use super::spectra::ModesError;
 use super::whirl::{CriticalSpeed, Lateral, SpeedModes, Work};
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};

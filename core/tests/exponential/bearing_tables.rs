@@ -1,7 +1,8 @@
 //! Bearing tables on the exponential engine: coast-downs, rubs and pedestals against the reference engines, the balance of energies, and the end of the table.
 
 use crate::common::{Every, Row, close, machine_with, run, run_seen, study_machine, table_rotor};
-use bladeoff_core::engine::exponential::{StepSettings, free_run};
+use crate::free_run::free_run;
+use bladeoff_core::engine::exponential::StepSettings;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 

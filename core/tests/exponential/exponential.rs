@@ -1,7 +1,8 @@
 //! The exponential engine in free flight: against closed forms, and against the reduced engine.
 
 use crate::common::{Row, machine, machine_with, study_machine};
-use bladeoff_core::engine::exponential::{ExponentialError, FreeMotion, FreeRun, StepSettings, free_run};
+use crate::free_run::{FreeRun, free_run};
+use bladeoff_core::engine::exponential::{ExponentialError, FreeMotion, StepSettings};
 use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Follower, Frame, NoHistory};
 use bladeoff_core::structure::Structure;

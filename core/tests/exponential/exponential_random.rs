@@ -1,7 +1,7 @@
 //! Machines drawn at random: the exponential engine against the reduced one at small steps, from release to 15 ms after first contact; means over nine starts of each, since
 //! single hits scatter. What the default steps of both are off by: `exponential_accuracy -- random` (docs/theory/08-exponential-engine.md).
 
-use crate::random::{COMPARED, Found, STARTS, difference, machines};
+use crate::random::{COMPARED, Drawn, Found, STARTS, difference, machines};
 use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::Status;
 
@@ -11,22 +11,33 @@ use bladeoff_model::outcome::Status;
 const LIMITS: [[f64; 3]; COMPARED.len()] =
     [[1e-4, 0.5, 1e-4], [1e-2, 0.4, 1e-2], [1e-2, 0.4, 5e-3], [1e-2, 0.4, 5e-3], [2e-2, 0.5, 1e-2], [2e-3, 0.6, 2e-3]];
 
+/// Runs of all starts of a machine: reference, exponential engine in fine steps, both engines in their default steps.
+fn runs_of(machine: &Drawn) -> [Vec<Found>; 4] {
+    let [largest, step] = machine.steps();
+    let starts = machine.starts();
+    assert_eq!(starts.len(), STARTS, "{}: every start touches", machine.kind);
+    let of = |engine, step: Option<f64>| starts.iter().map(|start| start.run(engine, step)).collect();
+    [
+        of(Engine::Reduced, Some(0.125 * step)),
+        of(Engine::Exponential, Some(0.03125 * largest)),
+        of(Engine::Exponential, None),
+        of(Engine::Reduced, None),
+    ]
+}
+
 #[test]
 fn random_machines_rub_as_in_the_reduced_engine() {
     let all = machines(10, "hyp2");
     let mut wrong = Vec::new();
     let mut sums = [[0.0; COMPARED.len()]; 2];
-    for (case, machine) in all.iter().enumerate() {
-        let (kind, [largest, step]) = (machine.kind, machine.steps());
-        let starts = machine.starts();
-        assert_eq!(starts.len(), STARTS, "{case}, {kind}: every start touches");
-        let of =
-            |engine, step: Option<f64>| -> Vec<Found> { starts.iter().map(|start| start.run(engine, step)).collect() };
-        let reference = of(Engine::Reduced, Some(0.125 * step));
-        let fine = of(Engine::Exponential, Some(0.03125 * largest));
-        let [exponential, reduced] = [Engine::Exponential, Engine::Reduced].map(|engine| of(engine, None));
-        for (start, runs) in [&reference, &fine, &exponential, &reduced].iter().flat_map(|runs| runs.iter().enumerate())
-        {
+    // this test takes longer than its neighbours, so its machines are computed side by side
+    let runs: Vec<[Vec<Found>; 4]> = std::thread::scope(|scope| {
+        let threads: Vec<_> = all.iter().map(|machine| scope.spawn(|| runs_of(machine))).collect();
+        threads.into_iter().map(|thread| thread.join().expect("runs")).collect()
+    });
+    for (case, (machine, [reference, fine, exponential, reduced])) in all.iter().zip(&runs).enumerate() {
+        let kind = machine.kind;
+        for (start, runs) in [reference, fine, exponential, reduced].iter().flat_map(|runs| runs.iter().enumerate()) {
             assert!(runs.values[2] > 0.0, "{case}, {kind}, {start} touches: {:?}", runs.outcome);
             if runs.outcome.status != Status::Ok {
                 wrong.push(format!("{case}, {kind}, {start}: {:?}", runs.outcome));
@@ -41,7 +52,7 @@ fn random_machines_rub_as_in_the_reduced_engine() {
             wrong.push(format!("{case}, {kind}, {start}: energy error {:.1e}", run.energy_error));
         }
         for (column, (name, _)) in COMPARED.iter().enumerate() {
-            let off = [&exponential, &fine, &reduced].map(|runs| difference(runs, &reference, column)[0]);
+            let off = [exponential, fine, reduced].map(|runs| difference(runs, reference, column)[0]);
             let [at_default, _, at_fine] = LIMITS[column];
             println!("{case}, {kind}, {name}: {:+.1e}, fine {:+.1e}, reduced {:+.1e}", off[0], off[1], off[2]);
             for (off, limit) in [(off[0], at_default), (off[1], at_fine)] {

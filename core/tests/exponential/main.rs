@@ -11,7 +11,9 @@ mod exponential_outside;
 mod exponential_random;
 mod exponential_rub;
 mod exponential_run;
+mod free_run;
 mod instructions;
+mod parabola_peak;
 mod prescribed_speed;
 mod radial_spring;
 #[path = "../common/random.rs"]

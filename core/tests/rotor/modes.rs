@@ -238,8 +238,8 @@ fn modes_that_cannot_be_followed_are_given_up_with_a_word() {
     };
     for sections in [&[1][..], &[0, 1, 2]] {
         let error = report(&thick(sections), &[0.0]).expect_err("not to be followed");
-        let ModesError::Unclear { looks, reached, wanted } = error else { panic!("{error}") };
-        assert!((1000..1100).contains(&looks) && reached < wanted && wanted > 0.0, "{looks} {reached} {wanted}");
+        let ModesError::Unclear { speeds, reached, wanted } = error else { panic!("{error}") };
+        assert!((1000..1100).contains(&speeds) && reached < wanted && wanted > 0.0, "{speeds} {reached} {wanted}");
         assert!(error.to_string().contains("is a unit wrong"), "{error}");
     }
     // What is only asked for at speeds has the same limit, and at rest there is no way to follow.

@@ -90,9 +90,9 @@ fn moving(samples: &Samples, first: &Machine) -> Vec<usize> {
 fn look(samples: &Samples, moving: &[usize], all: u64) -> Vec<String> {
     let (order, ends) = ends_first(samples, moving, all);
     let most = ends.clamp(*STRUCTURES.start(), *STRUCTURES.end());
-    let mut looks = Looks { most, ..Looks::default() };
-    order.iter().for_each(|&sample| looks.at(samples, sample));
-    let Looks { said, looked, .. } = looks;
+    let mut search = BearingSearch { most, ..BearingSearch::default() };
+    order.iter().for_each(|&sample| search.at(samples, sample));
+    let BearingSearch { said, looked, .. } = search;
     let which = |said: &Said| match (all, looked == all) {
         (1, _) => String::new(),
         (_, true) => format!(" (in {} of the study's {all} samples; most with {})", said.count, said.shown),
@@ -155,9 +155,9 @@ struct Said {
     shown: String,
 }
 
-/// What was seen so far.
+/// Notes on bearings that were found so far.
 #[derive(Debug, Default)]
-struct Looks {
+struct BearingSearch {
     /// Structures that may be built.
     most: usize,
     structures: Vec<Structure>,
@@ -166,7 +166,7 @@ struct Looks {
     looked: u64,
 }
 
-impl Looks {
+impl BearingSearch {
     fn at(&mut self, samples: &Samples, sample: u64) {
         let Some(machine) = machine_of(samples, sample) else { return };
         let Some(place) = self.structure_of(&machine).and_then(|at| self.look_of(&machine, at)) else { return };

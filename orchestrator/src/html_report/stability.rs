@@ -25,8 +25,8 @@ pub fn unstable_of(samples: &Samples) -> Vec<String> {
 }
 
 fn look(samples: &Samples, machine: &Machine) -> Vec<String> {
-    let mut looks = Looks::default();
-    let mut lines = looks.at(machine).unwrap_or_default();
+    let mut checked = CheckedMachines::default();
+    let mut lines = checked.at(machine).unwrap_or_default();
     if samples.parameters().is_empty() {
         return lines;
     }
@@ -35,7 +35,7 @@ fn look(samples: &Samples, machine: &Machine) -> Vec<String> {
     // corners stand at the end
     for at in (0..chosen.count()).rev() {
         let Ok(machine) = chosen.machine(at).build() else { continue };
-        let Some(ranges) = looks.at(&machine) else { continue };
+        let Some(ranges) = checked.at(&machine) else { continue };
         looked += 1;
         if let Some(range) = ranges.into_iter().next() {
             found += 1;
@@ -50,13 +50,13 @@ fn look(samples: &Samples, machine: &Machine) -> Vec<String> {
     lines
 }
 
-/// Machines that have been looked at.
+/// Machines whose stability has been computed, with the range of their speeds.
 #[derive(Default)]
-struct Looks {
+struct CheckedMachines {
     seen: Vec<(Structure, [u64; 2])>,
 }
 
-impl Looks {
+impl CheckedMachines {
     /// Ranges of a machine over the speeds of its run; `None` where one like it was looked at, or enough were. Masses of unbalances are not compared.
     fn at(&mut self, machine: &Machine) -> Option<Vec<String>> {
         let speeds = speeds_of_run(machine);

@@ -28,7 +28,6 @@ pub const EXPONENTIAL_REVISION: u8 = 19;
 pub use error::ExponentialError;
 pub use settings::StepSettings;
 pub use stepping::free_motion::FreeMotion;
-pub use stepping::free_run::{FreeRun, free_run};
 pub use stepping::rubbing_run::{RubbingRun, rubbing_run};
 pub use stepping::shared_model::same_bases;
 

@@ -2,24 +2,11 @@
 
 use super::judge::{Decision, Verdict};
 use crate::ask::prefix;
-use std::fmt::Write;
+use crate::page::escape::html;
 
-/// Text for an attribute or an element: what XML has no way to write becomes U+FFFD.
+/// Text of an attribute or an element. Line feeds and tabs are numeric references, because a reader turns those of an attribute into blanks.
 fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&apos;"),
-            '\t' | '\n' | '\r' => write!(out, "&#{};", u32::from(c)).expect("writing to a String cannot fail"),
-            '\0'..='\x1f' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
-            c => out.push(c),
-        }
-    }
-    out
+    html(text).replace('\n', "&#10;").replace('\t', "&#9;")
 }
 
 /// The file; `study`: its name; `warning`: a line about all runs of the study.

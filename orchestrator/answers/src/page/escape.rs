@@ -1,8 +1,9 @@
-//! Text from outside in the languages of a page.
+//! Escaping of text for HTML, XML, chart labels and scripts.
 
 use serde_json::Value;
 
-/// Text as HTML shows it, also inside of a quoted attribute. What HTML cannot hold is replaced.
+/// Text of an HTML or XML element or quoted attribute. Characters that neither can hold, control characters and those that change the
+/// direction of text become U+FFFD.
 #[must_use]
 pub fn html(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 16);
@@ -14,7 +15,6 @@ pub fn html(text: &str) -> String {
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
             '\n' | '\t' => out.push(c),
-            // control characters, and those that turn the direction of what follows
             c if c.is_control()
                 || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}') =>
             {

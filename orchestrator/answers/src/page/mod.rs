@@ -11,7 +11,7 @@
 
 mod block;
 pub mod chart;
-mod escape;
+pub(crate) mod escape;
 mod figure;
 mod film;
 mod maps;

@@ -1,6 +1,6 @@
 //! A run without a number takes its block out, and nothing else.
 
-use crate::support::{DELTA, ishigami, names, points, saltelli, trajectories};
+use super::support::{DELTA, ishigami, names, points, saltelli, trajectories};
 use bladeoff_answers::sensitivity::{Given, Input, Parts, given_data, morris, sobol};
 
 #[test]

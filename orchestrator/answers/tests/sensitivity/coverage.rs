@@ -1,6 +1,6 @@
 //! How often intervals hold, over repeated small studies of which the answer is known.
 
-use crate::support::{
+use super::support::{
     DELTA, ISHIGAMI, figure, g_function, ishigami, names, nested, of_g, points, saltelli, sobol_points, trajectories,
 };
 use bladeoff_answers::sensitivity::{

@@ -1,6 +1,6 @@
 //! Morris and Sobol against closed forms and published numbers.
 
-use crate::support::{
+use super::support::{
     DELTA, G, ISHIGAMI, figure, g_function, holds, ishigami, names, near, of_g, points, saltelli, sobol_points,
     trajectories, trajectory,
 };

@@ -1,6 +1,6 @@
 //! What needs no design, against other programs, by hand and over all permutations.
 
-use crate::support::{ISHIGAMI, figure, holds, ishigami, names, near, points};
+use super::support::{ISHIGAMI, figure, holds, ishigami, names, near, points};
 use bladeoff_answers::sensitivity::{
     FEWEST_FOR_SUCCESSORS, Given, Input, MOST_ROWS, Parts, SensitivityError, Similar, dependence, first_order_by_ranks,
     given_data, midranks, rank_regression, spearman,

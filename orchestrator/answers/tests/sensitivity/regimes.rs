@@ -1,6 +1,6 @@
 //! Outputs of several regimes.
 
-use crate::support::{figure, names, near, points};
+use super::support::{figure, names, near, points};
 use bladeoff_answers::sensitivity::{Given, Input, Parts, SensitivityError, by_regime, given_data, regimes, warning};
 
 /// The first parameter decides whether there is a rub, the second how hard it is, the third what happens without one.

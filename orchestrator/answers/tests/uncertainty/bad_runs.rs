@@ -1,7 +1,7 @@
 //! Runs that are not to be believed, and cells that are empty: none drops out.
 
-use crate::support::made::caused;
-use crate::support::{ask, exceedance, less, made, mean, one, probability, quantile, ramp};
+use super::support::made::caused;
+use super::support::{ask, exceedance, less, made, mean, one, probability, quantile, ramp};
 use bladeoff_answers::ask::Answer;
 
 #[test]

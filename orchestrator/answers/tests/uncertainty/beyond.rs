@@ -1,7 +1,7 @@
 //! Runs beyond the model: what they reached bounds what they would have reached.
 
-use crate::support::made::Made;
-use crate::support::{ask, exceedance, less, mean, near, one, probability, quantile, ramp};
+use super::support::made::Made;
+use super::support::{ask, exceedance, less, mean, near, one, probability, quantile, ramp};
 use bladeoff_answers::ask::{Answers, Known, Names, Question, QuestionDef, SCHEMA, answer};
 use bladeoff_answers::gate::{Gate, Verdict};
 use bladeoff_answers::stop::{Hindrance, StopRule};
@@ -210,7 +210,7 @@ fn intervals_hold_what_the_runs_would_have_reached() {
         let mut random = bladeoff_system::random::SplitMix(seed * 7919 + 1);
         let whole: Vec<f64> = (0..200).map(|_| random.unit()).collect();
         // a limit at 0.8: what would have gone beyond is cut there
-        let mut study = crate::support::made(&whole.iter().map(|value| value.min(0.8)).collect::<Vec<_>>());
+        let mut study = super::support::made(&whole.iter().map(|value| value.min(0.8)).collect::<Vec<_>>());
         study.columns[0].nature = '>';
         for (row, value) in whole.iter().enumerate().filter(|(_, value)| **value > 0.8) {
             study.exceed(row, LIMIT, true);

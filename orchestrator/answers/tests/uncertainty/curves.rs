@@ -1,6 +1,6 @@
 //! Exceedance and fragility.
 
-use crate::support::{ask, exceedance, near, probability, ramp};
+use super::support::{ask, exceedance, near, probability, ramp};
 use bladeoff_answers::ask::{Ask, Figure, Question, QuestionDef, answer_all};
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::estimate::limits::upper_limit;

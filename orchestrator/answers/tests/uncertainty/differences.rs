@@ -1,6 +1,6 @@
 //! Differences of pairs.
 
-use crate::support::{less, mean, one, probability, quantile, ramp};
+use super::support::{less, mean, one, probability, quantile, ramp};
 use bladeoff_answers::estimate::figures::Method;
 
 #[test]

@@ -1,7 +1,7 @@
 //! Figures of small studies that can be worked out by hand.
 
-use crate::support::made::Made;
-use crate::support::{ask, asked, exceedance, made, mean, near, one, probability, quantile, ramp, replicated};
+use super::support::made::Made;
+use super::support::{ask, asked, exceedance, made, mean, near, one, probability, quantile, ramp, replicated};
 use bladeoff_answers::ask::{QuestionDef, answer, answer_all};
 use bladeoff_answers::estimate::figures::Method;
 use bladeoff_answers::estimate::input::{DesignKind, InputError};

@@ -1,7 +1,7 @@
 //! What gates decide.
 
-use crate::support::made::Made;
-use crate::support::names;
+use super::support::made::Made;
+use super::support::names;
 use bladeoff_answers::estimate::input::DesignKind;
 use bladeoff_answers::gate::{Decision, Gate, GateError, Verdict, junit, last_look, verdict};
 

@@ -1,6 +1,6 @@
 //! Maps as pictures: smooth boundaries, the same layers in a page as in a picture, few failed runs.
 
-use crate::maps::{Rows, of_z, over};
+use super::maps::{Rows, of_z, over};
 use bladeoff_answers::figures;
 use bladeoff_answers::map::boundary::boundary;
 use bladeoff_answers::map::{Map, Wanted};

@@ -1,6 +1,6 @@
 //! Maps: contours where they belong, regimes, cells without samples, bad runs, smoothed values and their limits.
 
-use crate::support::made::column;
+use super::support::made::column;
 use bladeoff_answers::ask::{Given, Known, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::input::{Cells, Design, DesignKind, Ended, Group, Label, Layout, Nature, Study};

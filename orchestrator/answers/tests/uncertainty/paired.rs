@@ -1,6 +1,6 @@
 //! Limits of paired differences: how often they hold, and by how much they are narrower than limits that do not use the pairing.
 //!
-//! The table of the documents: `COVERAGE_STUDIES=1000 cargo test --release -p bladeoff-answers --test uncertainty paired -- --nocapture`.
+//! The table of the documents: `COVERAGE_STUDIES=1000 cargo test --release -p bladeoff -p bladeoff-answers --test answers paired -- --nocapture`.
 
 use bladeoff_answers::estimate::difference::{of_probabilities, of_quantiles, of_two};
 use bladeoff_answers::estimate::figures::Figures;

@@ -1,7 +1,7 @@
 //! Rows that pass by in pieces are answered as rows in memory are, to the last bit.
 
-use crate::support::made::Made;
-use crate::support::{asked, exceedance, made, mean, probability, quantile, replicated};
+use super::support::made::Made;
+use super::support::{asked, exceedance, made, mean, probability, quantile, replicated};
 use bladeoff_answers::ask::{Question, Streamed, Whole, answer_each};
 use bladeoff_answers::estimate::input::{Cells, Column, Design, DesignKind, Study};
 use std::ops::Range;

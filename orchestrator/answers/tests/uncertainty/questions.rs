@@ -1,6 +1,6 @@
 //! What a question file may say, and what it is told.
 
-use crate::support::{names, one, ramp};
+use super::support::{names, one, ramp};
 use bladeoff_answers::ask::{Ask, Figure, Known, Names, Problem, Question, QuestionDef};
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::gate::Gate;

@@ -1,6 +1,6 @@
 //! Smoothed maps with bad runs: where they are, and not beside.
 
-use crate::maps::{Rows, known, of_z, over, scattered};
+use super::maps::{Rows, known, of_z, over, scattered};
 use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::input::Label;
 use bladeoff_answers::map::{Of, Wanted};

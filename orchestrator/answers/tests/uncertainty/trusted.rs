@@ -1,7 +1,7 @@
 //! Events that a row may not decide: those that were not judged, that failed runs had not reached, or that lie after the end of the run.
 
-use crate::support::made::Made;
-use crate::support::{ask, exceedance, names, one, probability, quantile};
+use super::support::made::Made;
+use super::support::{ask, exceedance, names, one, probability, quantile};
 use bladeoff_answers::ask::{Answer, Given, Names, Question, QuestionDef, answer};
 use bladeoff_answers::estimate::formula::Known;
 use bladeoff_answers::estimate::input::{DesignKind, Ended};

@@ -6,15 +6,13 @@
 //! - [`diaphragm_contact`]: contact with all diaphragms in a contact step
 //! - [`shared_model`]: modal bases and ring points that all runs of one model share
 //! - [`release`]: an unbalance that appears during a run
-//! - [`free_run`], [`rubbing_run`]: whole runs without observation, for tests; [`parabola_peak`] finds peaks between their steps
+//! - [`rubbing_run`]: a whole run without observation, for tests
 
 #[cfg(test)]
 mod clearance_tests;
 pub(crate) mod diaphragm_contact;
 pub(crate) mod free_motion;
-pub(crate) mod free_run;
 pub(crate) mod motion_quantities;
-pub(crate) mod parabola_peak;
 pub(crate) mod release;
 pub(crate) mod rubbing_run;
 pub(crate) mod shared_model;

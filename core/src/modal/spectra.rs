@@ -16,14 +16,14 @@ pub enum ModesError {
     Eigen(#[from] EigenError),
     /// Modes that change too much from one speed to the next to be identified, even with the smallest steps.
     #[error(
-        "the modes change too much with the speed to be followed: after {looks} speeds they are followed up to {} of \
+        "the modes change too much with the speed to be followed: after {speeds} speeds they are followed up to {} of \
          {}; is a unit wrong, \
          such as a diameter of 25 m instead of 25 mm?",
         speed(*.reached), speed(*.wanted)
     )]
     Unclear {
         /// Number of evaluated speeds.
-        looks: usize,
+        speeds: usize,
         /// Speed up to which the modes were tracked \[rad/s\].
         reached: f64,
         /// Speed up to which the modes had to be tracked \[rad/s\].
@@ -40,7 +40,7 @@ fn speed(value: f64) -> String {
 const MORE: usize = 1000;
 
 /// Evaluator of spectra during the tracking of modes from rest to the speed `wanted` \[rad/s\].
-pub(super) struct Looks<'a> {
+pub(super) struct Spectra<'a> {
     pub lateral: &'a Lateral,
     /// Reduced basis; `None`: the full model is solved.
     reduced: Option<&'a Reduced>,
@@ -52,14 +52,14 @@ pub(super) struct Looks<'a> {
     wanted: f64,
 }
 
-impl<'a> Looks<'a> {
+impl<'a> Spectra<'a> {
     pub fn new(lateral: &'a Lateral, reduced: Option<&'a Reduced>) -> Self {
         Self { lateral, reduced, taken: Cell::new(0), most: MORE, wanted: 0.0 }
     }
 
     /// Sets the end of the tracking \[rad/s\] and the number of speeds needed if every match is clear.
-    pub fn plan(&mut self, wanted: f64, looks: usize) {
-        (self.wanted, self.most) = (wanted, MORE + looks);
+    pub fn plan(&mut self, wanted: f64, speeds: usize) {
+        (self.wanted, self.most) = (wanted, MORE + speeds);
     }
 
     /// Returns every solution at a speed. `reached`: speed up to which modes are tracked so far \[rad/s\].
@@ -67,11 +67,11 @@ impl<'a> Looks<'a> {
     /// # Errors
     /// [`ModesError`].
     pub fn spectrum(&self, speed: f64, reached: f64) -> Result<Vec<Mode>, ModesError> {
-        let looks = self.taken.get();
-        if looks >= self.most {
-            return Err(ModesError::Unclear { looks, reached, wanted: self.wanted });
+        let speeds = self.taken.get();
+        if speeds >= self.most {
+            return Err(ModesError::Unclear { speeds, reached, wanted: self.wanted });
         }
-        self.taken.set(looks + 1);
+        self.taken.set(speeds + 1);
         Ok(self.lateral.spectrum_in(self.reduced, speed)?)
     }
 }

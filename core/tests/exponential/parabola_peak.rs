@@ -5,7 +5,7 @@
 
 /// Largest value so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct ParabolaPeak {
+pub struct ParabolaPeak {
     /// The last two samples.
     last: [f64; 2],
     /// Number of samples.

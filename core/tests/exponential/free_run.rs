@@ -1,10 +1,8 @@
-//! Run without contact and without observation, for tests of the propagation.
+//! Run without contact and without observation, in equal steps of free motion.
 
-use super::free_motion::FreeMotion;
-use super::parabola_peak::ParabolaPeak;
-use crate::engine::exponential::error::ExponentialError;
-use crate::engine::exponential::settings::StepSettings;
-use crate::structure::Structure;
+use crate::parabola_peak::ParabolaPeak;
+use bladeoff_core::engine::exponential::{ExponentialError, FreeMotion, StepSettings};
+use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::Machine;
 
 /// Results of a run without contact.
@@ -35,7 +33,7 @@ pub fn free_run(
     let bearings = structure.rotor.bearings.len();
     let mut peaks = vec![ParabolaPeak::default(); bearings];
     let mut passing = None;
-    let steps = libm::round(machine.run.end_time / settings.step) as u64;
+    let steps = (machine.run.end_time / settings.step).round() as u64;
     for step in 0..=steps {
         for (bearing, peak) in peaks.iter_mut().enumerate() {
             let [x, y] = motion.load(bearing);
