@@ -30,7 +30,7 @@ pub enum TableError {
     },
     /// Its bytes are not those that were written.
     #[error(
-        "{} is damaged: it is not as it was written (its BLAKE3 is not the one in manifest.json); the `bladeoff run` that \
+        "{} is damaged: it is not as it was written (its BLAKE3 is not the recorded one); the `bladeoff run` that \
          made it makes it again from the record, and nothing is computed for that",
         shown(path)
     )]
