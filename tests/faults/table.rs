@@ -168,6 +168,23 @@ fn a_changed_copy_of_study_or_machine_is_refused_by_all_that_read_rows() {
         });
         assert!(!page.exists());
         assert_eq!(say(&["why", out, "3"]).code, 0);
+        // without a manifest the hashes in the table's metadata count
+        let manifest = complete.bytes("manifest.json");
+        fs::remove_file(complete.path("manifest.json")).expect("removed");
+        complete.with_bit_changed(name, last, || {
+            let said = say(&["export", out, "--csv"]);
+            assert!(said.code == 6 && said.err.contains(&format!("{name} is damaged")), "{} {}", said.code, said.err);
+        });
+        assert_eq!(say(&["export", out, "--csv"]).code, 0);
+        fs::write(complete.path("manifest.json"), manifest).expect("written");
+        // the run that made it reports the change and writes the copy again
+        complete.with_bit_changed(name, last, || {
+            let again = complete.run();
+            let told = format!("{name} in {out} was changed after it was written");
+            assert!(again.code == 0 && again.err.contains(&told), "{}", again.err);
+            assert_eq!(complete.bytes(name), text.as_bytes());
+        });
+        assert!(!complete.run().err.contains("was changed"));
     }
 }
 

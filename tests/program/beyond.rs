@@ -169,6 +169,13 @@ fn a_quantity_that_nothing_judges_is_refused_by_name() {
         assert!(said.code == 3 && said.err.contains(why), "{added}: {}\n{}", said.code, said.err);
         assert!(!folder.path("out").exists(), "{added}: nothing is computed");
     }
+    // a study with another mistake gives the key as a parameter: that mistake alone is printed
+    let given = "[[question]]\nname = \"q\"\nprobability = \"limit_ratio_ring_yield > 1\"\n\
+                 [[uncertain]]\npath = \"diaphragms.seal.material.yield_strength\"\ndistribution = \"uniform\"\n\
+                 lower = \"-1 MPa\"\nupper = \"300 MPa\"\n";
+    let said = say(&["check", &study(&folder, given)]);
+    assert!(said.code == 3 && said.err.contains("values that are not allowed"), "{}", said.err);
+    assert!(said.err.contains("error: 1 problem in"), "{}", said.err);
     // a twin of some of the samples: the others decide nothing
     let some = "[[gate]]\nrequire = \"P(twin_bearing_load_change > 0.05) < 0.9\"\n";
     let text = fs::read_to_string(study(&folder, some)).expect("written");

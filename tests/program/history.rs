@@ -420,10 +420,22 @@ fn layouts_name_channels_of_a_history() {
         let paths = panel["paths"].as_array().expect("paths").iter().chain(panel.get("xAxisPath"));
         named.extend(paths.map(|path| path["value"].as_str().expect("a path").to_owned()));
         assert!(foxglove["layout"].to_string().contains(key.as_str()), "{key} is placed");
+        assert!(panel["foxglovePanelTitle"].is_string(), "the key that Foxglove reads a title from: {key}");
     }
     // /bearing/front.load_N
     let of_foxglove = named.iter().map(|path| path.trim_start_matches('/').replace('/', ".")).collect::<Vec<_>>();
     let juggler = read("plotjuggler.xml");
+    // PlotJuggler looks for this window, and reads as many sizes of a splitter as its count
+    assert!(juggler.contains("<tabbed_widget name=\"Main Window\""), "{juggler}");
+    let splitters: Vec<&str> = juggler.split("<DockSplitter ").skip(1).collect();
+    let attribute = |text: &str, name: &str| {
+        let rest = text.split(&format!("{name}=\"")).nth(1).expect("an attribute");
+        rest.split('"').next().unwrap_or_default().to_owned()
+    };
+    assert!(splitters.len() >= 3);
+    for splitter in splitters {
+        assert_eq!(attribute(splitter, "count"), attribute(splitter, "sizes").split(';').count().to_string());
+    }
     // /bearing/front/load_N
     let of_juggler: Vec<String> = ["name=\"/", "curve_x=\"/", "curve_y=\"/"]
         .iter()

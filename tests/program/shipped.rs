@@ -94,6 +94,26 @@ fn the_error_of_the_detection_answers_and_the_night_has_its_gate() {
     answers_in_one_command("ci-night", 4, 4, &["overload", "load-95"]);
 }
 
+/// The scripts of the steps of a workflow.
+fn steps(workflow: &str) -> Vec<String> {
+    let mut steps = Vec::new();
+    let mut lines = workflow.lines().peekable();
+    while let Some(line) = lines.next() {
+        let Some((_, script)) = line.split_once("run: ") else { continue };
+        let depth = |line: &str| line.len() - line.trim_start().len();
+        let (mut script, own) = (script.to_owned(), depth(line));
+        if script == "|" {
+            script.clear();
+            while let Some(next) = lines.next_if(|next| depth(next) > own) {
+                script += next.trim_start();
+                script.push('\n');
+            }
+        }
+        steps.push(script);
+    }
+    steps
+}
+
 /// The commands of the nightly workflow, in order, with 64 points in the place of five hours; the gate and the page are there.
 #[test]
 fn the_commands_of_the_nightly_workflow_work() {
@@ -103,15 +123,34 @@ fn the_commands_of_the_nightly_workflow_work() {
         folder.write(&format!("studies/{name}"), &text);
     }
     let workflow = fs::read_to_string(root().join(".github/workflows/ci-night.yml")).expect("the workflow");
-    let commands: Vec<&str> =
-        workflow.lines().filter_map(|line| line.trim().strip_prefix("- run: bladeoff ")).collect();
-    assert_eq!(commands.len(), 3, "{commands:?}");
-    for command in commands {
-        let short = command.replace("--wall \"5 h\"", "--limit 64");
-        assert_eq!(short == command, !command.starts_with("run "), "{command}");
-        let script = format!("cd '{}' && '{}' {short}", folder.name("."), env!("CARGO_BIN_EXE_bladeoff"));
-        let ran = std::process::Command::new("bash").args(["-ec", &script]).output().expect("a shell");
-        assert!(ran.status.success(), "{short}: {}", String::from_utf8_lossy(&ran.stderr));
+    let steps: Vec<String> = steps(&workflow).into_iter().filter(|step| step.contains("bladeoff ")).collect();
+    assert!(steps.len() == 3 && steps[0].contains("--wall \"5 h\""), "{steps:?}");
+    let output = folder.name("output");
+    // GitHub's shell is `bash -e`
+    let run = |step: &str, path: &str, study: &str| {
+        let script = format!("cd '{}'\n{step}", folder.name("."));
+        let path = format!("{path}:{}", std::env::var("PATH").expect("a path"));
+        let env = [("PATH", path.as_str()), ("GITHUB_OUTPUT", &output), ("STUDY", study)];
+        let ran = std::process::Command::new("bash").args(["-ec", &script]).envs(env).output().expect("a shell");
+        (
+            ran.status.code(),
+            String::from_utf8_lossy(&ran.stdout).into_owned(),
+            String::from_utf8_lossy(&ran.stderr).into_owned(),
+        )
+    };
+    let program =
+        std::path::Path::new(env!("CARGO_BIN_EXE_bladeoff")).parent().expect("a folder").display().to_string();
+    for step in &steps {
+        let (code, _, err) = run(&step.replace("--wall \"5 h\"", "--limit 64"), &program, "0");
+        assert_eq!(code, Some(0), "{step}: {err}");
+    }
+    assert_eq!(fs::read_to_string(&output).expect("the output of the step"), "code=0\n");
+    // an open gate is a warning while the study is incomplete
+    for (gate, study, code, warns) in [(5, "5", 0, true), (5, "0", 5, false), (4, "5", 4, false), (0, "5", 0, false)] {
+        let stub = folder.write("stub/bladeoff", &format!("#!/bin/sh\nexit {gate}\n"));
+        fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("executable");
+        let (ended, out, err) = run(&steps[1], &folder.name("stub"), study);
+        assert_eq!((ended, out.contains("::warning")), (Some(code), warns), "gate {gate}, study {study}: {out}{err}");
     }
     let junit = fs::read_to_string(folder.name("gate.xml")).expect("the gate's file");
     assert!(junit.contains("<testcase") && !junit.contains("<failure"), "{junit}");

@@ -23,7 +23,13 @@ fn a_page_has_state_worst_value_histogram_and_answers() {
     let page = say(&["watch", &out]);
     assert_eq!(page.code, 0, "{}", page.err);
     assert!(!page.out.contains('\u{1b}'), "no terminal, no escape codes: {:?}", page.out);
-    assert!(page.out.contains("complete") && page.out.contains("max_bearing_load_N: largest so far "), "{}", page.out);
+    assert!(
+        page.out.contains("complete")
+            && page.out.contains("max_bearing_load_N, ")
+            && page.out.contains(" rows: largest so far "),
+        "{}",
+        page.out
+    );
     let (histogram, _) = page.out.split_once("\nAnswers").expect("answers behind the histogram");
     let bins = histogram.lines().filter(|line| line.contains(" N to ")).count();
     assert_eq!(bins, 10, "{histogram}");

@@ -108,6 +108,12 @@ fn is_running(directory: &Path) -> Result<bool, CliError> {
     Ok(status.is_some_and(|status| matches!(status.state, RunState::Running { .. } | RunState::Unknown { .. })))
 }
 
+/// Number of runs that have ended, as the last run of the directory reported it.
+fn ended(directory: &Path) -> Option<u64> {
+    let status = directory_status(directory).ok().flatten()?;
+    status.last_report?.get("done")?.as_u64()
+}
+
 /// Writes one page; `again_after`: a browser loads it again after this time.
 fn write(args: &Args, subject: Subject<'_>, again_after: Option<Duration>) -> Result<(), CliError> {
     let Subject { directory, samples, .. } = subject;
@@ -131,8 +137,11 @@ fn write(args: &Args, subject: Subject<'_>, again_after: Option<Duration>) -> Re
     }
     replacing(&args.out, || write_whole(args.out.as_path(), made.page.html().as_bytes()))?;
     let (rows, of) = made.rows;
-    let so_far = if rows < of { format!(", of the {rows} that have ended so far") } else { String::new() };
-    remark(&format!("wrote {} about {}{so_far}", shown(&args.out), counted(of, "run")));
+    let about = if rows < of { format!("{rows} of {}", counted(of, "run")) } else { counted(of, "run") };
+    // rows come into the tables in parts
+    let ended = ended(directory).filter(|ended| rows < of && *ended > rows);
+    let ended = ended.map_or(String::new(), |ended| format!("; {ended} have ended, the rows of the newest follow"));
+    remark(&format!("wrote {} about {about}{ended}", shown(&args.out)));
     Ok(())
 }
 

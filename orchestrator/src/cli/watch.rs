@@ -151,7 +151,9 @@ impl Values {
                 rows => format!("\n{column}: no value in {}\n", counted(rows as u64, "row")),
             };
         };
-        let mut text = format!("\n{column}: largest so far {} (sample {sample}, {status})\n", show(*largest));
+        // runs that ended a moment ago have no row yet
+        let rows = counted(self.rows as u64, "row");
+        let mut text = format!("\n{column}, {rows}: largest so far {} (sample {sample}, {status})\n", show(*largest));
         for (from, to, count) in bins(&self.all) {
             let bar = "#".repeat((count * BAR).div_ceil(self.all.len().max(1)));
             text.push_str(&format!("  {:>12} to {:>12}  {count:>8}  {bar}\n", show(from), show(to)));

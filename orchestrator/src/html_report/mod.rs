@@ -195,7 +195,11 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
     let mut blocks: Vec<Block> =
         ended.map(|ended| Block::Text(format!("The study ended: {ended}."))).into_iter().collect();
     if seen.rows < of {
-        let mut text = format!("This study is not complete: {} of {} have ended.", seen.rows, counted(of, "run"));
+        let mut text = format!(
+            "This study is not complete: the tables have the rows of {} of {} so far.",
+            seen.rows,
+            counted(of, "run")
+        );
         if let Some(Looked { answering, .. }) = looked {
             text += &format!(
                 " Counts, regimes and lists of runs cover these. Answers cover the first {} of {}, up to the first \

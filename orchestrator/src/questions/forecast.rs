@@ -131,7 +131,7 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
         let met = expected(&awaited.rule, &figures, points, &awaited.analyses).filter(|_| !figures.is_empty())?;
         Some((met, Duration::try_from_secs_f64((met - points) as f64 / per_s).ok()?))
     });
-    let beyond = answers.iter().any(|answer| answer.beyond > 0 && answer.figures.iter().any(is_left_open));
+    let beyond = answers.iter().any(|answer| answer.beyond_open > 0 && answer.figures.iter().any(is_left_open));
     let next = awaited.and_then(|awaited| awaited.analyses.iter().copied().find(|analysis| *analysis > points));
     let is_met_next = met.is_some_and(|(points, _)| Some(points) == next);
     Some(Forecasts { per_hour: 3600.0 * per_s, later, of: found, without, beyond, met, is_met_next })
@@ -357,6 +357,9 @@ mod tests {
         // what runs beyond the model leave open is said once, of however many answers
         let mut open = Answering { design: 1000, of: 1000, ..answering.clone() };
         open.answers.answers[0].beyond = 17;
+        // their values decide the question: nothing is open
+        assert!(!ahead(&open, 1000).lines().iter().any(|line| line == NOT_NARROWED));
+        open.answers.answers[0].beyond_open = 17;
         open.answers.answers.push(open.answers.answers[0].clone());
         let found = ahead(&open, 1000);
         assert_eq!(found.lines().iter().filter(|line| *line == NOT_NARROWED).count(), 1, "{:?}", found.lines());

@@ -31,7 +31,8 @@ fn bad_of(answer: &Answer) -> Bad {
 /// Whether runs beyond the model keep a number of an answer from being as precise as is asked.
 pub(super) fn is_left_open(rule: &StopRule, answer: &Answer) -> bool {
     let of = |figures: &Figures| rule.hindrance(figures, answer.bad, 1.0 - answer.confidence);
-    answer.beyond > 0 && answer.figures.iter().any(|figures| matches!(of(figures), Some(Hindrance::BadRuns { .. })))
+    answer.beyond_open > 0
+        && answer.figures.iter().any(|figures| matches!(of(figures), Some(Hindrance::BadRuns { .. })))
 }
 
 fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {

@@ -106,9 +106,12 @@ impl<'a> Vocabulary<'a> {
         Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine, words: Vec::new() })
     }
 
-    /// Names that the file gives to something that could not be read: they are not blamed.
+    /// Names that the file gives to something that could not be read: they are not blamed, and what a column lacks may be one of them.
     pub fn mention(&mut self, names: &[String]) {
         for name in names {
+            let key = name.rsplit('.').next().unwrap_or(name);
+            let needs_it = |why: &str| why.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == key);
+            self.names.known.lacking.retain(|(_, why)| !needs_it(why));
             if !self.names.known.meant(name).is_empty() {
                 continue;
             }

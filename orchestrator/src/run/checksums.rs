@@ -24,15 +24,18 @@ use bladeoff_system::folder::Folder;
 use bladeoff_system::place::Place;
 use bladeoff_worker::job_spec::{BASIS_FILE, PLAN_FILE};
 use blake3::{Hash, Hasher};
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Upper bound of the size of a study, machine, points file or basis \[bytes\].
 const LONGEST_INPUT: u64 = 1 << 30;
 
-/// Keys of the hashes of study and machine in the manifest.
+/// Keys of the hashes of the inputs in manifest, table and record.
 const STUDY_HASH: &str = "study_blake3";
 const MACHINE_HASH: &str = "machine_blake3";
+const POINTS_HASH: &str = "points_blake3";
 
 /// Result of comparing a file with its checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,12 +84,10 @@ fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Resul
 /// [`TableError::Changed`], or a file error.
 pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
     let folder = open(directory)?;
-    let inputs = told_inputs(&folder.place(MANIFEST));
+    let inputs = recorded_inputs(&folder);
     for (name, key) in [(STUDY, STUDY_HASH), (MACHINE, MACHINE_HASH)] {
-        let recorded = inputs.as_ref().and_then(|inputs| inputs.get(key)).and_then(|recorded| recorded.as_str());
         let path = folder.place(name);
-        if compare_hash(&path, recorded.and_then(|recorded| Hash::from_hex(recorded).ok()), None)? == Compared::Changed
-        {
+        if compare_hash(&path, hash_of(&inputs, key), None)? == Compared::Changed {
             return Err(TableError::Changed { path: path.to_path_buf() });
         }
     }
@@ -95,6 +96,35 @@ pub fn refuse_changed(directory: &Path) -> Result<bool, TableError> {
         Compared::Changed => Err(TableError::Changed { path: path.to_path_buf() }),
         compared => Ok(compared == Compared::Whole),
     }
+}
+
+/// Hashes of the inputs by their keys: those of the manifest; without a manifest those of the table's metadata, and without a table those of
+/// the record.
+fn recorded_inputs(folder: &Folder) -> BTreeMap<String, String> {
+    let text = |(key, value): (&String, &Value)| Some((key.clone(), value.as_str()?.to_owned()));
+    let of_manifest = told_inputs(&folder.place(MANIFEST));
+    if let Some(pairs) = of_manifest.as_ref().and_then(Value::as_object).filter(|pairs| !pairs.is_empty()) {
+        return pairs.iter().filter_map(text).collect();
+    }
+    if folder.place(RESULTS).exists() {
+        let pairs = read_metadata(&folder.place(RESULTS)).unwrap_or_default().into_iter();
+        return pairs.filter_map(|(key, value)| Some((key.strip_prefix("bladeoff.")?.to_owned(), value))).collect();
+    }
+    Reader::peek(folder.place(LEDGER)).and_then(|record| record.header()).unwrap_or_default()
+}
+
+fn hash_of(inputs: &BTreeMap<String, String>, key: &str) -> Option<Hash> {
+    Hash::from_hex(inputs.get(key)?).ok()
+}
+
+/// Names of the copies of study, machine and points in a directory that are not as they were written.
+pub(super) fn changed_inputs(folder: &Folder) -> Vec<&'static str> {
+    let inputs = recorded_inputs(folder);
+    let is_changed = |(name, key): &(&str, &str)| {
+        compare_hash(&folder.place(name), hash_of(&inputs, key), None).is_ok_and(|found| found == Compared::Changed)
+    };
+    let copies = [(STUDY, STUDY_HASH), (MACHINE, MACHINE_HASH), (POINTS, POINTS_HASH)];
+    copies.into_iter().filter(is_changed).map(|(name, _)| name).collect()
 }
 
 /// Rejects changed timings in the same way.
@@ -134,9 +164,9 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     let folder = open(directory)?;
     let manifest = folder.place(MANIFEST);
     let recorded = Checksums::recorded(&manifest);
-    let inputs = told_inputs(&manifest);
+    let inputs = recorded_inputs(&folder);
     let mut all = Vec::new();
-    if inputs.is_none() && manifest.exists() {
+    if told_inputs(&manifest).is_none() && manifest.exists() {
         let words = "damaged: it is no JSON object".to_owned();
         all.push(Verified { name: MANIFEST.to_owned(), is_whole: Some(false), words });
     }
@@ -154,16 +184,15 @@ pub fn verify(directory: &Path) -> Result<Vec<Verified>, FileError> {
     let own = [
         (STUDY, STUDY_HASH),
         (MACHINE, MACHINE_HASH),
-        (POINTS, "points_blake3"),
+        (POINTS, POINTS_HASH),
         (BASIS_FILE, "basis_blake3"),
         (PLAN_FILE, "plan_blake3"),
     ];
     let own = own.map(|(name, key)| (name.to_owned(), key.to_owned())).into_iter();
     let of_laws = (0..MOST_PARAMETERS).map(|file| (empirical(file), empirical_key(file)));
     for (name, key) in own.chain(of_laws) {
-        let recorded = inputs.as_ref().and_then(|recorded| recorded.get(&key)).and_then(|recorded| recorded.as_str());
-        let wanted = recorded.and_then(|recorded| Hash::from_hex(recorded).ok());
-        if recorded.is_some() && wanted.is_none() {
+        let wanted = hash_of(&inputs, &key);
+        if inputs.contains_key(&key) && wanted.is_none() {
             let words = format!("damaged: its {key} is no hash");
             all.push(Verified { name: MANIFEST.to_owned(), is_whole: Some(false), words });
         }

@@ -1,7 +1,7 @@
 //! Opening of a result directory: takes over finished samples, rejects a request that would lose some, and repairs a complete
 //! directory.
 
-use super::checksums::refuse_changed;
+use super::checksums::{changed_inputs, refuse_changed};
 use super::chosen::{Chosen, chosen_of_table};
 use super::curves::forget_answers;
 use super::directory::{LEDGER, LOCK, LOOK, RESULTS, RunDirectory, TIMINGS};
@@ -19,6 +19,7 @@ use bladeoff_answers::tables::start_threads;
 use bladeoff_study::Samples;
 use bladeoff_system::files::FileError;
 use bladeoff_system::folder::Folder;
+use bladeoff_system::shown;
 
 /// Result of opening a directory.
 pub(super) enum Opening<'a> {
@@ -68,6 +69,12 @@ pub(super) fn open<'a>(
         compared = resume::compare(directory.open(), &prepared, again(false))?;
     }
     compared.notes().iter().for_each(|text| note(text));
+    for name in changed_inputs(directory.open()) {
+        note(&format!(
+            "{name} in {} was changed after it was written: it is written again from the study, no result depends on the change",
+            shown(directory.path())
+        ));
+    }
     let (end, chosen) = (end_told(request), chosen_told(request, samples));
     let which = (end.as_ref(), chosen.as_ref());
     if tables::is_current(&request.out, RESULTS, &prepared.provenance)

@@ -41,6 +41,9 @@ pub struct Answer {
     pub bad: u64,
     /// Runs beyond the model among them.
     pub beyond: u64,
+    /// Runs beyond the model whose values do not decide the question.
+    #[serde(skip)]
+    pub beyond_open: u64,
     /// With bad runs harmless.
     pub estimate: Option<f64>,
     /// With bad runs harmful.
@@ -157,6 +160,7 @@ impl Answer {
             events: figures.events,
             bad: bad.all,
             beyond: bad.beyond,
+            beyond_open: bad.open().beyond,
             estimate: figures.estimate,
             estimate_if_bad_harmful: figures.harmful,
             low: figures.low,

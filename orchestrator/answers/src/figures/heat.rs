@@ -1,7 +1,7 @@
 //! Maps: a value over two axes as colour, with its scale beside it.
 
 use super::rimmed::rimmed;
-use super::style::{FINE, SMALL, TEXT, TITLE, tick, viridis};
+use super::style::{FINE, SMALL, TEXT, TITLE, tick_within, viridis};
 use super::{Figure, FigureError};
 use plotters::prelude::{BLACK, ChartBuilder, Color, EmptyElement, IntoFont, LineSeries, Rectangle, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -82,8 +82,8 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
             .axis_style(BLACK.stroke_width(FINE))
             .x_labels(10)
             .y_labels(map.y_labels)
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
+            .x_label_formatter(&|value| tick_within(*value, x))
+            .y_label_formatter(&|value| tick_within(*value, y))
             .label_style(SMALL.into_font())
             .axis_desc_style(TEXT.into_font())
             .x_desc(map.x_label)
@@ -111,7 +111,7 @@ pub(super) fn map(map: &Map<'_>) -> Result<Figure, FigureError> {
             .axis_style(BLACK.stroke_width(FINE))
             .disable_x_axis()
             .y_labels(7)
-            .y_label_formatter(&|value| tick(*value))
+            .y_label_formatter(&|value| tick_within(*value, map.z_range))
             .label_style(SMALL.into_font())
             .axis_desc_style(TEXT.into_font())
             .y_desc(map.z_label)

@@ -29,14 +29,14 @@ pub use machine::machine;
 pub(crate) use maps::{Colours, Layers, Picture, STEPS, UNKNOWN, marks, pictures_of, stepped};
 pub use maps::{MapScales, maps, maps_on, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
-pub(crate) use orbit::{clearance, last_turn};
+pub(crate) use orbit::{clearance, last_turn, reach_of};
 pub use panels::{Line, Mark, Panel, panels, panels_marked, tall_panel};
 pub use plotters::style::RGBColor;
 pub use response_spectrum::response_spectrum;
 pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};
-pub(crate) use style::fixed;
 pub use style::{COLOURS, GREY, Scale, plain_name, viridis};
+pub(crate) use style::{digits_of, fixed};
 pub use waterfall::waterfall;
 
 use style::FINE;

@@ -4,7 +4,7 @@
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
 use super::contacts::Contact;
-use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, fixed, tick, to_scale};
+use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, fixed, tick_within, to_scale};
 use super::{Area, COLOURS, Figure, FigureError};
 use crate::history::History;
 use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE};
@@ -50,12 +50,12 @@ pub fn orbits(
     let places = ["rotor_x_m", "rotor_y_m"].map(|field| contact.channel(history, field));
     let [Some(x), Some(y)] = places else { return Ok(None) };
     let (x, y) = (&x.values, &y.values);
+    let end = |of: fn(f64, f64) -> f64| instants.iter().copied().reduce(of).unwrap_or_default();
+    let span = (end(f64::min), end(f64::max));
     let columns = instants.len().clamp(1, 3) as u32;
     let rows = (instants.len().max(1) as u32).div_ceil(columns);
     let gap = contact.gap(history);
-    let distances = x.iter().zip(y).map(|(x, y)| x.hypot(*y)).filter(|reach| reach.is_finite());
-    let reach = distances.fold(gap.unwrap_or(0.0), f64::max) * 1.12;
-    let reach = if reach > 0.0 { reach } else { 1.0 };
+    let reach = reach_of(history, contact, x.iter().zip(y).map(|(x, y)| x.hypot(*y)));
     let scale = Scale::of("m", reach);
     // four digits of the picture's size
     let decimals = (3 - libm::floor(libm::log10(reach * scale.factor)) as i32).clamp(0, 9) as usize;
@@ -84,7 +84,7 @@ pub fn orbits(
             });
             draw(
                 area,
-                &format!("t = {} s{smallest}", tick(instant)),
+                &format!("t = {} s{smallest}", tick_within(instant, span)),
                 &orbit,
                 ring.as_deref(),
                 gap.map(|gap| gap * scale.factor),
@@ -95,6 +95,16 @@ pub fn orbits(
         Ok(())
     })?;
     Ok(Some(figure))
+}
+
+/// Half the extent of a picture of these distances from the middle \[m\], with the gap at rest. Where all are zero and the file has no gap,
+/// that of the largest clearance.
+pub(crate) fn reach_of(history: &History, contact: &Contact, distances: impl Iterator<Item = f64>) -> f64 {
+    let reach = distances.filter(|reach| reach.is_finite()).fold(contact.gap(history).unwrap_or(0.0), f64::max);
+    let clearances =
+        || contact.channel(history, "gap_m").into_iter().flat_map(|gap| gap.values.iter().map(|gap| gap.abs()));
+    let reach = if reach > 0.0 { reach } else { clearances().filter(|gap| gap.is_finite()).fold(0.0, f64::max) };
+    if reach > 0.0 { 1.12 * reach } else { 1.0 }
 }
 
 /// Records of the last whole turn of the shaft before an instant; of the last tenth of the history without its angle.
@@ -159,8 +169,8 @@ fn draw(
         .bold_line_style(GRID.stroke_width(FINE))
         .x_labels(5)
         .y_labels(5)
-        .x_label_formatter(&|value| tick(*value))
-        .y_label_formatter(&|value| tick(*value))
+        .x_label_formatter(&|value| tick_within(*value, (-half_x, half_x)))
+        .y_label_formatter(&|value| tick_within(*value, (-half_y, half_y)))
         .label_style(SMALL.into_font())
         .axis_desc_style(TEXT.into_font())
         .x_desc(scale.label("x"))

@@ -1,7 +1,7 @@
 //! Lines over a common axis: one panel below the other, each with its own scale, its legend beside it.
 
 use super::rimmed::rimmed;
-use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick};
+use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick, tick_within};
 use super::{Area, COLOURS, Figure, FigureError};
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::Circle;
@@ -166,11 +166,11 @@ fn draw<'a>(
         .x_label_area_size(if x_label.is_some() { 44 * FINE } else { 10 * FINE })
         .y_label_area_size(74 * FINE)
         .build_cartesian_2d(x_range.0..x_range.1, low..high)?;
-    let x_text = |value: &f64| if x_label.is_some() { tick(*value) } else { String::new() };
+    let x_text = |value: &f64| if x_label.is_some() { tick_within(*value, x_range) } else { String::new() };
     let y_text = |value: &f64| match panel.is_log {
         true if libm::rint(*value) == *value => tick(libm::exp10(*value)),
         true => String::new(),
-        false => tick(*value),
+        false => tick_within(*value, (low, high)),
     };
     let y_labels = if panel.is_log { (high - low) as usize + 1 } else { (height / 32) as usize };
     let mut mesh = chart.configure_mesh();

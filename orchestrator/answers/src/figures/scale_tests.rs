@@ -111,6 +111,17 @@ fn a_ring_is_round_at_rest_and_where_its_shape_is() {
     }
 }
 
+/// A rotor in the middle and a file without geometry: the clearance has the unit of its own size.
+#[test]
+fn the_clearance_of_a_single_instant_has_its_digits() {
+    let series = |name: &str, value: f64| Series { name: name.to_owned(), unit: String::new(), values: vec![value] };
+    let channels = [("contact.rotor_x_m", 0.0), ("contact.rotor_y_m", 0.0), ("contact.gap_m", 5e-4)];
+    let channels = channels.map(|(name, value)| series(name, value)).to_vec();
+    let history = History { time: vec![0.0], channels, ..History::default() };
+    let figure = orbits(&history, "rest", &contacts(&history)[0], &[0.0]).expect("drawn").expect("an orbit");
+    assert!(figure.svg().contains("clearance 500.0 µm"), "{}", figure.svg());
+}
+
 #[test]
 fn the_clearance_of_an_orbit_is_round() {
     let around =

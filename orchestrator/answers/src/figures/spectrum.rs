@@ -168,7 +168,8 @@ pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<
     let top = bins as f64 * resolution;
     let lines = synchronous(history, x_range, top);
     let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
-    draw(&stft, channel, (bins, largest), (&title, "frequency [Hz]", 8), x_range, top, &lines)
+    let note = format!("Blackman-Harris windows of {} s", super::style::tick(window as f64 * interval));
+    draw(&stft, channel, (bins, largest), (&title, &note, "frequency [Hz]", 8), x_range, top, &lines)
 }
 
 /// The lines 1x, 2x, 3x of the spin over time.
@@ -243,12 +244,13 @@ pub fn order_map(history: &History, name: &str, channel: &Series, top: Option<f6
         .collect();
     let even = Stft { columns: even, middles: Vec::new() };
     let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
+    let note = format!("Blackman-Harris windows of {TURNS} turns");
     // a number at each order, as far as there is room
     draw(
         &even,
         channel,
         (bins, largest),
-        (&title, "order [events per turn]", 12),
+        (&title, &note, "order [events per turn]", 12),
         x_range,
         bins as f64 / per_order,
         &[],
@@ -259,7 +261,7 @@ fn draw(
     stft: &Stft,
     channel: &Series,
     (bins, largest): (usize, f64),
-    (title, y_label, y_labels): (&str, &str, usize),
+    (title, note, y_label, y_labels): (&str, &str, &str, usize),
     x_range: (f64, f64),
     top: f64,
     lines: &[(String, Vec<(f64, f64)>)],
@@ -272,7 +274,7 @@ fn draw(
     let z_label = format!("amplitude [dB re {} {}]", super::style::tick(full), scale.unit);
     map(&Map {
         title,
-        note: "",
+        note,
         x_label: "time [s]",
         y_label,
         z_label: &z_label,

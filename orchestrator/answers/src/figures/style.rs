@@ -72,17 +72,49 @@ impl Scale {
     }
 }
 
-/// A number on an axis: four significant digits at most, no trailing zeros.
+/// A number in a picture: four significant digits at most, no trailing zeros.
 pub(super) fn tick(value: f64) -> String {
+    with_digits(value, 4, 2)
+}
+
+/// A number on an axis from `low` to `high`: as [`tick`], with more digits where numbers of a short range differ in those.
+pub(super) fn tick_within(value: f64, (low, high): (f64, f64)) -> String {
+    let step = (high - low).abs() / MOST_TICKS;
+    if value.abs() < 1e-6 * step {
+        return "0".to_owned();
+    }
+    let digits = digits_of(low.abs().max(high.abs()), step);
+    with_digits(value, digits.max(4), digits.max(2))
+}
+
+/// Numbers on an axis at most.
+const MOST_TICKS: f64 = 20.0;
+
+/// Significant digits in which numbers of this size differ that are a step apart.
+pub(crate) fn digits_of(size: f64, step: f64) -> usize {
+    let digits = libm::ceil(libm::log10(size / step) - 1e-9) + 1.0;
+    if digits.is_finite() { digits.clamp(1.0, 15.0) as usize } else { 1 }
+}
+
+/// A number with so many significant digits at most, and with so many where it has a power of ten.
+fn with_digits(value: f64, digits: usize, of_powers: usize) -> String {
     if value.abs() < 1e-12 {
         return "0".to_owned();
     }
     let size = value.abs();
     if !(1e-3..1e6).contains(&size) {
-        return format!("{value:.1e}").replace('-', "−");
+        let text = format!("{value:.*e}", of_powers - 1);
+        let (number, power) = text.split_once('e').unwrap_or((&text, "0"));
+        let number = if number.len() > number.find('.').map_or(0, |dot| dot + 2) {
+            let short = number.trim_end_matches('0');
+            if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
+        } else {
+            number.to_owned()
+        };
+        return format!("{number}e{power}").replace('-', "−");
     }
-    let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.decimals$}");
+    let decimals = (digits as i32 - 1 - size.log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.*}", decimals.min(digits + 2));
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "−")
 }
@@ -146,6 +178,22 @@ mod tests {
         ] {
             assert_eq!(tick(value), text);
         }
+    }
+
+    #[test]
+    fn numbers_of_a_short_range_differ() {
+        for (from, step) in [(3.0012, 1e-4), (1.2e6, 2.5e4), (-1e6, 1e2), (7.2e-9, 1e-11), (0.0, 0.1), (-0.5, 0.1)] {
+            let range = (from, from + 10.0 * step);
+            let texts: Vec<String> = (0..=10).map(|k| tick_within(from + f64::from(k) * step, range)).collect();
+            let number = |text: &String| text.replace('−', "-").parse::<f64>().expect("a number");
+            assert!(texts.windows(2).all(|pair| pair[0] != pair[1]), "{texts:?}");
+            for (k, text) in (0..).zip(&texts) {
+                let value = from + f64::from(k) * step;
+                assert!((number(text) - value).abs() < 0.01 * step, "{text} is not {value}");
+            }
+        }
+        assert_eq!([0.3, 1500.0].map(|value| tick_within(value, (0.0, 2000.0))), ["0.3", "1500"]);
+        assert_eq!(tick_within(2e6, (0.0, 4e6)), "2.0e6");
     }
 
     #[test]

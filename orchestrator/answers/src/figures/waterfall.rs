@@ -9,7 +9,7 @@
 use super::contacts::critical_passages;
 use super::rimmed::rimmed;
 use super::spectrum::{Content, Stft, content, even_records, stft, window_of};
-use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick};
+use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick, tick_within};
 use super::{COLOURS, Figure, FigureError, SpectrumError, plain_name};
 use crate::history::{History, Series};
 use plotters::prelude::{
@@ -82,8 +82,8 @@ pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f6
             .axis_style(BLACK.stroke_width(FINE))
             .x_labels(10)
             .y_labels(10)
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
+            .x_label_formatter(&|value| tick_within(*value, (0.0, top)))
+            .y_label_formatter(&|value| tick_within(*value, range))
             .label_style(SMALL.into_font())
             .axis_desc_style(TEXT.into_font())
             .x_desc("frequency [Hz]")

@@ -10,7 +10,7 @@
 use super::chart::{Axis, shown};
 use super::escape::{html, json};
 use super::figure::short;
-use crate::figures::{Contact, Ring, Scale, clearance, critical_passages, fixed, last_turn, ring_of};
+use crate::figures::{Contact, Ring, Scale, clearance, critical_passages, fixed, last_turn, reach_of, ring_of};
 use crate::history::{History, Series};
 use serde_json::{Value, json as value};
 use std::fmt::Write;
@@ -62,8 +62,7 @@ pub fn animation(history: &History, title: &str, contact: &Contact) -> Option<St
     let records: Vec<usize> = (0..history.time.len()).filter(is_place).collect();
     let (first, last) = (*records.first()?, *records.last()?);
     let gap = contact.gap(history);
-    let reach = records.iter().map(|at| x.values[*at].hypot(y.values[*at])).fold(gap.unwrap_or(0.0), f64::max);
-    let reach = if reach > 0.0 { 1.12 * reach } else { 1.0 };
+    let reach = reach_of(history, contact, records.iter().map(|at| x.values[*at].hypot(y.values[*at])));
     let length = Scale::of("m", reach);
     let radial = contact.radial(history);
     let most = FRAMES.min((RADII / radial.len().max(1)).max(2)).min(records.len());

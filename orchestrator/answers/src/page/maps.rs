@@ -213,14 +213,17 @@ fn drawn(picture: &Picture<'_>, layers: &Layers, colours: &Colours, number: &str
             traces.push(lines(&pieces, ink, width));
         }
     }
-    for (places, symbol) in [(&layers.diamonds, "diamond-open"), (&layers.crosses, "x")] {
-        if !places.is_empty() {
-            traces.push(place(json!({
-                "type": "scatter", "mode": "markers", "hoverinfo": "skip",
-                "x": places.iter().map(|place| short(place.0)).collect::<Vec<_>>(),
-                "y": places.iter().map(|place| short(place.1)).collect::<Vec<_>>(),
-                "marker": { "symbol": symbol, "size": 8, "color": "rgb(255,255,255)", "line": { "width": 1, "color": "rgb(0,0,0)" } },
-            })));
+    for (places, symbol) in [(&layers.diamonds, "diamond-open"), (&layers.crosses, "x-thin-open")] {
+        // black on white, as in the picture: a white line alone is lost on yellow and grey
+        for (colour, width) in [("rgb(255,255,255)", 5), ("rgb(0,0,0)", 2)] {
+            if !places.is_empty() {
+                traces.push(place(json!({
+                    "type": "scatter", "mode": "markers", "hoverinfo": "skip",
+                    "x": places.iter().map(|place| short(place.0)).collect::<Vec<_>>(),
+                    "y": places.iter().map(|place| short(place.1)).collect::<Vec<_>>(),
+                    "marker": { "symbol": symbol, "size": 9, "color": colour, "line": { "width": width } },
+                })));
+            }
         }
     }
     traces

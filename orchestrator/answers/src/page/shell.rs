@@ -52,11 +52,14 @@ impl Page {
              <a class=\"skip\" href=\"#content\">Skip to the content</a>\n{body}\
              <script type=\"application/json\" id=\"figures\">{figures}</script>\n\
              <script>{LIBRARY}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
-            title = html(&self.title),
+            title = html(&format!("{} \u{2013} bladeoff report", self.title)),
             body = body.text,
         )
     }
 }
+
+/// Longest cell that is a number with its unit, and not a sentence that begins with one \[bytes\].
+const MOST_NUMBER: usize = 24;
 
 #[derive(Default)]
 struct Body {
@@ -112,10 +115,14 @@ impl Body {
     }
 
     fn table(&mut self, table: &Table) {
-        self.put("<div class=\"table\" tabindex=\"0\">\n<table>\n<thead><tr>");
+        // rows of more than two columns are stacked on a narrow page, each cell with its head
+        let is_stacked = table.head.len() > 2;
+        let class = if is_stacked { "table stacked" } else { "table" };
+        self.put(&format!("<div class=\"{class}\" tabindex=\"0\">\n<table>\n<thead><tr>"));
         let is_number = |cell: &String| {
-            cell.is_empty()
-                || cell.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '\u{2212}' | '\u{2013}'))
+            cell.len() <= MOST_NUMBER
+                && (cell.is_empty()
+                    || cell.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '\u{2212}' | '\u{2013}')))
         };
         let filled = |at: usize| table.rows.iter().any(|row| row.get(at).is_some_and(|cell| !cell.is_empty()));
         let right: Vec<bool> = (0..table.head.len())
@@ -126,16 +133,20 @@ impl Body {
             })
             .collect();
         let class = |at: usize| if right.get(at) == Some(&true) { " class=\"number\"" } else { "" };
-        for (at, name) in table.head.iter().enumerate() {
+        // a column without any content is not shown
+        let is_shown = |at: usize| table.rows.is_empty() || filled(at);
+        for (at, name) in table.head.iter().enumerate().filter(|(at, _)| is_shown(*at)) {
             self.put(&format!("<th scope=\"col\"{}>{}</th>", class(at), html(name)));
         }
         self.put("</tr></thead>\n<tbody>\n");
         for row in &table.rows {
             self.put("<tr>");
-            for (at, cell) in row.iter().enumerate() {
+            for (at, cell) in row.iter().enumerate().filter(|(at, _)| is_shown(*at)) {
                 let text = html(cell);
                 let text = if table.verbatim.contains(&at) { format!("<code>{text}</code>") } else { text };
-                self.put(&format!("<td{}>{text}</td>", class(at)));
+                let head = table.head.get(at).filter(|head| is_stacked && !head.is_empty());
+                let head = head.map_or(String::new(), |head| format!(" data-head=\"{}\"", html(head)));
+                self.put(&format!("<td{}{head}>{text}</td>", class(at)));
             }
             self.put("</tr>\n");
         }

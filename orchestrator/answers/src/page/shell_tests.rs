@@ -46,7 +46,8 @@ fn the_library_is_the_published_one_and_the_policy_knows_both_scripts() {
 #[test]
 fn hostile_text_is_text_everywhere() {
     let hostile = "</script><script>alert(1)</script><img src=http://example.org/x onerror=alert(1)>\"'";
-    let table = Table { head: vec![hostile.into()], rows: vec![vec![hostile.into()]], verbatim: vec![0] };
+    let cells = vec![hostile.to_owned(); 3];
+    let table = Table { head: cells.clone(), rows: vec![cells], verbatim: vec![0] };
     let figure = Figure {
         caption: hostile.into(),
         drawing: "<svg></svg>".into(),
@@ -73,6 +74,21 @@ fn hostile_text_is_text_everywhere() {
     assert_eq!(ours.matches("</script").count(), 3);
     assert!(!ours.contains("<img") && !ours.contains("</script><script>alert"));
     assert!(ours.contains("&lt;script&gt;alert(1)"), "it is shown");
+}
+
+#[test]
+fn a_table_has_its_heads_at_the_cells_and_no_empty_column() {
+    let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    let head = words(&["gate", "group", "runs", "why"]);
+    let rows = vec![words(&["a", "", "12 MN", "0 of 400 runs; 46 are left undecided"])];
+    let mut body = Body::default();
+    body.table(&Table { head, rows, verbatim: Vec::new() });
+    assert!(body.text.contains("<td class=\"number\" data-head=\"runs\">12 MN</td>"), "{}", body.text);
+    assert!(body.text.contains("<td data-head=\"why\">0 of 400 runs"), "a sentence wraps: {}", body.text);
+    assert!(!body.text.contains("group"), "{}", body.text);
+    let mut body = Body::default();
+    body.table(&Table { head: words(&["", "value"]), rows: vec![words(&["a", "b"])], verbatim: Vec::new() });
+    assert!(body.text.contains("<td>a</td><td>b</td>") && !body.text.contains("stacked"), "{}", body.text);
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub enum TableError {
     },
     /// Its bytes are not those that were written.
     #[error(
-        "{} is damaged: it has changed since it was written (its BLAKE3 is not the one in manifest.json); the \
+        "{} is damaged: it has changed since it was written (its BLAKE3 is not the recorded one); the \
          `bladeoff run` that made it rewrites it from the record without computing a sample",
         shown(path)
     )]

@@ -50,6 +50,22 @@ fn a_run_beyond_the_model_decides_an_exceedance_below_what_it_had_reached() {
     assert_eq!((below.estimate, below.estimate_if_bad_harmful), (Some(0.9), Some(1.0)));
 }
 
+/// The time of a limit is exact in the runs that have one: their mean is not left open by them.
+#[test]
+fn the_mean_of_the_times_of_a_limit_is_not_undecided() {
+    let mut study = timed(60, 46);
+    for row in 0..46 {
+        study.columns[0].cells[row] = Some(0.1 + 0.37 * (row as f64).sin().abs());
+        study.columns[0].held[row] = study.columns[0].cells[row];
+    }
+    let found = one(&study, mean());
+    assert!(
+        found.low.is_some() && found.high.is_some() && found.estimate == found.estimate_if_bad_harmful,
+        "{found:?}"
+    );
+    assert!(found.beyond == 46 && !found.sentence.contains("undecided"), "{}", found.sentence);
+}
+
 #[test]
 fn a_column_without_a_guarded_value_stands_where_its_run_ended_at_the_limit() {
     let mut study = ramp(10);

@@ -132,7 +132,9 @@ fn a_map_of_a_page_is_the_picture() {
     let of = |key: &str, value: &str| first.iter().filter(|trace| trace[key] == value).count();
     assert_eq!(of("type", "heatmap"), 1);
     assert_eq!(of("fill", "toself"), 1, "the cell of the failed run is split");
-    assert_eq!(of("mode", "markers"), 1, "and has a cross");
+    let marks = first.iter().filter(|trace| trace["mode"] == "markers");
+    let colours: Vec<_> = marks.map(|trace| trace["marker"]["color"].as_str().unwrap_or_default()).collect();
+    assert_eq!(colours, ["rgb(255,255,255)", "rgb(0,0,0)"], "and has a cross, black on white");
     let lines = |colour: &str| first.iter().find(|trace| trace["line"]["color"] == colour);
     assert_eq!(layout["shapes"].as_array().map(Vec::len), Some(2), "a cell is missing: both pictures are hatched");
     // each piece of a contour is two points and a gap

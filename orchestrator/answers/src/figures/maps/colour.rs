@@ -1,6 +1,6 @@
 //! The scale of colour of a kind of pictures, and the levels that are marked on it.
 
-use super::super::style::{Scale, tick, viridis};
+use super::super::style::{Scale, tick, tick_within, viridis};
 use plotters::style::RGBColor;
 
 /// What pictures share a scale.
@@ -85,7 +85,8 @@ impl Colours {
 
     /// A level as it is marked.
     pub fn mark(&self, level: f64) -> String {
-        tick(level * self.scale.factor)
+        let of = |value: f64| value * self.scale.factor;
+        if self.is_logarithmic { tick(of(level)) } else { tick_within(of(level), (of(self.low), of(self.high))) }
     }
 
     /// The place of a value on the scale, 0 to 1.

@@ -1,7 +1,7 @@
 //! One picture: its layers, and its scale beside it.
 
 use super::super::rimmed::rimmed;
-use super::super::style::{FINE, GREY, SMALL, TEXT, tick};
+use super::super::style::{FINE, GREY, SMALL, TEXT, tick_within};
 use super::super::{Area, COLOURS, FigureError};
 use super::colour::{Colours, STEPS};
 use super::layers::{Layers, Picture};
@@ -80,8 +80,8 @@ pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) ->
         .axis_style(BLACK.stroke_width(FINE))
         .x_labels(7)
         .y_labels(8)
-        .x_label_formatter(&|value| tick(*value))
-        .y_label_formatter(&|value| tick(*value))
+        .x_label_formatter(&|value| tick_within(*value, layers.x.ends()))
+        .y_label_formatter(&|value| tick_within(*value, layers.y.ends()))
         .label_style(SMALL.into_font())
         .axis_desc_style(SMALL.into_font())
         .x_desc(&layers.x.label)

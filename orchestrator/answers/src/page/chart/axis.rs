@@ -1,5 +1,6 @@
 //! Axes: what range they show and where their ticks are.
 
+use crate::figures::digits_of;
 use bladeoff_text::document::units::format_digits;
 
 /// Of a letter of a label, as part of the width of a chart.
@@ -113,9 +114,10 @@ impl Axis {
         let step = size * [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * size >= rough).unwrap_or(10.0);
         let first = libm::ceil(low / step - 1e-9);
         let count = libm::floor(high / step + 1e-9) - first;
+        let digits = digits_of(low.abs().max(high.abs()), step).max(4);
         (0..=(count.clamp(-1.0, 20.0) as i64))
             .map(|at| (first + at as f64) * step)
-            .map(|value| (value, shown(value)))
+            .map(|value| (value, with_digits(value, digits)))
             .collect()
     }
 }
@@ -141,7 +143,11 @@ fn power_of_ten(power: i32) -> String {
 /// A number of a chart, four digits.
 #[must_use]
 pub fn shown(value: f64) -> String {
-    if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", 4) }
+    with_digits(value, 4)
+}
+
+fn with_digits(value: f64, digits: usize) -> String {
+    if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", digits) }
 }
 
 /// Share of the way from a low value to a high one, also where their distance is no number that a computer has.
@@ -182,6 +188,15 @@ mod tests {
             Axis::log("", [5.0].into_iter()),
         ] {
             assert!((1..=21).contains(&axis.ticks().len()), "{:?}", axis.ticks());
+        }
+    }
+
+    #[test]
+    fn numbers_of_a_short_range_differ() {
+        for (from, to) in [(3.2171, 3.2174), (-1000.002, -1000.001), (1.5e7, 1.50001e7), (0.0, 3.0)] {
+            let texts: Vec<String> =
+                Axis::numbers("", [from, to].into_iter()).ticks().into_iter().map(|(_, text)| text).collect();
+            assert!(texts.len() > 3 && texts.windows(2).all(|pair| pair[0] != pair[1]), "{texts:?}");
         }
     }
 
