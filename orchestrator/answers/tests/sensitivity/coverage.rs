@@ -91,7 +91,9 @@ fn coverage_of_heavy_tails() {
             .flat_map(|i| both(i, (each[i] - 1.0) / (all - 1.0), (each[i] - 1.0) * all / each[i] / (all - 1.0)))
             .collect()
     };
-    let noted = |indices: &Indices| indices.notes.iter().any(|note| note.contains("of the variance: with such tails, 95 % intervals"));
+    let noted = |indices: &Indices| {
+        indices.notes.iter().any(|note| note.contains("of the variance: with such tails, 95 % intervals"))
+    };
     for (s, least) in
         [([0.3, 0.3, 0.3], 0.88), ([0.8, 0.8, 0.8], 0.82), ([1.2, 1.2, 1.2], 0.72), ([1.5, 0.8, 0.3], 0.72)]
     {
