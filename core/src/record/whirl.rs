@@ -202,8 +202,8 @@ impl WhirlRecorder {
         row.choice(
             "whirl_in_rub",
             WHIRLS,
-            "sense in which the rotor centre turns about the diaphragm's centre for at least 90 % of the time in contact, against \
-             the spin: forward or backward, otherwise mixed; null without contact",
+            "sense in which the rotor centre turns about the diaphragm's centre, relative to the spin: forward or backward for at \
+             least 90 % of the time in contact, otherwise mixed; null without contact",
             of.and_then(Self::whirl),
         );
         row.growing(

@@ -149,7 +149,7 @@ fn fragility(question: &Question, path: &str, event: &str, curve: &Curve, column
     let axes = axes(curve, 2);
     let [(_, from), (_, to)] = curve.columns.get(axes..axes + 2)? else { return None };
     let groups = groups(curve, axes);
-    let what = format!("how probable {event} is, by {path}");
+    let what = format!("probability of {event}, over {path}");
     // as high as the limits are: 3 % of 100 % is nothing to see
     let shares = ["estimate", "estimate_if_bad_harmful", "high"].into_iter().flat_map(|name| cells(curve, name));
     let most = shares.flatten().fold(0.0_f64, |most, share| most.max(100.0 * share));

@@ -55,7 +55,7 @@ pub(super) fn usable(
         }
     }
     if !above.is_empty() {
-        uses.iter_mut().filter(|one| one.word == YES).for_each(|one| restrict(one, &above.join(" and ")));
+        uses.iter_mut().filter(|one| one.word != NO).for_each(|one| restrict(one, &above.join(" and ")));
     }
     let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
     uses.extend(unjudged.iter().cloned().map(|(_, part, is_above_any_steel, why)| {
@@ -97,7 +97,13 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
         _ if bad >= n => (NO, "no run of it is ok".to_owned()),
         _ if is_one_number && !has_interval => (NO, "there is no interval".to_owned()),
         _ if is_one_number && answers.iter().any(|answer| answer.low.is_none() || answer.high.is_none()) => {
-            (RESTRICTED, "it has a limit on one side only".to_owned())
+            let missing = |end: fn(&Answer) -> Option<f64>| answers.iter().all(|answer| end(answer).is_none());
+            let what = match (missing(|answer| answer.low), missing(|answer| answer.high)) {
+                (false, true) => "it has a lower limit only: the value may be far above it",
+                (true, false) => "it has an upper limit only: the value may be far below it",
+                _ => "it has a limit on one side only",
+            };
+            (RESTRICTED, what.to_owned())
         }
         Ask::Sensitivity(_)
             if answers.iter().all(|answer| answer.without_interval().is_some_and(|why| why.starts_with("no "))) =>

@@ -87,7 +87,9 @@ fn table(coordinate: &Coordinate, end: &str, list: &End, subject: Subject<'_>, i
     let rows: Vec<&Extreme> = list.all.iter().chain(list.ok.as_ref().filter(is_listed)).collect();
     let is_marked = rows.iter().any(|row| row.kind.0 != "ok");
     let show = |value: f64| format_digits(value, &coordinate.unit, 5);
-    let mut head = vec!["sample".to_owned(), "status".to_owned(), format!("{end} {}", coordinate.name)];
+    // "largest bearing load", not "largest max bearing load"
+    let name = coordinate.name.strip_prefix("max ").filter(|_| end == "largest").unwrap_or(&coordinate.name);
+    let mut head = vec!["sample".to_owned(), "status".to_owned(), format!("{end} {name}")];
     if is_marked {
         head.push("in the table".to_owned());
     }
