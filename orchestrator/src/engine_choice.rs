@@ -1,4 +1,4 @@
-//! What `run.engine = "auto"` comes to where the file alone cannot say it: the exponential engine cannot start the machine, or a result directory has
+//! Engine of `run.engine = "auto"` where the file alone does not determine it: the exponential engine cannot start the machine, or a result directory has
 //! been begun.
 
 use crate::engine::{self, EngineError};

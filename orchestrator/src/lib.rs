@@ -1,8 +1,8 @@
-//! What a lost blade does to a shaft line: studies of blade-off transients.
+//! Orchestrator: computes studies of blade-off transients on all cores and reports their results.
 //!
-//! From a study file to a result table: [`bladeoff_study`] reads and checks it and numbers its combinations, [`run`]
-//! has them computed by worker processes through [`dispatch`] and [`schedule`], [`bladeoff_record`] records what is done,
-//! [`bladeoff_answers`] writes the table and its summary, [`terminal`] shows the progress. [`cli`] is the way in.
+//! From a study file to a result table: [`bladeoff_study`] reads and checks the file and numbers its samples. [`run`] has
+//! worker processes compute them through [`dispatch`] and [`schedule`]. [`bladeoff_record`] records the results,
+//! [`bladeoff_answers`] writes the table and its summary, [`terminal`] shows the progress. [`cli`] has the commands.
 
 pub mod cli;
 pub mod dispatch;

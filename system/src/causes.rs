@@ -1,4 +1,4 @@
-//! What lies behind an error.
+//! Chain of causes of an error.
 
 use std::error::Error;
 

@@ -1,4 +1,4 @@
-//! What all packages that read and write ask of the system.
+//! Files, folders, locks, threads and random numbers for all packages that read and write.
 //!
 //! [`files`] are written whole or not at all; [`folder`] and [`place`] say how what lies in a directory that others may write in
 //! is opened, [`locks`] who keeps a file locked; [`threads`] and [`guarded`] make errors of what libraries answer with a panic; [`call`] is how a command of this

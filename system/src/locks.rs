@@ -1,4 +1,4 @@
-//! Who holds a lock of the kernel (`flock`), as far as the system tells: by `/proc/locks`, which everybody may read.
+//! Holder of a lock of the kernel (`flock`), from `/proc/locks`, which every user may read.
 //!
 //! Not told are holders on other hosts of a shared file system and in containers that this one does not see. Some file systems
 //! number their devices otherwise there than in `stat`: then a process counts that is known from elsewhere and holds a lock on a file of the

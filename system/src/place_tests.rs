@@ -1,4 +1,4 @@
-//! What stands at a place, and what is done to it.
+//! Tests of what a place contains and of its replacement.
 
 use super::*;
 use crate::folder::Folder;

@@ -1,4 +1,4 @@
-//! What is simulated: a file's text -> [`machine::MachineDef`] (values that may be varied by path) -> [`machine::Machine`]
+//! Machines and outcomes: a file's text -> [`machine::MachineDef`] (values that may be varied by path) -> [`machine::Machine`]
 //! (validated, SI); and what a run of it comes to: [`outcome::Outcome`], a row of the result table. It knows no matrices, modes or
 //! time steps; who computes or varies a machine depends on it.
 //!

@@ -1,4 +1,4 @@
-//! What a study answers: from tables and histories alone, never from a run under way.
+//! Answers of a study, from tables and histories alone, never from a run in progress.
 //!
 //! ```text
 //! rows --tables--> results.parquet --tables--> columns --report--> summary as text

@@ -1,4 +1,4 @@
-//! What can go wrong with the record, and which of it is damage.
+//! Errors of the record, and which of them are damage.
 
 use super::entry::EntryError;
 use super::layout::RECORD_VERSION;

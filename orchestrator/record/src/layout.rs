@@ -1,4 +1,4 @@
-//! What the store is made of.
+//! Tables of the store.
 
 use redb::TableDefinition;
 

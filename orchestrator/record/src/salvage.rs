@@ -1,4 +1,4 @@
-//! What is left in a damaged store: entries are recognised by themselves, wherever in the file they stand.
+//! Search of a damaged store: entries are recognised anywhere in the file.
 //!
 //! The file is read in pieces, holes are skipped: what somebody has made huge takes neither memory nor time.
 

@@ -1,4 +1,4 @@
-//! What the record keeps, and what is left of a damaged one.
+//! Tests of the record, and of the salvage of a damaged one.
 
 use super::*;
 use bladeoff_model::outcome::{CauseSet, EndCause, Outcome, Status};

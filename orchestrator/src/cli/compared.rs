@@ -1,4 +1,4 @@
-//! What is compared: a result directory with what it knows of its study, or a table alone.
+//! Sides of a comparison: a result directory with its study, or a table alone.
 
 use super::error::CliError;
 use super::refusals::NotCompared;

@@ -1,4 +1,4 @@
-//! What was probably meant by a word of the command line that is refused, where clap does not say it.
+//! Suggestions for a refused word of the command line, where clap has none.
 
 use bladeoff_system::call::word;
 

@@ -1,4 +1,4 @@
-//! What `status` shows of a directory of shards.
+//! Output of `status` for a directory of shards.
 
 use super::error::CliError;
 use crate::run::Stage;

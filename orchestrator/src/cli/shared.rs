@@ -1,4 +1,4 @@
-//! What the samples of a study share, and which of them are computed twice: what `check` says of their cost.
+//! Cost of a study in `check`: structures that samples share, and samples that are computed twice.
 
 use bladeoff_answers::summary::counted;
 use bladeoff_core::engine::exponential::same_bases;

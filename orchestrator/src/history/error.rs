@@ -1,4 +1,4 @@
-//! What can go wrong with a history.
+//! Errors of a history.
 
 use super::version::HISTORY_VERSION;
 use bladeoff_answers::tables::TableError;

@@ -1,4 +1,4 @@
-//! What a report shows of rows: one pass over the table, whatever its length.
+//! Rows of a report: one pass over the table, whatever its length.
 //!
 //! Thinning is a function of sample numbers alone: those with the smallest hashes are kept, so neither the order of rows nor who computed them
 //! matters. Rows that are not ok are thinned by cause, so that a rare cause is whole.

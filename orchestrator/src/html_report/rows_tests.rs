@@ -1,4 +1,4 @@
-//! What is kept of a long table.
+//! Tests of the rows that are kept of a long table.
 
 use super::*;
 use bladeoff_answers::tables::Cells;

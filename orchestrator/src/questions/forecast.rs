@@ -1,4 +1,4 @@
-//! What more points narrow intervals to, the scatter so far taken for that to come: another hour and night at the pace of the run, up to
+//! Forecast of intervals with more points, from the scatter so far: another hour and night at the pace of the run, up to
 //! the end of the design; of a complete study, what four times its points would do.
 
 use super::Answering;

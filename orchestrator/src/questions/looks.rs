@@ -1,4 +1,4 @@
-//! What a report needs of questions beyond their answers: how each figure came about, from the first points to all.
+//! Course of each answer for the report, from the first points to all.
 
 use super::vocabulary::Vocabulary;
 use super::{Answering, AnsweringError, note_related, read};

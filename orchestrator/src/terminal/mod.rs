@@ -1,4 +1,4 @@
-//! What a person reads while a study runs: progress, time left; and one run in words.
+//! Output on the terminal: progress and time left of a study, summary of one run.
 
 mod advice;
 mod bar;

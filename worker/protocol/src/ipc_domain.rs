@@ -1,4 +1,4 @@
-//! What iceoryx2 knows of the processes of a domain.
+//! Processes of a domain, as iceoryx2 lists them.
 
 use iceoryx2::prelude::*;
 

@@ -1,4 +1,4 @@
-//! What the orchestrator and its workers say to each other, and how it travels.
+//! Messages between orchestrator and workers, and the transports that carry them.
 //!
 //! A worker asks for work, the orchestrator answers with a batch of samples; the worker reports results and asks again
 //! (pull). A worker never has more than one request open, so no queue can fill. [`messages`] are fixed-size blocks of

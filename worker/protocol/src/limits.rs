@@ -1,4 +1,4 @@
-//! What this process may open, against what a run needs.
+//! Limit of open files of this process, compared with the need of a run.
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 

@@ -1,4 +1,4 @@
-//! What a run's directory and its memory are called, and where they are looked for.
+//! Names of a run's directory and memory, and the places where they are searched.
 
 use std::path::PathBuf;
 

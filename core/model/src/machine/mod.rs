@@ -1,4 +1,4 @@
-//! What is simulated: a machine file's text -> [`MachineDef`] (values that may be varied by path) -> [`Machine`]
+//! Machine: text of a machine file -> [`MachineDef`] (values that may be varied by path) -> [`Machine`]
 //! (validated, SI).
 //!
 //! ```text

@@ -1,4 +1,4 @@
-//! What a column of the result table is. Which there are is declared by the solver, by the recorders that fill them.
+//! Columns of the result table. The recorders that fill them declare them.
 
 /// Columns of an outcome at most: what a message between processes carries. The widest machine that the input allows has fewer.
 pub const MAX_COLUMNS: usize = 2048;

@@ -1,4 +1,4 @@
-//! What a run reports: status, cause, and one number per column of the result table. The solver makes it, processes hand it on, tables
+//! Outcome of a run: status, cause, and one number per column of the result table. The solver makes it, processes hand it on, tables
 //! keep it: those who only hand on or keep need no solver.
 
 mod causes;

@@ -1,4 +1,4 @@
-//! What machine files and study files share: a TOML tree that knows where everything stands, the list of all problems
+//! Reader of machine files and study files: a TOML tree with the place of each value, the list of all problems
 //! of a file, nearest names, quantities with units, and text from outside made visible.
 
 mod json;

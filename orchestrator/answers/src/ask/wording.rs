@@ -1,4 +1,4 @@
-//! What is asked, and what is said of rows that have no value, in words.
+//! Wording of questions, and of rows without a value.
 
 use super::mapped::map_in_words;
 use super::question::{Ask, Figure, Question};

@@ -1,4 +1,4 @@
-//! What is compared, and what is asked of it.
+//! Request of a comparison: tables, columns, tolerances.
 
 use super::draw::Draw;
 use std::path::PathBuf;

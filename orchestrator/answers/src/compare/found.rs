@@ -1,4 +1,4 @@
-//! What comparing two tables gives.
+//! Result of a comparison of two tables.
 
 use super::circle;
 use crate::estimate::figures::{Figures, Method};

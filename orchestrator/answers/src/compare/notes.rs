@@ -1,4 +1,4 @@
-//! What a reader has to know of the matching: why rows have no partner, and what would give them one.
+//! Notes on the matching: why rows have no partner, and how they would get one.
 
 use super::asked::Source;
 use super::error::CompareError;

@@ -1,4 +1,4 @@
-//! What tables say of where they come from, side by side.
+//! Provenance of two tables, side by side.
 
 use super::found::Differs;
 use crate::tables::{TableError, read_metadata};

@@ -1,4 +1,4 @@
-//! What is asked: a study's columns in sample order, and the design that its points come from.
+//! Input of an estimate: a study's columns in sample order, and the design that its points come from.
 //!
 //! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
 

@@ -1,4 +1,4 @@
-//! What is known of each point of a group: whether a condition holds, or a column's value.
+//! Bounds at each point of a group: whether a condition holds, or a column's value.
 //!
 //! ```text
 //! ok row                          the condition by its program, the value as it stands

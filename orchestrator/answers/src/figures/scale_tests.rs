@@ -1,4 +1,4 @@
-//! What is drawn to scale, measured in the picture.
+//! Tests of the scale of drawings, measured in the picture.
 
 use super::{Figure, RingShape, machine, orbits, rings};
 use crate::figures::contacts;

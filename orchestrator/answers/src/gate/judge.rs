@@ -1,4 +1,4 @@
-//! What a gate decides in each group, and the sentence that says so.
+//! Decision of a gate in each group, and its sentence.
 
 use super::look::{Deciding, FIRST_LOOK, MOST_POINTS, deciding, last_look};
 use super::require::Gate;

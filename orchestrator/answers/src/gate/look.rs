@@ -1,4 +1,4 @@
-//! When a gate may be asked half-way, and how many points would decide it.
+//! Interim analyses of a gate, and the number of points that would decide it.
 //!
 //! ```text
 //! look k = 0, 1, ...   at the first 256 2^k points, at level alpha/2^(k+1):  the levels of all looks sum to less than alpha

@@ -1,4 +1,4 @@
-//! Where a map of given values is refined: between combinations of unlike regime, or on different sides of the event.
+//! Refinement of a map of given values: between combinations of unlike regime, or on different sides of the event.
 //!
 //! The values of both axes are the finest grid there will be. Of it some are computed first, evenly over both axes; a rectangle between
 //! them is halved along both axes as long as anything known on it differs:

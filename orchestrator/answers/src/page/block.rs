@@ -1,4 +1,4 @@
-//! What a page is made of.
+//! Blocks and sections of a page.
 
 use super::figure::Figure;
 use super::table::Table;

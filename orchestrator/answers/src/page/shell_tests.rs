@@ -1,4 +1,4 @@
-//! What a page lets in and out.
+//! Tests of the policy of a page: scripts and requests.
 
 use super::*;
 use crate::page::Plot;

@@ -1,4 +1,4 @@
-//! What any table of random points says, whatever its design.
+//! Sensitivities from any table of random points, regardless of its design.
 //!
 //! ```text
 //! rows with a number --> spearman, rank regression (regression.rs)      t of 16 parts, each left out once (jackknife)

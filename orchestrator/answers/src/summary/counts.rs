@@ -1,4 +1,4 @@
-//! What became of rows, by status and cause.
+//! Counts of rows by status and cause.
 
 use std::collections::BTreeMap;
 

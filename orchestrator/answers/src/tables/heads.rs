@@ -1,4 +1,4 @@
-//! What a result table says of its columns, without reading a row.
+//! Columns of a result table, read without its rows.
 
 use super::TableError;
 use super::read::{checked_reader, failed};

@@ -90,7 +90,7 @@ fn replicates_have_an_interval_from_sixteen_on() {
     let plain = Made { scrambled: false, ..replicated(values(), DesignKind::Sobol, 16) };
     assert!(one(&plain, mean()).notes[0].contains("without scrambling"));
     let part = replicated(made(&[1.0; 16 * 48]), DesignKind::LatinHypercube, 16);
-    assert!(one(&part, mean()).notes[0].contains("in part"));
+    assert!(one(&part, mean()).notes[0].contains("incomplete hypercube"));
     assert_eq!(one(&part, mean()).low, None);
     let singly = replicated(values(), DesignKind::OneAtATime, 1);
     let found = one(&singly, probability("y > 50"));

@@ -54,7 +54,7 @@ fn more_points_than_a_study_has_are_said_to_be() {
         for complete in [true, false] {
             let found = judged(&gate(bound), &Made { complete, ..study(0, points) });
             assert_eq!((found.verdict, found.more), (Verdict::Open, None), "{}", found.sentence);
-            let says = "at this rate more points than a study may have (100000000) would be needed";
+            let says = "at this rate more points would be needed than a study may have (100000000)";
             assert!(found.sentence.contains(says), "{bound}: {}", found.sentence);
         }
     }

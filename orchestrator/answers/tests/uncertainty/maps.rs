@@ -425,7 +425,7 @@ fn the_words_of_a_map_are_understood_or_told() {
     }
     for (def, part) in [
         (def("x", "u", "z"), "`u` is not a varied parameter or variable"),
-        (def("way", "y", "z"), "`way` has words"),
+        (def("way", "y", "z"), "`way` is a column of words"),
         (def("x", "x", "z"), "both axes are `x`"),
         (def("x", "y", "P(zz > 1)"), "zz"),
         (def("x", "y", "zz"), "there is no column `zz`"),

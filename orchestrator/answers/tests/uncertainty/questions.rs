@@ -118,7 +118,7 @@ fn every_mistake_is_told_at_once_with_the_nearest_name() {
     };
     assert!(read(difference("hyp1", "hyp2", "way")).is_ok());
     assert!(one(difference("hyp1", "hyp1", "way")).contains("both are"));
-    assert!(one(difference("hyp1", "hyp3", "way")).contains("hyp3 is no value of `way`: hyp1, hyp2"));
+    assert!(one(difference("hyp1", "hyp3", "way")).contains("hyp3 is not a value of `way`: hyp1, hyp2"));
     assert!(one(difference("hyp1", "hyp2", "wya")).contains("did you mean `way`?"));
     let lone = QuestionDef { vary: None, ..difference("hyp1", "hyp2", "way") };
     assert!(one(lone).contains("belong together"));
@@ -142,7 +142,7 @@ fn a_gate_is_read_or_refused_with_words() {
     }
     for (text, part) in [
         ("P(max_bearing_load_N > 1) <= 0.1", "write `<`"),
-        ("P(max_bearing_load_N > 1) > 0.1", "small enough"),
+        ("P(max_bearing_load_N > 1) > 0.1", "a gate checks that a probability is small"),
         ("max_bearing_load_N < 5", "a gate is `P(CONDITION) < BOUND`"),
         ("Q(0.95, max_bearing_load_N) < 5", "a gate is"),
         ("P(max_bearing_load_N > 1 < 0.1", "`)` is missing"),

@@ -1,4 +1,4 @@
-//! What a storm found.
+//! Errors that a storm of kills finds.
 
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;

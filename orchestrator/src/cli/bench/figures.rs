@@ -1,4 +1,4 @@
-//! What was measured, as a table and as JSON.
+//! Results of a benchmark, as a table and as JSON.
 
 use bladeoff_answers::summary::{Align, TextTable};
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! What is measured on: a folder, and how busy the machine is.
+//! Conditions of a benchmark: its folder, and the load of the machine.
 
 use super::super::error::CliError;
 use bladeoff_answers::summary::counted;

@@ -1,4 +1,4 @@
-//! What batches are for: samples of several lengths in batches as a run makes them and one by one, side by side.
+//! Benefit of batches: samples of several lengths in batches as a run makes them and one by one, side by side.
 
 use super::super::error::CliError;
 use super::stand_in::{Nobody, Numbers, RecordSink, options};

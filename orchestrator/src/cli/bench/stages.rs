@@ -1,4 +1,4 @@
-//! What a result directory of many recorded results costs, each stage in a process of its own: peak memory is that of a
+//! Cost of a result directory with many recorded results, each stage in a process of its own: peak memory is that of a
 //! process, and the largest stage would hide the others.
 
 use super::super::error::CliError;

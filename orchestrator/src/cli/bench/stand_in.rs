@@ -1,4 +1,4 @@
-//! What stands in for a study in measurements of the dispatch: samples that compute nothing, with a record as a run's.
+//! Substitute for a study in measurements of the dispatch: samples that compute nothing, with a record as a run's.
 
 use super::super::error::CliError;
 use crate::dispatch::{self, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot};

@@ -1,4 +1,4 @@
-//! What a worker says to the orchestrator: every message is a request that gets one answer.
+//! Messages of a worker to the orchestrator: every message is a request that gets one answer.
 
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 

@@ -1,4 +1,4 @@
-//! What the orchestrator says to a worker.
+//! Messages of the orchestrator to a worker.
 
 use super::block::{Block, HEADER, Header, MessageError, Reader, Writer, at_most};
 use super::{BatchId, MAX_BATCH, MAX_BATCH_VALUES, MAX_PARAMS, RunId, WorkerId};

@@ -1,4 +1,4 @@
-//! What the exponential engine covers; what it does not is refused here, by name and place, where that engine is asked for, and decides
+//! Coverage of the exponential engine; a machine outside of it is refused here, by name and place, where that engine is asked for, and decides
 //! where `run.engine = "auto"` asks for none.
 
 use super::path::joined;

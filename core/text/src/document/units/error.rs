@@ -1,4 +1,4 @@
-//! What can be wrong with a quantity.
+//! Errors of a quantity with unit.
 
 use thiserror::Error;
 
