@@ -74,7 +74,7 @@ fn turbine_reduced_equals_full_over_the_rub_after_release_as_its_convergence_pre
 #[test]
 fn turbine_reduced_equals_full_in_heavy_rub_torsional_moments_included() {
     // a gap of 5 mm: the swing of the release presses for most of the run, nearly every step with several contact points
-    let changes = [("run.end_time", "0.1"), ("contact.gap", "5 mm")];
+    let changes = [("run.end_time", "0.16"), ("contact.gap", "5 mm")];
     let [ours, full] = ["reduced", "full"].map(|engine| {
         let row =
             run(machine_with(&study_machine("lp_turbine_paper"), &[&changes[..], &[("run.engine", engine)]].concat()));
