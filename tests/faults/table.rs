@@ -106,8 +106,12 @@ fn a_changed_table_is_refused_by_all_that_read_it_and_made_again_by_run() {
         ] {
             let said = say(command);
             assert_eq!((said.code, said.out.as_str()), (6, ""), "{command:?}: {}", said.err);
-            assert!(said.err.contains("results.parquet is damaged: it is not as it was written"), "{}", said.err);
-            assert!(said.err.contains("makes it again"), "{}", said.err);
+            assert!(
+                said.err.contains("results.parquet is damaged: it has changed since it was written"),
+                "{}",
+                said.err
+            );
+            assert!(said.err.contains("rewrites it from the record"), "{}", said.err);
         }
         let csv = complete.folder.path("t.csv");
         assert_eq!(say(&["export", out, "--csv", "--out", csv.to_str().expect("UTF-8")]).code, 6);
@@ -163,7 +167,11 @@ fn a_changed_copy_of_study_or_machine_is_refused_by_all_that_read_rows() {
             ] {
                 let said = say(command);
                 assert_eq!((said.code, said.out.as_str()), (6, ""), "{command:?}: {}", said.err);
-                assert!(said.err.contains(&format!("{name} is damaged: it is not as it was written")), "{}", said.err);
+                assert!(
+                    said.err.contains(&format!("{name} is damaged: it has changed since it was written")),
+                    "{}",
+                    said.err
+                );
             }
         });
         assert!(!page.exists());

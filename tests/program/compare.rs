@@ -281,7 +281,7 @@ fn what_is_named_wrongly_is_told_all_at_once() {
     bytes[middle] ^= 1;
     fs::write(&path, bytes).expect("written");
     let said = say(&["compare", &a, &a]);
-    assert!(said.code == 6 && said.err.contains("is not as it was written"), "{} {}", said.code, said.err);
+    assert!(said.code == 6 && said.err.contains("has changed since it was written"), "{} {}", said.code, said.err);
 }
 
 #[test]
