@@ -406,22 +406,3 @@ fn a_rub_during_a_short_circuit_agrees_between_the_engines() {
         }
     }
 }
-
-/// A torque starts a rotor that its brake holds: `J W' = T - c0`.
-#[test]
-fn a_torque_starts_a_rotor_at_rest_against_its_brake() {
-    for engine in ENGINES {
-        let of = |torque: f64| {
-            run(machine(&format!(
-                "schema = 1\nname = \"start\"\n[run]\nengine = \"{engine}\"\n{} = 1e-4\nend_time = 0.5\n[rotor]\nkind = \"point-mass\"\nmass = 2\n\
-                 polar_inertia = 0.5\ninitial_speed = 0\n[rotor.bearings.b]\nstiffness = 1e4\n[braking]\nconstant = 1\n\
-                 speeds = [0, 1000]\ntorques = [1, 1]\n\
-                 [torques.motor]\ntimes = [0.1, 0.1]\nvalues = [0, {torque:?}]\n",
-                key(engine)
-            )))
-        };
-        close("speed", of(5.0).value("end_speed_rad_s"), 3.0 / 0.5 * 0.4, 1e-9);
-        let held = of(1.5).value("end_speed_rad_s");
-        assert!(held.abs() < 1e-12, "{engine}: {held}");
-    }
-}
