@@ -143,8 +143,12 @@ fn at_rest(machine: &Machine) -> String {
     let mut lines =
         vec![format!("Static equilibrium: largest displacement {}{place}", format_digits(found.sag, "m", 4))];
     let mut pedestals = found.pedestals.iter();
-    let components =
-        |[x, y]: &[f64; 2]| format!("{} along X, {} along Y", format_digits(*x, "N", 4), format_digits(*y, "N", 4));
+    let components = |force: &[f64; 2]| {
+        // beside the other component this is rounding
+        let least = 1e-9 * force[0].abs().max(force[1].abs());
+        let [x, y] = force.map(|value| format_digits(if value.abs() < least { 0.0 } else { value }, "N", 4));
+        format!("{x} along X, {y} along Y")
+    };
     for (bearing, force) in machine.rotor.bearings.iter().zip(&found.bearings) {
         lines.push(format!("  force on bearing {}: {}", bearing.name, components(force)));
         if let Some(force) = bearing.pedestal.and_then(|_| pedestals.next()) {

@@ -18,7 +18,7 @@ const BLADES: &str = "count = 8\n";
 /// The whole diaphragm is replaced.
 const DIAPHRAGM: &str = "";
 
-const FEATURES: [Feature; 32] = [
+const FEATURES: [Feature; 34] = [
     ("detection `hyp2`, flexible ring", DETECTION, "detection = \"hyp2\"\n"),
     ("detection `hyp1`", DETECTION, "detection = \"hyp1\"\n"),
     ("detection `hyp2-frozen`", DETECTION, "detection = \"hyp2-frozen\"\n"),

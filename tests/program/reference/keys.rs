@@ -6,7 +6,7 @@ use bladeoff_study::uncertain::Distribution;
 use bladeoff_study::{STUDY_KEYS, STUDY_TABLES};
 
 /// Begin of a path, and its heading; the longest begin that fits counts.
-const SECTIONS: [(&str, &str); 16] = [
+const SECTIONS: [(&str, &str); 17] = [
     ("", "The file"),
     ("run.", "`[run]`: end, engine, steps, modes"),
     ("run.guard.", "`[run.guard]`: numerical checks"),

@@ -8,6 +8,9 @@ use crate::machine::model::Engine;
 use crate::machine::schema::{CONTACT_STEP, END_TIME, ENGINE, STEP};
 use bladeoff_text::document::units::format_quantity;
 
+/// Group of the tables of torques.
+const TORQUES: &str = "torques";
+
 /// The engine of a machine, and why; `None`: it is not known what the file wants.
 pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
     let word = reader.word(ENGINE)?;
@@ -16,12 +19,19 @@ pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
         // whether it can be is asked by `check`
         None if reader.number(CONTACT_STEP).is_some() => (Engine::Exponential, EngineReason::ContactStep),
         None if reader.number(STEP).is_some() => (Engine::Reduced, EngineReason::Step),
+        // what it neglects of torsional vibration may change loads by per cents: who accepts that names it
+        None if !reader.layout.group(TORQUES).is_empty() => (Engine::Reduced, EngineReason::NotCovered(neglected())),
         None => match gaps(reader).into_iter().next() {
             Some(Gap { not_covered, .. }) => (Engine::Reduced, EngineReason::NotCovered(not_covered)),
             None => (Engine::Exponential, EngineReason::Covered),
         },
     };
     Some(EngineChoice { engine, reason })
+}
+
+/// What the engine leaves out where torques excite torsional vibration.
+fn neglected() -> NotCovered {
+    NotCovered { path: TORQUES.to_owned(), what: "gyroscopic moments of torsional vibration".to_owned() }
 }
 
 pub(super) fn check(reader: &mut Reader<'_>) {

@@ -93,7 +93,7 @@ pub(super) const KEYS: &[Key] = &[
     key(TWIN_LIMIT, Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
         "a run is `sensitive` if a result of its twin differs by more than this part of its own"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
-        "run invalid if the normal contact work exceeds this part of the largest of: friction energy, energy of the lateral motion, a thousandth of the initial energy"),
+        "run invalid if the normal contact work exceeds this part of the largest of: friction energy, energy of the lateral motion during contact, a thousandth of the initial energy"),
     key("run.guard.energy_balance", Kind::Number(""), Need::Optional("1e-6, with the engine exponential 1e-5"), Range::POSITIVE, When::Always,
         "run invalid if the energy error exceeds this part of the largest total energy"),
     key("run.guard.penetration", Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
