@@ -317,7 +317,7 @@ fn every_correlated_parameter_is_named() {
     let (_, answers) = answered(&folder, "s105", &(text + &question("sobol")));
     let notes = answers[0]["notes"].to_string();
     let (_, named) = notes.split_once("are correlated, ").expect("a note");
-    let (named, _) = named.split_once("; a total index").expect("its end");
+    let (named, _) = named.split_once(". A total index").expect("its end");
     let mut named: Vec<&str> = named.split(", ").collect();
     named[2..5].sort_unstable();
     assert_eq!(named[..6], ["x58 0.79", "x20 -0.75", "x21 -0.38", "x36 0.38", "x4 -0.38", "x42 0.37"]);
@@ -351,7 +351,7 @@ fn check_warns_of_replicates_with_too_few_points_for_their_parameters() {
     };
     for kind in ["sobol", "halton"] {
         let said = notes(30, &format!("kind = \"{kind}\"\nsamples = 64"));
-        let begin = "Note: 64 points of a replicate are few for 30 parameters: the values of x";
+        let begin = "Note: 64 points of a replicate are few for 30 parameters. The values of x";
         assert!(said.contains(begin) && said.contains(" of 435 pairs have one above 0.1 or below -0.1"), "{said}");
         let said = notes(3, &format!("kind = \"{kind}\"\nsamples = 64"));
         assert!(!said.contains(" are few for "), "{said}");

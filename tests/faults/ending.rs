@@ -189,7 +189,7 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     assert_eq!(found, (3000, "samples".to_owned(), "stop".to_owned()));
     // an easier rule: the surplus stays in the record
     let (said, (points, ..)) = run_with(TENTH);
-    assert!(points < 3000 && said.err.contains("6000 of 40000 samples are there already"), "{}", said.err);
+    assert!(points < 3000 && said.err.contains("6000 of 40000 samples are already finished"), "{}", said.err);
     let fresh = folder.write("fresh.toml", &with(TENTH));
     assert_eq!(run(&folder, &fresh, "fresh", &[]).code, 0);
     let rows = |out: &str| crate::support::table(&folder.name(out));
@@ -227,10 +227,10 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     );
     // back, and then to the whole design
     let (said, found) = run_with("\n[stop]\nsamples = 3000\n");
-    assert!(found.0 == 3000 && said.err.contains("6000 of 40000 samples are there already"), "{}", said.err);
+    assert!(found.0 == 3000 && said.err.contains("6000 of 40000 samples are already finished"), "{}", said.err);
     folder.write("s.toml", STUDY);
     let whole = run(&folder, &study, "out", &[]);
-    assert!(whole.code == 0 && whole.err.contains("6000 of 40000 samples are there already"), "{}", whole.err);
+    assert!(whole.code == 0 && whole.err.contains("6000 of 40000 samples are already finished"), "{}", whole.err);
     assert_eq!((rows("out").1.len(), &json(&folder, "out", "manifest.json")["stop"]), (40_000, &Value::Null));
 }
 
@@ -282,7 +282,7 @@ fn a_design_that_ends_first_is_complete_and_says_so() {
     let said = run(&folder, &study, "out", &[]);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(
-        said.out.contains("all 600 points are done, and not every interval is as narrow as [stop] asks"),
+        said.out.contains("all 600 points are done, and not every interval is as narrow as [stop] requires"),
         "{}",
         said.out
     );
@@ -391,7 +391,7 @@ fn what_cannot_stop_a_study_is_refused() {
             &format!("\"sobol\"\nsamples = 256\nreplicates = {replicates}"),
         )
     };
-    assert!(refused(&(sequence(20) + TENTH)).contains("would cut 20 replicates"));
+    assert!(refused(&(sequence(20) + TENTH)).contains("would split 20 replicates"));
     assert!(refused(&(sequence(8) + TENTH)).contains("fewer than 16 replicates"));
     assert!(refused(&(sequence(16) + "\n[stop]\nsamples = 100\n")).contains("are not a complete design"));
     let grid = STUDY.replace("[design]\nkind = \"monte-carlo\"\nsamples = 20000\n", "") + "\n[stop]\nsamples = 10\n";

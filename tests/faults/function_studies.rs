@@ -119,7 +119,7 @@ fn a_grid_of_a_function_is_a_table_of_its_values_with_failed_rows_where_it_has_n
     assert!(there("study.toml") && there("plan.json") && !there("machine.toml") && !there("basis.bin"));
     // The same failures are not computed again.
     let again = say(&["run", &study, "--out", &out]);
-    assert!(again.code == 4 && again.err.contains("nothing is computed"), "{}", again.err);
+    assert!(again.code == 4 && again.err.contains("nothing to compute"), "{}", again.err);
 }
 
 #[test]
@@ -242,7 +242,7 @@ fn a_changed_formula_is_refused_and_a_grown_study_keeps_what_is_there() {
     assert!(before == fs::read(folder.path("out/results.parquet")).expect("the table"));
     folder.write("random.toml", &RANDOM.replace("samples = 600", "samples = 700"));
     let grown = say(&["run", &study, "--out", &out, "--workers", "2"]);
-    assert!(grown.code == 0 && grown.err.contains("1200 of 1400 samples are there already"), "{}", grown.err);
+    assert!(grown.code == 0 && grown.err.contains("1200 of 1400 samples are already finished"), "{}", grown.err);
     let fresh = folder.name("fresh");
     assert_eq!(say(&["run", &study, "--out", &fresh, "--workers", "2"]).code, 0);
     let bytes = |out: &str| fs::read(folder.path(out).join("results.parquet")).expect("the table");
@@ -344,7 +344,7 @@ fn a_morris_study_grows_by_trajectories_and_is_limited_to_whole_ones() {
     folder.write("ishigami.toml", &design(30));
     let grown = say(&["run", &study, "--out", &out, "--workers", "2"]);
     // points of a grid come again, and are not computed again
-    let there = grown.err.lines().find_map(|line| line.split_once(" of 120 samples are there already"));
+    let there = grown.err.lines().find_map(|line| line.split_once(" of 120 samples are already finished"));
     let there: u32 = there.and_then(|(count, _)| count.parse().ok()).unwrap_or_else(|| panic!("{}", grown.err));
     assert!(grown.code == 0 && (80..120).contains(&there), "{}", grown.err);
     assert_eq!(rows(&out).1[..80], all[..]);
@@ -368,7 +368,11 @@ fn a_question_about_a_value_that_a_part_leaves_out_is_refused_before_anything_is
     assert_eq!(refused.code, 3, "{}", refused.err);
     let line = 1 + text.lines().position(|line| line.starts_with("difference")).expect("the line");
     assert!(refused.err.contains(&format!("random.toml:{line}:14: question[0].difference")), "{}", refused.err);
-    assert!(refused.err.contains("4 is no value of `k`: 1, 8") && refused.err.contains("--scale"), "{}", refused.err);
+    assert!(
+        refused.err.contains("4 is not a value of `k`: 1, 8") && refused.err.contains("--scale"),
+        "{}",
+        refused.err
+    );
     assert!(!folder.path("out").exists(), "nothing was begun");
     let limited = say(&["run", &study, "--out", &out, "--limit", "10"]);
     assert!(limited.code == 0 && limited.out.contains("k = 1 less 4"), "{}{}", limited.out, limited.err);

@@ -72,7 +72,7 @@ fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     let text = status_text(&out);
     assert!(text.contains(&format!("done       {done} of 20 samples")), "{text}");
     let again = run(&study, &out, &[]);
-    assert!(again.err.contains(&format!("{done} of 20 samples are there already")), "{}", again.err);
+    assert!(again.err.contains(&format!("{done} of 20 samples are already finished")), "{}", again.err);
     assert_eq!(status(&out)["state"], "complete");
 }
 
@@ -101,7 +101,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     assert!(text.contains(&go_on), "{text}");
     let again = run(&study, &moved, &[]);
     assert_eq!(again.code, 0, "{}", again.err);
-    assert!(again.err.contains(&format!("{done} of 20 samples are there already")), "{}", again.err);
+    assert!(again.err.contains(&format!("{done} of 20 samples are already finished")), "{}", again.err);
 }
 
 #[test]
@@ -174,7 +174,7 @@ fn a_directory_that_cannot_be_written_is_compared_all_the_same() {
     drop(read_only);
     assert_eq!((complete.code, refused.code, incomplete.code), (0, 3, 6), "{}", complete.err);
     assert!(
-        complete.err.contains("nothing is computed") && complete.out.contains("20 of 20 samples"),
+        complete.err.contains("nothing to compute") && complete.out.contains("20 of 20 samples"),
         "{}",
         complete.err
     );
@@ -183,7 +183,7 @@ fn a_directory_that_cannot_be_written_is_compared_all_the_same() {
         "{}",
         refused.err
     );
-    assert!(incomplete.err.contains("20 of 36 samples are there already"), "{}", incomplete.err);
+    assert!(incomplete.err.contains("20 of 36 samples are already finished"), "{}", incomplete.err);
     assert!(incomplete.err.contains("run.lock") && incomplete.err.contains("Permission denied"), "{}", incomplete.err);
     assert!(files(Path::new(&out)) == before);
 }
@@ -201,7 +201,7 @@ fn what_is_lost_beside_a_complete_record_is_made_again() {
     let runs_again = |words: &str| {
         let again = run(&study, &out, &[]);
         assert!(
-            again.code == 0 && again.err.contains("nothing is computed") && again.err.contains(words),
+            again.code == 0 && again.err.contains("nothing to compute") && again.err.contains(words),
             "{}",
             again.err
         );

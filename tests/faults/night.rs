@@ -156,19 +156,19 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
         "{}",
         said.err
     );
-    assert!(said.err.contains("19 of 20 samples are there already, 1 is computed"), "{}", said.err);
+    assert!(said.err.contains("19 of 20 samples are already finished, 1 is computed"), "{}", said.err);
     // Nobody kills any more: the row is the one it would have been, and then nothing else is computed.
     let said = run(&study, &out, &[], Some(&fault("over", "do=kill,times=0")));
     assert!(said.code == 0 && bytes(&out) == bytes(&calm), "{}", said.err);
     let said = run(&study, &out, &[], None);
-    assert!(said.code == 0 && said.err.contains("nothing is computed"), "{}", said.err);
+    assert!(said.code == 0 && said.err.contains("nothing to compute"), "{}", said.err);
     // A crash stays: the sample is to blame.
     let out = folder.name("crashed");
     let said = run(&study, &out, &[], Some(&fault("crash", "do=abort,times=99")));
     assert!(said.code == 4 && (2..=3).contains(&fired("crash")), "{}", said.err);
     assert_eq!(crate::support::table(&out).1[3][at("cause")], "worker_crashed");
     let said = run(&study, &out, &[], None);
-    assert!(said.code == 4 && said.err.contains("nothing is computed"), "{}", said.err);
+    assert!(said.code == 4 && said.err.contains("nothing to compute"), "{}", said.err);
 }
 
 #[test]

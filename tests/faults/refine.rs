@@ -182,7 +182,7 @@ fn the_table_is_the_same_on_one_and_three_workers_and_after_kills() {
         assert!(status.code == 0 && status.out.contains("killed"), "{when}: {}{}", status.out, status.err);
         let again = run(&folder, &study, &out, &[]);
         if number > 0 {
-            assert!(again.err.contains(" of 1089 samples are there already"), "{when}: {}", again.err);
+            assert!(again.err.contains(" of 1089 samples are already finished"), "{when}: {}", again.err);
         }
         assert!(bytes(&folder, "one") == bytes(&folder, &out), "{when}: another table");
         assert_eq!(left_behind(&folder.name(&out)), Vec::<PathBuf>::new(), "{when}");
@@ -225,7 +225,7 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     // fewer: the surplus stays in the record
     let fewer = DISC.to_owned() + "\n[refine]\nmax_samples = 150\n";
     let said = run_with(&fewer);
-    assert!(said.err.contains(&format!("{there} of 1089 samples are there already")), "{}", said.err);
+    assert!(said.err.contains(&format!("{there} of 1089 samples are already finished")), "{}", said.err);
     let (ended, count) = why(&folder, "out");
     assert!(ended == "max_samples" && (140..=150).contains(&count), "{ended} {count}");
     assert!(said.out.contains("ended by `max_samples` of [refine]"), "{}", said.out);
@@ -241,13 +241,13 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     let coarser =
         DISC.replace("g < 0.49", "g < 1.21") + "\n[refine]\nof = \"disc\"\nmax_samples = 5000\nfirst = [3, 5]\n";
     let said = run_with(&coarser);
-    assert!(said.err.contains(&format!("{there} of 1089 samples are there already")), "{}", said.err);
+    assert!(said.err.contains(&format!("{there} of 1089 samples are already finished")), "{}", said.err);
     // the study grows: twice as fine
     let finer = (DISC.to_owned() + ALL).replace("count = 33", "count = 65");
     let status = of_file(&folder, "out", "status.json");
     let before = ["done", "surplus"].iter().map(|key| status[key].as_u64().expect("a count")).sum::<u64>();
     let said = run_with(&finer);
-    assert!(said.err.contains(&format!("{before} of 4225 samples are there already")), "{}", said.err);
+    assert!(said.err.contains(&format!("{before} of 4225 samples are already finished")), "{}", said.err);
     run(&folder, &folder.write("finer.toml", &finer), "finer", &[]);
     assert_eq!(rows(&folder, "out"), rows(&folder, "finer"));
     // and to the whole grid, without [refine]
@@ -435,7 +435,7 @@ fn what_cannot_be_refined_is_refused() {
         ("", "refine.max_samples"),
         ("max_samples = 0", "refine.max_samples = 0"),
         ("max_samples = \"many\"", "refine.max_samples"),
-        ("max_samples = 80", "81 samples come first, and max_samples = 80 is all"),
+        ("max_samples = 80", "81 samples come first, and max_samples = 80 allows no more"),
         ("max_sampels = 500", "did you mean `max_samples`?"),
         ("max_samples = 500\nof = \"disk\"", "did you mean `disc`?"),
         ("max_samples = 500\nfirst = [1, 9]", "refine.first = [1, 9]: is not two whole numbers from 2 on"),

@@ -77,7 +77,7 @@ fn a_study_killed_five_times_equals_the_undisturbed_one() {
     }
     let last = run_well(&study, &killed, &[]);
     assert!(last.err.contains("did not end in order"), "{}", last.err);
-    assert!(last.err.contains("of 24 samples are there already"), "some of it was kept: {}", last.err);
+    assert!(last.err.contains("of 24 samples are already finished"), "some of it was kept: {}", last.err);
     assert!(bytes(&killed) == bytes(&calm), "the table differs");
     assert!(!Path::new(&killed).join("parts").exists());
 }
@@ -98,7 +98,7 @@ fn a_complete_study_is_not_computed_again() {
     let before = files();
     let second = run_well(&study, &out, &[]);
     assert_eq!(first.out, second.out, "the summary again");
-    assert!(second.err.contains("nothing is computed"), "{}", second.err);
+    assert!(second.err.contains("nothing to compute"), "{}", second.err);
     assert!(files() == before);
     // A lost table comes from the record.
     fs::remove_file(format!("{out}/results.parquet")).expect("removed");
@@ -126,7 +126,7 @@ fn a_grown_study_equals_a_fresh_run_of_it() {
         let study = folder.write("s.toml", &text);
         let ran = run_well(&study, &out, &[]);
         if count > there {
-            assert!(ran.err.contains(&format!("{there} of {count} samples are there already")), "{}", ran.err);
+            assert!(ran.err.contains(&format!("{there} of {count} samples are already finished")), "{}", ran.err);
         }
         let fresh = folder.name(&format!("fresh-{count}-{}", text.len()));
         run_well(&study, &fresh, &[]);
@@ -137,7 +137,7 @@ fn a_grown_study_equals_a_fresh_run_of_it() {
     let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
     folder.write("machines/rig.toml", &format!("# a remark\n{rig}"));
     let ran = run_well(&folder.name("s.toml"), &out, &[]);
-    assert!(ran.err.contains("150 of 150 samples are there already, 0 are computed"), "{}", ran.err);
+    assert!(ran.err.contains("150 of 150 samples are already finished, 0 are computed"), "{}", ran.err);
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_growth_that_is_killed_half_way_is_done_again() {
     fs::write(format!("{out}/ledger.redb.new"), "half a record").expect("written");
     fs::write(format!("{out}/manifest.json.tmp"), "{").expect("written");
     let ran = run_well(&study, &out, &[]);
-    assert!(ran.err.contains("5 of 24 samples are there already"), "{}", ran.err);
+    assert!(ran.err.contains("5 of 24 samples are already finished"), "{}", ran.err);
     run_well(&study, &folder.name("fresh"), &[]);
     assert!(bytes(&out) == bytes(&folder.name("fresh")));
 }
@@ -207,7 +207,7 @@ fn samples_that_failed_or_killed_their_worker_are_computed_again_when_asked() {
     assert_eq!(run(&study, &out, &[]).code, 4);
     assert_eq!(run(&study, &out, &["--rerun", "cause=time_limit,diverged"]).code, 4);
     let again = run_well(&study, &out, &["--rerun", "cause=worker_crashed"]);
-    assert!(again.err.contains("23 of 24 samples are there already, 1 is computed"), "{}", again.err);
+    assert!(again.err.contains("23 of 24 samples are already finished, 1 is computed"), "{}", again.err);
     assert!(bytes(&out) == bytes(&calm));
     assert_eq!(run(&study, &out, &["--rerun", "cause=nonsense"]).code, 2);
 }
@@ -267,7 +267,7 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     let third = run_well(&study, &out, &[]);
     assert!(third.err.contains(&format!("process {}", holder.id())), "{}", third.err);
     // One sample or several, as many as were recorded together.
-    assert!(third.err.contains(" there already, "), "{}", third.err);
+    assert!(third.err.contains(" already finished, "), "{}", third.err);
     assert!(bytes(&out) == bytes(&calm));
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["done"].as_u64()), (Some("complete"), Some(24)));
@@ -373,7 +373,7 @@ fn a_record_cut_or_changed_anywhere_gives_the_same_table() {
         assert!(bytes(&out) == bytes(&calm), "{}", ran.err);
         assert!(!ran.err.contains("internal error"), "{}", ran.err);
         aside += u32::from(ran.err.contains("the damaged record is kept as"));
-        kept += u32::from(ran.err.contains("of 24 samples are there already"));
+        kept += u32::from(ran.err.contains("of 24 samples are already finished"));
     }
     let names = fs::read_dir(&out).expect("readable").flatten().map(|entry| entry.file_name());
     let named = names.filter(|name| name.to_string_lossy().starts_with("ledger.damaged-")).count();
@@ -417,7 +417,7 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let done = seen["done"].as_u64().expect("a count");
     assert!(done > 0 && done < 21_000, "{done}");
     let ran = run_well(&study, &out, &[]);
-    assert!(ran.err.contains("samples are there already"), "what was recorded counts: {}", ran.err);
+    assert!(ran.err.contains("samples are already finished"), "what was recorded counts: {}", ran.err);
     assert!(ran.err.contains(&format!("{done} ")), "{done}: {}", ran.err);
     assert!(bytes(&out) == bytes(&calm));
 }

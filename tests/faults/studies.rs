@@ -221,11 +221,11 @@ fn a_study_cannot_name_a_folder_or_file_elsewhere() {
     for machine in ["/etc/passwd", "../../../rig.toml", "machines/../../rig.toml"] {
         let study = folder.write("s.toml", &SMALL_STUDY.replace("machines/rig.toml", machine));
         let said = say(&["check", &study, "--list"]);
-        assert!(said.code == 3 && said.err.contains("leads outside"), "{machine}: {}", said.err);
+        assert!(said.code == 3 && said.err.contains("is outside the folders"), "{machine}: {}", said.err);
     }
     let points = format!("{SMALL_STUDY}[points]\nfile = \"/etc/passwd\"\n");
     let said = say(&["check", &folder.write("s.toml", &points)]);
-    assert!(said.code == 3 && said.err.contains("leads outside"), "{}", said.err);
+    assert!(said.code == 3 && said.err.contains("is outside the folders"), "{}", said.err);
 }
 
 /// Names of this run's shared memory: its workers' command lines say them.

@@ -302,7 +302,7 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
         fs::remove_file(out.join(gone)).expect("there");
     }
     let said = run();
-    assert!(said.code == 0 && !said.err.contains("are there already"), "{}", said.err);
+    assert!(said.code == 0 && !said.err.contains("are already finished"), "{}", said.err);
     // Of an earlier build, whose lock was empty after an orderly end.
     fs::write(out.join("run.lock"), "").expect("written");
     assert!(run().err.contains("every sample is already finished"));
@@ -322,7 +322,7 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
     assert!(out.join("results.parquet").exists() && !out.join("plan.json.0123abcd.tmp").exists());
     empty(&["notes.txt"]);
     let said = run();
-    assert!(said.code == 3 && said.err.contains("it holds \"notes.txt\""), "{}", said.err);
+    assert!(said.code == 3 && said.err.contains("it contains \"notes.txt\""), "{}", said.err);
     // Inputs of another study, or no study at all, under the same names.
     fs::remove_file(out.join("notes.txt")).expect("there");
     fs::write(out.join("study.toml"), "my study").expect("written");
@@ -418,7 +418,7 @@ fn assert_goes_on(study: &str, out: &Path, said: &str) {
     let again = say(&["run", study, "--out", out, "--workers", "1", "--wall", "0.1 s"]);
     assert_eq!(again.code, 5, "{}", again.err);
     // One or several, as many as there was time for.
-    assert!(again.err.contains(" of 20 samples ") && again.err.contains(" there already, "), "{}", again.err);
+    assert!(again.err.contains(" of 20 samples ") && again.err.contains(" already finished, "), "{}", again.err);
 }
 
 #[test]
@@ -475,5 +475,5 @@ fn a_directory_that_is_removed_when_all_is_computed_is_kept_whole() {
     assert_eq!(run.end().code(), Some(6), "{}", run.said());
     assert!(run.said().contains("20 finished samples are kept"), "{}", run.said());
     let again = say(&["run", &study, "--out", &folder.name("out.kept"), "--workers", "1"]);
-    assert!(again.code == 0 && again.err.contains("20 of 20 samples are there already"), "{}", again.err);
+    assert!(again.code == 0 && again.err.contains("20 of 20 samples are already finished"), "{}", again.err);
 }

@@ -154,7 +154,7 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     // By its last word it is running.
     let seen = other.status();
     assert_eq!((&seen["state"], &seen["last_state"]), (&"unknown".into(), &"running".into()), "{seen}");
-    assert!(seen["unknown"].as_str().is_some_and(|why| why.contains("(uid 0) alone")), "{seen}");
+    assert!(seen["unknown"].as_str().is_some_and(|why| why.contains("only its owner (uid 0)")), "{seen}");
     let said = other.say(&["status", other.out(), "--verify"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let line =
@@ -262,5 +262,5 @@ fn a_directory_that_is_closed_during_a_run_is_said_to_keep_what_is_finished() {
     let go_on = format!("finished samples are kept; resume with: {}", command().get_program().to_string_lossy());
     assert!(said.contains(&go_on), "{go_on}: {said}");
     let again = crate::support::said(command().output().expect("it starts"));
-    assert!(again.code == 0 && again.err.contains("20 of 20 samples are there already"), "{}", again.err);
+    assert!(again.code == 0 && again.err.contains("20 of 20 samples are already finished"), "{}", again.err);
 }

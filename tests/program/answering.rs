@@ -218,7 +218,7 @@ require = "P(hh > 1) < 2"
         "s.toml:25:16: question[0].probability = y: there is no variable `y`",
         "s.toml:29:8: question[1].mean = \"gg\": there is no column `gg`",
         "s.toml:30:14: question[1].confidence = 95: 95 is not between 0 and 1",
-        "s.toml:34:14: question[2].difference = [1, 3]: 3 is no value of `w`: 1, 2",
+        "s.toml:34:14: question[2].difference = [1, 3]: 3 is not a value of `w`: 1, 2",
         "s.toml:37:6: question[2].of = \"status\": `status` is a column of words",
         "s.toml:41:13: question[3].fragility = \"xx\": `xx` is neither varied nor uncertain",
         "s.toml:42:25: question[3].probability",
@@ -232,7 +232,7 @@ require = "P(hh > 1) < 2"
     let other = text.replace("sd = 1\n", "sd = -1\n");
     let told = say(&["check", &folder.write("s.toml", &other)]);
     assert!(told.err.contains("uncertain[0].sd"), "{}", told.err);
-    for part in all.iter().filter(|part| !part.contains("is no value of")) {
+    for part in all.iter().filter(|part| !part.contains("is not a value of")) {
         assert!(told.err.contains(part), "{part}\nin\n{}", told.err);
     }
     let sound = text.replace("sd = 1\n", "sd = -1\n").replace("[[question]]", "[[question]] # ");
@@ -459,7 +459,7 @@ fn one_mistake_is_told_once() {
     let folder = Folder::new();
     let twice = format!("{NORMAL_STUDY}\n[[derived]]\nname = \"x\"\nformula = \"w\"\n{QUESTIONS}");
     let told = say(&["check", &folder.write("s.toml", &twice)]);
-    assert!(told.code == 3 && told.err.contains("`x` names x already"), "{}", told.err);
+    assert!(told.code == 3 && told.err.contains("`x` is already the name of x"), "{}", told.err);
     assert_eq!(told.err.matches("  × ").count(), 1, "{}", told.err);
     assert!(told.err.contains("s.toml:24:8: derived[0]"), "{}", told.err);
     // a parameter that is there by two tables with mistakes elsewhere is one

@@ -130,7 +130,7 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     // grown along what it had
     let grown = folder.write("s.toml", &STUDY.replace("[0.1, 0.2]", "[0.1, 0.2, 0.3]"));
     let said = run(&grown, &out, &[]);
-    assert!(said.err.contains("2 of 6 samples are there already"), "{}", said.err);
+    assert!(said.err.contains("2 of 6 samples are already finished"), "{}", said.err);
     assert_eq!(cells(&out, "engine"), ["exponential"; 6]);
     let whole = fs::read(folder.path("out/results.parquet")).expect("the table");
     let fresh = folder.name("fresh");
@@ -389,7 +389,7 @@ fn a_study_of_which_one_run_cannot_begin_is_reduced_whatever_part_of_it_is_compu
     let named =
         folder.write("n.toml", &(STUDY.replace("[set]\n", "[set]\n\"run.engine\" = \"exponential\"\n") + varied));
     let refused = say(&["check", &named]);
-    assert!(refused.code == 3 && refused.err.contains("damped so strongly"), "{}", refused.err);
+    assert!(refused.code == 3 && refused.err.contains("very strong bearing damping"), "{}", refused.err);
 }
 
 /// Isotropic stiffness with cross stiffness on one side has no basis; of 500 samples 20 inside the study are such, which no corner and no edge shows.

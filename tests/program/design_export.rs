@@ -123,7 +123,7 @@ fn a_design_is_written_as_salib_and_dakota_have_it() {
     );
     // nothing is overwritten, and what has no points has none
     let again = say(&["design", "export", &study, "--out", &out]);
-    assert!(again.code == 3 && again.err.contains("already there"), "{} {}", again.code, again.err);
+    assert!(again.code == 3 && again.err.contains("already exists"), "{} {}", again.code, again.err);
     let grid = folder.small_study();
     let none = say(&["design", "export", &grid, "--out", &folder.name("none")]);
     assert!(none.code == 3 && none.err.contains("no [design]") && !folder.path("none").exists(), "{}", none.err);

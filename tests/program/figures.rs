@@ -379,7 +379,7 @@ fn a_cut_history_is_recovered() {
     fs::write(&cut, &bytes[..bytes.len() / 2]).expect("write");
     let said = say(&["recover", &text(&cut)]);
     assert_eq!(said.code, 0, "{}", said.err);
-    assert!(said.out.contains("cut in the middle"), "{}", said.out);
+    assert!(said.out.contains("ends in the middle"), "{}", said.out);
     let figures = text(&folder.path("figures"));
     assert_eq!(say(&["plot", &text(&folder.path("cut.mcap")), "--out", &figures]).code, 0);
     assert_eq!(say(&["recover", &text(&cut)]).code, 3, "nothing is overwritten");

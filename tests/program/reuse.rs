@@ -104,7 +104,7 @@ fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
     );
     assert_eq!(bench.causes(), [false, true, false, true]);
     let again = bench.goes_on(&set(long - 1), &["--rerun", "failed"]);
-    assert!(again.err.contains("2 of 4 samples are there already, 2 are computed"), "{}", again.err);
+    assert!(again.err.contains("2 of 4 samples are already finished, 2 are computed"), "{}", again.err);
     assert_eq!(bench.causes(), [false, true, false, true]);
     bench.is_refused(&set(short), "2 of its 4 finished samples");
     bench.goes_on(&set(long), &[]);
@@ -113,7 +113,7 @@ fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
     // A limit that changes no sample costs none: larger, in the machine's file, smaller and still enough, none.
     let is_kept = |bench: &mut Bench, text: &str| {
         let again = bench.goes_on(text, &[]);
-        assert!(again.err.contains("4 of 4 samples are there already, 0 are computed"), "{}", again.err);
+        assert!(again.err.contains("4 of 4 samples are already finished, 0 are computed"), "{}", again.err);
     };
     is_kept(&mut bench, &set(10 * long));
     let limited = bench.rig.replacen("[run]\n", &format!("[run]\nstep_limit = {}\n", 20 * long), 1);
@@ -131,15 +131,15 @@ fn a_step_limit_that_varies_is_each_samples_own() {
     let long: u64 = bench.column("steps")[1].parse().expect("a count");
     // An axis whose values hold what was there, and more.
     let again = bench.goes_on(&varied(&format!("100, {long}")), &[]);
-    assert!(again.err.contains("4 of 8 samples are there already, 4 are computed"), "{}", again.err);
+    assert!(again.err.contains("4 of 8 samples are already finished, 4 are computed"), "{}", again.err);
     assert_eq!(bench.causes(), [true, false, true, false, true, false, true, false]);
     // Other numbers: each is found under its own limit.
     let again = bench.goes_on(&varied(&format!("{}, {long}, 100, 200", long + 1)), &[]);
-    assert!(again.err.contains("12 of 16 samples are there already, 4 are computed"), "{}", again.err);
+    assert!(again.err.contains("12 of 16 samples are already finished, 4 are computed"), "{}", again.err);
     bench.is_refused(&varied("100, 200"), "8 of its 16 finished samples");
     // What the longest has done is done for all.
     let again = bench.goes_on(STUDY, &[]);
-    assert!(again.err.contains("4 of 4 samples are there already, 0 are computed"), "{}", again.err);
+    assert!(again.err.contains("4 of 4 samples are already finished, 0 are computed"), "{}", again.err);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
     for (limit, shown) in [(100, false), (200, true)] {
         let said = bench.run(&set(limit), "out", &[]);
         assert_eq!(said.code, 3, "{}", said.err);
-        assert!(said.err.contains("keys of the samples: of an earlier build"), "{}", said.err);
+        assert!(said.err.contains("keys of the samples: from an earlier build"), "{}", said.err);
         assert_eq!(said.err.contains("run.step_limit: 100 -> 200"), shown, "{}", said.err);
     }
 }

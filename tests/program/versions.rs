@@ -197,13 +197,13 @@ fn a_directory_begun_by_an_earlier_build_is_finished() {
             directory.csv().lines().filter(|line| line.contains(",invalid,") || line.contains(",failed,")).count();
         assert!(bad > 1, "rows that are not ok");
         let said = directory.run();
-        assert!(said.err.contains(&format!("{done} of 12 samples are there already")), "{}", said.err);
+        assert!(said.err.contains(&format!("{done} of 12 samples are already finished")), "{}", said.err);
         assert!(directory.bytes("basis.bin") == basis, "what is frozen stays frozen");
         assert_eq!(directory.status()["state"], "complete");
         // The same basis with nothing finished: the last digits of another one may be this processor's.
         let fresh = Directory::new(&version, "halfway");
         fresh.remove(&["ledger.redb", "parts", "timings-parts", "status.json", "manifest.json"]);
-        assert!(!fresh.run().err.contains("are there already"));
+        assert!(!fresh.run().err.contains("are already finished"));
         assert!(fresh.bytes("basis.bin") == basis);
         let earlier = Directory::new(&version, "complete").csv();
         assert_eq!(
@@ -249,7 +249,7 @@ fn a_directory_completed_by_an_earlier_build_is_left_as_it_is() {
         let directory = Directory::new(&version, "complete");
         let (before, csv) = (directory.files(), directory.csv());
         let said = directory.run();
-        assert!(said.err.contains("nothing is computed"), "{}", said.err);
+        assert!(said.err.contains("nothing to compute"), "{}", said.err);
         let after = directory.files();
         for name in ["results.parquet", "timings.parquet", "basis.bin", "plan.json", "study.toml", "machine.toml"] {
             assert!(before[name] == after[name], "{name} was written again");

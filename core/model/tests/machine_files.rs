@@ -389,7 +389,6 @@ fn the_written_record_builds_the_same_machine() {
         parse(POINT_MASS),
         parse(&points),
         parse(&sections),
-        parse(&with_torques()),
         parse(&machine_template()),
     ] {
         let record = def.to_toml();
@@ -486,51 +485,4 @@ fn a_step_limit_is_no_part_of_the_identity() {
     limited.set(&path, &value).unwrap();
     assert_eq!((limited.step_limit(), limited.identity(REVISION)), (Some(100), def.identity(REVISION)));
     assert_eq!(def.identity_change(&path, &value, REVISION).unwrap(), 0);
-}
-
-/// The lab rig with a braking table, a torque with a jump, and one that balances and has a short circuit.
-fn with_torques() -> String {
-    shipped("lab_rig").replacen(
-        "[braking]\nconstant = \"0.1 N m\"\nlinear = \"2e-3 N m s\"\nquadratic = \"1e-5 N m s2\"",
-        "[braking]\nspeeds = [0, \"1500 rpm\", \"6000 rpm\"]\ntorques = [\"0.2 N m\", \"1 N m\", \"4 N m\"]\n\
-         [torques.steam]\nposition = 0.3\ntimes = [\"0.1 s\", \"0.1 s\", \"0.2 s\"]\nvalues = [\"20 N m\", \"10 N m\", 0]\n\
-         [torques.generator]\nposition = 0.9\nbalance = true\ntimes = [\"0 s\", \"0.2 s\"]\nfactors = [1, 0]\n\
-         [torques.generator.short_circuit]\nstart = \"50 ms\"\nfrequency = \"3000 rpm\"\namplitude = \"-60 N m\"\ndecay = \"0.1 s\"\n\
-         double_amplitude = \"30 N m\"",
-        1,
-    )
-}
-
-#[test]
-fn torques_are_in_equilibrium_at_the_start() {
-    let mut def = parse(&with_torques());
-    let machine = def.build().unwrap();
-    assert_eq!(
-        machine.braking.table,
-        [[0.0, 0.2], [50.0 * std::f64::consts::PI, 1.0], [200.0 * std::f64::consts::PI, 4.0]]
-    );
-    let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!() };
-    let [steam, generator] = &machine.torques[..] else { panic!("{:?}", machine.torques) };
-    assert_eq!((shaft.nodes[steam.node], shaft.nodes[generator.node]), (0.3, 0.9));
-    assert_eq!((steam.before(), steam.at(0.15)), (20.0, 5.0));
-    // 3000 rpm is a third of the way from 1500 to 6000 rpm: the brake takes 2 N m
-    assert!((generator.before() + 18.0).abs() < 1e-12, "{}", generator.before());
-    assert_eq!(generator.times, [0.0, 0.2]);
-    let fault = generator.short_circuit.unwrap();
-    assert_eq!((fault.start, fault.amplitudes, fault.decays), (0.05, [-60.0, 30.0], [0.1, 0.1]));
-    assert!((fault.frequency - 100.0 * std::f64::consts::PI).abs() < 1e-12);
-    let identity = def.identity(0);
-    set(&mut def, "torques.steam.values[0]", "30 N m");
-    assert_ne!(def.identity(0), identity);
-    assert!((def.build().unwrap().torques[1].before() + 28.0).abs() < 1e-12);
-    set(&mut def, "short_circuit.amplitude", "-70 N m");
-    set(&mut def, "generator.balance", "false");
-    assert!(def.build().unwrap_err().to_string().contains("factors of nothing"));
-    // a drive takes what is left of all torques
-    let driven = shipped("lab_rig").replacen(
-        "[braking]",
-        "[rotor.speed_law]\nacceleration = 1\n[torques.a]\nposition = 0.5\ntimes = [0]\nvalues = [5]\n[braking]",
-        1,
-    );
-    assert_eq!(build(&driven).torques[0].before(), 5.0);
 }

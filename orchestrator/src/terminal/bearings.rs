@@ -167,7 +167,7 @@ mod tests {
     fn without_a_residual_loads_that_lack_it_are_said() {
         let off = TURBINE.replacen("end_time = ", "static_residual = \"off\"\nend_time = ", 1);
         let notes = said(&off, Engine::Reduced, &[("rotor.bearings.rear.stiffness", 1e12)]);
-        assert!(notes.len() == 1 && notes[0].2.contains("its load is too small"), "{notes:?}");
+        assert!(notes.len() == 1 && notes[0].2.contains("its load lacks the part"), "{notes:?}");
     }
 
     #[test]

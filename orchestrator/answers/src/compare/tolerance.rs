@@ -185,7 +185,7 @@ mod tests {
     fn what_is_no_tolerance_is_told() {
         for (text, told) in [
             ("", "names no column"),
-            ("load_N", "says no value"),
+            ("load_N", "has no value"),
             ("laod_N 1 %", "did you mean load_N?"),
             ("load_N -1 %", "0 or more"),
             ("load_N 1 mm", "N"),

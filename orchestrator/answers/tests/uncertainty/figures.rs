@@ -94,8 +94,8 @@ fn replicates_have_an_interval_from_sixteen_on() {
     assert_eq!(one(&part, mean()).low, None);
     let singly = replicated(values(), DesignKind::OneAtATime, 1);
     let found = one(&singly, probability("y > 50"));
-    assert!(found.estimate.is_some() && found.low.is_none() && found.notes[0].contains("no sample"));
-    for (kind, why) in [(DesignKind::Morris, "no sample"), (DesignKind::Saltelli, "depend on one another")] {
+    assert!(found.estimate.is_some() && found.low.is_none() && found.notes[0].contains("not a random sample"));
+    for (kind, why) in [(DesignKind::Morris, "not a random sample"), (DesignKind::Saltelli, "depend on one another")] {
         let found = one(&replicated(values(), kind, 1), probability("y > 50"));
         assert!(found.estimate.is_some() && found.low.is_none() && found.notes[0].contains(why), "{:?}", found.notes);
     }
