@@ -129,7 +129,7 @@ const SHAFT_CASES: &[Case] = &[
     ("[braking]\n", "[braking]\ntorques = [0, 400]\n", "[braking]", "braking.speeds", "missing"),
     ("[braking]\n", "[braking]\nspeeds = [0, 400]\ntorques = [1]\n", "torques = [1]", "braking.torques", "1 torques for 2 speeds; allowed: as many"),
     ("[braking]\n", "[braking]\nspeeds = [1, 400]\ntorques = [1, 2]\n", "speeds = [1", "braking.speeds[0]", "does not begin at rest; allowed: 0 rad/s"),
-    ("[braking]\n", "[braking]\nspeeds = [0, 0]\ntorques = [1, 2]\n", "speeds = [0", "braking.speeds[1]", "speeds do not ascend; allowed: above 0 rad/s"),
+    ("[braking]\n", "[braking]\nspeeds = [0, 0]\ntorques = [1, 2]\n", "speeds = [0", "braking.speeds[1]", "speeds do not ascend; allowed: above 0 rpm"),
     ("[braking]\n", "[braking]\nspeeds = [0, 100]\ntorques = [1, 2]\n", "speeds = [0", "braking.speeds[1]", "the table ends below rotor.initial_speed = 314.159 rad/s"),
     ("[braking]\n", "[braking]\nspeeds = [0, 400]\ntorques = [1, -2]\n", "torques = [1", "braking.torques[1]", "out of range; allowed: 0 to"),
     ("[braking]", "[torques.a]\nposition = 0.5\ntimes = [0]\nvalues = [5]\n[braking]", "[torques.a]", "torques", "the torques and braking add up to 3.28472 N m at t = 0 (braking: -1.71528 N m), not to 0; allowed: balance = true of one torque, which then takes the rest, or values that add up to 0"),

@@ -46,7 +46,8 @@ fn torques_are_in_equilibrium_at_the_start() {
     let RotorKind::Shaft(shaft) = &machine.rotor.kind else { panic!() };
     let [steam, generator] = &machine.torques[..] else { panic!("{:?}", machine.torques) };
     assert_eq!((shaft.nodes[steam.node], shaft.nodes[generator.node]), (0.3, 0.9));
-    assert_eq!((steam.before(), steam.at(0.15)), (20.0, 5.0));
+    assert_eq!(steam.before(), 20.0);
+    assert!((steam.at(0.15) - 5.0).abs() < 1e-12, "{}", steam.at(0.15));
     // 3000 rpm is a third of the way from 1500 to 6000 rpm: the brake takes 2 N m
     assert!((generator.before() + 18.0).abs() < 1e-12, "{}", generator.before());
     assert_eq!(generator.times, [0.0, 0.2]);

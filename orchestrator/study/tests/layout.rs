@@ -323,7 +323,7 @@ fn a_replicate_of_too_few_points_is_reported_with_its_worst_pair() {
         assert_eq!(said(kind, 64, 4), None);
         assert_eq!(said(kind, 4096, 30), None);
         let few = said(kind, 64, 30).expect("a warning");
-        let (begin, pair) = few.split_once(": the values of x").expect("the pair");
+        let (begin, pair) = few.split_once(". The values of x").expect("the pair");
         assert_eq!(begin, "64 points of a replicate are few for 30 parameters");
         let (_, r) = pair.split_once(" have correlation ").expect("a number");
         let r: f64 = r.split(',').next().expect("a number").parse().expect("a number");

@@ -238,7 +238,7 @@ fn truncation_to_nothing_is_refused_and_to_a_far_tail_is_not() {
     assert_eq!(errors[0].0, "lower");
     assert_eq!(
         errors[0].1,
-        "nothing is left between `lower` and `upper`: 50 mm to 60 mm has a probability of 0e0 of normal, mean 0 m, sd 1 mm, cut at 50 mm and 60 mm"
+        "nothing is left between `lower` and `upper`: 50 mm to 60 mm has a probability of 0e0 in normal, mean 0 m, sd 1 mm, cut at 50 mm and 60 mm"
     );
     let far = law("normal", &[("mean", 0.0), ("sd", 1.0), ("lower", 20.0), ("upper", 21.0)]);
     let median = far.quantile(0.5, 0.5);

@@ -272,7 +272,6 @@ mod tests {
             ("bearings", "damping = 1e3\n", "damping = 1e3\nclearance = \"0.3 mm\"\n"),
             ("release", "radius = 0.05\n", "radius = 0.05\npresent = \"before\"\n"),
             ("spin", "[rotor.material]", "[rotor.speed_law]\nacceleration = -1.0\n[rotor.material]"),
-            ("spin", "[diaphragms.ring]\n", "[torques.fan]\nposition = 0.25\nbalance = true\n[diaphragms.ring]\n"),
             ("torsional damping", "[rotor.damping]\n", "[rotor.damping]\ntorsional = 1e-6\n"),
             ("torsional damping", "stiffness_proportional = 2e-5\n", "stiffness_proportional = 0.0\n"),
             ("diaphragm", "kind = \"rigid\"\n", spring),
@@ -290,6 +289,11 @@ mod tests {
                 whole.iter().zip(&other).filter(|(a, b)| a != b).map(|(one, _)| one.topic).collect();
             assert_eq!(changed, [topic], "{to}");
         }
+        // `auto` computes torques with another engine
+        let torque = "[torques.fan]\nposition = 0.25\nbalance = true\n[diaphragms.ring]\n";
+        let other = lines(&SHAFT.replacen("[diaphragms.ring]\n", torque, 1));
+        let changed: Vec<&str> = whole.iter().zip(&other).filter(|(a, b)| a != b).map(|(one, _)| one.topic).collect();
+        assert_eq!(changed, ["spin", "engine"]);
         let clearance =
             line(&SHAFT.replacen("damping = 1e3\n", "damping = 1e3\nclearance = \"0.3 mm\"\n", 1), "bearings");
         assert!(clearance.contains("the given clearance (a 0.3 mm)"), "{clearance}");
