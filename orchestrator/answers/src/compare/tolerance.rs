@@ -193,7 +193,7 @@ mod tests {
             ("load_N nan", "nan"),
             ("load_N inf %", "inf"),
             ("load_N 1 % 2", "cannot be read"),
-            ("end_cause 1", "holds words"),
+            ("end_cause 1", "is a column of words"),
             ("gap_m 1 mm", "is an input"),
             ("old 1", "B has no column old"),
             ("new 1", "A has no column new"),
