@@ -58,7 +58,7 @@ fn torques_are_in_equilibrium_at_the_start() {
     set(&mut def, "torques.steam.values[0]", "30 N m");
     assert_ne!(def.identity(0), identity);
     assert!((def.build().unwrap().torques[1].before() + 28.0).abs() < 1e-12);
-    set(&mut def, "short_circuit.amplitude", "-70 N m");
+    set(&mut def, "generator.short_circuit.amplitude", "-70 N m");
     set(&mut def, "generator.balance", "false");
     assert!(def.build().unwrap_err().to_string().contains("factors of nothing"));
     // a drive takes what is left of all torques

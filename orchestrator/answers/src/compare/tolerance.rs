@@ -198,7 +198,7 @@ mod tests {
             ("old 1", "B has no column old"),
             ("new 1", "A has no column new"),
             ("place_rad 1 %", "such as \"place_rad 5 deg\""),
-            ("odd 3 m", "a bare number in furlong"),
+            ("odd 3 m", "a plain number in furlong"),
         ] {
             let why = read(text).expect_err(text);
             assert!(why.contains(told), "{text}: {why}");
