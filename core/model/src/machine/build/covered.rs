@@ -29,7 +29,7 @@ pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
     Some(EngineChoice { engine, reason })
 }
 
-/// What the engine leaves out where torques excite torsional vibration.
+/// Part of the model that the engine neglects where torques excite torsional vibration.
 fn neglected() -> NotCovered {
     NotCovered { path: TORQUES.to_owned(), what: "gyroscopic moments of torsional vibration".to_owned() }
 }
