@@ -92,7 +92,7 @@ fn gnu_parallel_computes_on_its_hosts_one_of_which_is_dead() {
     assert!(out.contains("f: 120 of 120 samples"), "{out}{err}");
     // Again: nothing is left but the table, which is there.
     let again = said(submit(&folder, "parallel", &["--shards", "2"]).output().expect("it starts"));
-    assert!(again.code == 0 && again.err.contains("every chunk is there"), "{}", again.err);
+    assert!(again.code == 0 && again.err.contains("every chunk exists"), "{}", again.err);
 }
 
 #[test]
