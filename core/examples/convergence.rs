@@ -200,7 +200,7 @@ fn torsion() {
         &moments,
         ("full", &[short, ("run.engine", "full")]),
         &[
-            ("3 torsional modes", &[short, ("run.twist_modes", "3")]),
+            ("3 torsional modes", &[short, ("run.torsional_modes", "3")]),
             ("no static residual", &[short, ("run.static_residual", "off")]),
             ("all torsional modes and static residual (default)", &[short]),
         ],
@@ -287,7 +287,7 @@ fn main() {
             ("24 rotor, 13 ring", &[("run.ring_modes", "13")]),
             ("24 rotor, 24 ring", &[("run.ring_modes", "24")]),
             ("24 rotor, 48 ring", &[("run.ring_modes", "48")]),
-            ("3 torsional modes", &[("run.twist_modes", "3")]),
+            ("3 torsional modes", &[("run.torsional_modes", "3")]),
         ],
     );
     compare(
@@ -304,7 +304,7 @@ fn main() {
             ("24 rotor, 24 ring", &[short, ("run.ring_modes", "24")]),
             ("24 rotor, 64 ring", &[short, ("run.ring_modes", "64")]),
             ("36 rotor, 96 ring", &[short, ("run.rotor_modes", "36"), ("run.ring_modes", "96")]),
-            ("3 torsional modes", &[short, ("run.twist_modes", "3")]),
+            ("3 torsional modes", &[short, ("run.torsional_modes", "3")]),
         ],
     );
     torsion();

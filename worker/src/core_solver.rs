@@ -105,7 +105,7 @@ impl CoreSolver {
             failed(match error {
                 // its sag or its steady state is no number of the study, and not every start of a large one is tried before it runs
                 SolverError::Start(StartError::StartsOutside { .. }) => Cause::OutsideRing,
-                // nor is every basis, nor what an unbalance feeds back into a twist without damping
+                // nor is every basis, nor what an unbalance feeds back into a torsional mode without damping
                 SolverError::Start(StartError::NoBasis { .. } | StartError::NotCovered { .. }) => Cause::NoBasis,
                 _ => Cause::Panicked,
             })

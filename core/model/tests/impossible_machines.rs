@@ -34,7 +34,7 @@ fn refused(text: &str, changes: &[(&str, &str)]) -> Problem {
 
 const LOST: (&str, &str) = ("blade_off.kind", "lost");
 
-/// With m r^2 above the polar inertia at its node a lost mass left a twist mass matrix that was not positive definite: 10 g at 0.4 m
+/// With m r^2 above the polar inertia at its node a lost mass left a torsional mass matrix that was not positive definite: 10 g at 0.4 m
 /// panicked in the brake, at 0.7 m the brake drove the rotor, at 45 mm without a disc the accelerations at t = 0 were NaN.
 #[test]
 fn what_is_lost_was_there() {

@@ -114,7 +114,7 @@ impl<'a> Motion<'a> {
 
     /// Advances to n+1. Returns whether the rotor stopped in this step.
     pub fn advance(&mut self) -> bool {
-        let (over_step, reached) = self.line.spin_after(self.time, &self.d.twist);
+        let (over_step, reached) = self.line.spin_after(self.time, &self.d.torsion);
         self.predictor.keep(&self.line);
         self.line.advance(&self.d);
         self.rubs.iter_mut().for_each(Rub::advance);
@@ -139,7 +139,7 @@ impl<'a> Motion<'a> {
 
     /// Mean spin at n, centred \[rad/s\].
     pub fn centred_spin(&self) -> f64 {
-        self.line.centred_spin(&self.d.twist)
+        self.line.centred_spin(&self.d.torsion)
     }
 
     /// Number of rounds of the non-linear solution, summed over all steps.

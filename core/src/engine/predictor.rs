@@ -15,7 +15,7 @@ const CONTRACTION: f64 = 1e-3;
 pub(super) struct Predictor {
     /// Increments of the steps before the last one: two lateral ones, one torsional.
     before: [Vec<f64>; 2],
-    twist_before: Vec<f64>,
+    torsion_before: Vec<f64>,
     /// Contraction of the iteration, last measured value.
     contraction: f64,
     /// Increments of the next round.
@@ -27,12 +27,12 @@ pub(super) struct Predictor {
 impl Predictor {
     /// Predictor at the start of a shaft line: all earlier increments equal the last ones.
     pub fn new(line: &ShaftLine<'_>) -> Self {
-        let (lateral, twist) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
+        let (lateral, torsion) = (&line.lateral.stepper.previous, &line.torsion.stepper.previous);
         Self {
             before: [lateral.clone(), lateral.clone()],
-            twist_before: twist.clone(),
+            torsion_before: torsion.clone(),
             contraction: 1.0,
-            next: Increments::zeros(lateral.len(), twist.len()),
+            next: Increments::zeros(lateral.len(), torsion.len()),
             iterations: 0,
         }
     }
@@ -41,7 +41,7 @@ impl Predictor {
     pub fn restart(&mut self, line: &ShaftLine<'_>) {
         let lateral = &line.lateral.stepper.previous;
         self.before = [lateral.clone(), lateral.clone()];
-        self.twist_before.clone_from(&line.twist.stepper.previous);
+        self.torsion_before.clone_from(&line.torsion.stepper.previous);
         self.iterations = 0;
     }
 
@@ -54,10 +54,10 @@ impl Predictor {
             let driven = line.spin.driven();
             line.respond(time, d, &mut self.next);
             let scale = line.lateral_scale(norm(&self.next.lateral));
-            let twist_scale = norm(&self.next.twist).max(line.twist_scale());
+            let torsional_scale = norm(&self.next.torsion).max(line.torsional_scale());
             let drive_change = (line.spin.driven() - driven).abs();
             let change = (distance(&self.next.lateral, &d.lateral) / scale)
-                .max((distance(&self.next.twist, &d.twist) + drive_change) / (twist_scale + f64::MIN_POSITIVE));
+                .max((distance(&self.next.torsion, &d.torsion) + drive_change) / (torsional_scale + f64::MIN_POSITIVE));
             std::mem::swap(d, &mut self.next);
             if let Some(last) = last_change {
                 self.contraction = (change / last).clamp(CONTRACTION, 1.0);
@@ -67,7 +67,7 @@ impl Predictor {
             if change * contraction <= TOLERANCE {
                 return Ok(());
             }
-            if !(scale.is_finite() && twist_scale.is_finite()) {
+            if !(scale.is_finite() && torsional_scale.is_finite()) {
                 return Err(Cause::NonFinite);
             }
             last_change = Some(change);
@@ -77,13 +77,13 @@ impl Predictor {
 
     /// First guess by extrapolation from the last three steps.
     fn extrapolate(&self, line: &ShaftLine<'_>, d: &mut Increments) {
-        let (lateral, twist) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
+        let (lateral, torsion) = (&line.lateral.stepper.previous, &line.torsion.stepper.previous);
         for (i, d) in d.lateral.iter_mut().enumerate() {
             let (last, before, first) = (lateral[i], self.before[0][i], self.before[1][i]);
             *d = 3.0 * (last - before) + first;
         }
-        for (i, d) in d.twist.iter_mut().enumerate() {
-            *d = 2.0 * twist[i] - self.twist_before[i];
+        for (i, d) in d.torsion.iter_mut().enumerate() {
+            *d = 2.0 * torsion[i] - self.torsion_before[i];
         }
     }
 
@@ -91,6 +91,6 @@ impl Predictor {
     pub fn keep(&mut self, line: &ShaftLine<'_>) {
         self.before.swap(0, 1);
         self.before[0].copy_from_slice(&line.lateral.stepper.previous);
-        self.twist_before.copy_from_slice(&line.twist.stepper.previous);
+        self.torsion_before.copy_from_slice(&line.torsion.stepper.previous);
     }
 }

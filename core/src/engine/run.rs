@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
         self.loads.update(&motion.line, motion.pressed());
         motion.rubs.iter_mut().for_each(Rub::average_forces);
         let line = &motion.line;
-        let (lateral, torsion_angles) = (&line.lateral.x, &*self.truncated.complete(motion.time, &line.twist.x));
+        let (lateral, torsion_angles) = (&line.lateral.x, &*self.truncated.complete(motion.time, &line.torsion.x));
         let rings = motion.rubs.iter().zip(&motion.contacts).map(|(rub, contact)| {
             let (place, velocity) = rub.motion(line);
             let touch = contact.as_ref().map(StepContact::touch);
@@ -222,7 +222,7 @@ impl<'a> Run<'a> {
             speed,
             displacement: &line.lateral.x,
             velocity: &line.lateral.v,
-            torsion_angles: &self.truncated.complete(*time, &line.twist.x),
+            torsion_angles: &self.truncated.complete(*time, &line.torsion.x),
             bearing_loads: self.loads.all().bearings,
             pedestal_loads: self.loads.all().pedestals,
             contacts: &contacts,

@@ -210,7 +210,7 @@ impl TimeStep {
         }
         let lateral = rotor_limit(machine, structure)?;
         let rings = structure.rings.iter().flatten().map(|ring| ring.part.highest);
-        let highest_frequency = rings.fold(lateral.max(structure.twist.highest), f64::max);
+        let highest_frequency = rings.fold(lateral.max(structure.torsion.highest), f64::max);
         let largest_step = 2.0 / highest_frequency;
         let step = match machine.run.step {
             None => {
@@ -336,9 +336,9 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
     if !(lost || point || !springs.is_empty()) {
         return Ok(structure.lateral.highest);
     }
-    let (lateral, twist) = (&structure.lateral, &structure.twist);
+    let (lateral, torsion) = (&structure.lateral, &structure.torsion);
     let size = lateral.coordinates.size();
-    let all = size + if turns { twist.coordinates.size() } else { 0 };
+    let all = size + if turns { torsion.coordinates.size() } else { 0 };
     let (mut mass, mut stiffness) = (Matrix::zeros(all, all), Matrix::zeros(all, all));
     mass.view_mut((0, 0), (size, size)).copy_from(&lateral.mass);
     stiffness.view_mut((0, 0), (size, size)).copy_from(&lateral.stiffness);
@@ -347,8 +347,8 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
         stiffness.view_mut((0, 0), (2, 2)).copy_from(&(Matrix::identity(2, 2) * principal(&lateral.stiffness)[1]));
     }
     if turns {
-        mass.view_mut((size, size), (all - size, all - size)).copy_from(&twist.mass);
-        stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&twist.stiffness);
+        mass.view_mut((size, size), (all - size, all - size)).copy_from(&torsion.mass);
+        stiffness.view_mut((size, size), (all - size, all - size)).copy_from(&torsion.stiffness);
     }
     // an added mass with a later release is absent before it
     let is_there = |one: &&Unbalance| one.release.is_none() || one.kind == UnbalanceKind::Lost;
@@ -358,7 +358,7 @@ fn rotor_limit(machine: &Machine, structure: &Structure) -> Result<f64, StartErr
         for (dof, arm) in structure.rotor.plane_places(site.node).into_iter().zip(arm) {
             let mut row = lateral.coordinates.row(dof);
             if turns {
-                row.extend(twist.coordinates.row(site.twist_node).iter().map(|psi| arm * psi));
+                row.extend(torsion.coordinates.row(site.torsional_node).iter().map(|psi| arm * psi));
             }
             add_outer(&mut mass, site.mass, &row);
         }

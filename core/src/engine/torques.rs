@@ -21,7 +21,7 @@ pub(super) fn initial_torsion(machine: &Machine, structure: &Structure) -> Optio
     for torque in &machine.torques {
         axpy(torque.before(), &structure.rotor.static_torsion(torque.node), &mut angles);
     }
-    (!machine.torques.is_empty()).then(|| structure.twist.coordinates_of(&structure.rotor.twist_mass, &angles))
+    (!machine.torques.is_empty()).then(|| structure.torsion.coordinates_of(&structure.rotor.torsional_mass, &angles))
 }
 
 /// Torsion of the truncated modes (2). Empty without torques, without truncated modes, and with `run.static_residual = "off"`.
@@ -33,12 +33,12 @@ pub(super) struct TruncatedTorsion {
 
 impl TruncatedTorsion {
     pub fn new(machine: &Machine, structure: &Structure) -> Self {
-        let (rotor, part) = (&structure.rotor, &structure.twist);
+        let (rotor, part) = (&structure.rotor, &structure.torsion);
         let is_truncated = part.coordinates.size() < rotor.nodes && machine.run.static_residual;
         let of = |torque: &Torque| {
             let mut angles = rotor.static_torsion(torque.node);
             let mut kept = vec![0.0; rotor.nodes];
-            part.coordinates.expand(&part.coordinates_of(&rotor.twist_mass, &angles), &mut kept);
+            part.coordinates.expand(&part.coordinates_of(&rotor.torsional_mass, &angles), &mut kept);
             axpy(-1.0, &kept, &mut angles);
             (torque.clone(), angles)
         };

@@ -25,8 +25,8 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
     }
     now.tables += line.tables.put_in(&line.lateral.x, &line.lateral.previous);
     now.structure +=
-        line.lateral.stepper.damping_work(&d.lateral) - bearings + line.twist.stepper.damping_work(&d.twist);
-    let spin = line.centred_spin(&d.twist);
+        line.lateral.stepper.damping_work(&d.lateral) - bearings + line.torsion.stepper.damping_work(&d.torsion);
+    let spin = line.centred_spin(&d.torsion);
     now.braking -= line.spin.braking_work(spin);
     if let Some(work) = line.spin.drive_work(spin) {
         now.drive += work;
@@ -49,9 +49,9 @@ pub(super) fn add_works(now: &mut Energies, motion: &mut Motion<'_>) {
 pub(super) fn write_stores(now: &mut Energies, motion: &Motion<'_>) {
     let Motion { line, rubs, d, .. } = motion;
     let (coupling, gravity) = line.coupling_energies(d);
-    let (lateral, twist) = (&line.lateral.stepper, &line.twist.stepper);
-    now.kinetic = lateral.kinetic_energy(&d.lateral) + twist.kinetic_energy(&d.twist) + coupling;
-    let twisted = [twist.kinetic_energy(&d.twist) + coupling, twist.strain_energy(&d.twist)];
+    let (lateral, torsion) = (&line.lateral.stepper, &line.torsion.stepper);
+    now.kinetic = lateral.kinetic_energy(&d.lateral) + torsion.kinetic_energy(&d.torsion) + coupling;
+    let twisted = [torsion.kinetic_energy(&d.torsion) + coupling, torsion.strain_energy(&d.torsion)];
     now.strain = lateral.strain_energy(&d.lateral) + twisted[1];
     now.strain += line.tables.stored(&line.lateral.x, &line.lateral.d);
     for rub in rubs {

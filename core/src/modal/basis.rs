@@ -40,7 +40,7 @@ pub struct Basis {
     /// Lateral modes. Empty for a point mass, whose two degrees of freedom are used directly.
     pub lateral: ModeSet,
     /// Torsional modes. The first is the rigid rotation.
-    pub twist: ModeSet,
+    pub torsion: ModeSet,
     /// Modes of each flexible ring, in the order of the machine's flexible diaphragms.
     pub rings: Vec<ModeSet>,
 }
@@ -130,8 +130,8 @@ impl Basis {
         let ceiling = ring_sets.iter().map(ModeSet::highest).fold(lateral.highest(), f64::max);
         let is_rigid = |diaphragm: &Diaphragm| !matches!(diaphragm.kind, DiaphragmKind::Flexible(_));
         let least = if machine.diaphragms.iter().any(is_rigid) { LEAST_TWIST_IN_CONTACT } else { LEAST_TWIST };
-        let twist = twist_modes(rotor, run.twist_modes, (ceiling, least))?;
-        Ok(Self { key: modal_key(machine), lateral, twist, rings: ring_sets })
+        let torsion = torsional_modes(rotor, run.torsional_modes, (ceiling, least))?;
+        Ok(Self { key: modal_key(machine), lateral, torsion, rings: ring_sets })
     }
 }
 
@@ -249,12 +249,12 @@ fn merge_planes(
 }
 
 /// Returns the torsional modes. `default`: frequency up to which all modes are kept \[rad/s\], and the minimum number of elastic modes.
-fn twist_modes(rotor: &RotorMatrices, wanted: Option<usize>, default: (f64, usize)) -> Result<ModeSet, BasisError> {
+fn torsional_modes(rotor: &RotorMatrices, wanted: Option<usize>, default: (f64, usize)) -> Result<ModeSet, BasisError> {
     let (ceiling, least) = default;
     let (mut values, mut shapes) =
-        symmetric_generalised(&rotor.twist_stiffness, &rotor.twist_mass, "torsion of the rotor")?;
+        symmetric_generalised(&rotor.torsional_stiffness, &rotor.torsional_mass, "torsion of the rotor")?;
     // the rigid rotation is exact
-    let inertia: f64 = rotor.twist_mass.sum();
+    let inertia: f64 = rotor.torsional_mass.sum();
     values[0] = 0.0;
     shapes.column_mut(0).fill(1.0 / inertia.sqrt());
     let wanted = 1 + wanted.unwrap_or_else(|| {

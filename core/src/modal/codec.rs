@@ -17,7 +17,7 @@ impl Basis {
         out.extend_from_slice(&VERSION.to_le_bytes());
         out.extend_from_slice(&self.key);
         out.extend_from_slice(&(self.rings.len() as u64).to_le_bytes());
-        for set in [&self.lateral, &self.twist].into_iter().chain(&self.rings) {
+        for set in [&self.lateral, &self.torsion].into_iter().chain(&self.rings) {
             out.extend_from_slice(&(set.shapes.nrows() as u64).to_le_bytes());
             out.extend_from_slice(&(set.shapes.ncols() as u64).to_le_bytes());
             for value in [set.full_limit].iter().chain(&set.omega_squared).chain(set.shapes.as_slice()) {
@@ -45,12 +45,12 @@ impl Basis {
             return Err(reader.wrong("too many rings"));
         }
         let lateral = reader.mode_set()?;
-        let twist = reader.mode_set()?;
+        let torsion = reader.mode_set()?;
         let rings = (0..rings).map(|_| reader.mode_set()).collect::<Result<Vec<_>, _>>()?;
         if reader.at != bytes.len() {
             return Err(reader.wrong("bytes behind the end"));
         }
-        Ok(Self { key, lateral, twist, rings })
+        Ok(Self { key, lateral, torsion, rings })
     }
 }
 
@@ -109,7 +109,7 @@ mod tests {
             shapes: Matrix::from_fn(4, n, |i, j| (i * 10 + j) as f64),
             full_limit: 99.0,
         };
-        Basis { key: [7; 32], lateral: set(3), twist: set(1), rings: vec![set(2)] }
+        Basis { key: [7; 32], lateral: set(3), torsion: set(1), rings: vec![set(2)] }
     }
 
     #[test]

@@ -101,7 +101,7 @@ fn of_run(text: &mut Text, run: &RunSettings) {
         contact_step: _,
         force_location: _,
         rotor_modes,
-        twist_modes,
+        torsional_modes,
         ring_modes,
         static_residual: _,
         step_limit: _,
@@ -112,7 +112,7 @@ fn of_run(text: &mut Text, run: &RunSettings) {
         end_beyond: _,
     } = run;
     text.word("modes");
-    for modes in [*rotor_modes, *twist_modes, *ring_modes] {
+    for modes in [*rotor_modes, *torsional_modes, *ring_modes] {
         match modes {
             Some(modes) => text.count(modes),
             None => text.word("-"),

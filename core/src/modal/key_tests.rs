@@ -114,7 +114,7 @@ fn what_the_modes_depend_on_is_in_the_key_and_nothing_else() {
         |m| m.diaphragms.clear(),
         |m| m.diaphragms.push(m.diaphragms[0].clone()),
         |m| m.run.rotor_modes = Some(8),
-        |m| m.run.twist_modes = Some(8),
+        |m| m.run.torsional_modes = Some(8),
         |m| m.run.ring_modes = Some(8),
         |m| m.rotor.kind = RotorKind::PointMass(PointMass { mass: 1.0, polar_inertia: 2.0 }),
         |m| m.rotor.kind = RotorKind::PointMass(PointMass { mass: 2.0, polar_inertia: 1.0 }),

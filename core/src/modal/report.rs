@@ -25,7 +25,7 @@ pub struct ModesReport {
     /// Critical speeds, ascending.
     pub critical_speeds: Vec<CriticalSpeed>,
     /// Elastic torsional frequencies, free-free \[rad/s\].
-    pub twist: Vec<f64>,
+    pub torsion: Vec<f64>,
     /// Axial frequencies \[rad/s\].
     pub axial: Vec<f64>,
     /// Modes of each flexible ring, by diaphragm name.
@@ -59,7 +59,7 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
         let (values, _) = symmetric_generalised(k, m, what)?;
         Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
     };
-    let twist = roots(&rotor.twist_stiffness, &rotor.twist_mass, "torsion of the rotor")?.split_off(1);
+    let torsion = roots(&rotor.torsional_stiffness, &rotor.torsional_mass, "torsion of the rotor")?.split_off(1);
     let axial = match machine.rotor.kind {
         RotorKind::Shaft(_) => roots(&rotor.axial_stiffness, &rotor.axial_mass, "the rotor's axial motion")?,
         RotorKind::PointMass(_) => Vec::new(),
@@ -70,7 +70,7 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
             rings.push((diaphragm.name.clone(), ring_report(&RingMatrices::assemble(stator))?));
         }
     }
-    Ok(ModesReport { speeds, critical_speeds, twist, axial, rings, work: lateral.work.get() })
+    Ok(ModesReport { speeds, critical_speeds, torsion, axial, rings, work: lateral.work.get() })
 }
 
 /// Returns the modes of a machine at speeds \[rad/s\], tracked from rest by their mode shapes; overdamped motions are separate.

@@ -70,7 +70,7 @@ impl LinearRotor {
             }
         }
         let (stiffness, gyroscopic) = (&matrices.stiffness + matrices.skew_stiffness(), matrices.gyroscopic());
-        let inertia = matrices.twist_mass.iter().sum();
+        let inertia = matrices.torsional_mass.iter().sum();
         Self { matrices, sites, mass, stiffness, gyroscopic, inertia }
     }
 

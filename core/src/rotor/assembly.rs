@@ -22,11 +22,11 @@ pub struct RotorMatrices {
     /// Lateral damping matrix [N s/m, N s, N m s]: structural damping and bearings.
     pub damping: Matrix,
     /// Torsional inertia matrix \[kg m2\].
-    pub twist_mass: Matrix,
+    pub torsional_mass: Matrix,
     /// Torsional stiffness matrix [N m/rad].
-    pub twist_stiffness: Matrix,
+    pub torsional_stiffness: Matrix,
     /// Factor b of the torsional damping `C = b K` \[s\].
-    pub twist_damping: f64,
+    pub torsional_damping: f64,
     /// Axial mass matrix \[kg\].
     pub axial_mass: Matrix,
     /// Axial stiffness matrix \[N/m\].
@@ -55,13 +55,13 @@ impl RotorMatrices {
                 let mut empty = Self::empty(1, 1, pedestals(rotor));
                 // the two degrees of freedom of the point mass; those of pedestals follow
                 [0, 1].into_iter().for_each(|place| empty.mass[(place, place)] = point.mass);
-                empty.twist_mass[(0, 0)] = point.polar_inertia;
+                empty.torsional_mass[(0, 0)] = point.polar_inertia;
                 empty.axial_mass[(0, 0)] = point.mass;
                 empty
             }
         };
         matrices.add_bearings(rotor);
-        let inertia: Vec<f64> = matrices.twist_mass.row_iter().map(|row| row.sum()).collect();
+        let inertia: Vec<f64> = matrices.torsional_mass.row_iter().map(|row| row.sum()).collect();
         let total: f64 = inertia.iter().sum();
         matrices.spin_weights = inertia.iter().map(|j| j / total).collect();
         matrices
@@ -76,9 +76,9 @@ impl RotorMatrices {
             mass: lateral.clone(),
             stiffness: lateral.clone(),
             damping: lateral,
-            twist_mass: single.clone(),
-            twist_stiffness: single.clone(),
-            twist_damping: 0.0,
+            torsional_mass: single.clone(),
+            torsional_stiffness: single.clone(),
+            torsional_damping: 0.0,
             axial_mass: single.clone(),
             axial_stiffness: single,
             gyro: Vec::new(),
@@ -272,8 +272,8 @@ fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
         }
         for a in 0..2 {
             for b in 0..2 {
-                all.twist_mass[(i + a, i + b)] += blocks.twist_mass[(a, b)];
-                all.twist_stiffness[(i + a, i + b)] += blocks.twist_stiffness[(a, b)];
+                all.torsional_mass[(i + a, i + b)] += blocks.torsional_mass[(a, b)];
+                all.torsional_stiffness[(i + a, i + b)] += blocks.torsional_stiffness[(a, b)];
                 all.axial_mass[(i + a, i + b)] += blocks.axial_mass[(a, b)];
                 all.axial_stiffness[(i + a, i + b)] += blocks.axial_stiffness[(a, b)];
             }
@@ -285,11 +285,11 @@ fn shaft_matrices(shaft: &Shaft, rotor: &Rotor) -> RotorMatrices {
             all.mass[(first, first)] += disc.mass;
             all.mass[(first + 1, first + 1)] += disc.transverse_inertia;
         }
-        all.twist_mass[(disc.node, disc.node)] += disc.polar_inertia;
+        all.torsional_mass[(disc.node, disc.node)] += disc.polar_inertia;
         all.axial_mass[(disc.node, disc.node)] += disc.mass;
         all.gyro.push(GyroSite::disc(disc.node, shaft.nodes.len(), disc.polar_inertia));
     }
-    all.twist_damping = rotor.torsional_damping;
+    all.torsional_damping = rotor.torsional_damping;
     all.damping = &all.mass * rotor.damping.mass_proportional + &all.stiffness * rotor.damping.stiffness_proportional;
     all
 }

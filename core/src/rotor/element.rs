@@ -14,9 +14,9 @@ pub struct ShaftBlocks {
     /// Gyroscopic matrix `H = int rho I_p N_s^T N_s dz` of a bending plane, before the signs of the two planes [kg, kg m, kg m2].
     pub gyroscopic: Matrix4<f64>,
     /// Torsional inertia matrix \[kg m2\].
-    pub twist_mass: Matrix2<f64>,
+    pub torsional_mass: Matrix2<f64>,
     /// Torsional stiffness matrix [N m/rad].
-    pub twist_stiffness: Matrix2<f64>,
+    pub torsional_stiffness: Matrix2<f64>,
     /// Axial mass matrix \[kg\].
     pub axial_mass: Matrix2<f64>,
     /// Axial stiffness matrix \[N/m\].
@@ -37,8 +37,8 @@ impl ShaftBlocks {
         self.mass += other.mass;
         self.stiffness += other.stiffness;
         self.gyroscopic += other.gyroscopic;
-        self.twist_mass += other.twist_mass;
-        self.twist_stiffness += other.twist_stiffness;
+        self.torsional_mass += other.torsional_mass;
+        self.torsional_stiffness += other.torsional_stiffness;
         self.axial_mass += other.axial_mass;
         self.axial_stiffness += other.axial_stiffness;
     }
@@ -73,8 +73,8 @@ pub fn shaft_blocks(element: &ShaftElement) -> ShaftBlocks {
         mass: Matrix4::zeros(),
         stiffness: Matrix4::zeros(),
         gyroscopic: Matrix4::zeros(),
-        twist_mass: Matrix2::zeros(),
-        twist_stiffness: Matrix2::zeros(),
+        torsional_mass: Matrix2::zeros(),
+        torsional_stiffness: Matrix2::zeros(),
         axial_mass: Matrix2::zeros(),
         axial_stiffness: Matrix2::zeros(),
     };
@@ -103,22 +103,22 @@ fn add_linear(element: &ShaftElement, blocks: &mut ShaftBlocks) {
     let (consistent, pair) = (Matrix2::new(2.0, 1.0, 1.0, 2.0), Matrix2::new(1.0, -1.0, -1.0, 1.0));
     if !element.is_tapered() {
         let (area, polar) = (element.area_at(0.0), 2.0 * element.inertia_at(0.0));
-        blocks.twist_mass = consistent * (rho * polar * l / 6.0);
-        blocks.twist_stiffness = pair * (g * polar / l);
+        blocks.torsional_mass = consistent * (rho * polar * l / 6.0);
+        blocks.torsional_stiffness = pair * (g * polar / l);
         blocks.axial_mass = consistent * (rho * area * l / 6.0);
         blocks.axial_stiffness = pair * (e * area / l);
         return;
     }
-    let (mut twist, mut axial) = (0.0, 0.0);
+    let (mut torsion, mut axial) = (0.0, 0.0);
     for (xi, weight) in GAUSS5 {
         let ends = Vector2::new(1.0 - xi, xi);
         let (area, polar, outer) = (element.area_at(xi), 2.0 * element.inertia_at(xi), ends * ends.transpose());
-        blocks.twist_mass += outer * (rho * polar * weight * l);
+        blocks.torsional_mass += outer * (rho * polar * weight * l);
         blocks.axial_mass += outer * (rho * area * weight * l);
-        twist += weight * l / (g * polar);
+        torsion += weight * l / (g * polar);
         axial += weight * l / (e * area);
     }
-    (blocks.twist_stiffness, blocks.axial_stiffness) = (pair / twist, pair / axial);
+    (blocks.torsional_stiffness, blocks.axial_stiffness) = (pair / torsion, pair / axial);
 }
 
 /// Deflection \[m\] at `xi = z/L` between the ends of an element, from its end values `[w1, s1, w2, s2]`.

@@ -20,7 +20,7 @@ impl RotorMatrices {
         let (mut moment, mut angle, mut angles) = (0.0, 0.0, vec![0.0; self.nodes]);
         for i in 1..self.nodes {
             moment += if i - 1 == node { 1.0 } else { 0.0 } - self.spin_weights[i - 1];
-            angle += moment / self.twist_stiffness[(i - 1, i)];
+            angle += moment / self.torsional_stiffness[(i - 1, i)];
             angles[i] = angle;
         }
         let mean = dot(&self.spin_weights, &angles);
@@ -45,7 +45,7 @@ mod tests {
             for node in [0, 2, rotor.nodes - 1] {
                 let angles = rotor.static_torsion(node);
                 let mut torques = vec![0.0; rotor.nodes];
-                mul_vec(&rotor.twist_stiffness, &angles, &mut torques);
+                mul_vec(&rotor.torsional_stiffness, &angles, &mut torques);
                 for (i, torque) in torques.iter().enumerate() {
                     let wanted = if i == node { 1.0 } else { 0.0 } - rotor.spin_weights[i];
                     assert!((torque - wanted).abs() < 1e-9, "{name} {node} {i}: {torque} {wanted}");

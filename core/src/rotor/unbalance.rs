@@ -30,7 +30,7 @@ pub struct UnbalanceSite {
     /// Node k, on which the unbalance force acts.
     pub node: usize,
     /// Node t, with which the mass rotates.
-    pub twist_node: usize,
+    pub torsional_node: usize,
     /// Mass m \[kg\], negative for a lost mass.
     pub mass: f64,
     /// Eccentricity d \[m\].
@@ -54,7 +54,7 @@ impl UnbalanceSite {
     pub fn new(unbalance: &Unbalance) -> Self {
         Self {
             node: unbalance.node,
-            twist_node: unbalance.twist_node,
+            torsional_node: unbalance.torsional_node,
             mass: unbalance.signed_mass(),
             radius: unbalance.radius,
             phase: unbalance.phase,
@@ -177,7 +177,7 @@ mod tests {
             step in prop::array::uniform4(-1e-2..1e-2f64), gravity in prop::array::uniform2(-10.0..10.0f64),
         ) {
             let dt = 1e-3;
-            let site = UnbalanceSite { node: 0, twist_node: 1, mass: -2.5, radius: 0.3, phase: 0.0 };
+            let site = UnbalanceSite { node: 0, torsional_node: 1, mass: -2.5, radius: 0.3, phase: 0.0 };
             let (d0, d1) = ([step[0], step[1]], [step[2], step[3]]);
             let acceleration = [0, 1].map(|k| (d1[k] - d0[k]) / (dt * dt));
             let force = site.force(libm::sincos(psi), &Turn::stepped(before, after, dt), acceleration, gravity);
@@ -200,7 +200,7 @@ mod tests {
         /// The coupling energy completes the kinetic energy of a point mass.
         #[test]
         fn the_energy_is_that_of_the_point(psi in -3.0..3.0f64, turn in -0.2..0.2f64, x in -1e-2..1e-2f64, y in -1e-2..1e-2f64) {
-            let (dt, site) = (1e-3, UnbalanceSite { node: 0, twist_node: 1, mass: 2.0, radius: 0.3, phase: 0.0 });
+            let (dt, site) = (1e-3, UnbalanceSite { node: 0, torsional_node: 1, mass: 2.0, radius: 0.3, phase: 0.0 });
             let at = |angle: f64| [site.radius * angle.cos(), site.radius * angle.sin()];
             let (from, to) = (at(psi), at(psi + turn));
             let step = [x + to[0] - from[0], y + to[1] - from[1]];

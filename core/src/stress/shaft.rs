@@ -151,14 +151,14 @@ impl ShaftStresses {
     /// Torsional moment of an element \[N m\] from the torsion angles of all nodes \[rad\], positive for an increasing angle along the
     /// shaft.
     #[must_use]
-    pub fn torsional_moment(&self, element: usize, twist: &[f64]) -> f64 {
-        self.elements[element].torsional_moment(&twist[element..element + 2])
+    pub fn torsional_moment(&self, element: usize, torsion_angles: &[f64]) -> f64 {
+        self.elements[element].torsional_moment(&torsion_angles[element..element + 2])
     }
 
     /// Torsional moment of an element \[N m\] from the torsion angles of its two nodes \[rad\].
     #[must_use]
-    pub fn torsional_moment_between(&self, element: usize, twists: [f64; 2]) -> f64 {
-        self.elements[element].torsional_moment(&twists)
+    pub fn torsional_moment_between(&self, element: usize, torsion_angles: [f64; 2]) -> f64 {
+        self.elements[element].torsional_moment(&torsion_angles)
     }
 
     /// Bending moments at both ends of an element, in the planes XZ and YZ \[N m\], from the lateral displacements [m, rad].
@@ -175,16 +175,16 @@ impl ShaftStresses {
 
     /// Largest moments of a section, from lateral displacements [m, rad] and torsion angles \[rad\].
     #[must_use]
-    pub fn largest(&self, section: usize, x: &[f64], twist: &[f64]) -> LargestMoments {
+    pub fn largest(&self, section: usize, x: &[f64], torsion_angles: &[f64]) -> LargestMoments {
         let (from, to) = self.sections[section];
         // neighbouring elements share a node: sliding windows avoid bounds checks inside the loop
         let (xz, yz) = x.split_at(self.plane_size());
         let span = 2 * from..2 * to + 2;
         let (xz, yz) = (xz[span.clone()].windows(4).step_by(2), yz[span].windows(4).step_by(2));
-        let nodes = xz.zip(yz).zip(twist[from..=to].windows(2));
+        let nodes = xz.zip(yz).zip(torsion_angles[from..=to].windows(2));
         let mut largest = LargestMoments { node: from, ..LargestMoments::default() };
-        for (i, (element, ((a, b), twist))) in self.elements[from..to].iter().zip(nodes).enumerate() {
-            let torsion = element.torsional_moment(twist);
+        for (i, (element, ((a, b), angles))) in self.elements[from..to].iter().zip(nodes).enumerate() {
+            let torsion = element.torsional_moment(angles);
             largest.torsion = larger(largest.torsion, torsion.abs());
             for (end, m) in element.bending_moments(a, b).into_iter().enumerate() {
                 let square = m[0] * m[0] + m[1] * m[1];
@@ -231,7 +231,7 @@ impl Element {
         let blocks = shaft_blocks(element);
         let k = &blocks.stiffness;
         Self {
-            torsion: blocks.twist_stiffness[(0, 0)],
+            torsion: blocks.torsional_stiffness[(0, 0)],
             chord: [k[(1, 0)], k[(3, 0)]],
             near: [k[(1, 1)], k[(3, 3)]],
             far: k[(1, 3)],
@@ -239,8 +239,8 @@ impl Element {
     }
 
     #[inline]
-    fn torsional_moment(&self, twist: &[f64]) -> f64 {
-        self.torsion * (twist[1] - twist[0])
+    fn torsional_moment(&self, torsion_angles: &[f64]) -> f64 {
+        self.torsion * (torsion_angles[1] - torsion_angles[0])
     }
 
     /// Bending moments from `[u1, theta_v1, u2, theta_v2]` and `[v1, theta_u1, v2, theta_u2]`; the slope of the YZ plane is `-theta_u`.
@@ -349,10 +349,10 @@ mod tests {
         let stresses = ShaftStresses::new(&shaft);
         let mut torque = vec![0.0; 5];
         torque[4] = 1000.0;
-        let twist = clamped(&rotor.twist_stiffness, &[0], &torque);
+        let torsion_angles = clamped(&rotor.torsional_stiffness, &[0], &torque);
         let pi = std::f64::consts::PI;
         for (section, diameter) in [(0, 0.1f64), (1, 0.08)] {
-            let moment = stresses.largest(section, &[0.0; 20], &twist).torsion;
+            let moment = stresses.largest(section, &[0.0; 20], &torsion_angles).torsion;
             assert!((moment - 1000.0).abs() < 1e-8);
             let polar = pi / 32.0 * (diameter.powi(4) - 0.02f64.powi(4));
             let expected = 1000.0 * 0.5 * diameter / polar;
@@ -371,12 +371,12 @@ mod tests {
         let x = clamped(&rotor.stiffness, &[0, 1, rotor.v(0), rotor.v(0) + 1], &force);
         let mut torque = vec![0.0; 5];
         torque[4] = 700.0;
-        let twist = clamped(&rotor.twist_stiffness, &[0], &torque);
+        let torsion_angles = clamped(&rotor.torsional_stiffness, &[0], &torque);
         for (section, diameter, arm, node) in [(0, 0.1f64, 1.0, 0), (1, 0.08, 0.5, 2)] {
             let inertia = std::f64::consts::PI / 64.0 * (diameter.powi(4) - 0.02f64.powi(4));
             let sigma = 500.0 * arm * 0.5 * diameter / inertia;
             let tau = 700.0 * 0.5 * diameter / (2.0 * inertia);
-            let largest = stresses.largest(section, &x, &twist);
+            let largest = stresses.largest(section, &x, &torsion_angles);
             let found = largest.equivalent_square.sqrt() / stresses.moduli(section).bending;
             assert!((found / (sigma * sigma + 3.0 * tau * tau).sqrt() - 1.0).abs() < 1e-8, "{section}: {found}");
             assert_eq!(largest.node, node);

@@ -47,7 +47,7 @@ pub struct Structure {
     /// Linear part of the lateral motion.
     pub lateral: Part,
     /// Linear part of the torsion; coordinates of absolute angles.
-    pub twist: Part,
+    pub torsion: Part,
     /// Static flexibility of the truncated lateral modes, on the nodal degrees of freedom; `None` as for a ring.
     pub lateral_residual: Option<Matrix>,
     /// One entry per diaphragm; `None` for a stator without degrees of freedom.
@@ -123,11 +123,11 @@ impl Structure {
         } else {
             Part::full(&rotor.mass, &rotor.damping, &rotor.stiffness, basis.lateral.full_limit)
         };
-        let twist = if reduced {
-            Part::proportional(&basis.twist, 0.0, rotor.twist_damping)
+        let torsion = if reduced {
+            Part::proportional(&basis.torsion, 0.0, rotor.torsional_damping)
         } else {
-            let damping = &rotor.twist_stiffness * rotor.twist_damping;
-            Part::full(&rotor.twist_mass, &damping, &rotor.twist_stiffness, basis.twist.full_limit)
+            let damping = &rotor.torsional_stiffness * rotor.torsional_damping;
+            Part::full(&rotor.torsional_mass, &damping, &rotor.torsional_stiffness, basis.torsion.full_limit)
         };
         let places = (0..rotor.nodes).map(|node| rotor.plane_places(node));
         let added = table_mode_count(&rotor, (&basis.lateral.omega_squared, &basis.lateral.shapes));
@@ -144,7 +144,7 @@ impl Structure {
             structural: structural(machine),
             rotor,
             lateral,
-            twist,
+            torsion,
             lateral_residual,
             rings,
             rotor_truncation_errors: rotor_lags,
@@ -256,7 +256,7 @@ fn structural(machine: &Machine) -> Machine {
         contact_step: None,
         force_location: bladeoff_model::machine::ForceLocation::Next,
         rotor_modes: machine.run.rotor_modes,
-        twist_modes: machine.run.twist_modes,
+        torsional_modes: machine.run.torsional_modes,
         ring_modes: machine.run.ring_modes,
         static_residual: machine.run.static_residual,
         step_limit: None,

@@ -43,7 +43,7 @@ fn lalanne_ferraris(checks: &mut Vec<Check>) {
         let ours = found.as_ref().and_then(|f| Some(f.critical_speeds.get(k)?.speed));
         case.check(checks, format!("critical speed {}", k + 1), ours, reference);
     }
-    let ours = found.as_ref().and_then(|f| f.twist.first().copied());
+    let ours = found.as_ref().and_then(|f| f.torsion.first().copied());
     case.check(checks, "torsional frequency 1", ours, 1_595.992_702_187_453);
     let case = Case { name: "Lalanne-Ferraris, 0.2 kg mm at 10000 rpm", unit: "m", ..case };
     both_amplitudes(

@@ -175,7 +175,7 @@ fn overdamped_pairs_go_through_the_grid() {
     agree(&machine, 1e-4, 290.0, 1e-6, 2e-4);
 }
 
-/// An unbalance on a bare shaft has many times the polar inertia of its place, and what it gives way laterally; with next to no damping of the twist. Its torques
+/// An unbalance on a bare shaft has many times the polar inertia of its place, and what it gives way laterally; with next to no damping of the torsion. Its torques
 /// fed back into modes that no step resolves: the turbine's torsional moment came out a hundred times too large with nothing said, later 2000 times.
 #[test]
 fn unbalances_on_a_bare_shaft_do_not_shake_it() {

@@ -102,7 +102,7 @@ fn rubs_on_springs_are_those_of_the_reference_engines() {
 fn rubs_on_springs_converge_with_order_two() {
     let of = |step: f64| {
         let text = rig("exponential", "slip", 1e6, 0.2)
-            .replace("engine", &format!("contact_step = {step:?}\ntwist_modes = 3\nengine"));
+            .replace("engine", &format!("contact_step = {step:?}\ntorsional_modes = 3\nengine"));
         let row = run(machine(&text));
         assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
         ROBUST.map(|name| row.value(name))

@@ -110,9 +110,9 @@ fn a_mass_of_another_disc_turns_steadily() {
 fn what_a_disc_carries_is_read_and_mistakes_are_named() {
     let beside = machine(&rig("position = \"0.5 m\"\ndisc = \"left\""));
     let site = &beside.rotor.unbalances[0];
-    assert_eq!((site.node, site.twist_node), (4, 3));
+    assert_eq!((site.node, site.torsional_node), (4, 3));
     let alone = machine(&rig("disc = \"left\""));
-    assert_eq!((alone.rotor.unbalances[0].node, alone.rotor.unbalances[0].twist_node), (3, 3));
+    assert_eq!((alone.rotor.unbalances[0].node, alone.rotor.unbalances[0].torsional_node), (3, 3));
     for (lines, key, words) in [
         ("disc = \"lefft\"", "disc", ["no disc has this name", "left, right", "left"]),
         ("disc = 3", "disc", ["text in quotes is expected, not", "1 to 200 characters", ""]),
@@ -166,5 +166,5 @@ fn a_disc_counts_in_the_identity_where_it_is_named() {
     assert_eq!((position.value.clone(), position.shown.as_str()), (None, "(that of its disc; required without)"));
     moved.set(&position, &ParamValue::Number(0.5)).expect("in range");
     let site = moved.build().expect("valid").rotor.unbalances[0].clone();
-    assert_eq!((site.node, site.twist_node), (4, 3));
+    assert_eq!((site.node, site.torsional_node), (4, 3));
 }

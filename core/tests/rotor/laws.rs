@@ -73,14 +73,14 @@ proptest! {
     #[test]
     fn rotor_matrices_have_their_structure(m in random_machine()) {
         let rotor = RotorMatrices::assemble(&m.rotor);
-        for a in [&rotor.mass, &rotor.stiffness, &rotor.twist_mass, &rotor.twist_stiffness, &rotor.axial_mass, &rotor.axial_stiffness] {
+        for a in [&rotor.mass, &rotor.stiffness, &rotor.torsional_mass, &rotor.torsional_stiffness, &rotor.axial_mass, &rotor.axial_stiffness] {
             prop_assert!(is_symmetric(a));
             prop_assert!(least(a) > -1e-14);
         }
         // positive definite: the Cholesky factor exists
         prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.mass).is_some());
         prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.stiffness).is_some());
-        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.twist_mass).is_some());
+        prop_assert!(bladeoff_numerics::linalg::spd_inverse(&rotor.torsional_mass).is_some());
         let g = rotor.gyroscopic();
         prop_assert!((&g + g.transpose()).amax() <= 1e-15 * g.amax() && g.amax() > 0.0);
         // damping takes energy
@@ -110,7 +110,7 @@ proptest! {
         let t = field.dot(&(&rotor.mass * &field));
         prop_assert!((along_v.dot(&(&rotor.mass * &along_v)) / t - 1.0).abs() < 1e-12);
         let ones = Vector::from_element(rotor.nodes, 1.0);
-        prop_assert!((&rotor.twist_stiffness * &ones).amax() <= 1e-14 * rotor.twist_stiffness.amax());
+        prop_assert!((&rotor.torsional_stiffness * &ones).amax() <= 1e-14 * rotor.torsional_stiffness.amax());
         prop_assert!((rotor.spin_weights.iter().sum::<f64>() - 1.0).abs() < 1e-14);
     }
 
@@ -209,8 +209,8 @@ fn energy_balance_closes_on_the_full_engine_with_everything_in_it() {
 
 #[test]
 fn free_shaft_line_keeps_angular_momentum_and_energy() {
-    // nothing takes energy but the twist's own damping, isotropic bearings: angular momentum about Z of the whole flexible line, with
-    // gyroscopic sites, twist and unbalance; what central differences leave is of order 2
+    // nothing takes energy but the torsion's own damping, isotropic bearings: angular momentum about Z of the whole flexible line, with
+    // gyroscopic sites, torsion and unbalance; what central differences leave is of order 2
     let text = study_machine("lab_rig")
         .replace("damping = \"600 N s/m\"", "damping = 0")
         .replace("mass_proportional = \"5 1/s\"", "mass_proportional = 0")
@@ -232,7 +232,7 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         let site = m.rotor.unbalances[0].clone();
         let mass = if site.kind == UnbalanceKind::Lost { -site.mass } else { site.mass };
         let mut momenta: Vec<f64> = Vec::new();
-        // factors of the nodes' own spin rates, whose twist part is the central difference of three instants
+        // factors of the nodes' own spin rates, whose torsional part is the central difference of three instants
         let mut waiting: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let row = run_seen(
             m.clone(),
@@ -248,14 +248,14 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
                     l += x[tu] * momentum[tv] - x[tv] * momentum[tu];
                 }
                 let skew: f64 = rotor.gyro.iter().map(|g| g.bilinear(v, x)).sum();
-                l += rotor.twist_mass.sum() * frame.speed + 0.5 * skew;
-                let (s, c) = (frame.angle + frame.torsion_angles[site.twist_node] + site.phase).sin_cos();
+                l += rotor.torsional_mass.sum() * frame.speed + 0.5 * skew;
+                let (s, c) = (frame.angle + frame.torsion_angles[site.torsional_node] + site.phase).sin_cos();
                 let (ex, ey) = (site.radius * c, site.radius * s);
                 let [u, w] = [x[rotor.u(site.node)] + ex, x[rotor.v(site.node)] + ey];
                 let [vu, vw] = [v[rotor.u(site.node)], v[rotor.v(site.node)]];
                 l += mass * (u * vw - w * vu);
                 let mut factors = vec![0.0; rotor.nodes];
-                factors[site.twist_node] = mass * (u * ex + w * ey);
+                factors[site.torsional_node] = mass * (u * ex + w * ey);
                 let mut turned = vec![0.0; x.len()];
                 for node in 0..rotor.nodes {
                     let (tu, tv) = (rotor.theta_u(node).expect("a shaft"), rotor.theta_v(node).expect("a shaft"));
@@ -296,7 +296,7 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         let [coarse, fine] = steps.map(|step| drift(text, step, torsional));
         let (ratio, square) = (coarse.1 / fine.1, (steps[0] / steps[1]) * (steps[0] / steps[1]));
         println!(
-            "free shaft line, {name}, twist damped by {torsional} s ({:.1e} J): energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}, \
+            "free shaft line, {name}, torsion damped by {torsional} s ({:.1e} J): energy {:.1e} {:.1e}, angular momentum {:.1e} {:.1e}, \
              {ratio:.3} for {square:.3}",
             fine.2, coarse.0, fine.0, coarse.1, fine.1
         );

@@ -180,10 +180,10 @@ fn reference_rotors_have_the_published_totals_and_torsional_frequencies() {
         let mass = field.dot(&(&rotor.mass * &field));
         close(name, mass, number(&case["totals"]["mass"]), 1e-12);
         close(name, rotor.axial_mass.sum(), number(&case["totals"]["mass"]), 1e-12);
-        close(name, rotor.twist_mass.sum(), number(&case["totals"]["polar_inertia_about_spin_axis"]), 1e-12);
+        close(name, rotor.torsional_mass.sum(), number(&case["totals"]["polar_inertia_about_spin_axis"]), 1e-12);
         let found = report(&machine, &[]).expect("solvable");
         let mut largest = 0.0_f64;
-        for (ours, reference) in found.twist.iter().zip(numbers(&case["totals"]["torsional_free_free_freq_rad_s"])) {
+        for (ours, reference) in found.torsion.iter().zip(numbers(&case["totals"]["torsional_free_free_freq_rad_s"])) {
             largest = largest.max(close(name, *ours, reference, 1e-9));
         }
         worst(&format!("{name} torsion"), largest);

@@ -57,10 +57,10 @@ fn random_rotors_whirl_twist_and_stretch_as_computed_elsewhere() {
             pairs.map(|(ours, reference)| close(key, *ours, reference, 1e-9)).fold(0.0, f64::max)
         };
         println!(
-            "{name}: whirl {:.1e}, damping ratio {:.1e}, twist {:.1e}, axial {:.1e}",
+            "{name}: whirl {:.1e}, damping ratio {:.1e}, torsion {:.1e}, axial {:.1e}",
             largest.0,
             largest.1,
-            worst(&found.twist, "twist"),
+            worst(&found.torsion, "twist"),
             worst(&found.axial, "axial")
         );
     }

@@ -135,7 +135,7 @@ fn a_hollow_cone_has_the_mass_and_inertia_of_a_frustum() {
         close("mass", translation.dot(&(&rotor.mass * &translation)), mass, 1e-12);
         close("moment", translation.dot(&(&rotor.mass * &rotation)), moment, 1e-12);
         close("inertia", rotation.dot(&(&rotor.mass * &rotation)), about_end, 1e-12);
-        close("polar inertia", rotor.twist_mass.sum(), polar, 1e-12);
+        close("polar inertia", rotor.torsional_mass.sum(), polar, 1e-12);
         close("axial mass", rotor.axial_mass.sum(), mass, 1e-12);
     }
 }
@@ -168,9 +168,10 @@ fn moments_of_a_cone_are_in_equilibrium() {
     close("smallest modulus", moduli, PI * (0.1f64.powi(4) - 0.06f64.powi(4)) / (32.0 * 0.1), 1e-12);
     let mut torque = vec![0.0; 4];
     torque[3] = 500.0;
-    let twist_stiffness = &rotor.twist_stiffness + Matrix::from_fn(4, 4, |i, j| if i + j == 0 { 1e16 } else { 0.0 });
-    let twist = solve(&twist_stiffness, &Vector::from_vec(torque)).expect("clamped");
-    close("torque", stresses.largest(0, x.as_slice(), twist.as_slice()).torsion, 500.0, 1e-9);
+    let torsional_stiffness =
+        &rotor.torsional_stiffness + Matrix::from_fn(4, 4, |i, j| if i + j == 0 { 1e16 } else { 0.0 });
+    let torsion = solve(&torsional_stiffness, &Vector::from_vec(torque)).expect("clamped");
+    close("torque", stresses.largest(0, x.as_slice(), torsion.as_slice()).torsion, 500.0, 1e-9);
 }
 
 /// One element of a solid cone has the static torsion and elongation of the textbook.
@@ -183,7 +184,7 @@ fn a_cone_twists_and_stretches_by_its_exact_flexibility() {
     let torsion = 2e11 / 2.6 * PI / 32.0 / fourth;
     let traction = 2e11 * PI / 4.0 * large * small;
     let errors = [
-        close("torsion", rotor.twist_stiffness[(0, 0)], torsion, 1e-5),
+        close("torsion", rotor.torsional_stiffness[(0, 0)], torsion, 1e-5),
         close("traction", -rotor.axial_stiffness[(0, 1)], traction, 1e-6),
     ];
     println!("cone, one element: torsion {:.1e}, traction {:.1e} relative", errors[0], errors[1]);
@@ -244,9 +245,9 @@ fn a_pipe_in_a_pipe_is_a_thick_pipe() {
     }
     let [whole, layered] = [&whole, &layered].map(|machine| RotorMatrices::assemble(&machine.rotor));
     for (whole, layered) in [
-        (whole.twist_stiffness, layered.twist_stiffness),
+        (whole.torsional_stiffness, layered.torsional_stiffness),
         (whole.axial_mass, layered.axial_mass),
-        (whole.twist_mass, layered.twist_mass),
+        (whole.torsional_mass, layered.torsional_mass),
     ] {
         assert!((&whole - &layered).amax() < 1e-12 * whole.amax());
     }
@@ -255,7 +256,7 @@ fn a_pipe_in_a_pipe_is_a_thick_pipe() {
 /// A coast-down of the rotor after an unbalance, in all degrees of freedom.
 fn coast_down(engine: &str) -> Row {
     let step = if engine == "exponential" { "" } else { "step = 1e-6\n" };
-    let of_run = format!("end_time = 0.2\n{step}rotor_modes = 30\ntwist_modes = 6");
+    let of_run = format!("end_time = 0.2\n{step}rotor_modes = 30\ntorsional_modes = 6");
     let text = ROTOR.replacen("end_time = 10.0", &of_run, 1)
         + "[rotor.unbalances.blade]\nposition = 0.4\nmass = 0.02\nradius = 0.2\n[braking]\nquadratic = 0.002\n[rotor.damping]\ntorsional = 5e-6\n";
     run(machine_with(&text, &[("run.engine", engine), ("rotor.gravity[1]", "-9.81")]))

@@ -132,7 +132,7 @@ fn stiff_bearings_carry_what_stands_on_them() {
 fn complete_basis_gives_the_full_engine_s_numbers() {
     // every mode kept, the same step: another path to the same equations
     let changes = [("run.end_time", "0.165"), ("run.step", "6e-7")];
-    let complete = [("run.rotor_modes", "10000"), ("run.twist_modes", "10000"), ("run.ring_modes", "10000")];
+    let complete = [("run.rotor_modes", "10000"), ("run.torsional_modes", "10000"), ("run.ring_modes", "10000")];
     let mut all = changes.to_vec();
     all.extend_from_slice(&complete);
     let reduced = run(machine_with(&study_machine("lab_rig"), &all));

@@ -147,10 +147,10 @@ fn a_suddenly_grabbed_shaft_is_twisted_to_twice_the_static_moment() {
     close("speed", row.value("max_torsional_moment_at_rad_s"), 100.0 - 200.0 / 5.0 * pi / omega, 1e-4);
 }
 
-/// The twist is damped in proportion to its stiffness: the first mode has the damping ratio `b omega/2`, so that the same torque
+/// The torsion is damped in proportion to its stiffness: the first mode has the damping ratio `b omega/2`, so that the same torque
 /// overshoots its static moment by `exp(-pi zeta/sqrt(1 - zeta^2))`, and half a period later falls short of it by the square of that.
 #[test]
-fn twist_decays_with_half_b_omega() {
+fn torsion_decays_with_half_b_omega() {
     let pi = std::f64::consts::PI;
     let polar = pi / 32.0 * (0.1f64.powi(4) - 0.04f64.powi(4));
     let stiffness = 210e9 / 2.6 * polar;
@@ -165,17 +165,19 @@ fn twist_decays_with_half_b_omega() {
     let text =
         heavy.replace("[rotor.bearings.left]", &format!("[rotor.damping]\ntorsional = {b}\n[rotor.bearings.left]"));
     for engine in ["full", "reduced"] {
-        let mut twists = Vec::new();
+        let mut torsion_angles = Vec::new();
         let changes = [("run.engine", engine), ("run.end_time", "16 ms")];
         let row = run_seen(
             machine_with(&text, &changes),
-            &mut Every(|frame| twists.push(stiffness * (frame.torsion_angles[2] - frame.torsion_angles[0]).abs())),
+            &mut Every(|frame| {
+                torsion_angles.push(stiffness * (frame.torsion_angles[2] - frame.torsion_angles[0]).abs())
+            }),
         );
         assert!(row.value("contact_time_s") > 15.9e-3, "it rubs all the time: {} s", row.value("contact_time_s"));
         let static_moment = torque * 4.0 / 5.0;
         close("first peak", row.value("max_torsional_moment_Nm"), static_moment * (1.0 + left), 5e-3);
         close("its time", row.value("max_torsional_moment_at_s"), pi / (omega * root), 5e-3);
-        let extremes: Vec<f64> = twists
+        let extremes: Vec<f64> = torsion_angles
             .windows(3)
             .filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0)
             .map(|w| w[1] / static_moment - 1.0)
@@ -214,7 +216,7 @@ fn a_light_damped_node_starts_with_the_velocity_asked_for() {
             assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome);
             assert_eq!(row.value("stick_time_s") > 0.0, friction == "100");
             assert!((frames[0].1 / speed - 1.0).abs() < 1e-9, "{}", frames[0].1);
-            // the twist begins from none, and with none of its rate: it grows as t^2; of a node that is held, as t
+            // the torsion begins from none, and with none of its rate: it grows as t^2; of a node that is held, as t
             let expected = if friction == "100" { 1.0 } else { 2.0 };
             let twisted = |n: usize| (frames[n].2[2] - frames[n].2[0]).abs();
             let order = (twisted(8) / twisted(4)).log2();
@@ -223,10 +225,10 @@ fn a_light_damped_node_starts_with_the_velocity_asked_for() {
     }
 }
 
-/// Two other solvers, whose twist is damped as the shaft's bending is, give 45 to 49 kN m; without damping the first rub rings on into
+/// Two other solvers, whose torsion is damped as the shaft's bending is, give 45 to 49 kN m; without damping the first rub rings on into
 /// all later impacts, and it is 75 to 122, by chance.
 #[test]
-fn the_turbine_s_twist_rings_down_between_impacts() {
+fn the_turbine_s_torsion_rings_down_between_impacts() {
     let row = run(machine_with(&study_machine("lp_turbine_paper"), &[]));
     assert!(row.value("impacts") > 10.0, "contact happened");
     let moment = row.value("max_torsional_moment_Nm");

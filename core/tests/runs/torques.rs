@@ -34,7 +34,7 @@ fn shaft(of_run: &str, tail: &str) -> Machine {
 const STEADY: &str = "[torques.steam]\nposition = 0.2\ntimes = [0]\nvalues = [\"3 kN m\"]\n\
     [torques.generator]\nposition = 1.2\nbalance = true\n[braking]\nlinear = 0.5\n";
 
-/// Twist of the line between two torques by hand: T L/(G I_p) of each section. It turns with the shaft and nothing rings, with few torsional modes too.
+/// Angle of twist between two torques by hand: T L/(G I_p) of each section. It turns with the shaft and nothing rings, with few torsional modes too.
 #[test]
 fn the_run_starts_with_the_static_torsion_and_stays_there() {
     let rigidity = |d: f64| 2e11 / 2.5 * std::f64::consts::PI / 32.0 * d.powi(4);
@@ -43,7 +43,7 @@ fn the_run_starts_with_the_static_torsion_and_stays_there() {
     for engine in ENGINES {
         // bearings take energy of the whirl
         for (tail, braked) in [(STEADY.to_owned(), 1e-12), (format!("{STEADY}{residual}"), 1e-7)] {
-            let modes = if engine == "full" { "" } else { "twist_modes = 2\n" };
+            let modes = if engine == "full" { "" } else { "torsional_modes = 2\n" };
             let machine = shaft(&format!("engine = \"{engine}\"\nend_time = 0.05\n{modes}"), &tail);
             let generator = machine.torques[1].before();
             assert!((generator + 3000.0 - 150.0).abs() < 1e-9, "{generator}");
@@ -57,12 +57,12 @@ fn the_run_starts_with_the_static_torsion_and_stays_there() {
             let row = run_seen(
                 machine,
                 &mut Every(|frame: &Frame<'_>| {
-                    let twist = frame.torsion_angles[first] - frame.torsion_angles[last];
-                    worst = worst.max((twist / by_hand - 1.0).abs());
+                    let torsion = frame.torsion_angles[first] - frame.torsion_angles[last];
+                    worst = worst.max((torsion / by_hand - 1.0).abs());
                     instants += 1;
                 }),
             );
-            println!("{engine}: twist {by_hand} rad, off by {worst:e}");
+            println!("{engine}: torsion {by_hand} rad, off by {worst:e}");
             assert!(instants > 100 && worst < 1e-7, "{engine}: {worst:e}");
             close("moment", row.value("max_torsional_moment_Nm"), moments[0], 1e-7);
             close("speed", row.value("end_speed_rad_s"), 300.0, braked);
@@ -103,7 +103,7 @@ fn two_inertias(mass: &Matrix, k: f64) -> (f64, f64, [f64; 2]) {
 /// Largest errors of the moment and of the spin against closed forms of time, relative to the largest moment and to the change of the spin.
 fn errors(machine: Machine, exact: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
     let rotor = Structure::build(&machine, None).expect("buildable").rotor;
-    let k = -rotor.twist_stiffness[(0, 1)];
+    let k = -rotor.torsional_stiffness[(0, 1)];
     let (mut errors, mut sizes, start) = ([0.0_f64; 2], [0.0_f64; 2], exact(0.0)[1]);
     run_seen(
         machine,
@@ -124,8 +124,8 @@ fn a_torque_step_swings_to_twice_the_static_share() {
     let tail = format!("[torques.kick]\nposition = 0\ntimes = [{from:?}, {from:?}]\nvalues = [0, {torque:?}]\n");
     for engine in ENGINES {
         let rotor = Structure::build(&two_discs(engine, 1e-4, end, &tail), None).expect("buildable").rotor;
-        let k = -rotor.twist_stiffness[(0, 1)];
-        let (inertia, square, mode) = two_inertias(&rotor.twist_mass, k);
+        let k = -rotor.torsional_stiffness[(0, 1)];
+        let (inertia, square, mode) = two_inertias(&rotor.torsional_mass, k);
         let amplitude = k * (mode[0] - mode[1]) * mode[0] * torque / square;
         let share = rotor.spin_weights[1] * torque;
         close("static share", amplitude, share, 1e-12);
@@ -161,8 +161,8 @@ fn a_short_circuit_rings_as_the_equation_says() {
     );
     let reference = two_discs("full", 1e-4, end, &tail);
     let rotor = Structure::build(&reference, None).expect("buildable").rotor;
-    let k = -rotor.twist_stiffness[(0, 1)];
-    let (inertia, square, mode) = two_inertias(&rotor.twist_mass, k);
+    let k = -rotor.torsional_stiffness[(0, 1)];
+    let (inertia, square, mode) = two_inertias(&rotor.torsional_mass, k);
     let torques = |t: f64| -> [f64; 2] {
         let line = |points: &[(f64, f64)]| {
             let next = points.iter().position(|(at, _)| *at > t);
@@ -325,7 +325,7 @@ fn the_energy_closes_only_with_the_work_of_the_torques() {
 #[test]
 fn the_engines_agree_on_the_torsion() {
     let of = |engine: &str, step: f64| {
-        let modes = if engine == "full" { "" } else { "rotor_modes = 52\ntwist_modes = 12\n" };
+        let modes = if engine == "full" { "" } else { "rotor_modes = 52\ntorsional_modes = 12\n" };
         let machine =
             shaft(&format!("engine = \"{engine}\"\n{} = {step:?}\nend_time = 0.1\n{modes}", key(engine)), COURSE);
         let ends = [machine.torques[0].node, machine.torques[1].node];

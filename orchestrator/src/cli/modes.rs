@@ -159,7 +159,7 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
         text.push_str(&overdamped_table(speed, count));
     }
     text.push_str(&critical_table(&report.critical_speeds, machine.rotor.initial_speed, count));
-    for (name, frequencies) in [("torsion, free", &report.twist), ("axial", &report.axial)] {
+    for (name, frequencies) in [("torsion, free", &report.torsion), ("axial", &report.axial)] {
         let list: Vec<String> = frequencies.iter().take(count).map(|frequency| shown(hertz(*frequency))).collect();
         let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
         writeln!(text, "\n{name} Hz{}: {list}", more(frequencies.len(), count)).expect(STRING);
@@ -357,7 +357,7 @@ fn json(machine: &Machine, report: &ModesReport, unstable: &[UnstableRange]) -> 
     });
     object.raw("unstable", &list(ranges.collect()));
     let frequencies = |all: &[f64]| list(all.iter().map(|frequency| number(hertz(*frequency))).collect());
-    object.raw("torsion_Hz", &frequencies(&report.twist));
+    object.raw("torsion_Hz", &frequencies(&report.torsion));
     object.raw("axial_Hz", &frequencies(&report.axial));
     let rings = report.rings.iter().map(|(name, modes)| {
         let modes = modes.iter().map(|mode| {

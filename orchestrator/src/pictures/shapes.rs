@@ -8,12 +8,12 @@ use bladeoff_model::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind,
 use bladeoff_numerics::linalg::column_of;
 use std::f64::consts::PI;
 
-/// Lateral shapes drawn, twist shapes, ring shapes.
+/// Lateral shapes drawn, torsional shapes, ring shapes.
 const LATERAL: usize = 4;
 const TWIST: usize = 3;
 const RING: usize = 6;
 
-/// Lateral shapes in the XZ plane and twist shapes; `None` for a point mass.
+/// Lateral shapes in the XZ plane and torsional shapes; `None` for a point mass.
 ///
 /// # Errors
 /// The plotting library failed.
@@ -37,8 +37,8 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
             lateral.push(Line::new(&format!("{:.1} Hz", hertz(*square)), normed(bent(shaft, x))));
         }
     }
-    let twist = basis.twist.omega_squared.iter().enumerate().skip(1).take(TWIST).map(|(mode, square)| {
-        let shape = column_of(&basis.twist.shapes, mode).to_vec();
+    let torsion = basis.torsion.omega_squared.iter().enumerate().skip(1).take(TWIST).map(|(mode, square)| {
+        let shape = column_of(&basis.torsion.shapes, mode).to_vec();
         Line::new(&format!("{:.1} Hz", hertz(*square)), normed(shaft.nodes.iter().copied().zip(shape).collect()))
     });
     let bearings = machine.rotor.bearings.iter().map(|bearing| (shaft.nodes[bearing.node], 0.0)).collect();
@@ -50,7 +50,7 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
         y_range: Some((-1.15, 1.15)),
         ..Panel::default()
     };
-    let both = [panel("lateral, X [−]", lines), panel("torsion [−]", twist.collect())];
+    let both = [panel("lateral, X [−]", lines), panel("torsion [−]", torsion.collect())];
     let title = format!("Undamped mode shapes of {} at rest, largest displacement 1", machine.name);
     panels(&title, "position [m]", &both).map(Some)
 }

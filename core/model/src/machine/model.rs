@@ -110,8 +110,8 @@ pub struct RunSettings {
     pub force_location: ForceLocation,
     /// Lateral rotor modes of the reduced and the exponential engine; `None`: the default of the engine.
     pub rotor_modes: Option<usize>,
-    /// Elastic twist modes of the reduced and the exponential engine; `None`: the default of the engine.
-    pub twist_modes: Option<usize>,
+    /// Elastic torsional modes of the reduced and the exponential engine; `None`: the default of the engine.
+    pub torsional_modes: Option<usize>,
     /// Ring modes of the reduced and the exponential engine (each diaphragm); `None`: the default of the engine.
     pub ring_modes: Option<usize>,
     /// Whether the reduced engine adds the static flexibility of the modes it leaves out at the contact.
@@ -149,7 +149,7 @@ pub struct Rotor {
     pub unbalances: Vec<Unbalance>,
     /// Rayleigh damping of the shaft in the fixed frame (lateral only).
     pub damping: Rayleigh,
-    /// b of the twist, `C = b K` \[s\]: the spin is in the null space of K, so that nothing here brakes it.
+    /// b of the torsion, `C = b K` \[s\]: the spin is in the null space of K, so that nothing here brakes it.
     pub torsional_damping: f64,
 }
 

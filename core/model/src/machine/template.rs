@@ -72,7 +72,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("run.step", "\"5 us\""),
     ("run.contact_step", "\"5 us\""),
     ("run.rotor_modes", "16"),
-    ("run.twist_modes", "4"),
+    ("run.torsional_modes", "4"),
     ("run.ring_modes", "36"),
     ("run.step_limit", "5000000"),
     ("run.guard.energy_balance", "1e-6"),

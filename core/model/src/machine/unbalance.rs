@@ -35,7 +35,7 @@ pub struct Unbalance {
     /// Node of the unbalance.
     pub node: usize,
     /// Node with which it turns: that of its disc, or its own.
-    pub twist_node: usize,
+    pub torsional_node: usize,
     /// Mass \[kg\] >= 0.
     pub mass: f64,
     /// Eccentricity \[m\] >= 0.

@@ -13,7 +13,7 @@ pub(super) struct Accelerations {
     /// Accelerations of the lateral coordinates.
     pub lateral: Vec<f64>,
     /// Accelerations of the torsional coordinates.
-    pub twist: Vec<f64>,
+    pub torsion: Vec<f64>,
     /// Whether the iteration converged.
     pub settled: bool,
 }
@@ -31,16 +31,16 @@ pub(super) fn accelerations(
     spin: f64,
 ) -> Option<Accelerations> {
     let part = &structure.lateral;
-    let (lateral_mass, twist_mass) = masses(structure, line.unbalances());
-    let (lateral_inverse, twist_inverse) = (inverse(&lateral_mass)?, inverse(&twist_mass)?);
+    let (lateral_mass, torsional_mass) = masses(structure, line.unbalances());
+    let (lateral_inverse, torsional_inverse) = (inverse(&lateral_mass)?, inverse(&torsional_mass)?);
     line.instant(q, velocity, spin);
-    let (mut a, mut a_twist) = (vec![0.0; q.len()], vec![0.0; line.twist.size()]);
-    let (mut next, mut next_twist) = (a.clone(), a_twist.clone());
+    let (mut a, mut a_torsion) = (vec![0.0; q.len()], vec![0.0; line.torsion.size()]);
+    let (mut next, mut next_torsion) = (a.clone(), a_torsion.clone());
     // distributed like the inertia: the static torsion takes the rest of the torques
     let on_spin = line.spin.brake.at_start(spin) + line.torque_before();
     let mut last = f64::INFINITY;
     for _ in 0..ROUNDS {
-        line.instant_forces(&a, &a_twist);
+        line.instant_forces(&a, &a_torsion);
         for (i, force) in line.lateral.force_q.iter_mut().enumerate() {
             let mut sum = *force;
             for j in 0..q.len() {
@@ -48,25 +48,25 @@ pub(super) fn accelerations(
             }
             *force = sum;
         }
-        for (torque, s) in line.twist.force_q.iter_mut().zip(&line.spin.row) {
+        for (torque, s) in line.torsion.force_q.iter_mut().zip(&line.spin.row) {
             *torque += on_spin * s;
         }
         mul_vec(&lateral_inverse, &line.lateral.force_q, &mut next);
-        mul_vec(&twist_inverse, &line.twist.force_q, &mut next_twist);
-        let mut direction = vec![0.0; next_twist.len()];
-        mul_vec(&twist_inverse, &line.spin.row, &mut direction);
-        line.spin.hold_start(spin, &direction, &mut next_twist);
-        let change = distance(&next, &a) + distance(&next_twist, &a_twist);
-        let scale = norm(&next) + norm(&next_twist);
+        mul_vec(&torsional_inverse, &line.torsion.force_q, &mut next_torsion);
+        let mut direction = vec![0.0; next_torsion.len()];
+        mul_vec(&torsional_inverse, &line.spin.row, &mut direction);
+        line.spin.hold_start(spin, &direction, &mut next_torsion);
+        let change = distance(&next, &a) + distance(&next_torsion, &a_torsion);
+        let scale = norm(&next) + norm(&next_torsion);
         std::mem::swap(&mut a, &mut next);
-        std::mem::swap(&mut a_twist, &mut next_twist);
+        std::mem::swap(&mut a_torsion, &mut next_torsion);
         if change <= 1e-13 * scale {
-            return Some(Accelerations { lateral: a, twist: a_twist, settled: true });
+            return Some(Accelerations { lateral: a, torsion: a_torsion, settled: true });
         }
         last = change;
     }
     let settled = last <= rounding(line, structure, &lateral_inverse, q, velocity);
-    Some(Accelerations { lateral: a, twist: a_twist, settled })
+    Some(Accelerations { lateral: a, torsion: a_torsion, settled })
 }
 
 /// Rounding of the accelerations at the start due to that of the forces: `8 eps |M^-1| (|K| |q| + |C| |v| + |w|)`.
@@ -100,7 +100,7 @@ mod tests {
         let structure = Structure::build(&machine, None).expect("buildable");
         let mut line = ShaftLine::new(&machine, &structure, 1e-3).expect("regular");
         let found = accelerations(&mut line, &structure, &[0.1, 0.2], &[0.3, 0.0], 1.0).expect("regular");
-        assert!(found.lateral.iter().chain(&found.twist).all(|value| value.is_finite()));
+        assert!(found.lateral.iter().chain(&found.torsion).all(|value| value.is_finite()));
         found.settled
     }
 

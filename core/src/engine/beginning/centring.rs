@@ -18,21 +18,22 @@ impl Centring {
     /// Matrices `(dt^2/2) M^-1 A = 1/2 + (dt/4) M^-1 C` of lateral motion and torsion: change of the increments before t = 0 per change of the
     /// centred ones. `None` if a mass matrix is singular.
     pub fn new(line: &ShaftLine<'_>, structure: &Structure) -> Option<Self> {
-        let (lateral_mass, twist_mass) = masses(structure, line.unbalances());
+        let (lateral_mass, torsional_mass) = masses(structure, line.unbalances());
         let half = |mass: &Matrix, damping: &Matrix| {
             let moved = mul(&inverse(mass)?, damping);
             Some(Matrix::identity(mass.nrows(), mass.nrows()) * 0.5 + moved * (0.25 * line.dt))
         };
-        let blocks = [half(&lateral_mass, &structure.lateral.damping)?, half(&twist_mass, &structure.twist.damping)?];
+        let blocks =
+            [half(&lateral_mass, &structure.lateral.damping)?, half(&torsional_mass, &structure.torsion.damping)?];
         Some(Self { blocks, secants: Vec::new(), last: None })
     }
 
     /// Adds the correction for an error of the centred increments to `previous`.
     pub fn correct(&mut self, error: &Increments, previous: &mut Increments) {
-        let step = self.correction([error.lateral.as_slice(), &error.twist].concat());
-        let (lateral, twist) = step.split_at(error.lateral.len());
+        let step = self.correction([error.lateral.as_slice(), &error.torsion].concat());
+        let (lateral, torsion) = step.split_at(error.lateral.len());
         axpy(1.0, lateral, &mut previous.lateral);
-        axpy(1.0, twist, &mut previous.twist);
+        axpy(1.0, torsion, &mut previous.torsion);
     }
 
     fn correction(&mut self, error: Vec<f64>) -> Vec<f64> {

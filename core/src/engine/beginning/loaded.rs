@@ -52,21 +52,23 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
         }
         let (found, mut previous) = (centred(motion), motion.line.previous());
         let error = |wanted: &[f64], found: &[f64]| wanted.iter().zip(found).map(|(w, f)| w - f).collect();
-        let error =
-            Increments { lateral: error(&wanted.lateral, &found.lateral), twist: error(&wanted.twist, &found.twist) };
+        let error = Increments {
+            lateral: error(&wanted.lateral, &found.lateral),
+            torsion: error(&wanted.torsion, &found.torsion),
+        };
         match &mut exact {
             None => {
                 axpy(0.5, &error.lateral, &mut previous.lateral);
-                axpy(0.5, &error.twist, &mut previous.twist);
+                axpy(0.5, &error.torsion, &mut previous.torsion);
             }
             Some(exact) => exact.correct(&error, &mut previous),
         }
         motion.line.come_from(&previous);
         // increments of a rotor at rest on its spring are mere rounding
         let scale = motion.line.lateral_scale(norm(&previous.lateral));
-        let twist_scale = norm(&previous.twist).max(motion.line.twist_scale());
+        let torsional_scale = norm(&previous.torsion).max(motion.line.torsional_scale());
         settled = distance(&found.lateral, &wanted.lateral) <= TOLERANCE * scale
-            && distance(&found.twist, &wanted.twist) <= TOLERANCE * twist_scale;
+            && distance(&found.torsion, &wanted.torsion) <= TOLERANCE * torsional_scale;
         if settled {
             break;
         }
@@ -79,5 +81,8 @@ pub(super) fn load(motion: &mut Motion<'_>, structure: &Structure) -> Result<(),
 fn centred(motion: &Motion<'_>) -> Increments {
     let previous = motion.line.previous();
     let sum = |d: &[f64], previous: &[f64]| d.iter().zip(previous).map(|(a, b)| a + b).collect();
-    Increments { lateral: sum(&motion.d.lateral, &previous.lateral), twist: sum(&motion.d.twist, &previous.twist) }
+    Increments {
+        lateral: sum(&motion.d.lateral, &previous.lateral),
+        torsion: sum(&motion.d.torsion, &previous.torsion),
+    }
 }

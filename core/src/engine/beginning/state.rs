@@ -54,7 +54,7 @@ pub(in crate::engine) fn initial_motion(
     let mut before: Vec<UnbalanceSite> =
         rotor.unbalances.iter().filter(|u| u.presence == Presence::Before).map(UnbalanceSite::new).collect();
     if let Some(torsion) = initial_torsion(machine, structure) {
-        let turn = |site: &UnbalanceSite| dot(&structure.twist.coordinates.row(site.twist_node), &torsion);
+        let turn = |site: &UnbalanceSite| dot(&structure.torsion.coordinates.row(site.torsional_node), &torsion);
         before.iter_mut().for_each(|site| site.phase += turn(site));
     }
     let changes = structure
@@ -100,8 +100,8 @@ pub(in crate::engine) fn initial_motion(
 fn before_start(line: &ShaftLine<'_>, velocity: &[f64], spin: f64, a: &Accelerations) -> Increments {
     let (dt, rigid) = (line.dt, &line.spin.rigid);
     let lateral = velocity.iter().zip(&a.lateral).map(|(v, a)| dt * v - 0.5 * dt * dt * a);
-    let twist = rigid.iter().zip(&a.twist).map(|(rigid, a)| dt * spin * rigid - 0.5 * dt * dt * a);
-    Increments { lateral: lateral.collect(), twist: twist.collect() }
+    let torsion = rigid.iter().zip(&a.torsion).map(|(rigid, a)| dt * spin * rigid - 0.5 * dt * dt * a);
+    Increments { lateral: lateral.collect(), torsion: torsion.collect() }
 }
 
 /// Projection of a nodal matrix of the lateral motion on the coordinates.

@@ -83,10 +83,10 @@ impl Bodies<'_> {
     /// Centred slip velocity at the place of the current rows \[m/s\], rotor relative to ring, positive along the tangent.
     pub fn centred_slip(&self, line: &ShaftLine<'_>, acting: &Gap, d: &Increments) -> f64 {
         let (_, tangent) = directions(acting);
-        let (before, twist_before) = (&line.lateral.stepper.previous, &line.twist.stepper.previous);
+        let (before, torsion_before) = (&line.lateral.stepper.previous, &line.torsion.stepper.previous);
         let (dx, before) = (self.section.increment(&d.lateral), self.section.increment(before));
         let mut slip = tangent[0] * (dx[0] + before[0]) + tangent[1] * (dx[1] + before[1]);
-        slip += self.section.radius * (self.section.turn(&d.twist) + self.section.turn(twist_before));
+        slip += self.section.radius * (self.section.turn(&d.torsion) + self.section.turn(torsion_before));
         if let Some(ring) = &self.stator.ring {
             slip -= dot(&ring.tangent.force, &ring.d) + dot(&ring.tangent.force, &ring.stepper.previous);
         }
@@ -112,13 +112,13 @@ impl Bodies<'_> {
         rounding: f64,
     ) -> f64 {
         let responses = self.section.reach();
-        let by_friction = self.friction * self.section.radius * self.section.twist_reach();
+        let by_friction = self.friction * self.section.radius * self.section.torsional_reach();
         let size = line.lateral_scale(norm(&next.lateral) + normal * responses);
-        let twist_size = norm(&next.twist) + normal * by_friction + line.twist_scale() + f64::MIN_POSITIVE;
+        let torsional_size = norm(&next.torsion) + normal * by_friction + line.torsional_scale() + f64::MIN_POSITIVE;
         let moved = (distance(&next.lateral, &d.lateral) - rounding * responses).max(0.0);
         let drive_change = (line.spin.driven() - driven).abs();
-        let twisted = distance(&next.twist, &d.twist) + drive_change - rounding * by_friction;
-        (moved / size).max(twisted.max(0.0) / twist_size)
+        let twisted = distance(&next.torsion, &d.torsion) + drive_change - rounding * by_friction;
+        (moved / size).max(twisted.max(0.0) / torsional_size)
     }
 
     /// Error of the normal force due to rounding of the gap, the difference of two radii \[N\]. If the contact compliance is small, as for the full

@@ -79,7 +79,7 @@ impl<'a> Rub<'a> {
                 Forces::Multipliers(Multipliers::new(contact, location))
             }
         };
-        let free = Increments::zeros(line.lateral.size(), line.twist.size());
+        let free = Increments::zeros(line.lateral.size(), line.torsion.size());
         Some(Self { axes, bodies, forces, work: Work { free, iterations: 0 } })
     }
 

@@ -102,7 +102,7 @@ fn solve(
         tn: -section.along(tangent, normal),
         tt: -section.along(tangent, tangent) - section.rolling(),
     };
-    let mut slip = tangent[0] * dx_free[0] + tangent[1] * dx_free[1] + section.radius * section.turn(&free.twist);
+    let mut slip = tangent[0] * dx_free[0] + tangent[1] * dx_free[1] + section.radius * section.turn(&free.torsion);
     if let Some(ring) = &bodies.stator.ring {
         g0 += dot(&ring.gap_row, &ring.free) - dot(&ring.gap_row, &ring.d);
         w.nn += dot(&ring.gap_row, &ring.normal.response);

@@ -16,18 +16,18 @@ pub(super) struct Section {
     /// Displacement per unit force over the step \[m/N\].
     pub compliance: [[f64; 2]; 2],
     /// Row of the torsional coordinates for the node's angle.
-    twist_row: Vec<f64>,
+    torsional_row: Vec<f64>,
     /// Torsional increments per unit torque on the node.
-    twist_response: Vec<f64>,
+    torsional_response: Vec<f64>,
     /// Angle of the node per unit torque over the step [rad/(N m)].
-    twist_compliance: f64,
+    torsional_compliance: f64,
     /// Torque of the drive of a prescribed speed per unit torque on the node.
     drive_lever: f64,
 }
 
 impl Section {
     pub fn new(line: &ShaftLine<'_>, node: usize, radius: f64, axes: &Axes) -> Self {
-        let (rows, twist_row) = line.rows(node);
+        let (rows, torsional_row) = line.rows(node);
         let rows = axes.rows(&rows);
         let responses: [Vec<f64>; 2] = std::array::from_fn(|axis| {
             let mut response = vec![0.0; rows[axis].len()];
@@ -35,11 +35,21 @@ impl Section {
             response
         });
         let compliance = std::array::from_fn(|i| std::array::from_fn(|j| dot(&rows[i], &responses[j])));
-        let mut twist_response = vec![0.0; twist_row.len()];
-        line.twist.stepper.compliance(&twist_row, &mut twist_response);
-        let drive_lever = line.spin.hold_response(&mut twist_response);
-        let twist_compliance = dot(&twist_row, &twist_response);
-        Self { node, radius, rows, responses, compliance, twist_row, twist_response, twist_compliance, drive_lever }
+        let mut torsional_response = vec![0.0; torsional_row.len()];
+        line.torsion.stepper.compliance(&torsional_row, &mut torsional_response);
+        let drive_lever = line.spin.hold_response(&mut torsional_response);
+        let torsional_compliance = dot(&torsional_row, &torsional_response);
+        Self {
+            node,
+            radius,
+            rows,
+            responses,
+            compliance,
+            torsional_row,
+            torsional_response,
+            torsional_compliance,
+            drive_lever,
+        }
     }
 
     /// Displacement over a step \[m\].
@@ -54,8 +64,8 @@ impl Section {
     }
 
     /// Angle of rotation over a step \[rad\].
-    pub fn turn(&self, twist: &[f64]) -> f64 {
-        dot(&self.twist_row, twist)
+    pub fn turn(&self, torsion: &[f64]) -> f64 {
+        dot(&self.torsional_row, torsion)
     }
 
     /// Position `from` after the displacement by a force over the step.
@@ -71,7 +81,7 @@ impl Section {
 
     /// Tangential displacement of the surface due to a unit friction force, from the rotation alone \[m/N\].
     pub fn rolling(&self) -> f64 {
-        self.radius * self.radius * self.twist_compliance
+        self.radius * self.radius * self.torsional_compliance
     }
 
     /// Adds the response to a force \[N\] and to the torque of its friction part.
@@ -79,7 +89,7 @@ impl Section {
         for (f, response) in force.into_iter().zip(&self.responses) {
             axpy(f, response, &mut d.lateral);
         }
-        axpy(-tangential * self.radius, &self.twist_response, &mut d.twist);
+        axpy(-tangential * self.radius, &self.torsional_response, &mut d.torsion);
     }
 
     /// Torque of the drive of a prescribed speed in response to a friction torque \[N m\].
@@ -93,7 +103,7 @@ impl Section {
     }
 
     /// Norm of the torsional increments per unit torque.
-    pub fn twist_reach(&self) -> f64 {
-        norm(&self.twist_response)
+    pub fn torsional_reach(&self) -> f64 {
+        norm(&self.torsional_response)
     }
 }

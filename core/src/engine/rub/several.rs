@@ -170,7 +170,7 @@ fn solve(bodies: &Bodies<'_>, points: &mut [Point], sign: f64, (d, free): (&Incr
     let mut coupled = Coupled { w: Default::default(), start: [[0.0; 2]; POINTS], friction, law, sign };
     let mut forces = [ContactReaction::NONE; POINTS];
     let (dx, dx_free) = (section.increment(&d.lateral), section.increment(&free.lateral));
-    let turn = section.radius * section.turn(&free.twist);
+    let turn = section.radius * section.turn(&free.torsion);
     for (k, point) in points.iter().enumerate() {
         let (n, t) = directions(&point.gap);
         let (mut gap, mut slip) = (point.gap.value, t[0] * dx_free[0] + t[1] * dx_free[1] + turn);
@@ -244,7 +244,7 @@ fn account(
 ) -> StepContact {
     let section = &bodies.section;
     let step = section.centred_step(line, d);
-    let turned = section.turn(&d.twist) + section.turn(&line.twist.stepper.previous);
+    let turned = section.turn(&d.torsion) + section.turn(&line.torsion.stepper.previous);
     let turn = 0.5 * section.radius * turned;
     let mut sum = StepContact {
         force: ContactReaction { normal: 0.0, tangential: 0.0, sticks: true },

@@ -72,7 +72,7 @@ impl Spring {
                 }
                 FrictionLaw::StickSlip => {
                     let dx = bodies.section.increment(&free.lateral);
-                    let slip = tangent[0] * dx[0] + tangent[1] * dx[1] + radius * bodies.section.turn(&free.twist);
+                    let slip = tangent[0] * dx[0] + tangent[1] * dx[1] + radius * bodies.section.turn(&free.torsion);
                     let holding = -slip / w_tt;
                     let limit = bodies.friction * normal;
                     force.sticks = holding.abs() <= limit;

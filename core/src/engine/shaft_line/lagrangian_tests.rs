@@ -102,13 +102,13 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
             let (tvt, tut) = (along(&s, v, U, TV, 1.0), along(&s, v, V, TU, -1.0) * -1.0);
             let (bend_u, bend_v) = (along(&ds, q, U, TV, 1.0), along(&ds, q, V, TU, -1.0));
             let psit = v[a][PSI] * (1.0 - x) + v[b][PSI] * x;
-            let twist = (q[b][PSI] - q[a][PSI]) * (1.0 / e.length);
+            let torsion = (q[b][PSI] - q[a][PSI]) * (1.0 / e.length);
             let (rs, ri) = (e.density * area * dz, e.density * inertia * dz);
             twice = twice + (ut * ut + vt * vt) * rs + (tut * tut + tvt * tvt) * ri + psit * psit * (2.0 * ri);
             // the symmetric form of 2 (phi' + beta') theta_u' theta_v
             twice = twice + spin * (tut * tv - tvt * tu) * (2.0 * ri);
             twice = twice - (bend_u * bend_u + bend_v * bend_v) * (e.young_modulus * inertia * dz);
-            twice = twice - twist * twist * (shear_modulus * 2.0 * inertia * dz);
+            twice = twice - torsion * torsion * (shear_modulus * 2.0 * inertia * dz);
             if let Some(rigidity) = rigidity {
                 for (d, slope, sign) in [(U, TV, 1.0), (V, TU, -1.0)] {
                     // w' - s = -ratio w'''
@@ -133,7 +133,7 @@ fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual 
     }
     for site in machine.rotor.unbalances.iter().map(UnbalanceSite::new) {
         let (x, xt, d) = (&q[site.node], &v[site.node], site.radius);
-        let (psi, psit) = (q[site.twist_node][PSI], v[site.twist_node][PSI]);
+        let (psi, psit) = (q[site.torsional_node][PSI], v[site.torsional_node][PSI]);
         let (s, c) = (psi + Dual([site.phase, 0.0, 0.0, 0.0])).sin_cos();
         let (ut, vt) = (xt[U] - psit * s * d, xt[V] + psit * c * d);
         twice = twice + (ut * ut + vt * vt) * site.mass;
@@ -183,7 +183,7 @@ proptest! {
     #[test]
     fn forces_are_the_derivative_of_the_lagrangian(seed in any::<u64>()) {
         let machine = machine();
-        prop_assert!(machine.rotor.unbalances.iter().filter(|site| site.twist_node != site.node).count() == 2);
+        prop_assert!(machine.rotor.unbalances.iter().filter(|site| site.torsional_node != site.node).count() == 2);
         let structure = Structure::build(&machine, None).expect("solvable");
         let RotorKind::Shaft(shaft) = &machine.rotor.kind else { unreachable!("a shaft") };
         let rotor = &structure.rotor;
@@ -193,8 +193,8 @@ proptest! {
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
         // displacements of mm, velocities of m/s, accelerations of 1000 m/s2; spin of hundreds of rad/s with torsion
-        let mut draw = |lateral: f64, twist: f64| -> Vec<[f64; 5]> {
-            (0..rotor.nodes).map(|_| std::array::from_fn(|k| random() * if k == PSI { twist } else { lateral })).collect()
+        let mut draw = |lateral: f64, torsion: f64| -> Vec<[f64; 5]> {
+            (0..rotor.nodes).map(|_| std::array::from_fn(|k| random() * if k == PSI { torsion } else { lateral })).collect()
         };
         let mut path = [draw(1e-3, 1e-3), draw(1.0, 5.0), draw(1e3, 1e3)];
         let phi = 2.0 + path[0][0][PSI] * 1e3;
@@ -214,25 +214,25 @@ proptest! {
             (0..rotor.nodes).for_each(|node| [U, V, TU, TV].iter().for_each(|&k| x[place(node, k)] = f[node][k]));
             x
         };
-        let twist = |f: &Vec<[f64; 5]>, less: f64| -> Vec<f64> { f.iter().map(|node| node[PSI] - less).collect() };
+        let torsion = |f: &Vec<[f64; 5]>, less: f64| -> Vec<f64> { f.iter().map(|node| node[PSI] - less).collect() };
         line.lateral.x = lateral(&path[0]);
         line.spin.angle = phi;
-        line.twist.x = twist(&path[0], phi);
+        line.torsion.x = torsion(&path[0], phi);
         line.refresh();
         (line.lateral.v, line.lateral.a) = (lateral(&path[1]), lateral(&path[2]));
-        (line.twist.v, line.twist.a) = (twist(&path[1], 0.0), twist(&path[2], 0.0));
+        (line.torsion.v, line.torsion.a) = (torsion(&path[1], 0.0), torsion(&path[2], 0.0));
         line.evaluate_instant();
-        let (mass, twist_mass) = masses(&structure, &line.unbalances.sites);
+        let (mass, torsional_mass) = masses(&structure, &line.unbalances.sites);
         let column = |x: &[f64]| Vector::from_column_slice(x);
         let product = |m: &Matrix, x: &[f64]| m * column(x);
         // residual that the step loop sets to zero, without damping and skew stiffness, which have no energy
         let rows = product(&mass, &line.lateral.a) + product(&rotor.stiffness, &line.lateral.x)
             - column(&line.lateral.force)
             - column(&line.weight.projected);
-        let twist_rows = product(&twist_mass, &line.twist.a) + product(&rotor.twist_stiffness, &line.twist.x)
-            - column(&line.twist.force);
+        let torsional_rows = product(&torsional_mass, &line.torsion.a) + product(&rotor.torsional_stiffness, &line.torsion.x)
+            - column(&line.torsion.force);
         let scale = rows.amax();
-        let twist_scale = twist_rows.amax();
+        let torsional_scale = torsional_rows.amax();
         for node in 0..rotor.nodes {
             for kind in [U, V, TU, TV] {
                 let exact = euler_lagrange(&machine, shaft, &path, node, kind);
@@ -240,8 +240,8 @@ proptest! {
                 prop_assert!((ours - exact).abs() < 1e-9 * scale, "node {node} kind {kind}: {ours} {exact}");
             }
             let exact = euler_lagrange(&machine, shaft, &path, node, PSI);
-            let ours = twist_rows[node];
-            prop_assert!((ours - exact).abs() < 1e-9 * twist_scale, "twist of node {node}: {ours} {exact}");
+            let ours = torsional_rows[node];
+            prop_assert!((ours - exact).abs() < 1e-9 * torsional_scale, "torsion of node {node}: {ours} {exact}");
         }
     }
 }

@@ -12,12 +12,16 @@ pub(crate) fn sites(machine: &Machine) -> Vec<UnbalanceSite> {
 
 /// Lateral and torsional mass matrices on the coordinates.
 pub(crate) fn masses(structure: &Structure, unbalances: &[UnbalanceSite]) -> (Matrix, Matrix) {
-    let (mut lateral, mut twist) = (structure.lateral.mass.clone(), structure.twist.mass.clone());
+    let (mut lateral, mut torsion) = (structure.lateral.mass.clone(), structure.torsion.mass.clone());
     for site in unbalances {
         for dof in structure.rotor.plane_places(site.node) {
             add_outer(&mut lateral, site.mass, &structure.lateral.coordinates.row(dof));
         }
-        add_outer(&mut twist, site.mass * site.radius * site.radius, &structure.twist.coordinates.row(site.twist_node));
+        add_outer(
+            &mut torsion,
+            site.mass * site.radius * site.radius,
+            &structure.torsion.coordinates.row(site.torsional_node),
+        );
     }
-    (lateral, twist)
+    (lateral, torsion)
 }

@@ -49,7 +49,7 @@ pub(crate) struct ShaftLine<'a> {
     /// Lateral motion \[m\] and \[rad\].
     pub lateral: Field<'a>,
     /// Torsion: angles of the nodes relative to the mean spin angle \[rad\].
-    pub twist: Field<'a>,
+    pub torsion: Field<'a>,
     /// Mean spin.
     pub spin: Spin,
     unbalances: Unbalances,
@@ -80,7 +80,7 @@ pub(crate) struct OtherForces {
 impl OtherForces {
     /// Response to no force.
     pub fn none(line: &ShaftLine<'_>) -> Self {
-        Self { increments: Increments::zeros(line.lateral.size(), line.twist.size()), drive_torque: 0.0 }
+        Self { increments: Increments::zeros(line.lateral.size(), line.torsion.size()), drive_torque: 0.0 }
     }
 }
 
@@ -97,9 +97,9 @@ impl<'a> ShaftLine<'a> {
     pub fn new(machine: &Machine, structure: &'a Structure, dt: f64) -> Option<Self> {
         let rotor = &structure.rotor;
         let sites = sites(machine);
-        let (lateral_mass, twist_mass) = masses(structure, &sites);
+        let (lateral_mass, torsional_mass) = masses(structure, &sites);
         let lateral = Field::new(&structure.lateral, &lateral_mass, dt)?;
-        let twist = Field::new(&structure.twist, &twist_mass, dt)?;
+        let torsion = Field::new(&structure.torsion, &torsional_mass, dt)?;
         let nodal = rotor.constant_force(&machine.rotor, &sites);
         let mut projected = vec![0.0; lateral.size()];
         structure.lateral.coordinates.project(&nodal, &mut projected);
@@ -115,15 +115,15 @@ impl<'a> ShaftLine<'a> {
             rotor,
             dt,
             levers: levers.collect(),
-            spin: Spin::new(machine, structure, &twist.stepper),
+            spin: Spin::new(machine, structure, &torsion.stepper),
             unbalances: Unbalances::new(machine, sites),
-            torques: Torques::new(machine, &twist, dt),
+            torques: Torques::new(machine, &torsion, dt),
             gyro_x: vec![0.0; 8 * rotor.gyro.len()],
             weight: Weight { nodal, projected },
             has_skew: rotor.bearings.iter().any(|b| b.skew != 0.0) || !rotor.tables.is_empty(),
             tables: Tables::new(rotor, machine.rotor.initial_speed),
             lateral,
-            twist,
+            torsion,
             others: None,
         })
     }
@@ -133,7 +133,7 @@ impl<'a> ShaftLine<'a> {
     pub fn released(&self, machine: &Machine, structure: &'a Structure, change: &Jump) -> Option<Self> {
         let mut line = Self::new(machine, structure, self.dt)?;
         line.lateral.take_over(&self.lateral, &change.lateral);
-        line.twist.take_over(&self.twist, &change.twist);
+        line.torsion.take_over(&self.torsion, &change.torsion);
         line.spin.angle = self.spin.angle;
         line.tables = self.tables.repeated();
         line.refresh();
@@ -142,11 +142,11 @@ impl<'a> ShaftLine<'a> {
 
     /// Motion of an unbalance mass at n, after [`ShaftLine::settle`].
     pub fn piece(&self, site: &UnbalanceSite) -> PieceMotion {
-        let (lateral, twist, node) = (&self.lateral, &self.twist, site.twist_node);
-        let psi = self.spin.angle + twist.x[node] + site.phase;
+        let (lateral, torsion, node) = (&self.lateral, &self.torsion, site.torsional_node);
+        let psi = self.spin.angle + torsion.x[node] + site.phase;
         PieceMotion {
             node: [&lateral.x, &lateral.v, &lateral.a].map(|of| self.rotor.at(site.node, of)),
-            angle: [psi, twist.v[node], twist.a[node]],
+            angle: [psi, torsion.v[node], torsion.a[node]],
         }
     }
 
@@ -160,14 +160,14 @@ impl<'a> ShaftLine<'a> {
 
     /// Sets the torsion at t = 0 from coordinates.
     pub fn begin_torsion(&mut self, q: &[f64]) {
-        self.twist.stepper.q.copy_from_slice(q);
-        self.twist.put(q);
+        self.torsion.stepper.q.copy_from_slice(q);
+        self.torsion.put(q);
     }
 
     /// Replaces the increments of the previous step.
     pub fn come_from(&mut self, previous: &Increments) {
         self.lateral.come_from(&previous.lateral);
-        self.twist.come_from(&previous.twist);
+        self.torsion.come_from(&previous.torsion);
     }
 
     /// Sets coordinates and velocities, all nodes turning with the same spin, for [`ShaftLine::instant_forces`].
@@ -175,13 +175,13 @@ impl<'a> ShaftLine<'a> {
         self.lateral.put(q);
         self.refresh();
         self.lateral.speed(velocity);
-        self.twist.v.fill(spin);
+        self.torsion.v.fill(spin);
     }
 
     /// Evaluates generalised forces and torques of this state for given accelerations: all except the braking torque and the terms of M, C and K.
-    pub fn instant_forces(&mut self, lateral: &[f64], twist: &[f64]) {
+    pub fn instant_forces(&mut self, lateral: &[f64], torsion: &[f64]) {
         self.lateral.accelerate(lateral);
-        self.twist.accelerate(twist);
+        self.torsion.accelerate(torsion);
         self.evaluate_instant();
         if self.has_skew {
             self.add_skew_forces();
@@ -190,7 +190,7 @@ impl<'a> ShaftLine<'a> {
         for (sum, weight) in self.lateral.force_q.iter_mut().zip(&self.weight.projected) {
             *sum += weight;
         }
-        self.twist.project();
+        self.torsion.project();
     }
 
     /// Begins the step from n at a time \[s\] and a mean spin \[rad/s\].
@@ -207,24 +207,24 @@ impl<'a> ShaftLine<'a> {
         } else {
             self.lateral.stepper.prepare(Some(&self.weight.projected));
         }
-        self.twist.stepper.prepare(self.torques.as_mut().map(|torques| torques.at_step(time)));
+        self.torsion.stepper.prepare(self.torques.as_mut().map(|torques| torques.at_step(time)));
     }
 
     /// Computes the increments that follow from the forces at the increments `d`. Contact forces are not included, except those of
     /// [`ShaftLine::others`]. `time` is the time at n \[s\].
     pub fn respond(&mut self, time: f64, d: &Increments, free: &mut Increments) {
         self.settle(d);
-        self.unbalances.turn(&self.twist.previous, &self.twist.d, self.dt);
+        self.unbalances.turn(&self.torsion.previous, &self.torsion.d, self.dt);
         self.evaluate();
         self.lateral.project();
-        self.twist.project();
-        self.spin.brake(self.centred_spin(&d.twist), &mut self.twist.force_q);
+        self.torsion.project();
+        self.spin.brake(self.centred_spin(&d.torsion), &mut self.torsion.force_q);
         self.lateral.respond(&mut free.lateral);
-        self.twist.respond(&mut free.twist);
-        self.spin.hold(time, &self.twist.stepper.previous, &mut free.twist);
+        self.torsion.respond(&mut free.torsion);
+        self.spin.hold(time, &self.torsion.stepper.previous, &mut free.torsion);
         if let Some(others) = &self.others {
             axpy(1.0, &others.increments.lateral, &mut free.lateral);
-            axpy(1.0, &others.increments.twist, &mut free.twist);
+            axpy(1.0, &others.increments.torsion, &mut free.torsion);
             self.spin.add_drive_torque(others.drive_torque);
         }
     }
@@ -232,32 +232,32 @@ impl<'a> ShaftLine<'a> {
     /// Computes nodal increments, velocities and accelerations from the increments of a round; the last call is for the increments that are accepted.
     pub fn settle(&mut self, d: &Increments) {
         self.lateral.see(&d.lateral);
-        self.twist.see(&d.twist);
+        self.torsion.see(&d.torsion);
     }
 
     /// Accepts the increments of the step, which are those of the last [`ShaftLine::settle`].
     pub fn advance(&mut self, d: &Increments) {
-        let turn = self.spin.turn(&d.twist);
+        let turn = self.spin.turn(&d.torsion);
         self.lateral.stepper.advance(&d.lateral);
-        self.twist.stepper.advance(&d.twist);
-        for (q, rigid) in self.twist.stepper.q.iter_mut().zip(&self.spin.rigid) {
+        self.torsion.stepper.advance(&d.torsion);
+        for (q, rigid) in self.torsion.stepper.q.iter_mut().zip(&self.spin.rigid) {
             *q -= turn * rigid;
         }
         self.spin.angle += turn;
         for (x, dx) in self.lateral.x.iter_mut().zip(&self.lateral.d) {
             *x += dx;
         }
-        for (beta, d_psi) in self.twist.x.iter_mut().zip(&self.twist.d) {
+        for (beta, d_psi) in self.torsion.x.iter_mut().zip(&self.torsion.d) {
             *beta += d_psi - turn;
         }
         self.lateral.previous.copy_from_slice(&self.lateral.d);
-        self.twist.previous.copy_from_slice(&self.twist.d);
+        self.torsion.previous.copy_from_slice(&self.torsion.d);
         self.refresh();
     }
 
     /// Updates the terms that depend only on the position at n: angles of the unbalances, and S_g x.
     fn refresh(&mut self) {
-        self.unbalances.place(self.spin.angle, &self.twist.x);
+        self.unbalances.place(self.spin.angle, &self.torsion.x);
         for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact_mut(8)) {
             product.fill(0.0);
             site.local_product(&self.lateral.x, product.try_into().expect("chunks of 8"));
@@ -266,22 +266,22 @@ impl<'a> ShaftLine<'a> {
 
     /// Evaluates the non-linear forces at n from velocities, accelerations and turns.
     fn evaluate(&mut self) {
-        let (lateral, twist) = (&mut self.lateral, &mut self.twist);
+        let (lateral, torsion) = (&mut self.lateral, &mut self.torsion);
         lateral.force.fill(0.0);
-        twist.force.fill(0.0);
+        torsion.force.fill(0.0);
         for (site, product) in self.rotor.gyro.iter().zip(self.gyro_x.chunks_exact(8)) {
             let product: &[f64; 8] = product.try_into().expect("chunks of 8");
-            let (spin, spin_dot) = (site.mean(&twist.v), site.mean(&twist.a));
+            let (spin, spin_dot) = (site.mean(&torsion.v), site.mean(&torsion.a));
             let torque = site.apply(spin, spin_dot, &lateral.v, &lateral.a, product, &mut lateral.force);
-            site.spread(torque, &mut twist.force);
+            site.spread(torque, &mut torsion.force);
         }
-        self.unbalances.push(self.rotor, &lateral.a, &mut lateral.force, &mut twist.force);
+        self.unbalances.push(self.rotor, &lateral.a, &mut lateral.force, &mut torsion.force);
         self.tables.add_damping_forces(&lateral.v, &mut lateral.force);
     }
 
     /// Evaluates the non-linear forces from angular velocities and accelerations instead of turns over a step.
     fn evaluate_instant(&mut self) {
-        self.unbalances.turn_at(&self.twist.v, &self.twist.a);
+        self.unbalances.turn_at(&self.torsion.v, &self.torsion.a);
         self.evaluate();
     }
 
@@ -300,7 +300,7 @@ impl<'a> ShaftLine<'a> {
 
     /// Work of the torques over time in the step at n \[J\], after [`ShaftLine::settle`].
     pub fn torque_work(&self) -> f64 {
-        self.torques.as_ref().map_or(0.0, |torques| torques.work(&self.twist.v))
+        self.torques.as_ref().map_or(0.0, |torques| torques.work(&self.torsion.v))
     }
 
     /// Whether all bearing tables cover a speed \[rad/s\].
@@ -309,26 +309,26 @@ impl<'a> ShaftLine<'a> {
     }
 
     /// Mean spin at n, centred \[rad/s\].
-    pub fn centred_spin(&self, twist: &[f64]) -> f64 {
-        self.spin.centred(twist, &self.twist.stepper.previous)
+    pub fn centred_spin(&self, torsion: &[f64]) -> f64 {
+        self.spin.centred(torsion, &self.torsion.stepper.previous)
     }
 
     /// Mean spin over the step and mean spin at n+1 \[rad/s\]; `time` is the time at n.
-    pub fn spin_after(&self, time: f64, twist: &[f64]) -> (f64, f64) {
-        (self.spin.over_step(twist), self.spin.reached(time, twist, &self.twist.stepper.previous))
+    pub fn spin_after(&self, time: f64, torsion: &[f64]) -> (f64, f64) {
+        (self.spin.over_step(torsion), self.spin.reached(time, torsion, &self.torsion.stepper.previous))
     }
 
     /// Scale for the error of lateral increments: their norm, but at least the rounding of the state and of the unbalances' turns. (A rotor on stiff
     /// bearings moves far less than its unbalances.) After [`ShaftLine::respond`].
     pub fn lateral_scale(&self, increments: f64) -> f64 {
         let turns = self.unbalances.sites.iter().zip(&self.levers);
-        let turns = turns.map(|(site, lever)| lever * self.twist.d[site.twist_node].abs());
+        let turns = turns.map(|(site, lever)| lever * self.torsion.d[site.torsional_node].abs());
         let least = TURNING * turns.sum::<f64>();
         (increments + RESTING * norm(&self.lateral.stepper.q)).max(least) + f64::MIN_POSITIVE
     }
 
     /// Least scale for the error of torsional increments, which are mere rounding at rest.
-    pub fn twist_scale(&self) -> f64 {
+    pub fn torsional_scale(&self) -> f64 {
         self.spin.brake.scale()
     }
 
@@ -349,13 +349,13 @@ impl<'a> ShaftLine<'a> {
 
     /// Increments of the previous step.
     pub fn previous(&self) -> Increments {
-        let (lateral, twist) = (&self.lateral.stepper.previous, &self.twist.stepper.previous);
-        Increments { lateral: lateral.clone(), twist: twist.clone() }
+        let (lateral, torsion) = (&self.lateral.stepper.previous, &self.torsion.stepper.previous);
+        Increments { lateral: lateral.clone(), torsion: torsion.clone() }
     }
 
     /// Rows of the lateral coordinates for a node's u and v, and of the torsional coordinates for its angle.
     pub fn rows(&self, node: usize) -> ([Vec<f64>; 2], Vec<f64>) {
-        (self.rotor.plane_places(node).map(|dof| self.lateral.row(dof)), self.twist.row(node))
+        (self.rotor.plane_places(node).map(|dof| self.lateral.row(dof)), self.torsion.row(node))
     }
 
     /// Unbalances at their nodes.
@@ -383,12 +383,12 @@ impl<'a> ShaftLine<'a> {
     /// Kinetic and potential energy between n and n+1 \[J\]: gyroscopic, unbalance-coupling and gravity terms. After [`ShaftLine::settle`],
     /// before [`ShaftLine::advance`].
     pub fn coupling_energies(&self, d: &Increments) -> (f64, f64) {
-        let (lateral, twist) = (&self.lateral, &self.twist);
+        let (lateral, torsion) = (&self.lateral, &self.torsion);
         let dt = self.dt;
         let mut kinetic = 0.0;
         let middle: Vec<f64> = lateral.x.iter().zip(&lateral.d).map(|(x, dx)| x + 0.5 * dx).collect();
         for site in &self.rotor.gyro {
-            kinetic += 0.5 * site.mean(&twist.d) * site.bilinear(&lateral.d, &middle) / (dt * dt);
+            kinetic += 0.5 * site.mean(&torsion.d) * site.bilinear(&lateral.d, &middle) / (dt * dt);
         }
         let mut potential = 0.0;
         if self.weight.nodal.iter().any(|force| *force != 0.0) {
@@ -396,7 +396,7 @@ impl<'a> ShaftLine<'a> {
                 potential -= self.weight.projected[i] * (lateral.stepper.q[i] + 0.5 * d);
             }
         }
-        let increments = (lateral.d.as_slice(), twist.d.as_slice());
+        let increments = (lateral.d.as_slice(), torsion.d.as_slice());
         self.unbalances.add_energies(self.rotor, increments, dt, (&mut kinetic, &mut potential));
         (kinetic, potential)
     }

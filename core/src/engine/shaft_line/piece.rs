@@ -52,8 +52,8 @@ impl PieceMotion {
 
     /// Jump of the accelerations (2); `before` is the machine without the mass. `None` if a mass matrix is singular.
     pub fn jump(&self, site: &UnbalanceSite, before: &Machine, structure: &Structure) -> Option<Jump> {
-        let (lateral_mass, twist_mass) = masses(structure, &sites(before));
-        let (lateral_inverse, twist_inverse) = (inverse(&lateral_mass)?, inverse(&twist_mass)?);
+        let (lateral_mass, torsional_mass) = masses(structure, &sites(before));
+        let (lateral_inverse, torsional_inverse) = (inverse(&lateral_mass)?, inverse(&torsional_mass)?);
         let respond = |matrix: &Matrix, force: &[f64]| {
             let mut response = vec![0.0; force.len()];
             mul_vec(matrix, force, &mut response);
@@ -61,20 +61,20 @@ impl PieceMotion {
         };
         let rows = structure.rotor.plane_places(site.node).map(|dof| structure.lateral.coordinates.row(dof));
         let responses = [0, 1].map(|axis| respond(&lateral_inverse, &rows[axis]));
-        let twist_row = structure.twist.coordinates.row(site.twist_node);
-        let mut twist_response = respond(&twist_inverse, &twist_row);
+        let torsional_row = structure.torsion.coordinates.row(site.torsional_node);
+        let mut torsional_response = respond(&torsional_inverse, &torsional_row);
         if before.rotor.speed_law.is_some() {
             // a drive keeps the mean spin at its prescribed value
-            let mut mean = vec![0.0; twist_row.len()];
-            structure.twist.coordinates.project(&structure.rotor.spin_weights, &mut mean);
-            let direction = respond(&twist_inverse, &mean);
-            axpy(-dot(&mean, &twist_response) / dot(&mean, &direction), &direction, &mut twist_response);
+            let mut mean = vec![0.0; torsional_row.len()];
+            structure.torsion.coordinates.project(&structure.rotor.spin_weights, &mut mean);
+            let direction = respond(&torsional_inverse, &mean);
+            axpy(-dot(&mean, &torsional_response) / dot(&mean, &direction), &direction, &mut torsional_response);
         }
         let PieceMotion { node: [_, _, a], angle: [psi, rate, rate_dot] } = *self;
         let (sin, cos) = libm::sincos(psi);
         let d = site.radius;
         let arm = [-d * sin, d * cos];
-        let turning = dot(&twist_row, &twist_response);
+        let turning = dot(&torsional_row, &torsional_response);
         let wanted = [
             -site.mass * (a[0] + arm[0] * rate_dot - d * rate * rate * cos - before.rotor.gravity[0]),
             -site.mass * (a[1] + arm[1] * rate_dot - d * rate * rate * sin - before.rotor.gravity[1]),
@@ -90,8 +90,8 @@ impl PieceMotion {
         let mut lateral = vec![0.0; rows[0].len()];
         (0..2).for_each(|axis| axpy(force[axis], &responses[axis], &mut lateral));
         let torque = dot(&arm, &force);
-        let twist = twist_response.iter().map(|part| torque * part).collect();
-        (determinant != 0.0).then_some(Jump { lateral, twist })
+        let torsion = torsional_response.iter().map(|part| torque * part).collect();
+        (determinant != 0.0).then_some(Jump { lateral, torsion })
     }
 }
 
@@ -101,13 +101,13 @@ pub(crate) struct Jump {
     /// Jump of the lateral accelerations.
     pub lateral: Vec<f64>,
     /// Jump of the torsional accelerations.
-    pub twist: Vec<f64>,
+    pub torsion: Vec<f64>,
 }
 
 impl Jump {
     /// The jump times a factor.
     pub fn times(mut self, factor: f64) -> Self {
-        self.lateral.iter_mut().chain(&mut self.twist).for_each(|part| *part *= factor);
+        self.lateral.iter_mut().chain(&mut self.torsion).for_each(|part| *part *= factor);
         self
     }
 }

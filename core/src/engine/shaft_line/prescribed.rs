@@ -24,10 +24,10 @@ impl Prescribed {
     }
 
     /// Changes the increments so that the mean spin follows the prescribed speed over the step at `time`.
-    pub fn impose(&mut self, row: &[f64], time: f64, dt: f64, twist: &mut [f64]) {
+    pub fn impose(&mut self, row: &[f64], time: f64, dt: f64, torsion: &mut [f64]) {
         let wanted = angle_of(&self.law, time + dt) - angle_of(&self.law, time);
-        self.torque = (wanted - dot(row, twist)) / self.compliance;
-        axpy(self.torque, &self.direction, twist);
+        self.torque = (wanted - dot(row, torsion)) / self.compliance;
+        axpy(self.torque, &self.direction, torsion);
     }
 
     /// Removes the mean spin from a torsional response; returns the drive torque required for it.

@@ -28,13 +28,13 @@ pub(crate) struct Spin {
 
 impl Spin {
     /// Mean spin at the start of a run, with the stepper of the torsion.
-    pub fn new(machine: &Machine, structure: &Structure, twist: &Stepper) -> Self {
-        let (rotor, map, dt) = (&structure.rotor, &structure.twist.coordinates, twist.dt);
+    pub fn new(machine: &Machine, structure: &Structure, torsion: &Stepper) -> Self {
+        let (rotor, map, dt) = (&structure.rotor, &structure.torsion.coordinates, torsion.dt);
         let mut row = vec![0.0; map.size()];
         map.project(&rotor.spin_weights, &mut row);
-        let rigid = structure.twist.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
+        let rigid = structure.torsion.coordinates_of(&rotor.torsional_mass, &vec![1.0; rotor.nodes]);
         let mut direction = vec![0.0; map.size()];
-        twist.compliance(&row, &mut direction);
+        torsion.compliance(&row, &mut direction);
         let law = machine.rotor.speed_law.clone();
         let brake = Brake::new(machine.braking.clone(), law.is_some(), &row, direction.clone(), dt);
         let prescribed = law.map(|law| Prescribed::new(law, &row, direction));
@@ -71,27 +71,27 @@ impl Spin {
     }
 
     /// Increment of the mean spin angle \[rad\].
-    pub fn turn(&self, twist: &[f64]) -> f64 {
-        dot(&self.row, twist)
+    pub fn turn(&self, torsion: &[f64]) -> f64 {
+        dot(&self.row, torsion)
     }
 
     /// Mean spin at n, centred \[rad/s\].
-    pub fn centred(&self, twist: &[f64], before: &[f64]) -> f64 {
-        (dot(&self.row, twist) + dot(&self.row, before)) * 0.5 / self.dt
+    pub fn centred(&self, torsion: &[f64], before: &[f64]) -> f64 {
+        (dot(&self.row, torsion) + dot(&self.row, before)) * 0.5 / self.dt
     }
 
     /// Mean spin over the step from n to n+1, equal to that at n + 1/2 \[rad/s\].
-    pub fn over_step(&self, twist: &[f64]) -> f64 {
-        self.brake.spin(dot(&self.row, twist)) / self.dt
+    pub fn over_step(&self, torsion: &[f64]) -> f64 {
+        self.brake.spin(dot(&self.row, torsion)) / self.dt
     }
 
     /// Mean spin at n+1 \[rad/s\]: the prescribed one, or an extrapolation of the last two steps, which is of second order and exact for a constant
     /// acceleration. `time` is the time at n.
-    pub fn reached(&self, time: f64, twist: &[f64], before: &[f64]) -> f64 {
+    pub fn reached(&self, time: f64, torsion: &[f64], before: &[f64]) -> f64 {
         if let Some(prescribed) = &self.prescribed {
             return prescribed.speed(time + self.dt);
         }
-        let over_step = self.over_step(twist);
+        let over_step = self.over_step(torsion);
         // a rotor at rest remains at rest
         if over_step == 0.0 {
             return 0.0;

@@ -27,13 +27,13 @@ pub(super) struct Torques {
 
 impl Torques {
     /// Torques of a machine; `None`: it has none.
-    pub fn new(machine: &Machine, twist: &Field<'_>, dt: f64) -> Option<Self> {
+    pub fn new(machine: &Machine, torsion: &Field<'_>, dt: f64) -> Option<Self> {
         let torques = machine.torques.clone();
         (!torques.is_empty()).then(|| Self {
-            rows: torques.iter().map(|torque| twist.row(torque.node)).collect(),
+            rows: torques.iter().map(|torque| torsion.row(torque.node)).collect(),
             dt,
             present: torques.iter().map(Torque::before).collect(),
-            projected: vec![0.0; twist.size()],
+            projected: vec![0.0; torsion.size()],
             torques,
         })
     }

@@ -24,23 +24,23 @@ impl Unbalances {
     }
 
     /// Sets the angles at n from the mean spin angle `phi` and the torsion angles of the nodes \[rad\].
-    pub fn place(&mut self, phi: f64, twist: &[f64]) {
+    pub fn place(&mut self, phi: f64, torsion: &[f64]) {
         for (site, angle) in self.sites.iter().zip(&mut self.angles) {
-            *angle = libm::sincos(phi + twist[site.twist_node] + site.phase);
+            *angle = libm::sincos(phi + torsion[site.torsional_node] + site.phase);
         }
     }
 
     /// Sets the turns over a step from the angle increments of the nodes before and after n.
     pub fn turn(&mut self, previous: &[f64], next: &[f64], dt: f64) {
         for (site, turn) in self.sites.iter().zip(&mut self.turns) {
-            *turn = Turn::stepped(previous[site.twist_node], next[site.twist_node], dt);
+            *turn = Turn::stepped(previous[site.torsional_node], next[site.torsional_node], dt);
         }
     }
 
     /// Sets the turns from angular velocities and accelerations.
     pub fn turn_at(&mut self, velocity: &[f64], acceleration: &[f64]) {
         for (site, turn) in self.sites.iter().zip(&mut self.turns) {
-            *turn = Turn::instant(velocity[site.twist_node], acceleration[site.twist_node]);
+            *turn = Turn::instant(velocity[site.torsional_node], acceleration[site.torsional_node]);
         }
     }
 
@@ -49,7 +49,7 @@ impl Unbalances {
         for ((site, &angle), turn) in self.sites.iter().zip(&self.angles).zip(&self.turns) {
             let found = site.force(angle, turn, rotor.at(site.node, acceleration), self.gravity);
             rotor.add_at(site.node, found.force, force);
-            torque[site.twist_node] += found.torque;
+            torque[site.torsional_node] += found.torque;
         }
     }
 
@@ -65,12 +65,12 @@ impl Unbalances {
     pub fn add_energies(
         &self,
         rotor: &RotorMatrices,
-        (lateral, twist): (&[f64], &[f64]),
+        (lateral, torsion): (&[f64], &[f64]),
         dt: f64,
         (kinetic, potential): (&mut f64, &mut f64),
     ) {
         for (site, &angle) in self.sites.iter().zip(&self.angles) {
-            let turn = twist[site.twist_node];
+            let turn = torsion[site.torsional_node];
             *kinetic += site.coupling_energy(angle, turn, rotor.at(site.node, lateral), dt);
             *potential += site.gravity_energy(angle, turn, self.gravity);
         }

@@ -8,7 +8,7 @@
 //! (1) is the consistent mass of the Timoshenko beam, translation and rotary inertia, with the static shape functions integrated in closed
 //! form. The solver integrates the same functions numerically.
 //! Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), chapter 11. Verified by `what_a_node_has_is_that_of_the_matrices`
-//! (`tests/rotor/twist.rs` of the core) against that quadrature, and the tests below.
+//! (`tests/rotor/lost_masses.rs` of the core) against that quadrature, and the tests below.
 
 use crate::machine::model::ShaftElement;
 use crate::machine::section::GAUSS5;
@@ -46,7 +46,7 @@ pub(super) fn element_mass(element: &ShaftElement) -> [[f64; 4]; 4] {
 }
 
 /// (2) \[kg m2\]; of a tapered element by quadrature.
-pub(super) fn element_twist_mass(element: &ShaftElement) -> [[f64; 2]; 2] {
+pub(super) fn element_torsional_mass(element: &ShaftElement) -> [[f64; 2]; 2] {
     if element.is_tapered() {
         let mut mass = [[0.0; 2]; 2];
         for (xi, weight) in GAUSS5 {
@@ -90,8 +90,8 @@ mod tests {
             // about a diameter at the end of a hollow rod: m (r_o^2 + r_i^2)/4 + m L^2/3
             let about_end = rod * ((0.1f64.powi(2) + 0.025f64.powi(2)) / 4.0 + 0.7 * 0.7 / 3.0);
             assert!((energy([0.0, 1.0, 0.7, 1.0]) / about_end - 1.0).abs() < 1e-12);
-            let twist: f64 = element_twist_mass(&element).iter().flatten().sum();
-            assert!((twist / (rod * (0.1f64.powi(2) + 0.025f64.powi(2)) / 2.0) - 1.0).abs() < 1e-12);
+            let torsion: f64 = element_torsional_mass(&element).iter().flatten().sum();
+            assert!((torsion / (rod * (0.1f64.powi(2) + 0.025f64.powi(2)) / 2.0) - 1.0).abs() < 1e-12);
         }
     }
 }

@@ -14,10 +14,10 @@
 //!
 //! It is a check of the file and not of the solver: a machine that breaks it is none, so that whoever builds one is told, together with
 //! every other mistake of the file. M and J are the masses of the shaft's elements ([`super::inertia`]).
-//! Source: Schur complements of T. Verified by `tests/rotor/twist.rs` of the core, which also has it side by side with the matrices of a run.
+//! Source: Schur complements of T. Verified by `tests/rotor/lost_masses.rs` of the core, which also has it side by side with the matrices of a run.
 
 use super::factor::Symmetric;
-use super::inertia::{element_mass, element_twist_mass};
+use super::inertia::{element_mass, element_torsional_mass};
 use crate::machine::model::{Rotor, RotorKind, Shaft, Unbalance};
 
 /// Largest share of what is there that may be lost.
@@ -50,7 +50,7 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
         nodes.dedup();
         nodes
     };
-    let (nodes, turning) = (places(|site| site.node), places(|site| site.twist_node));
+    let (nodes, turning) = (places(|site| site.node), places(|site| site.torsional_node));
     let (mass, polar) = match &rotor.kind {
         RotorKind::PointMass(point) => (single(point.mass), single(point.polar_inertia)),
         RotorKind::Shaft(shaft) => condensed(shaft, &nodes, &turning)?,
@@ -64,7 +64,7 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
     }
     // The rows of B: the velocity of a site in X and Y, where its node moves and turns.
     let place = |site: &Unbalance| nodes.binary_search(&site.node).unwrap_or(0);
-    let turn = |site: &Unbalance| 2 * count + turning.binary_search(&site.twist_node).unwrap_or(0);
+    let turn = |site: &Unbalance| 2 * count + turning.binary_search(&site.torsional_node).unwrap_or(0);
     let rows = |site: &Unbalance| {
         let (place, turn) = (place(site), turn(site));
         let (sin, cos) = libm::sincos(site.phase);
@@ -109,26 +109,26 @@ fn single(value: f64) -> Symmetric {
 /// M_K of one plane, and J_K of the nodes that turn.
 fn condensed(shaft: &Shaft, nodes: &[usize], turning: &[usize]) -> Option<(Symmetric, Symmetric)> {
     let size = shaft.nodes.len();
-    let (mut lateral, mut twist) = (Symmetric::banded(2 * size, 3), Symmetric::banded(size, 1));
+    let (mut lateral, mut torsion) = (Symmetric::banded(2 * size, 3), Symmetric::banded(size, 1));
     for (i, element) in shaft.elements.iter().enumerate() {
         for part in [element].into_iter().chain(shaft.layers_on(i)) {
-            let (mass, twist_mass) = (element_mass(part), element_twist_mass(part));
+            let (mass, torsional_mass) = (element_mass(part), element_torsional_mass(part));
             for a in 0..4 {
                 (0..=a).for_each(|b| lateral.add(2 * i + a, 2 * i + b, mass[a][b]));
             }
             for a in 0..2 {
-                (0..=a).for_each(|b| twist.add(i + a, i + b, twist_mass[a][b]));
+                (0..=a).for_each(|b| torsion.add(i + a, i + b, torsional_mass[a][b]));
             }
         }
     }
     for disc in &shaft.discs {
         lateral.add(2 * disc.node, 2 * disc.node, disc.mass);
         lateral.add(2 * disc.node + 1, 2 * disc.node + 1, disc.transverse_inertia);
-        twist.add(disc.node, disc.node, disc.polar_inertia);
+        torsion.add(disc.node, disc.node, disc.polar_inertia);
     }
     let held = |matrix: Symmetric, places: Vec<usize>| {
         let count = places.len();
         Some(matrix.factor()?.inverse_at(places).factor()?.inverse_at(0..count))
     };
-    Some((held(lateral, nodes.iter().map(|node| 2 * node).collect())?, held(twist, turning.to_vec())?))
+    Some((held(lateral, nodes.iter().map(|node| 2 * node).collect())?, held(torsion, turning.to_vec())?))
 }

@@ -103,7 +103,7 @@ fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
     let table = below("rotor.unbalances", &unbalance.name);
     let shown = |value: f64, unit: &str| format_digits(value, unit, 4);
     let (mass, square) = (unbalance.mass, unbalance.mass * unbalance.radius * unbalance.radius);
-    let carried = unbalance.twist_node != unbalance.node;
+    let carried = unbalance.torsional_node != unbalance.node;
     let whole = if carried { "what is there" } else { "the node's" };
     let most = format!("less than {:.0} % of {whole}", 100.0 * MOST_LOST);
     let path = if mass < MOST_LOST * found.mass { below(&table, "radius") } else { below(&table, "mass") };
@@ -132,18 +132,18 @@ fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
 fn disc_hint(rotor: &Rotor, index: usize) -> String {
     let RotorKind::Shaft(shaft) = &rotor.kind else { return String::new() };
     let unbalance = &rotor.unbalances[index];
-    let away = |disc: &&Disc| (shaft.nodes[disc.node] - shaft.nodes[unbalance.twist_node]).abs();
+    let away = |disc: &&Disc| (shaft.nodes[disc.node] - shaft.nodes[unbalance.torsional_node]).abs();
     // whether the disc has what is lost, whatever the masses after it lose
     let bears = |disc: &Disc| {
         let mut carried = rotor.clone();
-        carried.unbalances[index].twist_node = disc.node;
+        carried.unbalances[index].torsional_node = disc.node;
         overdrawn(&carried).is_none_or(|found| found.unbalance > index)
     };
     match shaft.discs.iter().min_by(|a, b| away(a).total_cmp(&away(b))) {
-        Some(disc) if disc.node == unbalance.twist_node => format!(
+        Some(disc) if disc.node == unbalance.torsional_node => format!(
             "; disc {}{} has polar_inertia {}, which includes what is lost",
             disc.name,
-            if unbalance.twist_node == unbalance.node { " there" } else { "" },
+            if unbalance.torsional_node == unbalance.node { " there" } else { "" },
             format_digits(disc.polar_inertia, "kg m2", 4)
         ),
         Some(disc) if bears(disc) => format!(
@@ -181,7 +181,7 @@ pub(super) fn rayleigh(reader: &Reader<'_>, table: &str) -> Option<Rayleigh> {
     })
 }
 
-/// Where the file does not say, the twist is damped as the shaft's bending is.
+/// Where the file does not say, the torsion is damped as the shaft's bending is.
 fn torsional(reader: &Reader<'_>) -> Option<f64> {
     const OWN: &str = "rotor.damping.torsional";
     reader.number(if reader.is_given(OWN) { OWN } else { "rotor.damping.stiffness_proportional" })
@@ -258,7 +258,7 @@ fn unbalance(
     let placed = reader.is_point_mass() == Some(true) || reader.is_given(&place);
     let own = places::node(reader, nodes, table);
     // its node and the one it turns with
-    let (node, twist_node) = match reader.text(&below(table, "disc")) {
+    let (node, torsional_node) = match reader.text(&below(table, "disc")) {
         Some(disc) if reader.is_point_mass() != Some(true) => {
             let carrier = carrier(reader, discs, table, disc?);
             (if placed { own } else { carrier }, carrier)
@@ -276,7 +276,7 @@ fn unbalance(
     Some(Unbalance {
         name: name.to_owned(),
         node: node?,
-        twist_node: twist_node?,
+        torsional_node: torsional_node?,
         mass: number("mass")?,
         radius: number("radius")?,
         phase: number("phase")?,

@@ -51,7 +51,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
             _ => ForceLocation::Next,
         },
         rotor_modes: reader.count("run.rotor_modes"),
-        twist_modes: reader.count("run.twist_modes"),
+        torsional_modes: reader.count("run.torsional_modes"),
         ring_modes: reader.count("run.ring_modes"),
         static_residual: reader.word("run.static_residual")? == "on",
         step_limit: reader.number(STEP_LIMIT).map(|steps| steps as u64),

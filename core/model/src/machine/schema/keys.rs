@@ -79,7 +79,7 @@ pub(super) const KEYS: &[Key] = &[
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),
     key("run.rotor_modes", Kind::Count, Need::Optional("chosen by the engine: 24, more where bearings are stiff"), MODES_FROM_2, When::Always,
         "lateral rotor modes of `reduced` and `exponential`; too few for the contact: the run is invalid (`modal_basis`)"),
-    key("run.twist_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_0, When::Always,
+    key("run.torsional_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_0, When::Always,
         "torsional modes of `reduced` and `exponential`"),
     key("run.ring_modes", Kind::Count, Need::Optional("chosen by the engine"), MODES_FROM_1, When::Always,
         "ring modes of `reduced` and `exponential`, each diaphragm"),

@@ -96,7 +96,7 @@ impl<'a> FrameSampler<'a> {
             speed: self.speed,
             displacement: &self.motion.nodal,
             velocity: &self.velocity,
-            torsion_angles: &self.truncated.complete(self.time, &self.motion.twists),
+            torsion_angles: &self.truncated.complete(self.time, &self.motion.torsion_angles),
             bearing_loads: loads.bearings,
             pedestal_loads: loads.pedestals,
             contacts: &contacts,

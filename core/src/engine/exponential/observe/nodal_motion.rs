@@ -14,9 +14,9 @@ pub(crate) struct NodalMotion {
     /// Lateral displacements and slopes of all nodes, in the machine's axes [m, rad].
     pub nodal: Vec<f64>,
     /// Torsion angles of all nodes \[rad\].
-    pub twists: Vec<f64>,
+    pub torsion_angles: Vec<f64>,
     /// Torsion angle of each node per torsional modal coordinate.
-    twist_rows: Vec<Vec<f64>>,
+    torsional_rows: Vec<Vec<f64>>,
     /// Static correction of each angle per angular impulse of the last step at each diaphragm \[rad/(N m s)\].
     static_corrections: Vec<Vec<f64>>,
 }
@@ -25,19 +25,19 @@ impl NodalMotion {
     /// Motion of a structure in contact steps of `h` \[s\].
     pub fn new(structure: &Structure, spin: &Spin, h: f64) -> Self {
         let (rotor, map) = (&structure.rotor, &structure.lateral.coordinates);
-        let twist_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torsion_row(structure, node)).collect();
+        let torsional_rows: Vec<Vec<f64>> = (0..rotor.nodes).map(|node| spin.torsion_row(structure, node)).collect();
         Self {
             size: map.size(),
             motion: Default::default(),
             nodal: vec![0.0; map.nodal_size()],
-            twists: vec![0.0; rotor.nodes],
+            torsion_angles: vec![0.0; rotor.nodes],
             static_corrections: (0..spin.impulse_torques().len())
                 .map(|diaphragm| {
                     let correction = spin.static_correction(diaphragm, h);
-                    twist_rows.iter().map(|row| dot(row, &correction)).collect()
+                    torsional_rows.iter().map(|row| dot(row, &correction)).collect()
                 })
                 .collect(),
-            twist_rows,
+            torsional_rows,
         }
     }
 
@@ -46,9 +46,9 @@ impl NodalMotion {
         free_motion.lateral_coordinates(&mut self.motion[0]);
         free_motion.lateral_rates(&mut self.motion[1]);
         structure.lateral.coordinates.expand(&self.motion[0][..self.size], &mut self.nodal);
-        free_motion.spin().torsion_angles(&self.twist_rows, &mut self.twists);
+        free_motion.spin().torsion_angles(&self.torsional_rows, &mut self.torsion_angles);
         for (torque, correction) in free_motion.spin().impulse_torques().iter().zip(&self.static_corrections) {
-            axpy(*torque, correction, &mut self.twists);
+            axpy(*torque, correction, &mut self.torsion_angles);
         }
     }
 

@@ -40,9 +40,9 @@ impl ShaftStresses {
         recorders: &Recorders,
         step: f64,
     ) -> Self {
-        let twists: Vec<Vec<f64>> =
+        let torsion_angles: Vec<Vec<f64>> =
             (0..structure.rotor.nodes).map(|node| free_motion.spin().torsion_row(structure, node)).collect();
-        let torsion = RowBatch::new(&recorders.torsional_rows(&twists));
+        let torsion = RowBatch::new(&recorders.torsional_rows(&torsion_angles));
         let static_correction = |diaphragm: usize| {
             let mut moments = Vec::new();
             torsion.multiply(&free_motion.spin().static_correction(diaphragm, step), &mut moments);

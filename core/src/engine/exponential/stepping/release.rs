@@ -66,7 +66,7 @@ impl FreeMotion {
         v.truncate(jump.lateral.len());
         v.iter_mut().zip(&jump.lateral).for_each(|(rate, jump)| *rate += jump);
         let mut spin = Spin::new(after, structure)?;
-        spin.take_over(&self.spin, structure, &jump.twist)?;
+        spin.take_over(&self.spin, structure, &jump.torsion)?;
         let shared = SharedModel::of(after, structure, settings)?;
         let start = Start { motion: [q, v], spin, contact_steps: self.contact_steps(), table_work: self.table_work() };
         let motion = Self::begin(after, structure, settings, shared, start)?;

@@ -128,7 +128,7 @@ fn share(machine: &Machine, structure: &Structure, spin: &Spin) -> f64 {
     for site in &sites {
         let [u, v] = rotor.plane_places(site.node);
         let amplitude = (x[u] * x[u] + x[v] * x[v]).max(y[u] * y[u] + y[v] * y[v]).sqrt();
-        add_to(&mut exchanged, site.mass * site.radius * speed * amplitude, [site.twist_node; 2]);
+        add_to(&mut exchanged, site.mass * site.radius * speed * amplitude, [site.torsional_node; 2]);
     }
     let (gyroscopic, exchanged) = (norm(&gyroscopic), norm(&exchanged));
     if exchanged > 0.0 { gyroscopic / exchanged } else { f64::INFINITY }

@@ -54,11 +54,11 @@ impl LoadedModes {
     /// # Errors
     /// [`ExponentialError::Singular`] where a lost mass is larger than the mass that was there.
     pub fn new(machine: &Machine, structure: &Structure) -> Result<Self, ExponentialError> {
-        let (sites, twist) = (sites(machine), &structure.twist);
+        let (sites, torsion) = (sites(machine), &structure.torsion);
         let elastic_indices = elastic_modes(structure);
         let count = elastic_indices.len();
         let rows: Vec<Vec<f64>> =
-            sites.iter().map(|site| bare_row(structure, &elastic_indices, site.twist_node)).collect();
+            sites.iter().map(|site| bare_row(structure, &elastic_indices, site.torsional_node)).collect();
         let (lateral, _) = masses(structure, &sites);
         let inverse_mass = inverse(&lateral).ok_or(ExponentialError::Singular { part: "the shaft line" })?;
         let node_rows: Vec<Vec<f64>> = sites
@@ -82,7 +82,7 @@ impl LoadedModes {
             site_row - compliance_inertia[(t, s)]
         };
         // (1) in Phi' and n': inertia of the first row and column, their coupling, and the rest
-        let (mut inertia, mut coupling) = (structure.rotor.twist_mass.sum(), vec![0.0; count]);
+        let (mut inertia, mut coupling) = (structure.rotor.torsional_mass.sum(), vec![0.0; count]);
         let mut mass = Matrix::identity(count, count);
         for s in 0..sites.len() {
             for t in 0..sites.len() {
@@ -97,7 +97,7 @@ impl LoadedModes {
             }
         }
         if inertia <= 0.0 {
-            return Err(ExponentialError::Singular { part: "the twist" });
+            return Err(ExponentialError::Singular { part: "the torsion" });
         }
         if machine.rotor.speed_law.is_some() {
             inertia = f64::INFINITY;
@@ -107,7 +107,7 @@ impl LoadedModes {
         // the rest less its coupling to Phi
         let (mut mass, mut stiffness) = (mass, Matrix::zeros(count, count));
         for i in 0..count {
-            stiffness[(i, i)] = twist.stiffness[(elastic_indices[i], elastic_indices[i])];
+            stiffness[(i, i)] = torsion.stiffness[(elastic_indices[i], elastic_indices[i])];
             for j in 0..count {
                 mass[(i, j)] -= coupling[i] * coupling[j] / inertia;
             }
@@ -119,7 +119,7 @@ impl LoadedModes {
         shift.resize(count.next_multiple_of(LANES), 0.0);
         let damping = |j: usize| -> f64 {
             let parts = elastic_indices.iter().zip(column_of(&bare_amplitudes, j));
-            parts.map(|(&i, part)| twist.damping[(i, i)] * part * part).sum()
+            parts.map(|(&i, part)| torsion.damping[(i, i)] * part * part).sum()
         };
         let mut modes: Vec<(f64, f64)> = (0..count).map(|j| (squares[j], damping(j))).collect();
         modes.resize(count.next_multiple_of(LANES), (1.0, 0.0));
@@ -147,7 +147,7 @@ impl LoadedModes {
     /// # Errors
     /// [`ExponentialError::Singular`] where the loaded modes are dependent.
     pub fn of_bare(&self, mean: f64, bare: &[f64]) -> Result<(f64, Vec<f64>), ExponentialError> {
-        let inverse = inverse(&self.bare_amplitudes).ok_or(ExponentialError::Singular { part: "the twist" })?;
+        let inverse = inverse(&self.bare_amplitudes).ok_or(ExponentialError::Singular { part: "the torsion" })?;
         let mut amplitudes = vec![0.0; bare.len()];
         mul_vec(&inverse, bare, &mut amplitudes);
         Ok((mean - dot(&self.shift[..bare.len()], &amplitudes), amplitudes))
@@ -161,14 +161,14 @@ impl LoadedModes {
 
     /// Amplitudes of the elastic modes of the bare shaft line in torsional coordinates.
     pub fn bare_torsion(&self, structure: &Structure, coordinates: &[f64]) -> Vec<f64> {
-        debug_assert_eq!(coordinates.len(), structure.twist.coordinates.size());
+        debug_assert_eq!(coordinates.len(), structure.torsion.coordinates.size());
         self.elastic_indices.iter().map(|&index| coordinates[index]).collect()
     }
 
     /// Adds a change of the rates, in torsional coordinates, to the mean rate and the rates of the elastic modes of the bare shaft line.
     pub fn add_to_bare(&self, structure: &Structure, change: &[f64], (mean, bare): (&mut f64, &mut [f64])) {
         let mut weights = vec![0.0; change.len()];
-        structure.twist.coordinates.project(&structure.rotor.spin_weights, &mut weights);
+        structure.torsion.coordinates.project(&structure.rotor.spin_weights, &mut weights);
         *mean += dot(&weights, change);
         self.elastic_indices.iter().zip(bare).for_each(|(&index, rate)| *rate += change[index]);
     }
@@ -189,14 +189,14 @@ impl LoadedModes {
 
 /// Row of a node's torsion on the elastic modes of the bare shaft line.
 fn bare_row(structure: &Structure, elastic_indices: &[usize], node: usize) -> Vec<f64> {
-    let row = structure.twist.coordinates.row(node);
+    let row = structure.torsion.coordinates.row(node);
     elastic_indices.iter().map(|&j| row[j]).collect()
 }
 
 /// Indices of the torsional modes without uniform rotation.
 fn elastic_modes(structure: &Structure) -> Vec<usize> {
-    let (rotor, part) = (&structure.rotor, &structure.twist);
-    let rigid = part.coordinates_of(&rotor.twist_mass, &vec![1.0; rotor.nodes]);
+    let (rotor, part) = (&structure.rotor, &structure.torsion);
+    let rigid = part.coordinates_of(&rotor.torsional_mass, &vec![1.0; rotor.nodes]);
     let whole = norm(&rigid);
     (0..rigid.len()).filter(|&j| rigid[j].abs() < ELASTIC * whole).collect()
 }
@@ -231,7 +231,7 @@ mod tests {
             let loaded = LoadedModes::new(&machine, &structure).expect("definite");
             let site = sites(&machine)[0];
             let a = site.mass * site.radius * site.radius - loaded.compliance_inertia[(0, 0)];
-            let site_row = loaded.row(&structure, site.twist_node);
+            let site_row = loaded.row(&structure, site.torsional_node);
             let (spin, rates): (f64, Vec<f64>) = (
                 3.0,
                 (0..site_row.len())
@@ -244,13 +244,14 @@ mod tests {
             let n: Vec<f64> = (0..loaded.elastic_indices.len())
                 .map(|i| (0..loaded.elastic_indices.len()).map(|j| loaded.bare_amplitudes[(i, j)] * rates[j]).sum())
                 .collect();
-            let psi = phi + dot(&bare_row(&structure, &loaded.elastic_indices, site.twist_node), &n);
+            let psi = phi + dot(&bare_row(&structure, &loaded.elastic_indices, site.torsional_node), &n);
             assert!((psi - spin - dot(&site_row, &rates)).abs() < 1e-12 * psi.abs(), "{name}: {psi}");
-            let old = structure.rotor.twist_mass.sum() * phi * phi + dot(&n, &n) + a * psi * psi;
+            let old = structure.rotor.torsional_mass.sum() * phi * phi + dot(&n, &n) + a * psi * psi;
             assert!((new / old - 1.0).abs() < 1e-12, "{name}: {new} {old}");
-            let twist = &structure.twist;
+            let torsion = &structure.torsion;
             let strain = |e: &[f64]| loaded.modes.iter().zip(e).map(|(mode, e)| mode.0 * e * e).sum::<f64>();
-            let bare: f64 = loaded.elastic_indices.iter().zip(&n).map(|(&j, n)| twist.stiffness[(j, j)] * n * n).sum();
+            let bare: f64 =
+                loaded.elastic_indices.iter().zip(&n).map(|(&j, n)| torsion.stiffness[(j, j)] * n * n).sum();
             assert!((strain(&rates) / bare - 1.0).abs() < 1e-9, "{name}: {} {bare}", strain(&rates));
         }
     }

@@ -8,7 +8,7 @@ use crate::structure::Structure;
 impl Spin {
     /// Angle of an arm that turns with a node \[rad\], and its rate \[rad/s\].
     pub fn arm(&self, structure: &Structure, site: &UnbalanceSite) -> [f64; 2] {
-        let row = self.rotation_row(structure, site.twist_node);
+        let row = self.rotation_row(structure, site.torsional_node);
         let [turn, rate] =
             [self.torsion.displacement(), self.torsion.rate()].map(|of| bladeoff_numerics::linalg::dot(&row, of));
         [self.angle + turn + site.phase, self.speed + rate]

@@ -138,7 +138,7 @@ impl Spin {
             jump: 0.0,
             response_impulses: [Complex::new(0.0, 0.0); 2],
         });
-        let nodes = sites(machine).into_iter().map(|site| site.twist_node);
+        let nodes = sites(machine).into_iter().map(|site| site.torsional_node);
         let contacts = machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.node);
         let mut rows: Vec<Vec<f64>> = nodes.map(|node| loaded_modes.row(structure, node)).collect();
         rows.push(loaded_modes.shift.clone());
@@ -151,7 +151,7 @@ impl Spin {
         };
         let drive = machine.rotor.speed_law.clone().map(|law| {
             let inertias = loaded_modes.unbalance_inertias.clone();
-            Drive::new(law, angle, structure.rotor.twist_mass.sum(), inertias)
+            Drive::new(law, angle, structure.rotor.torsional_mass.sum(), inertias)
         });
         let mut spin = Self {
             drive,

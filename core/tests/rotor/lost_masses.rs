@@ -31,10 +31,10 @@ fn what_a_node_has_is_that_of_the_matrices() {
                 let elements = shaft.elements[3..5].to_vec();
                 shaft.layers.push(Layer { name: String::new(), first: 3, elements });
             }
-            let unbalance = |kind, (node, twist_node), mass, radius, phase| Unbalance {
+            let unbalance = |kind, (node, torsional_node), mass, radius, phase| Unbalance {
                 name: String::new(),
                 node,
-                twist_node,
+                torsional_node,
                 mass,
                 radius,
                 phase,
@@ -53,12 +53,12 @@ fn what_a_node_has_is_that_of_the_matrices() {
             let lateral = matrices.mass.nrows();
             let mut all = Matrix::zeros(lateral + matrices.nodes, lateral + matrices.nodes);
             all.view_mut((0, 0), (lateral, lateral)).copy_from(&matrices.mass);
-            all.view_mut((lateral, lateral), (matrices.nodes, matrices.nodes)).copy_from(&matrices.twist_mass);
+            all.view_mut((lateral, lateral), (matrices.nodes, matrices.nodes)).copy_from(&matrices.torsional_mass);
             let motion = |site: &Unbalance| {
                 let mut b = Matrix::zeros(2, all.ncols());
                 (b[(0, matrices.u(site.node))], b[(1, matrices.v(site.node))]) = (1.0, 1.0);
-                b[(0, lateral + site.twist_node)] = -site.radius * site.phase.sin();
-                b[(1, lateral + site.twist_node)] = site.radius * site.phase.cos();
+                b[(0, lateral + site.torsional_node)] = -site.radius * site.phase.sin();
+                b[(1, lateral + site.torsional_node)] = site.radius * site.phase.cos();
                 b
             };
             let (others, drawn) = (&rotor.unbalances[..3], &rotor.unbalances[3]);
@@ -120,7 +120,7 @@ fn a_brake_never_drives_a_rotor_that_lost_a_mass() {
     }
 }
 
-/// What is left of a node that lost most of its inertia turns faster than any twist mode of the shaft: the step limit knows, with the
+/// What is left of a node that lost most of its inertia turns faster than any torsional mode of the shaft: the step limit knows, with the
 /// coupling to deflection in it. It was that of the shaft, and the run grew without bound.
 #[test]
 fn the_step_limit_is_that_of_what_is_left() {
@@ -136,7 +136,7 @@ fn the_step_limit_is_that_of_what_is_left() {
     let lost = machine_with(free, &changes);
     let structure = Structure::build(&lost, None).expect("buildable");
     let plan = TimeStep::new(&lost, &structure).expect("it can start");
-    let whole = structure.twist.highest.max(structure.lateral.highest);
+    let whole = structure.torsion.highest.max(structure.lateral.highest);
     println!("highest frequency {:.4e}, of the shaft {whole:.4e} rad/s", plan.highest_frequency);
     assert!(plan.highest_frequency > 1.05 * whole);
     let with_step = |step: f64| machine_with(free, &[&changes[..], &[("run.step", &format!("{step:e}"))]].concat());
