@@ -10,6 +10,7 @@ use super::limits::LimitTable;
 use super::rows::Seen;
 use crate::questions::Looked;
 use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
+use bladeoff_answers::gate::{Decision, Verdict};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::summary::counted;
 
@@ -44,6 +45,8 @@ pub(super) fn usable(
             let of: Vec<&Answer> = answers.iter().filter(|answer| answer.name == question.name).collect();
             uses.extend(of_question(question, &of));
         }
+        // the decisions of a gate follow one another
+        uses.extend(looked.decisions.chunk_by(|one, other| one.gate == other.gate).filter_map(of_gate));
     }
     uses.extend(of_rows(seen));
     let unjudged = limits.unjudged_in_words();
@@ -125,6 +128,20 @@ fn of_question(question: &Question, answers: &[&Answer]) -> Option<Use> {
     Some(Use { number: format!("answer {}", in_words(question)), word, why })
 }
 
+/// Whether the decisions of a gate, one for each group, may be used; `None` without a decision.
+fn of_gate(decisions: &[Decision]) -> Option<Use> {
+    let first = decisions.first()?;
+    let open = decisions.iter().filter(|decision| decision.verdict == Verdict::Open).count();
+    let bad = decisions.iter().map(|decision| decision.bad).max()?;
+    let (word, why) = match open {
+        0 if bad == 0 => (YES, "all its runs are ok".to_owned()),
+        0 => (YES, format!("the decision holds for any outcome of the {} not ok", counted(bad, "run"))),
+        _ if open == decisions.len() => (NO, "it is open: neither passed nor failed".to_owned()),
+        _ => (RESTRICTED, format!("{open} of {} are open", counted(decisions.len() as u64, "group"))),
+    };
+    Some(Use { number: format!("gate {}", first.gate), word, why })
+}
+
 /// Whether rows may be used, by their status.
 fn of_rows(seen: &Seen) -> Vec<Use> {
     let (ok, bad) = (seen.ok(), seen.rows - seen.ok());
@@ -149,7 +166,34 @@ fn of_rows(seen: &Seen) -> Vec<Use> {
 mod tests {
     use super::*;
     use crate::html_report::rows::OfKind;
+    use bladeoff_answers::estimate::input::Group;
     use std::collections::BTreeMap;
+
+    #[test]
+    fn an_open_gate_is_not_for_design() {
+        let decision = |verdict, bad| Decision {
+            gate: "P(x > 1) < 0.1".to_owned(),
+            group: Group(Vec::new()),
+            verdict,
+            n: 256,
+            events: (1, 1 + bad),
+            bad,
+            beyond: bad,
+            undecided: Default::default(),
+            limits: (0.0, 0.05),
+            level: 0.05,
+            more: None,
+            sentence: String::new(),
+        };
+        let found = |decisions: &[Decision]| of_gate(decisions).map(|one| (one.word, one.why));
+        let (passed, open) = (decision(Verdict::Passed, 0), decision(Verdict::Open, 3));
+        assert_eq!(found(&[]), None);
+        assert_eq!(found(&[passed.clone()]), Some((YES, "all its runs are ok".to_owned())));
+        let failed = found(&[decision(Verdict::Failed, 1)]).expect("a decision");
+        assert!(failed.0 == YES && failed.1.contains("any outcome of the 1 run not ok"), "{failed:?}");
+        assert_eq!(found(&[open.clone()]).map(|one| one.0), Some(NO));
+        assert_eq!(found(&[passed, open]), Some((RESTRICTED, "1 of 2 groups are open".to_owned())));
+    }
 
     #[test]
     fn rows_that_are_not_ok_are_not_for_design() {
