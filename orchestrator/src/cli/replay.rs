@@ -21,7 +21,7 @@ use bladeoff_answers::tables::{DETECTION, ENGINE, NOTES, Table, TableError, Tabl
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
 use bladeoff_model::machine::{Machine, is_detection};
-use bladeoff_model::outcome::{Cause, Outcome, Part};
+use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_study::Origin;
 use bladeoff_system::{call, shown};
 use bladeoff_worker::core_solver::{CoreSolver, SolverError};
@@ -425,18 +425,10 @@ fn compared(row: &Table, machine: &Machine, outcome: &Outcome) -> Compared {
     compare("causes", outcome.causes.words(), word("causes"));
     compare(NOTES, outcome.notes.words(), word(NOTES));
     compare("end_cause", Some(outcome.end_cause.word().to_owned()), word("end_cause"));
-    // the tables of earlier builds do not say it
-    if row.words(ENGINE).is_some() {
-        compare(ENGINE, Some(machine.run.engine.word().to_owned()), word(ENGINE));
-    }
+    compare(ENGINE, Some(machine.run.engine.word().to_owned()), word(ENGINE));
     let columns = engine::columns(machine);
     let schema = TableSchema::new(Vec::new(), &columns);
     for ((field, column), value) in schema.outcome().iter().zip(&columns).zip(&outcome.values) {
-        // earlier builds did not keep what had been reached while all guards held
-        let is_there = row.numbers(&field.name).is_some_and(|values| values[0].is_some());
-        if column.part == Part::Guarded && value.is_some() && !is_there {
-            continue;
-        }
         let text = |value: f64| format!("{value:?}");
         match row.numbers(&field.name) {
             Some(values) => compare(&field.name, value.map(text), values[0].map(text)),

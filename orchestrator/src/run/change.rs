@@ -33,7 +33,7 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
         }
     };
     compare("numerics_version", "numerics version of the program");
-    // directories of earlier builds do not name it; their keys count it all the same
+    // only studies of that engine name it; another engine is a difference of its own
     if header.contains_key(EXPONENTIAL) && present.contains_key(EXPONENTIAL) {
         compare(EXPONENTIAL, "revision of the exponential engine of the program");
     }
@@ -51,8 +51,8 @@ pub(super) fn changes(folder: &Folder, prepared: &Prepared<'_>, header: &BTreeMa
             if has_other_keys(old, folder, header) {
                 found.push(Change {
                     key: "keys of the samples".to_owned(),
-                    from: "from an earlier build, in which run.step_limit was an input".to_owned(),
-                    to: "without it".to_owned(),
+                    from: "from an earlier build with other keys of machine files".to_owned(),
+                    to: "of this build".to_owned(),
                 });
             }
         }

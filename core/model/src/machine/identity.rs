@@ -6,12 +6,11 @@
 //! The sum makes it cheap in a study: exchanging one value is one subtraction and one addition, and a parameter that is
 //! varied counts like one that the file gives. Comments, units, number formats, the machine's name and the order of keys do
 //! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
-//! written out in a table that is there anyway are equal. Texts (`disc` of an unbalance) count where the file has them.
+//! written out in a table that is there anyway are equal, unless the default is the engine's. Texts (`disc` of an unbalance) count where the file has them.
 //!
-//! The default of `run.guard.energy_balance` is the engine's: left out it counts as the 1e-6 that was the default of all engines, and as something of its own with
-//! the exponential engine (`of_guard`). The revision of that engine's results is part of the identity of the machines that it computes; the caller passes it.
+//! The revision of the exponential engine's results is part of the identity of the machines that it computes; the caller passes it.
 //!
-//! A key that came later than results that are kept counts where a machine has it (`LATER`), so that those without it are what they were.
+//! All keys count, so a build with other keys has other identities: it has another numerics version (of the package `bladeoff-core`).
 //!
 //! `run.step_limit` does not count: it is a budget. Runs of one identity are step for step the same up to the smaller of
 //! their limits, so who keeps outcomes by identity has to ask how many steps each needed ([`MachineDef::step_limit`]).
@@ -19,25 +18,8 @@
 use super::def::MachineDef;
 use super::layout::{Layout, Scalar, Slot, State};
 use super::paths::PathInfo;
-use super::schema::{CONTACT_STEP, ENGINE, SCHEMA, STEP_LIMIT};
+use super::schema::{ENGINE, SCHEMA, STEP_LIMIT};
 use super::value::{self, ParamValue, ValueError};
-
-/// Keys that a machine of an earlier build has not: without a value of its own, such a key does not count.
-const LATER: [&str; 11] = [
-    CONTACT_STEP,
-    "rotor.shaft[i].end_diameter",
-    "rotor.shaft[i].end_inner_diameter",
-    "rotor.bearings.NAME.kind",
-    "rotor.bearings.NAME.interpolation",
-    "rotor.bearings.NAME.stiffness_factor",
-    "rotor.bearings.NAME.damping_factor",
-    "rotor.bearings.NAME.elevation",
-    "rotor.bearings.NAME.pedestal.mass",
-    "rotor.bearings.NAME.pedestal.stiffness",
-    "rotor.bearings.NAME.pedestal.damping",
-];
-/// The guard whose default is the engine's, and what it was with every engine.
-const BALANCE: (&str, f64) = ("run.guard.energy_balance", 1e-6);
 
 impl MachineDef {
     /// Largest number of steps of a run; `None`: no limit.
@@ -59,12 +41,7 @@ impl MachineDef {
         let sum = |sum: u128, (slot, state): (&Slot, &State)| {
             sum.wrapping_add(part(slot, &state.scalar, exponential_revision))
         };
-        slots.fold(layout_part(&self.layout), sum).wrapping_add(of_guard(self.present(ENGINE), self.present(BALANCE.0)))
-    }
-
-    /// The present value of a key; `None`: the machine has no such key.
-    fn present(&self, path: &str) -> Option<&Scalar> {
-        Some(&self.states[self.layout.find(path)?].scalar)
+        slots.fold(layout_part(&self.layout), sum)
     }
 
     /// What is to be added (wrapping) to [`MachineDef::identity`] when a parameter gets a value instead of its present one.
@@ -81,15 +58,8 @@ impl MachineDef {
         let slot = &self.layout.slots[index];
         let new = value::check(slot, value)?;
         let old = &self.states[index].scalar;
-        let (engine, guard) = (self.present(ENGINE), self.present(BALANCE.0));
-        let guarded = match &*slot.path {
-            ENGINE => of_guard(Some(&new), guard),
-            path if path == BALANCE.0 => of_guard(engine, Some(&new)),
-            _ => of_guard(engine, guard),
-        };
         let part = |scalar| part(slot, scalar, exponential_revision);
-        let change = part(&new).wrapping_sub(part(old));
-        Ok(change.wrapping_add(guarded).wrapping_sub(of_guard(engine, guard)))
+        Ok(part(&new).wrapping_sub(part(old)))
     }
 }
 
@@ -101,7 +71,7 @@ fn layout_part(layout: &Layout) -> u128 {
         hasher.update(&(text.len() as u64).to_le_bytes());
         hasher.update(text.as_bytes());
     };
-    layout.slots.iter().filter(|slot| !LATER.contains(&slot.key.path)).for_each(|slot| word(&slot.path));
+    layout.slots.iter().for_each(|slot| word(&slot.path));
     word("tables");
     layout.tables.keys().for_each(|table| word(table));
     for (group, members) in &layout.groups {
@@ -115,31 +85,13 @@ fn layout_part(layout: &Layout) -> u128 {
     cut(&hasher.finalize())
 }
 
-fn is_exponential(path: &str, word: &str) -> bool {
-    path == ENGINE && word == "exponential"
-}
-
-/// What the exponential engine's own default of the guard adds.
-fn of_guard(engine: Option<&Scalar>, guard: Option<&Scalar>) -> u128 {
-    match (engine, guard) {
-        (Some(Scalar::Word(word)), Some(Scalar::Absent)) if is_exponential(ENGINE, word) => {
-            cut(&blake3::hash(b"the default of run.guard.energy_balance is that of the exponential engine"))
-        }
-        _ => 0,
-    }
-}
-
 fn part(slot: &Slot, scalar: &Scalar, exponential_revision: u8) -> u128 {
     let path = &*slot.path;
-    if LATER.contains(&slot.key.path) && *scalar == State::default_of(slot.key).scalar {
-        return 0;
-    }
     let mut hasher = blake3::Hasher::new();
     hasher.update(path.as_bytes());
     let scalar = if path == STEP_LIMIT { &Scalar::Absent } else { scalar };
     match scalar {
-        Scalar::Absent if path == BALANCE.0 => hasher.update(&[0, 1]).update(&BALANCE.1.to_bits().to_le_bytes()),
-        Scalar::Word(word) if is_exponential(path, word) => {
+        Scalar::Word(word) if path == ENGINE && *word == "exponential" => {
             hasher.update(&[0, 2]).update(word.as_bytes()).update(&[exponential_revision])
         }
         Scalar::Absent | Scalar::Bad => hasher.update(&[0, 0]),

@@ -200,11 +200,9 @@ fn differences(before: &str, from: &Value, to: &Value) -> Vec<Change> {
         let change = || Change { key: before.to_owned(), from: text(from), to: text(to) };
         return if from == to { Vec::new() } else { vec![change()] };
     };
-    // Name and folder of the study file do not count. An earlier build does not name the revision of the exponential engine,
-    // which is part of its sample keys.
-    let is_unnamed = |key: &str| key == EXPONENTIAL && !old.contains_key(key);
+    // name and folder of the study file do not count
     let keys: std::collections::BTreeSet<&String> =
-        old.keys().chain(new.keys()).filter(|key| *key != "study_file" && !is_unnamed(key)).collect();
+        old.keys().chain(new.keys()).filter(|key| *key != "study_file").collect();
     let null = Value::Null;
     let of = |key: &String| differences(key, old.get(key).unwrap_or(&null), new.get(key).unwrap_or(&null));
     keys.into_iter().flat_map(of).collect()
