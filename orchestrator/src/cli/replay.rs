@@ -428,7 +428,7 @@ fn compared(row: &Table, machine: &Machine, outcome: &Outcome) -> Compared {
     compare(ENGINE, Some(machine.run.engine.word().to_owned()), word(ENGINE));
     let columns = engine::columns(machine);
     let schema = TableSchema::new(Vec::new(), &columns);
-    for ((field, column), value) in schema.outcome().iter().zip(&columns).zip(&outcome.values) {
+    for (field, value) in schema.outcome().iter().zip(&outcome.values) {
         let text = |value: f64| format!("{value:?}");
         match row.numbers(&field.name) {
             Some(values) => compare(&field.name, value.map(text), values[0].map(text)),
