@@ -101,8 +101,8 @@ impl<'a> Way<'a> {
             identity[to] = Some(last.identity[from]);
             let (one, other) = (&last.modes[from], &modes[to]);
             if let Some(found) = &mut self.crossings
-                && whirls(one)
-                && whirls(other)
+                && oscillates(one)
+                && oscillates(other)
             {
                 found.extend(crossing(&self.spectra, (last.speed, one), (speed, other))?);
             }
@@ -221,21 +221,32 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
     Ok(found.into_iter().flatten().collect())
 }
 
-/// Returns the speeds at which the frequency of a tracked mode equals the speed, ascending.
+/// Critical speeds of a rotor, each list ascending.
+pub(super) struct CriticalSpeeds {
+    /// Those of whirl modes.
+    pub whirl: Vec<CriticalSpeed>,
+    /// Those of overdamped motions that oscillate, as far as their shape is followed from speed to speed.
+    pub overdamped: Vec<CriticalSpeed>,
+}
+
+/// Returns the speeds at which the frequency of a mode equals the speed.
 ///
 /// For displayed results, the modes are tracked in a reduced basis, and each critical speed is then refined in the full model. The full
 /// model is tracked if there is no such basis, or if the refinement converges to another mode.
 ///
 /// # Errors
 /// [`ModesError`].
-pub(super) fn critical_speeds(lateral: &Lateral) -> Result<Vec<CriticalSpeed>, ModesError> {
-    let found = match in_reduced_basis(lateral)? {
+pub(super) fn critical_speeds(lateral: &Lateral) -> Result<CriticalSpeeds, ModesError> {
+    let mut found = match in_reduced_basis(lateral)? {
         Some(found) => found,
         None => crossings(lateral, None)?,
     };
-    let mut found: Vec<CriticalSpeed> = found.iter().map(|(speed, mode)| critical(lateral, *speed, mode)).collect();
-    found.sort_by(|a, b| a.speed.total_cmp(&b.speed));
-    Ok(found)
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let of = |whirling: bool| {
+        let those = found.iter().filter(|(_, mode)| whirls(mode) == whirling);
+        those.map(|(speed, mode)| critical(lateral, *speed, mode)).collect()
+    };
+    Ok(CriticalSpeeds { whirl: of(true), overdamped: of(false) })
 }
 
 /// Returns the refined crossings of a reduced basis; `None`: the full model is needed.
@@ -259,7 +270,7 @@ fn critical(lateral: &Lateral, speed: f64, mode: &Mode) -> CriticalSpeed {
     CriticalSpeed { speed, damping_ratio, whirl, share }
 }
 
-/// Returns the crossings of the tracked modes with the spin: speed \[rad/s\] and mode.
+/// Returns the crossings of the modes with the spin: speed \[rad/s\] and mode.
 fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, Mode)>, ModesError> {
     let mut way = Way::begin(lateral, reduced, Some(Vec::new()))?;
     let top = END * way.top;
@@ -270,13 +281,20 @@ fn crossings(lateral: &Lateral, reduced: Option<&Reduced>) -> Result<Vec<(f64, M
     Ok(way.crossings.unwrap_or_default())
 }
 
-/// Root of `omega(W) - W` of one mode in a speed interval, by regula falsi (Illinois); `None` without a root.
+/// Returns whether a motion oscillates, overdamped or not.
+fn oscillates(mode: &Mode) -> bool {
+    mode.value[1] > 0.0
+}
+
+/// Root of `omega(W) - W` of one mode in a speed interval, by regula falsi (Illinois); `None` without a root. Between two whirl modes, the
+/// root belongs to a whirl mode; otherwise it belongs to an overdamped motion.
 fn crossing(
     spectra: &Spectra<'_>,
     (mut a, first): (f64, &Mode),
     (mut b, last): (f64, &Mode),
 ) -> Result<Option<(f64, Mode)>, ModesError> {
     let begin = a;
+    let whirling = whirls(first) && whirls(last);
     let (mut fa, mut fb) = (first.value[1] - a, last.value[1] - b);
     if (fa > 0.0) == (fb > 0.0) {
         return Ok(None);
@@ -286,8 +304,8 @@ fn crossing(
         let c = (a * fb - b * fa) / (fb - fa);
         let modes = spectra.spectrum(c, begin)?;
         let alike = |mode: &Mode| mode.alike(first) + mode.alike(last);
-        let whirling = modes.iter().filter(|mode| whirls(mode));
-        let Some(mode) = whirling.max_by(|x, y| alike(x).total_cmp(&alike(y))) else { return Ok(None) };
+        let fitting = modes.iter().filter(|mode| if whirling { whirls(mode) } else { oscillates(mode) });
+        let Some(mode) = fitting.max_by(|x, y| alike(x).total_cmp(&alike(y))) else { return Ok(None) };
         let fc = mode.value[1] - c;
         let narrow = (b - a).abs() < 1e-13 * c;
         // a jump from one mode to another is not a crossing
@@ -295,7 +313,7 @@ fn crossing(
             return Ok(None);
         }
         if narrow || fc.abs() < 1e-12 * c {
-            return Ok(Some((c, mode.clone())));
+            return Ok((whirls(mode) == whirling).then(|| (c, mode.clone())));
         }
         if (fc > 0.0) == (fa > 0.0) {
             (a, fa) = (c, fc);

@@ -1,6 +1,6 @@
 //! Modes of a machine for display: whirl and critical speeds, torsional, axial and ring frequencies of the full finite-element model.
 
-use super::follow::{critical_speeds, follow};
+use super::follow::{CriticalSpeeds, critical_speeds, follow};
 use super::quadratic::Eigensolver;
 use super::spectra::ModesError;
 use super::whirl::{CriticalSpeed, Lateral, SpeedModes, Work};
@@ -22,8 +22,11 @@ pub struct RingMode {
 pub struct ModesReport {
     /// Modes at the requested speeds.
     pub speeds: Vec<SpeedModes>,
-    /// Critical speeds, ascending.
+    /// Critical speeds of whirl modes, ascending.
     pub critical_speeds: Vec<CriticalSpeed>,
+    /// Critical speeds of overdamped motions ([`super::OVERDAMPED`]), ascending: no response to unbalance has a peak there. Limits: a motion whose
+    /// shape changes much from one speed to the next is missing.
+    pub overdamped_critical_speeds: Vec<CriticalSpeed>,
     /// Elastic torsional frequencies, free-free \[rad/s\].
     pub torsion: Vec<f64>,
     /// Axial frequencies \[rad/s\].
@@ -54,7 +57,8 @@ pub fn report(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesErr
 pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Result<ModesReport, ModesError> {
     let lateral = Lateral::new(machine, solver);
     let rotor = &lateral.rotor;
-    let (critical_speeds, speeds) = (critical_speeds(&lateral)?, follow(&lateral, speeds)?);
+    let CriticalSpeeds { whirl: critical_speeds, overdamped } = critical_speeds(&lateral)?;
+    let speeds = follow(&lateral, speeds)?;
     let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
         let (values, _) = symmetric_generalised(k, m, what)?;
         Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
@@ -70,7 +74,8 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
             rings.push((diaphragm.name.clone(), ring_report(&RingMatrices::assemble(stator))?));
         }
     }
-    Ok(ModesReport { speeds, critical_speeds, torsion, axial, rings, work: lateral.work.get() })
+    let work = lateral.work.get();
+    Ok(ModesReport { speeds, critical_speeds, overdamped_critical_speeds: overdamped, torsion, axial, rings, work })
 }
 
 /// Returns the modes of a machine at speeds \[rad/s\], tracked from rest by their mode shapes; overdamped motions are separate.

@@ -122,9 +122,9 @@ pub(super) fn undamped_below(noise: f64, [re, im]: [f64; 2]) -> [f64; 2] {
     [if is_noise { 0.0 } else { re }, im]
 }
 
-/// Damping ratio from which a motion is overdamped: it decays below a thousandth in one period. A strong damper suppresses oscillation at
-/// rest; at speed, the gyroscopic effect gives such a motion an `Im lambda` proportional to the speed. The line `Im lambda(W)` then meets
-/// the line of the spin at no speed or at every speed.
+/// Damping ratio from which a motion is overdamped: it decays below a thousandth in one period, and no response has a peak at its critical
+/// speed. A strong damper suppresses oscillation at rest; at speed, the gyroscopic effect gives such a motion an `Im lambda` proportional to
+/// the speed, which is not tracked by shape. So critical speeds of overdamped motions are listed separately.
 pub const OVERDAMPED: f64 = 0.9;
 
 /// Number of solved eigenproblems.

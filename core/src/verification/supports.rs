@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::case::{Case, Check, NO_RUN};
 use super::machine::{machine, stepping};
 use crate::engine::simulate;
-use crate::modal::report;
+use crate::modal::{UnbalanceResponse, report, unbalance_response};
 use crate::record::{NoHistory, columns};
 use crate::structure::Structure;
 use bladeoff_model::machine::Engine;
@@ -29,6 +29,8 @@ fn pedestals(checks: &mut Vec<Check>) {
         [913.862_795_525_883_4, -56.821_026_781_364_99],
     ];
     criticals(checks, "skew bearings on pedestals", &at_rest, &critical);
+    overdamped(checks, &at_rest);
+    responses(checks, &at_rest);
     for (engine, step, tolerance) in [(Engine::Reduced, Some(2e-6), 1e-6), (Engine::Exponential, None, 1e-5)] {
         let step = step.map_or(format!("engine = \"{}\"\n", engine.word()), |step| stepping(engine, step));
         let text = on_pedestals(&format!(
@@ -62,6 +64,164 @@ fn tables(checks: &mut Vec<Check>) {
         ),
     ] {
         criticals(checks, name, &on_table(interpolation), &critical);
+        for (speed, of, disc) in TABLE_RESPONSES {
+            if of == interpolation {
+                let found = response(&on_table(interpolation), speed);
+                let case = Case { name, engine: NO_RUN, unit: "m", source: ELEMENTS, tolerance: 1e-9 };
+                case.check(
+                    checks,
+                    format!("orbit of the disc, {speed} rad/s"),
+                    found.map(|it| it.nodes[2]),
+                    major(disc),
+                );
+            }
+        }
+    }
+}
+
+/// Critical speeds of overdamped motions, and their damping ratios.
+fn overdamped(checks: &mut Vec<Check>, text: &str) {
+    let name = "skew bearings on pedestals";
+    let case = Case { name, engine: NO_RUN, unit: "rad/s", source: ELEMENTS, tolerance: 1e-9 };
+    let found = machine(text).and_then(|machine| report(&machine, &[]).ok());
+    let ours = |k: usize| found.as_ref().and_then(|found| found.overdamped_critical_speeds.get(k));
+    for (k, [speed, decay]) in
+        [[184.378_537_377_146_84, -840.447_107_207_564], [190.560_699_890_667_22, -891.243_006_906_989_6]]
+            .into_iter()
+            .enumerate()
+    {
+        let what = format!("overdamped critical speed {}", k + 1);
+        case.check(checks, what, ours(k).map(|one| one.speed), speed);
+        let (damping, reference) = (Case { unit: "", ..case }, -decay / libm::hypot(decay, speed));
+        damping.check(checks, format!("its damping ratio {}", k + 1), ours(k).map(|one| one.damping_ratio), reference);
+    }
+}
+
+/// Complex amplitudes along X and Y, each real and imaginary part.
+type Orbit = [[f64; 2]; 2];
+
+/// Half the major axis of an elliptic orbit.
+fn major([[a, b], [c, d]]: Orbit) -> f64 {
+    0.5 * (libm::hypot(a - d, b + c) + libm::hypot(a + d, c - b))
+}
+
+/// Orbits on pedestals: speed \[rad/s\], middle of the shaft \[m\], left pedestal \[m\], force of the right bearing \[N\].
+const PEDESTAL_RESPONSES: [(f64, [Orbit; 3]); 3] = [
+    (
+        100.0,
+        [
+            [
+                [6.773_967_349_755_274e-06, -3.147_194_358_082_14e-08],
+                [1.436_571_278_689_342e-07, -5.729_618_175_557_418_5e-06],
+            ],
+            [
+                [9.688_818_631_634_887e-07, -1.699_650_556_436_808_8e-08],
+                [-2.488_639_368_852_473e-09, -3.534_770_104_463_977e-07],
+            ],
+            [[29.229_891_126_489_164, -0.021_789_573_087_137_803], [0.099_370_598_454_724_4, -28.507_625_171_327_39]],
+        ],
+    ),
+    (
+        300.0,
+        [
+            [
+                [-0.000_355_975_997_097_253_63, -0.000_153_128_411_494_375_4],
+                [-0.001_215_479_777_650_912_4, -0.000_878_258_950_740_598_6],
+            ],
+            [
+                [-6.007_679_295_999_575e-05, -2.385_902_238_274_260_8e-05],
+                [-8.111_280_351_178_839e-05, -5.746_670_628_448_314e-05],
+            ],
+            [[-1_754.392_782_801_977_8, -888.036_319_065_849_3], [-6_730.867_121_101_209, -5_036.784_893_544_884]],
+        ],
+    ),
+    (
+        600.0,
+        [
+            [
+                [-5.377_404_140_643_528_4e-05, -2.807_623_162_431_857e-06],
+                [-1.108_166_046_543_99e-06, 6.122_392_686_466_201e-05],
+            ],
+            [
+                [-1.161_238_110_709_413_9e-05, -9.620_769_725_490_488e-07],
+                [2.896_966_381_156_356e-07, 5.372_437_617_176_954_5e-06],
+            ],
+            [[-431.749_023_978_545_4, -18.557_863_150_894_924], [-25.151_749_323_595_254, 480.562_233_943_512_2]],
+        ],
+    ),
+];
+
+/// Orbits of the disc on bearings with a table \[m\], between the speeds of the table: speed \[rad/s\], interpolation.
+const TABLE_RESPONSES: [(f64, &str, Orbit); 6] = [
+    (
+        150.0,
+        "linear",
+        [
+            [1.379_605_151_012_754e-05, -4.266_096_460_742_606_7e-07],
+            [-4.318_178_942_193_344e-07, -1.441_988_229_012_563_3e-05],
+        ],
+    ),
+    (
+        320.0,
+        "linear",
+        [
+            [-0.000_142_218_052_373_763_58, -0.000_741_961_355_811_332_6],
+            [-0.000_787_083_586_285_329_7, 0.000_768_433_469_339_545_5],
+        ],
+    ),
+    (
+        600.0,
+        "linear",
+        [
+            [-6.604_111_153_122_71e-05, -2.680_312_907_406_582e-06],
+            [-1.679_602_317_682_466_3e-06, 6.499_398_179_441_4e-05],
+        ],
+    ),
+    (
+        150.0,
+        "pchip",
+        [
+            [1.383_973_819_212_456e-05, -4.039_718_346_554_379e-07],
+            [-3.755_037_564_469_805_7e-07, -1.445_053_713_988_015_9e-05],
+        ],
+    ),
+    (
+        320.0,
+        "pchip",
+        [
+            [-0.000_153_337_382_493_377_82, -0.000_735_152_328_875_056_3],
+            [-0.000_777_203_598_504_503_8, 0.000_779_666_985_118_132_9],
+        ],
+    ),
+    (
+        600.0,
+        "pchip",
+        [
+            [-6.588_189_056_935_356e-05, -2.740_628_129_658_772e-06],
+            [-1.617_984_890_913_862_2e-06, 6.485_485_436_162_1e-05],
+        ],
+    ),
+];
+
+/// Response to unbalance at a speed \[rad/s\]. The reference has the unbalance in its mass matrix, the response has not: its mass is added to the disc.
+fn response(text: &str, speed: f64) -> Option<UnbalanceResponse> {
+    let text = text.replace("mass = 80\n", "mass = 80.05\n");
+    Some(unbalance_response(&machine(&text)?, &[speed]).remove(0))
+}
+
+fn responses(checks: &mut Vec<Check>, text: &str) {
+    let name = "unbalance on pedestals";
+    let case = Case { name, engine: NO_RUN, unit: "m", source: ELEMENTS, tolerance: 1e-9 };
+    for (speed, [node, pedestal, bearing]) in PEDESTAL_RESPONSES {
+        let found = response(text, speed);
+        let ours = |of: fn(&UnbalanceResponse) -> f64| found.as_ref().map(of);
+        case.check(checks, format!("orbit of the disc, {speed} rad/s"), ours(|it| it.nodes[2]), major(node));
+        let force = Case { unit: "N", ..case };
+        force.check(checks, format!("right bearing, {speed} rad/s"), ours(|it| it.bearings[1]), major(bearing));
+        // force of the pedestal: K x + i W C x
+        let load = |[re, im]: [f64; 2], k: f64, c: f64| [k * re - speed * c * im, k * im + speed * c * re];
+        let load = major([load(pedestal[0], 3e7, 5e3), load(pedestal[1], 8e7, 8e3)]);
+        force.check(checks, format!("left pedestal, {speed} rad/s"), ours(|it| it.pedestals[0]), load);
     }
 }
 
@@ -171,7 +331,7 @@ mod tests {
     fn every_value_holds() {
         let mut checks = Vec::new();
         add(&mut checks);
-        assert_eq!(checks.len(), 8 + 8 + 8 + 6);
+        assert_eq!(checks.len(), 8 + 4 + 9 + 8 + 8 + 6 + 6);
         for check in &checks {
             assert!(check.holds(), "{check:?}: {:?}", check.error());
         }

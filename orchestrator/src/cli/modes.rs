@@ -26,8 +26,8 @@ use std::path::PathBuf;
 ///
 /// The sense is forward, backward, mixed (nodes disagree) or planar (a straight line). The share beside it is +1 for
 /// forward circles and -1 for backward ones. A mode keeps its number at all speeds: it is followed from rest by its
-/// shape. Motions with a damping ratio from 0.9, or without a frequency, are overdamped. They are listed separately and
-/// have no critical speed.
+/// shape. Motions with a damping ratio from 0.9, or without a frequency, are overdamped. They and their critical speeds are
+/// listed separately: no response has a peak there.
 ///
 /// A warning names ranges of speed in which a whirl mode is unstable. The range that is checked goes up to 1.2 times the
 /// initial speed, or to the first critical speed or a requested speed if that is higher.
@@ -159,6 +159,7 @@ fn text(machine: &Machine, report: &ModesReport, count: usize) -> String {
         text.push_str(&overdamped_table(speed, count));
     }
     text.push_str(&critical_table(&report.critical_speeds, machine.rotor.initial_speed, count));
+    text.push_str(&overdamped_critical_table(&report.overdamped_critical_speeds, count));
     for (name, frequencies) in [("torsion, free", &report.torsion), ("axial", &report.axial)] {
         let list: Vec<String> = frequencies.iter().take(count).map(|frequency| shown(hertz(*frequency))).collect();
         let list = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
@@ -286,6 +287,32 @@ fn overdamped_table(speed: &SpeedModes, count: usize) -> String {
     format!("\noverdamped at {at}: no whirl (damping ratio from {OVERDAMPED}){more}\n{}{pairs}", table.render("  "))
 }
 
+/// Critical speeds of overdamped motions; empty without any.
+fn overdamped_critical_table(critical: &[CriticalSpeed], count: usize) -> String {
+    if critical.is_empty() {
+        return String::new();
+    }
+    let mut table = TextTable::new(&[
+        ("speed rpm", Align::Right),
+        ("Hz", Align::Right),
+        ("damping ratio", Align::Right),
+        ("whirl", Align::Left),
+        ("share", Align::Right),
+    ]);
+    for critical in critical.iter().take(count) {
+        let frequency = hertz(critical.speed);
+        table.row(vec![
+            shown(frequency * 60.0),
+            shown(frequency),
+            shown(critical.damping_ratio),
+            critical.whirl.word().to_owned(),
+            share(critical.share),
+        ]);
+    }
+    let more = more(critical.len(), count);
+    format!("\noverdamped critical speeds: no peak (damping ratio from {OVERDAMPED}){more}\n{}", table.render("  "))
+}
+
 /// Relative difference of two decays that are one: rounding of a double eigenvalue.
 const SAME: f64 = 2e-6;
 
@@ -345,6 +372,16 @@ fn json(machine: &Machine, report: &ModesReport, unstable: &[UnstableRange]) -> 
         )
     });
     object.raw("critical_speeds", &list(critical.collect()));
+    let overdamped = report.overdamped_critical_speeds.iter().map(|critical| {
+        format!(
+            "\n    {{\"speed_rad_s\": {}, \"damping_ratio\": {}, \"whirl\": {}, \"whirl_share\": {}}}",
+            number(critical.speed),
+            number(critical.damping_ratio),
+            quoted(critical.whirl.word()),
+            number(critical.share)
+        )
+    });
+    object.raw("overdamped_critical_speeds", &list(overdamped.collect()));
     let ranges = unstable.iter().map(|range| {
         format!(
             "\n    {{\"from_rad_s\": {}, \"to_rad_s\": {}, \"frequency_Hz\": {}, \"damping_ratio\": {}, \"at_rad_s\": {}}}",
