@@ -1,13 +1,9 @@
 //! Machines whose values are each allowed and impossible together: more is lost than is there, a rotor stands outside its ring.
 #![expect(clippy::print_stdout, reason = "what is said is part of the result")]
 
+use crate::common::shipped;
 use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_text::document::{Problem, Problems};
-
-fn study_machine(name: &str) -> String {
-    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
 
 /// A machine text with values replaced by path.
 fn built(text: &str, changes: &[(&str, &str)]) -> Result<Machine, Problems> {
@@ -38,7 +34,7 @@ const LOST: (&str, &str) = ("blade_off.kind", "lost");
 /// panicked in the brake, at 0.7 m the brake drove the rotor, at 45 mm without a disc the accelerations at t = 0 were NaN.
 #[test]
 fn what_is_lost_was_there() {
-    let rig = study_machine("lab_rig");
+    let rig = shipped("lab_rig");
     for radius in ["0.4 m", "0.7 m"] {
         let problem = refused(&rig, &[LOST, ("blade_off.radius", radius)]);
         assert_eq!(problem.key, "rotor.unbalances.blade_off.radius");
@@ -83,7 +79,7 @@ fn what_is_lost_was_there() {
 /// A unit is wrong: 0.2 mm written as 0.2 (m) stood outside the ring, 0.101 m rubbed it from outside, both were `ok`.
 #[test]
 fn a_rotor_outside_its_ring_is_refused() {
-    let rig = study_machine("lab_rig");
+    let rig = shipped("lab_rig");
     for offset in ["0.2", "0.101", "-0.0506"] {
         let problem = refused(&rig, &[("contact.offset[1]", offset)]);
         assert_eq!(problem.key, "diaphragms.seal.contact.offset[1]");

@@ -1,14 +1,10 @@
 //! Machine files that are wrong: every mistake is reported with its place, key and reason, all at once, and no text
 //! whatever makes the reader panic.
 
+use crate::common::shipped;
 use bladeoff_model::machine::MachineDef;
 use bladeoff_text::document::Problems;
 use proptest::prelude::*;
-
-fn shipped(name: &str) -> String {
-    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
 
 fn problems(text: &str) -> Problems {
     MachineDef::parse("test.toml", text).err().unwrap_or_else(|| panic!("accepted:\n{text}"))

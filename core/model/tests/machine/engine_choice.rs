@@ -1,15 +1,11 @@
 //! `run.engine = "auto"`: the exponential engine, except for the list of docs/machines.md.
 
+use crate::common::shipped;
 use bladeoff_model::machine::{Engine, EngineReason, MachineDef};
-
-fn rig() -> String {
-    let path = format!("{}/../../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
 
 /// Replaces a piece of the lab rig, and returns the engine that `auto` chooses, with what is not covered.
 fn choice(piece: &str, by: &str) -> (Engine, Option<String>) {
-    let text = rig();
+    let text = shipped("lab_rig");
     assert!(text.contains(piece), "{piece}");
     let def = MachineDef::parse("rig.toml", &text.replace(piece, by)).unwrap_or_else(|problems| panic!("{problems}"));
     let choice = def.engine().expect("a choice");
@@ -21,7 +17,7 @@ fn choice(piece: &str, by: &str) -> (Engine, Option<String>) {
 
 /// The lab rig with another stator: its lines from the diaphragm to the contact.
 fn stator(lines: &str) -> (Engine, Option<String>) {
-    let text = rig();
+    let text = shipped("lab_rig");
     let from = text.find("[diaphragms.seal]").expect("a diaphragm");
     let to = text.find("[diaphragms.seal.contact]").expect("a contact");
     choice(&text[from..to], &format!("[diaphragms.seal]\n{lines}\n"))

@@ -1,35 +1,16 @@
 //! Machine files that are right: the shipped machines, parameters by path, records, the template.
-#![expect(clippy::unwrap_used, reason = "helpers of tests stand outside their functions")]
 
 use std::f64::consts::PI;
 use std::fmt::Write;
 
+use crate::common::{build, parse, set, shipped};
 use bladeoff_model::machine::{
-    ContactSurface, Detection, DiaphragmKind, Engine, Machine, MachineDef, ParamValue, PathError, PathKind, Presence,
-    RotorKind, UnbalanceKind, machine_template,
+    ContactSurface, Detection, DiaphragmKind, Engine, MachineDef, ParamValue, PathError, PathKind, Presence, RotorKind,
+    UnbalanceKind, machine_template,
 };
 
 /// Revision of the results of the exponential engine; any will do.
 const REVISION: u8 = 16;
-
-fn shipped(name: &str) -> String {
-    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
-
-fn parse(text: &str) -> MachineDef {
-    MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}"))
-}
-
-fn build(text: &str) -> Machine {
-    parse(text).build().unwrap()
-}
-
-fn set(def: &mut MachineDef, path: &str, text: &str) {
-    let path = def.resolve(path).unwrap();
-    let value = def.parse_value(&path, text).unwrap();
-    def.set(&path, &value).unwrap();
-}
 
 const POINT_MASS: &str = r#"
 schema = 1

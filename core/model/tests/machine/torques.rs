@@ -1,26 +1,7 @@
 //! Machine files with torques and a braking table: their equilibrium at the start.
-#![expect(clippy::unwrap_used, reason = "helpers of tests stand outside their functions")]
 
-use bladeoff_model::machine::{Machine, MachineDef, RotorKind};
-
-fn shipped(name: &str) -> String {
-    let path = format!("{}/../../studies/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
-
-fn parse(text: &str) -> MachineDef {
-    MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}"))
-}
-
-fn build(text: &str) -> Machine {
-    parse(text).build().unwrap()
-}
-
-fn set(def: &mut MachineDef, path: &str, text: &str) {
-    let path = def.resolve(path).unwrap();
-    let value = def.parse_value(&path, text).unwrap();
-    def.set(&path, &value).unwrap();
-}
+use crate::common::{build, parse, set, shipped};
+use bladeoff_model::machine::{MachineDef, RotorKind};
 
 /// The lab rig with a braking table, a torque with a jump, and one that balances and has a short circuit.
 fn with_torques() -> String {
