@@ -76,8 +76,12 @@ fn the_run_starts_with_the_static_torsion_and_stays_there() {
 
 /// Two discs on one element: two torsional degrees of freedom, without damping and braking.
 fn two_discs(engine: &str, step: f64, end: f64, tail: &str) -> Machine {
+    machine(&text_of_two_discs(engine, step, end, tail))
+}
+
+fn text_of_two_discs(engine: &str, step: f64, end: f64, tail: &str) -> String {
     let key = key(engine);
-    machine(&format!(
+    format!(
         "schema = 1\nname = \"two discs\"\n[run]\nengine = \"{engine}\"\n{key} = {step:?}\nend_time = {end:?}\n[rotor]\ninitial_speed = 200\n\
          [rotor.material]\nyoung_modulus = 2e11\npoisson_ratio = 0.25\ndensity = 7800\n\
          [[rotor.shaft]]\nlength = 1.0\nelements = 1\ndiameter = 0.05\n\
@@ -86,7 +90,7 @@ fn two_discs(engine: &str, step: f64, end: f64, tail: &str) -> Machine {
          [rotor.bearings.a]\nposition = 0.0\nstiffness = 1e8\ndamping = 1e4\naxial_stiffness = 1e6\n\
          [rotor.bearings.b]\nposition = 1.0\nstiffness = 1e8\ndamping = 1e4\n\
          {tail}"
-    ))
+    )
 }
 
 /// Inertia, squared frequency and elastic mode of unit inertia of [`two_discs`], by hand.
@@ -145,6 +149,44 @@ fn a_torque_step_swings_to_twice_the_static_share() {
         let row = run(two_discs(engine, 2.5e-5, end, &tail));
         close("peak", row.value("max_torsional_moment_Nm"), 2.0 * share, 2e-4);
         close("spin", row.value("end_speed_rad_s"), exact(end)[1], 1e-9);
+    }
+}
+
+/// A rotor at rest is driven up by a torque that rises to a constant value, against braking that is linear in the spin:
+/// `J W' = T(t) - c W`. The moment is the undamped response of the two discs to the ramp.
+#[test]
+fn a_torque_drives_a_rotor_up_from_rest() {
+    let (torque, rise, brake, end) = (400.0, 0.050_07, 3.0, 0.4);
+    let tail = format!(
+        "[torques.motor]\nposition = 0\ntimes = [0, {rise:?}]\nvalues = [0, {torque:?}]\n[braking]\nlinear = {brake:?}\n"
+    );
+    for engine in ENGINES {
+        let from_rest = |step: f64| {
+            let text = text_of_two_discs(engine, step, end, &tail);
+            assert!(text.contains("initial_speed = 200\n"));
+            machine(&text.replace("initial_speed = 200\n", "initial_speed = 0\n"))
+        };
+        let rotor = Structure::build(&from_rest(1e-4), None).expect("buildable").rotor;
+        let k = -rotor.torsional_stiffness[(0, 1)];
+        let (inertia, square, mode) = two_inertias(&rotor.torsional_mass, k);
+        let (rate, w, c) = (torque / rise, square.sqrt(), brake / inertia);
+        // a ramp of unit rate from rest: spin and modal displacement
+        let spin = |t: f64| if t > 0.0 { (t - (1.0 - (-c * t).exp()) / c) / brake } else { 0.0 };
+        let modal = |t: f64| if t > 0.0 { mode[0] * (t - (w * t).sin() / w) / square } else { 0.0 };
+        let exact = |time: f64| {
+            let both = |of: &dyn Fn(f64) -> f64| rate * (of(time) - of(time - rise));
+            [k * (mode[0] - mode[1]) * both(&modal), both(&spin)]
+        };
+        let [coarse, fine] = [5e-5, 2.5e-5].map(|step| errors(from_rest(step), exact));
+        println!("{engine}: off by {coarse:?} {fine:?}, ends at {} rad/s", exact(end)[1]);
+        assert!(exact(end)[1] > 40.0);
+        let orders = [0, 1].map(|i| (coarse[i] / fine[i]).log2());
+        let moment = if engine == "exponential" { 1e-10 } else { 1e-4 };
+        assert!(fine[0] < moment && fine[1] < 1e-8 && (orders[1] - 2.0).abs() < 0.1, "{engine}: {fine:?} {orders:?}");
+        let row = run(from_rest(2.5e-5));
+        assert_eq!(row.outcome.status.word(), "ok", "{engine}");
+        close("spin", row.value("end_speed_rad_s"), exact(end)[1], 1e-6);
+        assert!(row.value("energy_error") < 1e-6, "{engine}: {:e}", row.value("energy_error"));
     }
 }
 
