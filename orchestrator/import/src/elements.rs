@@ -146,10 +146,12 @@ impl Rotor {
                     let mut speed = |name| if fields.has(name) { fields.number(name, Sign::NotNegative) } else { None };
                     (rotor.rated, rotor.largest) = (speed("rated_w"), speed("max_w"));
                 }
-                (name, Value::Table(_)) if !NO_ELEMENTS.contains(&name) => {
-                    rotor.element(Fields::new(entry, problems), notes)
+                (name, _) if NO_ELEMENTS.contains(&name) => {}
+                (_, Value::Table(_)) => rotor.element(Fields::new(entry, problems), notes),
+                (name, other) => {
+                    let message = format!("{} in the place of the table of an element is left out", other.type_name());
+                    notes.push(Note::new(name, message));
                 }
-                _ => {}
             }
         }
         let counts = [
@@ -201,8 +203,23 @@ impl Rotor {
             }
             self.discs.extend(disc(fields));
         } else {
-            notes.push(Note::new(&element, "an element of an unknown class is left out"));
+            let message = match lacking(class) {
+                Some(keys) => format!("an element without {keys} is left out"),
+                None => "an element of an unknown class is left out".to_owned(),
+            };
+            notes.push(Note::new(&element, message));
         }
+    }
+}
+
+/// The keys that an element of a known class has; `None`: an unknown class.
+fn lacking(class: &str) -> Option<&'static str> {
+    if ["Bearing", "Seal", "SqueezeFilm"].iter().any(|kind| class.contains(kind)) {
+        Some("kxx")
+    } else if ["Disk", "Gear"].iter().any(|kind| class.starts_with(kind)) {
+        Some("Ip and Id")
+    } else {
+        None
     }
 }
 
@@ -318,7 +335,13 @@ fn bearing(mut fields: Fields<'_, '_, '_>, notes: &mut Vec<Note>) -> Option<Bear
     let mut whole = |name: &str, list: Option<Vec<f64>>, absent: &[f64]| {
         let list = list?;
         match list.len() {
-            0 => Some(absent.to_vec()),
+            0 => {
+                if fields.has(name) {
+                    let taken = if absent.iter().all(|value| *value == 0.0) { "0 is" } else { "the xx coefficient is" };
+                    notes.push(Note::new(&element, format!("{name} has no value: {taken} taken")));
+                }
+                Some(absent.to_vec())
+            }
             1 => Some(vec![list[0]; count]),
             length if length == count => Some(list),
             length => {

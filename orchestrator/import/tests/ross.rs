@@ -86,6 +86,24 @@ fn what_cannot_be_converted_is_named_with_its_reason() {
         ("[\"DiskElement_Disk A\"]\nn = 2", "[\"DiskElement_Disk A\"]\nn = 7", "a disc on a support is left out"),
         ("[\"DiskElement_Disk A\"]", "[\"GearElement_Disk A\"]", "the mesh of a gear"),
         ("[\"DiskElement_Disk A\"]\nn = 2\nm = 25.0\nId", "[\"Other_Disk A\"]\nn = 2\nm = 25.0\nJ", "an unknown class"),
+        (
+            "[\"DiskElement_Disk A\"]\nn = 2\nm = 25.0\nId",
+            "[\"DiskElement_Disk A\"]\nn = 2\nm = 25.0\nJ",
+            "DiskElement_Disk A: an element without Ip and Id is left out",
+        ),
+        (
+            "[\"SealElement_Seal 3\"]\n",
+            "[\"SealElement_Seal 4\"]\nn = 3\n[\"SealElement_Seal 3\"]\n",
+            "SealElement_Seal 4: an element without kxx is left out",
+        ),
+        (
+            "[parameters]",
+            "[[\"DiskElement_Disk 9\"]]\nn = 3\n[parameters]",
+            "DiskElement_Disk 9: an array in the place",
+        ),
+        ("[parameters]", "\"DiskElement_Disk 9\" = 3\n[parameters]", "DiskElement_Disk 9: a whole number in the place"),
+        ("kxx = [ 50000000.0,]", "kxx = []", "BearingElement_Bearing 0: kxx has no value: 0 is taken"),
+        ("kyy = [ 100000.0,]", "kyy = []", "SealElement_Seal 3: kyy has no value: the xx coefficient is taken"),
     ];
     for (from, to, expected) in cases {
         let found = notes(&changed(from, to));
