@@ -371,6 +371,16 @@ mod tests {
         std::fs::write(directory.path().join("tables/two.csv"), std::fs::read(&file).expect("read")).expect("written");
         let two = with_tables(&machine, MACHINE.replace("one.csv", "two.csv")).expect("a table");
         assert_eq!(identity(&text), identity(&two));
+        // lines that begin with # are comments, anywhere: no part of the machine
+        let (commented, rows) =
+            (directory.path().join("tables/two.csv"), std::fs::read_to_string(&file).expect("read"));
+        std::fs::write(
+            &commented,
+            format!("# source: film 3; kxx, kyy\n{}# end, of it\n", rows.replace("\n300", "\n # 5,6\n300")),
+        )
+        .expect("written");
+        let two = with_tables(&machine, MACHINE.replace("one.csv", "two.csv")).expect("a table");
+        assert_eq!(identity(&text), identity(&two));
         std::fs::write(&file, "speed [rpm];kxx;kyy\n0;1;2\n300;1,5;2\n").expect("written");
         let other = with_tables(&machine, MACHINE.to_owned()).expect("a table");
         assert!(other.contains("kxx = [1.0, 1.5]"), "{other}");
