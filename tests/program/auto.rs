@@ -281,12 +281,21 @@ fn the_bench_of_engines_tells_both_and_their_ratios() {
             line.split_whitespace().rev().take(2).map(|word| word.parse().expect("a ratio")).collect();
         assert!(ratios.iter().all(|ratio| *ratio > 0.0 && ratio.is_finite()), "{line}");
     }
+    // the lab rig and its variants, per step on both engines
+    let from = lines.iter().position(|line| line.starts_with("per step")).expect("a second table");
+    let names =
+        ["lab rig", "lab rig, tables", "lab rig, pedestals", "lab rig, tables and pedestals", "lab rig, a ring"];
+    assert_eq!(lines[from + 1..].len(), names.len(), "{}", said.out);
+    for (line, name) in lines[from + 1..].iter().zip(names) {
+        let numbers = line.split_whitespace().rev().take(6).filter_map(|word| word.parse::<f64>().ok());
+        assert!(line.starts_with(name) && numbers.count() == 6, "{line}");
+    }
     let against = [&short[..], &["--against", env!("CARGO_BIN_EXE_bladeoff"), "--json"]].concat();
     let said = say(&against);
     assert_eq!(said.code, 0, "{}", said.err);
     let found = json(&said.out);
     let cases = found["cases"].as_array().expect("a list");
-    assert_eq!(cases.len(), 5);
+    assert_eq!(cases.len(), 9);
     for case in cases {
         assert_eq!(case["exponential"]["runs"].as_array().map(Vec::len), Some(5), "{case}");
         assert_eq!(case["reduced"]["runs"].as_array().map(Vec::len), Some(1), "{case}");

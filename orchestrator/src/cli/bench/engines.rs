@@ -21,7 +21,9 @@ use std::time::{Duration, Instant, SystemTime};
 /// Cost of a transient on the engines "reduced" and "exponential", side by side
 ///
 /// Transients: the turbine to 6 s with each of the three detections, the lab rig, and 6 s of free motion of the turbine
-/// without its diaphragm, alternately on both engines. CPU time is printed. It is longer on a busy computer: measure on a
+/// without its diaphragm, alternately on both engines. Variants of the lab rig with nearly the same motion follow: bearing
+/// tables, pedestals, both, and a second ring out of reach. A second table compares their CPU time per step with that of
+/// the lab rig. CPU time is printed. It is longer on a busy computer: measure on a
 /// quiet one, and use ratios of a busy one with care. Runs of a study share matrices, modes and bases, so the set-up is
 /// printed separately. With --against, the runs of "reduced" are computed by another bladeoff program, without the CPU
 /// time of its start.
@@ -72,17 +74,41 @@ struct Case {
     touches: bool,
 }
 
-fn cases() -> [Case; 5] {
+/// Name of the transient with which its variants are compared.
+const REFERENCE: &str = "lab rig";
+
+/// The lab rig with additional parts. Tables and pedestals have nearly the stiffness of its bearings, so motion and contact are nearly the same.
+fn variants() -> [Case; 4] {
+    let linear = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"";
+    let table = "kind = \"table\"\ncoefficients.speeds = [0, 200, 400]\ncoefficients.kxx = [2e6, 2.01e6, 2.02e6]\n\
+                 coefficients.kyy = [2e6, 2.01e6, 2.02e6]\ncoefficients.cxx = [606, 603, 600]\ncoefficients.cyy = [606, 603, 600]";
+    let pedestal = |name| format!("[rotor.bearings.{name}.pedestal]\nmass = 20\nstiffness = 2e9\ndamping = 1e4\n");
+    let pedestals = format!("\n{}{}", pedestal("left"), pedestal("right"));
+    let tables = RIG.replace(linear, table);
+    let ring =
+        RIG.split_once("[diaphragms.seal]").map_or("", |(_, ring)| ring).replace("diaphragms.seal", "diaphragms.far");
+    let far = format!("\n[diaphragms.far]{}", ring.replace("position = \"0.5 m\"", "position = \"0.15 m\""));
+    let case = |name, text| Case { name, text, touches: true };
+    [
+        case("lab rig, tables", tables.clone()),
+        case("lab rig, pedestals", RIG.to_owned() + &pedestals),
+        case("lab rig, tables and pedestals", tables + &pedestals),
+        case("lab rig, a ring out of reach", RIG.to_owned() + &far),
+    ]
+}
+
+fn cases() -> Vec<Case> {
     // the tables of its diaphragm stand last
     let flight = TURBINE.split_once("[diaphragms").map_or(TURBINE, |(before, _)| before).to_owned();
     let detected = |detection: &str| TURBINE.replace("detection = \"hyp2\"", &format!("detection = \"{detection}\""));
-    [
+    let cases = [
         Case { name: "turbine to 6 s", text: TURBINE.to_owned(), touches: true },
         Case { name: "turbine to 6 s, hyp1", text: detected("hyp1"), touches: true },
         Case { name: "turbine to 6 s, hyp2-frozen", text: detected("hyp2-frozen"), touches: true },
-        Case { name: "lab rig", text: RIG.to_owned(), touches: true },
+        Case { name: REFERENCE, text: RIG.to_owned(), touches: true },
         Case { name: "6 s of free motion", text: flight, touches: false },
-    ]
+    ];
+    cases.into_iter().chain(variants()).collect()
 }
 
 /// CPU times of one transient \[s\].
@@ -94,6 +120,22 @@ struct Measured {
     /// Matrices, modes and bases, once for all runs of `exponential`.
     set_up: f64,
     first_contact: Option<f64>,
+    /// Of a run of `reduced` in this program, and of a run of `exponential`.
+    work: [Option<Work>; 2],
+}
+
+/// Steps of a run, and its time in contact \[s\].
+#[derive(Clone, Copy)]
+struct Work {
+    steps: f64,
+    contact: f64,
+}
+
+impl Work {
+    fn of(machine: &Machine, outcome: &Outcome) -> Option<Self> {
+        let contact = value_of(machine, outcome, "contact_time_s").unwrap_or(0.0);
+        Some(Self { steps: value_of(machine, outcome, "steps")?, contact })
+    }
 }
 
 /// Runs the subcommand.
@@ -109,7 +151,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (date, before) = begun;
     let after = load();
     if args.json {
-        let cases: Vec<Value> = all.iter().map(figures).collect();
+        let cases: Vec<Value> = all.iter().map(|one| figures(one, &all)).collect();
         let against = args.against.as_ref().map(|path| path.to_string_lossy().into_owned());
         let text = json!({
             "date": date, "hardware": hardware(), "load_before": before, "load_after": after, "against": against,
@@ -136,7 +178,7 @@ fn measure(case: &Case, args: &Args, folder: &Path, deadline: Instant) -> Result
     // the bases of the speeds that it comes to, too
     let first = engine::simulate(&fast, &structure)?;
     let with_bases = (thread_cpu_time() - before).as_secs_f64();
-    let first_contact = contact_of(&fast, &first);
+    let first_contact = value_of(&fast, &first, "first_contact_s");
     let expected = case.touches && args.part >= 1.0;
     if first_contact.is_some() != expected && (expected || !case.touches) {
         let source = std::io::Error::other(format!("{}: contact is not as expected", case.name));
@@ -144,19 +186,24 @@ fn measure(case: &Case, args: &Args, folder: &Path, deadline: Instant) -> Result
     }
     let program = args.against.as_deref().map(|binary| Program::new(binary, case, &slow, folder)).transpose()?;
     let own = if program.is_none() { Some(engine::build(&slow)?) } else { None };
+    let work = [None, Work::of(&fast, &first)];
     let mut measured =
-        Measured { name: case.name, reduced: Vec::new(), exponential: Vec::new(), set_up: 0.0, first_contact };
+        Measured { name: case.name, reduced: Vec::new(), exponential: Vec::new(), set_up: 0.0, first_contact, work };
     for repeat in 0..args.repeats {
         if repeat > 0 && Instant::now() >= deadline {
             break;
         }
         measured.reduced.push(match (&program, &own) {
             (Some(program), _) => program.run()?,
-            (None, Some(structure)) => run(&slow, structure)?,
+            (None, Some(structure)) => {
+                let (time, outcome) = run(&slow, structure)?;
+                measured.work[0] = Work::of(&slow, &outcome);
+                time
+            }
             (None, None) => break,
         });
         for _ in 0..MORE {
-            measured.exponential.push(run(&fast, &structure)?);
+            measured.exponential.push(run(&fast, &structure)?.0);
         }
     }
     measured.set_up = (with_bases - least(&measured.exponential)).max(0.0);
@@ -174,15 +221,15 @@ fn machine(case: &Case, engine: Engine, part: f64) -> Result<Machine, CliError> 
     Ok(definition.build()?)
 }
 
-/// CPU time of one run \[s\].
-fn run(machine: &Machine, structure: &Structure) -> Result<f64, CliError> {
+/// CPU time \[s\] and outcome of one run.
+fn run(machine: &Machine, structure: &Structure) -> Result<(f64, Outcome), CliError> {
     let before = thread_cpu_time();
-    engine::simulate(machine, structure)?;
-    Ok((thread_cpu_time() - before).as_secs_f64())
+    let outcome = engine::simulate(machine, structure)?;
+    Ok(((thread_cpu_time() - before).as_secs_f64(), outcome))
 }
 
-fn contact_of(machine: &Machine, outcome: &Outcome) -> Option<f64> {
-    let place = engine::columns(machine).iter().position(|column| column.name == "first_contact_s")?;
+fn value_of(machine: &Machine, outcome: &Outcome, name: &str) -> Option<f64> {
+    let place = engine::columns(machine).iter().position(|column| column.name == name)?;
     outcome.values.get(place).copied().flatten()
 }
 
@@ -273,15 +320,51 @@ fn text(all: &[Measured]) -> String {
         cells.extend([least, median].map(|of| format!("{:.1}", of(&one.reduced) / of(&one.exponential))));
         table.row(cells);
     }
+    format!("{}\n{}", table.render(""), per_step(all))
+}
+
+/// CPU time per step of the variants, relative to that of the lab rig. `reduced` is empty if another program computed it.
+fn per_step(all: &[Measured]) -> String {
+    let mut table = TextTable::new(&[
+        ("per step, relative to the lab rig", Align::Left),
+        ("reduced", Align::Right),
+        ("steps", Align::Right),
+        ("contact [ms]", Align::Right),
+        ("exponential", Align::Right),
+        ("steps", Align::Right),
+        ("contact [ms]", Align::Right),
+    ]);
+    for one in all.iter().filter(|one| one.name.starts_with(REFERENCE)) {
+        let mut cells = vec![one.name.to_owned()];
+        for (work, ratio) in one.work.iter().zip(relative(one, all)) {
+            let number =
+                |value: Option<f64>, digits| value.map_or_else(String::new, |value| format!("{value:.digits$}"));
+            cells.push(number(ratio, 3));
+            cells.extend([number(work.map(|work| work.steps), 0), number(work.map(|work| 1e3 * work.contact), 2)]);
+        }
+        table.row(cells);
+    }
     table.render("")
 }
 
-fn figures(one: &Measured) -> Value {
+/// Least CPU time per step over that of the lab rig, on `reduced` and on `exponential`.
+fn relative(one: &Measured, all: &[Measured]) -> [Option<f64>; 2] {
+    let cost = |of: &Measured, engine: usize| {
+        let times = [&of.reduced, &of.exponential][engine];
+        of.work[engine].map(|work| least(times) / work.steps)
+    };
+    let reference = all.iter().find(|other| other.name == REFERENCE);
+    [0, 1].map(|engine| Some(cost(one, engine)? / cost(reference?, engine)?))
+}
+
+fn figures(one: &Measured, all: &[Measured]) -> Value {
     let of = |times: &[f64]| json!({ "least_s": least(times), "median_s": median(times), "runs": times });
     let ratio = |of: fn(&[f64]) -> f64| of(&one.reduced) / of(&one.exponential);
     json!({
         "name": one.name, "reduced": of(&one.reduced), "exponential": of(&one.exponential), "set_up_s": one.set_up,
         "first_contact_s": one.first_contact, "ratio_least": ratio(least), "ratio_median": ratio(median),
+        "steps": one.work.map(|work| work.map(|work| work.steps)),
+        "per_step_of_lab_rig": Some(relative(one, all)).filter(|_| one.name.starts_with(REFERENCE)),
     })
 }
 
@@ -297,7 +380,12 @@ mod tests {
         for case in cases() {
             let machine = machine(&case, Engine::Exponential, 0.5).expect("a machine");
             assert_eq!(machine.diaphragms.is_empty(), !case.touches, "{}", case.name);
-            assert_eq!(machine.run.end_time, if case.text == RIG { 0.3 } else { 3.0 });
+            assert_eq!(machine.run.end_time, if case.name.starts_with(REFERENCE) { 0.3 } else { 3.0 });
+            let tables = machine.rotor.bearings.iter().filter(|bearing| bearing.table.is_some()).count();
+            let pedestals = machine.rotor.bearings.iter().filter(|bearing| bearing.pedestal.is_some()).count();
+            let has = |word: &str| case.name.contains(word);
+            assert_eq!([tables, pedestals], [2 * usize::from(has("tables")), 2 * usize::from(has("pedestals"))]);
+            assert_eq!(machine.diaphragms.len(), usize::from(case.touches) + usize::from(has("out of reach")));
         }
         assert!(of_children().expect("the kernel says it") >= 0.0);
     }
