@@ -78,9 +78,9 @@ impl Watched {
     }
 
     /// Records the interpolated peaks between the last three instants, of which this load is the last. `smooth`: no impulse acts at this
-    /// instant. `norm`: include the norm.
+    /// instant.
     #[inline]
-    fn see_between(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At, smooth: bool, norm: bool) {
+    fn see_between(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At, smooth: bool) {
         let now = Sample { values: [x * x + y * y, x.abs(), y.abs(), (x * up[0] + y * up[1]).max(0.0)], at };
         let [first, middle] = self.last;
         if smooth && self.samples == 2 {
@@ -88,7 +88,7 @@ impl Watched {
             for (i, peak) in [&mut self.square, px, py, &mut self.upward].into_iter().enumerate() {
                 let [a, b, c] = [first, middle, now].map(|sample| sample.values[i]);
                 // the error of a poorly sampled peak is below one per cent
-                let counts = (i > 0 || norm) && b > a && b >= c && peak.value.is_none_or(|largest| b > 0.99 * largest);
+                let counts = b > a && b >= c && peak.value.is_none_or(|largest| b > 0.99 * largest);
                 if counts {
                     let (time, value) = vertex([a, b, c], [first.at.time, middle.at.time, at.time]);
                     peak.see(value, At { time, speed: middle.at.speed });
@@ -153,14 +153,15 @@ impl LoadRecorder {
     }
 
     /// Records the interpolated peaks between the last three instants, for an engine with long steps; `loads` belongs to the last instant
-    /// and is already recorded. `smooth`: no impulse acts at this instant. The norm of bearing loads is not interpolated.
+    /// and is already recorded. `smooth`: no impulse acts at this instant.
     #[inline]
     pub fn see_between(&mut self, loads: Loads<'_>, at: At, smooth: bool) {
         for (watched, load) in self.bearings.iter_mut().zip(loads.bearings) {
-            watched.see_between(*load, self.up, at, smooth, false);
+            watched.see_between(*load, self.up, at, smooth);
+            self.any.include(&watched.square);
         }
         for (watched, load) in self.pedestals.iter_mut().zip(loads.pedestals) {
-            watched.see_between(*load, self.up, at, smooth, true);
+            watched.see_between(*load, self.up, at, smooth);
         }
     }
 
