@@ -36,6 +36,9 @@ fn refused(error: ExponentialError) -> StartError {
         ExponentialError::NotInvariant { speed } | ExponentialError::NoBasis { speed } => {
             StartError::NoBasis { speed, condition: f64::INFINITY, limit: exponential::MOST_CONDITION }
         }
+        ExponentialError::StaticCompliance { diaphragm, found, expected } => {
+            StartError::StaticCompliance { diaphragm, found, expected }
+        }
         ExponentialError::NoImpulses => StartError::NotCovered { what: "contact at t = 0" },
     }
 }

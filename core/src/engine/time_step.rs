@@ -168,6 +168,19 @@ pub enum StartError {
         /// Largest allowed condition number.
         limit: f64,
     },
+    /// The exponential engine displaces a ring under a constant force otherwise than its stiffness does.
+    #[error(
+        "a constant force displaces the ring of diaphragm {diaphragm} by {found:.6e} m/N in contact steps, and by {expected:.6e} m/N by its \
+         stiffness: an internal error, please report it with the machine"
+    )]
+    StaticCompliance {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Radial displacement per force in contact steps \[m/N\].
+        found: f64,
+        /// Radial displacement per force by the stiffness of ring and blades \[m/N\].
+        expected: f64,
+    },
     /// A mass or stiffness matrix is singular in some direction.
     #[error("the {what} matrix of {part} is singular: the rotor has no {what} in some direction")]
     Singular {

@@ -38,6 +38,19 @@ pub enum ExponentialError {
     /// Contact conditions of a step that no impulses fulfil.
     #[error("no contact impulses fulfil the conditions of a step")]
     NoImpulses,
+    /// Ring whose displacement under a constant force is not that of its stiffness: a fault of the program.
+    #[error(
+        "a constant force displaces the ring of diaphragm {diaphragm} by {found:.6e} m/N in contact steps, and by {expected:.6e} m/N by its \
+         stiffness: an internal error, please report it with the machine"
+    )]
+    StaticCompliance {
+        /// Name of the diaphragm.
+        diaphragm: String,
+        /// Radial displacement per force in contact steps \[m/N\].
+        found: f64,
+        /// Radial displacement per force by the stiffness of ring and blades \[m/N\].
+        expected: f64,
+    },
     /// Feature that only other engines compute.
     #[error("the exponential engine does not cover {what}: use run.engine = \"reduced\"")]
     NotCovered {

@@ -21,7 +21,7 @@ pub struct StepSettings {
     pub(crate) fault: Option<Fault>,
 }
 
-/// Fault of a run that the guards of energy must find (`observe/fault_tests.rs`).
+/// Fault of a run that a guard, or the check before the run, must find (`observe/fault_tests.rs`).
 #[cfg(test)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Fault {
@@ -31,6 +31,8 @@ pub(crate) enum Fault {
     MissingTorque,
     /// The static correction of the ring's modes has the opposite sign.
     StaticCorrection,
+    /// Points that begin to press have three times their normal impulse, on ring and rotor.
+    Restitution,
     /// The modal state is not transformed between two speed intervals.
     LostBasisChange,
     /// The motion has 5 % more damping than the energy balance.

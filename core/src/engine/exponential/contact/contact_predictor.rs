@@ -73,6 +73,11 @@ impl ContactPredictor {
         }
     }
 
+    /// d + c and c of each mode of the ring \[s\].
+    pub fn corrections(&self) -> [&[Lane]; 2] {
+        [&self.compliance, &self.static_correction]
+    }
+
     /// Reverses the sign of the static correction, as a fault. Returns it as it was.
     #[cfg(test)]
     pub fn reverse_static_correction(&mut self) -> Vec<Lane> {

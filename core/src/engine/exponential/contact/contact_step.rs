@@ -94,6 +94,9 @@ pub(crate) struct ContactStep {
     surface_turn: SurfaceTurn,
     /// Impulses of the last step that a search has forgotten.
     kept: step_parts::LastStep,
+    /// Fault that a test injects into the contact.
+    #[cfg(test)]
+    pub fault: Option<crate::engine::exponential::settings::Fault>,
 }
 
 impl ContactStep {
@@ -154,6 +157,8 @@ impl ContactStep {
             pressed: Vec::with_capacity(POINTS),
             surface_turn: SurfaceTurn::default(),
             kept: step_parts::LastStep::default(),
+            #[cfg(test)]
+            fault: None,
         }
     }
 
@@ -163,6 +168,15 @@ impl ContactStep {
         let before = self.predictor.reverse_static_correction();
         let entries = self.compliance.iter_mut().zip(&before).flat_map(|(all, one)| all.0.iter_mut().zip(&one.0));
         entries.for_each(|(compliance, correction)| *compliance -= 2.0 * STATIC_WEIGHT * correction);
+    }
+
+    /// Changes the impulses by the fault that a test injects.
+    #[cfg(test)]
+    fn inject_fault(&mut self) {
+        if self.fault == Some(crate::engine::exponential::settings::Fault::Restitution) {
+            let begins = self.points.iter_mut().filter(|point| point.acting_slot.is_none());
+            begins.for_each(|point| point.force.normal *= 3.0);
+        }
     }
 
     /// Whether the ring is flexible.
@@ -348,6 +362,8 @@ impl ContactStep {
     /// Applies the impulses to the ring. Returns the contact of the step, with the impulse on the rotor.
     #[inline(always)]
     fn apply_impulses<V: Eight>(&mut self, free: &FreeStep<'_>, least_gap: f64) -> ContactStepResult {
+        #[cfg(test)]
+        self.inject_fault();
         let (rotor_impulse, torque) = self.rotor_impulse();
         let Self { impulses, pressed, predictor, points, point_rows, current, ring, .. } = self;
         let pressing = || points.iter().filter(|point| point.force.normal > 0.0);

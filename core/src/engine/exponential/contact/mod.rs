@@ -10,6 +10,7 @@
 //! - [`contact_step`]: the step that uses all of these; [`contact_step_result`] is its result
 //! - [`fixed_point`]: the one place of `hyp2` with one contact point
 //! - [`radial_spring`]: a massless radial spring in place of a ring; [`stator`] is either of them, [`stator_axes`] its place
+//! - [`static_compliance`]: check of the displacement under a constant force, before the run
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
 pub(crate) mod broad_phase;
@@ -27,5 +28,6 @@ pub(crate) mod radial_spring;
 pub(crate) mod ring_kernels;
 pub(crate) mod ring_points;
 pub(crate) mod single_place;
+pub(crate) mod static_compliance;
 pub(crate) mod stator;
 pub(crate) mod stator_axes;

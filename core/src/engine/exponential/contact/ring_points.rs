@@ -13,6 +13,7 @@
 
 use super::impulsed_ring::StaticCorrection;
 use super::ring_kernels::broadcast;
+use super::static_compliance::StaticCompliance;
 use crate::eight::Eight;
 use crate::engine::exponential::plane::length;
 use crate::engine::time_step::CONTACT_FRACTION;
@@ -69,6 +70,8 @@ pub(crate) struct RingPoints {
     columns: Vec<TruncatedColumn>,
     /// Response of the truncated modes to a train of impulses.
     pub static_correction: StaticCorrection,
+    /// Compliances of the ring under a constant force; empty for a rigid ring.
+    pub static_compliances: Vec<StaticCompliance>,
 }
 
 /// Entry of an acting point in the table of the truncated modes: its first block there, and its rotation in blocks.
@@ -146,6 +149,8 @@ impl RingPoints {
             angles,
             truncated_flexibility,
             static_correction: statics,
+            static_compliances: part
+                .map_or_else(Vec::new, |part| StaticCompliance::of(part, surface, &locations, sectors)),
             radial: by_blocks(0),
             tangential: by_blocks(1),
             rows: lanes_of(&shapes),

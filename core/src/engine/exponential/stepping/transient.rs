@@ -116,6 +116,9 @@ impl Transient {
         let contacts = DiaphragmContact::all(machine, structure, &free_motion, settings.step)?;
         #[cfg(test)]
         let contacts = with_fault(contacts, settings.fault);
+        for (contact, diaphragm) in contacts.iter().zip(&machine.diaphragms) {
+            contact.stator.ring().map_or(Ok(()), |ring| ring.check_static_compliance(&diaphragm.name))?;
+        }
         let lengths: [f64; MAX_DOUBLINGS + 1] = std::array::from_fn(|doublings| free_motion.step_length(doublings));
         let highest_rate = slowest_to_resolve(machine, structure).max(rate_of_torques(machine));
         let max_doublings = max_doublings(machine, &free_motion, lengths, highest_rate);
@@ -358,9 +361,10 @@ impl Transient {
 /// Contacts with the fault that a test injects.
 #[cfg(test)]
 fn with_fault(mut contacts: Vec<DiaphragmContact>, fault: Option<Fault>) -> Vec<DiaphragmContact> {
-    if fault == Some(Fault::StaticCorrection) {
-        for contact in &mut contacts {
-            if let Stator::Ring(ring) = &mut contact.stator.stator {
+    for contact in &mut contacts {
+        if let Stator::Ring(ring) = &mut contact.stator.stator {
+            ring.fault = fault;
+            if fault == Some(Fault::StaticCorrection) {
                 ring.reverse_static_correction();
             }
         }
