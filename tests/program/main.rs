@@ -26,6 +26,7 @@ mod limits;
 mod little_said;
 mod maps;
 mod named_places;
+mod narrow;
 mod outputs;
 mod plotted;
 mod printed;

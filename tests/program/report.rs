@@ -6,7 +6,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 /// Runs that fail where the root has no value, every kind of question, two values of what varies. The remark and the folder would be markup.
-const STUDY: &str = r#"# </script><script>document.documentElement.dataset.hostile = 1</script><img src=http://127.0.0.1:9/x>
+pub const STUDY: &str = r#"# </script><script>document.documentElement.dataset.hostile = 1</script><img src=http://127.0.0.1:9/x>
 schema = 1
 name = "stress"
 model = "function"
@@ -67,7 +67,7 @@ require = "P(margin < 0) < 0.01"
 /// A directory whose name would be markup.
 const DIRECTORY: &str = "run <img src=x onerror=alert(1)>";
 
-fn run(folder: &Folder, text: &str) -> String {
+pub fn run(folder: &Folder, text: &str) -> String {
     let study = folder.write("stress.toml", text);
     let out = folder.name(DIRECTORY);
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
@@ -75,7 +75,7 @@ fn run(folder: &Folder, text: &str) -> String {
     out
 }
 
-fn page(folder: &Folder, directory: &str, name: &str) -> String {
+pub fn page(folder: &Folder, directory: &str, name: &str) -> String {
     let path = folder.name(name);
     let made = say(&["report", directory, "--out", &path]);
     assert_eq!((made.code, made.out.as_str()), (0, ""), "{}", made.err);
@@ -380,7 +380,7 @@ fn limits_of_the_model_are_those_of_their_page() {
 }
 
 /// A browser that is there.
-fn browser() -> Option<&'static str> {
+pub fn browser() -> Option<&'static str> {
     ["chromium-headless-shell", "chromium"].into_iter().find(|name| {
         let said = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
         said.is_ok_and(|status| status.success())

@@ -20,15 +20,37 @@
     if (value === null || typeof value !== 'object') return value;
     return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, coloured(inner)]));
   };
+  // Figures side by side are below one another in a narrow page.
+  const NARROW = 760;
+  const isNarrow = () => document.body.clientWidth < NARROW;
   const axis = (own) => ({ gridcolor: '@grid', linecolor: '@line', zerolinecolor: '@line', showline: true, ticks: 'outside',
     tickcolor: '@line', automargin: true, exponentformat: 'power', ...own,
     title: { standoff: 8, ...own.title } });
+  // Titles and names of a narrow page are broken at spaces, dots and underscores into lines of 22 letters.
+  const broken = (text) => {
+    let line = 0;
+    return text.split(/(?<=[ ._])/).map((part) => {
+      const fits = line === 0 || line + part.length <= 22;
+      line = part.length + (fits ? line : 0);
+      return fits ? part : '<br>' + part;
+    }).join('');
+  };
+  // The height that further lines of a title take [px]; names have room beside their bars.
+  const breakAxis = (axis, isAcross) => {
+    if (!isAcross && axis.ticktext) axis.ticktext = axis.ticktext.map(broken);
+    if (!isAcross || !axis.title.text) return 0;
+    axis.title.text = broken(axis.title.text);
+    return 20 * (axis.title.text.split('<br>').length - 1);
+  };
   const layout = (own) => {
     const axes = Object.keys(own).filter((key) => /^[xy]axis/.test(key));
     const all = { paper_bgcolor: '@paper', plot_bgcolor: '@paper', font: { color: '@ink', family: 'system-ui, sans-serif', size: 13 },
       margin: { l: 64, r: 16, t: 34, b: 48 }, hovermode: 'closest', dragmode: 'zoom', height: 400,
       hoverlabel: { namelength: -1 }, modebar: { bgcolor: 'rgba(0,0,0,0)', color: '@quiet', activecolor: '@ink' }, ...own };
-    for (const key of new Set(['xaxis', 'yaxis', ...axes])) all[key] = axis(own[key] || {});
+    for (const key of new Set(['xaxis', 'yaxis', ...axes])) {
+      all[key] = axis(own[key] || {});
+      if (isNarrow()) all.height += breakAxis(all[key], key.startsWith('x'));
+    }
     return coloured(all);
   };
 
@@ -88,9 +110,6 @@
     Plotly.relayout(plot, change);
   };
 
-  // What stands side by side stands below one another where there is no room.
-  const NARROW = 760;
-  const isNarrow = () => document.body.clientWidth < NARROW;
   const sources = new Map();
   const draw = (figure) => {
     const data = sources.get(figure)();
