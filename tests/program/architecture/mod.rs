@@ -376,6 +376,37 @@ fn every_file_of_tests_belongs_to_a_target() {
     assert!(seen > 50, "sources were found: {seen}");
 }
 
+/// A published package has its own files only; links are replaced by the files they lead to. Unit tests run in the repository.
+#[test]
+fn packages_read_only_their_own_files() {
+    let owner = |path: &Path| PACKAGES.into_iter().find(|package| path.starts_with(package));
+    let mut seen = 0;
+    for package in PACKAGES.into_iter().filter(|package| *package != "orchestrator/dev") {
+        for path in files(&root().join(package).join("src")) {
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            if !name.ends_with(".rs") || name.ends_with("tests.rs") {
+                continue;
+            }
+            let text = fs::read_to_string(&path).expect("UTF-8");
+            let own = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            let calls = own.split("include_").filter(|rest| rest.starts_with("str!(") || rest.starts_with("bytes!("));
+            for included in calls.filter_map(|rest| rest.split('"').nth(1)) {
+                let mut place = path.parent().expect("a folder").strip_prefix(root()).expect("below").to_path_buf();
+                for part in included.split('/') {
+                    match part {
+                        ".." => assert!(place.pop(), "{included}"),
+                        part => place.push(part),
+                    }
+                }
+                assert!(root().join(&place).is_file(), "{}: {included}", path.display());
+                assert_eq!(owner(&place), Some(package), "{} reads {included}", path.display());
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 8, "files were included: {seen}");
+}
+
 #[test]
 fn studies_that_are_shipped_are_valid() {
     for entry in fs::read_dir(root().join("studies")).expect("the studies") {
