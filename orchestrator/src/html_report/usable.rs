@@ -188,10 +188,10 @@ mod tests {
         let found = |decisions: &[Decision]| of_gate(decisions).map(|one| (one.word, one.why));
         let (passed, open) = (decision(Verdict::Passed, 0), decision(Verdict::Open, 3));
         assert_eq!(found(&[]), None);
-        assert_eq!(found(&[passed.clone()]), Some((YES, "all its runs are ok".to_owned())));
+        assert_eq!(found(std::slice::from_ref(&passed)), Some((YES, "all its runs are ok".to_owned())));
         let failed = found(&[decision(Verdict::Failed, 1)]).expect("a decision");
         assert!(failed.0 == YES && failed.1.contains("any outcome of the 1 run not ok"), "{failed:?}");
-        assert_eq!(found(&[open.clone()]).map(|one| one.0), Some(NO));
+        assert_eq!(found(std::slice::from_ref(&open)).map(|one| one.0), Some(NO));
         assert_eq!(found(&[passed, open]), Some((RESTRICTED, "1 of 2 groups are open".to_owned())));
     }
 
