@@ -1,6 +1,6 @@
 //! Studies with runs beyond the model: their exit codes, and every printer of a status.
 
-use crate::support::{Folder, json, say};
+use crate::support::{Folder, json, root, say};
 use bladeoff_model::outcome::Status;
 use std::fs;
 
@@ -95,6 +95,17 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     assert_eq!(before, fs::read(folder.path("out/results.parquet")).expect("the table"));
     let wrong = say(&["replay", &out, "--sample", "7", "--set", "contct.gap=1"]);
     assert!(wrong.code == 3 && wrong.err.contains("did you mean `diaphragms.seal.contact.gap`?"), "{}", wrong.err);
+}
+
+#[test]
+fn every_status_is_explained_on_the_pages_that_list_them() {
+    for page in ["result-columns", "result-directory", "causes", "failed-runs", "events"] {
+        let text = fs::read_to_string(root().join(format!("docs/{page}.md"))).expect("a page");
+        let is_there = |word: &str| text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|part| part == word);
+        for status in Status::ALL {
+            assert!(is_there(status.word()), "docs/{page}.md does not name {}", status.word());
+        }
+    }
 }
 
 /// The heaviest runs end at a limit; a comparison sees what they reached, and counts the pairs that it cannot compare.
