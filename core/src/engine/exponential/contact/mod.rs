@@ -10,10 +10,11 @@
 //! - [`contact_step`]: the step that uses all of these; [`contact_step_result`] is its result
 //! - [`fixed_point`]: the one place of `hyp2` with one contact point
 //! - [`radial_spring`]: a massless radial spring in place of a ring; [`stator`] is either of them, [`stator_axes`] its place
-//! - [`static_compliance`]: check of the displacement under a constant force, before the run
+//! - [`static_compliance`]: displacement of a ring under a constant force; [`compliance_check`] compares the contact step with it before the run
 //! - [`corrected_shape`]: ring and rotor with static corrections, for observers; [`ring_kernels`] are products over the modes
 
 pub(crate) mod broad_phase;
+pub(crate) mod compliance_check;
 pub(crate) mod contact_point;
 pub(crate) mod contact_predictor;
 pub(crate) mod contact_step;
