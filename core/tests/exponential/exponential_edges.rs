@@ -106,9 +106,12 @@ fn strong_brakes_keep_free_steps_equal() {
 #[test]
 fn disturbed_starts_balance_their_energies() {
     for disturbed in [("rotor.initial.displacement[0]", "5 mm"), ("rotor.initial.velocity[0]", "2")] {
-        let [ours, reference] = both("lab_rig", true, &[("run.end_time", "0.05 s"), disturbed]);
+        let changes = [("run.end_time", "0.05 s"), disturbed];
+        let [ours, reference] = both("lab_rig", true, &changes);
         near(&ours, &reference, "end_speed_rad_s", 1e-6);
-        near(&ours, &reference, "max_bearing_load_N", 3e-5);
+        // the reference engine does not interpolate peaks: at its default step of 20 us its load is 3.7e-5 too small
+        let fine = [&changes[..], &[("run.engine", "reduced"), ("run.step", "2 us")]].concat();
+        near(&ours, &run(machine_of("lab_rig", true, &fine)), "max_bearing_load_N", 1e-6);
         assert!(ours.value("energy_error") < 1e-6, "{disturbed:?}: {:e}", ours.value("energy_error"));
     }
 }

@@ -342,7 +342,12 @@ fn bearing(mut fields: Fields<'_, '_, '_>, notes: &mut Vec<Note>) -> Option<Bear
                 }
                 Some(absent.to_vec())
             }
-            1 => Some(vec![list[0]; count]),
+            1 => {
+                if count > 1 {
+                    notes.push(Note::new(&element, format!("{name} has one value: it is taken at all {count} speeds")));
+                }
+                Some(vec![list[0]; count])
+            }
             length if length == count => Some(list),
             length => {
                 let message = format!("{length} coefficients and {count} speeds");

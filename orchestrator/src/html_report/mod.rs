@@ -147,7 +147,7 @@ pub fn report(
         }
     };
     let bearings = bearings_of(samples);
-    let usable = usable::usable(&seen, of, looked.as_ref(), questions, &limits, &bearings);
+    let usable = usable::usable(&seen, of, looked.as_ref(), questions, &limits, &bearings, horizon.sentence());
     add("use", "What may be used for design", usable);
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));

@@ -34,6 +34,7 @@ pub(super) fn usable(
     questions: &[Question],
     limits: &LimitTable,
     bearings: &[String],
+    horizon: Option<String>,
 ) -> Vec<Block> {
     if seen.rows == 0 {
         return Vec::new();
@@ -66,6 +67,7 @@ pub(super) fn usable(
     }));
     uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
     uses.extend(bearings.iter().map(|why| put(("peak bearing loads".to_owned(), RESTRICTED, why.clone()))));
+    uses.extend(horizon.map(|why| put(("events after the end of the runs".to_owned(), NO, why))));
     let place = |word| [YES, RESTRICTED, NO].iter().position(|one| *one == word);
     uses.sort_by_key(|one| place(one.word));
     let head = ["number", "for design", "why"].map(str::to_owned).to_vec();
@@ -217,6 +219,6 @@ mod tests {
         (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
         assert_eq!(words(&seen), [("results of runs that are not ok: 2 of 2 runs".to_owned(), NO)]);
         seen.rows = 0;
-        assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[]).is_empty());
+        assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[], None).is_empty());
     }
 }

@@ -59,6 +59,8 @@ fn value(key: &Key) -> Value {
         Kind::Number(unit) => scalar(unit),
         Kind::NumberOr(unit, words) => json!({ "anyOf": [{ "enum": words }, scalar(unit)] }),
         Kind::Count => number("integer", key.range),
+        // written as a boolean or as a word
+        Kind::Choice(words) if words[..] == ["false", "true"] => json!({ "enum": [false, true, "false", "true"] }),
         Kind::Choice(words) => json!({ "enum": words }),
         Kind::Vector(unit) => pair(&scalar(unit)),
         // The components of a matrix have other bounds than the scalar.
