@@ -32,7 +32,7 @@ measure();
 const FRAME: &str = r#"<!DOCTYPE html><body><iframe src="inner.html" width="390" height="800" style="border: 0"></iframe><pre></pre>
 <script>addEventListener('message', (event) => { document.querySelector('pre').textContent = event.data; });</script>"#;
 
-/// What the probe reports of this page in a frame of 390 px.
+/// Report of the probe on this page in a frame of 390 px.
 fn measured(folder: &Folder, browser: &str, page: &str) -> String {
     let (head, rest) = page.split_once("<meta http-equiv=\"Content-Security-Policy\"").expect("a policy");
     // it would forbid the probe

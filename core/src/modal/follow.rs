@@ -223,9 +223,9 @@ pub(super) fn follow(lateral: &Lateral, speeds: &[f64]) -> Result<Vec<SpeedModes
 
 /// Critical speeds of a rotor, each list ascending.
 pub(super) struct CriticalSpeeds {
-    /// Those of whirl modes.
+    /// Critical speeds of whirl modes.
     pub whirl: Vec<CriticalSpeed>,
-    /// Those of overdamped motions that oscillate, as far as their shape is followed from speed to speed.
+    /// Critical speeds of overdamped motions that oscillate, if their shape can be followed from speed to speed.
     pub overdamped: Vec<CriticalSpeed>,
 }
 

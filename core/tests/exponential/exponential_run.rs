@@ -81,7 +81,7 @@ fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
 }
 
-/// What trains of impulses lack of the static torsion and of the ring's static bending is in the moments and stresses that are looked at: without it torsional moments were 1 % too small on the rig and 2.8 % on the turbine, stresses of
+/// Static correction of impulse trains in torsional moments and ring stresses: without it torsional moments were 1 % too small on the rig and 2.8 % on the turbine, stresses of
 /// the blades 0.4 and 1.2 %.
 #[test]
 fn moments_and_stresses_of_a_rub_do_not_hang_on_the_step() {
@@ -110,7 +110,7 @@ fn bearings_of_any_damping_have_the_loads_of_the_reduced_engine() {
 }
 
 /// (Contact times count steps with a force: with 28 g both engines are 2.5e-3 apart at 0.85 us, where all else agrees to 2e-5. 35 and 35.5 g are between two ways on: their contact times scatter by a tenth between steps of either engine, and prove nothing. At 36 g the contact time is 1 % off at twice the step.)
-/// What impulses make of psi' within their step, through the strongly damped torsion, has to reach the lateral motion: it did not, and the spin after a hard rub was off
+/// Change of psi' by the impulses within their step, through strongly damped torsion: it must act on the lateral motion. Without it the spin after a hard rub was off
 /// by 2e-5, of the last row by 5e-4 (its contact time by a sixth).
 #[test]
 fn hard_rubs_of_the_rig_end_as_on_the_reduced_engine() {

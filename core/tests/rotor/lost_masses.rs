@@ -120,8 +120,8 @@ fn a_brake_never_drives_a_rotor_that_lost_a_mass() {
     }
 }
 
-/// What is left of a node that lost most of its inertia turns faster than any torsional mode of the shaft: the step limit knows, with the
-/// coupling to deflection in it. It was that of the shaft, and the run grew without bound.
+/// Step limit of a shaft with a node that lost most of its inertia: the node oscillates faster than any torsional mode of the shaft, and
+/// the limit includes it with its coupling to deflection. With the limit of the shaft alone, the run grew without bound.
 #[test]
 fn the_step_limit_is_that_of_what_is_left() {
     let rig = study_machine("lab_rig");

@@ -34,7 +34,7 @@ fn shaft(of_run: &str, tail: &str) -> Machine {
 const STEADY: &str = "[torques.steam]\nposition = 0.2\ntimes = [0]\nvalues = [\"3 kN m\"]\n\
     [torques.generator]\nposition = 1.2\nbalance = true\n[braking]\nlinear = 0.5\n";
 
-/// Angle of twist between two torques by hand: T L/(G I_p) of each section. It turns with the shaft and nothing rings, with few torsional modes too.
+/// Static torsion between two torques by hand: T L/(G I_p) of each section. It turns with the shaft and nothing rings, with few torsional modes too.
 #[test]
 fn the_run_starts_with_the_static_torsion_and_stays_there() {
     let rigidity = |d: f64| 2e11 / 2.5 * std::f64::consts::PI / 32.0 * d.powi(4);

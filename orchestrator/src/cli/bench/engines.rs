@@ -121,7 +121,7 @@ struct Measured {
     /// Matrices, modes and bases, once for all runs of `exponential`.
     set_up: f64,
     first_contact: Option<f64>,
-    /// Of a run of `reduced` in this program, and of a run of `exponential`.
+    /// Work of a run of `reduced` in this program, and of a run of `exponential`.
     work: [Option<Work>; 2],
 }
 
