@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::support::Folder;
 use crate::support::processes::{STUDY, wait_until};
 use crate::support::skipped::skipped;
+use crate::workers::OWN_UMASK;
 use rustix::fs::inotify::{self, CreateFlags, Reader, WatchFlags};
 
 /// A user that nobody is.
@@ -59,7 +60,8 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
         chown(folder.path(name), Some(NOBODY), Some(NOBODY)).expect("given away");
     }
     let run = |out: usize| {
-        let mut command = Command::new(folder.path("bladeoff"));
+        let mut command = Command::new("sh");
+        command.args(OWN_UMASK).arg(folder.path("bladeoff"));
         command.args(["run", &study, "--workers", "1", "--out"]).arg(folder.path(&format!("home/out{out}")));
         command.env("BLADEOFF_RUNTIME_DIR", folder.path("r")).current_dir(folder.path("home"));
         crate::support::said(command.uid(NOBODY).gid(NOBODY).output().expect("it starts"))

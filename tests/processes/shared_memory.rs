@@ -210,7 +210,7 @@ fn what_others_make_in_shared_memory_costs_no_run_its_table() {
     chown(&fired, Some(NOBODY), None).expect("given away");
     // In a /dev/shm of its own: a FIFO of somebody else there stopped every run of earlier builds, for ever.
     let script = "mount -t tmpfs -o size=16m,mode=1777 tmpfs /dev/shm && mkfifo -m 666 /dev/shm/bladeoff_cccccccccc_owner && \
-                  exec setpriv --reuid 54321 --regid 54321 --clear-groups \"$@\"";
+                  umask 022 && exec setpriv --reuid 54321 --regid 54321 --clear-groups \"$@\"";
     let mut command = Command::new("unshare");
     command.args(["--mount", "sh", "-c", script, "sh"]).arg(folder.path("bladeoff"));
     command.args(["run", &study, "--out", &out, "--workers", "2"]).current_dir(folder.path("home"));
@@ -257,10 +257,11 @@ fn what_others_make_in_shared_memory_costs_no_run_its_table() {
 /// What a run of that user says that may have so much of something.
 fn run_limited(folder: &Folder, study: &str, limit: &str) -> crate::support::Said {
     let out = tempfile::tempdir_in(folder.path("home")).expect("a folder");
+    std::fs::set_permissions(out.path(), std::fs::Permissions::from_mode(0o700)).expect("set");
     chown(out.path(), Some(NOBODY), Some(NOBODY)).expect("given away");
     let out = out.path().join("out");
-    let mut command = Command::new("prlimit");
-    command.arg(limit).arg(folder.path("bladeoff")).args(["run", study, "--workers", "2", "--out"]).arg(&out);
+    let mut command = Command::new("sh");
+    command.args(OWN_UMASK).args(["prlimit", limit]).arg(folder.path("bladeoff")).args(["run", study, "--workers", "2", "--out"]).arg(&out);
     command.env("BLADEOFF_RUNTIME_DIR", folder.path("r")).current_dir(folder.path("home"));
     let said = crate::support::said(command.uid(NOBODY).gid(NOBODY).output().expect("it starts"));
     assert!(!said.err.contains("internal error") && !said.err.contains("InternalError"), "{limit}: {}", said.err);

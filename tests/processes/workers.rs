@@ -23,6 +23,12 @@ use crate::support::runtime;
 
 /// Nothing here takes as long on any machine; what hangs fails.
 pub const WATCHDOG: Duration = Duration::from_secs(120);
+/// Arguments of `sh` that start the command after them with a usual umask.
+///
+/// iceoryx2 sets the umask of a test program for moments while a test in it runs a study, and a command that another test starts
+/// then inherits it. Root does not notice; another user cannot enter the directories that the command creates.
+pub const OWN_UMASK: [&str; 3] = ["-c", "umask 022 && exec \"$@\"", "sh"];
+
 /// Tells this test program to be an orchestrator, and in which directory.
 pub const ORCHESTRATE: &str = "BLADEOFF_TEST_ORCHESTRATE";
 pub const SAMPLES: u64 = 40;

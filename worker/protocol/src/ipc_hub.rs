@@ -13,7 +13,7 @@ use iceoryx2::prelude::*;
 use rustix::event::EventfdFlags;
 
 use crate::bus::guarded;
-use crate::ipc_services::{FromWorkerShm, Ipc, Services, Side, ToWorkerShm, port_name, wait};
+use crate::ipc_services::{FromWorkerShm, Ipc, Services, Side, ToWorkerShm, create_listener, port_name, wait};
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::shm;
@@ -73,7 +73,7 @@ impl IpcHub {
             .override_response_preallocation(move |_| answers(peers))
             .create()
             .map_err(PortError::failed("creating the server"))?;
-        let listener = services.up.listener_builder().create().map_err(PortError::failed("creating the listener"))?;
+        let listener = create_listener(&services.up, None)?;
         let notifier = services.down.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
         let wake = rustix::event::eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)
             .map_err(PortError::failed("creating an eventfd"))?;

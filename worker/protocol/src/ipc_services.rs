@@ -9,6 +9,7 @@
 //! The configuration is iceoryx2's own default with our root and prefix, and never read from files on the machine.
 
 use std::os::fd::BorrowedFd;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use iceoryx2::port::listener::Listener;
@@ -123,6 +124,19 @@ pub(crate) fn config(address: &Address) -> Result<Config, PortError> {
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
     Ok(config)
+}
+
+/// Creates the listener of an event service, one at a time in this process.
+///
+/// iceoryx2 sets the umask of the process while it binds the socket of a listener, and restores it afterwards. Two threads that
+/// do so at once can restore each other's, and the process keeps a umask with which it cannot open its own files. Test:
+/// `listeners_created_at_once_leave_the_umask` (tests/conformance.rs).
+pub(crate) fn create_listener(service: &EventFactory<Ipc>, name: Option<&PortName>) -> Result<Listener<Ipc>, PortError> {
+    static BINDING: Mutex<()> = Mutex::new(());
+    let _one = BINDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let builder = service.listener_builder();
+    let builder = if let Some(name) = name { builder.name(name) } else { builder };
+    builder.create().map_err(PortError::failed("creating the listener"))
 }
 
 /// Name of a worker's listener.

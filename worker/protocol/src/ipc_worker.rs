@@ -8,7 +8,7 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 
 use crate::bus::guarded;
-use crate::ipc_services::{BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, port_name, wait};
+use crate::ipc_services::{BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, create_listener, port_name, wait};
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::shm;
@@ -48,12 +48,7 @@ impl IpcWorker {
 
     fn make(address: &Address, worker: WorkerId, parent: Option<OwnedFd>) -> Result<Self, PortError> {
         let services = Services::new(address, Side::Worker)?;
-        let listener = services
-            .down
-            .listener_builder()
-            .name(&port_name(worker)?)
-            .create()
-            .map_err(PortError::failed("creating the listener"))?;
+        let listener = create_listener(&services.down, Some(&port_name(worker)?))?;
         let notifier = services.up.notifier_builder().create().map_err(PortError::failed("creating the notifier"))?;
         let client = services.samples.client_builder().create().map_err(PortError::failed("creating the client"))?;
         Ok(Self { pending: None, client, listener, notifier, _services: services, parent })
