@@ -2,8 +2,10 @@
 //!
 //! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
 
+mod torques;
+
 use bladeoff_core::modal::{expected_releases, under_weight};
-use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, Release, RotorKind, ShaftElement, Unbalance};
+use bladeoff_model::machine::{DiaphragmKind, END_TIME, Engine, Machine, Release, RotorKind, ShaftElement, Unbalance};
 use bladeoff_study::{Chosen, Samples};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
@@ -235,10 +237,11 @@ fn findings(machine: &Machine) -> Vec<Finding> {
             }
         }
     }
+    found.extend(torques::findings(machine));
     found
 }
 
-/// Notes on releases that are not expected in a run: they are results, not errors.
+/// Notes on releases and torques that are not expected to act in a run: they are results, not errors.
 #[must_use]
 pub fn unreleased(machine: &Machine) -> Vec<String> {
     let unbalances = machine.rotor.unbalances.iter().zip(expected_releases(machine));
@@ -252,13 +255,14 @@ pub fn unreleased(machine: &Machine) -> Vec<String> {
             unbalance.name
         ))
     };
-    unbalances.filter_map(note).collect()
+    unbalances.filter_map(note).chain(torques::unchanged(machine)).chain(torques::overspeeds(machine)).collect()
 }
 
-/// Notes of [`unreleased`] on a study's machine, where no release varies.
+/// Notes of [`unreleased`] on a study's machine, where no release, torque or end time varies.
 #[must_use]
 pub fn unreleased_of(samples: &Samples) -> Vec<String> {
-    let varies = samples.parameters().iter().any(|varied| varied.info.path.contains(".release_"));
+    let changes = |path: &str| path.contains(".release_") || path.starts_with("torques.") || path == END_TIME;
+    let varies = samples.parameters().iter().any(|varied| changes(&varied.info.path));
     let machine = samples.study().machine().filter(|_| !varies).and_then(|subject| subject.def.build().ok());
     machine.map(|machine| unreleased(&machine)).unwrap_or_default()
 }

@@ -261,7 +261,12 @@ fn run_limited(folder: &Folder, study: &str, limit: &str) -> crate::support::Sai
     chown(out.path(), Some(NOBODY), Some(NOBODY)).expect("given away");
     let out = out.path().join("out");
     let mut command = Command::new("sh");
-    command.args(OWN_UMASK).args(["prlimit", limit]).arg(folder.path("bladeoff")).args(["run", study, "--workers", "2", "--out"]).arg(&out);
+    command
+        .args(OWN_UMASK)
+        .args(["prlimit", limit])
+        .arg(folder.path("bladeoff"))
+        .args(["run", study, "--workers", "2", "--out"])
+        .arg(&out);
     command.env("BLADEOFF_RUNTIME_DIR", folder.path("r")).current_dir(folder.path("home"));
     let said = crate::support::said(command.uid(NOBODY).gid(NOBODY).output().expect("it starts"));
     assert!(!said.err.contains("internal error") && !said.err.contains("InternalError"), "{limit}: {}", said.err);

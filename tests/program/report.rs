@@ -303,6 +303,17 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     assert!(answer.err.contains(said) && gate.err.contains(said), "{} {}", answer.err, gate.err);
     let page = page(&folder, &out, "whips.html");
     assert!(own(&page).contains(said) && own(&page).contains(warning) && page.contains("Limits of the model"));
+    // What weakens ok is named where numbers are judged, and before the run.
+    let weak = [
+        "run.guard.penetration = 0.2 (default 0.02): an ok run may fail the default check",
+        "run.limit.ring_displacement.on_exceed = \"note\": a run above this limit stays ok",
+    ];
+    let check = say(&["check", &study]);
+    for text in weak {
+        assert!(check.err.contains(&format!("note: {text}")), "{text}: {}", check.err);
+        assert!(own(&page).contains(&text.replace('"', "&quot;")) || own(&page).contains(text), "{text}");
+    }
+    assert!(own(&page).contains("; but see guards below; but see limits below"), "the answers are restricted");
 
     let study =
         folder.write("light.toml", &fs::read_to_string(&study).expect("written").replace("[0.5, 0.05]", "[0.05]"));
@@ -310,6 +321,39 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
     assert!(run.out.contains("2             2   2  0") && run.out.contains("note         0 of 2 runs"), "{}", run.out);
     assert!(!say(&["answer", &out]).err.contains("exceed the limit"));
+}
+
+/// A number of the torsional moment is restricted by modes that the file sets; an approximate detection restricts every number.
+#[test]
+fn settings_that_weaken_ok_restrict_the_numbers_that_they_concern() {
+    let folder = Folder::new();
+    let rig = crate::support::root().join("studies/machines/lab_rig.toml");
+    folder.write("rig.toml", &fs::read_to_string(rig).expect("the rig"));
+    let ask = |column: &str| format!("[[question]]\nname = \"{column}\"\nprobability = \"{column} > 0\"\n");
+    let text = format!(
+        "schema = 1\nname = \"weak\"\nmachine = \"rig.toml\"\n[set]\n\"run.end_time\" = \"10 ms\"\n\"run.torsional_modes\" = 1\n\
+         [design]\nkind = \"monte-carlo\"\nsamples = 4\n[[uncertain]]\npath = \"contact.friction\"\ndistribution = \"uniform\"\n\
+         lower = 0.1\nupper = 0.2\n{}{}",
+        ask("max_torsional_moment_Nm"),
+        ask("max_bearing_load_N")
+    );
+    let marks = |name: &str, text: &str| -> Vec<String> {
+        let (study, out) = (folder.write(&format!("{name}.toml"), text), folder.name(name));
+        let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        let page = page(&folder, &out, &format!("{name}.html"));
+        let section = own(&page).split_once("What may be used for design</h2>").expect("the section").1.to_owned();
+        let section = section.split_once("</section>").map_or(section.clone(), |(section, _)| section.to_owned());
+        section.split("<tr>").filter(|row| row.contains("answer ")).map(str::to_owned).collect()
+    };
+    let found = marks("modes", &text);
+    let of = |found: &[String], column: &str| found.iter().find(|row| row.contains(column)).expect("a row").clone();
+    let (moment, load) = (of(&found, "max_torsional_moment_Nm"), of(&found, "max_bearing_load_N"));
+    assert!(moment.contains("restricted") && moment.contains("see torsional modes below"), "{moment}");
+    assert!(load.contains("yes") && !load.contains("restricted"), "{load}");
+    let hyp1 = text.replace("\"run.torsional_modes\" = 1", "\"contact.detection\" = \"hyp1\"");
+    let load = of(&marks("detection", &hyp1), "max_bearing_load_N");
+    assert!(load.contains("restricted") && load.contains("see contact detection below"), "{load}");
 }
 
 #[test]

@@ -87,7 +87,8 @@ pub(super) fn turned(machine: &Machine, rotor: &LinearRotor, [time, h]: [f64; 2]
 }
 
 /// Highest mean spin of a run without contact \[rad/s\].
-pub(crate) fn highest_speed(machine: &Machine) -> f64 {
+#[must_use]
+pub fn highest_speed(machine: &Machine) -> f64 {
     course(machine).iter().map(|[_, speed]| *speed).fold(machine.rotor.initial_speed, f64::max)
 }
 

@@ -4,6 +4,7 @@ use super::follow::{CriticalSpeeds, critical_speeds, follow};
 use super::quadratic::Eigensolver;
 use super::spectra::ModesError;
 use super::whirl::{CriticalSpeed, Lateral, SpeedModes, Work};
+use crate::rotor::RotorMatrices;
 use crate::stator::RingMatrices;
 use bladeoff_model::machine::{DiaphragmKind, Machine, RotorKind};
 use bladeoff_numerics::linalg::{EigenError, Matrix, column_of, symmetric_generalised};
@@ -59,11 +60,7 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
     let rotor = &lateral.rotor;
     let CriticalSpeeds { whirl: critical_speeds, overdamped } = critical_speeds(&lateral)?;
     let speeds = follow(&lateral, speeds)?;
-    let roots = |k: &Matrix, m: &Matrix, what| -> Result<Vec<f64>, EigenError> {
-        let (values, _) = symmetric_generalised(k, m, what)?;
-        Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
-    };
-    let torsion = roots(&rotor.torsional_stiffness, &rotor.torsional_mass, "torsion of the rotor")?.split_off(1);
+    let torsion = elastic_torsion(rotor)?;
     let axial = match machine.rotor.kind {
         RotorKind::Shaft(_) => roots(&rotor.axial_stiffness, &rotor.axial_mass, "the rotor's axial motion")?,
         RotorKind::PointMass(_) => Vec::new(),
@@ -76,6 +73,24 @@ pub fn report_by(solver: Eigensolver, machine: &Machine, speeds: &[f64]) -> Resu
     }
     let work = lateral.work.get();
     Ok(ModesReport { speeds, critical_speeds, overdamped_critical_speeds: overdamped, torsion, axial, rings, work })
+}
+
+fn roots(k: &Matrix, m: &Matrix, what: &'static str) -> Result<Vec<f64>, EigenError> {
+    let (values, _) = symmetric_generalised(k, m, what)?;
+    Ok(values.iter().map(|square| square.max(0.0).sqrt()).collect())
+}
+
+/// Without the rigid rotation, which comes first.
+fn elastic_torsion(rotor: &RotorMatrices) -> Result<Vec<f64>, EigenError> {
+    Ok(roots(&rotor.torsional_stiffness, &rotor.torsional_mass, "torsion of the rotor")?.split_off(1))
+}
+
+/// Returns the elastic torsional frequencies of the free shaft line \[rad/s\], ascending.
+///
+/// # Errors
+/// The eigenproblem has no solution.
+pub fn torsional_frequencies(machine: &Machine) -> Result<Vec<f64>, EigenError> {
+    elastic_torsion(&RotorMatrices::assemble(&machine.rotor))
 }
 
 /// Returns the modes of a machine at speeds \[rad/s\], tracked from rest by their mode shapes; overdamped motions are separate.

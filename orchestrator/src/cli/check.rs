@@ -12,7 +12,7 @@ use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::engine;
 use crate::engine_choice::machine_alone;
-use crate::html_report::{bearings_of, unstable_of};
+use crate::html_report::{bearings_of, reservations_of, unstable_of};
 use crate::plausible::{implausible, implausible_of, unreleased, unreleased_of};
 use crate::questions::related;
 use crate::start_check::placed;
@@ -97,6 +97,9 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     for note in unreleased_of(&samples) {
         remark(&format!("\nnote: {note}\n"));
     }
+    for one in reservations_of(&samples) {
+        remark(&format!("\nnote: {}", one.text));
+    }
     for text in implausible_of(&samples) {
         remark(&format!("\nwarning: {text}"));
     }
@@ -120,6 +123,7 @@ fn machine(path: &Path, as_json: bool) -> Result<Exit, CliError> {
     let step = engine::time_step(&machine, &structure)?.step;
     let mut notes: Vec<String> = bearings_beyond(&machine, &structure, step).iter().map(|note| note.text()).collect();
     notes.extend(unreleased(&machine));
+    notes.extend(machine.reservations().into_iter().map(|one| one.text));
     let mut warnings = implausible(&machine);
     warnings.extend(unstable(&machine, &structure, speeds_of_run(&machine)).iter().map(ToString::to_string));
     if as_json {

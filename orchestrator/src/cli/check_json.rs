@@ -4,7 +4,7 @@ use super::answer::understood;
 use super::error::CliError;
 use super::estimate::Estimate;
 use super::json::pretty;
-use crate::html_report::{assumed, assumed_of_machine, bearings_of, unstable_of};
+use crate::html_report::{assumed, assumed_of_machine, bearings_of, reservations_of, unstable_of};
 use crate::plausible::{implausible_of, unreleased_of};
 use bladeoff_answers::ask::in_words;
 use bladeoff_core::modal::equilibrium;
@@ -33,6 +33,7 @@ pub(super) fn of_study(samples: &Samples) -> Result<String, CliError> {
     notes.extend(fixed_angle(samples).map(|found| found.text()));
     notes.extend(bearings_of(samples));
     notes.extend(unreleased_of(samples));
+    notes.extend(reservations_of(samples).into_iter().map(|one| one.text));
     let warnings = [implausible_of(samples), unstable_of(samples)].concat();
     let estimate = if study.function().is_some() { Value::Null } else { Estimate::of(samples)?.json() };
     Ok(pretty(&json!({

@@ -92,6 +92,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         print_json(&json(&machine, &report, &unstable))?
     } else {
         print(&text(&machine, &report, args.count))?;
+        outside_tables(&machine, &report).iter().for_each(|note| remark(&format!("note: {note}")));
         unstable.iter().for_each(|range| remark(&format!("warning: {}", range_in_words(range))));
     }
     if let Some(directory) = &args.figures {
@@ -146,6 +147,32 @@ fn speeds(args: &Args, machine: &Machine) -> Result<Vec<f64>, CliError> {
         if (0.0..=FASTEST).contains(&speed) { Ok(speed) } else { Err(refused("out of range".to_owned())) }
     };
     args.speeds.iter().map(read).collect()
+}
+
+/// A line for each bearing table that does not cover all speeds of the report.
+fn outside_tables(machine: &Machine, report: &ModesReport) -> Vec<String> {
+    let rpm = |speed: f64| shown(speed * 30.0 / PI);
+    let tables = machine.rotor.bearings.iter().filter_map(|bearing| Some((&bearing.name, bearing.table.as_ref()?)));
+    tables
+        .filter_map(|(name, table)| {
+            let asked = report.speeds.iter().map(|speed| speed.speed).filter(|speed| !table.covers(*speed));
+            let mut outside: Vec<String> = asked.map(|speed| format!("whirl at {} rpm", rpm(speed))).collect();
+            let critical = report.critical_speeds.iter().map(|critical| critical.speed);
+            let of = report.critical_speeds.len();
+            let beyond: Vec<f64> = critical.filter(|speed| !table.covers(*speed)).collect();
+            if !beyond.is_empty() {
+                outside.push(format!("{} of {of} critical speeds", beyond.len()));
+            }
+            let [low, high] = table.range().map(rpm);
+            (!outside.is_empty()).then(|| {
+                format!(
+                    "rotor.bearings.{name}: its table covers {low} to {high} rpm; {} lie outside, where the coefficients of the nearer end of the \
+                     table are used",
+                    outside.join(", ")
+                )
+            })
+        })
+        .collect()
 }
 
 fn hertz(frequency: f64) -> f64 {
@@ -407,5 +434,6 @@ fn json(machine: &Machine, report: &ModesReport, unstable: &[UnstableRange]) -> 
         format!("\n    {{\"diaphragm\": {}, \"modes\": {}}}", quoted(name), list(modes.collect()))
     });
     object.raw("rings", &list(rings.collect()));
+    object.raw("notes", &list(outside_tables(machine, report).iter().map(|note| quoted(note)).collect()));
     object.finish()
 }

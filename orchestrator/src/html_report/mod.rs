@@ -18,6 +18,7 @@ mod limits;
 mod narrowing;
 mod provenance;
 mod regimes;
+mod reservations;
 mod rows;
 mod sensitivity;
 mod stability;
@@ -45,6 +46,7 @@ pub use horizon::Horizon;
 pub use limit_values::{limits_of, limits_of_machine};
 pub use limits::{LimitTable, above_max_beyond, too_many_beyond};
 pub use provenance::LIMITS;
+pub use reservations::reservations_of;
 use rows::Seen;
 pub use stability::unstable_of;
 use std::path::{Path, PathBuf};
@@ -147,7 +149,9 @@ pub fn report(
         }
     };
     let bearings = bearings_of(samples);
-    let usable = usable::usable(&seen, of, looked.as_ref(), questions, &limits, &bearings, horizon.sentence());
+    let reservations = reservations_of(samples);
+    let usable =
+        usable::usable(&seen, of, looked.as_ref(), questions, &limits, &reservations, &bearings, horizon.sentence());
     add("use", "What may be used for design", usable);
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! yes:        every run counts: an interval holds whether runs that are not ok are harmless or harmful
-//! restricted: something that the number leaves out is named beside it
+//! restricted: something that the number leaves out, or a setting that weakens its checks, is named beside it
 //! no:         the model does not describe it
 //! ```
 
@@ -13,6 +13,7 @@ use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
 use bladeoff_answers::gate::{Decision, Verdict};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::summary::counted;
+use bladeoff_model::machine::Reservation;
 
 /// One row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +34,7 @@ pub(super) fn usable(
     looked: Option<&Looked>,
     questions: &[Question],
     limits: &LimitTable,
+    reservations: &[Reservation],
     bearings: &[String],
     horizon: Option<String>,
 ) -> Vec<Block> {
@@ -59,13 +61,19 @@ pub(super) fn usable(
         }
     }
     if !above.is_empty() {
-        uses.iter_mut().filter(|one| one.word != NO).for_each(|one| restrict(one, &above.join(" and ")));
+        uses.iter_mut().filter(|one| one.word != NO).for_each(|one| restrict(one, &broken(&above.join(" and "))));
+    }
+    for one in reservations {
+        let concerned = |number: &str| one.columns.is_none_or(|part| number.contains(part));
+        let open = uses.iter_mut().filter(|of| of.word != NO && concerned(&of.number));
+        open.for_each(|of| restrict(of, &format!("see {} below", one.topic)));
     }
     let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
     uses.extend(unjudged.iter().cloned().map(|(_, part, is_above_any_steel, why)| {
         put((format!("stress of {part}"), if is_above_any_steel { NO } else { RESTRICTED }, why))
     }));
     uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
+    uses.extend(reservations.iter().map(|one| put((one.topic.to_owned(), RESTRICTED, one.text.clone()))));
     uses.extend(bearings.iter().map(|why| put(("peak bearing loads".to_owned(), RESTRICTED, why.clone()))));
     uses.extend(horizon.map(|why| put(("events after the end of the runs".to_owned(), NO, why))));
     let place = |word| [YES, RESTRICTED, NO].iter().position(|one| *one == word);
@@ -80,14 +88,18 @@ pub(super) fn usable(
     blocks
 }
 
-/// Restricts a number that ok runs with broken parts enter.
-fn restrict(one: &mut Use, parts: &str) {
+/// Restricts a number, with a further reason.
+fn restrict(one: &mut Use, why: &str) {
     one.word = RESTRICTED;
-    one.why += &format!(
-        "; but in some ok runs the stress of {parts} exceeds the elastic limit of any steel. Contact forces and all \
-         results that depend on them are then not those of the machine. With a yield_strength such runs count as \
-         beyond the model"
-    );
+    one.why += &format!("; but {why}");
+}
+
+/// Why numbers are restricted that ok runs with broken parts enter.
+fn broken(parts: &str) -> String {
+    format!(
+        "in some ok runs the stress of {parts} exceeds the elastic limit of any steel. Contact forces and all results that \
+         depend on them are then not those of the machine. With a yield_strength such runs count as beyond the model"
+    )
 }
 
 /// Whether the answers to a question may be used; `None` without an answer.
@@ -214,11 +226,11 @@ mod tests {
         assert_eq!(words(&seen), [(some, RESTRICTED), ("results of runs that are not ok: 1 of 4 runs".to_owned(), NO)]);
         let mut one = of_rows(&Seen { rows: 3, kinds: vec![kind("ok", 3)], ..seen.clone() }).remove(0);
         assert_eq!(one.word, YES);
-        restrict(&mut one, "blades");
+        restrict(&mut one, &broken("blades"));
         assert!(one.word == RESTRICTED && one.why.contains("the stress of blades exceeds"), "{one:?}");
         (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
         assert_eq!(words(&seen), [("results of runs that are not ok: 2 of 2 runs".to_owned(), NO)]);
         seen.rows = 0;
-        assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[], None).is_empty());
+        assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[], &[], None).is_empty());
     }
 }

@@ -131,7 +131,10 @@ pub(crate) fn config(address: &Address) -> Result<Config, PortError> {
 /// iceoryx2 sets the umask of the process while it binds the socket of a listener, and restores it afterwards. Two threads that
 /// do so at once can restore each other's, and the process keeps a umask with which it cannot open its own files. Test:
 /// `listeners_created_at_once_leave_the_umask` (tests/conformance.rs).
-pub(crate) fn create_listener(service: &EventFactory<Ipc>, name: Option<&PortName>) -> Result<Listener<Ipc>, PortError> {
+pub(crate) fn create_listener(
+    service: &EventFactory<Ipc>,
+    name: Option<&PortName>,
+) -> Result<Listener<Ipc>, PortError> {
     static BINDING: Mutex<()> = Mutex::new(());
     let _one = BINDING.lock().unwrap_or_else(PoisonError::into_inner);
     let builder = service.listener_builder();

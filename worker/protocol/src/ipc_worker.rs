@@ -8,7 +8,9 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 
 use crate::bus::guarded;
-use crate::ipc_services::{BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, create_listener, port_name, wait};
+use crate::ipc_services::{
+    BACKSTOP, FromWorkerShm, Ipc, Services, Side, ToWorkerShm, create_listener, port_name, wait,
+};
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::shm;

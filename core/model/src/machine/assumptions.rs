@@ -7,9 +7,10 @@ use super::def::MachineDef;
 use super::layout::Scalar;
 use super::model::{
     Bearing, ContactPoints, ContactSurface, DiaphragmKind, Engine, FrictionLaw, Machine, Presence, Release, RotorKind,
-    ShaftElement, Unbalance, UnbalanceKind,
+    ShaftElement, Torque, Unbalance, UnbalanceKind,
 };
 use bladeoff_text::document::units::{format_digits, format_quantity};
+use std::f64::consts::PI;
 
 /// The key that the machine may leave out.
 const TORSIONAL: &str = "rotor.damping.torsional";
@@ -124,14 +125,15 @@ fn event(release: Release) -> String {
 }
 
 fn spin(machine: &Machine) -> String {
-    let names: Vec<&str> = machine.torques.iter().map(|torque| torque.name.as_str()).collect();
+    let names: Vec<String> = machine.torques.iter().map(torque).collect();
     let torques = match names.is_empty() {
         true => String::new(),
         false => {
-            format!(
-                "; torques over time ({}), whatever the speed; the run starts with their static torsion",
-                names.join(", ")
-            )
+            let torsion = match machine.rotor.kind {
+                RotorKind::Shaft(_) => "; the run starts with their static torsion",
+                RotorKind::PointMass(_) => "",
+            };
+            format!("; torques over time ({}), whatever the speed{torsion}", names.join("; "))
         }
     };
     let whole = match (machine.rotor.speed_law.is_some(), names.is_empty()) {
@@ -140,6 +142,22 @@ fn spin(machine: &Machine) -> String {
         (false, false) => "free; torques change it, friction and the braking torque slow the rotor",
     };
     format!("{whole}{torques}")
+}
+
+/// Name and amounts of a torque: "steam 1.2 MN m to 0 N m", "generator -1.2 MN m, short circuit of 50 Hz from 0.5 s with up to 9 MN m".
+fn torque(torque: &Torque) -> String {
+    let (before, last) = (torque.before(), torque.values.last().copied().unwrap_or(0.0));
+    let shown = |torque: f64| format_quantity(torque, "N m");
+    let mut line = format!("{} {}", torque.name, shown(before));
+    if last != before {
+        line += &format!(" to {}", shown(last));
+    }
+    if let Some(one) = torque.short_circuit {
+        let hertz = format_digits(one.frequency / (2.0 * PI), "Hz", 4);
+        let most = shown(one.amplitudes[0].abs() + one.amplitudes[1].abs());
+        line += &format!(", short circuit of {hertz} from {} with up to {most}", format_quantity(one.start, "s"));
+    }
+    line
 }
 
 /// A yield strength does not change the motion; it ends the run, or is not compared where it is not given.

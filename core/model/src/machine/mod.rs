@@ -17,6 +17,7 @@ mod layout;
 mod load;
 mod model;
 mod paths;
+mod reservations;
 mod schema;
 mod section;
 mod template;
@@ -33,6 +34,7 @@ pub use def::MachineDef;
 pub use engine::{EngineChoice, EngineReason, NotCovered, decides_engine};
 pub use model::*;
 pub use paths::{PathError, PathInfo, PathKind, is_detection, is_of_the_format, some_of};
+pub use reservations::Reservation;
 pub use schema::{
     CONTACT_STEP, END_TIME, ENGINE, Key, Kind, Need, Range, SCHEMA, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, When, keys,
 };

@@ -84,6 +84,13 @@ impl Torque {
         sums
     }
 
+    /// Upper bound of |T| over all times, |L| + |A1| + |A2| \[N m\].
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        let of_line = self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        of_line + self.short_circuit.map_or(0.0, |one| one.amplitudes[0].abs() + one.amplitudes[1].abs())
+    }
+
     /// Time from which the torque changes \[s\]; `None`: it is constant.
     #[must_use]
     pub fn first_change(&self) -> Option<f64> {

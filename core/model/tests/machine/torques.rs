@@ -59,3 +59,26 @@ fn the_written_record_of_torques_builds_the_same_machine() {
     assert_eq!(again.build().unwrap(), def.build().unwrap(), "{record}");
     assert_eq!(again.to_toml(), record);
 }
+
+/// A mass point has no torsion, so nothing is neglected and nothing is twisted.
+#[test]
+fn torques_on_a_mass_point_need_no_other_engine() {
+    let point = "schema = 1\nname = \"p\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 1\ninitial_speed = 100\n\
+        [rotor.bearings.a]\nstiffness = 4e4\n[torques.fan]\nbalance = true\n[torques.motor]\ntimes = [0.1, 0.1]\nvalues = [1, 3]\n";
+    let def = parse(point);
+    let machine = def.build().unwrap();
+    let engine = |machine: &bladeoff_model::machine::Machine| machine.run.engine.word();
+    let spin = |def: &MachineDef, machine| {
+        let lines = def.assumptions(machine);
+        lines.iter().find(|line| line.topic == "spin").map(|line| line.text.clone()).unwrap()
+    };
+    assert_eq!(engine(&machine), "exponential");
+    let said = spin(&def, &machine);
+    assert!(said.contains("(fan -1 N m; motor 1 N m to 3 N m)") && !said.contains("torsion"), "{said}");
+    let (def, shaft) = (parse(&with_torques()), build(&with_torques()));
+    assert_eq!(engine(&shaft), "reduced");
+    let said = spin(&def, &shaft);
+    let amounts =
+        "steam 20 N m to 0 N m; generator -18 N m to 0 N m, short circuit of 50 Hz from 0.05 s with up to 90 N m";
+    assert!(said.contains(amounts) && said.ends_with("static torsion"), "{said}");
+}

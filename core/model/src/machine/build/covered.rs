@@ -20,7 +20,9 @@ pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
         None if reader.number(CONTACT_STEP).is_some() => (Engine::Exponential, EngineReason::ContactStep),
         None if reader.number(STEP).is_some() => (Engine::Reduced, EngineReason::Step),
         // what it neglects of torsional vibration may change loads by per cents: who accepts that names it
-        None if !reader.layout.group(TORQUES).is_empty() => (Engine::Reduced, EngineReason::NotCovered(neglected())),
+        None if !reader.layout.group(TORQUES).is_empty() && reader.is_point_mass() == Some(false) => {
+            (Engine::Reduced, EngineReason::NotCovered(neglected()))
+        }
         None => match gaps(reader).into_iter().next() {
             Some(Gap { not_covered, .. }) => (Engine::Reduced, EngineReason::NotCovered(not_covered)),
             None => (Engine::Exponential, EngineReason::Covered),

@@ -2,7 +2,7 @@
 
 use super::reader::Reader;
 use crate::machine::model::{Diaphragm, DiaphragmKind, Machine, ModelLimit, OnExceed, Rotor, RotorKind};
-use crate::machine::schema::{Need, keys};
+use crate::machine::schema::{Need, default_of};
 use crate::outcome::Limit;
 
 /// Path of a key of a limit.
@@ -70,12 +70,9 @@ pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: 
 
 /// Path of a value of a limit that is not its default. A written-out default changes nothing, with or without its quantity.
 fn set_path(reader: &Reader<'_>, limit: Limit) -> Option<String> {
-    ["value", "on_exceed"].into_iter().map(|key| path(limit, key)).find(|path| {
-        let need = keys().iter().find(|key| key.path == path).map(|key| key.need);
-        match need {
-            Some(Need::Number(default)) => reader.number(path).is_some_and(|value| value != default),
-            Some(Need::Word(default)) => reader.word(path).is_some_and(|word| word != default),
-            _ => false,
-        }
+    ["value", "on_exceed"].into_iter().map(|key| path(limit, key)).find(|path| match default_of(path) {
+        Some(Need::Number(default)) => reader.number(path).is_some_and(|value| value != default),
+        Some(Need::Word(default)) => reader.word(path).is_some_and(|word| word != default),
+        _ => false,
     })
 }

@@ -23,6 +23,7 @@ mod torque;
 pub(super) use covered::choose;
 pub use lost::{MOST_LOST, Overdrawn, overdrawn};
 pub(super) use reader::Reader;
+pub(super) use run::guard_of;
 
 use super::layout::{Layout, State};
 use super::model::Machine;

@@ -4,7 +4,7 @@ use super::covered;
 use super::limits;
 use super::reader::Reader;
 use crate::machine::model::{Engine, ForceLocation, Guard, RunSettings, SpeedLaw};
-use crate::machine::schema::{CONTACT_STEP, END_TIME, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
+use crate::machine::schema::{CONTACT_STEP, END_TIME, NORMAL_WORK, PENETRATION, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
 use bladeoff_text::document::units::format_quantity;
 
 /// Largest energy error of a run that may be believed, where the machine names none: central differences keep the balance, impulses on exact propagation keep it to
@@ -16,6 +16,15 @@ const BALANCE_OF_EXPONENTIAL: f64 = 1e-5;
 /// (docs/theory/convergence.md). Impulses on exact propagation need a third of the steps of central differences.
 const IMPACT_STEPS: f64 = 32.0;
 const IMPACT_STEPS_OF_EXPONENTIAL: f64 = 20.0;
+
+/// The guards of a machine that names none.
+pub(in crate::machine) fn guard_of(engine: Engine) -> Guard {
+    let (energy_balance, impact_steps) = match engine {
+        Engine::Exponential => (BALANCE_OF_EXPONENTIAL, IMPACT_STEPS_OF_EXPONENTIAL),
+        _ => (BALANCE, IMPACT_STEPS),
+    };
+    Guard { normal_work: NORMAL_WORK, energy_balance, penetration: PENETRATION, impact_steps }
+}
 
 pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     let end_time = reader.number(END_TIME);
@@ -36,10 +45,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     }
     twin(reader);
     let engine = covered::choose(reader)?.engine;
-    let (balance, impact_steps) = match engine {
-        Engine::Exponential => (BALANCE_OF_EXPONENTIAL, IMPACT_STEPS_OF_EXPONENTIAL),
-        _ => (BALANCE, IMPACT_STEPS),
-    };
+    let guard = guard_of(engine);
     Some(RunSettings {
         end_time: end_time?,
         end_speed: end_speed?,
@@ -59,9 +65,9 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
         twin_limit: reader.number(TWIN_LIMIT)?,
         guard: Guard {
             normal_work: reader.number("run.guard.normal_work")?,
-            energy_balance: reader.number("run.guard.energy_balance").unwrap_or(balance),
+            energy_balance: reader.number("run.guard.energy_balance").unwrap_or(guard.energy_balance),
             penetration: reader.number("run.guard.penetration")?,
-            impact_steps: reader.number("run.guard.impact_steps").unwrap_or(impact_steps),
+            impact_steps: reader.number("run.guard.impact_steps").unwrap_or(guard.impact_steps),
         },
         limits: limits::limits(reader)?,
         end_beyond: reader.word("run.end_beyond")? == "on",

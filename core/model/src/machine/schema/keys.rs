@@ -21,6 +21,10 @@ pub const TWIN: &str = "run.twin";
 /// Path of the largest change between a run and its twin that does not make the run sensitive.
 pub const TWIN_LIMIT: &str = "run.twin_limit";
 
+/// Defaults of two guards.
+pub const NORMAL_WORK: f64 = 0.01;
+pub const PENETRATION: f64 = 0.02;
+
 /// Treatment of a run that exceeds a limit of the model.
 const ON_EXCEED: [&str; 2] = ["beyond", "note"];
 
@@ -92,11 +96,11 @@ pub(super) const KEYS: &[Key] = &[
         "relative shift of the initial speed of a second run, whose results are compared (1e-6 is enough); 0: none"),
     key(TWIN_LIMIT, Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
         "a run is `sensitive` if a result of its twin differs by more than this part of its own"),
-    key("run.guard.normal_work", Kind::Number(""), Need::Number(0.01), Range::POSITIVE, When::Always,
+    key("run.guard.normal_work", Kind::Number(""), Need::Number(NORMAL_WORK), Range::POSITIVE, When::Always,
         "run invalid if the normal contact work exceeds this part of the largest of: friction energy, energy of the lateral motion during contact, a thousandth of the initial energy"),
     key("run.guard.energy_balance", Kind::Number(""), Need::Optional("1e-6, with the engine exponential 1e-5"), Range::POSITIVE, When::Always,
         "run invalid if the energy error exceeds this part of the largest total energy"),
-    key("run.guard.penetration", Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
+    key("run.guard.penetration", Kind::Number(""), Need::Number(PENETRATION), Range::POSITIVE, When::Always,
         "run invalid if the residual penetration exceeds this part of the gap"),
     key("run.guard.impact_steps", Kind::Number(""), Need::Optional("32, with the engine exponential 20"), Range::NOT_NEGATIVE, When::Always,
         "run invalid if contact phases with a flexible ring have fewer steps than this (column steps_per_impact); 0: not judged"),
@@ -378,6 +382,12 @@ pub(super) const KEYS: &[Key] = &[
     key("monitors.NAME.gap", Kind::Number("m"), Need::Required, Range::POSITIVE, When::Always,
         "clearance at that place: the time with a larger displacement is reported; nothing touches there"),
 ];
+
+/// What a key without a value means; `None`: there is no such key.
+#[must_use]
+pub fn default_of(path: &str) -> Option<Need> {
+    KEYS.iter().find(|key| key.path == path).map(|key| key.need)
+}
 
 /// Every key, in the order of the format.
 #[must_use]

@@ -8,7 +8,10 @@ mod range;
 mod tree;
 
 pub use key::{Key, Kind, Need, When};
-pub use keys::{CONTACT_STEP, END_TIME, ENGINE, FLAG, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, keys};
+pub use keys::{
+    CONTACT_STEP, END_TIME, ENGINE, FLAG, NORMAL_WORK, PENETRATION, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, default_of,
+    keys,
+};
 pub use range::Range;
 pub(super) use tree::{Branch, Segment, root};
 
