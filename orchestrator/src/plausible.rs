@@ -2,6 +2,7 @@
 //!
 //! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
 
+#[path = "plausible_torques.rs"]
 mod torques;
 
 use bladeoff_core::modal::{expected_releases, under_weight};

@@ -342,8 +342,9 @@ fn settings_that_weaken_ok_restrict_the_numbers_that_they_concern() {
         let run = say(&["run", &study, "--out", &out, "--workers", "1"]);
         assert_eq!(run.code, 0, "{}", run.err);
         let page = page(&folder, &out, &format!("{name}.html"));
-        let section = own(&page).split_once("What may be used for design</h2>").expect("the section").1.to_owned();
-        let section = section.split_once("</section>").map_or(section.clone(), |(section, _)| section.to_owned());
+        let page = own(&page);
+        let after = page.split_once("<section id=\"use\"").expect("the section").1;
+        let (section, _) = after.split_once("</section>").expect("its end");
         section.split("<tr>").filter(|row| row.contains("answer ")).map(str::to_owned).collect()
     };
     let found = marks("modes", &text);

@@ -79,6 +79,6 @@ fn torques_on_a_mass_point_need_no_other_engine() {
     assert_eq!(engine(&shaft), "reduced");
     let said = spin(&def, &shaft);
     let amounts =
-        "steam 20 N m to 0 N m; generator -18 N m to 0 N m, short circuit of 50 Hz from 0.05 s with up to 90 N m";
+        "steam 20 N m to 0 N m; generator -18 N m to 0 N m, short circuit of 50 Hz from 50 ms with up to 90 N m";
     assert!(said.contains(amounts) && said.ends_with("static torsion"), "{said}");
 }

@@ -123,7 +123,7 @@ mod tests {
     use bladeoff_text::document::units::format_digits;
     use std::f64::consts::PI;
 
-    const RIG: &str = include_str!("../../../studies/machines/lab_rig.toml");
+    const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
 
     fn with(short_circuit: &str) -> Machine {
         let torque = format!(
