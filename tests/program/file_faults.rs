@@ -143,20 +143,25 @@ fn a_damaged_list_of_shards_puts_no_chunk_aside() {
     assert_eq!(shards.merge().code, 0);
 }
 
-/// A file of an earlier build has no checksum: then the chunks that name it decide.
 #[test]
-fn a_damaged_list_of_shards_without_a_checksum_puts_no_chunk_aside() {
+fn a_list_of_shards_without_a_checksum_is_damaged_and_puts_no_chunk_aside() {
     let shards = Shards::new();
     let whole = String::from_utf8(shards.bytes("shards.json")).expect("text");
     let mut fields: serde_json::Value = serde_json::from_str(&whole).expect("JSON");
     fields.as_object_mut().expect("an object").remove("checksum").expect("there");
-    fs::write(shards.path("shards.json"), fields.to_string().replace("small.toml", "smell.toml")).expect("written");
+    fs::write(shards.path("shards.json"), fields.to_string()).expect("written");
     let merged = shards.merge();
-    assert!(
-        merged.code == 6 && merged.err.contains("shards.json: it has changed since the chunks were made"),
-        "{}",
-        merged.err
-    );
+    let expected = "shards.json: it is damaged: it has no checksum; no finished sample is lost";
+    assert!(merged.code == 6 && merged.err.contains(expected), "{}", merged.err);
+    assert_eq!(shards.chunks(), 4);
+    // The list of another run of the study, in order by itself: the chunks name theirs.
+    fields["study_file"] = "smell.toml".into();
+    let checksum = blake3::hash(fields.to_string().as_bytes()).to_hex().to_string();
+    fields["checksum"] = checksum.into();
+    fs::write(shards.path("shards.json"), fields.to_string()).expect("written");
+    let merged = shards.merge();
+    let expected = "shards.json: it has changed since the chunks were made";
+    assert!(merged.code == 6 && merged.err.contains(expected), "{}", merged.err);
     assert_eq!(shards.chunks(), 4);
 }
 

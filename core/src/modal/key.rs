@@ -156,7 +156,7 @@ fn of_element(text: &mut Text, word: &str, element: &ShaftElement) {
         Some(coefficient) => text.numbers(&[coefficient]),
         None => text.word("-"),
     };
-    // no entry for a cylinder: the key of a machine without tapers equals that of earlier builds
+    // no entry for a cylinder: its right end is its left end
     if element.is_tapered() {
         text.word("to").numbers(&[end_diameter, end_inner_diameter]);
     }

@@ -226,8 +226,7 @@ fn has_rigid_and_flexible_rings(machine: &Machine) -> bool {
         && kinds().any(|kind| matches!(kind, DiaphragmKind::Flexible(_)))
 }
 
-/// Ring with its modal basis. `by_sectors`: the static flexibility uses cyclic symmetry, as the modes do. Other engines use the whole matrix, so rows
-/// of earlier builds keep their bytes.
+/// Ring with its modal basis. `by_sectors`: the static flexibility uses cyclic symmetry, as the modes do. Other engines use the whole matrix.
 fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool, bool), by_sectors: bool) -> RingPart {
     let (a, b) = (matrices.mass_proportional, matrices.stiffness_proportional);
     let part = if reduced {

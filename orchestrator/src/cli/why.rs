@@ -177,7 +177,6 @@ fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
         refuse_changed(directory)?;
         Table::row(files, sample)
     })?;
-    // an earlier build's may not be built any more
     let machine = samples.try_machine(sample).ok().flatten().and_then(|machine| machine.build().ok());
     match row.as_ref().map(|(row, _)| row) {
         Some(row) if samples.study().function().is_some() && is_not_finite(row) => {

@@ -31,7 +31,7 @@ pub fn bearings_of(samples: &Samples) -> Vec<String> {
     })
 }
 
-/// The machine of a sample; of an earlier build's study it may be none.
+/// The machine of a sample; `None`: it cannot be built.
 fn machine_of(samples: &Samples, sample: u64) -> Option<Machine> {
     samples.try_machine(sample).ok().flatten()?.build().ok()
 }

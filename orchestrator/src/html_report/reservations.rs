@@ -6,7 +6,7 @@ use bladeoff_study::{Chosen, Samples};
 /// Samples that are looked at, beside the machine of the study.
 const MOST: u64 = 1024;
 
-/// Those of the study's machine and of samples at corners of what varies; of one topic the first, with how many samples have it.
+/// Returns the reservations of samples at corners of the axes. Equal settings of several samples are one entry.
 #[must_use]
 pub fn reservations_of(samples: &Samples) -> Vec<Reservation> {
     let Some(subject) = samples.study().machine() else { return Vec::new() };

@@ -363,7 +363,7 @@ impl Rows {
     }
 
     fn column<'a>(&'a self, column: &'a Gathered) -> Column<'a> {
-        // a table of an earlier build has no such column
+        // a table without the column has no values to hold
         let held = |held: &Option<usize>| {
             let held = held.map(|at| &self.columns[at]).filter(|held| held.is_there)?;
             if let Found::Numbers(cells) = &held.cells { Some(cells.as_slice()) } else { None }

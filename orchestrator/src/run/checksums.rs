@@ -44,7 +44,7 @@ pub(super) enum Compared {
     Whole,
     /// The file has changed.
     Changed,
-    /// No checksum exists: an earlier build wrote the file, or the manifest is missing.
+    /// No checksum exists: the manifest is missing or damaged.
     Unknown,
     /// The file does not exist.
     Missing,

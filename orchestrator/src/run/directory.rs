@@ -101,7 +101,7 @@ impl RunDirectory {
         }
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let lock = Lock::take(&folder, LOCK)?;
-        // A record of an earlier build: a user who can open it can lock it. An unreadable record is an error later.
+        // A user who can open the record can lock it. An unreadable record is an error later.
         if let Ok(record) = folder.place(LEDGER).open_own() {
             close_to_others(&record);
         }

@@ -60,7 +60,7 @@ pub(super) struct Checksums {
 }
 
 impl Checksums {
-    /// Reads the checksums of a manifest; empty for a missing or damaged one, or one of an earlier build.
+    /// Reads the checksums of a manifest; empty for a missing or damaged one.
     pub fn recorded(manifest: &Place) -> Self {
         let recorded = read(manifest);
         let checksum = |name: &str| {

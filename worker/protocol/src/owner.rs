@@ -194,7 +194,7 @@ pub(crate) mod tests {
             let _ = done.send(());
         });
         let waited = is_done.recv_timeout(std::time::Duration::from_secs(60));
-        // Lets go whoever waits for it: an earlier build of this program.
+        // Releases a process that waits for it, so that a failing test ends.
         drop(OpenOptions::new().read(true).write(true).open(&pipe));
         let are_there = [&pipe, &link, &huge].map(|path| fs::symlink_metadata(path).is_ok());
         [pipe, link, huge].iter().for_each(|path| fs::remove_file(path).expect("removed"));

@@ -156,7 +156,7 @@ impl Summary {
             }
             if is_first && status != "ok" {
                 let sample = samples.and_then(|samples| samples[row]).unwrap_or_default() as u64;
-                // of an earlier build's table nothing is known
+                // a table without guarded columns has nothing to add
                 let known =
                     group.reached.iter_mut().zip(&guarded).filter_map(|(reached, column)| Some((reached, (*column)?)));
                 for (reached, column) in known {

@@ -4,7 +4,7 @@
 //! sample | each varied parameter | detection | status cause causes end_cause notes | outcome columns of core | engine
 //! ```
 //! The varied detection is the column `detection`, which is there in the table of every study of a machine; it has no second column.
-//! `engine` stands last, where the table of an earlier build ends. A study of formulas has neither of these two.
+//! `engine` stands last. A study of formulas has neither of these two.
 
 use bladeoff_model::outcome::{Column, ColumnKind};
 

@@ -24,11 +24,8 @@ const FORMAT: &str = "bladeoff shards";
 const VERSION_OF_LAYOUT: u64 = 1;
 /// Largest file that is read \[bytes\].
 const MOST: u64 = 1 << 20;
-/// Key of the BLAKE3 of all other keys. Files of earlier builds do not have it.
+/// Key of the BLAKE3 of all other keys.
 const CHECKSUM: &str = "checksum";
-/// Other keys of the file.
-const KEYS: [&str; 10] =
-    ["chunk", "format", "limit", "program", "provenance", "samples", "samples_blake3", "scale", "study", "study_file"];
 /// Advice for a damaged `shards.json`.
 const WHAT_TO_DO: &str = "no finished sample is lost; copy shards.json from another copy of this directory, or compute the study in a new \
                           directory (--out NEW)";
@@ -65,15 +62,10 @@ impl ShardsFile {
         let Ok(Value::Object(mut fields)) = serde_json::from_slice(&bytes) else {
             return Err(damaged("it is not a JSON object"));
         };
-        let is_known = |key: &String| key == "version" || KEYS.contains(&key.as_str());
         match fields.remove(CHECKSUM) {
-            Some(found) if found != json!(checksum(&fields)) => {
-                return Err(damaged("its contents do not have the recorded checksum"));
-            }
-            None if let Some(key) = fields.keys().find(|key| !is_known(key)) => {
-                return Err(damaged(&format!("it has no checksum and the unknown key {key:?}")));
-            }
-            _ => {}
+            Some(found) if found == json!(checksum(&fields)) => {}
+            Some(_) => return Err(damaged("its contents do not have the recorded checksum")),
+            None => return Err(damaged("it has no checksum")),
         }
         if fields.get("format") != Some(&json!(FORMAT)) {
             return Err(damaged(&format!("its key format is not {FORMAT:?}")));

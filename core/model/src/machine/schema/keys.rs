@@ -383,7 +383,7 @@ pub(super) const KEYS: &[Key] = &[
         "clearance at that place: the time with a larger displacement is reported; nothing touches there"),
 ];
 
-/// What a key without a value means; `None`: there is no such key.
+/// Returns the default of a key; `None`: the format has no such key.
 #[must_use]
 pub fn default_of(path: &str) -> Option<Need> {
     KEYS.iter().find(|key| key.path == path).map(|key| key.need)
