@@ -51,5 +51,6 @@ mod unanswered;
 mod understood;
 mod versions;
 mod watch;
+mod weakened;
 mod widths;
 mod words;
