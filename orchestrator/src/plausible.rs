@@ -6,7 +6,7 @@
 mod torques;
 
 use bladeoff_core::modal::{expected_releases, under_weight};
-use bladeoff_model::machine::{DiaphragmKind, END_TIME, Engine, Machine, Release, RotorKind, ShaftElement, Unbalance};
+use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, Release, RotorKind, ShaftElement, Unbalance};
 use bladeoff_study::{Chosen, Samples};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
@@ -245,6 +245,10 @@ fn findings(machine: &Machine) -> Vec<Finding> {
 /// Notes on releases and torques that are not expected to act in a run: they are results, not errors.
 #[must_use]
 pub fn unreleased(machine: &Machine) -> Vec<String> {
+    releases(machine).into_iter().chain(torques::notes(machine)).collect()
+}
+
+fn releases(machine: &Machine) -> Vec<String> {
     let unbalances = machine.rotor.unbalances.iter().zip(expected_releases(machine));
     let note = |(unbalance, at): (&Unbalance, Option<[f64; 2]>)| {
         let (key, value) = match unbalance.release.filter(|_| at.is_none())? {
@@ -256,16 +260,41 @@ pub fn unreleased(machine: &Machine) -> Vec<String> {
             unbalance.name
         ))
     };
-    unbalances.filter_map(note).chain(torques::unchanged(machine)).chain(torques::overspeeds(machine)).collect()
+    unbalances.filter_map(note).collect()
 }
 
-/// Notes of [`unreleased`] on a study's machine, where no release, torque or end time varies.
+/// Notes of [`unreleased`] on a study's machine, where no release varies: otherwise they are results of the samples. Notes on torques are those of
+/// samples at corners of its axes, too.
 #[must_use]
 pub fn unreleased_of(samples: &Samples) -> Vec<String> {
-    let changes = |path: &str| path.contains(".release_") || path.starts_with("torques.") || path == END_TIME;
-    let varies = samples.parameters().iter().any(|varied| changes(&varied.info.path));
-    let machine = samples.study().machine().filter(|_| !varies).and_then(|subject| subject.def.build().ok());
-    machine.map(|machine| unreleased(&machine)).unwrap_or_default()
+    let Some(machine) = samples.study().machine().and_then(|subject| subject.def.build().ok()) else {
+        return Vec::new();
+    };
+    if samples.parameters().is_empty() {
+        return unreleased(&machine);
+    }
+    let varies = samples.parameters().iter().any(|varied| varied.info.path.contains(".release_"));
+    let mut found = if varies { Vec::new() } else { releases(&machine) };
+    let chosen = Chosen::new(samples, MOST_SAMPLES);
+    let machines: Vec<Machine> = (0..chosen.count())
+        .rev()
+        .take(MOST_SAMPLES as usize)
+        .filter_map(|at| chosen.machine(at).build().ok())
+        .collect();
+    let mut notes: Vec<(String, u64)> = Vec::new();
+    for note in machines.iter().flat_map(torques::notes) {
+        let subject = |note: &str| note.split(':').next().map(str::to_owned);
+        match notes.iter_mut().find(|(other, _)| subject(other) == subject(&note)) {
+            Some((_, count)) => *count += 1,
+            None => notes.push((note, 1)),
+        }
+    }
+    let all = machines.len() as u64;
+    let shown = |(note, count): (String, u64)| {
+        if count < all { format!("{note} (in {count} of {all} samples that were checked)") } else { note }
+    };
+    found.extend(notes.into_iter().map(shown));
+    found
 }
 
 /// Adds the warning about a value, unless it is there already.
@@ -280,7 +309,7 @@ fn alone(text: String) -> Finding {
 }
 
 /// Samples at corners of what varies that are looked at.
-const MOST_SAMPLES: u64 = 8;
+const MOST_SAMPLES: u64 = 32;
 
 /// Warnings about a study's machine, and about samples at corners of its axes: one for each quantity, with its range over them.
 #[must_use]

@@ -1,15 +1,16 @@
-//! Plausibility of torques on the shaft: grid frequency, stress, and torsional modes near the frequencies of a short circuit.
+//! Plausibility of torques on the shaft: grid frequency, stress, speed, and torsional modes near the frequencies of a short circuit.
 //!
 //! ```text
-//! tau = 16 T D / (pi (D^4 - d^4))      T: largest |L| + |A1| + |A2| of the torque, D, d: outer and inner diameter at its node       (1)
-//! |f - n f0| <= 0.1 n f0               f: torsional frequency of the free shaft line, f0: grid, n = 1, 2                             (2)
+//! tau = 16 T D / (pi (D^4 - d^4))      T: static torque of an element, or |A1| + |A2| and the steps at a node; D, d: its diameters     (1)
+//! dW  = (|A1|/w + |A2|/(2 w)) / J      amplitude of the speed of a rigid rotor in a short circuit                                     (2)
+//! |f - n f0| <= 0.1 n f0               f: torsional frequency of the free shaft line, f0: grid, n = 1, 2                             (3)
 //! ```
-//! Source: (1) torsion of a circular tube; (2) the usual margin of 10 % of torsional modes from grid frequency and its double. Verified by
-//! `torques_in_another_unit_and_near_a_torsional_mode_are_named`.
+//! Source: (1) torsion of a circular tube; (2) J W' = T; (3) the usual margin of 10 % of torsional modes from grid frequency and its double. Verified
+//! by `torques_in_another_unit_and_near_a_torsional_mode_are_named`, `torques_are_judged_by_their_sum`.
 
 use super::{Finding, Rule, alone, rule};
-use bladeoff_core::modal::{highest_speed, torsional_frequencies};
-use bladeoff_model::machine::{Machine, RotorKind, ShaftElement, Torque};
+use bladeoff_core::modal::{expected_course, polar_inertia, torsional_frequencies};
+use bladeoff_model::machine::{Machine, RotorKind, ShaftElement, ShortCircuit, Torque};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
 
@@ -19,60 +20,119 @@ static GRID: Rule = rule(
     "Hz",
     "grids have 50 or 60 Hz; a number alone is in rad/s, \"3000 rpm\" and \"50 rev/s\" are 50 Hz",
 );
-static SHEAR: Rule = rule("shear stress of the shaft by its largest value", [0.0, 1e9], "Pa", "is its unit right?");
+static SHEAR: Rule = rule("shear stress of the shaft by its changes", [0.0, 1e9], "Pa", "is its unit right?");
+static STATIC_SHEAR: Rule =
+    rule("largest static shear stress of the shaft", [0.0, 1e9], "Pa", "are the units of the torques right?");
+static OSCILLATION: Rule =
+    rule("oscillation of the speed in its short circuit, over the initial speed", [0.0, 0.5], "", "is its unit right?");
+static OVERSPEED: Rule = rule(
+    "highest speed without contact over the initial speed",
+    [0.0, 1.5],
+    "",
+    "machines are tested at 1.2: are the units and signs of the torques right?",
+);
 /// Margin of a torsional mode.
 const MARGIN: f64 = 0.1;
 
 /// Warnings about the torques of a machine.
 pub(super) fn findings(machine: &Machine) -> Vec<Finding> {
+    if machine.torques.is_empty() {
+        return Vec::new();
+    }
     let mut found = Vec::new();
+    let inertia = polar_inertia(machine);
+    let initial = machine.rotor.initial_speed;
     for torque in &machine.torques {
         let subject = format!("torques.{}", torque.name);
-        if let Some(short_circuit) = torque.short_circuit {
-            found.extend(GRID.judge(&subject, short_circuit.frequency / (2.0 * PI), ""));
+        let changes = changes(torque);
+        if let Some(modulus) = modulus_at(machine, torque.node) {
+            found.extend(SHEAR.judge(&subject, changes / modulus, &format!(" ({})", format_quantity(changes, "N m"))));
         }
-        if let Some(stress) = stress(machine, torque) {
-            let beside = format!(" ({})", format_quantity(torque.largest(), "N m"));
-            found.extend(SHEAR.judge(&subject, stress, &beside));
+        let Some(one) = torque.short_circuit.filter(ShortCircuit::acts) else { continue };
+        found.extend(GRID.judge(&subject, one.frequency / (2.0 * PI), ""));
+        let [first, second] = one.amplitudes.map(f64::abs);
+        let amplitude = (first + 0.5 * second) / (one.frequency * inertia);
+        if initial > 0.0 {
+            found.extend(OSCILLATION.judge(&subject, amplitude / initial, ""));
         }
+    }
+    found.extend(STATIC_SHEAR.judge("torques", static_stress(machine), ""));
+    if initial > 0.0 && machine.rotor.speed_law.is_none() {
+        let [_, highest] = course(machine);
+        let beside = format!(" ({})", format_digits(highest, "rad/s", 4));
+        found.extend(OVERSPEED.judge("torques", highest / initial, &beside));
     }
     found.extend(resonances(machine).into_iter().map(alone));
     found
 }
 
-/// Stress (1) in the stouter of the elements at the node.
-fn stress(machine: &Machine, torque: &Torque) -> Option<f64> {
-    let RotorKind::Shaft(shaft) = &machine.rotor.kind else { return None };
-    let left = torque.node.checked_sub(1).and_then(|at| shaft.elements.get(at));
-    let at_left = left.map(|one| [one.end_diameter, one.end_inner_diameter]);
-    let at_right = shaft.elements.get(torque.node).map(|one: &ShaftElement| [one.diameter, one.inner_diameter]);
-    let modulus = |[outer, inner]: [f64; 2]| PI * (outer.powi(4) - inner.powi(4)) / (16.0 * outer);
-    let largest = at_left.into_iter().chain(at_right).map(modulus).fold(0.0, f64::max);
-    (largest > 0.0).then(|| torque.largest() / largest)
+/// Last time \[s\] and highest speed \[rad/s\] that are expected without contact.
+fn course(machine: &Machine) -> [f64; 2] {
+    let course = expected_course(machine);
+    let last = course.last().map_or(0.0, |[time, _]| *time);
+    [last, course.iter().map(|[_, speed]| *speed).fold(machine.rotor.initial_speed, f64::max)]
 }
 
-/// Torsional modes within the margin (2).
+/// Upper bound of the departure of a torque from its value at the start \[N m\].
+fn changes(torque: &Torque) -> f64 {
+    let steps = torque.values.iter().map(|value| (value - torque.before()).abs()).fold(0.0, f64::max);
+    steps + torque.short_circuit.map_or(0.0, |one| one.amplitudes[0].abs() + one.amplitudes[1].abs())
+}
+
+/// Section modulus against torsion \[m3\] of diameters at one place.
+fn modulus([outer, inner]: [f64; 2]) -> f64 {
+    PI * (outer.powi(4) - inner.powi(4)) / (16.0 * outer)
+}
+
+fn elements(machine: &Machine) -> &[ShaftElement] {
+    match &machine.rotor.kind {
+        RotorKind::Shaft(shaft) => &shaft.elements,
+        RotorKind::PointMass(_) => &[],
+    }
+}
+
+/// Section modulus of the stouter of the elements at a node; `None` for a mass point.
+fn modulus_at(machine: &Machine, node: usize) -> Option<f64> {
+    let elements = elements(machine);
+    let left = node.checked_sub(1).and_then(|at| elements.get(at));
+    let at_left = left.map(|one| [one.end_diameter, one.end_inner_diameter]);
+    let at_right = elements.get(node).map(|one| [one.diameter, one.inner_diameter]);
+    at_left.into_iter().chain(at_right).map(modulus).reduce(f64::max)
+}
+
+/// Largest shear stress of the torques at t = 0 \[Pa\]: each element carries the sum of the torques on its left.
+fn static_stress(machine: &Machine) -> f64 {
+    let stress = |(at, one): (usize, &ShaftElement)| {
+        let carried: f64 = machine.torques.iter().filter(|torque| torque.node <= at).map(Torque::before).sum();
+        let ends = [[one.diameter, one.inner_diameter], [one.end_diameter, one.end_inner_diameter]];
+        carried.abs() / ends.map(modulus).into_iter().fold(f64::INFINITY, f64::min)
+    };
+    elements(machine).iter().enumerate().map(stress).fold(0.0, f64::max)
+}
+
+/// Torsional modes within the margin (3) of a short circuit that begins in the run and lasts for a period or more.
 fn resonances(machine: &Machine) -> Vec<String> {
-    if machine.torques.iter().all(|torque| torque.short_circuit.is_none()) {
+    let rings = |torque: &Torque| {
+        let one = torque.short_circuit.filter(ShortCircuit::acts)?;
+        (one.start < machine.run.end_time).then_some((torque.name.clone(), one))
+    };
+    let ringing: Vec<(String, ShortCircuit)> = machine.torques.iter().filter_map(rings).collect();
+    if ringing.is_empty() {
         return Vec::new();
     }
     // a machine without these modes is reported where its run is prepared
     let Ok(modes) = torsional_frequencies(machine) else { return Vec::new() };
     let mut found = Vec::new();
-    for torque in &machine.torques {
-        let Some(short_circuit) = torque.short_circuit else { continue };
-        for (times, what, amplitude) in [
-            (1.0, "the grid frequency", short_circuit.amplitudes[0]),
-            (2.0, "twice the grid frequency", short_circuit.amplitudes[1]),
-        ] {
-            let forced = times * short_circuit.frequency;
-            let near = |mode: &&f64| (**mode - forced).abs() <= MARGIN * forced && amplitude != 0.0;
-            found.extend(modes.iter().filter(near).map(|mode| {
+    for (name, one) in &ringing {
+        let parts = [(1.0, "the grid frequency"), (2.0, "twice the grid frequency")];
+        for ((times, what), (amplitude, decay)) in parts.into_iter().zip(one.amplitudes.into_iter().zip(one.decays)) {
+            let forced = times * one.frequency;
+            let lasts = amplitude != 0.0 && decay * forced >= 2.0 * PI;
+            found.extend(modes.iter().filter(|mode| lasts && (**mode - forced).abs() <= MARGIN * forced).map(|mode| {
                 let [mode, forced] = [*mode, forced].map(|value| format_digits(value / (2.0 * PI), "Hz", 4));
                 format!(
-                    "torques.{}: a torsional mode at {mode} is within 10 % of {what} of its short circuit ({forced}): torsional moments grow in every \
-                     period and depend strongly on stiffness and inertia of the shaft line",
-                    torque.name
+                    "torques.{name}: a torsional mode at {mode} is within 10 % of {what} of its short circuit ({forced}): torsional moments grow in every \
+                     period and depend strongly on stiffness and inertia of the shaft line"
                 )
             }));
         }
@@ -80,38 +140,41 @@ fn resonances(machine: &Machine) -> Vec<String> {
     found
 }
 
-/// Notes on bearing tables above which torques are expected to drive the rotor.
-pub(super) fn overspeeds(machine: &Machine) -> Vec<String> {
+/// Notes on torques that do not change within the run, and on bearing tables above which torques are expected to drive the rotor.
+pub(super) fn notes(machine: &Machine) -> Vec<String> {
     if machine.torques.is_empty() {
         return Vec::new();
     }
-    let highest = highest_speed(machine);
-    let tables = machine.rotor.bearings.iter().filter_map(|one| Some((&one.name, one.table.as_ref()?.range()[1])));
-    let note = |(name, high): (&String, f64)| {
-        let [reached, high] = [highest, high].map(|speed| format_quantity(speed, "rad/s"));
-        format!(
-            "rotor.bearings.{name}: torques are expected to drive the rotor to {reached}, above its table (to {high}); there the run ends beyond the \
-             model with cause table_range"
-        )
-    };
-    tables.filter(|(_, high)| highest > *high).map(note).collect()
-}
-
-/// Notes on torques that do not change within the run.
-pub(super) fn unchanged(machine: &Machine) -> Vec<String> {
+    let [last, highest] = course(machine);
     let end = machine.run.end_time;
-    let after =
-        |time: f64| format!("at {}, after run.end_time = {}", format_quantity(time, "s"), format_quantity(end, "s"));
+    let after = |time: f64| {
+        let [time, last, end] = [time, last, end].map(|time| format_digits(time, "s", 4));
+        match last == end {
+            true => format!("at {time}, not before run.end_time = {end}"),
+            false => {
+                format!("at {time}, when the run is expected to have ended (at {last}, at rest or at run.end_speed)")
+            }
+        }
+    };
     let mut notes = Vec::new();
     for torque in &machine.torques {
-        let first = torque.first_change().filter(|first| *first > end);
-        let start = torque.short_circuit.map(|short_circuit| short_circuit.start).filter(|start| *start > end);
+        let first = torque.first_change().filter(|first| *first >= last);
+        let start = torque.short_circuit.filter(ShortCircuit::acts).map(|one| one.start).filter(|start| *start >= last);
         notes.extend(match (first, start) {
             (Some(first), _) => Some(format!("torques.{}: it first changes {}", torque.name, after(first))),
             (None, Some(start)) => Some(format!("torques.{}: its short circuit begins {}", torque.name, after(start))),
             (None, None) => None,
         });
     }
+    let tables = machine.rotor.bearings.iter().filter_map(|one| Some((&one.name, one.table.as_ref()?.range()[1])));
+    let above = |(name, high): (&String, f64)| {
+        let [reached, high] = [highest, high].map(|speed| format_digits(speed, "rad/s", 5));
+        format!(
+            "rotor.bearings.{name}: torques are expected to drive the rotor to {reached}, above its table (to {high}); there the run ends beyond the \
+             model with cause table_range"
+        )
+    };
+    notes.extend(tables.filter(|(_, high)| highest > *high).map(above));
     notes
 }
 
@@ -145,7 +208,7 @@ mod tests {
                 "50",
                 "torques.motor: frequency of its short circuit 7.96 Hz, plausible is 10 Hz to 1000 Hz; grids have",
             ),
-            ("\"9 N m\"", "\"9 MN m\"", "torques.motor: shear stress of the shaft by its largest value "),
+            ("\"9 N m\"", "\"9 MN m\"", "torques.motor: shear stress of the shaft by its changes "),
         ] {
             let found = implausible(&with(&usual.replace(from, to)));
             assert!(found.iter().any(|text| text.starts_with(expected)), "{to}: {found:?}");
@@ -160,6 +223,45 @@ mod tests {
                 format!("a torsional mode at {} is within 10 % {expected}", format_digits(mode / (2.0 * PI), "Hz", 4));
             assert!(found.iter().any(|text| text.contains(&named)), "{named}: {found:?}");
         }
+    }
+
+    /// Torques that cancel at one place load no shaft; two that add up do.
+    #[test]
+    fn torques_are_judged_by_their_sum() {
+        let with = |torques: &str| {
+            let text = RIG.replacen("[diaphragms.", &format!("{torques}\n[diaphragms."), 1);
+            let machine = MachineDef::parse("m.toml", &text).and_then(|def| def.build());
+            implausible(&machine.unwrap_or_else(|problems| panic!("{problems}\n{text}")))
+        };
+        let torque = |name: &str, position: f64, value: &str| {
+            format!("[torques.{name}]\nposition = {position}\ntimes = [0]\nvalues = [\"{value}\"]\n")
+        };
+        let fan = "[torques.fan]\nposition = 0.9\nbalance = true\n";
+        let cancelling = torque("a", 0.3, "11 kN m") + &torque("b", 0.3, "-11 kN m") + fan;
+        assert_eq!(with(&cancelling), [] as [String; 0]);
+        let one = torque("a", 0.3, "2 kN m") + fan;
+        assert_eq!(with(&one), [] as [String; 0]);
+        let found = with(&(torque("a", 0.3, "2 kN m") + &torque("b", 0.31, "2 kN m") + fan));
+        let expected = "torques: largest static shear stress of the shaft ";
+        assert!(found.len() == 1 && found[0].starts_with(expected), "{found:?}");
+        let drive = format!("[torques.a]\nposition = 0.3\ntimes = [0.01, 0.01]\nvalues = [0, \"100 N m\"]\n{fan}");
+        let found = with(&drive);
+        assert!(found.len() == 1 && found[0].starts_with("torques: highest speed without contact over"), "{found:?}");
+    }
+
+    #[test]
+    fn a_mass_point_is_judged_by_its_speed() {
+        let point = "schema = 1\nname = \"p\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 0.05\ninitial_speed = 300\n\
+            [rotor.bearings.a]\nstiffness = 4e4\ndamping = 10\n[torques.m]\nbalance = true\n\
+            short_circuit = { start = 0.1, frequency = \"3000 rpm\", amplitude = \"50 MN m\", decay = 0.1 }\n";
+        let machine = MachineDef::parse("p.toml", point)
+            .and_then(|def| def.build())
+            .unwrap_or_else(|problems| panic!("{problems}"));
+        let found = implausible(&machine);
+        assert!(
+            found.iter().any(|text| text.starts_with("torques.m: oscillation of the speed in its short circuit")),
+            "{found:?}"
+        );
     }
 
     #[test]
@@ -187,7 +289,8 @@ mod tests {
     fn a_short_circuit_after_the_end_is_noted() {
         let notes = unreleased(&with("start = \"90 s\", frequency = \"3000 rpm\", amplitude = \"9 N m\""));
         assert!(
-            notes.len() == 1 && notes[0].starts_with("torques.motor: it first changes at 90 s, after run.end_time ="),
+            notes.len() == 1
+                && notes[0].starts_with("torques.motor: it first changes at 90 s, not before run.end_time ="),
             "{notes:?}"
         );
     }

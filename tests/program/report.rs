@@ -326,7 +326,7 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
         assert!(check.err.contains(&format!("note: {text}")), "{text}: {}", check.err);
         assert!(own(&page).contains(&text.replace('"', "&quot;")) || own(&page).contains(text), "{text}");
     }
-    assert!(own(&page).contains("; but see guards below; but see limits below"), "the answers are restricted");
+    assert!(own(&page).contains("; but see guards, limits below"), "the answers are restricted");
 
     let study =
         folder.write("light.toml", &fs::read_to_string(&study).expect("written").replace("[0.5, 0.05]", "[0.05]"));

@@ -19,7 +19,7 @@ pub fn expected_releases(machine: &Machine) -> Vec<Option<[f64; 2]>> {
     if machine.rotor.unbalances.iter().all(|unbalance| !unbalance.is_awaited(speed)) {
         return vec![Some([0.0, speed]); machine.rotor.unbalances.len()];
     }
-    let course = course(machine);
+    let course = expected_course(machine);
     let find = |is_passed: &dyn Fn([f64; 2], [f64; 2]) -> Option<f64>| {
         course.windows(2).find_map(|ends| {
             let share = is_passed(ends[0], ends[1])?;
@@ -41,8 +41,9 @@ pub fn expected_releases(machine: &Machine) -> Vec<Option<[f64; 2]>> {
         .collect()
 }
 
-/// Times \[s\] and speeds \[rad/s\] of a run without contact.
-fn course(machine: &Machine) -> Vec<[f64; 2]> {
+/// Returns times \[s\] and mean spins \[rad/s\] of a run without contact, up to its end.
+#[must_use]
+pub fn expected_course(machine: &Machine) -> Vec<[f64; 2]> {
     let (first, h) = (machine.rotor.initial_speed, machine.run.end_time / STEPS as f64);
     let mut course = vec![[0.0, first]];
     if let Some(law) = &machine.rotor.speed_law {
@@ -87,9 +88,8 @@ pub(super) fn turned(machine: &Machine, rotor: &LinearRotor, [time, h]: [f64; 2]
 }
 
 /// Highest mean spin of a run without contact \[rad/s\].
-#[must_use]
-pub fn highest_speed(machine: &Machine) -> f64 {
-    course(machine).iter().map(|[_, speed]| *speed).fold(machine.rotor.initial_speed, f64::max)
+pub(crate) fn highest_speed(machine: &Machine) -> f64 {
+    expected_course(machine).iter().map(|[_, speed]| *speed).fold(machine.rotor.initial_speed, f64::max)
 }
 
 #[cfg(test)]

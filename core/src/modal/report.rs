@@ -85,6 +85,12 @@ fn elastic_torsion(rotor: &RotorMatrices) -> Result<Vec<f64>, EigenError> {
     Ok(roots(&rotor.torsional_stiffness, &rotor.torsional_mass, "torsion of the rotor")?.split_off(1))
 }
 
+/// Returns the polar moment of inertia of the whole rotor \[kg m2\].
+#[must_use]
+pub fn polar_inertia(machine: &Machine) -> f64 {
+    RotorMatrices::assemble(&machine.rotor).torsional_mass.sum()
+}
+
 /// Returns the elastic torsional frequencies of the free shaft line \[rad/s\], ascending.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ use super::run::{PartArgs, default_workers};
 use super::shared::shared;
 use crate::engine;
 use crate::engine_choice::machine_alone;
-use crate::html_report::{bearings_of, reservations_of, unstable_of};
+use crate::html_report::{bearings_of, reservations, reservations_of, unstable_of};
 use crate::plausible::{implausible, implausible_of, unreleased, unreleased_of};
 use crate::questions::related;
 use crate::start_check::placed;
@@ -123,7 +123,7 @@ fn machine(path: &Path, as_json: bool) -> Result<Exit, CliError> {
     let step = engine::time_step(&machine, &structure)?.step;
     let mut notes: Vec<String> = bearings_beyond(&machine, &structure, step).iter().map(|note| note.text()).collect();
     notes.extend(unreleased(&machine));
-    notes.extend(machine.reservations().into_iter().map(|one| one.text));
+    notes.extend(reservations(&machine).into_iter().map(|one| one.text));
     let mut warnings = implausible(&machine);
     warnings.extend(unstable(&machine, &structure, speeds_of_run(&machine)).iter().map(ToString::to_string));
     if as_json {

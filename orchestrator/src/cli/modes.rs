@@ -69,6 +69,8 @@ pub struct Args {
     figures: Option<PathBuf>,
 }
 
+/// Relative difference of a speed from the end of a table by its printed digits.
+const ROUNDED: f64 = 1e-4;
 /// Highest speed that can be asked for \[rad/s\].
 const FASTEST: f64 = 1e6;
 
@@ -155,15 +157,18 @@ fn outside_tables(machine: &Machine, report: &ModesReport) -> Vec<String> {
     let tables = machine.rotor.bearings.iter().filter_map(|bearing| Some((&bearing.name, bearing.table.as_ref()?)));
     tables
         .filter_map(|(name, table)| {
-            let asked = report.speeds.iter().map(|speed| speed.speed).filter(|speed| !table.covers(*speed));
+            let [first, last] = table.range();
+            // a speed in rounded rpm is at the end of the table
+            let is_outside = |speed: &f64| *speed < first * (1.0 - ROUNDED) || *speed > last * (1.0 + ROUNDED);
+            let asked = report.speeds.iter().map(|speed| speed.speed).filter(is_outside);
             let mut outside: Vec<String> = asked.map(|speed| format!("whirl at {} rpm", rpm(speed))).collect();
             let critical = report.critical_speeds.iter().map(|critical| critical.speed);
             let of = report.critical_speeds.len();
-            let beyond: Vec<f64> = critical.filter(|speed| !table.covers(*speed)).collect();
+            let beyond: Vec<f64> = critical.filter(is_outside).collect();
             if !beyond.is_empty() {
                 outside.push(format!("{} of {of} critical speeds", beyond.len()));
             }
-            let [low, high] = table.range().map(rpm);
+            let [low, high] = [first, last].map(rpm);
             (!outside.is_empty()).then(|| {
                 format!(
                     "rotor.bearings.{name}: its table covers {low} to {high} rpm; {} lie outside, where the coefficients of the nearer end of the \

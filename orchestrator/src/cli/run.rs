@@ -378,7 +378,7 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
     let warning = limits
         .unjudged()
         .map(|text| wrapped(&format!("warning: {text}"), width.unwrap_or(usize::MAX), "", "  ") + "\n");
-    let horizon = Horizon::of(&files)?.sentence().map(|line| format!("{line}\n")).unwrap_or_default();
+    let horizon: String = Horizon::of(&files)?.sentences().iter().map(|line| format!("{line}\n")).collect();
     let summary = Summary::of(&files)?.with_twin(study.twin_keys()).text(width);
     Ok(warning.unwrap_or_default() + &summary + &horizon + &limits.text(width) + &bearings)
 }

@@ -39,17 +39,19 @@ use bladeoff_answers::gate::Gate;
 use bladeoff_answers::page::{Block, Figure, Page, Section};
 use bladeoff_answers::summary::{FunctionSummary, Summary, counted};
 use bladeoff_answers::tables::TableError;
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{Machine, Reservation};
 use bladeoff_model::outcome::Status;
 use bladeoff_study::Samples;
 pub use horizon::Horizon;
 pub use limit_values::{limits_of, limits_of_machine};
 pub use limits::{LimitTable, above_max_beyond, too_many_beyond};
 pub use provenance::LIMITS;
-pub use reservations::reservations_of;
+use reservations::reservations_of_page;
+pub use reservations::{reservations, reservations_of};
 use rows::Seen;
 pub use stability::unstable_of;
 use std::path::{Path, PathBuf};
+use usable::Circumstances;
 pub use worst_history::Envelope;
 
 /// What a report is about.
@@ -149,9 +151,18 @@ pub fn report(
         }
     };
     let bearings = bearings_of(samples);
-    let reservations = reservations_of(samples);
-    let usable =
-        usable::usable(&seen, of, looked.as_ref(), questions, &limits, &reservations, &bearings, horizon.sentence());
+    let mut reservations = reservations_of_page(samples);
+    reservations.extend(bearings.iter().map(|text| Reservation {
+        topic: "peak bearing loads",
+        text: text.clone(),
+        columns: &["bearing"],
+    }));
+    let horizon = horizon.sentences();
+    let is_sensitive = |sentence: &&str| !sentence.starts_with("0 of ");
+    let sensitive_runs = sensitive.as_deref().map(|sentence| sentence.trim_end_matches('.')).filter(is_sensitive);
+    let circumstances =
+        Circumstances { limits: &limits, reservations: &reservations, horizon: &horizon, sensitive: sensitive_runs };
+    let usable = usable::usable(&seen, of, looked.as_ref(), questions, &circumstances);
     add("use", "What may be used for design", usable);
     if let Some(Looked { answering, looks, decisions }) = &looked {
         add("gates", "Decisions", answered::decisions(decisions, answering));
@@ -183,7 +194,7 @@ pub fn report(
     let ended = end.map(|end| end.words(samples));
     let mut lead = vec![verdict::verdict(&seen, of, looked.as_ref(), &limits, too_many.as_deref())];
     lead.extend(self::lead(&seen, of, looked.as_ref(), ended));
-    lead.extend(horizon.sentence().map(|line| Block::Text(format!("{line}."))));
+    lead.extend(horizon.iter().map(|line| Block::Text(format!("{line}."))));
     lead.extend(sensitive.map(Block::Text));
     lead.extend(too_many.map(|line| Block::Warning(format!("{line}."))));
     lead.extend(limits.unjudged().map(|text| Block::Warning(format!("Model limits: {text}."))));

@@ -26,6 +26,20 @@ struct Use {
 const YES: &str = "yes";
 const RESTRICTED: &str = "restricted";
 const NO: &str = "no";
+/// Beginning of the name of the group of all ok results.
+const OF_OK_RUNS: &str = "results of the ok runs";
+
+/// What restricts numbers beside their own runs.
+pub(super) struct Circumstances<'a> {
+    /// Limits of the model.
+    pub limits: &'a LimitTable,
+    /// Settings that weaken `ok`, and bearings whose peak loads are not those of the machine.
+    pub reservations: &'a [Reservation],
+    /// Sentences on what follows the end of the runs.
+    pub horizon: &'a [String],
+    /// Sentence on sensitive runs, if there are any.
+    pub sensitive: Option<&'a str>,
+}
 
 /// The table; empty before the first run has ended.
 pub(super) fn usable(
@@ -33,11 +47,9 @@ pub(super) fn usable(
     of: u64,
     looked: Option<&Looked>,
     questions: &[Question],
-    limits: &LimitTable,
-    reservations: &[Reservation],
-    bearings: &[String],
-    horizon: Option<String>,
+    circumstances: &Circumstances<'_>,
 ) -> Vec<Block> {
+    let Circumstances { limits, reservations, horizon, sensitive } = *circumstances;
     if seen.rows == 0 {
         return Vec::new();
     }
@@ -63,10 +75,13 @@ pub(super) fn usable(
     if !above.is_empty() {
         uses.iter_mut().filter(|one| one.word != NO).for_each(|one| restrict(one, &broken(&above.join(" and "))));
     }
-    for one in reservations {
-        let concerned = |number: &str| one.columns.is_none_or(|part| number.contains(part));
-        let open = uses.iter_mut().filter(|of| of.word != NO && concerned(&of.number));
-        open.for_each(|of| restrict(of, &format!("see {} below", one.topic)));
+    for one in uses.iter_mut().filter(|one| one.word != NO) {
+        let is_concerned = |of: &&Reservation| concerns(of, &one.number);
+        let mut topics: Vec<&str> = reservations.iter().filter(is_concerned).map(|of| of.topic).collect();
+        topics.dedup();
+        if !topics.is_empty() {
+            restrict(one, &format!("see {} below", topics.join(", ")));
+        }
     }
     let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
     uses.extend(unjudged.iter().cloned().map(|(_, part, is_above_any_steel, why)| {
@@ -74,8 +89,8 @@ pub(super) fn usable(
     }));
     uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
     uses.extend(reservations.iter().map(|one| put((one.topic.to_owned(), RESTRICTED, one.text.clone()))));
-    uses.extend(bearings.iter().map(|why| put(("peak bearing loads".to_owned(), RESTRICTED, why.clone()))));
-    uses.extend(horizon.map(|why| put(("events after the end of the runs".to_owned(), NO, why))));
+    uses.extend(sensitive.map(|why| put(("values of single runs".to_owned(), RESTRICTED, why.to_owned()))));
+    uses.extend(horizon.iter().map(|why| put(("events after the end of the runs".to_owned(), NO, why.clone()))));
     let place = |word| [YES, RESTRICTED, NO].iter().position(|one| *one == word);
     uses.sort_by_key(|one| place(one.word));
     let head = ["number", "for design", "why"].map(str::to_owned).to_vec();
@@ -86,6 +101,11 @@ pub(super) fn usable(
         blocks.push(Block::Note(more.to_owned()));
     }
     blocks
+}
+
+/// Whether a reservation concerns a number; the group of all ok results contains every column.
+fn concerns(of: &Reservation, number: &str) -> bool {
+    of.columns.is_empty() || number.starts_with(OF_OK_RUNS) || of.columns.iter().any(|part| number.contains(part))
 }
 
 /// Restricts a number, with a further reason.
@@ -167,7 +187,7 @@ fn of_rows(seen: &Seen) -> Vec<Use> {
             why += "; the ok runs are a selection: the runs that are not ok, often the worst ones, are missing";
         }
         let word = if bad > 0 { RESTRICTED } else { YES };
-        uses.push(Use { number: format!("results of the ok runs: {}", share(ok)), word, why });
+        uses.push(Use { number: format!("{OF_OK_RUNS}: {}", share(ok)), word, why });
     }
     if bad > 0 {
         let why = "the value reached while limits and guards held is a lower bound of a maximum".to_owned();
@@ -231,6 +251,24 @@ mod tests {
         (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
         assert_eq!(words(&seen), [("results of runs that are not ok: 2 of 2 runs".to_owned(), NO)]);
         seen.rows = 0;
-        assert!(usable(&seen, 5, None, &[], &LimitTable::default(), &[], &[], None).is_empty());
+        let none = Circumstances { limits: &LimitTable::default(), reservations: &[], horizon: &[], sensitive: None };
+        assert!(usable(&seen, 5, None, &[], &none).is_empty());
+    }
+
+    #[test]
+    fn a_reservation_concerns_its_columns_and_the_group_of_all_results() {
+        let of = |columns| Reservation { topic: "modes", text: String::new(), columns };
+        let torsion = of(&["torsional_moment", "shear_stress"]);
+        for number in [
+            "answer P(max_shear_stress_Pa > 1)",
+            "gate P(max_torsional_moment_Nm > 1) < 0.5",
+            "results of the ok runs: 3 of 4 runs",
+        ] {
+            assert!(concerns(&torsion, number), "{number}");
+        }
+        assert!(
+            !concerns(&torsion, "answer P(max_bearing_load_N > 1)")
+                && concerns(&of(&[]), "answer P(max_bearing_load_N > 1)")
+        );
     }
 }

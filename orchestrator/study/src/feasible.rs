@@ -213,16 +213,17 @@ pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
     problems.into_problems()
 }
 
-/// Combinations of a study too large to try all: every value of every axis with the other axes at their first, then the
-/// corners; of a design samples of points that are evenly spread. Like samples they are made from their number.
+/// Combinations of a study too large to try all. First, of a design, samples that are evenly spread; then every value of every axis
+/// with the other axes at their first; then the corners. The combinations of a design take its points in turn. Like samples they are made from
+/// their number.
 pub struct Chosen<'a> {
     samples: &'a Samples,
     /// Values of all axes together.
     edges: u64,
     /// Axes whose corners are made.
     cornered: usize,
-    /// Samples of a design.
-    spread: Option<u64>,
+    /// Samples of a design; 0 without one.
+    spread: u64,
 }
 
 impl<'a> Chosen<'a> {
@@ -231,14 +232,19 @@ impl<'a> Chosen<'a> {
     pub fn new(samples: &'a Samples, most: u64) -> Self {
         let axes = &samples.study().axes;
         let edges = axes.iter().map(|axis| axis.length).sum();
-        let spread = samples.layout().map(|_| most.min(samples.count()));
+        let spread = samples.layout().map_or(0, |_| most.min(samples.count()));
         Self { samples, edges, cornered: axes.len().min(MOST_CORNER_AXES), spread }
     }
 
     /// How many there are.
     #[must_use]
     pub fn count(&self) -> u64 {
-        self.spread.unwrap_or(self.edges + (1 << self.cornered))
+        self.spread + self.combinations()
+    }
+
+    /// Every value of every axis, and every corner; none without axes.
+    fn combinations(&self) -> u64 {
+        if self.edges == 0 && self.spread > 0 { 0 } else { self.edges + (1 << self.cornered) }
     }
 
     fn positions(&self, at: u64) -> Vec<u64> {
@@ -260,13 +266,17 @@ impl<'a> Chosen<'a> {
     }
 
     fn values(&self, at: u64) -> Vec<ParamValue> {
-        match self.spread {
-            Some(most) => {
-                let sample = u128::from(at) * u128::from(self.samples.count()) / u128::from(most);
-                self.samples.values(u64::try_from(sample).expect("below the number of samples"))
-            }
-            None => self.samples.values_at(0, &self.positions(at)),
+        let Some(combination) = at.checked_sub(self.spread) else {
+            let sample = u128::from(at) * u128::from(self.samples.count()) / u128::from(self.spread);
+            return self.samples.values(u64::try_from(sample).expect("below the number of samples"));
+        };
+        let positions = self.positions(combination);
+        if self.spread == 0 {
+            return self.samples.values_at(0, &positions);
         }
+        let (points, combinations) = (self.samples.points(), self.combinations());
+        let point = u128::from(combination) * u128::from(points) / u128::from(combinations);
+        self.samples.values_at(u64::try_from(point).expect("below the number of points"), &positions)
     }
 
     /// The machine definition of one of them, in a study that has a machine and whose values were checked.
@@ -307,5 +317,27 @@ mod tests {
         assert_eq!(all, [[0, 0], [1, 0], [0, 0], [0, 1], [0, 2], [0, 0], [1, 0], [0, 2], [1, 2]]);
         assert!(chosen.describe(8).ends_with("contact.gap = 2 mm, diaphragms.seal.contact.friction = 0.3"));
         assert_eq!(chosen.machine(8).identity(1), samples.machine(5).identity(1));
+    }
+
+    /// A design has all values of an axis, too, however many samples are evenly spread over it.
+    #[test]
+    fn chosen_of_a_design_are_spread_and_every_value_of_every_axis() {
+        let folder = tempfile::tempdir().expect("temporary directory");
+        fs::write(folder.path().join("m.toml"), include_str!("../../../studies/machines/lab_rig.toml"))
+            .expect("written");
+        let text = "schema = 1\nmachine = \"m.toml\"\n[design]\nkind = \"monte-carlo\"\nsamples = 4\n[[uncertain]]\npath = \"contact.gap\"\n\
+                    distribution = \"uniform\"\nlower = 1e-3\nupper = 2e-3\n[[vary]]\npath = \"contact.friction\"\nvalues = [0.1, 0.2, 0.3, 0.4]\n";
+        fs::write(folder.path().join("s.toml"), text).expect("written");
+        let study = load(&folder.path().join("s.toml"), |_| Vec::new()).expect("valid");
+        let samples = Samples::new(study, None, None).expect("small");
+        let chosen = Chosen::new(&samples, 3);
+        // three spread ones, four values, two corners
+        assert_eq!(chosen.count(), 9);
+        let described: Vec<String> = (3..9).map(|at| chosen.describe(at)).collect();
+        let friction: Vec<&str> = described.iter().filter_map(|text| text.rsplit(" = ").next()).collect();
+        assert_eq!(friction, ["0.1", "0.2", "0.3", "0.4", "0.1", "0.4"], "{described:?}");
+        // each of them is a sample of the study
+        let all: Vec<u128> = (0..samples.count()).map(|sample| samples.machine(sample).identity(1)).collect();
+        assert!((0..9).all(|at| all.contains(&chosen.machine(at).identity(1))), "{described:?}");
     }
 }

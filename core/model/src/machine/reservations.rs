@@ -4,8 +4,8 @@
 //! needs the reader to know it. Verified by `each_setting_that_weakens_ok_is_named`.
 
 use super::build::guard_of;
-use super::model::{Detection, DiaphragmKind, Machine, OnExceed};
-use super::schema::{Need, default_of};
+use super::model::{Detection, Diaphragm, DiaphragmKind, Engine, Machine, OnExceed, RotorKind};
+use super::schema::{Need, TWIN_LIMIT_DEFAULT, default_of};
 use bladeoff_text::document::units::format_digits;
 
 /// One setting with its consequence.
@@ -15,26 +15,23 @@ pub struct Reservation {
     pub topic: &'static str,
     /// The setting and its consequence, one line.
     pub text: String,
-    /// Beginning of a part of the names of the result columns that it concerns; `None`: all.
-    pub columns: Option<&'static str>,
+    /// Parts of the names of the result columns that it concerns; empty: all.
+    pub columns: &'static [&'static str],
 }
 
 impl Machine {
     /// The settings of this machine that weaken `ok`; empty with the defaults.
     #[must_use]
     pub fn reservations(&self) -> Vec<Reservation> {
-        let all = |topic, text| Reservation { topic, text, columns: None };
+        let all = |topic, text| Reservation { topic, text, columns: &[] };
         let mut found: Vec<Reservation> = loosened_guards(self).into_iter().map(|text| all("guards", text)).collect();
+        found.extend((self.run.twin > 0.0 && self.run.twin_limit > TWIN_LIMIT_DEFAULT).then(|| {
+            let [set, usual] = [self.run.twin_limit, TWIN_LIMIT_DEFAULT].map(|value| format_digits(value, "", 3));
+            all("sensitivity", format!("run.twin_limit = {set} (default {usual}): a sensitive run may not be named so"))
+        }));
         found.extend(loosened_limits(self).into_iter().map(|text| all("limits", text)));
         found.extend(approximate_detection(self).map(|text| all("contact detection", text)));
-        found.extend(self.run.torsional_modes.map(|modes| Reservation {
-            topic: "torsional modes",
-            text: format!(
-                "run.torsional_modes = {modes}: few modes give too small torsional moments and shaft stresses, and no check of a run finds it; compare \
-                 with a run without this key"
-            ),
-            columns: Some("torsional_moment"),
-        }));
+        found.extend(neglected_gyroscopics(self).map(|text| all("torques", text)));
         found
     }
 }
@@ -86,11 +83,25 @@ fn loosened_limits(machine: &Machine) -> Vec<String> {
     found
 }
 
+/// A deformed ring has another place of contact than the angle of the rotor; a circle has not.
 fn approximate_detection(machine: &Machine) -> Option<String> {
-    let is_used = machine.diaphragms.iter().any(|one| one.contact.detection == Detection::Hyp1);
-    is_used.then(|| {
-        "contact.detection = \"hyp1\": its contact force acts at an approximate place and does work of its own (model_work_J), which changes loads and \
-         forces by 15 % and more in a heavy rub; for design use \"hyp2\""
+    let is_flexible = |one: &&Diaphragm| matches!(one.kind, DiaphragmKind::Flexible(_));
+    let mut used = machine.diaphragms.iter().filter(is_flexible).filter(|one| one.contact.detection == Detection::Hyp1);
+    used.next().map(|one| {
+        format!("diaphragms.{}.contact.detection = \"hyp1\": its contact force acts at an approximate place and does work of its own (model_work_J), which changes loads and \
+         forces by 15 % and more in a heavy rub; for design use \"hyp2\"",
+            one.name
+        )
+    })
+}
+
+/// Torsional vibration changes the gyroscopic moments of the discs, which one engine neglects.
+fn neglected_gyroscopics(machine: &Machine) -> Option<String> {
+    let is_shaft = matches!(machine.rotor.kind, RotorKind::Shaft(_));
+    let neglects = is_shaft && machine.run.engine == Engine::Exponential && !machine.torques.is_empty();
+    neglects.then(|| {
+        "run.engine = \"exponential\" with torques: it neglects what torsional vibration does to the gyroscopic moments of the discs, 0.4 % of the loads \
+         on the shipped turbine, 4 % and more near a bending resonance; compare with \"reduced\""
             .to_owned()
     })
 }
@@ -122,7 +133,7 @@ mod tests {
                 "limits",
                 "run.limit.ring_displacement.on_exceed = \"note\"",
             ),
-            ("torsional_modes = 1", "torsional modes", "run.torsional_modes = 1: few modes"),
+            ("twin = 1e-6\ntwin_limit = 0.1", "sensitivity", "run.twin_limit = 0.1 (default 0.02)"),
         ] {
             let found = of("[run]\n", &format!("[run]\n{key}\n"));
             assert!(found.len() == 1 && found[0].0 == topic && found[0].1.starts_with(text), "{key}: {found:?}");
@@ -133,5 +144,10 @@ mod tests {
         }
         let found = of("detection = \"hyp2\"", "detection = \"hyp1\"");
         assert!(found.len() == 1 && found[0].0 == "contact detection", "{found:?}");
+        assert!(found[0].1.starts_with("diaphragms.seal.contact.detection = \"hyp1\""), "{found:?}");
+        let torque = "[torques.fan]\nposition = 0.5\nbalance = true\n[run]\n";
+        assert_eq!(of("[run]\n", torque), [], "auto takes another engine");
+        let found = of("[run]\n", &format!("{torque}engine = \"exponential\"\n"));
+        assert!(found.len() == 1 && found[0].0 == "torques", "{found:?}");
     }
 }

@@ -84,13 +84,6 @@ impl Torque {
         sums
     }
 
-    /// Upper bound of |T| over all times, |L| + |A1| + |A2| \[N m\].
-    #[must_use]
-    pub fn largest(&self) -> f64 {
-        let of_line = self.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        of_line + self.short_circuit.map_or(0.0, |one| one.amplitudes[0].abs() + one.amplitudes[1].abs())
-    }
-
     /// Time from which the torque changes \[s\]; `None`: it is constant.
     #[must_use]
     pub fn first_change(&self) -> Option<f64> {
@@ -112,6 +105,12 @@ impl Torque {
 }
 
 impl ShortCircuit {
+    /// Whether any of its amplitudes is not 0.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        self.amplitudes != [0.0; 2]
+    }
+
     /// Rate -1/D and frequency of both parts, with their amplitudes.
     fn parts(&self) -> [(f64, [f64; 2]); 2] {
         [0, 1].map(|i| (self.amplitudes[i], [-1.0 / self.decays[i], self.frequency * (i + 1) as f64]))

@@ -24,7 +24,8 @@ pub use heads::{ColumnHead, HeadKind, column_heads};
 pub use parquet::{Provenance, ResultsWriter, Row};
 pub use read::{Cells, Table, count_sound_rows};
 pub use schema::{
-    DETECTION, END_CAUSE, END_TIME, ENGINE, Field, FieldKind, NOTES, SCHEMA_VERSION, TableSchema, verdict_fields,
+    DETECTION, END_CAUSE, END_SPEED, END_TIME, ENGINE, Field, FieldKind, NOTES, SCHEMA_VERSION, TableSchema,
+    verdict_fields,
 };
 pub use series::{NumberColumn, read_metadata, read_numbers, write_numbers};
 pub use stream::Checksum;

@@ -66,6 +66,8 @@ pub const ENGINE: &str = "engine";
 pub const END_CAUSE: &str = "end_cause";
 /// Column of the simulated time at which a run ended.
 pub const END_TIME: &str = "end_time_s";
+/// Column of the mean spin at which a run ended.
+pub const END_SPEED: &str = "end_speed_rad_s";
 /// Name of the column of limits that are noted.
 pub const NOTES: &str = "notes";
 /// Verdict columns that a study of formulas does not have.

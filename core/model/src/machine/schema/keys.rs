@@ -21,6 +21,8 @@ pub const TWIN: &str = "run.twin";
 /// Path of the largest change between a run and its twin that does not make the run sensitive.
 pub const TWIN_LIMIT: &str = "run.twin_limit";
 
+/// Default of [`TWIN_LIMIT`].
+pub const TWIN_LIMIT_DEFAULT: f64 = 0.02;
 /// Defaults of two guards.
 pub const NORMAL_WORK: f64 = 0.01;
 pub const PENETRATION: f64 = 0.02;
@@ -94,7 +96,7 @@ pub(super) const KEYS: &[Key] = &[
         "a run with more steps fails with cause step_limit"),
     key(TWIN, Kind::Number(""), Need::Number(0.0), TWIN_SHIFT, When::Always,
         "relative shift of the initial speed of a second run, whose results are compared (1e-6 is enough); 0: none"),
-    key(TWIN_LIMIT, Kind::Number(""), Need::Number(0.02), Range::POSITIVE, When::Always,
+    key(TWIN_LIMIT, Kind::Number(""), Need::Number(TWIN_LIMIT_DEFAULT), Range::POSITIVE, When::Always,
         "a run is `sensitive` if a result of its twin differs by more than this part of its own"),
     key("run.guard.normal_work", Kind::Number(""), Need::Number(NORMAL_WORK), Range::POSITIVE, When::Always,
         "run invalid if the normal contact work exceeds this part of the largest of: friction energy, energy of the lateral motion during contact, a thousandth of the initial energy"),

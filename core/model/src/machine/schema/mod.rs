@@ -9,8 +9,8 @@ mod tree;
 
 pub use key::{Key, Kind, Need, When};
 pub use keys::{
-    CONTACT_STEP, END_TIME, ENGINE, FLAG, NORMAL_WORK, PENETRATION, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT, default_of,
-    keys,
+    CONTACT_STEP, END_TIME, ENGINE, FLAG, NORMAL_WORK, PENETRATION, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT,
+    TWIN_LIMIT_DEFAULT, default_of, keys,
 };
 pub use range::Range;
 pub(super) use tree::{Branch, Segment, root};
