@@ -8,7 +8,7 @@ use crate::questions::known_probabilities;
 use bladeoff_answers::summary::{Align, TextTable};
 use bladeoff_core::verification::{Check, verify};
 
-/// Recompute reference cases and compare them with published numbers
+/// Recompute reference cases and compare them with published and independent numbers
 ///
 /// Whirl frequencies, critical speeds and unbalance responses of published rotors, ring frequencies, passages through
 /// resonance with prescribed and with free spin, closed forms of rubs, small probabilities. Each is printed beside its

@@ -21,7 +21,7 @@ pub(super) struct LimitValue {
     pub origin: &'static str,
     /// Whether samples differ in what a run above it becomes.
     pub varies: bool,
-    /// Key that the machine needs; the limit is not judged without it.
+    /// Part or key that the machine needs; the limit is not judged without it.
     pub lacks: Option<&'static str>,
 }
 
@@ -29,6 +29,11 @@ impl LimitValue {
     /// Its name.
     pub fn name(&self) -> &'static str {
         self.limit.limit.word()
+    }
+
+    /// Whether it compares a stress that the machine has with a yield strength that it lacks.
+    fn lacks_strength(&self) -> bool {
+        self.lacks.is_some_and(|needed| needed.contains("yield_strength"))
     }
 
     /// Status of a run above it.
@@ -197,7 +202,7 @@ fn table(all: &[LimitValue], width: Option<usize>) -> String {
         }
     }
     let parts: Vec<&str> =
-        all.iter().filter(|of| of.lacks.is_some()).filter_map(|of| Some(stress(of.limit.limit)?.1)).collect();
+        all.iter().filter(|of| of.lacks_strength()).filter_map(|of| Some(stress(of.limit.limit)?.1)).collect();
     if let Some(warning) = unjudged_stresses(&parts) {
         text += &wrapped(&format!("warning: {warning}"), wide, "  ", "    ");
     }
@@ -241,5 +246,10 @@ mod tests {
         assert!(unjudged_stresses(&[]).is_none());
         let one = unjudged_stresses(&["shaft"]).expect("one part");
         assert!(one.starts_with("stresses of shaft are not judged"), "{one}");
+        // parts that a machine does not have have no stresses
+        let point = "schema = 1\nname = \"p\"\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 1\ninitial_speed = 100\n\
+            [rotor.bearings.a]\nstiffness = 4e4\n[run]\nend_time = 1\n";
+        let text = table(&values(point, &[]), None);
+        assert!(text.contains("  shaft_yield: not judged: no shaft\n") && !text.contains("warning"), "{text}");
     }
 }

@@ -29,7 +29,7 @@ const NO: &str = "no";
 /// Beginning of the name of the group of all ok results.
 const OF_OK_RUNS: &str = "results of the ok runs";
 
-/// What restricts numbers beside their own runs.
+/// Circumstances that restrict numbers beside their own runs.
 pub(super) struct Circumstances<'a> {
     /// Limits of the model.
     pub limits: &'a LimitTable,

@@ -20,7 +20,9 @@ pub(super) fn limits(reader: &Reader<'_>) -> Option<[ModelLimit; Limit::ALL.len(
     all.try_into().ok()
 }
 
-/// The key that a machine needs for a limit to be judged; `None`: it is judged.
+const NO_RING: &str = "a diaphragm with a flexible ring";
+
+/// The part or the key that a machine needs for a limit to be judged; `None`: it is judged.
 fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'static str> {
     let of_rings = |has: &dyn Fn(bool, Option<f64>) -> bool| {
         diaphragms.iter().any(|diaphragm| match &diaphragm.kind {
@@ -28,8 +30,14 @@ fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'stat
             DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => false,
         })
     };
+    let is_point = matches!(rotor.kind, RotorKind::PointMass(_));
+    let (has_rings, has_blades) = (of_rings(&|_, _| true), of_rings(&|blades, _| blades));
     let (has, needed) = match limit {
-        Limit::RingDisplacement => (of_rings(&|_, _| true), "a diaphragm with a flexible ring"),
+        Limit::RingDisplacement => (has_rings, NO_RING),
+        // a part that the machine does not have has no stress
+        Limit::RingYield if !has_rings => (false, NO_RING),
+        Limit::BladeYield if !has_blades => (false, "a diaphragm with blades"),
+        Limit::ShaftYield if is_point => (false, "a shaft"),
         Limit::RingYield => (of_rings(&|_, strength| strength.is_some()), "diaphragms.NAME.material.yield_strength"),
         Limit::BladeYield => (
             of_rings(&|blades, strength| blades && strength.is_some()),
@@ -48,7 +56,7 @@ fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'stat
 }
 
 impl Machine {
-    /// The key that this machine needs for a limit to be judged; `None`: the limit is judged.
+    /// The part or the key that this machine needs for a limit to be judged; `None`: the limit is judged.
     #[must_use]
     pub fn lacks(&self, limit: Limit) -> Option<&'static str> {
         lacks(limit, &self.rotor, &self.diaphragms)
