@@ -4,7 +4,7 @@ use bladeoff_core::engine::{self, StartError, TimeStep};
 use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes, UnstableRange};
 use bladeoff_core::record::{Follower, NoHistory};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::Machine;
+use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_model::outcome::{Column, Outcome};
 use bladeoff_text::document::units::format_digits;
 
@@ -56,6 +56,23 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 /// The step is too large, or the like.
 pub fn time_step(machine: &Machine, structure: &Structure) -> Result<TimeStep, EngineError> {
     TimeStep::new(machine, structure).map_err(EngineError::Start)
+}
+
+/// Sets the step that resolves the impacts of a run, so that a follower can be made for it. Simulates the run, unless its step is given; the follower
+/// only sees how far that is.
+///
+/// # Errors
+/// The step is too large, or the like.
+pub fn resolve_step(
+    machine: &mut Machine,
+    structure: &Structure,
+    follower: &mut dyn Follower,
+) -> Result<TimeStep, EngineError> {
+    let time_step = engine::resolved_time_step(machine, structure, follower).map_err(EngineError::Start)?;
+    if machine.run.engine == Engine::Exponential {
+        machine.run.contact_step = Some(time_step.step);
+    }
+    Ok(time_step)
 }
 
 /// One transient.

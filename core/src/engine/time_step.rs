@@ -271,8 +271,14 @@ impl TimeStep {
         Self { step, largest_step, highest_frequency }.allowed(machine)
     }
 
+    /// This step times `ratio`, at least `least` \[s\], rounded down to two digits; `None` if that is not finer.
+    pub(super) fn finer(self, ratio: f64, least: f64) -> Option<Self> {
+        let step = floor_to_digits((ratio * self.step).max(least), 2);
+        (step < self.step).then_some(Self { step, ..self })
+    }
+
     /// Rejects a step that is too small and a run that has too many steps.
-    fn allowed(self, machine: &Machine) -> Result<Self, StartError> {
+    pub(super) fn allowed(self, machine: &Machine) -> Result<Self, StartError> {
         let Self { step, highest_frequency, .. } = self;
         // this form of the comparison rejects NaN
         if !(step >= LEAST_STEP.min(machine.run.end_time) && highest_frequency.is_finite()) {

@@ -9,8 +9,9 @@
 //! Verified by `tests/runs/twin.rs`.
 
 use super::choice::run;
+use super::impact_resolution::Unseen;
 use super::time_step::TimeStep;
-use crate::record::{End, Follower, Frame, Recorders, Twin};
+use crate::record::{End, Follower, Recorders, Twin};
 use crate::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
@@ -46,30 +47,6 @@ pub(super) fn of(
 /// Whether a run with this status reached its end. A run that stopped earlier has smaller maxima.
 fn is_compared(status: Status) -> bool {
     matches!(status, Status::Ok | Status::Invalid)
-}
-
-/// Follower of the twin: only asks whether to continue, with steps counted from the end of the first run.
-struct Unseen<'a> {
-    /// Follower of the first run.
-    follower: &'a mut dyn Follower,
-    /// Number of steps of the first run.
-    before: u64,
-}
-
-impl Follower for Unseen<'_> {
-    fn follows(&self) -> bool {
-        false
-    }
-    fn goes_on(&mut self, step: u64) -> bool {
-        self.follower.goes_on(self.before + step)
-    }
-    fn wants(&mut self, _step: u64, _time: f64) -> bool {
-        false
-    }
-    fn wants_energies(&self) -> bool {
-        false
-    }
-    fn see(&mut self, _frame: &Frame<'_>) {}
 }
 
 /// Machine with its initial speed, and all prescribed speeds, higher by the fraction `run.twin`.

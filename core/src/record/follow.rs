@@ -56,8 +56,8 @@ pub trait Follower {
     /// order. The method is called for every step, because the forces of single steps are not converged, and before [`Follower::see`] of
     /// that step.
     fn contact_force(&mut self, _diaphragm: usize, _time: f64, _force: f64) {}
-    /// Returns whether the run continues. It is called before each step of the run and then of its twin, with consecutive step numbers. A
-    /// run that is not continued ends as at its step limit.
+    /// Returns whether the run continues. It is called before each step of the run and then of its twin, with consecutive step numbers; they
+    /// begin again with a run that is repeated with a finer step. A run that is not continued ends as at its step limit.
     fn goes_on(&mut self, _step: u64) -> bool {
         true
     }
@@ -75,6 +75,11 @@ pub trait Follower {
     /// Returns whether the observer needs any instant or contact force. If not, the engine passes it none.
     fn follows(&self) -> bool {
         true
+    }
+    /// Returns whether the observer may be shown a run again from its start, with a finer step. Otherwise the step is found by runs that it does
+    /// not observe.
+    fn begins_again(&self) -> bool {
+        !self.follows()
     }
     /// Receives an instant.
     fn see(&mut self, frame: &Frame<'_>);

@@ -384,6 +384,11 @@ impl Recorders {
         }
     }
 
+    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
+    pub fn impact_resolution(&self, machine: &Machine) -> Option<f64> {
+        verdict::impact_resolution(&self.rings, machine)
+    }
+
     /// Returns the status of a run that has ended, after [`Recorders::finish`].
     pub fn verdict(&self, machine: &Machine, structure: &Structure, end: &End) -> Verdict {
         Verdict::of(&self.energies, &self.rings, &self.limits, machine, structure, end)

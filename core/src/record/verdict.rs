@@ -116,11 +116,18 @@ fn broken_guards(energies: &EnergyBalance, rings: &[RingRecorders], machine: &Ma
         if ring.contact.reversals() > 0 && contact.friction_law == FrictionLaw::Slip {
             causes.insert(Cause::SlipReversal);
         }
-        // a stator without degrees of freedom takes an impact in one step for any step size
-        let resolves = matches!(diaphragm.kind, DiaphragmKind::Flexible(_));
-        if resolves && ring.contact.steps_per_impact().is_some_and(|steps| steps < guard.impact_steps) {
-            causes.insert(Cause::UnderResolved);
-        }
+    }
+    if impact_resolution(rings, machine).is_some() {
+        causes.insert(Cause::UnderResolved);
     }
     causes
+}
+
+/// Smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
+pub(super) fn impact_resolution(rings: &[RingRecorders], machine: &Machine) -> Option<f64> {
+    // a stator without degrees of freedom takes an impact in one step for any step size
+    let resolves = machine.diaphragms.iter().map(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)));
+    let of_flexible = rings.iter().zip(resolves).filter_map(|(ring, resolves)| resolves.then_some(ring));
+    let steps = of_flexible.filter_map(|ring| ring.contact.steps_per_impact()).reduce(f64::min)?;
+    (steps < machine.run.guard.impact_steps).then(|| steps / machine.run.guard.impact_steps)
 }

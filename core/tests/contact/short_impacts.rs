@@ -1,17 +1,17 @@
 //! Impacts shorter than the step resolves: stated in the row, and guarded.
 
-use bladeoff_core::engine::simulate;
-use bladeoff_core::record::{NoHistory, columns};
+use bladeoff_core::engine::{resolved_time_step, simulate};
+use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
-use bladeoff_model::machine::MachineDef;
+use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_model::outcome::{Cause, Status};
 
 /// A rotor of 2.7 t that hits a stiff ring at 10 800 rpm: spikes of 33 us.
 const HARD: &str = include_str!("../data/short_impacts.toml");
 const RIG: &str = include_str!("../../../studies/machines/lab_rig.toml");
 
-/// Status, whether the cause is `under_resolved`, steps per impact, impulse \[N s\] and filtered force \[N\].
-fn run(text: &str, changes: &[(&str, &str)]) -> (Status, bool, [f64; 3]) {
+/// Machine and structure of a text with changes.
+fn machine(text: &str, changes: &[(&str, &str)]) -> (Machine, Structure) {
     let mut def = MachineDef::parse("machine.toml", text).expect("a machine");
     for (path, value) in changes {
         let path = def.resolve(path).expect("a path");
@@ -20,6 +20,12 @@ fn run(text: &str, changes: &[(&str, &str)]) -> (Status, bool, [f64; 3]) {
     }
     let machine = def.build().expect("a machine");
     let structure = Structure::build(&machine, None).expect("a structure");
+    (machine, structure)
+}
+
+/// Status, whether the cause is `under_resolved`, steps per impact, impulse \[N s\], filtered force \[N\] and step \[s\].
+fn run(text: &str, changes: &[(&str, &str)]) -> (Status, bool, [f64; 4]) {
+    let (machine, structure) = machine(text, changes);
     let outcome = simulate(&machine, &structure, &mut NoHistory).expect("a run");
     let columns = columns(&machine);
     let value = |name: &str| {
@@ -27,7 +33,7 @@ fn run(text: &str, changes: &[(&str, &str)]) -> (Status, bool, [f64; 3]) {
         outcome.values[place]
     };
     assert!(value("contact_impulse_Ns").is_some_and(|impulse| impulse > 0.0), "there is contact");
-    let found = ["steps_per_impact", "contact_impulse_Ns", "max_filtered_contact_force_N"];
+    let found = ["steps_per_impact", "contact_impulse_Ns", "max_filtered_contact_force_N", "step_s"];
     let found = found.map(|name| value(name).expect("it touched"));
     (outcome.status, outcome.causes.contains(Cause::UnderResolved), found)
 }
@@ -36,13 +42,72 @@ fn run(text: &str, changes: &[(&str, &str)]) -> (Status, bool, [f64; 3]) {
 fn a_coarse_step_is_invalid_and_a_fine_one_within_three_per_cent() {
     // converged at half of the finest step: 859 N s and 350 kN
     for (step, is_coarse) in [("6.9 us", true), ("2.3 us", true), ("0.8625 us", false)] {
-        let (status, is_under_resolved, [steps, impulse, force]) = run(HARD, &[("run.contact_step", step)]);
+        let (status, is_under_resolved, [steps, impulse, force, _]) = run(HARD, &[("run.contact_step", step)]);
         assert_eq!((status == Status::Invalid, is_under_resolved), (is_coarse, is_coarse), "{step}: {steps}");
         let errors = [impulse / 859.1 - 1.0, force / 350.0e3 - 1.0];
         assert_eq!(errors.iter().all(|error| error.abs() < 0.03), !is_coarse, "{step}: {errors:?}");
     }
     let (status, is_under_resolved, _) = run(HARD, &[("run.engine", "reduced")]);
     assert_eq!((status, is_under_resolved), (Status::Invalid, true));
+}
+
+#[test]
+fn a_default_step_becomes_finer_for_short_impacts() {
+    let (status, _, [steps, impulse, force, step]) = run(HARD, &[]);
+    assert_eq!(status, Status::Ok);
+    // the default of the ring's modes is 6.9 us, with 7.6 steps per impact
+    assert!((20.0..40.0).contains(&steps) && (6.9e-6 / 8.0..2e-6).contains(&step), "{steps} {step}");
+    let errors = [impulse / 859.1 - 1.0, force / 350.0e3 - 1.0];
+    assert!(errors.iter().all(|error| error.abs() < 0.035), "{errors:?}");
+    // a run whose step is given has the same values at this step
+    let given = run(HARD, &[("run.contact_step", &format!("{step} s"))]);
+    assert_eq!(given, (status, false, [steps, impulse, force, step]));
+    // a guard that no step fulfils: an eighth of the default
+    let (status, is_under_resolved, [.., step]) = run(HARD, &[("run.guard.impact_steps", "1000")]);
+    assert_eq!((status, is_under_resolved, step), (Status::Invalid, true, 8.6e-7));
+    // a guard that is off asks for nothing
+    let (status, _, [.., step]) = run(HARD, &[("run.guard.impact_steps", "0")]);
+    assert_eq!((status, step), (Status::Ok, 6.9e-6));
+}
+
+/// Follower that keeps the times and contact forces that it is shown.
+#[derive(Default)]
+struct Times {
+    shown: Vec<f64>,
+    touches: usize,
+    begins_again: bool,
+}
+
+impl Follower for Times {
+    fn contact_force(&mut self, _diaphragm: usize, _time: f64, force: f64) {
+        self.touches += usize::from(force > 0.0);
+    }
+    fn wants(&mut self, step: u64, _time: f64) -> bool {
+        step.is_multiple_of(1000)
+    }
+    fn begins_again(&self) -> bool {
+        self.begins_again
+    }
+    fn see(&mut self, frame: &Frame<'_>) {
+        self.shown.push(frame.time);
+    }
+}
+
+#[test]
+fn a_follower_sees_one_run_with_the_step_of_a_run_without_it() {
+    let (machine, structure) = machine(HARD, &[("run.end_time", "30 ms")]);
+    let alone = simulate(&machine, &structure, &mut NoHistory).expect("a run");
+    let plan = resolved_time_step(&machine, &structure, &mut NoHistory).expect("a step");
+    assert!(plan.step < 6.9e-6, "impacts are short: {}", plan.step);
+    let mut once = Times::default();
+    assert_eq!(simulate(&machine, &structure, &mut once).expect("a run"), alone);
+    assert!(once.touches > 0 && once.shown.is_sorted_by(|before, after| before < after), "{:?}", once.shown);
+    assert!((once.shown[1] - 1000.0 * plan.step).abs() < 1e-12);
+    // one that begins again is shown each run
+    let mut again = Times { begins_again: true, ..Times::default() };
+    assert_eq!(simulate(&machine, &structure, &mut again).expect("a run"), alone);
+    let starts = again.shown.iter().filter(|&&time| time == 0.0).count();
+    assert!(starts > 1 && again.shown.ends_with(&once.shown), "{starts}");
 }
 
 #[test]

@@ -109,6 +109,19 @@ fn simulate(
     outcome
 }
 
+/// The machine with the step that resolves its impacts, which a history of its run has to know, and that step.
+fn resolved(machine: &Machine, structure: &Structure, is_shown: bool) -> Result<(Machine, TimeStep), EngineError> {
+    let mut machine = machine.clone();
+    if !is_shown {
+        let time_step = engine::resolve_step(&mut machine, structure, &mut NoHistory)?;
+        return Ok((machine, time_step));
+    }
+    let mut watch = RunWatch::new(&machine, None);
+    let time_step = engine::resolve_step(&mut machine, structure, &mut watch);
+    watch.finish();
+    Ok((machine, time_step?))
+}
+
 /// A run, watched where a history is asked for, its progress on the screen if `is_shown`; what to say about the history.
 ///
 /// # Errors
@@ -116,11 +129,12 @@ fn simulate(
 pub fn watched(
     machine: &Machine,
     structure: &Structure,
-    time_step: &TimeStep,
     settings: Option<&Settings>,
     is_shown: bool,
 ) -> Result<(Outcome, Option<String>), CliError> {
     let Some(settings) = settings else { return Ok((simulate(machine, structure, None, is_shown)?, None)) };
+    settings.channels(machine, structure)?;
+    let (machine, time_step) = &resolved(machine, structure, is_shown)?;
     let stop = Stop::listen();
     let mut recorder = Recorder::new(settings, machine, structure, time_step)?;
     let temporary = recorder.temporary().map(Path::to_path_buf);

@@ -20,6 +20,7 @@ use crate::terminal::{OutcomeView, bearing_remarks, describe_outcome, with_word}
 use bladeoff_answers::tables::{DETECTION, ENGINE, NOTES, Table, TableError, TableSchema, read_metadata};
 use bladeoff_core::NUMERICS_VERSION;
 use bladeoff_core::engine::exponential::EXPONENTIAL_REVISION;
+use bladeoff_core::record::NoHistory;
 use bladeoff_model::machine::{Machine, is_detection};
 use bladeoff_model::outcome::{Cause, Outcome};
 use bladeoff_study::Origin;
@@ -106,7 +107,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
     let step = engine::time_step(&machine, structure)?;
     let history = args.history.settings(&machine, &step)?;
-    let (outcome, history) = watched(&machine, structure, &step, history.as_ref(), !args.json)?;
+    let (outcome, history) = watched(&machine, structure, history.as_ref(), !args.json)?;
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };
     let compared = compared(&table, &machine, &outcome);
@@ -154,8 +155,9 @@ pub(super) fn computed_again(directory: &Path, sample: u64) -> Result<Computed, 
     let rows = read_current(directory, row_files, |files| Table::row(files, sample))?;
     let (row, path) = rows.ok_or_else(|| CliError::no_results(directory))?;
     let (mut solver, params) = solver_of(directory, &row, &path)?;
-    let (machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
-    let mut envelope = Envelope::new(&machine, engine::time_step(&machine, structure)?.step);
+    let (mut machine, structure) = solver.prepare(&params).map_err(ReplayError::Solver)?;
+    let time_step = engine::resolve_step(&mut machine, structure, &mut NoHistory)?;
+    let mut envelope = Envelope::new(&machine, time_step.step);
     let outcome = engine::simulate_watched(&machine, structure, &mut envelope)?;
     let found = compared(&row, &machine, &outcome);
     let differs = (!found.differences.is_empty()).then(|| {
@@ -209,8 +211,7 @@ fn changed(
         }
         Unchanged::Solver(error) => ReplayError::Solver(error).into(),
     })?;
-    let step = engine::time_step(&machine, structure)?;
-    let (outcome, _) = watched(&machine, structure, &step, None, !args.json)?;
+    let (outcome, _) = watched(&machine, structure, None, !args.json)?;
     if args.json {
         let columns = engine::columns(&machine);
         let fields = TableSchema::new(Vec::new(), &columns);

@@ -93,22 +93,23 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let time_step = engine::time_step(&machine, &structure).map_err(refusal)?;
     let history = args.history.settings(&machine, &time_step)?;
     let (outcome, history) =
-        watched(&machine, &structure, &time_step, history.as_ref(), !args.json).map_err(|error| match error {
+        watched(&machine, &structure, history.as_ref(), !args.json).map_err(|error| match error {
             CliError::Engine(error) => refusal(error),
             other => other,
         })?;
     let wall = started.elapsed();
     let columns = engine::columns(&machine);
     let view = OutcomeView { columns: &columns, outcome: &outcome };
+    let step = view.value("step_s").unwrap_or(time_step.step);
     if args.json {
         print_json(&json(&machine, view))?;
     } else {
-        let mut text = heading(&machine, &args.machine.changed(&definition), choice.as_ref(), &time_step);
+        let mut text = heading(&machine, &args.machine.changed(&definition), choice.as_ref(), &time_step, step);
         text.push_str(&describe_outcome(&machine, view));
         text.push_str(&format!("{:<32} {}\n", "computed in", duration(wall)));
         tell(&text)?;
     }
-    for note in bearing_remarks(&machine, &structure, time_step.step).iter().chain(&history) {
+    for note in bearing_remarks(&machine, &structure, step).iter().chain(&history) {
         remark(note);
     }
     let initial = machine.rotor.initial_speed;
@@ -198,16 +199,23 @@ fn verdict(outcome: &Outcome) -> Exit {
     }
 }
 
-/// What is simulated; `changed`: what is not as its file says.
+/// What is simulated; `changed`: what is not as its file says; `step`: the step of the run, which may be finer than that it began with \[s\].
 fn heading(
     machine: &Machine,
     changed: &[(String, String)],
     choice: Option<&EngineChoice>,
     time_step: &TimeStep,
+    step: f64,
 ) -> String {
     let detection = engine::detection(machine).unwrap_or("no diaphragm");
-    let [step, largest] = [time_step.step, time_step.largest_allowed()].map(|step| format_quantity(step, "s"));
-    let step = format!("{step} (largest allowed {largest})");
+    let [used, default, largest] =
+        [step, time_step.step, time_step.largest_allowed()].map(|step| format_quantity(step, "s"));
+    let finer = if step < time_step.step {
+        format!("; {default} by default, refined for short impacts")
+    } else {
+        String::new()
+    };
+    let step = format!("{used} (largest allowed {largest}{finer})");
     let set = changed.iter().map(|(path, value)| ("set", format!("{path} = {value}")));
     // the word alone where the file says nothing else
     let auto = choice.filter(|choice| choice.is_auto()).map(|choice| choice.words("the machine"));

@@ -48,6 +48,24 @@ pub struct Settings {
     pub csv: CsvStyle,
 }
 
+impl Settings {
+    /// Format of the file, and the channels that are asked for.
+    ///
+    /// # Errors
+    /// Errors of the request itself: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
+    pub(crate) fn channels(
+        &self,
+        machine: &Machine,
+        structure: &Structure,
+    ) -> Result<(Format, Vec<Channel>), HistoryError> {
+        let format = Format::of(&self.path)?;
+        if self.csv == CsvStyle::Comma && format != Format::Csv {
+            return Err(HistoryError::DecimalComma { path: self.path.clone() });
+        }
+        Ok((format, select(catalogue(machine, structure), &self.channels)?))
+    }
+}
+
 /// A history that was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
@@ -94,11 +112,7 @@ impl Recorder {
         structure: &Structure,
         time_step: &TimeStep,
     ) -> Result<Self, HistoryError> {
-        let format = Format::of(&settings.path)?;
-        if settings.csv == CsvStyle::Comma && format != Format::Csv {
-            return Err(HistoryError::DecimalComma { path: settings.path.clone() });
-        }
-        let channels = select(catalogue(machine, structure), &settings.channels)?;
+        let (format, channels) = settings.channels(machine, structure)?;
         let every_steps = match settings.decimation {
             Decimation::Steps(steps) => steps.max(1),
             Decimation::Every(every) => steps_of(every, time_step.step),

@@ -124,6 +124,10 @@ impl Follower for RunWatch<'_> {
         self.inner.as_ref().is_some_and(|inner| inner.wants_energies())
     }
 
+    fn begins_again(&self) -> bool {
+        self.inner.as_ref().is_none_or(|inner| inner.begins_again())
+    }
+
     fn see(&mut self, frame: &Frame<'_>) {
         if self.wanted.1 {
             self.show(frame.time, frame.speed);

@@ -79,7 +79,7 @@ pub(super) const KEYS: &[Key] = &[
          samples), otherwise `reduced`"),
     key(STEP, Kind::Number("s"), Need::Optional("chosen from the highest frequency of the model"), Range::POSITIVE, When::Always,
         "time step of `reduced` and `full`; `auto` is `reduced` then"),
-    key(CONTACT_STEP, Kind::Number("s"), Need::Optional("chosen from the ring's frequencies and the initial speed"), Range::POSITIVE, When::Always,
+    key(CONTACT_STEP, Kind::Number("s"), Need::Optional("chosen from the ring's frequencies and the initial speed; down to an eighth of it where impacts are short"), Range::POSITIVE, When::Always,
         "time step of `exponential` where rotor and ring may touch; while they are apart, one step covers many of these; `auto` is `exponential` then"),
     key("run.force_location", Kind::Choice(&["next", "current"]), Need::Word("next"), Range::ANY, When::Always,
         "contact force of step n acts at the contact place of step n+1 (as the paper) or n"),

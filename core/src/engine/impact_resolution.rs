@@ -1,0 +1,103 @@
+//! Finer default step of a run whose impacts are shorter than its step resolves.
+//!
+//! ```text
+//! h' = h n/(M N),   at least h_0/R                 M = 1.25, R = 8
+//! ```
+//! n: steps per impact of the run (column `steps_per_impact`, `crate::record`), N: `run.guard.impact_steps`, h: its contact step, h_0: the default
+//! contact step. A run with n < N is repeated with h', rounded down to two digits, until n >= N or h' = h_0/R. The step is a function of the machine
+//! alone: the same run has the same step, whoever follows it.
+//!
+//! Source: ours. Estimates of the length of an impact from the modes of ring and rotor were wrong by factors of 1.3 to 1000
+//! (docs/theory/convergence.md), so it is measured. n grows by less than h/h', because a finer step also finds shorter impacts; hence M.
+//! Limits: the exponential engine alone, and only without `run.contact_step`. The reference engines keep their default step. A run with n < N at h_0/R
+//! is `invalid`. One that fails is not repeated. Verified by `core/tests/contact/short_impacts.rs`.
+
+use super::choice;
+use super::time_step::{StartError, TimeStep};
+use crate::record::{End, Follower, Frame, Recorders};
+use crate::structure::Structure;
+use bladeoff_model::machine::{Engine, Machine};
+
+/// M: the next step aims at this multiple of N steps per impact.
+const MARGIN: f64 = 1.25;
+/// R: largest refinement of the default step. A run that repeats with it takes nine times as long as one without.
+const MAX_REFINEMENT: f64 = 8.0;
+
+/// A run that has ended, and its step.
+pub(super) struct Resolved {
+    pub plan: TimeStep,
+    pub recorders: Recorders,
+    pub end: End,
+}
+
+/// Time step of a run: its default, finer where its impacts need that. Simulates the run, unless the step is given. The follower observes nothing,
+/// but may end it.
+///
+/// # Errors
+/// [`StartError`] for a run that cannot be started.
+pub fn resolved_time_step(
+    machine: &Machine,
+    structure: &Structure,
+    follower: &mut dyn Follower,
+) -> Result<TimeStep, StartError> {
+    if is_settled(machine) {
+        return TimeStep::new(machine, structure);
+    }
+    Ok(resolved(machine, structure, &mut Unseen { follower, before: 0 })?.plan)
+}
+
+/// Whether the step of a run does not depend on its impacts.
+fn is_settled(machine: &Machine) -> bool {
+    machine.run.engine != Engine::Exponential || machine.run.contact_step.is_some() || machine.diaphragms.is_empty()
+}
+
+/// Runs a machine with a step that resolves its impacts. A follower that cannot begin again observes the last of several runs.
+pub(super) fn run(
+    machine: &Machine,
+    structure: &Structure,
+    follower: &mut dyn Follower,
+) -> Result<Resolved, StartError> {
+    if is_settled(machine) || follower.begins_again() {
+        return resolved(machine, structure, follower);
+    }
+    let plan = resolved_time_step(machine, structure, follower)?;
+    let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
+    Ok(Resolved { plan, recorders, end })
+}
+
+fn resolved(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Resolved, StartError> {
+    let default = TimeStep::new(machine, structure)?;
+    let mut plan = default;
+    loop {
+        let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
+        let missing = (!is_settled(machine) && end.failure.is_none()).then(|| recorders.impact_resolution(machine));
+        let finer = missing.flatten().and_then(|ratio| plan.finer(ratio / MARGIN, default.step / MAX_REFINEMENT));
+        match finer.and_then(|finer| finer.allowed(machine).ok()) {
+            Some(finer) => plan = finer,
+            None => return Ok(Resolved { plan, recorders, end }),
+        }
+    }
+}
+
+/// Follower that observes nothing, and that asks another one whether a run continues.
+pub(super) struct Unseen<'a> {
+    pub follower: &'a mut dyn Follower,
+    /// Number of steps before the run.
+    pub before: u64,
+}
+
+impl Follower for Unseen<'_> {
+    fn follows(&self) -> bool {
+        false
+    }
+    fn goes_on(&mut self, step: u64) -> bool {
+        self.follower.goes_on(self.before + step)
+    }
+    fn wants(&mut self, _step: u64, _time: f64) -> bool {
+        false
+    }
+    fn wants_energies(&self) -> bool {
+        false
+    }
+    fn see(&mut self, _frame: &Frame<'_>) {}
+}
