@@ -39,6 +39,8 @@ struct Counted {
     largest: Option<(f64, u64)>,
     /// Largest stress of the ok rows where the limit is not judged, and its sample.
     stress: Option<(f64, u64)>,
+    /// Number of ok rows with a stress above [`ABOVE_ANY_STEEL`] where the limit is not judged.
+    above: u64,
 }
 
 /// Limits of a study of a machine, with the counts of its rows.
@@ -100,19 +102,18 @@ impl LimitTable {
         unjudged_stresses(&parts.collect::<Vec<_>>())
     }
 
-    /// Stresses that are not judged: column, part, whether the largest of the ok rows is above what any steel bears, and the reason in words.
-    pub(super) fn unjudged_in_words(&self) -> Vec<(&'static str, &'static str, bool, String)> {
+    /// Stresses that are not judged.
+    pub(super) fn unjudged_stresses(&self) -> Vec<UnjudgedStress> {
         let all = self.0.iter().filter_map(|of| {
-            let (key, (largest, sample)) = (of.of.lacks?, of.stress?);
-            let (is_above, (column, part)) = (largest > ABOVE_ANY_STEEL, stress(of.of.limit.limit)?);
-            let shown = format_digits(largest, "Pa", 4);
-            let more = if is_above { ", above the elastic limit of any steel" } else { "" };
-            Some((
-                column,
-                part,
-                is_above,
-                format!("{}; the largest of the ok runs is {shown} (sample {sample}){more}", not_judged(key)),
-            ))
+            let (key, (largest, sample), above) = (of.of.lacks?, of.stress?, of.above);
+            let (column, part) = stress(of.of.limit.limit)?;
+            let [shown, limit] = [largest, ABOVE_ANY_STEEL].map(|stress| format_digits(stress, "Pa", 4));
+            let mut why = format!("{}; the largest of the ok runs is {shown} (sample {sample})", not_judged(key));
+            if above > 0 {
+                let runs = counted(above, "ok run");
+                why += &format!("; {runs} above {limit}, the elastic limit of any steel");
+            }
+            Some(UnjudgedStress { column, part, above, why })
         });
         all.collect()
     }
@@ -174,9 +175,22 @@ impl LimitTable {
 /// Columns of the table.
 const HEAD: [&str; 6] = ["limit", "value", "set by", "if exceeded", "exceeded by", "largest ratio"];
 
+/// Stress that no yield strength judges.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct UnjudgedStress {
+    /// Column of the stress.
+    pub column: &'static str,
+    /// Part that has the stress.
+    pub part: &'static str,
+    /// Number of ok rows in which the stress is above the elastic limit of any steel.
+    pub above: u64,
+    /// Missing key, and the largest stress of the ok rows.
+    pub why: String,
+}
+
 impl Counted {
     fn new(of: LimitValue) -> Self {
-        Self { of, rows: 0, earlier: 0, invalid: 0, exceeded: 0, exceeded_ok: 0, largest: None, stress: None }
+        Self { of, rows: 0, earlier: 0, invalid: 0, exceeded: 0, exceeded_ok: 0, largest: None, stress: None, above: 0 }
     }
 
     /// The column that is counted: the ratio of a limit, or the stress that a limit would judge.
@@ -200,8 +214,11 @@ impl Counted {
             most.is_none_or(|(most, first)| value > most || value == most && sample < first)
         };
         if self.of.lacks.is_some() {
-            if let Some(value) = value.filter(|&value| status == Status::Ok && larger(self.stress, value)) {
-                self.stress = Some((value, sample));
+            if let Some(value) = value.filter(|_| status == Status::Ok) {
+                self.above += u64::from(value > ABOVE_ANY_STEEL);
+                if larger(self.stress, value) {
+                    self.stress = Some((value, sample));
+                }
             }
             return;
         }

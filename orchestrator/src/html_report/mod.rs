@@ -233,7 +233,11 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
             let mut counts = rows::ByStatus::new();
             seen.kinds.iter().for_each(|of| *counts.entry(of.kind.0.clone()).or_default() += of.count);
             let beyond = counts.get(Status::Beyond.word()).copied().unwrap_or_default();
-            let how = if looked.is_some() { "Each answer reports how it counts them: see" } else { "See" };
+            let how = if looked.is_some() {
+                "The sentence of each answer states how it counts them. Causes:"
+            } else {
+                "Causes:"
+            };
             Block::Text(format!(
                 "{runs}: {}.{} {how} \u{201c}Where runs fail\u{201d}.",
                 words::by_status(&counts),

@@ -6,7 +6,7 @@
 //! no:         the model does not describe it
 //! ```
 
-use super::limits::LimitTable;
+use super::limits::{LimitTable, UnjudgedStress};
 use super::rows::Seen;
 use crate::questions::Looked;
 use bladeoff_answers::ask::{Answer, Ask, Figure, Question, in_words};
@@ -64,16 +64,15 @@ pub(super) fn usable(
         uses.extend(looked.decisions.chunk_by(|one, other| one.gate == other.gate).filter_map(of_gate));
     }
     uses.extend(of_rows(seen));
-    let unjudged = limits.unjudged_in_words();
-    let above: Vec<&str> = unjudged.iter().filter(|(.., is_above, _)| *is_above).map(|(_, part, ..)| *part).collect();
-    for (column, part, is_above, _) in &unjudged {
-        for one in uses.iter_mut().filter(|one| one.number.contains(column)) {
-            one.word = if *is_above { NO } else { RESTRICTED };
-            one.why = format!("the stress of {part} is not judged: see its line below");
+    let unjudged = limits.unjudged_stresses();
+    for stress in &unjudged {
+        for one in uses.iter_mut().filter(|one| one.number.contains(stress.column)) {
+            one.word = stress.word();
+            one.why = format!("the stress of {} is not judged: see its line below", stress.part);
         }
     }
-    if !above.is_empty() {
-        uses.iter_mut().filter(|one| one.word != NO).for_each(|one| restrict(one, &broken(&above.join(" and "))));
+    if let Some(why) = broken(&unjudged, seen.ok()) {
+        uses.iter_mut().filter(|one| one.word != NO).for_each(|one| restrict(one, &why));
     }
     for one in uses.iter_mut().filter(|one| one.word != NO) {
         let is_concerned = |of: &&Reservation| concerns(of, &one.number);
@@ -84,9 +83,7 @@ pub(super) fn usable(
         }
     }
     let put = |(number, word, why): (String, &'static str, String)| Use { number, word, why };
-    uses.extend(unjudged.iter().cloned().map(|(_, part, is_above_any_steel, why)| {
-        put((format!("stress of {part}"), if is_above_any_steel { NO } else { RESTRICTED }, why))
-    }));
+    uses.extend(unjudged.iter().map(|of| put((format!("stress of {}", of.part), of.word(), of.why.clone()))));
     uses.extend(limits.noted().into_iter().map(|why| put(("runs above a noted limit".to_owned(), RESTRICTED, why))));
     uses.extend(reservations.iter().map(|one| put((one.topic.to_owned(), RESTRICTED, one.text.clone()))));
     uses.extend(sensitive.map(|why| put(("values of single runs".to_owned(), RESTRICTED, why.to_owned()))));
@@ -114,12 +111,25 @@ fn restrict(one: &mut Use, why: &str) {
     one.why += &format!("; but {why}");
 }
 
-/// Why numbers are restricted that ok runs with broken parts enter.
-fn broken(parts: &str) -> String {
-    format!(
-        "in some ok runs the stress of {parts} exceeds the elastic limit of any steel. Contact forces and all results that \
-         depend on them are then not those of the machine. With a yield_strength such runs count as beyond the model"
-    )
+impl UnjudgedStress {
+    /// Whether the stress may be used.
+    fn word(&self) -> &'static str {
+        if self.above > 0 { NO } else { RESTRICTED }
+    }
+}
+
+/// Restriction of numbers that ok runs with broken parts enter, of `ok` runs; `None` without such a run.
+fn broken(stresses: &[UnjudgedStress], ok: u64) -> Option<String> {
+    let above = || stresses.iter().filter(|of| of.above > 0);
+    let most = above().map(|of| of.above).max()?;
+    let parts: Vec<&str> = above().map(|of| of.part).collect();
+    Some(format!(
+        "in {}{most} of {} the stress of {} exceeds the elastic limit of any steel. Contact forces and all results that \
+         depend on them are then not those of the machine. With a yield_strength such runs count as beyond the model",
+        if parts.len() > 1 { "at least " } else { "" },
+        counted(ok, "ok run"),
+        parts.join(" and ")
+    ))
 }
 
 /// Whether the answers to a question may be used; `None` without an answer.
@@ -246,8 +256,15 @@ mod tests {
         assert_eq!(words(&seen), [(some, RESTRICTED), ("results of runs that are not ok: 1 of 4 runs".to_owned(), NO)]);
         let mut one = of_rows(&Seen { rows: 3, kinds: vec![kind("ok", 3)], ..seen.clone() }).remove(0);
         assert_eq!(one.word, YES);
-        restrict(&mut one, &broken("blades"));
-        assert!(one.word == RESTRICTED && one.why.contains("the stress of blades exceeds"), "{one:?}");
+        let stress = |part, above| UnjudgedStress { column: "c", part, above, why: String::new() };
+        assert_eq!(broken(&[stress("ring", 0)], 3), None);
+        restrict(&mut one, &broken(&[stress("ring", 0), stress("blades", 2)], 3).expect("blades break"));
+        assert!(
+            one.word == RESTRICTED && one.why.contains("in 2 of 3 ok runs the stress of blades exceeds"),
+            "{one:?}"
+        );
+        let both = broken(&[stress("ring", 1), stress("blades", 2)], 3).expect("both break");
+        assert!(both.starts_with("in at least 2 of 3 ok runs the stress of ring and blades"), "{both}");
         (seen.kinds, seen.rows) = (vec![kind("beyond", 2)], 2);
         assert_eq!(words(&seen), [("results of runs that are not ok: 2 of 2 runs".to_owned(), NO)]);
         seen.rows = 0;

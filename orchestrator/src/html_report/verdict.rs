@@ -59,14 +59,15 @@ fn restrictions(limits: &LimitTable, excess: Option<&str>) -> Option<String> {
     let noted = limits.names_noted();
     let noted = (!noted.is_empty())
         .then(|| format!("ok runs exceed {}, a limit that is noted and ends no run", noted.join(" and ")));
-    let above = limits.unjudged_in_words().into_iter().filter(|(.., is_above, _)| *is_above).map(|(_, part, ..)| part);
-    let above: Vec<&str> = above.collect();
-    let unjudged = limits.unjudged().map(|_| match above.is_empty() {
-        true => "stresses are not judged".to_owned(),
-        false => {
-            format!("stresses are not judged; those of {} exceed the elastic limit of any steel", above.join(" and "))
-        }
-    });
+    let above = limits.unjudged_stresses().into_iter().filter(|of| of.above > 0);
+    let above: Vec<String> = above
+        .map(|of| {
+            format!("those of {} exceed the elastic limit of any steel in {}", of.part, counted(of.above, "ok run"))
+        })
+        .collect();
+    let unjudged = limits
+        .unjudged()
+        .map(|_| std::iter::once("stresses are not judged".to_owned()).chain(above).collect::<Vec<_>>().join("; "));
     let parts: Vec<String> = excess.map(str::to_owned).into_iter().chain(noted).chain(unjudged).collect();
     (!parts.is_empty()).then(|| format!("Restrictions: {}.", parts.join("; ")))
 }

@@ -124,7 +124,8 @@ impl Ranked<'_> {
             let inside = percent((n - self.bad.beyond.min(n)) as f64 / n as f64);
             let outside = percent(self.bad.beyond as f64 / n as f64);
             found.notes.push(format!(
-                "{outside} of the runs are beyond the model, so quantiles above {inside} have a lower limit only"
+                "{outside} of the runs are beyond the model, so quantiles above {inside} have a lower limit only, and those \
+                 shortly below have no upper confidence limit"
             ));
         }
         found
