@@ -404,7 +404,11 @@ mod tests {
 
     #[test]
     fn shipped_machines_are_plausible() {
-        for text in [RIG, include_str!("../../studies/machines/lp_turbine_paper.toml")] {
+        for text in [
+            RIG,
+            include_str!("../../studies/machines/lp_turbine_paper.toml"),
+            include_str!("../../studies/machines/gas_turbine.toml"),
+        ] {
             assert_eq!(of(text), [] as [String; 0]);
         }
     }

@@ -5,7 +5,9 @@
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::bearing_tables;
-use crate::common::{Row, close, machine, run, run_seen, seal_rotor, spring_seal, study_machine, with_rings};
+use crate::common::{
+    Row, close, machine, machine_with, run, run_seen, seal_rotor, spring_seal, study_machine, with_rings,
+};
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
@@ -285,4 +287,25 @@ fn a_history_has_the_forces_of_each_diaphragm_and_changes_no_digit() {
     let largest = forces.energies.iter().map(|energy| (energy / first - 1.0).abs()).fold(0.0, f64::max);
     println!("largest energy error of a frame: {largest:e}");
     assert!(largest < 1e-6, "{largest:e}");
+}
+
+/// The release and the rub of the shipped gas turbine on both nozzle rings. The values are those of `reduced` with a step of 1.3 us, 40 rotor
+/// modes and 80 modes of each ring; docs/gas-turbine.md compares more engines and steps.
+#[test]
+fn the_shipped_gas_turbine_has_the_loads_of_reduced() {
+    let changes = [("run.engine", "exponential"), ("run.end_time", "0.05 s")];
+    let row = run(machine_with(&study_machine("gas_turbine"), &changes));
+    for column in ["contact_impulse_nozzle_2_Ns", "contact_impulse_nozzle_3_Ns"] {
+        assert!(row.value(column) > 300.0, "touches: {column} {}", row.value(column));
+    }
+    assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes);
+    near(&row, "max_bearing_load_front_N", 256_225.0, 2e-3);
+    near(&row, "max_bearing_load_rear_N", 183_431.0, 2e-3);
+    near(&row, "max_pedestal_load_front_N", 347_633.0, 2e-3);
+    near(&row, "max_displacement_front_oil_seal_m", 1.287801e-3, 2e-3);
+    near(&row, "max_eccentricity_nozzle_3_m", 1.044777e-3, 2e-3);
+    near(&row, "contact_impulse_nozzle_2_Ns", 412.2476, 1e-2);
+    near(&row, "contact_impulse_nozzle_3_Ns", 375.7715, 1e-2);
+    near(&row, "friction_energy_J", 29_191.2, 1e-2);
+    assert!(row.value("energy_error") < 1e-6, "{}", row.value("energy_error"));
 }
