@@ -197,7 +197,7 @@ fn contains(entry: &Entry, line: usize) -> Option<&Entry> {
     (span.start < line && line <= span.end).then_some(entry)
 }
 
-/// Start of the first line after the one of `at` that looks like a key or a table header; the end of the text if there is none.
+/// Start of the first line after the one of `at` that looks like a key or a table header; the end of the text without such a line.
 fn next_key(text: &str, at: usize) -> usize {
     let mut start = at;
     while let Some(newline) = text[start..].find('\n') {

@@ -55,7 +55,7 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: cut(given, 60) })
 }
 
-/// The unit of a quantity as written; "" if there is none.
+/// The unit of a quantity as written; "" for a bare number.
 #[must_use]
 pub fn unit_of(text: &str) -> &str {
     let given = text.trim();
