@@ -175,8 +175,9 @@ fn overdamped_pairs_go_through_the_grid() {
     agree(&machine, 1e-4, 290.0, 1e-6, 2e-4);
 }
 
-/// An unbalance on a bare shaft exceeds the polar inertia and lateral flexibility of its position many times, here with almost no torsional damping.
-/// Its torques once coupled into modes that no step resolves: the turbine's torsional moment was silently a hundred times too large, later 2000 times.
+/// An unbalance on a bare shaft has many times the polar inertia of its node, which also deflects laterally; here with almost no torsional damping.
+/// Its torques once fed back into modes that no step resolves: the turbine's torsional moment was silently a hundred times too large, later 2000
+/// times.
 #[test]
 fn unbalances_on_a_bare_shaft_do_not_shake_it() {
     let cases: [(&str, &[(&str, &str)]); 5] = [

@@ -3,7 +3,7 @@
 //! When iceoryx2 0.10 opens such an object, it waits for the size without end (`dynamic_storage::posix_shared_memory`,
 //! `MappingSizeIsZero`), also in dead-node cleanup: a worker killed in the wrong microsecond of its start would stop the hub for
 //! good. Once the object is removed, a waiting process continues with "does not exist". A living process sets the size at once; a
-//! process that is delayed by more than [`PATIENCE`] loses its connection and is replaced.
+//! process that is delayed by more than 3 s loses its connection and is replaced.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -36,7 +36,7 @@ impl Unfinished {
         Self { shm: shm.to_owned(), prefix: prefix.to_owned(), seen: BTreeMap::new() }
     }
 
-    /// Removes objects that have had no size for [`PATIENCE`] and returns their number. To be called about once a second; `now` must not decrease.
+    /// Removes objects that have had no size for 3 s and returns their number. To be called about once a second; `now` must not decrease.
     pub fn sweep(&mut self, now: Duration) -> usize {
         let mut removed = 0;
         let mut still = BTreeMap::new();
