@@ -135,7 +135,7 @@ fn what_a_disc_carries_is_read_and_mistakes_are_named() {
     let [problem] = &problems(point)[..] else { panic!("one problem") };
     assert_eq!(problem.key, "rotor.unbalances.u.disc");
     assert!(problem.message.contains("does not belong to kind = \"point-mass\""), "{}", problem.message);
-    // more than disc and shaft have together; reported for the disc
+    // a lost mass of the disc with more inertia than disc and shaft have together
     let [problem] = &problems(
         &rig("position = 0.5\ndisc = \"left\"\nkind = \"lost\"\n").replace("radius = \"40 mm\"", "radius = \"400 mm\""),
     )[..] else {

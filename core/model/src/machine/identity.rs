@@ -6,7 +6,7 @@
 //! The sum keeps identities cheap in a study: changing one value takes one subtraction and one addition, and a varied parameter has the same
 //! effect as one in the file. Comments, units, number formats, the machine's name and the order of keys do not affect the identity. The
 //! order of bearings and sections does, because columns and sums follow that order. A default and the same value written in a table that
-//! exists anyway are equal, except for the engine. Texts (`disc` of an unbalance) are included where the file has them.
+//! exists anyway are equal, unless the default depends on the engine. Texts (`disc` of an unbalance) are included where the file has them.
 //!
 //! For machines that the exponential engine computes, the identity includes the revision of that engine's results, which the caller passes.
 //!

@@ -11,8 +11,8 @@
 //!
 //! # Limits
 //! Parameters must be above 0 and finite; this is not checked. Quantiles have a relative error of 1e-12 in both tails, down to probabilities of
-//! 1e-300, for parameters up to 1e6; beyond, continued fractions that begin close to 1 lose digits in proportion (Student's t of 1e8 degrees
-//! of freedom: 2e-11).
+//! 1e-300, for parameters up to 1e6; beyond, continued fractions that begin close to 1 lose digits in proportion (2e-11 for
+//! Student's t with 1e8 degrees of freedom).
 //! # Verified by
 //! `tests.rs`, against values of 60 digits
 

@@ -132,7 +132,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether the file or `set` gives a value, valid or not.
+    /// Whether a value or list is present, valid or not. A default value counts as present.
     pub fn is_given(&self, path: &str) -> bool {
         self.state(path).is_some_and(|state| state.scalar != Scalar::Absent) || self.layout.lengths.contains_key(path)
     }
