@@ -1,5 +1,5 @@
-//! `[refine]`: a map of some combinations that is refined where it changes. Like `[stop]`, the table does not enter the identity of a study:
-//! another rule gives another table of the same samples.
+//! `[refine]`: a map of some combinations that is refined where it changes. Like `[stop]`, `[refine]` does not enter the identity of a
+//! study: another rule gives another result table of the same samples.
 
 use super::asked::Asked;
 use super::table::{Keys, wrong_type};

@@ -1,5 +1,5 @@
-//! `[stop]`: precision at which a study ends before its design does. The table does not enter the identity of a study: another rule ends its
-//! table at another point, and no sample is computed again.
+//! `[stop]`: precision at which a study ends before its design does. `[stop]` does not enter the identity of a study: another rule
+//! ends the result table at another point, and no sample is computed again.
 
 use super::amount::parse_duration;
 use super::asked::{Asked, AskedQuestion};
