@@ -14,7 +14,7 @@ use bladeoff_model::machine::{Engine, Machine, MachineDef};
 type Values = BTreeMap<String, f64>;
 type Sets<'a> = &'a [(&'a str, &'a str)];
 
-/// Quantities that a 1e-12 change of the start hardly moves.
+/// Quantities that a 1e-12 change of the initial state hardly changes.
 const ROBUST: [&str; 7] = [
     "first_contact_s",
     "end_speed_rad_s",
@@ -31,7 +31,7 @@ const TURBINE: &str = include_str!("../../studies/machines/lp_turbine_paper.toml
 
 fn machine(text: &str, sets: Sets) -> Machine {
     let mut def = MachineDef::parse("machine.toml", text).unwrap_or_else(|e| panic!("{e}"));
-    // of the reference, unless a set names another
+    // the reference engine, unless `sets` names another one
     def.settle(Engine::Reduced);
     for (path, value) in sets {
         let info = def.resolve(path).unwrap_or_else(|e| panic!("{e}"));
@@ -51,7 +51,7 @@ fn values(text: &str, sets: Sets) -> Values {
     run(&machine(text, sets), &mut NoHistory)
 }
 
-/// Rotor centre at the contact section, every so many steps.
+/// Rotor centre at the contact section, every `every` steps.
 struct Orbit {
     every: u64,
     points: Vec<(f64, [f64; 2])>,
@@ -102,7 +102,7 @@ fn step_order_without_contact() {
     println!("| step [s] | error [m] | order |\n|---:|---:|---:|");
     let place = |divisions: u32| {
         let step = format!("{:e}", 0.1 / f64::from(divisions));
-        // the contact radius stays inside the ring: a smaller rotor makes the room
+        // the contact radius stays inside the ring: a smaller rotor makes room for the gap
         let sets = [
             ("contact.rotor_radius", "46 mm"),
             ("contact.gap", "5 mm"),
@@ -185,7 +185,7 @@ fn perturbation(title: &str, text: &str, sets: Sets, every: u64, after: &[f64]) 
     row("scatter", &names, &scatter);
 }
 
-/// Largest torsional moments of the turbine: modes against full finite elements, then what the answer depends on in the whole run.
+/// Largest torsional moments of the turbine: modes against full finite elements, then the influences on the result of the whole run.
 fn torsion() {
     let moments: Vec<String> = columns(&machine(TURBINE, &[]))
         .into_iter()

@@ -1,4 +1,5 @@
-//! A machine file with changes, its row by whichever engine, and what it cost: once, and once more as a study does the samples after the first two.
+//! Runs a machine file with changes and prints its row and cost, for any engine: the first run, and a later one, as in a study after the first two
+//! samples.
 //!
 //! `cargo run --release -p bladeoff-core --example exponential -- MACHINE [PATH=VALUE ...] [COLUMN ...]`, for example `studies/machines/lp_turbine_paper.toml
 //! run.engine=exponential "run.contact_step=50 us" energy_error`. Instructions: `valgrind --tool=callgrind`, docs/theory/08-exponential-engine.md.
@@ -38,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("{} = {value}", column.name);
         }
     }
-    // what the second computes is kept
+    // bases and cells that the second run computes are kept for the third
     run()?;
     println!("first = {:.1} ms, next = {:.1} ms", 1e3 * first.as_secs_f64(), 1e3 * run()?.1.as_secs_f64());
     Ok(())

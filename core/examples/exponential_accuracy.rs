@@ -20,7 +20,7 @@ const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
 const EXPONENTIAL: (&str, &str) = ("run.engine", "exponential");
 const SHORT: (&str, &str) = ("run.end_time", "3.4 s");
 
-/// Columns of the tables, with their heads.
+/// Columns of the tables with their headings.
 const COLUMNS: [(&str, &str); 13] = [
     ("end_speed_rad_s", "end speed"),
     ("max_bearing_load_front_N", "front"),
@@ -57,7 +57,7 @@ fn row(machine: &Machine) -> Result<Values, Failed> {
     }
     let names = columns(machine);
     let value = |(name, _): (&str, &str)| {
-        // bearings of the lab rig
+        // names of the bearings of the lab rig
         let also = name.replace("front", "left").replace("rear", "right");
         let at = names.iter().position(|column| column.name == name || column.name == also);
         at.and_then(|at| outcome.values[at]).unwrap_or(f64::NAN)
@@ -70,7 +70,7 @@ fn head(first: &str) {
     println!("|---|{}", "---:|".repeat(COLUMNS.len()));
 }
 
-/// Differences relative to a reference; the energy error as it is.
+/// Prints differences relative to a reference; the energy error unchanged.
 fn line(name: &str, found: &Values, reference: &Values) {
     let cell = |k: usize| {
         if k + 1 == COLUMNS.len() {
@@ -92,13 +92,13 @@ fn largest_step(file: &str) -> Result<f64, Failed> {
     Ok(2.0 / plan(file)?.highest_frequency)
 }
 
-/// Parts of `2/omega_max` in the tables of starts: what could be a default, and an eighth of 2/omega_max, their reference.
+/// Contact steps of the tables of starts, as parts of `2/omega_max`: candidates for the default, and the reference, an eighth of `2/omega_max`.
 const PARTS: [f64; 5] = [0.9, 2.0 / 3.0, 0.5, 0.25, 0.125];
 
-/// Initial speeds about that of a file: the 1 ms force of one start scatters by a per cent, the mean of nine by three tenths of one.
+/// Number of initial speeds around that of a file: the 1 ms force of one start scatters by 1 %, the mean of nine by 0.3 %.
 const SPEEDS: i32 = 81;
 
-/// As many initial speeds, -0.4 to +0.4 %, each in contact steps of all parts.
+/// This number of initial speeds, -0.4 to +0.4 %, each with contact steps of all parts.
 fn starts(file: &str, end: &str) -> Result<(), Failed> {
     let of = |sets: &[(&str, &str)]| machine(file, &[&[EXPONENTIAL, ("run.end_time", end)], sets].concat());
     let (speed, largest) = (of(&[])?.rotor.initial_speed, largest_step(file)?);
@@ -152,7 +152,7 @@ fn window() -> Result<(), Failed> {
     Ok(())
 }
 
-/// At a contact step that all of them allow.
+/// Numbers of modes, at a contact step that all of them allow.
 fn modes() -> Result<(), Failed> {
     let step = ("run.contact_step", "3.4e-6 s");
     let of = |rotor: &str, ring: &str| {
@@ -176,7 +176,7 @@ fn grid() -> Result<(), Failed> {
     let machine = machine(TURBINE, &[EXPONENTIAL, SHORT])?;
     let structure = Structure::build(&machine, None)?;
     let of = |spacing: f64, cells: u32| -> Result<RubbingRun, Failed> {
-        // that of the default: the power of two nearest to a 37th of the initial speed
+        // the default spacing: the power of two nearest to a 37th of the initial speed
         let default = libm::exp2(libm::round(libm::log2(machine.rotor.initial_speed / 37.5)));
         let settings = StepSettings { spacing: Some(spacing * default), cells, ..StepSettings::of_step(step) };
         Ok(rubbing_run(&machine, &structure, settings, true)?)
@@ -208,7 +208,7 @@ fn grid() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Contact steps and the default step of `reduced` against `reduced` at an eighth of it, and against the exponential engine's own limit.
+/// Contact steps and the default step of `reduced` against `reduced` at an eighth of that step, and against the limit of the exponential engine.
 fn random_machines(detection: &str) -> Result<(), Failed> {
     let mut all: Vec<[Vec<[[f64; 2]; COMPARED.len()]>; 2]> = Vec::new();
     let names: Vec<String> =
@@ -299,7 +299,7 @@ fn random_machines(detection: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Initial speeds about that of a file in the tables of `places`.
+/// Number of initial speeds around that of a file in the tables of `places`.
 const PLACE_STARTS: i32 = 9;
 
 /// Means of nine starts with one contact place per step, against `reduced` at an eighth of the largest step of the ring.

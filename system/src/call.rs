@@ -1,7 +1,7 @@
-//! Commands as they are printed: with the program as it was called here, quoted for a shell, so that what is read can be pasted.
+//! Commands as they are printed: with the program name as it was called, quoted for a shell, so that a reader can paste them.
 //!
-//! The program is not always on the PATH as `bladeoff`: `cargo run` starts `target/release/bladeoff`, others say `./bladeoff` or a
-//! whole path. The name it was called by holds in the working directory it was called from, which is where its words are read.
+//! The program is not always on the PATH as `bladeoff`: `cargo run` starts `target/release/bladeoff`, and a user may call `./bladeoff` or a
+//! whole path. The printed name is valid in the working directory from which the program was called.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -23,7 +23,7 @@ pub fn program() -> &'static str {
     &PROGRAM
 }
 
-/// A command of this program: `words` follow the program, each one word of a shell whatever is in it.
+/// A command of this program. Each element of `words` becomes one shell word, whatever characters it has.
 #[must_use]
 pub fn command<W: AsRef<OsStr>>(words: impl IntoIterator<Item = W>) -> String {
     let mut text = program().to_owned();
@@ -34,13 +34,13 @@ pub fn command<W: AsRef<OsStr>>(words: impl IntoIterator<Item = W>) -> String {
     text
 }
 
-/// A path as a word of a command: one that begins with `-` is no option.
+/// A path as a word of a command: a path that begins with `-` gets `./` before it, so that it is not read as an option.
 #[must_use]
 pub fn path_word(path: &Path) -> PathBuf {
     if path.as_os_str().as_bytes().starts_with(b"-") { Path::new(".").join(path) } else { path.to_path_buf() }
 }
 
-/// A word of a command line, quoted for a POSIX shell where it has to be; one that ends in a line feed takes bash, ksh or zsh.
+/// Quotes a word for a POSIX shell where that is necessary. A word that ends in a line feed needs bash, ksh or zsh.
 #[must_use]
 pub fn word(text: impl AsRef<OsStr>) -> String {
     let bytes = text.as_ref().as_bytes();
@@ -48,7 +48,7 @@ pub fn word(text: impl AsRef<OsStr>) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) if !text.is_empty() && bytes.iter().all(is_plain) => text.to_owned(),
         Ok(text) if !text.chars().any(char::is_control) => format!("'{}'", text.replace('\'', "'\\''")),
-        // What would change a terminal, or is no text, is spelled out.
+        // Control characters and bytes that are not UTF-8 are printed as octal escapes.
         _ => {
             let spelled = |(at, byte): (usize, &u8)| match byte {
                 b'-' if at == 0 => "\\055".to_owned(),
@@ -56,13 +56,13 @@ pub fn word(text: impl AsRef<OsStr>) -> String {
                 _ => format!("\\{byte:03o}"),
             };
             let spelled: String = bytes.iter().enumerate().map(spelled).collect();
-            // The result of a command loses the line feeds at its end.
+            // A shell removes the line feeds at the end of `$(...)`.
             if bytes.ends_with(b"\n") { format!("$'{spelled}'") } else { format!("\"$(printf '{spelled}')\"") }
         }
     }
 }
 
-/// The name by which `running` can be called again: as it was, if that still leads to it, otherwise its path.
+/// The name by which the program `running` can be called again: the name `called` if it still leads to that file, otherwise the file's path.
 fn name_of(called: &OsStr, search: Option<OsString>, running: &Path) -> OsString {
     let same = |path: &Path| match (fs::metadata(path), fs::metadata(running)) {
         (Ok(one), Ok(other)) => (one.dev(), one.ino()) == (other.dev(), other.ino()),
@@ -79,7 +79,7 @@ fn name_of(called: &OsStr, search: Option<OsString>, running: &Path) -> OsString
     if leads_here {
         return called.to_owned();
     }
-    // A program that was replaced while it runs has no path any more: the new one is called as the old one was.
+    // A program file that was replaced while it runs has no path: the new file is called by the name of the old one.
     match fs::read_link(running) {
         Ok(path) if same(&path) => path.into_os_string(),
         _ if called.is_empty() => "bladeoff".into(),
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(path_word(Path::new("x.toml")), Path::new("x.toml"));
     }
 
-    /// What a shell makes of each word is the word itself.
+    /// A shell reads every quoted word back unchanged.
     #[test]
     fn a_shell_reads_every_word_back() {
         let words: [&[u8]; 11] = [
@@ -142,7 +142,7 @@ mod tests {
         symlink(&real, &running).expect("linked");
         let path = |folders: &[&Path]| Some(std::env::join_paths(folders).expect("a path"));
         let named = |called: &Path, search| PathBuf::from(name_of(called.as_os_str(), search, &running));
-        // By its name where the PATH leads to it first, by any path of it, otherwise by its own.
+        // The plain name where the PATH leads to this program first; any path that leads to it as given; otherwise its real path.
         assert_eq!(named(Path::new("bladeoff"), path(&[&bin, &other])), Path::new("bladeoff"));
         assert_eq!(named(Path::new("bladeoff"), path(&[&other, &bin])), real);
         assert_eq!(named(Path::new("bladeoff"), None), real);

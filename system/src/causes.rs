@@ -2,12 +2,12 @@
 
 use std::error::Error;
 
-/// The errors that led to this one, the nearest first, without itself.
+/// The chain of errors that caused this one, the nearest first, without the error itself.
 pub fn causes<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
     std::iter::successors(error.source(), |&cause| cause.source())
 }
 
-/// An error with all that led to it, in one line.
+/// An error with its chain of causes, in one line.
 #[must_use]
 pub fn with_causes(error: &(dyn Error + 'static)) -> String {
     causes(error).fold(error.to_string(), |text, cause| format!("{text}: {cause}"))

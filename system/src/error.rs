@@ -1,4 +1,4 @@
-//! A file operation that failed, and the one that files and places have in common.
+//! The error of a failed file operation, and the sync of a directory, which files and places share.
 
 use crate::shown;
 use std::fs::File;
@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[error("cannot {action} {}", shown(path))]
 pub struct FileError {
-    /// What was tried ("write", "create", ...).
+    /// Operation that failed ("write", "create", ...).
     pub action: &'static str,
-    /// On what.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What the system said.
+    /// Error of the system.
     #[source]
     pub source: io::Error,
 }
@@ -35,14 +35,14 @@ pub fn sync_parent(file: &Path) -> Result<(), FileError> {
     File::open(directory).and_then(|opened| opened.sync_all()).map_err(FileError::at(SYNC, file))
 }
 
-/// The action of an error where the name of a file cannot be made durable: the file alone tells a reader what is concerned.
+/// Action in the error of a name that cannot be made durable. The path in the error is the file's, which names the file concerned.
 pub(crate) const SYNC: &str = "sync the directory of";
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// "cannot sync ." named no file.
+    /// The message must name the file: "cannot sync ." named none.
     #[test]
     fn an_error_of_a_sync_names_the_file_whose_name_is_lost() {
         let error = sync_parent(Path::new("no-such-folder/results.parquet")).expect_err("there is no such folder");

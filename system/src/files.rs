@@ -1,7 +1,6 @@
 //! Files that are either whole or absent: written aside, synced, renamed, the directory synced.
 //!
-//! Aside is a name that nobody can know before and that nothing has: `NAME.0123abcd.tmp`. So nothing of anybody is in the
-//! way, and nothing of anybody is removed.
+//! The temporary name is unguessable and free: `NAME.0123abcd.tmp`. So no existing file is overwritten or removed.
 
 use std::ffi::OsStr;
 use std::fs::File;
@@ -12,12 +11,12 @@ use std::path::Path;
 pub use crate::error::{FileError, sync_parent};
 use crate::place::Place;
 
-/// Names tried: each is one of four thousand millions.
+/// Temporary names that are tried. Each is one of 2^32, so a second try is hardly ever needed.
 const MOST_NAMES: u32 = 16;
-/// How the name of a file ends that is not whole yet.
+/// End of the name of an unfinished file.
 const TEMPORARY: &str = ".tmp";
 
-/// A file under construction, beside its final place, removed if it is never finished.
+/// A file under construction, beside its final place. Dropping the value without finishing removes the file.
 #[derive(Debug)]
 pub struct Pending {
     file: Option<File>,
@@ -26,7 +25,7 @@ pub struct Pending {
 }
 
 impl Pending {
-    /// Starts a file that will be `path`.
+    /// Starts a file that is later renamed to `path`.
     ///
     /// # Errors
     /// The directory cannot be written; a device or a pipe has the name.
@@ -37,7 +36,7 @@ impl Pending {
         Ok(Self { file: Some(file), temporary, path })
     }
 
-    /// Starts a file that will be `path` and is written beside another place, on the same file system, as if it would be that.
+    /// Starts a file that is later renamed to `path`, with a temporary name beside another place of the same file system.
     ///
     /// # Errors
     /// The directory of that place cannot be written.
@@ -51,30 +50,30 @@ impl Pending {
         self.file.as_mut().expect("present until finish consumes self")
     }
 
-    /// Its final name.
+    /// Final name of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The name that it has until it is finished.
+    /// Name of the file until it is finished.
     #[must_use]
     pub fn temporary(&self) -> &Path {
         &self.temporary
     }
 
-    /// Makes it durable under its final name.
+    /// Syncs the file and renames it to its final name, durably.
     ///
     /// # Errors
-    /// Disk full, or the rename or sync failed; nothing is left under the final name then.
+    /// Disk full, or the rename or sync failed; no file has the final name then.
     pub fn finish(self) -> Result<(), FileError> {
         self.finish_by(Place::rename_to)
     }
 
-    /// The same, unless something has that name meanwhile.
+    /// Finishes the file like [`Pending::finish`], but never replaces a file that has the final name by then.
     ///
     /// # Errors
-    /// As [`Pending::finish`]; something has the name.
+    /// As [`Pending::finish`]; a file has the final name.
     pub fn finish_new(self) -> Result<(), FileError> {
         self.finish_by(Place::rename_to_free)
     }
@@ -87,7 +86,7 @@ impl Pending {
         self.path.sync_parent()
     }
 
-    /// Gives it its final name without waiting for the disk: after a power cut the file may be the one before, or none.
+    /// Renames the file to its final name without a sync: after a power cut, the previous file or no file may be there.
     ///
     /// # Errors
     /// The rename failed.
@@ -104,7 +103,7 @@ impl Drop for Pending {
     }
 }
 
-/// Makes a new file beside a place, by one of its functions, under a name of its own; gives that, too.
+/// Creates a file beside `path` with the given function of [`Place`], under a free temporary name; returns the file and its place.
 ///
 /// # Errors
 /// The directory cannot be written.
@@ -121,14 +120,14 @@ pub fn create_beside(path: &Place, create: fn(&Place) -> Result<File, FileError>
     Err(FileError::at("create", path)(last))
 }
 
-/// Eight digits that nobody else can know before.
+/// Eight hexadecimal digits that other users cannot predict.
 #[must_use]
 pub fn unguessable() -> String {
     // A keyed hash, the key being the system's random numbers.
     format!("{:08x}", RandomState::new().hash_one(std::process::id()) >> 32)
 }
 
-/// Whether a name is one under which the file `of` was begun, by this build or an earlier one.
+/// Whether `name` is a temporary name of the file `of`, as this build or an earlier one forms it.
 #[must_use]
 pub fn is_temporary(name: &OsStr, of: &str) -> bool {
     let rest = name.to_str().and_then(|name| name.strip_prefix(of)?.strip_suffix(TEMPORARY));
@@ -144,7 +143,7 @@ pub fn write_whole(path: impl Into<Place>, bytes: &[u8]) -> Result<(), FileError
     written(path.into(), bytes)?.finish()
 }
 
-/// The same of a file that nothing has the name of.
+/// Writes a whole file durably, under a name that must be free.
 ///
 /// # Errors
 /// As [`Pending::finish_new`].

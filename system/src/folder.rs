@@ -1,4 +1,4 @@
-//! A directory that is held open: names in it are looked up in it, whatever becomes of its path.
+//! A directory that is held open: names are looked up in the open directory, even if it is moved or its path is replaced.
 
 use std::ffi::{OsStr, OsString};
 use std::io;
@@ -13,14 +13,14 @@ use rustix::fs::{self, CWD, Dir, Mode, OFlags, Stat};
 use crate::error::FileError;
 use crate::place::{Place, Unfit, gone, identity};
 
-/// What has become of an open directory.
+/// State of a directory since it was opened.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Standing {
-    /// It is where it was opened, or nobody can tell.
+    /// The directory is still at its path, or its state cannot be read.
     Here,
-    /// It was removed.
+    /// The directory was removed.
     Removed,
-    /// It has another path now, if the system tells which.
+    /// The directory was moved; the new path if the system reports one.
     Moved(Option<PathBuf>),
 }
 
@@ -38,17 +38,17 @@ impl AsFd for Folder {
 }
 
 impl Folder {
-    /// Opens a directory by the path that the user gave; a symbolic link in it is the user's.
+    /// Opens a directory by the path that the user gave; symbolic links in that path are followed.
     ///
     /// # Errors
-    /// It is not there, is no directory, or may not be read.
+    /// The path does not exist, is not a directory, or cannot be read.
     pub fn open(path: &Path) -> io::Result<Self> {
         let named = if path.as_os_str().is_empty() { Path::new(".") } else { path };
         let fd = fs::openat(CWD, named, OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty())?;
         Ok(Self { fd: Arc::new(fd), path: path.to_path_buf() })
     }
 
-    /// Opens a directory in it, not through a link.
+    /// Opens a subdirectory, but not through a symbolic link.
     ///
     /// # Errors
     /// As [`Folder::open`].
@@ -59,23 +59,23 @@ impl Folder {
         Ok(Self { fd: Arc::new(fd), path: self.path.join(name) })
     }
 
-    /// A name in it.
+    /// The place of a name in this directory.
     #[must_use]
     pub fn place(&self, name: impl AsRef<OsStr>) -> Place {
         let name = name.as_ref();
         Place::within(Arc::clone(&self.fd), name, self.path.join(name))
     }
 
-    /// The path it was opened by, for messages.
+    /// The path by which the directory was opened, for messages.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Every name in it, but `.` and `..`.
+    /// All names in the directory except `.` and `..`.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The directory cannot be read.
     pub fn names(&self) -> io::Result<Vec<OsString>> {
         let mut names = Vec::new();
         for entry in Dir::read_from(&self.fd)? {
@@ -88,7 +88,7 @@ impl Folder {
         Ok(names)
     }
 
-    /// Makes the names in it durable.
+    /// Makes the names in this directory durable.
     ///
     /// # Errors
     /// The system refused.
@@ -96,7 +96,7 @@ impl Folder {
         fs::fsync(&self.fd).map_err(|errno| FileError::at("sync", &self.path)(errno.into()))
     }
 
-    /// What the system knows of it.
+    /// Status of the open directory (`fstat`).
     ///
     /// # Errors
     /// The system refused.
@@ -104,7 +104,7 @@ impl Folder {
         Ok(fs::fstat(&self.fd)?)
     }
 
-    /// Whether it is still the directory at its path. What cannot be looked at is taken to be unchanged.
+    /// Compares the open directory with the one at its path. A directory whose status cannot be read counts as unchanged.
     #[must_use]
     pub fn standing(&self) -> Standing {
         let Ok(held) = fs::fstat(&self.fd) else { return Standing::Here };
@@ -122,7 +122,7 @@ impl Folder {
 
     fn moved(&self) -> Standing {
         let path = std::fs::read_link(format!("/proc/self/fd/{}", self.fd.as_raw_fd())).ok();
-        // Some file systems keep no count of the names of a directory.
+        // Some file systems keep no link count of directories.
         if path.as_ref().is_some_and(|path| path.as_os_str().as_bytes().ends_with(b" (deleted)")) {
             return Standing::Removed;
         }

@@ -1,4 +1,4 @@
-//! Libraries that answer damaged files, or the lack of files that may be opened, with a panic.
+//! Guard for libraries that panic on a damaged file, or when no more files can be opened.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,13 +7,13 @@ thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether a panic of this thread is taken for damage of the file that is being read, or what else its caller expects, and none of ours.
+/// Whether this thread runs inside [`guarded`]: a panic there means a damaged file or another failure that the caller handles, not a defect here.
 #[must_use]
 pub fn is_guarded() -> bool {
     IS_GUARDED.get()
 }
 
-/// What a library makes; `None` if it panicked: the file that it reads is damaged.
+/// Runs a library function. `None`: the function panicked, because the file that it reads is damaged.
 pub fn guarded<T>(read: impl FnOnce() -> T) -> Option<T> {
     let before = IS_GUARDED.replace(true);
     let result = catch_unwind(AssertUnwindSafe(read));

@@ -1,9 +1,8 @@
 //! Files, folders, locks, threads and random numbers for all packages that read and write.
 //!
-//! [`files`] are written whole or not at all; [`folder`] and [`place`] say how what lies in a directory that others may write in
-//! is opened, [`locks`] who keeps a file locked; [`threads`] and [`guarded`] make errors of what libraries answer with a panic; [`call`] is how a command of this
-//! program is printed, so that it can be pasted, [`shown`] how a path is, [`with_causes`] how an error; [`random`] is
-//! what storms and tests draw from.
+//! [`files`] writes files whole or not at all. [`folder`] and [`place`] open files safely in directories that other users may write in.
+//! [`locks`] finds the holder of a file lock. [`threads`] and [`guarded`] turn panics of libraries into errors. [`call`] formats commands of
+//! this program for pasting, [`shown`] paths, and [`with_causes`] errors. [`random`] provides reproducible random numbers for fault tests.
 
 pub mod call;
 mod causes;

@@ -1,8 +1,7 @@
-//! Holder of a lock of the kernel (`flock`), from `/proc/locks`, which every user may read.
+//! Holder of a kernel lock (`flock`), from `/proc/locks`, which every user may read.
 //!
-//! Not told are holders on other hosts of a shared file system and in containers that this one does not see. Some file systems
-//! number their devices otherwise there than in `stat`: then a process counts that is known from elsewhere and holds a lock on a file of the
-//! same number.
+//! Holders on other hosts of a shared file system are not listed, nor those in containers that this one cannot see. Some file systems have
+//! another device number in `/proc/locks` than in `stat`. Then only the expected process counts, if it holds a lock on a file with the same inode.
 
 use crate::place::Identity;
 use bladeoff_text::document::visible;
@@ -17,16 +16,16 @@ use std::os::unix::fs::MetadataExt;
 pub struct LockHolder {
     /// Process id.
     pub pid: u32,
-    /// Whose it is.
+    /// User id of the process.
     pub user: u32,
-    /// Name of its program, if that is known.
+    /// Name of its program, if it can be read.
     pub program: Option<String>,
-    /// Its process id in a container of its own, if it is in one.
+    /// Process id inside its container, if the process runs in one.
     pub inner: Option<u32>,
 }
 
 impl LockHolder {
-    /// Whether it is the process that has this number for itself; `is_here`: it says so of this system, not of a container.
+    /// Whether the process calls itself `pid`. `is_here`: `pid` was recorded on this system, not inside a container.
     #[must_use]
     pub fn is_process(&self, pid: u32, is_here: bool) -> bool {
         is_here && self.pid == pid || self.inner == Some(pid)
@@ -43,20 +42,20 @@ impl fmt::Display for LockHolder {
     }
 }
 
-/// A process that holds a lock on a file; `expected`: the one that is taken where several do. `None`: none is told.
+/// The living process that holds a lock on a file; `None` if none is listed. Where several hold it, `expected` is preferred.
 ///
 /// # Errors
-/// The system tells of no locks.
+/// `/proc/locks` cannot be read.
 pub fn holder(file: Identity, expected: Option<u32>) -> io::Result<Option<LockHolder>> {
     let told = fs::read_to_string("/proc/locks")?;
     Ok(pids(&told, file, expected).into_iter().find_map(living))
 }
 
-/// The processes that are told to hold a lock on it, the expected one first.
+/// Ids of the processes that hold a lock on the file according to `told`, the expected one first.
 fn pids(told: &str, (device, number): Identity, expected: Option<u32>) -> Vec<u32> {
     let mut found = Vec::new();
     for line in told.lines() {
-        // 1: FLOCK  ADVISORY  WRITE 3044 fe:00:10158374 0 EOF; who waits has -> behind the number.
+        // 1: FLOCK  ADVISORY  WRITE 3044 fe:00:10158374 0 EOF; a waiting process has -> behind the number.
         let words: Vec<&str> = line.split_whitespace().collect();
         let [_, "FLOCK", _, _, pid, place, ..] = words[..] else { continue };
         let Ok(pid) = pid.parse::<u32>() else { continue };
@@ -78,7 +77,7 @@ fn living(pid: u32) -> Option<LockHolder> {
     let user = fs::metadata(format!("/proc/{pid}")).ok()?.uid();
     let program = fs::read_to_string(format!("/proc/{pid}/comm")).ok().map(|name| name.trim_end().to_owned());
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
-    // Its numbers from here inwards.
+    // Ids of the process, from this namespace inwards.
     let numbers = status.lines().find_map(|line| line.strip_prefix("NSpid:")).unwrap_or_default();
     let inner = numbers.split_whitespace().skip(1).last().and_then(|number| number.parse().ok());
     Some(LockHolder { pid, user, program, inner })

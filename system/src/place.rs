@@ -1,9 +1,9 @@
-//! Names in a directory that is held open, and what may stand under them: regular files, not reached through links.
+//! Names in a directory that is held open. Only regular files are used, and no symbolic links are followed.
 //!
-//! Whoever else can write in a directory can put a link, a pipe, a device or a huge file under any name that we use. So a
-//! name is looked up in the directory that was opened and checked ([`Folder`](crate::folder::Folder)), whatever becomes of its path; the last step
-//! follows no symbolic link, opening waits for nobody, and what was opened is a regular file, or it is not used. What is read
-//! whole has a limit; what is written in place has no second name.
+//! Another user who can write in a directory can put a link, a pipe, a device or a huge file under any name in it. So a name is looked up in
+//! the directory that was opened and checked ([`Folder`](crate::folder::Folder)), even if the path of that directory changes. The last step
+//! follows no symbolic link and opening never blocks. An opened file is used only if it is regular. A file that is read whole has a size
+//! limit; a file that is written in place has no second name.
 
 use crate::shown;
 use std::ffi::OsStr;
@@ -20,33 +20,33 @@ use rustix::process::geteuid;
 
 use crate::error::{FileError, SYNC, sync_parent};
 
-/// Why what stands under a name is not used.
+/// Reason for not using the file under a name.
 #[derive(Debug, thiserror::Error)]
 pub enum Unfit {
     /// A directory, device, pipe ...
     #[error("it is {0} and not a regular file")]
     Kind(&'static str),
-    /// A symbolic link, where none is followed.
+    /// A symbolic link, where links are not followed.
     #[error("it is a symbolic link, which is not followed here")]
     Link,
-    /// Too large to be what it should be.
+    /// A file that exceeds the size limit.
     #[error("it has {bytes} bytes; at most {limit} are read")]
     TooLarge {
-        /// Its size.
+        /// Size of the file.
         bytes: u64,
         /// Largest allowed.
         limit: u64,
     },
-    /// A file that would be written in place, with another name somewhere.
+    /// A file that would be written in place but has a second hard link.
     #[error(
         "it has a second name ({links} hard links), and writing it would change that file, too; remove it, or copy \
          the directory"
     )]
     Links {
-        /// Number of its names.
+        /// Number of hard links.
         links: u64,
     },
-    /// The system refused.
+    /// Error of the system.
     #[error(transparent)]
     Io(#[from] io::Error),
 }
@@ -66,11 +66,11 @@ impl From<Unfit> for io::Error {
     }
 }
 
-/// Which file it is, whatever its names: device and number.
+/// Identity of a file, independent of its names: device and inode number.
 pub type Identity = (u64, u64);
 
-/// A name in an open directory, or a path as a whole. It can be used as a path in messages; whoever opens it goes through
-/// its own functions, none of which follows a symbolic link under the name itself (but [`Place::named`]).
+/// A name in an open directory, or a path as a whole. Messages use it as a path. Files are opened by its own functions only, none of which
+/// follows a symbolic link under the name itself (except for [`Place::named`]).
 #[derive(Debug, Clone)]
 pub struct Place {
     base: Option<Arc<OwnedFd>>,
@@ -80,7 +80,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// A file that the user names: a link is followed, who put it there has decided it.
+    /// A file that the user names. Symbolic links are followed: the user is responsible for them.
     #[must_use]
     pub fn named(path: &Path) -> Self {
         Self { follows: true, ..Self::from(path) }
@@ -91,7 +91,7 @@ impl Place {
         Self { base: Some(base), name: name.into(), path, follows: false }
     }
 
-    /// The same name with more behind it.
+    /// Appends `suffix` to the name; the directory stays the same.
     #[must_use]
     pub fn with_suffix(&self, suffix: &str) -> Self {
         let longer = |path: &Path| {
@@ -118,37 +118,37 @@ impl Place {
         fs::statat(self.base(), &self.name, flags)
     }
 
-    /// Whether anything stands under the name, a broken link included.
+    /// Whether any file has this name, including a broken link.
     #[must_use]
     pub fn exists(&self) -> bool {
         self.stat().is_ok()
     }
 
-    /// Whether a regular file stands there.
+    /// Whether a regular file has this name.
     #[must_use]
     pub fn is_file(&self) -> bool {
         self.stat().is_ok_and(|found| fit(&found).is_ok())
     }
 
-    /// Whether something stands there that is no regular file.
+    /// Whether the name is taken by anything but a regular file.
     #[must_use]
     pub fn is_there_but_no_file(&self) -> bool {
         self.stat().is_ok_and(|found| fit(&found).is_err())
     }
 
-    /// Whether a symbolic link stands there.
+    /// Whether the name is a symbolic link.
     pub(crate) fn is_link(&self) -> bool {
         let found = fs::statat(self.base(), &self.name, AtFlags::SYMLINK_NOFOLLOW);
         found.is_ok_and(|found| FileType::from_raw_mode(found.st_mode) == FileType::Symlink)
     }
 
-    /// Whose it is that stands there, if anything does.
+    /// User id of the owner of the file; `None` if there is no file.
     #[must_use]
     pub fn owner(&self) -> Option<u32> {
         self.stat().ok().map(|found| found.st_uid)
     }
 
-    /// Which file stands there; `None` if none does.
+    /// Identity of the file; `None` if there is no file.
     ///
     /// # Errors
     /// The system refused.
@@ -161,7 +161,7 @@ impl Place {
     }
 
     fn open_as(&self, flags: OFlags, mode: Mode) -> Result<File, Unfit> {
-        // Looked at before it is opened, which may do something to a device, and again after.
+        // Checked before opening, because opening a device can have side effects, and again afterwards.
         match self.stat() {
             Ok(found) => fit(&found)?,
             Err(errno) if gone(errno) && flags.contains(OFlags::CREATE) => {}
@@ -180,7 +180,7 @@ impl Place {
     /// Opens a regular file to be read.
     ///
     /// # Errors
-    /// It is not there, is something else, or may not be read.
+    /// The file does not exist, is not a regular file, or cannot be read.
     pub fn open(&self) -> Result<File, FileError> {
         self.open_as(OFlags::RDONLY, FILE_MODE).map_err(|unfit| FileError::at("read", &self.path)(unfit.into()))
     }
@@ -188,12 +188,12 @@ impl Place {
     /// Opens a regular file that has no other name, to be read and written in place.
     ///
     /// # Errors
-    /// As [`Place::open`]; it has another name.
+    /// As [`Place::open`]; the file has a second name.
     pub fn open_own(&self) -> Result<File, FileError> {
         self.open_to("write", OFlags::RDWR, FILE_MODE)
     }
 
-    /// The same; it is made if it is not there. Closed to others: who may open a file may lock it, too.
+    /// Opens a file like [`Place::open_own`] and creates it if it is missing. Other users get no permissions: who may open a file may also lock it.
     ///
     /// # Errors
     /// As [`Place::open_own`].
@@ -203,7 +203,7 @@ impl Place {
         Ok(file)
     }
 
-    /// The same to be written to at its end only, for others to read.
+    /// Opens a file for appending, readable by other users, and creates it if it is missing.
     ///
     /// # Errors
     /// As [`Place::open_own`].
@@ -220,15 +220,15 @@ impl Place {
         open().map_err(|unfit: Unfit| FileError::at(action, &self.path)(unfit.into()))
     }
 
-    /// Makes a new file to be read and written, for others to read.
+    /// Creates a new file for reading and writing, readable by other users.
     ///
     /// # Errors
-    /// Something has the name; the directory it is in may not be written.
+    /// The name is taken, or the directory cannot be written.
     pub fn create_new(&self) -> Result<File, FileError> {
         self.create_with(FILE_MODE)
     }
 
-    /// The same, closed to others.
+    /// Creates a new file for reading and writing, without permissions for other users.
     ///
     /// # Errors
     /// As [`Place::create_new`].
@@ -245,7 +245,7 @@ impl Place {
     /// Reads a regular file of at most `limit` bytes.
     ///
     /// # Errors
-    /// Why it is not read.
+    /// [`Unfit`]: the reason for not reading the file.
     pub fn read_checked(&self, limit: u64) -> Result<Vec<u8>, Unfit> {
         let file = self.open_as(OFlags::RDONLY, FILE_MODE)?;
         let bytes = file.metadata()?.len();
@@ -253,20 +253,20 @@ impl Place {
             return Err(Unfit::TooLarge { bytes, limit });
         }
         let mut read = Vec::with_capacity(usize::try_from(bytes).unwrap_or_default() + 1);
-        // It may grow meanwhile, and what the system makes up (/proc) has no size.
+        // The file may grow meanwhile, and generated files (/proc) report no size.
         file.take(limit + 1).read_to_end(&mut read)?;
         if read.len() as u64 > limit { Err(Unfit::TooLarge { bytes: read.len() as u64, limit }) } else { Ok(read) }
     }
 
-    /// The same, as an error of a file.
+    /// As [`Place::read_checked`], with the error of a file operation.
     ///
     /// # Errors
-    /// Why it is not read.
+    /// The file is not read; the source of the error is the reason.
     pub fn read(&self, limit: u64) -> Result<Vec<u8>, FileError> {
         self.read_checked(limit).map_err(|unfit| FileError::at("read", &self.path)(unfit.into()))
     }
 
-    /// Removes what has the name, a directory excepted; says whether anything was there.
+    /// Removes the file under this name, but no directory. Returns whether there was one.
     ///
     /// # Errors
     /// The system refused.
@@ -286,7 +286,7 @@ impl Place {
         Ok(fs::unlinkat(self.base(), &self.name, AtFlags::REMOVEDIR)?)
     }
 
-    /// Makes a directory that others cannot write in.
+    /// Creates a directory that other users cannot write in.
     ///
     /// # Errors
     /// The system refused.
@@ -294,11 +294,11 @@ impl Place {
         Ok(fs::mkdirat(self.base(), &self.name, Mode::from_bits_truncate(0o755))?)
     }
 
-    /// Whether a file that a user names may be replaced by a new one: nothing stands there, or a regular file, or a link to one. A device, a
-    /// pipe or what stands for an open file (`/dev/stdout`) would be lost to everybody who uses it.
+    /// Checks that a file named by the user may be replaced by a new one: the name is free, or a regular file or a link to one. A device, a
+    /// pipe or an open file (`/dev/stdout`) must stay in place for the programs that use it.
     ///
     /// # Errors
-    /// Something else stands there.
+    /// The name is taken by anything else.
     pub fn may_be_replaced(&self) -> Result<(), FileError> {
         if self.base.is_some() {
             return Ok(());
@@ -316,7 +316,7 @@ impl Place {
         }
     }
 
-    /// Gives what has this name another one, in place of what has that.
+    /// Renames the file to `other` and replaces the file there.
     ///
     /// # Errors
     /// The system refused.
@@ -324,13 +324,13 @@ impl Place {
         Ok(fs::renameat(self.base(), &self.name, other.base(), &other.name)?)
     }
 
-    /// The same, unless something has the other name.
+    /// Renames the file to `other` if that name is free.
     ///
     /// # Errors
     /// The system refused.
     pub fn rename_to_free(&self, other: &Self) -> io::Result<()> {
         match fs::renameat_with(self.base(), &self.name, other.base(), &other.name, RenameFlags::NOREPLACE) {
-            // A file system without that.
+            // The file system does not support this flag.
             Err(rustix::io::Errno::INVAL | rustix::io::Errno::NOSYS) if !other.exists() => self.rename_to(other),
             renamed => Ok(renamed?),
         }
@@ -339,7 +339,7 @@ impl Place {
     /// Exchanges two names.
     ///
     /// # Errors
-    /// The system refused, or cannot do it.
+    /// The system refused, or does not support the exchange.
     pub fn exchange_with(&self, other: &Self) -> io::Result<()> {
         Ok(fs::renameat_with(self.base(), &self.name, other.base(), &other.name, RenameFlags::EXCHANGE)?)
     }
@@ -347,12 +347,12 @@ impl Place {
     /// Gives a file a second name.
     ///
     /// # Errors
-    /// Something has that name; the file system knows no second names.
+    /// The name `other` is taken, or the file system does not support hard links.
     pub fn link_to(&self, other: &Self) -> io::Result<()> {
         Ok(fs::linkat(self.base(), &self.name, other.base(), &other.name, AtFlags::empty())?)
     }
 
-    /// Makes the names of the directory it is in durable.
+    /// Makes the names in the parent directory durable.
     ///
     /// # Errors
     /// The system refused.
@@ -404,11 +404,11 @@ impl fmt::Display for Place {
 }
 
 const FILE_MODE: Mode = Mode::from_bits_truncate(0o644);
-/// Of files that nobody else may lock: whoever may open a file, be it to read, may do that.
+/// Mode of files that only their owner may lock: every user who may open a file, even just for reading, may lock it.
 const CLOSED_MODE: Mode = Mode::from_bits_truncate(0o600);
 const OTHERS: Mode = Mode::from_bits_truncate(0o077);
 
-/// Takes from others what they may do with an open file of this user. A file system without permissions leaves it as it is.
+/// Removes the permissions of other users from an open file of this user. A file system without permissions is left as it is.
 pub fn close_to_others(file: &File) {
     let Ok(found) = fs::fstat(file) else { return };
     let mode = Mode::from_raw_mode(found.st_mode);
@@ -417,7 +417,7 @@ pub fn close_to_others(file: &File) {
     }
 }
 
-/// Which file it is.
+/// Device and inode number of a file.
 #[must_use]
 pub fn identity(stat: &Stat) -> Identity {
     #[allow(clippy::useless_conversion, clippy::unnecessary_cast, reason = "their types differ between systems")]
@@ -429,7 +429,7 @@ fn links(stat: &Stat) -> u64 {
     (stat.st_nlink as u64)
 }
 
-/// Nothing has that name.
+/// Whether the error means that the name does not exist.
 pub(crate) fn gone(errno: rustix::io::Errno) -> bool {
     matches!(errno, rustix::io::Errno::NOENT | rustix::io::Errno::NOTDIR)
 }

@@ -1,4 +1,4 @@
-//! Tests of what a place contains and of its replacement.
+//! Tests of file checks by a place, and of replacing files.
 
 use super::*;
 use crate::folder::Folder;
@@ -39,7 +39,7 @@ fn only_regular_files_are_opened_and_nothing_is_waited_for() {
     }
     assert_eq!(std::fs::read(directory.path().join("whole")).expect("there"), b"0123456789");
     assert!(!directory.path().join("nowhere").exists());
-    // A link is followed where the user names it.
+    // A link is followed if the user names it.
     symlink("whole", directory.path().join("named")).expect("linked");
     assert_eq!(Place::named(&directory.path().join("named")).read_checked(10).expect("read"), b"0123456789");
     assert!(Place::named(Path::new("/dev/zero")).read_checked(10).is_err());
@@ -67,7 +67,7 @@ fn what_may_be_locked_is_closed_to_others_from_its_making_and_when_it_is_opened_
     folder.place("lock").open_or_create().expect("made");
     folder.place("record").create_closed().expect("made");
     assert_eq!((mode("lock"), mode("record")), (0o600, 0o600));
-    // As earlier builds made it.
+    // The mode that earlier builds set.
     let open = std::fs::Permissions::from_mode(0o664);
     std::fs::set_permissions(directory.path().join("lock"), open).expect("opened to others");
     folder.place("lock").open_or_create().expect("opened");

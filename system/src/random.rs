@@ -1,6 +1,6 @@
-//! Numbers that look random and are the same each time: splitmix64 (Steele, Lea, Flood 2014), for storms, faults and tests.
+//! Reproducible pseudorandom numbers: splitmix64 (Steele, Lea, Flood 2014), for faults and tests.
 
-/// A sequence of its own for every seed.
+/// A sequence of numbers determined by its seed.
 #[derive(Debug, Clone)]
 pub struct SplitMix(pub u64);
 
@@ -22,7 +22,7 @@ impl SplitMix {
     }
 }
 
-/// Bits mixed so that each depends on all: one to one.
+/// One-to-one mixing of bits: each bit of the result depends on all bits of the argument.
 #[inline]
 #[must_use]
 pub fn finaliser(mut z: u64) -> u64 {

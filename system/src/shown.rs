@@ -1,11 +1,10 @@
-//! Paths as messages show them.
+//! Paths in messages.
 
 use bladeoff_text::document::visible;
 use std::path::Path;
 
-/// A path in one line, whatever is in its names: what would act on a terminal or end the line is made visible, and what is no
-/// text is replaced. For everything that a person reads; a path that is used again, or goes into a command
-/// ([`crate::call::word`]) or a file, stays as it is.
+/// A path in one line: characters that act on a terminal or end the line are escaped, and bytes that are not text are replaced. For output
+/// that a person reads. Paths that are used again, or become part of a command ([`crate::call::word`]) or a file, stay unchanged.
 ///
 /// Verified by `a_name_with_a_line_feed_adds_no_line` in `tests/program/escapes.rs`.
 #[must_use]

@@ -1,16 +1,16 @@
-//! Threads for what is computed here and not by workers. Where none can be started, that is an error and no panic.
+//! Threads for computations in the main process instead of in workers. A thread that cannot be started is an error, not a panic.
 
 use std::io;
 
-/// Stack of a thread that the standard library starts \[bytes\].
+/// Stack size of a thread started by the standard library \[bytes\].
 const STACK: u64 = 2 << 20;
 
-/// Address space of a command beside its threads, and of each thread with its allocator \[bytes\]. A study of 12 transients on 2 cores ran out of
-/// memory at 225 MB.
+/// Address space \[bytes\] of a command without its threads, and of each thread including its allocator. A study of 12 transients on 2 cores
+/// ran out of memory at 225 MB.
 const BASE: u64 = 400_000_000;
 const PER_THREAD: u64 = 8_000_000;
 
-/// A limit of the address space with which a command would be ended by the system.
+/// The limit on the address space is below the need of the command, which the system would end.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "the address space is limited to {} MB (ulimit -v {}), and {} MB are needed for {threads} threads; raise the limit with \
@@ -46,15 +46,15 @@ pub fn check_address_space() -> Result<(), AddressSpaceError> {
 #[derive(Debug, thiserror::Error)]
 #[error("starting {threads} threads failed; {}", thread_limit())]
 pub struct ThreadsError {
-    /// How many.
+    /// Number of threads.
     pub threads: usize,
-    /// What the system said.
+    /// Error of the system.
     #[source]
     pub source: io::Error,
 }
 
-/// The limit on the number of threads, in words: a limit of the address space leaves no room for their stacks, and the system reports it as a lack of
-/// threads.
+/// Describes the limit on the number of threads. The system also reports a lack of threads when a limit on the address space leaves no room
+/// for their stacks.
 #[must_use]
 pub fn thread_limit() -> String {
     match rustix::process::getrlimit(rustix::process::Resource::As).current {
@@ -69,7 +69,7 @@ pub fn thread_limit() -> String {
     }
 }
 
-/// Does work in which rayon's iterators find one thread per core (or `RAYON_NUM_THREADS`).
+/// Runs `work` in a pool with one thread per core (or `RAYON_NUM_THREADS`), which rayon's iterators use.
 ///
 /// # Errors
 /// The threads cannot be started.
@@ -77,10 +77,10 @@ pub fn in_parallel<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Thread
     Ok(pool()?.install(work))
 }
 
-/// Whether as many threads can be started, now.
+/// Checks that the threads of the pool can be started now.
 ///
 /// # Errors
-/// They cannot.
+/// [`ThreadsError`] if they cannot be started.
 pub fn check() -> Result<(), ThreadsError> {
     pool().map(drop)
 }
@@ -94,13 +94,13 @@ fn threads() -> usize {
 
 fn pool() -> Result<rayon::ThreadPool, ThreadsError> {
     let threads = threads();
-    // Threads that start until the address space is used up leave none for what they allocate: the process would end by a signal.
+    // Threads that use up the address space with their stacks leave none to allocate from: a signal would end the process.
     let stacks = STACK.saturating_mul(threads as u64);
     if rustix::process::getrlimit(rustix::process::Resource::As).current.is_some_and(|limit| stacks > limit) {
         let needed = format!("their stacks alone need {} MB", stacks / 1_000_000);
         return Err(ThreadsError { threads, source: io::Error::other(needed) });
     }
-    // The library's error says what the system said, and says it again as its source.
+    // The library's error has the system's error both in its message and as its source, so only the message is kept.
     let failed =
         |error: rayon::ThreadPoolBuildError| ThreadsError { threads, source: io::Error::other(error.to_string()) };
     rayon::ThreadPoolBuilder::new().build().map_err(failed)

@@ -53,7 +53,7 @@ pub enum SolverError {
         /// Number in the plan.
         expected: usize,
     },
-    /// Number that is no index into the choices.
+    /// Number that is not an index into the choices.
     #[error("{path}: {value} is not a number from 0 to {last}")]
     Choice {
         /// The parameter.
@@ -76,7 +76,7 @@ impl CoreSolver {
             let path = def.resolve(path).map_err(SolverError::Path)?;
             def.set(&path, value).map_err(SolverError::Value)?;
         }
-        // a plan names every other one (`planned_engine`)
+        // a plan with another engine names it (`planned_engine`)
         if def.engine().is_some_and(|choice| choice.is_auto()) {
             def.settle(Engine::Reduced);
         }
@@ -103,9 +103,9 @@ impl CoreSolver {
         self.simulate(sample.params).unwrap_or_else(|error| {
             eprintln!("sample {} cannot be computed: {error}", sample.number);
             failed(match error {
-                // its sag or its steady state is no number of the study, and not every start of a large one is tried before it runs
+                // the sag or the steady state is not an input of the study, and a large study does not try every start before its run
                 SolverError::Start(StartError::StartsOutside { .. }) => Cause::OutsideRing,
-                // nor is every basis, nor what an unbalance feeds back into a torsional mode without damping
+                // a study does not try every basis either, nor the feedback of an unbalance into an undamped torsional mode
                 SolverError::Start(StartError::NoBasis { .. } | StartError::NotCovered { .. }) => Cause::NoBasis,
                 _ => Cause::Panicked,
             })
@@ -120,16 +120,16 @@ impl CoreSolver {
     /// Builds machine and structure of one sample.
     ///
     /// # Errors
-    /// A sample that makes no machine.
+    /// A sample whose parameters do not give a machine.
     pub fn prepare(&mut self, params: &[f64]) -> Result<(Machine, &Structure), SolverError> {
         self.prepare_changed(params, |_| Ok(()))
     }
 
-    /// Builds machine and structure of one sample after `change` has set further values. These stay set: the solver computes no
-    /// other sample.
+    /// Builds machine and structure of one sample after `change` has set further values. These values stay set, so the solver must not compute other
+    /// samples.
     ///
     /// # Errors
-    /// A sample that makes no machine; what `change` returns.
+    /// A sample whose parameters do not give a machine; errors of `change`.
     pub fn prepare_changed<E: From<SolverError>>(
         &mut self,
         params: &[f64],
@@ -147,7 +147,7 @@ impl CoreSolver {
         let structure = match self.structure.take() {
             Some(structure) if structure.fits(&machine) => self.structure.insert(structure),
             last => {
-                // A sample that changes inputs of the basis has a basis of its own.
+                // A sample that changes inputs of the basis gets a separate basis.
                 let structure = match (Structure::build(&machine, self.basis.as_ref()), last) {
                     (Err(BasisError::OtherStructure { .. }), Some(last)) => last.rebuilt(&machine),
                     (Err(BasisError::OtherStructure { .. }), None) => Structure::build(&machine, None),

@@ -1,4 +1,4 @@
-//! Worker as a process: end with its parent, memory limit, program identity, exit codes.
+//! Process of a worker: end with its parent, memory limit, identity of the program, exit codes.
 
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::MetadataExt;
@@ -8,7 +8,7 @@ use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal};
 
 /// Exit code: invalid command line.
 pub const EXIT_USAGE: u8 = 2;
-/// Exit code: plan unreadable or unexpected, or no solver for it.
+/// Exit code: the plan is unreadable or unexpected, or has no solver.
 pub const EXIT_PLAN: u8 = 3;
 /// Exit code: no connection to the orchestrator, or a broken one.
 pub const EXIT_CONNECTION: u8 = 6;
@@ -18,10 +18,10 @@ pub const OUT_OF_MEMORY_WORDS: &str = "memory allocation of";
 /// Error of the set-up of a worker's process.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// The parent has ended meanwhile.
+    /// The parent process has ended before the death signal was set.
     #[error("the orchestrator (process {expected}) has ended")]
     ParentGone {
-        /// Its process id.
+        /// Process id of the parent.
         expected: u32,
     },
     /// The system refused.
@@ -29,7 +29,7 @@ pub enum ProcessError {
     System {
         /// Failed action.
         doing: &'static str,
-        /// Why.
+        /// Error of the system.
         #[source]
         source: std::io::Error,
     },
@@ -39,11 +39,11 @@ fn system<E: Into<std::io::Error>>(doing: &'static str) -> impl FnOnce(E) -> Pro
     move |source| ProcessError::System { doing, source: source.into() }
 }
 
-/// Makes the kernel kill this process when the thread that started it ends, also in the middle of a sample or stopped,
-/// and returns the parent's pidfd for an orderly end where there is time for one.
+/// Makes the kernel kill this process when the thread that started it ends, even in the middle of a sample or while stopped. Returns the
+/// pidfd of the parent, for an orderly end where time allows.
 ///
 /// # Errors
-/// [`ProcessError::ParentGone`] if it was too late.
+/// [`ProcessError::ParentGone`] if the parent has ended already; otherwise an error of the system.
 pub fn end_with_parent(expected: u32) -> Result<OwnedFd, ProcessError> {
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))
         .map_err(system("asking to be killed with the parent"))?;
@@ -53,9 +53,9 @@ pub fn end_with_parent(expected: u32) -> Result<OwnedFd, ProcessError> {
     rustix::process::pidfd_open(parent, PidfdFlags::empty()).map_err(system("watching the parent"))
 }
 
-/// Limits what this process may allocate from now on. An allocation beyond it fails at once, the process writes
-/// [`OUT_OF_MEMORY_WORDS`] and aborts. The limit is on private writable memory (`RLIMIT_DATA`), which unlike
-/// the address space does not count shared memory and files, and unlike resident memory needs no watching.
+/// Limits the memory that this process may allocate from now on. An allocation beyond the limit fails at once: the process writes
+/// [`OUT_OF_MEMORY_WORDS`] and aborts. The limit applies to private writable memory (`RLIMIT_DATA`). Unlike the address space, that does
+/// not include shared memory and files; unlike a limit on resident memory, it needs no monitoring.
 ///
 /// # Errors
 /// An error of the system.
@@ -72,13 +72,13 @@ pub fn limit_memory(bytes: u64) -> Result<(), ProcessError> {
         .map_err(system("limiting memory"))
 }
 
-/// Names this process as a worker in `ps` and `top`; started as the running file, it would be called `exe`.
+/// Sets the process name that `ps` and `top` show; without it, the name would be `exe`.
 pub fn take_name() {
-    // Only a matter of display.
+    // A failure affects the display only.
     let _ = std::fs::write("/proc/self/comm", "bladeoff-worker");
 }
 
-/// Identity of the running program file: the same for orchestrator and worker exactly when they run the same file.
+/// Identity of the running program file: equal for orchestrator and worker exactly if they run the same file.
 #[must_use]
 pub fn build_id() -> u64 {
     let Ok(file) = std::fs::metadata("/proc/self/exe") else { return 0 };
@@ -87,8 +87,8 @@ pub fn build_id() -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0100_0000_01b3).rotate_left(23))
 }
 
-/// Sends a signal to this process, by the calling thread: that one has it on return. A stop sent to the process would be taken by its
-/// first thread, and the caller would go on until that one runs.
+/// Sends a signal to the calling thread, which has received the signal on return. A stop signal to the whole process would be delivered to
+/// the first thread, and the caller would continue until that thread runs.
 #[expect(unsafe_code, reason = "neither the standard library nor rustix sends a signal to a thread")]
 pub fn signal_self(signal: Signal) {
     // SAFETY: no memory is passed. Cannot fail: the thread exists and may signal itself.
@@ -117,7 +117,7 @@ pub fn thread_cpu_time() -> Duration {
     cpu_time(libc::CLOCK_THREAD_CPUTIME_ID)
 }
 
-/// CPU time of all threads of this process, ended ones included.
+/// CPU time of all threads of this process, including ended ones.
 #[must_use]
 pub fn process_cpu_time() -> Duration {
     cpu_time(libc::CLOCK_PROCESS_CPUTIME_ID)

@@ -1,4 +1,4 @@
-//! Solvers that take a batch in their own way, and such as break their word: what becomes of each sample.
+//! Outcomes of samples with solvers that process a batch as a whole, and with solvers that break their contract.
 
 mod support;
 
@@ -17,10 +17,10 @@ use bladeoff_worker::solver::Solver;
 use support::transports::{MemoryNet, MemoryWorker};
 use support::{RUN, WORKER, batch, fine, play, receive, report, results, start};
 
-/// What a solver was asked for: the samples of every call, and a 0 for every recovery.
+/// Calls of a solver: the samples of each call; a recovery is recorded as 0.
 type Calls = Arc<Mutex<Vec<Vec<u64>>>>;
 
-/// A solver made of a function.
+/// A solver that calls a function.
 struct Like<F> {
     solve: F,
     calls: Calls,
@@ -36,7 +36,7 @@ impl<F: FnMut(&[Sample<'_>], &mut BatchRecorder<'_>) -> Result<(), Stopped>> Sol
     }
 }
 
-/// Plays one batch with a solver; what was reported, and what the solver was asked for.
+/// Runs one batch with a solver; returns the reports and the calls of the solver.
 fn play_like<F>(samples: &[u64], solve: F) -> (Vec<Report>, Vec<Vec<u64>>)
 where
     F: FnMut(&[Sample<'_>], &mut BatchRecorder<'_>) -> Result<(), Stopped> + Send + 'static,
@@ -132,7 +132,7 @@ fn the_rest_of_a_batch_goes_on_after_a_panic_without_what_is_finished() {
 fn a_panic_with_none_under_way_is_nobodys_until_each_was_tried_alone() {
     let samples = [11, 12, 13, 14];
     let (reports, calls) = play_like(&samples, |samples, recorder| {
-        // A preparation of all at once.
+        // Preparation of all samples at once.
         assert!(samples.iter().all(|sample| sample.number != 13), "the thirteenth");
         one_by_one(samples, recorder)
     });
@@ -205,7 +205,7 @@ fn a_sample_that_is_begun_twice_while_it_is_under_way_fails() {
     assert_eq!(calls, [&samples[..], &[0], &[13]]);
 }
 
-/// The one outcome that was computed stands; a second one is never taken.
+/// A computed outcome is final; a second one is discarded.
 #[test]
 fn a_sample_that_is_begun_again_after_its_end_keeps_its_outcome() {
     let samples = [11, 12, 13];
@@ -262,7 +262,7 @@ fn the_heartbeat_names_the_sample_begun_last_of_those_under_way() {
     assert_eq!(heartbeat.beat().sample, None, "it waits");
 }
 
-/// Uses so much CPU time.
+/// Uses this much CPU time.
 fn burn(milliseconds: u64) {
     let begun = thread_cpu_time();
     while thread_cpu_time() - begun < Duration::from_millis(milliseconds) {
@@ -320,7 +320,7 @@ fn what_a_solver_hands_in_after_the_order_to_stop_is_not_sent() {
     assert!(results(&last).keys().all(|sample| *sample <= refused[0]), "{refused:?}");
 }
 
-/// What waits behind a long sample may have been given to others meanwhile.
+/// Samples that wait behind a long one may meanwhile have been given to other workers.
 #[test]
 fn a_worker_told_to_leave_its_batch_begins_no_more_of_it_and_asks_for_the_next() {
     let net = MemoryNet::default();
@@ -380,7 +380,7 @@ impl WorkerPort for Brittle {
     }
 }
 
-/// Otherwise the results in that message would be lost, and a sample blamed.
+/// Without this distinction, the results in that message would be lost and a sample would be blamed.
 #[test]
 fn a_panic_of_the_connection_is_not_taken_for_one_of_the_solver() {
     let net = MemoryNet::default();

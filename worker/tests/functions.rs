@@ -19,7 +19,7 @@ fn job(variables: &[&str], formulas: &[(&str, &str)]) -> FunctionJob {
     }
 }
 
-/// Outcomes of one worker that is given these samples, each its values, as one batch.
+/// Outcomes of one worker that gets these samples as one batch; `values` gives the parameters of each.
 fn outcomes(job: &FunctionJob, samples: &[u64], values: impl Fn(u64) -> Vec<f64>) -> BTreeMap<u64, Outcome> {
     let (job, n_params) = (job.clone(), job.variables.len());
     let params = samples.iter().flat_map(|&sample| values(sample)).collect();

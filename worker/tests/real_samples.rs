@@ -1,4 +1,4 @@
-//! The core solver: what comes of a sample does not depend on the batch it is in.
+//! The core solver: the outcome of a sample does not depend on its batch.
 
 mod support;
 
@@ -15,7 +15,7 @@ use support::{play, results};
 
 const RIG: &str = include_str!("../../studies/machines/lab_rig.toml");
 
-/// Gap \[m\], thickness of the ring \[m\], detection: two structures beside that of the frozen basis, and one that has no machine.
+/// Gap \[m\], thickness of the ring \[m\], detection: two structures other than that of the frozen basis, and one sample without a valid machine.
 const SAMPLES: [[f64; 3]; 6] = [
     [0.2e-3, 3e-3, 0.0],
     [0.2e-3, 4e-3, 1.0],
@@ -45,7 +45,7 @@ fn job() -> MachineJob {
     }
 }
 
-/// Outcomes of one worker that is given these samples as one batch.
+/// Outcomes of one worker that gets these samples as one batch.
 fn outcomes(job: &MachineJob, order: &[u64]) -> BTreeMap<u64, Outcome> {
     let job = job.clone();
     let params = order.iter().flat_map(|&sample| SAMPLES[sample as usize]).collect();
@@ -54,7 +54,7 @@ fn outcomes(job: &MachineJob, order: &[u64]) -> BTreeMap<u64, Outcome> {
     results(&reports).into_iter().map(|(sample, done)| (sample, done.outcome.clone())).collect()
 }
 
-/// Every bit.
+/// Every bit of an outcome.
 fn bits(outcome: &Outcome) -> (String, Vec<Option<u64>>) {
     let values = outcome.values.iter().map(|value| value.map(f64::to_bits)).collect();
     (format!("{:?} {:?} {:?} {:?}", outcome.status, outcome.cause, outcome.causes, outcome.end_cause), values)
@@ -72,7 +72,7 @@ fn an_outcome_does_not_depend_on_the_others_of_its_batch_or_their_order() {
     let whole = outcomes(&job, &[0, 1, 2, 3, 4, 5]);
     assert_eq!(whole.len(), SAMPLES.len());
     for (sample, outcome) in &whole {
-        // The one without a machine fails, the others rub.
+        // The sample without a valid machine fails, the others rub.
         let has_rubbed = outcome.values.get(first_contact).copied().flatten().is_some();
         assert_eq!(has_rubbed, *sample != 3, "sample {sample}: {:?}", outcome.cause);
     }

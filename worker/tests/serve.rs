@@ -1,4 +1,4 @@
-//! The worker's loop over the in-memory transport: what is asked, reported, held back, and what a panic does.
+//! The worker's loop over the in-memory transport: requests, reports, delayed results, panics.
 
 mod support;
 
@@ -14,7 +14,7 @@ use bladeoff_worker::solver::Solver;
 use support::transports::MemoryNet;
 use support::{RUN, WORKER, batch, fine, receive, report, results, start};
 
-/// Panics on 13, is slow on 7, returns NaN on 8, too much on 9.
+/// Panics on sample 13, is slow on 7, returns NaN on 8, too many values on 9.
 struct Moody {
     n_values: usize,
     recovered: u32,
@@ -84,7 +84,7 @@ fn a_panic_or_an_impossible_result_fails_its_sample_and_no_other() {
     assert_eq!(failure(8), (Status::Failed, Some(Cause::NonFinite)));
     assert_eq!(failure(9), (Status::Failed, Some(Cause::Panicked)));
     assert_eq!(results[&12].outcome.values, [Some(24.0); 4]);
-    // The solver was told to recover, once.
+    // The solver's `recover` was called once.
     assert_eq!(results[&14].outcome.values, [Some(29.0); 4]);
 }
 

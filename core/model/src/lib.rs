@@ -1,9 +1,9 @@
-//! Machines and outcomes: a file's text -> [`machine::MachineDef`] (values that may be varied by path) -> [`machine::Machine`]
-//! (validated, SI); and what a run of it comes to: [`outcome::Outcome`], a row of the result table. It knows no matrices, modes or
-//! time steps; who computes or varies a machine depends on it.
+//! Machines and outcomes. The text of a machine file becomes a [`machine::MachineDef`] (values that may be varied by path), then a
+//! [`machine::Machine`] (validated, SI). The result of a run is an [`outcome::Outcome`], a row of the result table. This crate has no
+//! matrices, modes or time steps; the crates that compute or vary machines depend on it.
 //!
-//! A [`machine::Machine`] has passed every check there is, also that of what is lost against what is there: nobody who builds one can
-//! forget a check, and all mistakes of a file come at once.
+//! A [`machine::Machine`] has passed every check, including that of lost masses against the mass and inertia of the rotor. So no caller can
+//! forget a check, and all mistakes of a file are reported at once.
 
 pub mod machine;
 pub mod outcome;

@@ -1,19 +1,19 @@
-//! Symmetric matrices in rows, as far as correlations need them: Cholesky's factor and eigenvalues, by plain operations in their order.
+//! Symmetric matrices for correlations, stored by rows: Cholesky factor and eigenvalues, by plain operations in a fixed order.
 
-/// A square matrix in rows.
+/// A square matrix, stored by rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrelationMatrix {
     size: usize,
     entries: Vec<f64>,
 }
 
-/// The smallest square of a pivot: below it a factor has no digits left.
+/// The smallest square of a pivot; below it, a factor has no valid digits.
 const LEAST_PIVOT: f64 = 1e-12;
-/// Sweeps over all pairs at most; they settle in about ten.
+/// Most sweeps over all pairs; about ten are usual.
 const SWEEPS: usize = 60;
 
 impl CorrelationMatrix {
-    /// With ones on its diagonal.
+    /// The identity matrix.
     #[must_use]
     pub fn identity(size: usize) -> Self {
         let mut matrix = Self { size, entries: vec![0.0; size * size] };
@@ -21,7 +21,7 @@ impl CorrelationMatrix {
         matrix
     }
 
-    /// Rows.
+    /// Number of rows.
     #[must_use]
     pub fn size(&self) -> usize {
         self.size
@@ -33,19 +33,19 @@ impl CorrelationMatrix {
         self.entries[row * self.size + column]
     }
 
-    /// Gives an entry its value.
+    /// Sets an entry.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
         self.entries[row * self.size + column] = value;
     }
 
-    /// Gives an entry and its mirror image their value.
+    /// Sets an entry and its mirror image.
     pub fn set_both(&mut self, row: usize, column: usize, value: f64) {
         self.set(row, column, value);
         self.set(column, row, value);
     }
 
-    /// The lower triangular L with L L^T = this matrix of unit diagonal; `None` where it is not positive definite, or so nearly
-    /// not that a row is fixed by those before to 1e-6.
+    /// The lower triangular L with L L^T = this matrix of unit diagonal; `None` if it is not positive definite, or so close to singular that the
+    /// previous rows determine a row to 1e-6.
     #[must_use]
     pub fn cholesky(&self) -> Option<CorrelationMatrix> {
         let mut factor = Self { size: self.size, entries: vec![0.0; self.size * self.size] };
@@ -67,15 +67,14 @@ impl CorrelationMatrix {
         Some(factor)
     }
 
-    /// Eigenvalues and, in the columns, eigenvectors, by Jacobi's rotations; `first`: an orthogonal matrix that they are near to, or
-    /// any.
+    /// Eigenvalues and, in the columns, eigenvectors, by Jacobi rotations; `first`: an orthogonal matrix, ideally close to the eigenvectors.
     ///
-    /// Source: G. H. Golub, C. F. Van Loan, "CorrelationMatrix computations", section 8.5.
+    /// Source: G. H. Golub, C. F. Van Loan, "Matrix Computations", section 8.5.
     #[must_use]
     pub fn eigen(&self, first: CorrelationMatrix) -> (Vec<f64>, CorrelationMatrix) {
         let n = self.size;
         let mut vectors = first;
-        // V^T A V: nearly diagonal where the vectors are near
+        // V^T A V: almost diagonal if `first` is close to the eigenvectors
         let mut a = vectors.transposed_times(&self.transposed_times(&vectors));
         for _ in 0..SWEEPS {
             let off: f64 = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a.at(i, j) * a.at(i, j)).sum();
@@ -91,7 +90,7 @@ impl CorrelationMatrix {
         ((0..n).map(|i| a.at(i, i)).collect(), vectors)
     }
 
-    /// The transpose of this one times the other.
+    /// The transpose of this matrix times the other.
     fn transposed_times(&self, other: &CorrelationMatrix) -> CorrelationMatrix {
         let n = self.size;
         let mut product = Self { size: n, entries: vec![0.0; n * n] };
@@ -106,10 +105,10 @@ impl CorrelationMatrix {
         product
     }
 
-    /// Makes the entry p, q zero.
+    /// Makes the entry p, q zero by a rotation.
     fn rotate(&mut self, p: usize, q: usize, vectors: &mut CorrelationMatrix) {
         let entry = self.at(p, q);
-        // all of them together are below rounding
+        // the sum of all such entries is below rounding
         if entry.abs() < 1e-17 {
             return;
         }
@@ -179,7 +178,7 @@ mod tests {
         }
         matrix.set_both(0, 2, 0.5);
         assert!(matrix.cholesky().is_none());
-        // exactly singular: the third is the second
+        // exactly singular: the third row equals the second
         matrix.set_both(1, 2, 1.0);
         matrix.set_both(0, 2, 0.9);
         assert!(matrix.cholesky().is_none());

@@ -4,13 +4,13 @@
 //! h' = h n/(M N),   at least h_0/R                 M = 1.25, R = 8
 //! ```
 //! n: steps per impact of the run (column `steps_per_impact`, `crate::record`), N: `run.guard.impact_steps`, h: its contact step, h_0: the default
-//! contact step. A run with n < N is repeated with h', rounded down to two digits, until n >= N or h' = h_0/R. The step is a function of the machine
-//! alone: the same run has the same step, whoever follows it.
+//! contact step. A run with n < N is repeated with h', rounded down to two digits, until n >= N or h' = h_0/R. The step depends on the machine
+//! alone, not on the follower: equal runs have equal steps.
 //!
 //! Source: ours. Estimates of the length of an impact from the modes of ring and rotor were wrong by factors of 1.3 to 1000
-//! (docs/theory/convergence.md), so it is measured. n grows by less than h/h', because a finer step also finds shorter impacts; hence M.
+//! (docs/theory/convergence.md), so the length is measured. n grows by less than h/h', because a finer step also finds shorter impacts; hence M.
 //! Limits: the exponential engine alone, and only without `run.contact_step`. The reference engines keep their default step. A run with n < N at h_0/R
-//! is `invalid`. One that fails is not repeated. Verified by `core/tests/contact/short_impacts.rs`.
+//! is `invalid`. A failed run is not repeated. Verified by `core/tests/contact/short_impacts.rs`.
 
 use super::choice;
 use super::time_step::{StartError, TimeStep};
@@ -18,20 +18,20 @@ use crate::record::{End, Follower, Frame, Recorders};
 use crate::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 
-/// M: the next step aims at this multiple of N steps per impact.
+/// M: the next step aims for this multiple of N steps per impact.
 const MARGIN: f64 = 1.25;
-/// R: largest refinement of the default step. A run that repeats with it takes nine times as long as one without.
+/// R: largest refinement of the default step. A run that is repeated with this refinement takes nine times as long as a single one.
 const MAX_REFINEMENT: f64 = 8.0;
 
-/// A run that has ended, and its step.
+/// A finished run and its step.
 pub(super) struct Resolved {
     pub plan: TimeStep,
     pub recorders: Recorders,
     pub end: End,
 }
 
-/// Time step of a run: its default, finer where its impacts need that. Simulates the run, unless the step is given. The follower observes nothing,
-/// but may end it.
+/// Time step of a run: the default, or a finer step if the impacts require one. Unless the step is given, the function simulates the run. The follower
+/// observes nothing but may end the run.
 ///
 /// # Errors
 /// [`StartError`] for a run that cannot be started.
@@ -51,7 +51,7 @@ fn is_settled(machine: &Machine) -> bool {
     machine.run.engine != Engine::Exponential || machine.run.contact_step.is_some() || machine.diaphragms.is_empty()
 }
 
-/// Runs a machine with a step that resolves its impacts. A follower that cannot begin again observes the last of several runs.
+/// Runs a machine with a step that resolves its impacts. A follower that cannot begin again observes only the last of several runs.
 pub(super) fn run(
     machine: &Machine,
     structure: &Structure,
@@ -79,10 +79,10 @@ fn resolved(machine: &Machine, structure: &Structure, follower: &mut dyn Followe
     }
 }
 
-/// Follower that observes nothing, and that asks another one whether a run continues.
+/// Follower that observes nothing and passes the question of whether a run continues to another follower.
 pub(super) struct Unseen<'a> {
     pub follower: &'a mut dyn Follower,
-    /// Number of steps before the run.
+    /// Number of steps of earlier runs.
     pub before: u64,
 }
 

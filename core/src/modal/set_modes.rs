@@ -1,6 +1,6 @@
 //! Modal bases that a machine file makes smaller than their default.
 //!
-//! Every check of a run compares the solution with the equations of the kept modes; what the truncated modes would add is seen by none of them
+//! Every check of a run compares the solution with the equations of the kept modes; no check detects the contribution of the truncated modes
 //! completely. So the number is compared with the default, whose errors are measured (docs/theory/convergence.md). Verified by
 //! `fewer_modes_than_the_default_are_found`.
 

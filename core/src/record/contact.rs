@@ -334,7 +334,7 @@ mod tests {
     use super::*;
     use bladeoff_model::machine::MachineDef;
 
-    /// The next step shows what a contact left; the guard knows before.
+    /// The guard counts the penetration left by a contact at once, before the next step reports it.
     #[test]
     fn what_the_last_step_left_counts_at_once() {
         let text = include_str!("../../../studies/machines/lab_rig.toml");

@@ -1,4 +1,4 @@
-//! What the verification tests share: machines from text, runs, values by column name, time series.
+//! Helpers of the verification tests: machines from text, runs, values by column name, time series.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use bladeoff_core::engine::simulate;
@@ -14,7 +14,7 @@ pub fn machine(text: &str) -> Machine {
     def.build().unwrap_or_else(|problems| panic!("{problems}"))
 }
 
-/// These tests are of the reference where a machine names no engine; those of the other name it.
+/// Machines without a named engine are tested with the reference engine; tests of the exponential engine name that engine.
 fn of_the_reference(def: &mut MachineDef) {
     if def.engine().is_some_and(|choice| choice.is_auto()) {
         def.settle(Engine::Reduced);
@@ -76,7 +76,7 @@ pub fn spring_seal(name: &str, position: f64, gap: f64) -> String {
     )
 }
 
-/// Text of the lab rig with its ring at other places: names, positions and gaps. `of_run`: lines in the place of its end time.
+/// Text of the lab rig with rings at other positions: names, positions and gaps. `of_run`: lines in place of the end time.
 pub fn with_rings(rig: &str, of_run: &str, rings: &[(&str, f64, f64)]) -> String {
     let (before, ring) = rig.split_at(rig.find("[diaphragms.seal]").expect("has a ring"));
     let rings = rings.iter().map(|(name, position, gap)| {
@@ -87,8 +87,8 @@ pub fn with_rings(rig: &str, of_run: &str, rings: &[(&str, f64, f64)]) -> String
     before.replace("end_time = \"0.6 s\"", of_run) + &rings.collect::<String>()
 }
 
-/// A rotor drawn at random, whose lost masses may have more inertia than their nodes, which no start in the plane of the nodes sees: the
-/// same mass and unbalance are lost as `2 m` on the axis, with m added opposite.
+/// A random rotor whose lost masses may exceed the inertia of their nodes, which does not affect an initial state in the plane of the nodes. Each
+/// lost mass is replaced by the same mass and unbalance: `2 m` lost on the axis, and m added opposite.
 pub fn drawn(text: &str) -> Machine {
     let lost: Vec<&str> = text
         .split("[rotor.unbalances.")
@@ -132,7 +132,7 @@ pub fn run(machine: Machine) -> Row {
     run_seen(machine, &mut NoHistory)
 }
 
-/// Runs a machine under a follower.
+/// Runs a machine with a follower.
 pub fn run_seen(machine: Machine, follower: &mut dyn Follower) -> Row {
     let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
     let outcome = simulate(&machine, &structure, follower).unwrap_or_else(|error| panic!("{error}"));

@@ -1,5 +1,5 @@
-//! Machines drawn at random, each in nine starts, and their runs from release to 15 ms after first contact. Single hits scatter by what a step does to them; means of nine starts say
-//! what an engine is off by. Shared by `exponential_random.rs` and the example `exponential_accuracy`.
+//! Random machines, each with nine starts, and their runs from release to 15 ms after first contact. The results of single impacts scatter with
+//! the step; the mean of nine starts shows the error of an engine. Shared by `exponential_random.rs` and the example `exponential_accuracy`.
 #![allow(dead_code, reason = "the test and the example use their own parts")]
 
 use bladeoff_core::engine::{TimeStep, simulate};
@@ -8,7 +8,7 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine, MachineDef};
 use bladeoff_model::outcome::Outcome;
 
-/// A reproducible stream.
+/// A reproducible stream of random numbers.
 struct Stream(u64);
 
 impl Stream {
@@ -22,7 +22,7 @@ impl Stream {
         from + (to - from) * self.next()
     }
 
-    /// Evenly in the logarithm.
+    /// Random number, uniform in its logarithm.
     fn decades(&mut self, from: f64, to: f64) -> f64 {
         from * (to / from).powf(self.next())
     }
@@ -32,10 +32,10 @@ impl Stream {
     }
 }
 
-/// What a machine's bearings are like.
+/// Kinds of bearings.
 const KINDS: [&str; 4] = ["isotropic", "anisotropic", "damped", "cross-coupled"];
 
-/// Text of a machine of three sections and two discs, with `GAP` and `END` left open; its bearings are of a kind.
+/// Text of a machine of three sections and two discs, with `GAP` and `END` as placeholders; `kind` is that of its bearings.
 fn drawn(random: &mut Stream, kind: &str, detection: &str) -> String {
     let lengths: [f64; 3] = std::array::from_fn(|_| random.between(0.25, 0.5));
     let (contact, disc, end) = (lengths[0], lengths[0] + lengths[1], lengths.iter().sum::<f64>());
@@ -77,7 +77,7 @@ fn drawn(random: &mut Stream, kind: &str, detection: &str) -> String {
             matrix(damping),
         );
     }
-    // released from an angle to the blades
+    // released at an angle to the blades
     text += &format!(
         "[rotor.unbalances.blade]\nposition = {disc:?}\nmass = {:?}\nradius = {:?}\nphase = {:?}\n\
          [rotor.damping]\nmass_proportional = {:?}\nstiffness_proportional = {:e}\n[braking]\nconstant = {:?}\nlinear = {:?}\n",
@@ -116,11 +116,12 @@ fn drawn(random: &mut Stream, kind: &str, detection: &str) -> String {
     text.replace("RADIUS", &format!("RADIUS_OF {radius:?}"))
 }
 
-/// Starts of a machine: initial speeds of 0.996 to 1.004 of the drawn one. That moves first contact by several contact steps or more and leaves the number of impacts as it is on all of the ten
-/// but the first (which touches after 0.12 s, one to three times); gaps of 0.992 to 1.008 change it on four.
+/// Starts of a machine: initial speeds of 0.996 to 1.004 of the drawn one. This shifts the first contact by several contact steps or more. The number
+/// of impacts stays the same on all of the ten machines but the first (which touches after 0.12 s, one to three times); gaps of 0.992 to 1.008 change
+/// the number on four.
 pub const STARTS: usize = 9;
 
-/// What is compared, with heads.
+/// Compared columns with their headings.
 pub const COMPARED: [(&str, &str); 6] = [
     ("end_speed_rad_s", "end speed"),
     ("max_bearing_load_N", "bearing load"),
@@ -134,14 +135,14 @@ pub const COMPARED: [(&str, &str); 6] = [
 pub struct Drawn {
     pub kind: &'static str,
     text: String,
-    /// Part of a free run's eccentricity that its gap is.
+    /// Gap over the eccentricity of a free run \[-\].
     share: f64,
 }
 
 /// A start of a machine.
 pub struct Start<'a> {
     machine: &'a Drawn,
-    /// Of the drawn initial speed.
+    /// Initial speed over the drawn one \[-\].
     speed: f64,
     /// \[m\]
     gap: f64,
@@ -149,7 +150,7 @@ pub struct Start<'a> {
     pub first_contact: f64,
 }
 
-/// A run: what is compared of it, its first contact, its number of impacts and its energy error.
+/// Results of a run: compared values, first contact, number of impacts and energy error.
 pub struct Found {
     pub values: [f64; COMPARED.len()],
     pub first_contact: Option<f64>,
@@ -159,7 +160,7 @@ pub struct Found {
     pub outcome: Outcome,
 }
 
-/// The machines, always the same, with the contact detection `detection`.
+/// The machines, the same in every call, with the contact detection `detection`.
 pub fn machines(count: usize, detection: &str) -> Vec<Drawn> {
     let mut random = Stream(2026);
     (0..count)
@@ -183,7 +184,7 @@ impl Drawn {
         def.build().unwrap_or_else(|problems| panic!("{problems}"))
     }
 
-    /// `2/omega_max` of the ring's modes, and the reduced engine's default step \[s\].
+    /// `2/omega_max` of the ring's modes, and default step of the reduced engine \[s\].
     pub fn steps(&self) -> [f64; 2] {
         let plan = |engine| {
             let machine = self.machine(0.001, 0.1, engine);
@@ -192,7 +193,7 @@ impl Drawn {
         [2.0 / plan(Engine::Exponential).highest_frequency, plan(Engine::Reduced).step]
     }
 
-    /// Nine starts in a gap that a free run crosses; a start without contact is missing.
+    /// Nine starts with a gap that a free run exceeds; a start without contact is left out.
     pub fn starts(&self) -> Vec<Start<'_>> {
         let free = found(&self.machine(0.04, 0.15, Engine::Exponential));
         assert_eq!(free.first_contact, None, "free");
@@ -209,7 +210,7 @@ impl Drawn {
 }
 
 impl Start<'_> {
-    /// To 15 ms after first contact, in steps of this length \[s\] or of the engine's default.
+    /// Runs to 15 ms after first contact, with this step \[s\] or the engine's default.
     pub fn run(&self, engine: Engine, step: Option<f64>) -> Found {
         let mut machine = self.machine.machine(self.gap, self.first_contact + 0.015, engine);
         machine.rotor.initial_speed *= self.speed;
@@ -235,7 +236,7 @@ fn found(machine: &Machine) -> Found {
     }
 }
 
-/// Mean difference of runs from reference runs of the same starts, and the scatter of a single one, both of the reference's mean.
+/// Mean difference between runs and reference runs of the same starts, and scatter of a single difference, both relative to the mean of the reference.
 pub fn difference(found: &[Found], reference: &[Found], column: usize) -> [f64; 2] {
     let count = found.len() as f64;
     let mean = reference.iter().map(|run| run.values[column]).sum::<f64>() / count;

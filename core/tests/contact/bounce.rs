@@ -3,7 +3,7 @@
 use crate::common::{Every, machine, run, run_seen};
 use bladeoff_model::outcome::{Cause, Status};
 
-/// A reproducible stream in 0..1.
+/// A reproducible stream of random numbers in 0..1.
 struct Stream(u64);
 
 impl Stream {
@@ -12,7 +12,7 @@ impl Stream {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Between two values, evenly in their logarithm.
+    /// Random number between two values, uniform in its logarithm.
     fn decades(&mut self, from: f64, to: f64) -> f64 {
         from * (to / from).powf(self.next())
     }
@@ -22,7 +22,7 @@ impl Stream {
     }
 }
 
-/// Mass, stiffness and clearance 1; the spring 3 to 30 000 times as stiff. `run`: further lines of `[run]`.
+/// Rotor with mass, stiffness and clearance 1; the spring is 3 to 30 000 times as stiff. `run`: further lines of `[run]`.
 fn text(random: &mut Stream, inertia: f64, beta: f64, end: f64, run: &str) -> String {
     let speed_law = random.choice(&["", "[rotor.speed_law]\nacceleration = 0\n"]);
     format!(
@@ -75,7 +75,7 @@ fn a_bounce_keeps_its_energy_at_any_stable_step() {
     let mut touched = 0;
     for case in 0..12 {
         let beta = random.decades(3.0, 3e3);
-        // of the limit of the run in contact
+        // relative to the stability limit of the run in contact
         let step = 2.0 / (1.0 + beta).sqrt() * random.choice(&[0.1, 0.4, 0.8, 0.95]);
         let text = text(&mut random, 1.0, beta, 400.0 * step, &format!("step = {:?}", step.min(0.1)));
         let row = run(machine(&text));
@@ -93,7 +93,7 @@ fn a_bounce_keeps_its_energy_at_any_stable_step() {
 #[test]
 fn a_bounce_on_a_spring_converges_with_order_two() {
     for seed in [1, 5, 9] {
-        // where the rotor is after its bounces
+        // position of the rotor after its bounces
         let place = |step: f64| {
             let mut random = Stream(seed);
             let text = text(&mut random, 1.0, 100.0, 9.0, &format!("step = {step:?}"));

@@ -27,7 +27,7 @@ fn run(machine: &Machine) -> (f64, Option<f64>) {
     (value("max_eccentricity_m").expect("of the one diaphragm"), value("first_contact_s"))
 }
 
-/// A case: the machine, and what is set.
+/// A case: name, text of the machine, and changed values.
 const CASES: [(&str, &str, &[(&str, &str)]); 6] = [
     ("lp_turbine_paper", TURBINE, &[("run.end_time", "1 s")]),
     ("lp_turbine_paper, gravity", TURBINE, &[("run.end_time", "1 s"), ("rotor.gravity[1]", "-9.81")]),
@@ -37,12 +37,12 @@ const CASES: [(&str, &str, &[(&str, &str)]); 6] = [
     ("lab_rig, 1500 rpm", LAB, &[("run.end_time", "0.6 s"), ("rotor.initial_speed", "1500 rpm")]),
 ];
 
-/// With a gap that is never closed, a run reaches what the forecast says: at least the transient of the release, at most the larger of that and
-/// the steady response. A gap 5 % below the forecast of the release leads to contact, a gap 5 % above the larger value does not.
+/// With a gap that never closes, a run reaches the forecast: at least the transient of the release, at most the larger of that value and the
+/// steady response. A gap 5 % below the forecast of the release leads to contact, a gap 5 % above the larger value does not.
 #[test]
 fn runs_of_the_shipped_machines_reach_what_is_forecast() {
     for (name, text, sets) in CASES {
-        // A rigid circle: the ring would have to fit the gap.
+        // A rigid circle, because a flexible ring would have to fit the gap.
         let kind = if name.starts_with("lab") { "diaphragms.seal.kind" } else { "diaphragms.mid.kind" };
         let with = |gap: f64| {
             let gap = format!("{gap} m");

@@ -5,7 +5,7 @@ use bladeoff_core::contact::{Detector, exact_gap, polar_gap};
 use bladeoff_core::stator::{RingMatrices, Surface};
 use bladeoff_model::machine::DiaphragmKind;
 
-/// A reproducible stream in -1..1.
+/// A reproducible stream of random numbers in -1..1.
 struct Stream(u64);
 
 impl Stream {
@@ -23,7 +23,7 @@ fn surface(name: &str, inner: bool) -> (Surface, f64) {
     (RingMatrices::assemble(stator).surface(contact.rotor_radius + contact.gap, inner), contact.rotor_radius)
 }
 
-/// A field of `harmonics` waves of a given size in u and v, with their slopes, as the ring's nodal freedoms.
+/// A field of `harmonics` waves of a given size in u and v with their slopes, as nodal displacements of the ring.
 fn field(surface: &Surface, mean_radius: f64, size: f64, harmonics: usize, random: &mut Stream) -> Vec<f64> {
     let mut all = vec![0.0; 4 * surface.nodes];
     for n in 1..=harmonics {
@@ -41,8 +41,8 @@ fn field(surface: &Surface, mean_radius: f64, size: f64, harmonics: usize, rando
     all
 }
 
-/// Least distance of the ring from x by 40 000 samples and golden sections around the lowest, and the number of separate
-/// minima that lie lower than the highest point by more than rounding.
+/// Smallest distance of the ring from x, by 40 000 samples and golden-section searches around the lowest, and the number of separate minima that
+/// are below the highest point by more than rounding.
 fn brute_force(surface: &Surface, field: &[f64], x: [f64; 2]) -> (f64, usize) {
     const COUNT: usize = 40_000;
     let distance = |alpha: f64| {
@@ -110,7 +110,7 @@ fn detection_equals_brute_force_on_two_thousand_deformed_rings() {
 
 #[test]
 fn detection_finds_the_lowest_of_two_nearly_equal_minima() {
-    // an oval ring, rotor at its centre: two minima half a turn apart; a shift of 1e-9 m decides which is lower
+    // an oval ring with the rotor at its centre has two minima half a turn apart; a shift of 1e-9 m determines the lower one
     let (surface, radius) = surface("lp_turbine_paper", true);
     let mut ring = vec![0.0; 4 * surface.nodes];
     for node in 0..surface.nodes {
@@ -155,7 +155,7 @@ fn centred_rotor_has_finite_gaps_on_any_ring() {
 
 #[test]
 fn exact_gap_gradient_holds_at_the_minimum_as_the_place_moves() {
-    // envelope theorem: the total derivative, with the place found anew, is the partial one
+    // envelope theorem: the total derivative, with the minimum recomputed, equals the partial one
     let mut random = Stream(11);
     let (surface, radius) = surface("lp_turbine_paper", true);
     let mut detector = Detector::new(surface);
@@ -176,7 +176,7 @@ fn exact_gap_gradient_holds_at_the_minimum_as_the_place_moves() {
             up[axis] += h;
             down[axis] -= h;
             let ((a, at_a), (b, at_b)) = (value(up), value(down));
-            // not across a jump to another minimum
+            // excludes jumps to another minimum
             if (at_a - at_b).abs() < 0.01 {
                 assert!((gradient[axis] - (a - b) / (2.0 * h)).abs() < 1e-6);
                 checked += 1;

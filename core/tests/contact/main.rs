@@ -1,4 +1,4 @@
-//! Contact of the rotor with rings: laws at a point, detection, rubs, impacts, whips.
+//! Contact of the rotor with rings: contact laws, detection, rubs, impacts, whips.
 
 mod bounce;
 #[path = "../common/mod.rs"]

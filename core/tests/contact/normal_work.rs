@@ -3,7 +3,7 @@
 use crate::common::{Row, machine_with, run, study_machine};
 use bladeoff_model::outcome::Status;
 
-/// The lab rig with a contact step, and further changes. It touches.
+/// The lab rig with a contact step and further changes; asserts contact.
 fn rig(step: &str, changes: &[(&str, &str)]) -> Row {
     let base = [("run.engine", "exponential"), ("run.twin", "0"), ("run.contact_step", step)];
     let row = run(machine_with(&study_machine("lab_rig"), &[&base[..], changes].concat()));

@@ -17,7 +17,8 @@ fn exponential(file: &str, detection: &str, changes: &[(&str, &str)]) -> Row {
     row(file, "exponential", detection, changes)
 }
 
-/// Columns that are compared on the lab rig, with their tolerances: what the reduced engine changes from 0.85 us to its limit, which is of first order.
+/// Compared columns of the lab rig with their tolerances: the change of the reduced engine from a step of 0.85 us to its limit, which is of first
+/// order.
 const RIG: [(&str, f64); 7] = [
     ("first_contact_s", 1e-5),
     ("max_bearing_load_left_N", 1.5e-3),
@@ -77,7 +78,7 @@ fn a_frozen_place_on_the_nominal_turbine_is_ok() {
     assert!(row.value("impacts") > 50.0 && row.value("energy_error") < 1e-6);
 }
 
-/// Model work of `hyp1`: the same as on the reduced engine, and apart from the normal work.
+/// Model work of `hyp1`: the same as on the reduced engine, and separate from the normal work.
 #[test]
 fn the_model_work_of_hyp1_is_that_of_the_reduced_engine() {
     let changes = [("run.end_time", "3.4 s")];
@@ -181,7 +182,7 @@ fn a_rotor_that_its_ring_stops_sticks_as_on_the_reduced_engine() {
         assert!(ours.value("energy_error") < 1e-5, "{detection}: {:e}", ours.value("energy_error"));
         assert!(ours.value("stick_time_s") > 0.0, "sticks");
         match detection {
-            // its place turns faster than the rotor: a guard tells
+            // the contact place moves faster than the rotor: the guard `normal_work` reports it
             "hyp1" => assert_eq!(ours.outcome.causes.words().as_deref(), Some("normal_work")),
             _ => assert_eq!(ours.outcome.status, Status::Ok),
         }

@@ -10,7 +10,7 @@ fn row(file: &str, engine: &str, changes: &[(&str, &str)]) -> Row {
     row
 }
 
-/// Limit of two values of the reduced engine, which is of first order, at a step and at half of it.
+/// Extrapolation to step zero of the reduced engine, which is of first order, from a step and half of it.
 fn limit(column: &str, coarse: &Row, fine: &Row) -> f64 {
     2.0 * fine.value(column) - coarse.value(column)
 }

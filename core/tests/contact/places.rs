@@ -1,11 +1,11 @@
-//! What stands between two nodes of the shaft, and what nearly stands at one.
+//! Discs and contacts between two nodes of the shaft, and close to a node.
 
 use crate::common::{machine, study_machine};
 use bladeoff_core::modal::report;
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef, RotorKind, Shaft};
 
-/// Steel shaft of 1 m on two bearings; lengths that are sums of powers of two, so that nodes and differences are exact.
+/// Steel shaft of 1 m on two bearings. All lengths are sums of powers of two, so positions of nodes and their differences are exact.
 fn rotor(sections: &str, disc: &str, contact: &str) -> String {
     format!(
         "schema = 1\nname = 'r'\n[run]\nend_time = 0.1\n[rotor]\ninitial_speed = 300\n[rotor.material]\nyoung_modulus = 2.1e11\n\
@@ -47,7 +47,7 @@ fn a_split_element_is_the_mesh_written_by_hand_bit_for_bit() {
 
 #[test]
 fn a_split_section_keeps_its_frequencies() {
-    // The same disc on a mesh that has the node and on one that has to be split: the continuum is the same.
+    // The same disc on a mesh with a node there and on a mesh that must be split: the continuum is the same.
     let node = "[[rotor.shaft]]\nlength = 1\nelements = 10\ndiameter = 0.02\n";
     let other = "[[rotor.shaft]]\nlength = 1\nelements = 9\ndiameter = 0.02\n";
     let [split, meshed] = [other, node].map(|sections| machine(&rotor(sections, "0.3", "0.6")));

@@ -60,7 +60,7 @@ fn free_ring_has_the_frequencies_of_its_theory() {
     let exact = [211.331, 595.700, 1136.696, 1826.988];
     let (coarse, fine) = (free_ring(0.048, 48, 4), free_ring(0.048, 96, 4));
     for (k, exact) in exact.iter().enumerate() {
-        // order 4 in the element (next test): what 96 elements leave is a fifteenth of the last difference
+        // order 4 in the element (next test): the remaining error of 96 elements is a fifteenth of the last difference
         let left = (coarse[k] - fine[k]) / 15.0;
         let ours = fine[k] - left;
         println!(
@@ -168,7 +168,7 @@ fn rigid_rotation_has_no_strain_energy_on_any_mesh() {
             let mut field = Vector::zeros(ring.size());
             (0..elements).for_each(|node| field[4 * node] = 1.0);
             let energy = field.dot(&(&ring.stiffness * &field));
-            // zero but for the rounding of its terms
+            // zero except for rounding of its terms
             assert!(energy.abs() < 1e-14 * ring.stiffness.amax() * elements as f64, "{elements}: {energy}");
             let mass = field.dot(&(&ring.mass * &field));
             let exact = DENSITY
@@ -205,8 +205,8 @@ fn rigid_translation_costs_nothing_in_the_limit_with_its_order() {
     let energies: Vec<f64> = [8, 16, 32, 64, 128].into_iter().map(translation_energy).collect();
     let orders: Vec<f64> = energies.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
     println!("rigid translation: energies {energies:?}, orders {orders:.2?}");
-    // bending: the second derivative of a cubic errs with order 2, its energy with order 4; membrane: order 6, which rules
-    // on coarse meshes because the ring is stiffer along than across
+    // bending: the second derivative of a cubic has an error of order 2, its energy of order 4; membrane: order 6, which dominates on coarse
+    // meshes because the ring is stiffer along than across
     assert!(orders.iter().all(|order| (3.9..6.2).contains(order)));
     assert!((orders[3] - 4.0).abs() < 0.1 && energies[2] < 1e-8);
 }
@@ -225,7 +225,7 @@ fn bladed_ring_is_held_and_keeps_the_symmetry_of_its_blades() {
     let machine = machine(&text(0.048, 48, blades));
     let DiaphragmKind::Flexible(stator) = &machine.diaphragms[0].kind else { panic!("a flexible diaphragm") };
     let ring = RingMatrices::assemble(stator);
-    // uniform radial load: the same radial displacement at every blade foot, no turning
+    // uniform radial load: the same radial displacement at every blade foot, no rotation
     let mut load = Vector::zeros(ring.size());
     (0..48).for_each(|node| load[4 * node + 2] = 1.0);
     let x = nalgebra_solve(&ring.stiffness, &load);
@@ -236,8 +236,8 @@ fn bladed_ring_is_held_and_keeps_the_symmetry_of_its_blades() {
     assert!(report(&machine, &[]).expect("solvable").rings[0].1[0].frequency > 10.0);
 }
 
-/// A ring of 400 elements, each shorter than it is thick, and one that is a thousand times smaller: the eigenvalue problem of
-/// both is that of the coarse or large one, whatever the size of its numbers.
+/// A ring of 400 elements, each shorter than its thickness, and a ring a thousand times smaller have the frequencies of the coarse or of the
+/// large one: the eigenvalue solution is independent of the magnitude of the numbers.
 #[test]
 fn small_elements_and_small_rings_keep_their_frequencies() {
     let lab = |elements: usize| {
@@ -256,7 +256,7 @@ fn small_elements_and_small_rings_keep_their_frequencies() {
     };
     let (coarsest, coarse, fine) = (squares(&lab(104)), squares(&lab(200)), squares(&lab(400)));
     assert!(fine[0] > 0.0 && fine.windows(2).all(|pair| pair[0] <= pair[1]));
-    // finer meshes are softer, and each time less so
+    // finer meshes are softer, by less with each refinement
     let change = |a: &[f64], b: &[f64], k: usize| 1.0 - (b[k] / a[k]).sqrt();
     let mesh = (0..12).map(|k| {
         let (first, second) = (change(&coarsest, &coarse, k), change(&coarse, &fine, k));

@@ -1,4 +1,4 @@
-//! Friction energy of rotors that their ring stops within milliseconds while their surface rolls in it.
+//! Friction energy of rotors that their ring stops within milliseconds while the surface of the rotor rolls on the ring.
 
 use bladeoff_core::engine::simulate;
 use bladeoff_core::record::{Energies, Follower, Frame, NoHistory, columns};
@@ -23,7 +23,7 @@ fn rig((speed, velocity): (f64, f64), step: Option<&str>) -> Machine {
     def.build().expect("a machine")
 }
 
-/// Status and friction energy \[J\] of a run that touched.
+/// Status and friction energy \[J\] of a run with contact.
 fn friction(machine: &Machine, follower: &mut dyn Follower) -> (Status, f64) {
     let structure = Structure::build(machine, None).expect("a structure");
     let outcome = simulate(machine, &structure, follower).expect("a run");
@@ -49,7 +49,7 @@ fn coarse_and_fine_steps_agree_and_are_ok() {
     }
 }
 
-/// Largest fall of the friction energy below what it has been \[J\].
+/// Largest decrease of the friction energy below its previous maximum \[J\].
 #[derive(Default)]
 struct Falls {
     most: f64,
@@ -67,7 +67,7 @@ impl Follower for Falls {
     }
 }
 
-/// Falls of 1.6e-3, 8e-4 and 1.2e-2 of the friction energy. With the mean rates at an impulse the first is 2e-2.
+/// Decreases of 1.6e-3, 8e-4 and 1.2e-2 of the friction energy. With the mean rates at an impulse the first is 2e-2.
 #[test]
 fn friction_of_a_rolling_surface_does_not_fall() {
     for (start, step, limit) in [(STARTS[0], None, 2e-3), (STARTS[0], Some("3.1 us"), 1e-3), (STARTS[3], None, 2e-2)] {

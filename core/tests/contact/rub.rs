@@ -4,7 +4,7 @@
 use crate::common::{Every, Row, close, machine, run_seen};
 use bladeoff_model::outcome::{EndCause, Status};
 
-/// What a case varies.
+/// Parameters that the cases vary.
 #[derive(Clone, Copy)]
 struct Case {
     zeta: f64,
@@ -22,7 +22,7 @@ const CASE: Case = Case { zeta: 0.1, beta: 1.0, mu: 0.05, e: 0.5, radius: 1.0, l
 /// The rotor on a massless radial spring (`stator` replaces the lines that name it).
 fn text(c: &Case, stator: Option<&str>, tail: &str) -> String {
     let spring = format!("kind = \"radial-spring\"\nstiffness = {:?}", c.beta);
-    // with e = 0 the mass stands on the axis
+    // with e = 0 the mass is on the axis
     format!(
         "schema = 1\nname = \"rub\"\n[run]\nend_time = {:?}\nstep = {:?}\n\
          [rotor.bearings.spring]\nstiffness = 1\ndamping = {:?}\n\
@@ -91,7 +91,7 @@ fn full_annular_rub_has_the_radius_of_its_closed_form() {
             let last = &orbit.radius[orbit.radius.len() - 2000..];
             let (low, high) = last.iter().fold((f64::MAX, 0.0_f64), |(l, h), r| (l.min(*r), h.max(*r)));
             let ours = *last.last().expect("samples");
-            // order 2 in the step (next test): what this one leaves is a third of the difference to twice the step
+            // order 2 in the step (next test): the remaining error is a third of the difference from twice the step
             let twice = Case { step: 2.0 * case.step, ..case };
             let coarse = *self::orbit(&text(&twice, None, &tail)).1.radius.last().expect("samples");
             let extrapolated = ours + (ours - coarse) / 3.0;
@@ -103,7 +103,7 @@ fn full_annular_rub_has_the_radius_of_its_closed_form() {
                 high - low
             );
             assert!(high - low < 1e-6, "steady");
-            // the force is that of the spring, the friction that of Coulomb, forward
+            // the contact force is that of the spring; friction is Coulomb's, forward
             let force = orbit.force.last().expect("samples");
             close("force", *force, published - 1.0, 1e-3);
             close("friction", *orbit.friction.last().expect("samples"), 0.05 * force, 1e-12);
@@ -142,7 +142,7 @@ fn rigid_rub(law: &'static str, location: &str, speed: f64, step: f64) -> (f64, 
 
 #[test]
 fn annular_rub_on_a_rigid_stator_has_the_force_of_its_closed_form() {
-    // with multipliers instead of a spring; the force of step n acts at the place of n+1, which is like a friction of
+    // with multipliers instead of a spring; the force of step n acts at the contact place of n+1, which acts like a friction coefficient of
     // mu + W dt: first order in the step, second order with the place of n
     for (law, location, expected) in
         [("slip", "next", 1.0), ("stick-slip", "next", 1.0), ("stick-slip", "current", 2.0)]
@@ -180,11 +180,11 @@ fn whip(c: &Case, r0: f64, spin: f64) -> (Row, Orbit) {
     orbit(&text(c, None, &tail))
 }
 
-/// Whether the whirl grows rather than decays, by half its radius.
+/// Whether the whirl grows, rather than decays, by half of its radius.
 fn grows(c: &Case, r0: f64) -> bool {
     let (_, orbit) = whip(c, r0, 1e6);
     let end = orbit.radius.iter().position(|r| *r > 1.5 * r0 || *r < r0 / 1.5).expect("it grows or decays");
-    // R W > w r up to there
+    // R W > w r up to that instant
     assert!(orbit.slip[..end].iter().zip(&orbit.force).all(|(slip, force)| *force == 0.0 || *slip > 0.0));
     orbit.radius[end] > r0
 }
@@ -200,7 +200,7 @@ fn dry_whip_decays_below_its_threshold_and_grows_above() {
     }
 }
 
-/// The radius between decay and growth, by bisection.
+/// The radius that separates decay from growth, by bisection.
 fn threshold(case: &Case) -> f64 {
     let (mut low, mut high) = (1.17, 1.22);
     while high - low > 2e-7 {
@@ -216,7 +216,7 @@ fn threshold(case: &Case) -> f64 {
 
 #[test]
 fn dry_whip_threshold_converges_with_order_two() {
-    // the run starts in contact: an acceleration at t = 0 without the contact force would make this order 1
+    // the run starts in contact: without the contact force in the acceleration at t = 0, the order would be 1
     let exact = 4.0 / (5.0 - whirl_speed(&WHIP).powi(2));
     let error = |step: f64| (threshold(&Case { step, ..WHIP }) - exact).abs();
     let (coarse, fine) = (error(0.02), error(0.01));
@@ -229,7 +229,7 @@ fn dry_whip_threshold_converges_with_order_two() {
 fn dry_whip_turns_backward_at_its_whirl_speed() {
     close("closed form", whirl_speed(&WHIP), 1.280_776, 1e-6);
     let (row, orbit) = whip(&Case { end: 5.0, step: 0.001, ..WHIP }, 1.190_614, 1e4);
-    // on the threshold orbit the radius holds for a while: the whirl speed is the mean over it
+    // the radius stays on the threshold orbit for a while; the whirl speed is the mean over that time
     let turned: f64 = orbit
         .angle
         .windows(2)
@@ -283,7 +283,7 @@ fn slip_without_stick_is_invalid_where_rolling_would_begin() {
 
 #[test]
 fn free_spin_in_backward_whirl_is_bounded_and_never_gains_energy() {
-    // the spin is an unknown: whip takes its energy from it until both roll together and die out
+    // free spin: whip takes its energy from the spin until the rotor rolls and comes to rest
     let case = Case { law: "stick-slip", end: 600.0, ..WHIP };
     let tail = format!(
         "polar_inertia = 20\ninitial_speed = 1\n[rotor.initial]\ndisplacement = [1.3, 0.0]\nvelocity = [0.0, {:?}]\n",
@@ -292,7 +292,7 @@ fn free_spin_in_backward_whirl_is_bounded_and_never_gains_energy() {
     let mut totals = Vec::new();
     let row = run_seen(machine(&text(&case, None, &tail)), &mut Every(|frame| totals.push(frame.energies.stored())));
     assert!(row.value("contact_time_s") > 10.0 && row.value("stick_time_s") > 1.0, "contact and stick happened");
-    // the start is not balanced before the first few steps
+    // the first few steps are left out: the initial state is not in equilibrium
     let start = totals[20];
     assert!(totals.iter().skip(20).all(|total| *total <= start * (1.0 + 1e-3)));
     assert!(row.value("friction_energy_J") >= 0.0);
@@ -317,7 +317,7 @@ fn pressed(beta: Option<f64>, mu: f64) -> (f64, f64) {
 
 #[test]
 fn rotor_that_stops_in_contact_comes_to_rest() {
-    // pressed into the stator by gravity, nothing but contact friction brakes
+    // gravity presses the rotor onto the stator, and only contact friction brakes
     for (stator, beta) in [(None, Some(4.0)), (Some("kind = \"rigid\""), None)] {
         let (mu, radius, inertia, speed, step) = (0.3, 2.0, 3.0, 5.0, 0.002);
         let case = Case { zeta: 0.5, beta: 4.0, mu, e: 0.0, radius, law: "stick-slip", step, end: 500.0 };
@@ -326,7 +326,7 @@ fn rotor_that_stops_in_contact_comes_to_rest() {
         assert_eq!(row.outcome.end_cause, EndCause::Stopped, "{:?}", row.outcome);
         let (load, place) = pressed(beta, mu);
         let per_step = mu * load * radius / inertia * step;
-        // friction takes the spin's momentum, all of it and no more, J W = R (impulse of friction), to a step's braking
+        // friction takes the whole momentum of the spin and no more, J W = R (impulse of friction), within the braking of one step
         let taken = radius * step * orbit.friction.iter().sum::<f64>() / inertia;
         let slides = orbit.friction.iter().zip(&orbit.force).filter(|(t, n)| (*t - mu * *n).abs() <= 1e-9 * *n).count();
         assert!(slides as f64 > 0.9 * orbit.force.len() as f64, "{slides} of {}", orbit.force.len());
@@ -337,24 +337,24 @@ fn rotor_that_stops_in_contact_comes_to_rest() {
             orbit.radius[orbit.radius.len() - 10],
         );
         assert!((taken - speed).abs() < 2.0 * per_step, "{taken}");
-        // never faster than before, in the last step no faster than a step brakes, and then at rest
+        // the speed never increases, is at most the braking of one step in the last step, and then zero
         assert!(orbit.speed.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12));
         let last = *orbit.speed.last().expect("samples");
         assert!(last.abs() < 1.5 * per_step, "{last}");
         assert_eq!(row.value("end_speed_rad_s"), 0.0);
-        // what is left of the fall onto the stator after 8 s: exp(-zeta w t)
-        // (at last it may stick, without friction's share of the load)
+        // residual oscillation 8 s after the fall onto the stator: exp(-zeta w t)
+        // (at the end the rotor may stick, without friction's share of the load)
         let (left, unloaded) = (orbit.force[orbit.force.len() - 10], pressed(beta, 0.0).0);
         assert!((0.97 * load..1.03 * unloaded).contains(&left), "{left}");
         close("radius", orbit.radius[orbit.radius.len() - 10], place, 0.02);
-        // the fall onto a rigid stator is an impact, which takes energy; a spring gives it back
+        // the fall onto a rigid stator is an impact, which dissipates energy; a spring returns it
         assert!(beta.is_none() || row.outcome.status == Status::Ok, "{:?}", row.outcome.causes.words());
     }
 }
 
 #[test]
 fn a_start_that_does_not_settle_fails() {
-    // an unbalance that outweighs the spin's inertia 2500 times: accelerations at t = 0 that do not settle are no start
+    // an unbalance that outweighs the inertia of the spin 2500 times: a run cannot start if its accelerations at t = 0 do not converge
     let case = Case { mu: 0.1, e: 0.5, ..CASE };
     let tail = "polar_inertia = 1e-4\ninitial_speed = 1\n[rotor.initial]\ndisplacement = [0.1, 0.2]\n";
     let row = crate::common::run(machine(&text(&case, None, tail)));
@@ -364,7 +364,7 @@ fn a_start_that_does_not_settle_fails() {
 
 #[test]
 fn a_loaded_start_has_the_velocity_asked_for() {
-    // on the spring at t = 0, so strongly damped that a round of the start gains a factor of 0.91: the first step is centred on v0
+    // in contact at t = 0, with a damping at which an iteration of the start reduces its error by 0.91 only: the first step is centred on v0
     for law in ["slip", "stick-slip"] {
         let case = Case { zeta: 50.0, beta: 4.0, mu: 0.2, e: 0.0, radius: 10.0, law, step: 0.2, end: 2.0 };
         let tail = format!(
@@ -398,7 +398,7 @@ fn friction_dissipates_and_brakes_the_spin_in_every_rub() {
             for (friction, force) in orbit.friction.iter().zip(&orbit.force) {
                 assert!(friction.abs() <= mu * force * (1.0 + 1e-9) + 1e-15);
             }
-            // forward whirl: the friction torque on the spin is a brake over every contact
+            // forward whirl: the friction torque brakes the spin over every contact
             let first = orbit.force.iter().position(|f| *f > 0.0).expect("contact happened");
             assert!(*orbit.speed.last().expect("samples") < orbit.speed[first]);
         }

@@ -3,7 +3,7 @@
 use crate::common::{machine_with, run, study_machine};
 use bladeoff_model::outcome::{EndCause, Status};
 
-/// Kinetic energy of the lab rig at 30 rpm becomes heat of friction: no braking torque, weight presses the rotor on its ring.
+/// The kinetic energy of the lab rig at 30 rpm becomes friction heat: there is no braking torque, and the weight presses the rotor onto the ring.
 const STOPPED_BY_THE_RING: &[(&str, &str)] = &[
     ("run.end_time", "1 s"),
     ("rotor.initial_speed", "30 rpm"),

@@ -1,4 +1,4 @@
-//! Impacts shorter than the step resolves: stated in the row, and guarded.
+//! Impacts shorter than the step can resolve: reported in the row and checked by a guard.
 
 use bladeoff_core::engine::{resolved_time_step, simulate};
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
@@ -55,22 +55,22 @@ fn a_coarse_step_is_invalid_and_a_fine_one_within_three_per_cent() {
 fn a_default_step_becomes_finer_for_short_impacts() {
     let (status, _, [steps, impulse, force, step]) = run(HARD, &[]);
     assert_eq!(status, Status::Ok);
-    // the default of the ring's modes is 6.9 us, with 7.6 steps per impact
+    // the default from the ring's modes is 6.9 us, with 7.6 steps per impact
     assert!((20.0..40.0).contains(&steps) && (6.9e-6 / 8.0..2e-6).contains(&step), "{steps} {step}");
     let errors = [impulse / 859.1 - 1.0, force / 350.0e3 - 1.0];
     assert!(errors.iter().all(|error| error.abs() < 0.035), "{errors:?}");
     // a run whose step is given has the same values at this step
     let given = run(HARD, &[("run.contact_step", &format!("{step} s"))]);
     assert_eq!(given, (status, false, [steps, impulse, force, step]));
-    // a guard that no step fulfils: an eighth of the default
+    // a guard that no step satisfies: the step is an eighth of the default
     let (status, is_under_resolved, [.., step]) = run(HARD, &[("run.guard.impact_steps", "1000")]);
     assert_eq!((status, is_under_resolved, step), (Status::Invalid, true, 8.6e-7));
-    // a guard that is off asks for nothing
+    // a disabled guard does not change the step
     let (status, _, [.., step]) = run(HARD, &[("run.guard.impact_steps", "0")]);
     assert_eq!((status, step), (Status::Ok, 6.9e-6));
 }
 
-/// Follower that keeps the times and contact forces that it is shown.
+/// Follower that records the times and contact forces shown to it.
 #[derive(Default)]
 struct Times {
     shown: Vec<f64>,
@@ -103,7 +103,7 @@ fn a_follower_sees_one_run_with_the_step_of_a_run_without_it() {
     assert_eq!(simulate(&machine, &structure, &mut once).expect("a run"), alone);
     assert!(once.touches > 0 && once.shown.is_sorted_by(|before, after| before < after), "{:?}", once.shown);
     assert!((once.shown[1] - 1000.0 * plan.step).abs() < 1e-12);
-    // one that begins again is shown each run
+    // a follower that begins again is shown each run
     let mut again = Times { begins_again: true, ..Times::default() };
     assert_eq!(simulate(&machine, &structure, &mut again).expect("a run"), alone);
     let starts = again.shown.iter().filter(|&&time| time == 0.0).count();

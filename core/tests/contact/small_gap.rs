@@ -1,10 +1,10 @@
-//! Contacts whose gap is so small that the last digit of the radii counts.
+//! Contacts with a gap so small that the last digit of the radii matters.
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::common::{close, machine_with, run, study_machine};
 use bladeoff_model::outcome::{Cause, Status};
 
-/// Impulses of every way to solve the contact of a rig, against the full engine with its most exact one of the same kind of gap.
+/// Impulses of a rig by every method of solving the contact, against the full engine with the most accurate method for the same gap.
 fn solve_in_every_way(what: &str, changes: &[(&str, &str)]) {
     for (kind, ways) in
         [("hyp1", &[("hyp1", "one")][..]), ("hyp2", &[("hyp2", "several"), ("hyp2", "one"), ("hyp2-frozen", "one")])]
@@ -24,15 +24,15 @@ fn solve_in_every_way(what: &str, changes: &[(&str, &str)]) {
                     row.outcome.causes.words(),
                     row.value("no_fixed_point_steps"),
                 );
-                // one point leaves penetration, at the reduced engine's longer step more than the guard allows, and says so
+                // one point leaves penetration: with the longer step of the reduced engine more than the guard allows, which the row reports
                 let only_deep =
                     row.outcome.cause == Some(Cause::Penetration) && engine == "reduced" && *points == "one";
                 assert!(row.outcome.status == Status::Ok || only_deep, "{:?}", row.outcome.causes.words());
                 assert!(row.outcome.status != Status::Failed);
-                // several points are what such a step is solved with, hardly ever the predicted place
+                // steps without a fixed point are solved with several points, hardly ever with the predicted place
                 let (without, with) = (row.value("no_fixed_point_steps"), row.value("several_points_steps"));
                 assert!(*points == "one" || without <= 1.02 * with, "{without} {with}");
-                // Hyp 1 has one place for each rotor centre: none of its steps is without
+                // Hyp 1 has one place for each rotor centre, so every step has a fixed point
                 assert!(*detection != "hyp1" || row.value("no_fixed_point_steps") == 0.0);
             }
         }
@@ -44,8 +44,8 @@ fn a_small_gap_settles_in_both_engines() {
     solve_in_every_way("10 um", &[("contact.gap", "10 um"), ("run.end_time", "0.012")]);
 }
 
-/// A single place leaves what it moves within the step, and the smaller the gap the quicker it turns: the full engine is within the guard
-/// because its step is, and so is the reduced one at that step. Several points leave next to nothing at any step.
+/// A single contact place leaves the penetration caused by its motion within a step, and it moves faster with a smaller gap. The full engine is
+/// within the guard because of its short step, as is the reduced engine with that step. Several points leave almost none at any step.
 #[test]
 fn what_a_single_place_leaves_goes_with_the_step() {
     let frozen = [("contact.detection", "hyp2-frozen"), ("contact.points", "one")];

@@ -1,6 +1,6 @@
 //! Two diaphragms on one shaft, against an independent reference.
 //!
-//! The reference: own Timoshenko elements (Cowper's coefficient), radial springs with slip friction at a quarter and three quarters of
+//! The reference has separate Timoshenko elements (Cowper's coefficient), radial springs with slip friction at a quarter and three quarters of
 //! the span, integrated by Radau IIA of order 5 (two tolerances agree to 1e-7 or better in forces, 1e-9 in the end speed).
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
@@ -56,7 +56,7 @@ fn unequal_gaps_have_the_forces_of_the_reference_and_those_of_the_mirrored_machi
     near(mirrored.value("end_speed_rad_s"), row.value("end_speed_rad_s"), 1e-9, "mirrored");
 }
 
-/// The test rig with rings of these names, places and gaps in the place of its own.
+/// The test rig with rings of these names, positions and gaps in place of its own.
 fn rig(of_run: &str, rings: &[(&str, f64, f64)]) -> Machine {
     machine(&with_rings(&study_machine("lab_rig"), of_run, rings))
 }
@@ -95,7 +95,7 @@ fn a_diaphragm_out_of_reach_changes_no_digit() {
     }
 }
 
-/// A rub of two flexible rings at once: the energy closes, both engines agree, and the columns without a name are those of both.
+/// A rub of two flexible rings at once: the energy balance closes, both engines agree, and the columns without a name cover both rings.
 #[test]
 fn two_flexible_rings_at_once_close_the_energy() {
     let rings = [("a", 0.4, 3e-4), ("b", 0.6, 3.05e-4)];

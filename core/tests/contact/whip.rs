@@ -34,7 +34,7 @@ fn several_points_leave_no_penetration() {
     let (one, several) = (turbine("0.2", "3.8", "one"), turbine("0.2", "3.8", "several"));
     assert!(one.value("no_fixed_point_steps") > 500.0 && several.value("several_points_steps") > 500.0);
     assert_eq!(one.value("several_points_steps"), 0.0);
-    // a millionth of the gap, where one point leaves a two-hundredth of it
+    // a millionth of the gap, where one point leaves a two-hundredth of the gap
     assert!(several.value("residual_penetration_m") < 1e-6 * 8.0, "{}", several.value("residual_penetration_m"));
     assert!(one.value("residual_penetration_m") > 2e-5);
     assert_eq!((one.outcome.status, several.outcome.status), (Status::Ok, Status::Ok));
@@ -42,22 +42,22 @@ fn several_points_leave_no_penetration() {
 
 #[test]
 fn high_friction_invents_no_energy() {
-    // friction 0.5: backward whip, nearly all of the speed lost within a fifth of a second
+    // friction 0.5: backward whip, almost all of the speed lost within a fifth of a second
     let (several, one) = (turbine("0.5", "3.6", "several"), turbine("0.5", "3.6", "one"));
     assert_eq!(several.value("rub_regime"), 3.0, "backward whirl");
     assert!(several.value("several_minima_steps") > 100.0, "{}", several.value("several_minima_steps"));
     assert!(several.value("several_points_steps") > 1000.0);
-    // what friction took was there: 1/2 J W^2 of 1500 rpm is 2.4e7 J
+    // friction cannot take more than the kinetic energy: 1/2 J W^2 at 1500 rpm is 2.4e7 J
     assert!(several.value("friction_energy_J") > 2e7 && several.value("friction_energy_J") < 2.4e7);
     assert!(several.value("energy_error") < 1e-6);
-    // the ring is kept out of the rotor to the guard of docs/theory/03-contact.md, 2 % of the gap; with one point it is not
+    // several points keep the penetration below the guard of docs/theory/03-contact.md, 2 % of the gap; one point does not
     assert!(several.value("residual_penetration_m") < 0.02 * 8e-3);
     assert!(one.value("residual_penetration_m") > 0.02 * 8e-3);
-    // a rigid contact loses in impacts and as the step is finite, a share of a percent; it gives nothing
+    // a rigid contact loses energy in impacts and because of the finite step, a fraction of a percent; it never adds energy
     let normal = several.value("normal_work_J") / several.value("friction_energy_J");
     assert!((0.0..0.005).contains(&normal), "{normal}");
     assert_eq!(several.outcome.status, Status::Ok);
-    // one point per ring puts in a tenth of what friction takes, and the run says so
+    // one point per ring adds a tenth of the friction energy, which the row reports
     assert!(one.value("normal_work_J") < -0.05 * one.value("friction_energy_J"));
     assert_eq!(one.outcome.status, Status::Invalid);
 }

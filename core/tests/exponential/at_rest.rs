@@ -3,7 +3,7 @@
 use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_model::outcome::{EndCause, Status};
 
-/// A mass point with an unbalance of 0.5 kg at 0.2 m, which its weight turns with 0.9 N m at first, and the last angle of its run.
+/// A mass point with an unbalance of 0.5 kg at 0.2 m, whose weight has an initial torque of 0.9 N m; returns the row and the last angle.
 fn pendulum(brake: &str) -> (Row, f64) {
     let mut angle = 0.0;
     let row = run_seen(
@@ -23,7 +23,7 @@ fn pendulum(brake: &str) -> (Row, f64) {
 fn a_rotor_at_rest_turns_only_under_more_than_c0() {
     let (held, angle) = pendulum("constant = 1");
     assert!(angle.abs() < 1e-9 && held.value("end_speed_rad_s").abs() < 1e-9, "held: {angle:e}");
-    // J = 2 + 0.5 0.2^2; the support hardly gives way
+    // J = 2 + 0.5 0.2^2; the deflection of the support is negligible
     let (row, angle) = pendulum("constant = 0.4");
     let error = close("angle turned", angle, -(0.9 - 0.4) / 2.02 * 0.2 * 0.2 / 2.0, 0.02);
     println!("angle {error:.1e}, energy error {:.1e}", row.value("energy_error"));
@@ -33,7 +33,7 @@ fn a_rotor_at_rest_turns_only_under_more_than_c0() {
     close("speed reached", row.value("end_speed_rad_s"), exact, 0.01);
 }
 
-/// The lab rig at rest, thrown against its ring.
+/// The lab rig without spin, with an initial velocity towards its ring.
 fn thrown(engine: &str, kind: &str, changes: &[(&str, &str)]) -> Row {
     let own = [
         ("run.engine", engine),
@@ -52,7 +52,7 @@ fn thrown(engine: &str, kind: &str, changes: &[(&str, &str)]) -> Row {
     }
     let row = run(machine_with(&text, &[&own[..], changes].concat()));
     assert!(row.value("contact_impulse_Ns") > 1.0 && row.value("impacts") >= 3.0, "contact happened");
-    // a run without spin has too little energy for the guard of the normal work, on every engine
+    // without spin, a run has too little energy for the guard of the normal work, on every engine
     assert_ne!(row.outcome.status, Status::Failed, "{engine}: {:?}", row.outcome.causes.words());
     row
 }
@@ -74,7 +74,7 @@ fn a_rotor_at_rest_rubs_as_on_the_reference_engines() {
     ] {
         let [ours, other] =
             ["exponential", reference].map(|engine| thrown(engine, kind, &[("braking.constant", constant)]));
-        // 5 mJ of friction in a rigid ring are not converged at 1 us on any engine
+        // with a rigid ring, the friction energy of 5 mJ is not converged at 1 us on any engine
         let compared = if kind == "rigid" { &COLUMNS[..3] } else { &COLUMNS[..] };
         for &(column, tolerance) in compared {
             let error = close(column, ours.value(column), other.value(column), tolerance);
@@ -84,7 +84,7 @@ fn a_rotor_at_rest_rubs_as_on_the_reference_engines() {
         println!("{kind}, {reference}, {constant}: speeds {speeds:?}");
         assert!(speeds[1] < -0.1, "friction turns the rotor: {speeds:?}");
         close("end speed", speeds[0], speeds[1], 1e-2);
-        // relative to the energy of the throw, as there is no spin
+        // relative to the energy of the initial velocity, as there is no spin
         let bound = if kind == "rigid" { 2e-5 } else { 1e-5 };
         assert!(ours.value("energy_error") < bound, "{}", ours.value("energy_error"));
     }

@@ -1,4 +1,5 @@
-//! Bearing tables on the exponential engine: coast-downs, rubs and pedestals against the reference engines, the balance of energies, and the end of the table.
+//! Bearing tables on the exponential engine: coast-downs, rubs and pedestals against the reference engines, the energy balance, and the end of the
+//! table.
 
 use crate::common::{Every, Row, close, machine_with, run, run_seen, study_machine, table_rotor};
 use crate::free_run::free_run;
@@ -27,7 +28,7 @@ fn free(machine: &Machine, structure: &Structure, [step, spacing]: [f64; 2]) -> 
     [found.end_speed, found.largest_loads[0], found.largest_loads[1]]
 }
 
-/// At converged steps all three engines agree to 1e-5, and the spin converges with the square of the distance of two bases.
+/// With converged steps, all three engines agree to 1e-5, and the spin converges with the square of the distance between two bases.
 #[test]
 fn a_coast_down_through_the_table_is_that_of_the_reference_engines() {
     const COLUMNS: [&str; 3] = ["end_speed_rad_s", "max_bearing_load_left_N", "max_bearing_load_right_N"];
@@ -49,13 +50,13 @@ fn a_coast_down_through_the_table_is_that_of_the_reference_engines() {
         }
         let changes = [0, 1, 2].map(|i| (ours[i][0] - ours[i + 1][0]).abs());
         println!("{interpolation}: the spin changes by {changes:?} with half the spacing");
-        // a table of straight lines bends at its own speeds, wherever the bases lie: its error falls less evenly
+        // a table of straight lines has corners at its own speeds, wherever the bases are: its error decreases less evenly
         let least = if interpolation == "pchip" { [3.5, 3.5] } else { [1.5, 3.5] };
         assert!((0..2).all(|i| changes[i] > least[i] * changes[i + 1]), "{interpolation}: {changes:?}");
     }
 }
 
-/// The default grid and steps: every column of loads and energies within the errors that the engine has without tables.
+/// The default grid and steps: every column of loads and energies is within the errors of the engine without tables.
 #[test]
 fn a_coast_down_with_default_steps_is_within_the_errors_of_the_engine() {
     for interpolation in ["linear", "pchip"] {
@@ -79,7 +80,7 @@ fn a_coast_down_with_default_steps_is_within_the_errors_of_the_engine() {
     }
 }
 
-/// Largest error of the balance of a run over its largest stored energy: as it is, and without the work of the tables.
+/// Largest error of a run's energy balance relative to its largest stored energy: as computed, and without the work of the tables.
 fn balance(machine: Machine) -> (Row, [f64; 2]) {
     let (mut first, mut errors, mut largest) = (None, [0.0_f64; 2], 0.0_f64);
     let row = run_seen(
@@ -94,10 +95,11 @@ fn balance(machine: Machine) -> (Row, [f64; 2]) {
     (row, errors.map(|error| error / largest))
 }
 
-/// The energy that a table puts in when the speed changes is a term of its own: without it the balance does not close. Of a coast-down, and of a rub that brakes the rotor.
+/// When the speed changes, a table adds energy, which is a separate term: without it the balance does not close. Checked in a coast-down, and in a
+/// rub that brakes the rotor.
 #[test]
 fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
-    // soft bearings under a light, heavily unbalanced rotor: much of the energy is in them
+    // soft bearings with a light, heavily unbalanced rotor: they hold much of the energy
     let mut soft = table_rotor("pchip", &COAST_DOWN.replace("600", "60").replace("end_speed = 250", "end_speed = 110"));
     for (from, to) in [
         ("interpolation = \"pchip\"", "interpolation = \"pchip\"\nstiffness_factor = 0.03\ndamping_factor = 0.01"),
@@ -147,7 +149,7 @@ fn a_rub_with_a_table_is_that_of_the_reduced_engine() {
     assert!(ours.value("energy_error") < 1e-6, "{}", ours.value("energy_error"));
 }
 
-/// A run that leaves its table ends at the same instant as on the full engine, to one contact step, falling and rising.
+/// A run that leaves its table ends at the same instant as on the full engine, within one contact step, for falling and rising speeds.
 #[test]
 fn a_run_that_leaves_the_table_ends_where_the_full_engine_ends() {
     let falling = "[rotor]\ninitial_speed = 130\n[run]\nend_time = 2\nend_speed = 100\n[braking]\nconstant = 600\n";
@@ -156,7 +158,7 @@ fn a_run_that_leaves_the_table_ends_where_the_full_engine_ends() {
     for (tail, cut) in [(falling, false), (rising, true)] {
         let of = |engine: &str| {
             let mut machine = machine_with(&table_rotor("pchip", tail), &[("run.engine", engine)]);
-            // what the check of a file rejects
+            // the check of a file would reject this value
             machine.run.end_speed = 0.0;
             if cut {
                 machine.run.end_time = 2.0;
@@ -178,7 +180,7 @@ fn a_run_that_leaves_the_table_ends_where_the_full_engine_ends() {
     }
 }
 
-/// Coefficients that change faster than the largest number of bases follows are rejected, and not sampled.
+/// Coefficients that change faster than the largest number of bases can follow are rejected.
 #[test]
 fn a_table_with_more_detail_than_the_grid_is_rejected() {
     let speeds: Vec<String> = (0..300).map(|i| format!("{}", 100 + 2 * i)).collect();

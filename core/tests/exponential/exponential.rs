@@ -1,4 +1,4 @@
-//! The exponential engine in free flight: against closed forms, and against the reduced engine.
+//! The exponential engine in free motion: against closed forms, and against the reduced engine.
 
 use crate::common::{Row, machine, machine_with, study_machine};
 use crate::free_run::{FreeRun, free_run};
@@ -9,7 +9,7 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::Machine;
 use nalgebra::Complex;
 
-/// A point mass of 1 on one bearing, spinning at 1.3 with an inertia that nothing slows, 0.01 at 0.5 lost at t = 0.
+/// A point mass of 1 on one bearing with a constant spin of 1.3, which loses a mass of 0.01 at radius 0.5 at t = 0.
 fn jeffcott(stiffness: &str, damping: &str) -> Machine {
     machine(&format!(
         "schema = 1\nname = \"jeffcott\"\n[run]\nend_time = 60\n[rotor.bearings.spring]\nstiffness = {stiffness}\n\
@@ -44,7 +44,7 @@ fn load_from_rest(k: f64, c: f64, f: Complex<f64>, t: f64) -> f64 {
 #[test]
 fn a_jeffcott_rotor_of_constant_spin_has_its_closed_form_at_any_step() {
     let force = 0.01 * 0.5 * 1.3 * 1.3;
-    // light, critical to the last bit (a double eigenvalue with one vector), overdamped, undamped, and two unlike planes
+    // light, critical to the last bit (a double eigenvalue with one vector), overdamped, undamped, and two different planes
     let cases = [
         ([1.01, 1.01], [0.04, 0.04]),
         ([1.01, 1.01], [2.02, 2.02]),
@@ -57,7 +57,7 @@ fn a_jeffcott_rotor_of_constant_spin_has_its_closed_form_at_any_step() {
         let machine = jeffcott(&matrix(k), &matrix(c));
         let structure = Structure::build(&machine, None).expect("buildable");
         for step in [0.01, 0.25, 6.0] {
-            // the middle of a cell, so that its speed is the rotor's
+            // the middle of a cell of the speed grid, so that its speed is that of the rotor
             let settings = StepSettings { spacing: Some(1.3 / 150.05), cells: 10, ..StepSettings::of_step(step) };
             let mut flight = FreeMotion::new(&machine, &structure, settings).expect("has a basis");
             let mut worst = 0.0_f64;
@@ -76,7 +76,7 @@ fn a_jeffcott_rotor_of_constant_spin_has_its_closed_form_at_any_step() {
     }
 }
 
-/// Times at which the spin passes a speed, from a few frames of a run.
+/// Time at which the spin passes a speed, from every n-th frame of a run.
 struct Passing {
     speed: f64,
     every: u64,
@@ -99,7 +99,7 @@ impl Follower for Passing {
     }
 }
 
-/// End speed, peak loads and time of passing a speed, of the reduced engine.
+/// End speed, peak loads and time of passing a speed, from the reduced engine.
 fn reference(machine: &Machine, structure: &Structure, passed: f64) -> FreeRun {
     let mut passing = Passing { speed: passed, every: 20, before: None, found: None };
     let outcome = simulate(machine, structure, &mut passing).expect("starts");
@@ -114,13 +114,13 @@ fn reference(machine: &Machine, structure: &Structure, passed: f64) -> FreeRun {
     }
 }
 
-/// A machine's text with nothing to touch.
+/// A machine without its diaphragm.
 fn alone(text: &str, changes: &[(&str, &str)]) -> Machine {
     let (line, _) = text.split_once("\n[diaphragms").expect("a diaphragm at the end");
     machine_with(line, changes)
 }
 
-/// Asserts that a free run is the reduced engine's: end speed and time of passing a speed to `speed`, peak loads to `load`, relative.
+/// Asserts that a free run agrees with the reduced engine: end speed and time of passing a speed within `speed`, peak loads within `load` (relative).
 #[track_caller]
 fn agree(machine: &Machine, step: f64, passed: f64, speed: f64, load: f64) {
     let structure = Structure::build(machine, None).expect("buildable");
@@ -166,7 +166,7 @@ fn the_spin_converges_with_order_two() {
     assert!((order - 2.0).abs() < 0.3, "order {order}");
 }
 
-/// Bearings so damped that their motions do not oscillate, and unlike, so that pairs of real ones merge and part with the spin.
+/// Overdamped bearings with different planes: pairs of real eigenvalues merge and separate as the speed changes.
 #[test]
 fn overdamped_pairs_go_through_the_grid() {
     let text = study_machine("lab_rig").replace("damping = \"600 N s/m\"", "damping = [[9e3, 0], [0, 6e3]]");
@@ -175,8 +175,9 @@ fn overdamped_pairs_go_through_the_grid() {
     agree(&machine, 1e-4, 290.0, 1e-6, 2e-4);
 }
 
-/// An unbalance on a bare shaft has many times the polar inertia of its place, and what it gives way laterally; with next to no damping of the torsion. Its torques
-/// fed back into modes that no step resolves: the turbine's torsional moment came out a hundred times too large with nothing said, later 2000 times.
+/// An unbalance on a bare shaft has many times the polar inertia of its node, which also deflects laterally; here with almost no torsional damping.
+/// Its torques once fed back into modes that no step resolves: the turbine's torsional moment was silently a hundred times too large, later 2000
+/// times.
 #[test]
 fn unbalances_on_a_bare_shaft_do_not_shake_it() {
     let cases: [(&str, &[(&str, &str)]); 5] = [
@@ -229,7 +230,7 @@ fn unbalances_on_a_bare_shaft_do_not_shake_it() {
             Row { machine, outcome }
         };
         let (ours, reference) = (run("exponential"), run("reduced"));
-        // a peak of a stress between two looks is missed, one of a load by 1e-3
+        // a stress peak between two sampled instants is missed, a load peak by 1e-3
         for (column, within) in [
             ("max_torsional_moment_Nm", 0.05),
             ("max_shear_stress_Pa", 0.05),
@@ -253,7 +254,7 @@ fn free_motion_repeats_to_the_last_bit() {
 
 #[test]
 fn what_has_no_basis_is_refused_by_name() {
-    // one-sided cross stiffness of an undamped mass: both planes have one frequency and one motion
+    // one-sided cross stiffness of an undamped mass: both planes have the same frequency and the same motion
     let defective = jeffcott("[[1.0, 0.5], [0.0, 1.0]]", "0");
     let structure = Structure::build(&defective, None).expect("buildable");
     let refused = FreeMotion::new(&defective, &structure, StepSettings::of_step(0.1)).expect_err("no basis");

@@ -1,4 +1,5 @@
-//! Runs at the edges of the exponential engine: bearings that all but hold their node, dwelling in resonance, strong brakes, disturbed starts, heavy unbalances, the end of a run.
+//! Limit cases of the exponential engine: bearings that almost clamp their node, dwelling in resonance, strong brakes, disturbed starts, heavy
+//! unbalances, the end of a run.
 
 use crate::common::{Row, machine_with, run, study_machine};
 use bladeoff_core::engine::{StartError, simulate};
@@ -9,7 +10,7 @@ use bladeoff_model::outcome::Status;
 
 const EXPONENTIAL: (&str, &str) = ("run.engine", "exponential");
 
-/// A machine of the repository on both engines, this one first; `free`: without its diaphragm.
+/// A machine of the repository on both engines, the exponential one first; `free`: without its diaphragm.
 fn both(name: &str, free: bool, changes: &[(&str, &str)]) -> [Row; 2] {
     [Engine::Exponential, Engine::Reduced].map(|engine| {
         let engine = ("run.engine", if engine == Engine::Reduced { "reduced" } else { EXPONENTIAL.1 });
@@ -31,7 +32,8 @@ fn near(ours: &Row, reference: &Row, column: &str, within: f64) {
     assert!((a / b - 1.0).abs() < within, "{column}: {a} {b} {:.1e}", a / b - 1.0);
 }
 
-/// What cells of the grid differ by moves the node of a bearing that all but holds it, and its load jumped for a step: 130.4 N here, and 1016 N with 1e9 N s/m, where such a bearing has no basis now.
+/// Differences between cells of the speed grid displace the node of a bearing that almost clamps it. The load of the bearing once jumped for a step:
+/// to 130.4 N here, and to 1016 N with 1e9 N s/m, where such a bearing is now rejected (no basis).
 #[test]
 fn a_bearing_that_all_but_holds_its_node_has_its_load_or_no_basis() {
     let changes = [("run.end_time", "0.25 s"), ("bearings.right.damping", "5e7")];
@@ -47,7 +49,8 @@ fn a_bearing_that_all_but_holds_its_node_has_its_load_or_no_basis() {
     }
 }
 
-/// What rounding of an eigenvalue problem leaves between pairs, carried on from station to station, moved these loads by 1e-5 with the last digits of a mass, and some masses had no basis.
+/// Rounding of the eigenvalue problem leaves coupling between pairs of modes. Carried from station to station, the coupling once changed these loads
+/// by 1e-5 with the last digits of a mass, and for some masses there was no basis.
 #[test]
 fn loads_of_soft_bearings_do_not_hang_on_last_digits() {
     let loads = ["1", "1.0000000001", "1.0000000002", "1.0000000003", "1.0000000004"].map(|mass| {
@@ -70,8 +73,9 @@ fn loads_of_soft_bearings_do_not_hang_on_last_digits() {
     assert!(most / least - 1.0 < 2e-8, "{loads:?}");
 }
 
-/// Nothing brakes a rotor that turns with its lightly damped critical speed and rubs all the while: what its unbalance would keep is hundreds of times what the ring leaves. As part of the motion
-/// between impulses it gave an energy error of 1.8e-5 here, 5e-5 with a tenth of the damping.
+/// A rotor that spins at its lightly damped critical speed and rubs without pause: the response to its unbalance alone would be hundreds of times
+/// that which the ring allows. When that response was part of the motion between impulses, the energy error was 1.8e-5 here, and 5e-5 with a tenth of
+/// the damping.
 #[test]
 fn a_rub_in_resonance_balances_its_energies() {
     let changes = [
@@ -92,7 +96,7 @@ fn a_rub_in_resonance_balances_its_energies() {
     assert!(ours.value("energy_error") < 1e-6, "{:e}", ours.value("energy_error"));
 }
 
-/// Brakes that stop the rotor within some hundred contact steps: flights were as long as for others, 2.1e-5.
+/// Brakes that stop the rotor within some hundred contact steps: steps of free motion had the usual length, and the error was 2.1e-5.
 #[test]
 fn strong_brakes_keep_free_steps_equal() {
     let changes = [("run.end_time", "0.1 s"), ("braking.linear", "0.1")];
@@ -102,7 +106,7 @@ fn strong_brakes_keep_free_steps_equal() {
     assert!(ours.value("energy_error") < 3e-6, "{:e}", ours.value("energy_error"));
 }
 
-/// A shaft that is let go bent, or in motion, rings in all its modes, whose damping looks of flights missed: 4e-3 with the first.
+/// A shaft that is released bent or in motion vibrates in all its modes, whose damping sampled instants missed: an error of 4e-3 with the first case.
 #[test]
 fn disturbed_starts_balance_their_energies() {
     for disturbed in [("rotor.initial.displacement[0]", "5 mm"), ("rotor.initial.velocity[0]", "2")] {
@@ -116,8 +120,8 @@ fn disturbed_starts_balance_their_energies() {
     }
 }
 
-/// The force of an unbalance on the spin between two impulses is that of the velocity behind the first one: with that before, energies were off in proportion to step and unbalance, 1.5e-5 and
-/// 1.2e-5 here.
+/// The force of an unbalance on the spin between two impulses follows from the velocity after the first impulse. With the velocity before the
+/// impulse, energies had errors in proportion to step and unbalance, 1.5e-5 and 1.2e-5 here.
 #[test]
 fn hard_rubs_of_heavy_unbalances_balance_their_energies() {
     for friction in ["0", "0.1"] {
@@ -133,7 +137,7 @@ fn hard_rubs_of_heavy_unbalances_balance_their_energies() {
     }
 }
 
-/// A run that ends while its loads grow, in a flight and in contact: the largest is that of its end.
+/// A run that ends while its loads grow, in free motion and in contact: the largest load is that of its end.
 #[test]
 fn the_end_of_a_run_is_seen() {
     for (free, end) in [(true, "3 ms"), (false, "0.14664 s")] {

@@ -1,4 +1,5 @@
-//! Exponential engine at fine contact steps: a ring with 24 stiff blades, whose modes with 9 to 12 nodal diameters have nearly one frequency (4.57 kHz).
+//! Exponential engine with fine contact steps: a ring with 24 stiff blades, whose modes with 9 to 12 nodal diameters have almost the same frequency
+//! (4.57 kHz).
 
 use crate::common::{Row, machine_with, run};
 use bladeoff_model::machine::{Engine, Machine};
@@ -36,7 +37,7 @@ fn a_ring_with_stiff_blades_converges_with_the_contact_step() {
     }
 }
 
-/// The flutter of the reduced ring that starts after 0.1 s is not covered: the run is rejected by the penetration of the whole ring.
+/// The flutter of the reduced ring that starts after 0.1 s is not covered: the penetration of the whole ring makes the run invalid.
 #[test]
 fn a_ring_that_is_penetrated_between_its_candidates_is_invalid() {
     let row = ring(6.5e-6, "0.12 s");

@@ -1,5 +1,5 @@
-//! The exponential engine against computations made outside it: the cases of `outside.rs` and `jeffcott.rs` that belong to an engine. Rotors at rest at t = 0
-//! and rigid rings have tests of their own.
+//! The exponential engine against independent computations: the cases of `outside.rs` and `jeffcott.rs` that depend on the engine. Rotors at rest at
+//! t = 0 and rigid rings have their own tests.
 
 use crate::common::{Every, drawn, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_core::rotor::RotorMatrices;
@@ -28,7 +28,7 @@ fn stepping(step: f64) -> String {
     format!("engine = \"exponential\"\ncontact_step = {step:?}")
 }
 
-/// Place, angle and speed at the instants of a case, at one contact step.
+/// Position, angle and speed at the instants of a case, with one contact step.
 fn states(case: &Value, step: f64) -> Vec<[f64; 4]> {
     let times = numbers(&case["times"]);
     let mut found = Vec::new();
@@ -43,8 +43,8 @@ fn states(case: &Value, step: f64) -> Vec<[f64; 4]> {
     found
 }
 
-/// Gravity, cross-coupled bearing, residual, released and lost unbalances; the fall through resonance under gravity. Unbalances weigh as much as the rotor, and so
-/// their psi'' counts: foreseen from the steps before, of order 2 in the step.
+/// Gravity, cross-coupled bearing, residual, released and lost unbalances; the deceleration through resonance under gravity. Unbalances weigh as much
+/// as the rotor, so their psi'' matters; its prediction from the previous steps is of order 2 in the step.
 #[test]
 fn point_masses_follow_an_independent_integration() {
     let mut seen = 0;
@@ -53,7 +53,7 @@ fn point_masses_follow_an_independent_integration() {
         let exact: Vec<Vec<f64>> = list(&case["state"]).iter().map(numbers).collect();
         let size = |k: usize| exact.iter().fold(0.0_f64, |max, state| max.max(state[k].abs()));
         let scales = [size(0).max(size(1)), size(0).max(size(1)), size(2), size(3)];
-        // in contact the speed of an instant is that before its impulse
+        // in contact, the speed of an instant is that before its impulse
         let compared = if text(&case["toml"]).contains("radial-spring") { 3 } else { 4 };
         let error = |step: f64| {
             let found = states(case, step);
@@ -76,7 +76,7 @@ fn point_masses_follow_an_independent_integration() {
 fn random_rotors_start_from_the_sag_and_response_computed_elsewhere() {
     for case in list(&references()["rotors"]) {
         let mut machine = drawn(text(&case["toml"]));
-        // at t = 0 a spin that is free is that of the law
+        // at t = 0, a free spin has the speed of the law
         machine.rotor.speed_law = None;
         (machine.run.engine, machine.run.step, machine.run.contact_step) = (Engine::Exponential, None, Some(1e-8));
         machine.run.rotor_modes = Some(200);
@@ -117,13 +117,14 @@ fn a_braked_rotor_stops_when_its_braking_says() {
         assert_eq!(row.outcome.status, Status::Ok, "c0 {constant}: {:?}", row.outcome.causes.words());
         let late = row.value("stop_time_s") - 20.0 * (1.0_f64 + 1.0 / constant).ln();
         println!("c0 {constant}: {late:.1e} s");
-        // a run ends at the end of the contact step in which it stops
+        // a run ends at the end of the contact step in which the rotor stops
         assert!((-0.5 * step..1.5 * step).contains(&late), "c0 {constant}: {late}");
         assert_eq!(row.value("end_speed_rad_s"), 0.0);
     }
 }
 
-/// An unbalance of ten, three and one times the spin's inertia; times of rest by DOP853 at 1e-11. What the engine cannot follow at a step is told by the balance of energies.
+/// An unbalance of ten, three and one times the inertia of the spin; reference times of rest by DOP853 at 1e-11. Where a step is too long for the
+/// engine to follow, the energy guard reports it.
 #[test]
 fn an_unbalance_that_outweighs_the_spin_s_inertia_is_followed_by_small_steps_or_told() {
     for (inertia, rest) in [(0.001, 0.465902195), (0.003, 1.069910321), (0.01, 2.465855037)] {
@@ -147,7 +148,8 @@ fn an_unbalance_that_outweighs_the_spin_s_inertia_is_followed_by_small_steps_or_
     }
 }
 
-/// Every orbit is the same circle from the first step on, but for the whirl frequencies, which stand still in a cell of the grid (of reduced: 1.5e-7).
+/// The orbit is the same circle from the first step on, except for the whirl frequencies, which are constant within a cell of the speed grid (error
+/// relative to the reduced engine: 1.5e-7).
 #[test]
 fn a_residual_unbalance_starts_steady() {
     let text = study_machine("lab_rig").replace("phase = \"0 deg\"", "phase = \"35 deg\"\npresent = \"before\"");
@@ -168,7 +170,7 @@ fn a_residual_unbalance_starts_steady() {
     assert!(low > 1e-5 && high / low - 1.0 < 3e-5);
 }
 
-/// Undamped, unbraked, on an orbit far from steady, 200 s: energy, and the drift of angular momentum.
+/// Undamped, without brake, on an orbit far from steady, 200 s: energy and drift of the angular momentum.
 #[test]
 fn an_undamped_rotor_keeps_its_energy_and_angular_momentum() {
     let drift = |step: f64| {

@@ -1,17 +1,19 @@
-//! Machines drawn at random: the exponential engine against the reduced one at small steps, from release to 15 ms after first contact; means over nine starts of each, since
-//! single hits scatter. What the default steps of both are off by: `exponential_accuracy -- random` (docs/theory/08-exponential-engine.md).
+//! Random machines: the exponential engine against the reduced one with small steps, from release to 15 ms after first contact. Single impacts
+//! scatter, so means over nine starts are compared. Errors of the default steps of both: `exponential_accuracy -- random`
+//! (docs/theory/08-exponential-engine.md).
 
 use crate::random::{COMPARED, Drawn, Found, STARTS, difference, machines};
 use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::Status;
 
-/// Limits of the columns compared, of mean differences over nine starts: at the default contact step of any machine; the same times those of `reduced` at its default step, means of
-/// all; at a 21st of the default step of any machine, where the reference's own error is left (of first order, an eighth of its default) and the candidates on a ring of 24 elements (up to 4e-3 of a
-/// load).
+/// Limits of the compared columns, for mean differences over nine starts. First: at the default contact step, for each machine. Second: the same
+/// relative to the error of `reduced` at its default step, for means over all machines. Third: at a 21st of the default step, for each machine;
+/// there the reference's own error remains (of first order, an eighth of its default), and that of the candidates on a ring of 24 elements
+/// (up to 4e-3 of a load).
 const LIMITS: [[f64; 3]; COMPARED.len()] =
     [[1e-4, 0.5, 1e-4], [1e-2, 0.4, 1e-2], [1e-2, 0.4, 5e-3], [1e-2, 0.4, 5e-3], [2e-2, 0.5, 1e-2], [2e-3, 0.6, 2e-3]];
 
-/// Runs of all starts of a machine: reference, exponential engine in fine steps, both engines in their default steps.
+/// Runs of all starts of a machine: reference, exponential engine with fine steps, both engines with their default steps.
 fn runs_of(machine: &Drawn) -> [Vec<Found>; 4] {
     let [largest, step] = machine.steps();
     let starts = machine.starts();
@@ -30,7 +32,7 @@ fn random_machines_rub_as_in_the_reduced_engine() {
     let all = machines(10, "hyp2");
     let mut wrong = Vec::new();
     let mut sums = [[0.0; COMPARED.len()]; 2];
-    // this test takes longer than its neighbours, so its machines are computed side by side
+    // this test takes longer than the others, so its machines are computed in parallel
     let runs: Vec<[Vec<Found>; 4]> = std::thread::scope(|scope| {
         let threads: Vec<_> = all.iter().map(|machine| scope.spawn(|| runs_of(machine))).collect();
         threads.into_iter().map(|thread| thread.join().expect("runs")).collect()
@@ -71,7 +73,7 @@ fn random_machines_rub_as_in_the_reduced_engine() {
             all.len(),
             exponential / reduced
         );
-        // the default contact step is chosen by this
+        // the default contact step was selected by this criterion
         if !(exponential > 0.0 && exponential < LIMITS[column][1] * reduced) {
             wrong.push(format!("{name} at the default steps: {exponential:e}, reduced {reduced:e}"));
         }

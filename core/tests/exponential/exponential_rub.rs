@@ -13,7 +13,7 @@ fn rub(name: &str, changes: &[(&str, &str)], step: f64, flies: bool) -> RubbingR
     found
 }
 
-/// Asserts that each is within its relative tolerance of the reduced engine's.
+/// Asserts that each value is within its relative tolerance of that of the reduced engine.
 #[track_caller]
 fn near(found: &RubbingRun, fine: &crate::common::Row, names: &[&str], within: [f64; 6]) {
     let mut loads = 0.0_f64;
@@ -69,7 +69,7 @@ fn free_motion_misses_no_contact() {
     assert!((first(&flying) - first(&stepping)).abs() < 2e-4, "{flying:?} {stepping:?}");
 }
 
-/// A release rings in every mode, and the rub after it: loads of a run that flies are those of one that takes contact steps alone.
+/// A release and the rub after it excite every mode: the loads of a run with steps of free motion are those of one with contact steps alone.
 #[test]
 fn peaks_of_free_motion_are_those_of_contact_steps() {
     for (name, end, step) in [("lab_rig", "0.16 s", 3.4e-6), ("lp_turbine_paper", "3.2 s", 5e-5)] {
@@ -94,7 +94,7 @@ fn contact_that_is_not_covered_is_refused_by_name() {
     assert!(matches!(refused, ExponentialError::NotCovered { .. }), "{refused}");
 }
 
-/// The table of docs/theory/08-exponential-engine.md in short: more cells between two stations bring a rub nearer to that of a fine grid.
+/// Short form of the table in docs/theory/08-exponential-engine.md: with more cells between two stations, a rub approaches that of a fine grid.
 #[test]
 fn a_rub_converges_with_the_cells_of_the_grid() {
     let machine = machine_with(&study_machine("lp_turbine_paper"), &[("run.end_time", "3.4 s")]);
@@ -111,7 +111,8 @@ fn a_rub_converges_with_the_cells_of_the_grid() {
     assert!(errors[1] < 0.5 * errors[0] && errors[1] < 1e-4, "{errors:?}");
 }
 
-/// Rings of more than 200 elements have points that are no multiple of the elements: 384 on 240 elements, and on 221 elements with 13 blades.
+/// Rings of more than 200 elements have a number of points that is not a multiple of the elements: 384 on 240 elements, and on 221 elements with 13
+/// blades.
 #[test]
 fn rings_of_many_elements_rub_as_in_the_reduced_engine() {
     for (elements, blades) in [("elements = 240", "count = 8"), ("elements = 221", "count = 13")] {

@@ -1,4 +1,4 @@
-//! Whole runs of the exponential engine: every column against the reduced engine, and the balance of energies.
+//! Whole runs of the exponential engine: every column against the reduced engine, and the energy balance.
 
 use crate::common::{Every, Row, machine_with, run, run_seen, study_machine};
 use bladeoff_core::engine::{TimeStep, simulate};
@@ -71,7 +71,7 @@ fn every_column_of_a_rub_of_the_turbine_is_that_of_the_reduced_engine() {
     assert!(ours.value("impacts") > 0.0 && reference.value("impacts") > 0.0, "touches");
     let (ring, others): (Vec<_>, Vec<_>) = COLUMNS.iter().partition(|(name, _)| *name == "max_ring_stress_Pa");
     agree(&ours, &reference, &others);
-    // two points beside a blade's foot share the force, in each engine in its own way: the reference is a run with all ring modes
+    // two contact points beside the foot of a blade share the force differently in each engine: the reference is a run with all ring modes
     let all_modes = [change[0], ("run.ring_modes", "10000")];
     let exact = exponential(machine_with(&study_machine("lp_turbine_paper"), &all_modes), 2.5e-6).value(ring[0].0);
     let errors = [&ours, &reference].map(|row| row.value(ring[0].0) / exact - 1.0);
@@ -95,7 +95,7 @@ fn moments_and_stresses_of_a_rub_do_not_hang_on_the_step() {
     }
 }
 
-/// Pairs that come to rest within a step: a mean of the load before and after an impulse grew with the damping, to 3 kN.
+/// Pairs of modes that come to rest within a step: a mean of the load before and after an impulse grew with the damping, to 3 kN.
 #[test]
 fn bearings_of_any_damping_have_the_loads_of_the_reduced_engine() {
     for damping in ["1e5", "1e6", "1e7"] {
@@ -145,7 +145,7 @@ fn a_free_run_balances_its_energies() {
     }
 }
 
-/// The energies of frames one by one, on bearings whose skew stiffness puts energy in.
+/// Energies of single frames, on bearings whose skew stiffness adds energy.
 #[test]
 fn energies_one_by_one_balance_on_skew_bearings() {
     let text = study_machine("lab_rig").replace("stiffness = \"2e6 N/m\"", "stiffness = [[2e6, 2e4], [-2e4, 2e6]]");
@@ -166,7 +166,8 @@ fn energies_one_by_one_balance_on_skew_bearings() {
     assert!(error < 5e-7 && skew > 3e-6, "{error} {skew}");
 }
 
-/// At every step and in every flight, not at looks alone: of a whip (what damping had taken stood still for up to seven steps, 2.7e-4 of the energies) and of a rub with bounces.
+/// Energies at every step of contact and free motion, not only at sampled instants: in a whip (the energy taken by damping was constant for up to
+/// seven steps, an error of 2.7e-4) and in a rub with bounces.
 #[test]
 fn energies_of_shown_instants_balance() {
     for (gap, friction, end, eccentricity) in [("4 mm", "0.2", "1.15 s", 0.03), ("5 mm", "0.15", "0.5 s", 5e-3)] {
@@ -189,8 +190,8 @@ fn energies_of_shown_instants_balance() {
     }
 }
 
-/// Looks at the ends of flights of 0.78 ms saw a mode of 640 Hz, which rings after each impact, in one phase (2.4e-6 and 3.1e-6 of the energies); looks at a whip, more of them while the spin
-/// falls, saw one part of each whirl more often than the rest (7.4e-6).
+/// Samples at the ends of free motions of 0.78 ms saw a mode of 640 Hz, which rings after each impact, always in the same phase (errors of 2.4e-6 and
+/// 3.1e-6 of the energies). In a whip, with more samples while the spin falls, one part of each whirl was sampled more often than the rest (7.4e-6).
 #[test]
 fn bounces_and_whips_balance_their_energies() {
     for (gap, friction, end, limit) in
@@ -225,7 +226,8 @@ fn whips_with_heavy_unbalances_balance_their_energies() {
     }
 }
 
-/// The normal impulses of a heavy unbalance without friction and damping: the rest of the balance has no other loss. The error was 1.1e-6, of first order in the step.
+/// Normal impulses of a heavy unbalance without friction and damping, so that no other loss hides an error of the balance. The error was 1.1e-6, of
+/// first order in the step.
 #[test]
 fn heavy_unbalances_without_damping_keep_their_energies() {
     let changes = [
@@ -248,11 +250,12 @@ fn heavy_unbalances_without_damping_keep_their_energies() {
     assert!(ours.value("energy_error") < 1e-7, "{:e}", ours.value("energy_error"));
 }
 
-/// What a blow makes of psi' is felt by the rotor in its step, not from the next one on: the energies of these runs were 0.7 to 2.2e-5 off, and rotors that the ring stops were `invalid`.
+/// The change of psi' by an impact acts on the rotor within the same step. When it acted from the next step on, the energies of these runs had errors
+/// of 0.7e-5 to 2.2e-5, and rotors that the ring stops were `invalid`.
 #[test]
 fn rotors_that_their_ring_stops_keep_their_energies() {
     for (mass, friction) in [("40 g", "0.65"), ("60 g", "0.65"), ("40 g", "2"), ("60 g", "2")] {
-        // the guard is that of the engine under test
+        // the guard of the exponential engine, for both engines
         let changes = [
             ("run.end_time", "0.1 s"),
             ("blade_off.mass", mass),
@@ -267,7 +270,8 @@ fn rotors_that_their_ring_stops_keep_their_energies() {
     }
 }
 
-/// A slow spin turns planes into circles within some rad/s on bearings that are not the same in all directions: from station to station of 4 rad/s a whip lost 2e-4 of its energies.
+/// On anisotropic bearings, a slow spin turns planar modes into circular ones within some rad/s: with stations of 4 rad/s, a whip lost 2e-4 of its
+/// energies.
 #[test]
 fn whips_on_anisotropic_bearings_balance_their_energies() {
     let text = study_machine("lp_turbine_paper");
@@ -295,7 +299,7 @@ fn a_run_of_a_few_steps_balances_its_energies() {
     }
 }
 
-/// What this engine does not cover is refused where it stands, with the engine that does.
+/// A machine that this engine does not cover is rejected at the key concerned, and the message names an engine that covers it.
 #[test]
 fn what_is_not_covered_is_refused_at_its_key() {
     let refused = |changes: &[(&str, &str)]| {
@@ -322,7 +326,7 @@ fn what_is_not_covered_is_refused_at_its_key() {
     }
     let said = refused(&[("run.contact_step", "1 us"), ("run.engine", "reduced")]);
     assert!(said.contains("run.step, or run.engine = \"exponential\""), "{said}");
-    // the largest step that is allowed is told, and is one
+    // the message has the largest allowed step, which is accepted
     let of = |step: f64| of_engine(machine_with(&study_machine("lab_rig"), &[("run.end_time", "1 ms")]), step);
     let structure = Structure::build(&of(1e-6), None).expect("buildable");
     let plan = TimeStep::new(&of(1e-6), &structure).expect("small enough");
@@ -341,18 +345,18 @@ fn heavy_rub_at_a_large_step_balances_its_energies() {
     assert!(ours.value("normal_work_J").abs() < 1e-3 * ours.value("friction_energy_J"));
 }
 
-/// Friction that drives the rotor into backward whip: dozens of millimetres, tens of meganewtons, contact along a fifth of the ring. (At 1.1 s it still
-/// grows, and half the step of the reduced engine has forces 6 % larger there.) Limits: what half the contact step
-/// changes, and twice that of the reduced engine's (docs/theory/08-exponential-engine.md).
+/// Friction that drives the rotor into backward whip: dozens of millimetres, tens of meganewtons, contact along a fifth of the ring. (At 1.1 s the
+/// motion still grows, and with half the step of the reduced engine, forces are 6 % larger there.) Limits: the change with half the contact step, and
+/// twice the change with half the step of the reduced engine (docs/theory/08-exponential-engine.md).
 #[test]
 fn whip_is_that_of_the_reduced_engine() {
-    // the guard is that of the engine under test
+    // the guard of the exponential engine, for both engines
     let changes = [
         ("run.end_time", "1.6 s"),
         ("contact.gap", "4 mm"),
         ("contact.friction", "0.2"),
         ("run.guard.energy_balance", "1e-5"),
-        // far beyond the model, and the same in both engines
+        // far beyond the validity of the model, for both engines
         ("run.limit.ring_displacement.on_exceed", "note"),
     ];
     let machine = || machine_with(&study_machine("lp_turbine_paper"), &changes);
@@ -377,13 +381,14 @@ fn whip_is_that_of_the_reduced_engine() {
         assert!((ours / theirs - 1.0).abs() < limit, "{name}: {ours} {theirs}");
     }
     println!("energy error {:.1e}, normal work {:.1e}", ours.value("energy_error"), ours.value("normal_work_J"));
-    // where 10 MN run around the ring it is penetrated between the points, by more than the guard of the gap allows
+    // forces of 10 MN that run around the ring penetrate it between the contact points by more than the guard allows
     let causes = ours.outcome.causes.words();
     assert!(matches!(causes.as_deref(), None | Some("penetration")), "{causes:?}");
     assert!(ours.value("energy_error") < 1e-5 && ours.value("normal_work_J") > 0.0);
 }
 
-/// What damping takes is that of a whole step: the powers of the mean rates lacked 1.7e-4 and 4e-3 of the energies here, most of the latter as the start came to rest.
+/// The work of damping is computed over a whole step: the powers of mean rates missed 1.7e-4 and 4e-3 of the energies here, most of the latter while
+/// the start came to rest.
 #[test]
 fn whips_on_strongly_damped_bearings_balance_their_energies() {
     for damping in ["5.8e4", "1e6"] {
@@ -396,7 +401,7 @@ fn whips_on_strongly_damped_bearings_balance_their_energies() {
     }
 }
 
-/// Friction of 0.5, the ring's small displacements left far behind: what is left of the run is bounded and of the turbine's size.
+/// Friction of 0.5, far beyond small displacements of the ring: the rest of the run is bounded by the size of the turbine.
 #[test]
 fn whip_at_high_friction_is_bounded() {
     let changes =
@@ -443,12 +448,12 @@ fn runs_that_share_bases_are_those_that_do_not() {
     let second = values(&machine, &shared);
     assert_eq!(second, values(&machine, &build()));
     assert_ne!(first, second, "friction counts");
-    // from the third on, cells are there
+    // from the third run on, the cells of the speed grid exist
     assert_eq!(first, values(&other, &shared));
     assert_eq!(second, values(&machine, &shared));
 }
 
-/// Speeds whose longest flights are not the same, by one chain of stations.
+/// Initial speeds with different longest free motions, on one chain of stations.
 #[test]
 fn runs_from_other_speeds_leave_nothing_in_the_cells_they_share() {
     let of = |speed: &str| {
@@ -468,7 +473,7 @@ fn runs_from_other_speeds_leave_nothing_in_the_cells_they_share() {
     }
 }
 
-/// A machine with a yield strength: a follower changes no bit, and neither does the strength where nothing comes near it.
+/// A machine with a yield strength: a follower changes no bit, nor does the strength if stresses are far below it.
 #[test]
 fn yield_strengths_are_watched_whoever_follows() {
     let rub = |strength: &str, follower: &mut dyn bladeoff_core::record::Follower| {
@@ -484,7 +489,7 @@ fn yield_strengths_are_watched_whoever_follows() {
     let alone = rub("20 MPa", &mut NoHistory);
     assert!(alone.value("impacts") > 0.0, "touches");
     assert_eq!(alone.outcome, rub("20 MPa", &mut Every(|_| {})).outcome);
-    // exceeded in the rub, at a time of its own
+    // exceeded during the rub, each at its own time
     for name in ["limit_ratio_ring_yield", "limit_ratio_shaft_yield", "limit_ratio_blade_yield"] {
         println!("{name} {:?}", alone.get(name));
     }

@@ -12,14 +12,14 @@ pub struct FreeRun {
     pub end_speed: f64,
     /// Largest load of each bearing, in the machine's order \[N\].
     pub largest_loads: Vec<f64>,
-    /// Time at which the falling spin first passes the speed `passed` \[s\]; `None` where it does not.
+    /// Time at which the falling spin first passes the speed `passed` \[s\]; `None` if it does not.
     pub passing: Option<f64>,
     /// Number of modal bases that were computed, and a bound of their condition.
     pub bases: (usize, f64),
 }
 
-/// Computes a run in equal steps up to `run.end_time`, as if there were nothing to touch. `passed` is a speed whose time of
-/// passing is reported \[rad/s\].
+/// Computes a run in equal steps up to `run.end_time`, as if there were no diaphragm. `passed` is a speed whose time of passing is reported
+/// \[rad/s\].
 ///
 /// # Errors
 /// [`ExponentialError`] for a machine that is not covered or has no modal basis at a speed of the run.

@@ -1,13 +1,14 @@
-//! Instructions of a step of the exponential engine, pinned loosely: what makes it slow is found here, whatever else the machine does.
+//! Instructions per step of the exponential engine, with a loose upper limit: finds slowdowns independently of the load on the machine.
 //!
-//! Counted by callgrind in a process of its own that runs one machine twice, and in another that runs it three times: their difference is a run whose bases and cells are there.
+//! Counted by callgrind in one process that runs a machine twice, and in another that runs it three times. Their difference is a run whose
+//! bases and cells of the speed grid exist already.
 
 use crate::common::{machine_with, run, study_machine};
 use bladeoff_model::machine::Machine;
 use bladeoff_numerics::linalg::lanes::{Width, width};
 use std::process::Command;
 
-/// What the processes under callgrind run, and how often.
+/// Work of the processes under callgrind, and number of runs.
 const WORK: &str = "BLADEOFF_TEST_WORK";
 const TIMES: &str = "BLADEOFF_TEST_TIMES";
 
@@ -45,7 +46,7 @@ fn machine(work: &str) -> Machine {
 fn work_to_count() {
     let work = std::env::var(WORK).unwrap_or_else(|_| "rub".to_owned());
     let times: usize = std::env::var(TIMES).map_or(1, |times| times.parse().expect("a number"));
-    // one structure for all: the second run finds the bases of the first, the third the cells of the second
+    // one structure for all runs: the second finds the bases of the first, the third the cells of the second
     let machine = machine(&work);
     let structure = bladeoff_core::structure::Structure::build(&machine, None).expect("buildable");
     for _ in 0..times {
@@ -55,7 +56,7 @@ fn work_to_count() {
     }
 }
 
-/// Instructions of a process that does some work so many times; `None` without callgrind.
+/// Instructions of a process that repeats some work; `None` without callgrind.
 fn counted(work: &str, times: usize) -> Option<f64> {
     let this = std::env::current_exe().expect("a test is a file");
     let out = Command::new("valgrind")
@@ -79,7 +80,7 @@ fn a_step_takes_few_instructions() {
         return;
     }
     let mut of_a_rub = f64::INFINITY;
-    // pinned for vectors of four: 13 075, 14 357, 14 443, 13 761, 15 295 and 13 688 were counted
+    // limits for vectors of four; the counts were 13 075, 14 357, 14 443, 13 761, 15 295 and 13 688
     let narrow = if width() == Width::Sse2 { 2.0 } else { 1.0 };
     for (work, pinned) in [
         ("rub", 14_500.0),

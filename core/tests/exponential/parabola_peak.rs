@@ -1,7 +1,7 @@
 //! Largest value of a quantity that is sampled at equal steps, with a parabola between three samples.
 //!
-//! For a part of the quantity that varies with the frequency w the parabola misses at most `(w h)^4/32`: 1.2e-4 at `w h = 0.25`,
-//! 8e-6 at the turbine's spin and 0.8 ms. It is no bound for faster parts.
+//! For a component with the frequency w, the parabola misses at most `(w h)^4/32`: 1.2e-4 at `w h = 0.25`, 8e-6 at the turbine's spin and 0.8 ms.
+//! For faster components this is not a bound.
 
 /// Largest value so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -41,7 +41,7 @@ mod tests {
             }
             assert!((vertex.value - 1.0).abs() < 0.25_f64.powi(4) / 32.0, "{shift}: {}", vertex.value);
         }
-        // a value that still rises is its own
+        // while the value rises, the last sample is the peak
         let mut rising = ParabolaPeak::default();
         [1.0, 2.0, 4.0].into_iter().for_each(|value| rising.add(value));
         assert!((rising.value - 4.0).abs() < 1e-15);

@@ -1,17 +1,17 @@
-//! Prescribed speeds on the exponential engine: the reference engine, and the energy of the drive.
+//! Prescribed speeds on the exponential engine: comparison with the reference engine, and the energy of the drive.
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::common::{Row, close, machine_with, run, study_machine};
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::Status;
 
-/// A machine of the repository with a law of its speed.
+/// A machine of the repository with a prescribed speed.
 fn driven(name: &str, engine: &str, law: &str, changes: &[(&str, &str)]) -> Machine {
     let text = study_machine(name).replace("[rotor.damping]", &format!("[rotor.speed_law]\n{law}\n[rotor.damping]"));
     machine_with(&text, &[changes, &[("run.engine", engine)]].concat())
 }
 
-/// Columns whose values both engines have to their errors of step. (Torsional moments are peaks between observations.)
+/// Columns that both engines have within the errors of their steps. (Torsional moments are peaks between observations.)
 const TIGHT: [&str; 7] = [
     "end_speed_rad_s",
     "max_bearing_load_N",
@@ -53,7 +53,7 @@ fn compare(name: &str, law: &str, changes: &[(&str, &str)], [tight, torsion]: [f
 fn free_rotors_follow_their_laws_as_on_the_reference_engine() {
     let corners = "times = [0, 0.1, 0.2]\nspeeds = [\"3000 rpm\", \"3300 rpm\", \"2900 rpm\"]";
     let free = [("run.end_time", "0.3 s"), ("contact.gap", "2 mm")];
-    // on a bare shaft an unbalance has many times the inertia of its place
+    // on a bare shaft, an unbalance has many times the inertia of its node
     let bare = [free[0], free[1], ("blade_off.position", "0.2 m")];
     for (law, changes) in [("acceleration = 0", &free[..]), (corners, &free), ("acceleration = 400", &bare)] {
         let row = compare("lab_rig", law, changes, [1e-3, 5e-3]);
@@ -69,8 +69,8 @@ fn free_rotors_follow_their_laws_as_on_the_reference_engine() {
 
 #[test]
 fn driven_rotors_rub_as_on_the_reference_engine() {
-    // At -20 rad/s2 the largest 1 ms force of hyp1 is that of one bounce after 0.08 s, and single runs scatter by 1.2 % there: over 15 initial speeds within 0.4 %
-    // the means of both engines differ by 1.2e-4.
+    // At -20 rad/s2, the largest 1 ms force of hyp1 is that of one bounce after 0.08 s, and single runs scatter by 1.2 % there: over 15 initial speeds
+    // within 0.4 %, the means of both engines differ by 1.2e-4.
     for (detection, law, end, tolerance) in [
         ("hyp2", "acceleration = 0", "0.25 s", 2e-3),
         ("hyp1", "acceleration = 0", "0.25 s", 5e-3),
@@ -85,7 +85,7 @@ fn driven_rotors_rub_as_on_the_reference_engine() {
         ];
         let row = compare("lab_rig", law, &changes, [tolerance, 1e-2]);
         assert!(row.value("contact_impulse_Ns") > 0.0 && row.value("impacts") >= 1.0, "contact happened");
-        // friction is work of the drive
+        // the drive does the work of friction
         assert!(row.value("friction_energy_J") > 1.0, "{}", row.value("friction_energy_J"));
     }
 }

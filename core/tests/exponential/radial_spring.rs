@@ -3,7 +3,7 @@
 use crate::common::{Every, Row, close, machine, run, run_seen, study_machine, vertex};
 use bladeoff_model::outcome::Status;
 
-/// A flexible rotor with a heavy disc, whose spin is an unknown, in a spring at a quarter of its length.
+/// A flexible rotor with a heavy disc and a free spin, in a spring at a quarter of its length.
 fn rotor(engine: &str, step: Option<f64>, law: &str) -> String {
     let key = if engine == "exponential" { "contact_step" } else { "step" };
     let step = step.map_or(String::new(), |step| format!("{key} = {step:?}\n"));
@@ -32,7 +32,7 @@ fn largest_force(text: &str) -> (Row, f64) {
     (row, vertex(forces[top - 1], forces[top], forces[top + 1]).1)
 }
 
-/// Force and end speed of an independent integration (Radau IIA of order 5, its own Timoshenko elements).
+/// Force and end speed against an independent integration (Radau IIA of order 5, separate Timoshenko elements).
 #[test]
 fn a_spring_has_the_force_and_the_end_speed_of_an_independent_integration() {
     let [force, speed] = [629.282_513_8, 199.147_831_06];
@@ -47,7 +47,7 @@ fn a_spring_has_the_force_and_the_end_speed_of_an_independent_integration() {
     }
 }
 
-/// Columns that both engines have in common to their errors of step.
+/// Columns in which both engines agree within the errors of their steps.
 const ROBUST: [&str; 8] = [
     "end_speed_rad_s",
     "first_contact_s",
@@ -59,7 +59,7 @@ const ROBUST: [&str; 8] = [
     "contact_time_s",
 ];
 
-/// The rig on skew bearings, under gravity, in a spring beside its axis.
+/// The rig on skew bearings, under gravity, in a spring with an offset.
 fn rig(engine: &str, law: &str, stiffness: f64, end: f64) -> String {
     let text = study_machine("lab_rig");
     let (head, tail) = text.split_once("[diaphragms.seal]").expect("a diaphragm");
@@ -75,7 +75,7 @@ fn rig(engine: &str, law: &str, stiffness: f64, end: f64) -> String {
     .replace("offset = [\"0 mm\", \"0 mm\"]", "offset = [\"0.05 mm\", \"-0.02 mm\"]")
 }
 
-/// A stiff spring is compared with the full model: the reference engine has no static flexibility of truncated modes there.
+/// A stiff spring is compared with the full model: the reduced engine has no residual flexibility of truncated modes at springs.
 #[test]
 fn rubs_on_springs_are_those_of_the_reference_engines() {
     for (law, stiffness, reference, tolerance) in
@@ -88,7 +88,7 @@ fn rubs_on_springs_are_those_of_the_reference_engines() {
             assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome.causes.words());
         }
         for name in ROBUST {
-            // begin and end of a contact are found to a step
+            // begin and end of a contact are resolved to one step
             let tolerance = if name == "contact_time_s" { 5e-3 } else { tolerance };
             let error = close(name, ours.value(name), reference.value(name), tolerance);
             println!("{law}, {stiffness:e} N/m, {name}: {error:.1e}");
@@ -96,8 +96,8 @@ fn rubs_on_springs_are_those_of_the_reference_engines() {
     }
 }
 
-/// Fourth order inside the spring, second order where a contact begins or ends. With three modes of torsion: the higher ones of the default (16) are resolved
-/// from 10 us on alone.
+/// Fourth order inside the spring, second order where a contact begins or ends. With three torsional modes: the higher ones of the default (16) are
+/// resolved only with steps of 10 us and less.
 #[test]
 fn rubs_on_springs_converge_with_order_two() {
     let of = |step: f64| {
@@ -121,7 +121,7 @@ fn rubs_on_springs_converge_with_order_two() {
     }
 }
 
-/// The friction torque of a spring acts at one place of the shaft: without the higher torsional modes its largest moment was a thirteenth.
+/// The friction torque of a spring acts at one node of the shaft: without the higher torsional modes its largest moment was a thirteenth.
 #[test]
 fn the_torque_of_a_rub_on_a_spring_reaches_the_shaft() {
     let rig = study_machine("lab_rig");

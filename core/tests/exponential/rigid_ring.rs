@@ -3,7 +3,7 @@
 use crate::common::{Row, close, machine, machine_with, run, study_machine};
 use bladeoff_model::outcome::{Cause, Status};
 
-/// The lab rig with rigid rings of these names, places and gaps, and a blade that rubs from the first hundredth of a second on.
+/// The lab rig with rigid rings of these names, positions and gaps, and a blade-off that rubs from the first hundredth of a second on.
 fn rig(of_run: &str, contact: &str, rings: &[(&str, f64, f64)]) -> Row {
     let text = study_machine("lab_rig");
     let (shaft, _) = text.split_once("[diaphragms.seal]").expect("a diaphragm");
@@ -23,7 +23,8 @@ fn rig(of_run: &str, contact: &str, rings: &[(&str, f64, f64)]) -> Row {
 
 const MIDDLE: [(&str, f64, f64); 1] = [("seal", 0.5, 5e-4)];
 const EXPONENTIAL: &str = "end_time = 0.1\nengine = \"exponential\"";
-/// Columns with their tolerances. An impact on a rigid ring excites the highest mode of the shaft, so peaks of loads settle where a step resolves it.
+/// Columns with their tolerances. An impact on a rigid ring excites the highest mode of the shaft, so load peaks converge only when the step resolves
+/// that mode.
 const COLUMNS: [(&str, f64); 5] = [
     ("end_speed_rad_s", 5e-5),
     ("contact_impulse_Ns", 5e-4),
@@ -32,7 +33,7 @@ const COLUMNS: [(&str, f64); 5] = [
     ("max_filtered_contact_force_N", 5e-3),
 ];
 
-/// The reference engines are of first order there, so their values are extrapolated from two steps.
+/// The reference engines are of first order here, so their values are extrapolated from two steps.
 #[test]
 fn rubs_in_a_rigid_ring_are_those_of_the_reference_engines() {
     for (engine, contact) in [
@@ -70,7 +71,8 @@ fn rubs_in_a_rigid_ring_converge() {
     assert!(fine.value("energy_error") < 0.1 * energy[0], "{energy:?}");
 }
 
-/// Two rigid rings couple through the shaft alone. How they share an impact settles where a step resolves the shaft's highest mode, on both engines.
+/// Two rigid rings are coupled through the shaft alone. Their shares of an impact converge when the step resolves the shaft's highest mode, on both
+/// engines.
 #[test]
 fn two_rigid_rings_touch_at_once() {
     let rings = [("a", 0.4, 4e-4), ("b", 0.6, 4.02e-4)];
@@ -85,8 +87,8 @@ fn two_rigid_rings_touch_at_once() {
     }
 }
 
-/// A rigid ring beside a flexible one: both are hit. With truncated modes of the rotor the rigid one takes too much, and the run is invalid; with all
-/// modes it takes what `full` gives it.
+/// A rigid ring beside a flexible one, with impacts on both. With truncated rotor modes the impulse of the rigid ring is too large, and the run
+/// invalid; with all modes it agrees with `full`.
 #[test]
 fn a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone() {
     let text = study_machine("lab_rig").replace("mass = \"10 g\"", "mass = \"25 g\"");
@@ -113,7 +115,7 @@ fn a_rigid_ring_beside_a_flexible_one_is_computed_with_all_modes_alone() {
         assert_eq!(few.outcome.cause, Some(Cause::ModalBasis), "{engine}: {:?}", few.outcome.causes.words());
         let all = row(engine, "80");
         assert!(!all.outcome.causes.contains(Cause::ModalBasis), "{engine}: {:?}", all.outcome.causes.words());
-        // the impulses of `exponential` share an impact on both rings a little otherwise, at any step
+        // at any step, the impulses of `exponential` share an impact between the rings slightly differently
         let far = if engine == "reduced" { 0.01 } else { 0.1 };
         for (column, tolerance) in
             [("contact_impulse_far_Ns", far), ("contact_impulse_seal_Ns", 0.01), ("max_bearing_load_N", 0.02)]

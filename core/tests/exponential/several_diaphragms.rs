@@ -1,6 +1,6 @@
 //! Several diaphragms on the exponential engine: an independent reference, the reference engines, and a single diaphragm.
 //!
-//! The reference has its own Timoshenko elements (Cowper's coefficient), radial springs with slip friction at a quarter and three
+//! The reference has separate Timoshenko elements (Cowper's coefficient), radial springs with slip friction at a quarter and three
 //! quarters of the span, and Radau IIA of order 5 (two tolerances agree to 1e-7 or better in forces, 1e-9 in the end speed).
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
@@ -58,7 +58,7 @@ fn springs_have_the_forces_of_the_reference_at_the_default_step() {
     near(&mirrored, "end_speed_rad_s", row.value("end_speed_rad_s"), 1e-10);
 }
 
-/// Sums over the whole rub; a peak is off by the distance of the steps to it.
+/// Sums over the whole rub converge; a peak has an error from its distance to the nearest step.
 #[test]
 fn springs_converge_with_order_two() {
     let of = |step: f64| {
@@ -75,7 +75,7 @@ fn springs_converge_with_order_two() {
     }
 }
 
-/// Text of the lab rig with rings of these names, places and gaps in the place of its own.
+/// Text of the lab rig with rings of these names, positions and gaps in place of its own.
 fn rig_text(of_run: &str, rings: &[(&str, f64, f64)]) -> String {
     with_rings(&study_machine("lab_rig"), of_run, rings)
 }
@@ -84,7 +84,7 @@ fn rig(of_run: &str, rings: &[(&str, f64, f64)]) -> Machine {
     machine(&rig_text(of_run, rings))
 }
 
-/// Asserts that a row with a diaphragm `far` has the digits of one without it.
+/// Asserts that a diaphragm `far`, which is out of reach, changes no digit of the row.
 fn same_digits(alone: &Row, both: &Row, name: &str) {
     assert!(alone.value("contact_impulse_Ns") > 0.0, "contact happened");
     assert_eq!(both.value("contact_impulse_far_Ns"), 0.0);
@@ -125,7 +125,7 @@ fn a_diaphragm_out_of_reach_changes_no_digit() {
     same_digits(&alone, &of(&(far + &near)), "seal");
 }
 
-/// Rings on both sides of the disc, which both touch in the first tenth of a second.
+/// Rings on both sides of the disc; both are touched within the first tenth of a second.
 const RINGS: [(&str, f64, f64); 2] = [("a", 0.4, 3e-4), ("b", 0.6, 3.05e-4)];
 
 /// Detections, with one point of contact and with several.
@@ -200,7 +200,8 @@ fn two_flexible_rings_converge() {
     }
 }
 
-/// Two close rings: the minima of one move to the next ring point and back with the impulses at the other. The runs ended with `loss_of_uniqueness`.
+/// Two close rings: the minima of one alternate between neighbouring ring points with the impulses at the other. These runs once ended with
+/// `loss_of_uniqueness`.
 #[test]
 fn close_rings_settle_where_their_points_alternate() {
     for [one, other] in [[0.45, 0.55], [0.3, 0.31]] {
@@ -241,7 +242,7 @@ fn a_ring_and_a_spring_touch_at_once() {
     }
 }
 
-/// Sums of the forces of each diaphragm, and of those in frames.
+/// Sums of the forces on each diaphragm, and on those in frames.
 #[derive(Default)]
 struct Forces {
     impulses: [f64; 2],

@@ -1,7 +1,7 @@
 //! Bearings whose stiffness and damping are tables over the speed, with skew and cross terms.
 //!
-//! The references were computed outside this program: Timoshenko elements of their own (six Gauss points), each of the eight coefficients interpolated on its own,
-//! eigenvalues of the first-order system in double precision, the response to unbalance by a complex solution.
+//! The references were computed independently: separate Timoshenko elements (six Gauss points), separate interpolation of each of the eight
+//! coefficients, eigenvalues of the first-order system in double precision, the response to unbalance by a complex solution.
 #![expect(clippy::unreadable_literal, reason = "reference values as they were computed")]
 
 use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine, table_rotor};
@@ -187,7 +187,7 @@ fn major([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
 #[test]
 fn unbalance_response_between_the_points_is_that_of_the_reference() {
     for (interpolation, reference) in [("linear", &LINEAR_RESPONSE[..]), ("pchip", &PCHIP_RESPONSE)] {
-        // the reference has the mass of the unbalance in its mass matrix, this response does not
+        // the reference has the mass of the unbalance in its mass matrix; the response here does not
         let machine = machine(&table_rotor(interpolation, AT_CONSTANT_SPEED).replace("mass = 80\n", "mass = 80.05\n"));
         for (speed, wanted) in reference {
             let found = unbalance_response(&machine, &[*speed]).remove(0);
@@ -220,7 +220,7 @@ fn a_coast_down_through_the_table_closes_its_energy_balance_on_both_engines() {
     }
 }
 
-/// The energy that a table puts in when the speed changes is a term of its own: without it the balance does not close.
+/// When the speed changes, a table adds energy, which is a separate term: without it the balance does not close.
 #[test]
 fn the_change_of_stiffness_with_the_speed_puts_in_energy() {
     // a table that changes fast between two speeds, a slow rotor, hard braking
@@ -246,7 +246,7 @@ fn weight_bends_the_shaft_between_table_bearings_and_is_in_their_forces() {
     let tail = "[rotor]\ninitial_speed = 350\ngravity = [0.0, -9.81]\n[run]\nend_time = \"1 ms\"\nend_speed = 100\n";
     let machine = machine(&table_rotor("linear", tail));
     let rest = equilibrium(&machine).expect("held");
-    // masses by the lever: shaft, both discs
+    // masses by the law of the lever: shaft, both discs
     let shaft = 7800.0 * std::f64::consts::PI / 4.0 * 0.07 * 0.07;
     let right = 9.81 * (0.5 * shaft + 0.5 * 80.0 + 0.75 * 20.0);
     close("right", -rest.bearings[1][1], right, 1e-10);
@@ -301,12 +301,12 @@ fn a_table_that_the_run_may_leave_is_rejected() {
     assert!(constant.contains("only with kind = \"table\""), "{constant}");
 }
 
-/// A rotor that its law drives out of the table cannot be written; one that an unbalance drives out ends there.
+/// A speed law that leaves the table is rejected in a file; a rotor whose unbalance drives it out of the table ends there.
 #[test]
 fn a_run_that_leaves_the_table_is_beyond_the_model() {
     let tail = "[rotor]\ninitial_speed = 350\n[run]\nend_time = 1\nend_speed = 100\nengine = \"full\"\n[braking]\nconstant = 600\n";
     let mut machine = machine(&table_rotor("linear", tail));
-    // what the check of a file rejects
+    // the check of a file would reject this value
     machine.run.end_speed = 0.0;
     let row = run_seen(machine, &mut Every(|_| ()));
     assert_eq!((row.outcome.status.word(), row.outcome.end_cause.word()), ("beyond", "table_range"));
@@ -314,8 +314,8 @@ fn a_run_that_leaves_the_table_is_beyond_the_model() {
     assert!((row.value("end_speed_rad_s") - 100.0).abs() < 0.01, "{}", row.value("end_speed_rad_s"));
 }
 
-/// The shipped turbine on oil films of length 0.7 of their diameter (Reynolds' boundary, no groove, 85 kN each), from the slowest speed to the highest. The damping across the load at the
-/// slowest speed is 330 times that of the linear bearings: the journals are almost held.
+/// The shipped turbine on oil films with a length of 0.7 diameters (Reynolds' boundary, no groove, 85 kN each), from the slowest to the highest
+/// speed. At the slowest speed, the damping across the load is 330 times that of the linear bearings: the journals are almost clamped.
 const FILM: &str = "coefficients = { speeds = [10, 13, 17, 22, 30, 40, 55, 75, 100, 130, 170], \
     kxx = [5.27e8, 5.242e8, 5.214e8, 5.234e8, 5.258e8, 5.28e8, 5.333e8, 5.415e8, 5.505e8, 5.616e8, 5.737e8], \
     kxy = [-5.374e8, -4.569e8, -3.748e8, -3.175e8, -2.485e8, -1.846e8, -1.145e8, -4.683e7, 1.974e7, 8.903e7, 1.681e8], \
@@ -326,7 +326,7 @@ const FILM: &str = "coefficients = { speeds = [10, 13, 17, 22, 30, 40, 55, 75, 1
     cyx = [-6.016e7, -4.59e7, -3.481e7, -2.679e7, -1.956e7, -1.46e7, -1.061e7, -7.813e6, -5.895e6, -4.583e6, -3.547e6], \
     cyy = [3.341e8, 2.355e8, 1.634e8, 1.185e8, 8.003e7, 5.525e7, 3.709e7, 2.559e7, 1.824e7, 1.365e7, 1.027e7] }\n";
 
-/// The turbine without its ring on these films, on pedestals if asked for.
+/// The turbine without its ring on these films, optionally on pedestals.
 fn turbine_on_films(pedestal: &str) -> String {
     let text = study_machine("lp_turbine_paper");
     let rotor = text.split("[diaphragms").next().expect("a rotor").replacen("[run] ", "[run]\nend_speed = 10 #", 1);
@@ -336,7 +336,7 @@ fn turbine_on_films(pedestal: &str) -> String {
         .replace("damping = \"6e5 N s/m\"\n", "")
 }
 
-/// With the default number of modes, on both engines that compute in modes.
+/// With the default number of modes, on both engines with modal reduction.
 #[test]
 fn the_loads_of_strongly_damped_tables_are_those_of_the_full_engine() {
     let pedestal = "pedestal = { mass = 3000, stiffness = [2e9, 4e9], damping = 1e6 }\n";
@@ -360,7 +360,7 @@ fn the_loads_of_strongly_damped_tables_are_those_of_the_full_engine() {
     }
 }
 
-/// A rub of the lab rig whose left bearing almost holds its journal.
+/// A rub of the lab rig whose left bearing almost clamps its journal.
 #[test]
 fn a_rub_on_a_strongly_damped_table_has_the_loads_of_the_full_engine() {
     let linear = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\n";

@@ -1,4 +1,4 @@
-//! A mass that a disc carries although it pulls elsewhere: it turns with the disc, and what is lost of it is lost of the disc.
+//! A mass of a disc whose force acts at another node: it rotates with the disc, and a lost mass is taken from the inertia of the disc.
 #![expect(clippy::print_stdout, reason = "the measured numbers are part of the result")]
 
 use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
@@ -7,7 +7,7 @@ use bladeoff_model::machine::{MachineDef, ParamValue};
 use bladeoff_model::outcome::Status;
 use bladeoff_text::document::Problem;
 
-/// The lab rig whose blade has such lines instead of its position.
+/// The lab rig whose blade has these lines in place of its position.
 fn rig(lines: &str) -> String {
     let own = "position = \"0.6 m\"\nmass = \"10 g\"";
     let text = study_machine("lab_rig");
@@ -21,7 +21,7 @@ fn problems(text: &str) -> Vec<Problem> {
     problems.list
 }
 
-/// 20 g at 220 mm of a slow rotor beside its disc: 75 % of the disc's inertia, of the shaft's own there many times what is there.
+/// 20 g at 220 mm of a slow rotor beside its disc: 75 % of the disc's inertia, but many times the shaft's own inertia at that node.
 const HEAVY: [(&str, &str); 6] = [
     ("blade_off.kind", "lost"),
     ("blade_off.mass", "20 g"),
@@ -65,7 +65,7 @@ fn a_heavy_lost_mass_of_a_neighbouring_disc_keeps_energy_and_is_braked_in_both_e
         let error = close(name, reduced.value(name), full.value(name), limit);
         println!("lost of a disc, {name}: reduced {:.6e}, full {error:.1e} apart", reduced.value(name));
     }
-    // the disc matters: where nothing is lost of its inertia the brake slows the rotor less
+    // the disc matters: if no inertia is lost, the brake slows the rotor less
     let own = heavy("position = \"0.5 m\"\ndisc = \"left\"", &[end, ("blade_off.mass", "0 kg")]);
     let lost = |row: &Row| row.machine.rotor.initial_speed - row.value("end_speed_rad_s");
     println!("speed lost {:.4} rad/s, of the whole rotor {:.4} rad/s", lost(reduced), lost(&own));
@@ -88,7 +88,7 @@ fn a_disc_at_the_mass_s_own_node_changes_no_bit() {
     }
 }
 
-/// The steady state before the release has the mass turn with its disc, and a prescribed speed holds it there.
+/// The steady state before the release has the mass rotating with its disc, and a prescribed speed keeps that state.
 #[test]
 fn a_mass_of_another_disc_turns_steadily() {
     for engine in ["reduced", "full"] {
@@ -127,7 +127,7 @@ fn what_a_disc_carries_is_read_and_mistakes_are_named() {
         assert!(problem.allowed.as_deref().is_some_and(|allowed| allowed.contains(words[1])), "{:?}", problem.allowed);
         assert_eq!(problem.nearest.as_deref().unwrap_or_default(), words[2]);
     }
-    // a shaft without discs, and a rotor that is no shaft
+    // a shaft without discs, and a rotor that is not a shaft
     let none = rig("position = 0.5\ndisc = \"left\"").replace("[rotor.discs.left]", "[rotor.discs.first]");
     assert!(problems(&none)[0].allowed.as_deref() == Some("first, right"));
     let point = "schema = 1\nname = \"p\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 0.01\n\
@@ -135,7 +135,7 @@ fn what_a_disc_carries_is_read_and_mistakes_are_named() {
     let [problem] = &problems(point)[..] else { panic!("one problem") };
     assert_eq!(problem.key, "rotor.unbalances.u.disc");
     assert!(problem.message.contains("does not belong to kind = \"point-mass\""), "{}", problem.message);
-    // more than disc and shaft have, of the disc itself
+    // a lost mass of the disc with more inertia than disc and shaft have together
     let [problem] = &problems(
         &rig("position = 0.5\ndisc = \"left\"\nkind = \"lost\"\n").replace("radius = \"40 mm\"", "radius = \"400 mm\""),
     )[..] else {
@@ -146,7 +146,7 @@ fn what_a_disc_carries_is_read_and_mistakes_are_named() {
     assert!(problem.allowed.as_deref().is_some_and(|a| a.contains("disc left has polar_inertia 0.00125 kg m2")));
 }
 
-/// A machine that names no disc is what it was before there was the key.
+/// The identity of a machine without the key `disc` is that from before the key existed.
 #[test]
 fn a_disc_counts_in_the_identity_where_it_is_named() {
     let def = |text: &str| MachineDef::parse("test.toml", text).unwrap_or_else(|problems| panic!("{problems}"));
@@ -160,7 +160,7 @@ fn a_disc_counts_in_the_identity_where_it_is_named() {
     assert_eq!(left.texts().collect::<Vec<_>>(), [("rotor.unbalances.blade_off.disc", "left")]);
     let again = def(&left.to_toml());
     assert_eq!((again.build().expect("valid"), again.to_toml()), (left.build().expect("valid"), left.to_toml()));
-    // the position of the disc, until one is set
+    // the position is that of the disc, until one is set
     let mut moved = def(&rig("disc = \"left\""));
     let position = moved.resolve("blade_off.position").expect("a parameter");
     assert_eq!((position.value.clone(), position.shown.as_str()), (None, "(that of its disc; required without)"));

@@ -1,4 +1,4 @@
-//! Modes that are only shown: faer and a reduced basis against the solver of runs, which solves every problem with all degrees of freedom.
+//! Modes for display only: faer and a reduced basis against the solver of runs, which uses all degrees of freedom.
 #![expect(clippy::unreadable_literal, reason = "reference values as they were computed")]
 
 use super::{bearing_tables, pedestals};
@@ -6,16 +6,16 @@ use crate::common::{close, machine, study_machine, table_rotor};
 use bladeoff_core::modal::{CriticalSpeed, Eigensolver, Whirl, WhirlMode, Work, report_by};
 use bladeoff_model::machine::Machine;
 
-/// Modes compared at each speed: what a table shows by default.
+/// Number of compared modes at each speed: the default of a table.
 const SHOWN: usize = 12;
-/// Share of a sense, which follows from shapes; these have the rounding of the eigenvalues over their distances.
+/// Tolerance for the share of a whirl sense, which depends on the mode shapes; their rounding is that of the eigenvalues divided by their distances.
 const SHARE: f64 = 1e-6;
 
 fn fine(text: &str, elements: usize) -> Machine {
     machine(&text.replace("elements = 4", &format!("elements = {elements}")))
 }
 
-/// A shaft line as drawn, of sections of 40 mm: two bearings, five discs, ten seals with cross-coupled stiffness.
+/// A realistic shaft line, in sections of 40 mm: two bearings, five discs, ten seals with cross-coupled stiffness.
 fn many_seals() -> Machine {
     let mut text = String::from(
         "schema = 1\nname = \"many-seals\"\n[run]\nend_time = 0.01\n[rotor]\ninitial_speed = \"8600 rpm\"\n\
@@ -60,7 +60,7 @@ fn compare_modes(name: &str, found: &WhirlMode, wanted: &WhirlMode) {
     assert!((found.share - wanted.share).abs() < SHARE && found.whirl == wanted.whirl, "{what}: {found:?} {wanted:?}");
 }
 
-/// Both solvers at rest and at a speed; the work of each, that of runs first.
+/// Compares both solvers at rest and at a speed; returns the work of each, that of the solver of runs first.
 fn compare(name: &str, machine: &Machine, speed: f64) -> [Work; 2] {
     let [wanted, found] = [Eigensolver::Own, Eigensolver::Display]
         .map(|solver| report_by(solver, machine, &[0.0, speed]).unwrap_or_else(|error| panic!("{name}: {error}")));
@@ -114,7 +114,7 @@ fn both_solvers_agree_on_every_kind_of_machine() {
     }
 }
 
-/// The solver of runs does not converge on this model at rest: undamped in one plane, damped in the other.
+/// At rest, the solver of runs does not converge on this model: undamped in one plane, damped in the other.
 #[test]
 fn a_model_on_which_the_solver_of_runs_fails_has_its_modes() {
     let ends_disagree = include_str!("../data/two_discs_soft_end.toml").replace("elements = 1", "elements = 4");

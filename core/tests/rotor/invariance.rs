@@ -1,5 +1,5 @@
-//! Frame invariance: the lab rig with anisotropic, cross-coupled bearings, gravity, offset and a disturbed start, turned as
-//! a whole by an angle, gives the same scalars.
+//! Frame invariance: the lab rig with anisotropic, cross-coupled bearings, gravity, offset and a disturbed start, rotated as a whole by an angle,
+//! has the same scalar results.
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
 use crate::common::{Row, machine_with, run, study_machine};
@@ -74,9 +74,9 @@ fn rig(engine: &str, detection: &str, law: &str, end: f64) -> Machine {
 fn difference(a: &Row, b: &Row, names: &[&str]) -> (f64, String) {
     let mut worst = (0.0, String::new());
     for (k, column) in columns(&a.machine).iter().enumerate() {
-        // solver work, and where a penetration of rounding size was largest, are decided by rounding
+        // solver work, and the time of a penetration of rounding size, depend on rounding
         let idle = column.name == "iterations" || column.name.starts_with("residual_penetration_at");
-        // a component along an axis of the machine is no scalar
+        // a component along an axis of the machine is not a scalar
         let component = column.name.contains("_force_x_") || column.name.contains("_force_y_");
         if idle || component || !(names.is_empty() || names.contains(&column.name.as_str())) {
             continue;
@@ -96,7 +96,7 @@ fn difference(a: &Row, b: &Row, names: &[&str]) -> (f64, String) {
     worst
 }
 
-/// Below this a column is rounding: penetration (of a 0.5 mm gap), works (of a 300 J spin), the balance error itself.
+/// Value below which a column is rounding: penetration (of a 0.5 mm gap), works (of a 300 J spin), the balance error itself.
 fn floor(name: &str) -> f64 {
     match name {
         "energy_error" => 1.0,
@@ -123,7 +123,8 @@ fn first_contact() -> f64 {
     *FIRST.get_or_init(|| run(rig("reduced", "hyp2", "stick-slip", 0.3)).value("first_contact_s"))
 }
 
-/// Runs a rig and copies turned by `angles` \[rad\] until `after` \[s\] behind the first contact; largest relative difference of all columns.
+/// Runs a rig and copies rotated by `angles` \[rad\] until `after` \[s\] after the first contact; returns the largest relative difference of all
+/// columns.
 fn turned_difference(engine: &str, detection: &str, law: &str, after: f64, angles: &[f64]) -> f64 {
     let base = rig(engine, detection, law, first_contact() + after);
     let a = run(base.clone());
@@ -182,7 +183,7 @@ fn turning_the_full_model_changes_no_scalar_until_5_ms_after_first_contact() {
 
 #[test]
 fn robust_outputs_stay_invariant_to_the_scatter_of_a_tiny_disturbance() {
-    // 0.15 s of rub; scatter: start displaced by 1e-12 of 1 mm
+    // 0.15 s of rub; scatter: initial displacement changed by 1e-12 of 1 mm
     let base = rig("reduced", "hyp2", "stick-slip", 0.3);
     let mut disturbed = base.clone();
     disturbed.rotor.initial.displacement[0] += 1e-15;
@@ -193,21 +194,21 @@ fn robust_outputs_stay_invariant_to_the_scatter_of_a_tiny_disturbance() {
     assert!(turned.0 < 100.0 * scatter.0 + 1e-9);
 }
 
-/// Anisotropic bearings, stiff enough to ask for more than the default modes, turned by every tenth of a right angle.
+/// Anisotropic bearings, stiff enough to require more than the default modes, rotated in steps of a tenth of a right angle.
 #[test]
 fn as_many_modes_are_kept_however_bearings_are_turned() {
     let text = study_machine("lab_rig")
         .replacen("stiffness = \"2e6 N/m\"", "stiffness = [[1e9, 0.0], [0.0, 2e6]]", 1)
         .replace("damping = \"600 N s/m\"", "damping = [[600.0, 0.0], [0.0, 300.0]]");
     let mut machine = machine_with(&text, &[]);
-    // a ring whose modes reach higher than the shaft's leaves the choice to the bearings
+    // ring modes above those of the shaft, so that the bearings determine the number of modes
     machine.run.ring_modes = Some(60);
     let kept = |angle: f64| {
         let machine = turned(&machine, angle);
         let structure = Structure::build(&machine, None).unwrap_or_else(|error| panic!("{error}"));
         (structure.lateral.coordinates.size(), structure.left_out_at_bearings())
     };
-    // of few modes the contact lacks as much, whichever way the axes lie
+    // with few modes, the lag at the contact is the same for every direction of the axes
     let lag = |angle: f64| {
         let mut machine = turned(&machine, angle);
         machine.run.rotor_modes = Some(8);
@@ -230,7 +231,7 @@ fn as_many_modes_are_kept_however_bearings_are_turned() {
     }
 }
 
-/// A soft and a stiff axis: the default step resolves the soft one, however the axes lie.
+/// A soft and a stiff axis: the default step follows from the soft one, for every orientation of the axes.
 #[test]
 fn the_default_step_does_not_depend_on_how_the_axes_lie() {
     let text = "schema = 1\nname = \"jeffcott\"\n[rotor]\nkind = \"point-mass\"\nmass = 1.0\npolar_inertia = 1.0\n\

@@ -1,4 +1,4 @@
-//! Jeffcott rotor: prescribed ramps, the unknown spin falling through resonance, conservation, order in the step.
+//! Jeffcott rotor: prescribed ramps, free spin falling through resonance, conservation, order in the step.
 
 use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine, vertex};
 use bladeoff_core::record::Frame;
@@ -75,7 +75,7 @@ fn unknown_spin(e: f64, step: f64) -> [f64; 5] {
     let mut largest = Largest::new(e, step);
     let mut crossing = None;
     let mut before = (0.0, 1.5);
-    // two steps beyond 160 s, so that both neighbours of it are seen
+    // two steps beyond 160 s, so that both neighbouring instants are included
     let mut late: Vec<(f64, f64)> = Vec::new();
     run_seen(
         machine(&text(0.02, e, step, 160.0 + 2.0 * step, tail)),
@@ -103,8 +103,8 @@ fn unknown_spin_falls_through_resonance_as_integrated_to_1e_11() {
         (0.01, [97.7611, 12.214_19, 120.468, 0.865_469, 0.672_157]),
         (0.05, [71.8622, 8.344_580, 84.852, 0.732_031, 0.424_216]),
     ];
-    // half a unit of the last digit of each number; the speed at the peak is no better known than the time of the flat
-    // maximum, printed to 1 ms, in which the speed changes by 5e-6 (`independent_integration_has_the_same_peak`)
+    // half a unit of the last digit of each number; the speed at the peak is no more accurate than the time of the flat maximum, printed to 1 ms,
+    // in which the speed changes by 5e-6 (`independent_integration_has_the_same_peak`)
     let digits = [0.5e-4, 0.5e-5, 0.5e-3, 0.5e-6 + 0.005 * 0.5e-3, 0.5e-6];
     for (e, reference) in published {
         let (half, fine) = (unknown_spin(e, 0.002), unknown_spin(e, 0.001));
@@ -112,7 +112,7 @@ fn unknown_spin_falls_through_resonance_as_integrated_to_1e_11() {
         let large = [0.04, 0.02, 0.01].map(|step| unknown_spin(e, step));
         for k in 0..5 {
             let order = ((large[0][k] - large[1][k]) / (large[1][k] - large[2][k])).abs().log2();
-            // what is left at 0.001 s is a third of the last difference: taken out
+            // the remaining error at 0.001 s is a third of the last difference, which is subtracted
             let ours = fine[k] + (fine[k] - half[k]) / 3.0;
             let own = 0.5 * (fine[k] - half[k]).abs();
             println!(
@@ -155,9 +155,9 @@ fn undamped_rotor_keeps_its_energy_and_angular_momentum() {
         "drift over 200 s: energy {:.2e} {:.2e}, angular momentum {:.2e} {:.2e}",
         coarse.0, fine.0, coarse.1, fine.1
     );
-    // a step's balance is exact: only rounding and the tolerance of the iteration are left
+    // the balance of a step is exact: only rounding and the tolerance of the iteration remain
     assert!(coarse.0 < 1e-8 && fine.0 < 1e-8);
-    // the momentum has what central differences leave: of order 2, bounded, no trend
+    // the momentum has the error of central differences: of order 2, bounded, without trend
     assert!(fine.1 < 1e-6 && (15.0..17.0).contains(&(coarse.1 / fine.1)));
 }
 
@@ -211,7 +211,7 @@ mod independent {
 
 #[test]
 fn independent_integration_has_the_same_peak() {
-    // the case of e = 0.01 once more, by Runge-Kutta of order 4 at 2 ms: (time, max|q|/e, W) of the peak
+    // the case of e = 0.01 by Runge-Kutta of order 4 at 2 ms: (time, max|q|/e, W) of the peak
     let e = 0.01;
     let rotor = independent::Rotor {
         point: 0.0,
@@ -241,7 +241,7 @@ fn independent_integration_has_the_same_peak() {
     let ours = unknown_spin(e, 0.001);
     println!("peak by Runge-Kutta {found:?}, ours at 1 ms {:.5} {:.7} {:.7}", ours[2], ours[1], ours[3]);
     assert!((found.0 - 120.468).abs() < 0.5e-3 && (found.1 - 12.214_19).abs() < 0.5e-5);
-    // of what the step leaves, a third of the difference to twice the step
+    // the remaining error of the step is a third of the difference from twice the step
     let half = unknown_spin(e, 0.002);
     for (ours, half, exact) in [(ours[2], half[2], found.0), (ours[1], half[1], found.1), (ours[3], half[3], found.2)] {
         let extrapolated = ours + (ours - half) / 3.0;
@@ -307,7 +307,7 @@ fn released_unbalance_follows_an_independent_integration_with_order_two() {
 
 #[test]
 fn first_step_has_a_local_error_of_order_three() {
-    // x(dt) = x0 + v0 dt + a0 dt^2/2 leaves dt^3; without a0 it would leave dt^2
+    // x(dt) = x0 + v0 dt + a0 dt^2/2 has an error of dt^3; without a0 an error of dt^2
     let (coarse, fine) = (error_of_released(0.02, 0.02), error_of_released(0.01, 0.01));
     let order = (coarse / fine).log2();
     println!("first step: error {coarse:.2e}, {fine:.2e}, order {order:.3}");
@@ -328,9 +328,9 @@ fn balanced_rotor_stops_when_its_braking_says() {
     // J W' = -(c0 + c1 W): stop at J/c1 ln(1 + c1 W0/c0)
     let row = stop_run(0.1, 0.5);
     let exact = 2.0 / 0.1 * (1.0 + 0.1 * 10.0 / 0.5_f64).ln();
-    // it ends with the first step whose speed is not positive
+    // the run ends with the first step whose speed is not positive
     assert!((row.value("stop_time_s") - exact).abs() < 0.02, "{} {exact}", row.value("stop_time_s"));
-    // without c0 it never stops
+    // without c0 the rotor never stops
     let row = stop_run(0.1, 0.0);
     assert!(row.get("stop_time_s").is_none());
     close("speed", row.value("end_speed_rad_s"), 10.0 * (-0.05_f64 * 1000.0).exp(), 1e-2);
@@ -338,7 +338,7 @@ fn balanced_rotor_stops_when_its_braking_says() {
 
 #[test]
 fn a_residual_unbalance_starts_steady() {
-    // the lab rig at constant speed, its unbalance there before: every orbit is the same circle from the first step on
+    // the lab rig at constant speed, its unbalance present before the start: every orbit is the same circle from the first step on
     let text = study_machine("lab_rig").replace("phase = \"0 deg\"", "phase = \"35 deg\"\npresent = \"before\"")
         + "\n[rotor.speed_law]\nacceleration = 0\n";
     for engine in ["reduced", "full"] {

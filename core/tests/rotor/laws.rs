@@ -1,4 +1,4 @@
-//! Laws as properties: structure of the matrices, rigid-body motions, conservation, the energy balance on both engines.
+//! Properties that follow from physical laws: structure of the matrices, rigid-body motions, conservation, the energy balance on both engines.
 //! (The equations of motion against the Lagrangian: `core/src/engine/shaft_line/lagrangian_tests.rs`.)
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
 
@@ -9,7 +9,7 @@ use bladeoff_model::machine::{DiaphragmKind, Machine, UnbalanceKind};
 use bladeoff_numerics::linalg::{Matrix, Vector};
 use proptest::prelude::*;
 
-/// A shaft of random sections with a disc, two bearings, a ring with blades, and the random numbers that made it.
+/// A random machine: a shaft of random sections with a disc, two bearings, and a ring with blades.
 fn random_machine() -> impl Strategy<Value = Machine> {
     let section = (0.05..0.6f64, 0.02..0.3f64, 0.0..0.9f64, 1usize..4, 0usize..3);
     let ring = (0.2..0.6f64, 0.01..0.08f64, 1usize..6, 1usize..4, 1usize..3);
@@ -52,7 +52,7 @@ fn is_symmetric(a: &Matrix) -> bool {
     (a - a.transpose()).amax() <= 1e-12 * a.amax()
 }
 
-/// x^T A x for a fixed set of vectors, least over all, relative to |A| |x|^2.
+/// Smallest x^T A x over a fixed set of vectors, relative to |A| |x|^2.
 fn least(a: &Matrix) -> f64 {
     let size = a.nrows();
     (1..40)
@@ -106,7 +106,7 @@ proptest! {
         for field in [&field, &along_v] {
             prop_assert!((&k * field).amax() <= 1e-12 * k.amax(), "{}", (&k * field).amax() / k.amax());
         }
-        // both planes carry the same inertia, and a translation the whole mass
+        // both planes have the same inertia, and a translation the whole mass
         let t = field.dot(&(&rotor.mass * &field));
         prop_assert!((along_v.dot(&(&rotor.mass * &along_v)) / t - 1.0).abs() < 1e-12);
         let ones = Vector::from_element(rotor.nodes, 1.0);
@@ -120,7 +120,7 @@ proptest! {
         let ring = RingMatrices::assemble(stator);
         prop_assert!(is_symmetric(&ring.mass) && is_symmetric(&ring.stiffness));
         prop_assert!(bladeoff_numerics::linalg::spd_inverse(&ring.mass).is_some());
-        // the blades hold it
+        // the blades hold the ring
         prop_assert!(bladeoff_numerics::linalg::spd_inverse(&ring.stiffness).is_some());
         let mut free = stator.clone();
         free.blades = None;
@@ -132,7 +132,7 @@ proptest! {
     }
 }
 
-/// Machines whose terms are all there at once.
+/// Machines in which all terms are present.
 fn everything(engine: &str, changes: &[(&str, &str)], end: f64) -> Machine {
     let text = study_machine("lab_rig")
         .replace("gravity = [0.0, 0.0]", "gravity = [2.0, -9.0]")
@@ -182,8 +182,8 @@ fn energy_balance_closes_on_the_reduced_engine_with_everything_in_it() {
 
 #[test]
 fn force_at_n_is_sound_in_light_rub_and_never_silently_wrong_in_heavy_rub() {
-    // force and gap at different places: once the closest point jumps between n and n+1, the normal force may feed energy
-    // or not be unique, which the guard says
+    // force and gap at different places: once the closest point jumps between n and n+1, the normal force may add energy or not be unique, which
+    // the guard reports
     let light =
         run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.25"), ("run.force_location", "current")]));
     balanced("reduced, force at n, light rub", &light);
@@ -209,8 +209,8 @@ fn energy_balance_closes_on_the_full_engine_with_everything_in_it() {
 
 #[test]
 fn free_shaft_line_keeps_angular_momentum_and_energy() {
-    // nothing takes energy but the torsion's own damping, isotropic bearings: angular momentum about Z of the whole flexible line, with
-    // gyroscopic sites, torsion and unbalance; what central differences leave is of order 2
+    // only the torsional damping takes energy, bearings are isotropic: angular momentum about Z of the whole flexible line, with gyroscopic sites,
+    // torsion and unbalance; the error of central differences is of order 2
     let text = study_machine("lab_rig")
         .replace("damping = \"600 N s/m\"", "damping = 0")
         .replace("mass_proportional = \"5 1/s\"", "mass_proportional = 0")
@@ -281,13 +281,13 @@ fn free_shaft_line_keeps_angular_momentum_and_energy() {
         let change = momenta.iter().map(|l| (l - momenta[0]).abs()).fold(0.0, f64::max) / momenta[0].abs();
         (row.value("energy_error"), change, dissipated)
     };
-    // the blade on its node; lost from a disc that stands elsewhere
+    // the blade on its node; or lost from a disc at another node
     let of_a_disc = text.replace(
         "[rotor.unbalances.blade_off]\nposition = \"0.6 m\"",
         "[rotor.unbalances.blade_off]\nposition = \"0.5 m\"\ndisc = \"left\"\nkind = \"lost\"",
     );
     assert_ne!(text, of_a_disc);
-    // (of what a disc carries rounding shows at the smaller steps, as it does in the energy)
+    // (for a disc's mass, rounding is visible at the smaller steps, in the momentum as in the energy)
     for (name, text, torsional, steps) in [
         ("a blade", &text, "0", [1e-6, 5e-7]),
         ("a blade", &text, "1e-3", [1e-6, 5e-7]),

@@ -93,7 +93,7 @@ fn worst(name: &str, error: f64) {
     println!("{name}: largest relative error {error:.2e}");
 }
 
-/// The references have the sign of the net sense, however small. A mode whose nodes disagree is `mixed` here, and a straight one `planar`.
+/// The references have the sign of the net sense, however small. Here, a mode whose nodes disagree is `mixed`, and a straight one `planar`.
 fn assert_sense(whirl: Whirl, share: f64, sense: &str, what: &str) {
     let sign = if share > 0.0 { "forward" } else { "backward" };
     assert_eq!(sign, sense, "{what}: {share}");
@@ -117,7 +117,7 @@ fn whirl_matches(name: &str, split: usize, key: &str, tolerance: f64) {
             let error = (mode.damping_ratio - ratio).abs();
             assert!(error <= tolerance, "{what}: damping ratio {} {ratio}", mode.damping_ratio);
             largest.1 = largest.1.max(error);
-            // at rest an isotropic pair has no sense
+            // at rest, an isotropic pair has no whirl sense
             if let (true, Some(sense)) = (*speed > 0.0, entry[key]["whirl"][k].as_str()) {
                 assert_sense(mode.whirl, mode.share, sense, &what);
             }
@@ -203,7 +203,7 @@ fn reference_rotors_deflect_as_published_under_a_unit_load() {
         let mut largest = 0.0_f64;
         for (node, reference) in deflections.iter().enumerate() {
             let error = (x[rotor.v(node)] - reference).abs() / scale;
-            // rounding: the condition of the Nelson-McVaugh stiffness is 1e10
+            // tolerance for rounding: the condition number of the Nelson-McVaugh stiffness is 1e10
             assert!(error < 1e-8, "{name} node {node}: {} {reference}", x[rotor.v(node)]);
             largest = largest.max(error);
         }
@@ -211,8 +211,8 @@ fn reference_rotors_deflect_as_published_under_a_unit_load() {
     }
 }
 
-/// Complex amplitudes (u, v) per node of the steady response, `x(t) = Re(X e^{iWt})`, as the transient starts it: an
-/// unbalance that was there before, on a radius so large that its mass does not count.
+/// Complex amplitudes (u, v) per node of the steady response, `x(t) = Re(X e^{iWt})`, as the transient starts: with an unbalance present before the
+/// start, at a radius so large that its mass has no effect.
 fn steady(case: &Value, speed: f64) -> (RotorMatrices, Vec<[f64; 2]>) {
     let positions = numbers(&case["model"]["node_positions"]);
     let unbalance = &case["unbalance"];
@@ -244,9 +244,8 @@ fn steady(case: &Value, speed: f64) -> (RotorMatrices, Vec<[f64; 2]>) {
 
 #[test]
 fn reference_rotors_respond_to_unbalance_as_published() {
-    // without shear an element of 5 mm is 1e6 times as stiff as the rotor, and the rounding of its stiffness moves the
-    // response next to an undamped critical speed: the two codes of the reference differ by 2.6e-8 there, and u differs
-    // from v by 6e-8, though the rotor is isotropic
+    // without shear, an element of 5 mm is 1e6 times as stiff as the rotor, and rounding of its stiffness changes the response close to an undamped
+    // critical speed: the two codes of the reference differ by 2.6e-8 there, and u differs from v by 6e-8, though the rotor is isotropic
     for (name, tolerance) in [(LALANNE, 1e-8), (NELSON, 1e-8), (NELSON_NO_SHEAR, 1e-7)] {
         let case = &reference()[name];
         let mut largest = 0.0_f64;
@@ -312,7 +311,7 @@ fn sdll126_steady_state_has_the_published_amplitudes() {
 
 #[test]
 fn sdll126_transient_reaches_the_published_amplitudes() {
-    // released from rest at constant speed with the reduced engine; after 8 s the start has decayed to 1e-5
+    // released from rest at constant speed with the reduced engine; after 8 s the initial transient has decayed to 1e-5
     let case = sdll126_case();
     let disc = index(&case["model"]["discs"][1]["node"]);
     let text = text_of(
@@ -343,7 +342,7 @@ fn sdll126_transient_reaches_the_published_amplitudes() {
     }
 }
 
-/// Frequencies of the spinning simply supported beam: the supported freedoms are left out, as no bearing can be.
+/// Frequencies of the spinning simply supported beam, computed without the supported displacements: no bearing is infinitely stiff.
 fn supported_beam(elements: usize, spin: f64, count: usize) -> Vec<f64> {
     let model = &reference()["ss_timoshenko_beam_closed_form"]["model"];
     let length = number(&model["L"]);
@@ -404,7 +403,7 @@ fn spinning_beam_converges_to_the_closed_form() {
         println!("spinning beam, {spin} rad/s: error {coarse:.2e} (20), {fine:.2e} (40), order {order:.3}");
         // four modes, 40 elements: 1e-3; order 2
         assert!(fine < 1e-3 && (order - 2.0).abs() < 0.1);
-        // with the order-2 term taken out, what is left is of order 4
+        // without the term of order 2, the remaining error is of order 4
         let extrapolated = |elements: usize| {
             let (a, b) = (supported_beam(elements, spin, exact.len()), supported_beam(2 * elements, spin, exact.len()));
             (0..exact.len()).map(|k| ((b[k] + (b[k] - a[k]) / 3.0) / exact[k] - 1.0).abs()).fold(0.0, f64::max)

@@ -1,4 +1,4 @@
-//! Masses that are lost, against what is there; and that nothing but the brake takes the spin.
+//! Lost masses against the mass and inertia at their nodes; the spin loses energy only to the brake.
 
 use crate::common::{Every, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_core::engine::{TimeStep, simulate};
@@ -11,7 +11,7 @@ use bladeoff_numerics::linalg::{Matrix, mul, mul_tn, spd_inverse};
 
 const LOST: (&str, &str) = ("blade_off.kind", "lost");
 
-/// What the check of a file holds a lost mass against (closed forms, condensed to the nodes) is what the dense matrices of a run say.
+/// The condensed mass and inertia that the check of a file uses (closed forms) agree with the dense matrices of a run.
 #[test]
 fn what_a_node_has_is_that_of_the_matrices() {
     for (name, shear, bore, taper) in [
@@ -81,7 +81,7 @@ fn what_a_node_has_is_that_of_the_matrices() {
     }
 }
 
-/// Up to the bound, in both engines at their default steps: the run is sound, and the brake takes energy in every step.
+/// Up to the limit of the lost share, in both engines at their default steps, the run is sound and the brake takes energy in every step.
 #[test]
 fn a_brake_never_drives_a_rotor_that_lost_a_mass() {
     let rig = study_machine("lab_rig");

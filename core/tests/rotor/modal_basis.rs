@@ -1,10 +1,10 @@
-//! A modal basis that cannot carry a contact is said in the row.
+//! The row reports a modal basis that cannot carry a contact.
 
 use crate::common::{Row, close, machine_with, run, study_machine};
 use bladeoff_core::structure::{MAX_TRUNCATION_ERROR, Structure};
 use bladeoff_model::outcome::{Cause, Status};
 
-/// A run with so many rotor modes, and the share of its contact that they cannot carry.
+/// A run with this number of rotor modes, and the share of its contact that they cannot carry.
 fn with_modes(name: &str, modes: &str, changes: &[(&str, &str)]) -> (Row, f64) {
     let machine = machine_with(&study_machine(name), &[changes, &[("run.rotor_modes", modes)]].concat());
     let share = Structure::build(&machine, None).expect("buildable").truncation_error_at_contact(&machine);
@@ -28,13 +28,13 @@ fn a_basis_too_small_for_the_contact_is_said() {
             println!("{name}, {modes} rotor modes: share {share:.5}, filtered force off by {error:.5}");
             let said = row.outcome.causes.contains(Cause::ModalBasis);
             assert_eq!(said, share > MAX_TRUNCATION_ERROR);
-            // what is said is wrong by more than the engines differ, what is not said is right to 2 %
+            // a reported run is wrong by more than the engines differ; an unreported run is right within 2 %
             assert_eq!(said, ["4", "8"].contains(&modes), "{name} {modes}: {share}");
             assert!(if said { error > least } else { error < 0.02 }, "{name} {modes}: {error}");
             assert_eq!(row.outcome.status, if said { Status::Invalid } else { Status::Ok });
         }
     }
-    // nothing is said of a run without contact, of the full engine, and of the modes chosen by the engine
+    // no report for a run without contact, for the full engine, and for the number of modes that the engine selects
     let quiet = machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.05"), ("run.rotor_modes", "4")]);
     let row = run(quiet);
     assert_eq!((row.get("first_contact_s"), row.outcome.status), (None, Status::Ok));
@@ -56,7 +56,7 @@ fn on_journal_bearings(stiffness: &str, damping: &str) -> String {
 
 const SHORT: [(&str, &str); 2] = [("run.end_time", "0.05"), ("contact.gap", "20 um")];
 
-/// Nothing was said with any number of modes, of 8 with 85 times the bearing load of 24.
+/// These runs were once not reported with any number of modes, though 8 modes gave 85 times the bearing load of 24.
 #[test]
 fn a_basis_too_small_is_said_on_bearings_of_indefinite_stiffness() {
     for (stiffness, damping) in [("[[1e7, 4e7], [-1e6, 1e7]]", "60000"), ("[[2e6, 6e6], [-1e6, 2e6]]", "20000")] {
@@ -89,17 +89,18 @@ fn stiff_journal_bearings_keep_as_many_modes_as_others() {
         (structure.lateral.coordinates.size(), structure.left_out_at_bearings())
     };
     let journal = on_journal_bearings("[[1e8, 3e8], [-1e7, 1e8]]", "60000");
-    // it was 24
+    // once 24 modes
     let (indefinite, _) = kept(&journal, &[]);
     let (definite, _) = kept(&on_journal_bearings("[[1e8, 0.0], [0.0, 1e8]]", "60000"), &[]);
     assert!(definite > 24 && indefinite >= definite, "{indefinite} {definite}");
-    // what 24 leave out was 0 %
+    // the truncation error of 24 modes was once 0 %
     let (_, left_out) = kept(&journal, &[("run.rotor_modes", "24")]);
     println!("{indefinite} modes; 24 leave out {left_out:?}");
     assert!(left_out.iter().all(|&share| share > 0.05 && share < 1.0), "{left_out:?}");
 }
 
-/// Without a static residual all that is left out is missing, not its inertia alone. The turbine's force was 6 % too large without a word.
+/// Without a static residual, the whole flexibility of the truncated modes is missing, not only their inertia. The turbine's force was 6 % too large
+/// without a report.
 #[test]
 fn what_no_residual_carries_is_missing() {
     let turbine: &[(&str, &str)] = &[("run.end_time", "0.13"), ("contact.gap", "5 mm")];
@@ -128,7 +129,7 @@ fn what_no_residual_carries_is_missing() {
     }
 }
 
-/// Few ring modes: what they lag shows in a force by less than the bound says, and what is not said is right to 2 % at an equal step.
+/// Few ring modes: the lag of the truncated modes changes a force by less than the bound, and an unreported run is right within 2 % at an equal step.
 #[test]
 fn ring_modes_left_out_are_bounded() {
     let turbine: &[(&str, &str)] = &[("run.end_time", "0.13"), ("contact.gap", "5 mm"), ("run.step", "2.7e-5")];
@@ -158,8 +159,8 @@ fn ring_modes_left_out_are_bounded() {
     }
 }
 
-/// Bearings of hardly any stiffness: what is left out is a difference of 1/k and 1/k. At 0.01 N/m the run was invalid with 17.7 N, at 1 N/m it
-/// failed (`loss_of_uniqueness`); with 10 N/m it had 107.3 N, as the full engine has with 107.0 N.
+/// Bearings with almost no stiffness: the truncated flexibility is a difference of two values of about 1/k. At 0.01 N/m the run was invalid with 17.7
+/// N, at 1 N/m it failed (`loss_of_uniqueness`); at 10 N/m the result was 107.3 N, against 107.0 N of the full engine.
 #[test]
 fn a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine() {
     let of = |stiffness: &str| {
@@ -178,7 +179,7 @@ fn a_rotor_on_hardly_any_bearings_has_the_contact_of_the_full_engine() {
     }
 }
 
-/// From all modes, one by one; the ring where the share is largest, and the plane.
+/// The lag against a sum over all modes, for the ring and the plane with the largest share.
 #[test]
 fn the_lag_is_that_of_the_modes_left_out() {
     let rate: f64 = std::f64::consts::PI / 1e-3;
@@ -234,8 +235,8 @@ fn the_lag_is_that_of_the_modes_left_out() {
     }
 }
 
-/// The lab rig's left bearing with a damper that holds the shaft: the ring stops the rotor, and what the shaft yields beside the bearing is in modes that
-/// the default leaves out. The full engine has 886 N (at 0.5 us, docs/theory/05-reduction.md).
+/// The lab rig's left bearing with a damper that almost clamps the shaft: the ring stops the rotor, and the flexibility of the shaft beside the
+/// bearing is in modes that the default truncates. The full engine has 886 N (at 0.5 us, docs/theory/05-reduction.md).
 #[test]
 fn a_damper_that_holds_the_shaft_takes_more_modes() {
     let load = |modes: &[(&str, &str)]| {
@@ -259,7 +260,7 @@ fn a_damper_that_holds_the_shaft_takes_more_modes() {
     assert!(of_few < 200.0 && (of_more / 886.0 - 1.0).abs() < 0.1);
 }
 
-/// Rings that are the same are taken over from the structure before; no digit tells.
+/// Equal rings are reused from the previous structure, without a change of any digit.
 #[test]
 fn a_structure_made_from_another_is_that_made_alone() {
     let text = study_machine("lp_turbine_paper");
@@ -278,7 +279,7 @@ fn a_structure_made_from_another_is_that_made_alone() {
         let alone = Structure::build(&machine, None).expect("buildable");
         assert!(nominal.rebuilt(&machine).expect("buildable") == alone, "{changes:?}");
     }
-    // a frozen basis may have been computed elsewhere: what it has is not handed on
+    // the basis may come from another computation, so its rings are not reused
     let mut frozen = nominal.basis().clone();
     frozen.rings[0].shapes *= 1.0 + 1e-12;
     let elsewhere = Structure::build(&machine(&[]), Some(&frozen)).expect("its key");
@@ -286,7 +287,7 @@ fn a_structure_made_from_another_is_that_made_alone() {
     assert!(elsewhere.rebuilt(&other).expect("buildable") == Structure::build(&other, None).expect("buildable"));
 }
 
-/// Forty slender blades have 80 modes near their two lowest frequencies. The default 36 lack 8 % of the flexibility at the contact.
+/// Forty slender blades have 80 modes close to their two lowest frequencies. The default of 36 modes lacks 8 % of the flexibility at the contact.
 #[test]
 fn a_ring_of_many_blades_keeps_more_modes() {
     let changes = [
@@ -338,7 +339,8 @@ fn a_ring_of_many_blades_keeps_more_modes() {
     }
 }
 
-/// With all modes of the ring its flexibility still counts: the share is not larger than with fewer modes. It was that of the rotor alone, and the run invalid.
+/// With all ring modes, the flexibility of the ring still counts: the share is not larger than with fewer modes. It was once that of the rotor alone,
+/// and the run invalid.
 #[test]
 fn all_modes_of_a_ring_are_no_worse_than_some() {
     let share = |modes: &str| {

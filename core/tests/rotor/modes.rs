@@ -1,4 +1,4 @@
-//! Modes followed over speed by their shapes; overdamped motions apart; critical speeds where a followed mode meets the spin.
+//! Modes followed over speed by their shapes; separation of overdamped motions; critical speeds where a followed mode meets the spin.
 
 use crate::common::{machine, machine_with, study_machine};
 use bladeoff_core::modal::{ModesError, OVERDAMPED, SpeedModes, Whirl, followed_modes, report};
@@ -19,7 +19,7 @@ fn speeds(top: f64, count: usize) -> Vec<f64> {
     (0..=count).map(|k| top * k as f64 / count as f64).collect()
 }
 
-/// Frequency of a numbered mode at each speed where it whirls.
+/// Speed and properties of a numbered mode, at each speed where the mode whirls.
 fn line(found: &[SpeedModes], number: usize) -> Vec<(f64, f64, f64, Whirl)> {
     let at = |speed: &SpeedModes| {
         let (_, mode) = speed.whirl.iter().find(|(other, _)| *other == number)?;
@@ -39,7 +39,7 @@ fn strongly_damped_bearings_leave_the_bending_modes_first_and_their_own_motions_
         let modes = || speed.whirl.iter().map(|(_, mode)| mode);
         assert!(modes().all(|mode| mode.damping_ratio < OVERDAMPED && mode.frequency > 0.0));
         assert!(speed.overdamped.iter().all(|mode| mode.damping_ratio >= OVERDAMPED && mode.decay > 0.0));
-        // the first two are the first bending pair
+        // the first two modes are the first bending pair
         let first = undamped[0].whirl[0].1.frequency;
         for (number, mode) in &speed.whirl[..2] {
             assert!(*number <= 2 && (mode.frequency / first - 1.0).abs() < 0.2, "{number} {mode:?} {first}");
@@ -50,7 +50,7 @@ fn strongly_damped_bearings_leave_the_bending_modes_first_and_their_own_motions_
     assert!(critical.len() >= 2 && critical.iter().all(|critical| critical.damping_ratio < OVERDAMPED));
 }
 
-/// Lines of modes: no jump from one to another where they cross, and each keeps its sense.
+/// Lines of modes: no line jumps to another where they cross, and each keeps its whirl sense.
 #[test]
 fn a_followed_mode_has_a_smooth_line_through_every_crossing() {
     // a heavy overhung disc: its backward modes fall through the forward ones of lower order
@@ -79,7 +79,7 @@ fn a_followed_mode_has_a_smooth_line_through_every_crossing() {
     println!("{crossings} crossings");
 }
 
-/// At each critical speed the mode of that sense has the frequency of the spin.
+/// At each critical speed, the mode of that sense has the frequency of the spin.
 #[test]
 fn critical_speeds_lie_on_followed_lines() {
     for share in [0.0, 0.1, 0.5] {
@@ -111,13 +111,13 @@ fn the_decrement_is_that_of_two_peaks() {
             assert!((mode.decrement() - peaks.ln()).abs() < 1e-12);
         }
     }
-    // a circle of each sense, though nothing turns the motion
+    // a circular mode of each sense, though no moment couples the planes
     let mut senses: Vec<Whirl> = found[1].whirl.iter().map(|(_, mode)| mode.whirl).collect();
     senses.sort_by_key(|sense| sense.word());
     assert_eq!(senses, [Whirl::Backward, Whirl::Forward]);
 }
 
-/// The machines of isotropic bearings: at rest all their modes are double.
+/// Machines with isotropic bearings: at rest, all their modes are double.
 fn isotropic() -> [(&'static str, Machine); 3] {
     [("lab rig", damped(0.0)), ("turbine", machine(&study_machine("lp_turbine_paper"))), ("damped", damped(0.5))]
 }
@@ -152,7 +152,7 @@ fn a_mode_keeps_its_number_from_rest_to_the_running_speed() {
             if speed.whirl.len() == rest.whirl.len() {
                 assert!(here == all || known > all.len(), "{name} {rpm}: {here:?}");
             }
-            // a number beyond those at rest is of what was overdamped
+            // a number beyond those at rest belongs to a motion that was overdamped at rest
             let highest = here.last().copied().unwrap_or(0);
             assert!(highest <= all.len() + rest.overdamped.len(), "{name} {rpm}: {here:?}");
             known = known.max(highest);
@@ -194,7 +194,8 @@ fn frequencies_of_a_number_are_continuous() {
     }
 }
 
-/// The gyroscopic split begins with the slope it goes on with, though a slight one is rounding of the whole matrices.
+/// The gyroscopic split of a pair has the same slope at a tiny speed as at a larger one, though a tiny split is within the rounding of the whole
+/// matrices.
 #[test]
 fn a_slight_speed_splits_a_pair_as_a_greater_one_does() {
     for (name, machine) in isotropic() {
@@ -219,7 +220,7 @@ fn a_slight_speed_splits_a_pair_as_a_greater_one_does() {
     }
 }
 
-/// Of a motion that turns too slowly to be seen there is one, as where it is seen.
+/// An overdamped pair whose precession is too slow to detect is listed once, as at speeds where the precession is detected.
 #[test]
 fn an_overdamped_pair_is_listed_once_at_any_speed() {
     let machine = damped(0.5);
@@ -228,7 +229,7 @@ fn an_overdamped_pair_is_listed_once_at_any_speed() {
     assert!(counts[0] > 0 && counts.iter().all(|count| *count == counts[0]), "{counts:?}");
 }
 
-/// A shaft of 25 m for one of 25 mm: every halving of the step was tried everywhere, for ten minutes.
+/// A shaft of 25 m instead of 25 mm: once, every halving of the step was tried at every speed, for ten minutes.
 #[test]
 fn modes_that_cannot_be_followed_are_given_up_with_a_word() {
     let metres = [0, 1, 2].map(|section| (format!("rotor.shaft[{section}].diameter"), "25 m"));
@@ -242,13 +243,13 @@ fn modes_that_cannot_be_followed_are_given_up_with_a_word() {
         assert!((1000..1100).contains(&speeds) && reached < wanted && wanted > 0.0, "{speeds} {reached} {wanted}");
         assert!(error.to_string().contains("is a unit wrong"), "{error}");
     }
-    // What is only asked for at speeds has the same limit, and at rest there is no way to follow.
+    // Speeds that are only requested have the same limit; at rest no mode has to be followed.
     let error = followed_modes(&thick(&[0, 1, 2]), &[0.0, 1e4]).expect_err("not to be followed");
     assert!(matches!(error, ModesError::Unclear { wanted: 1e4, .. }), "{error}");
     assert_eq!(followed_modes(&thick(&[1]), &[0.0]).expect("at rest").len(), 1);
 }
 
-/// A shaft without any damping: rounding makes no mode unstable, and none damped. With a damper of next to nothing the ratio stays what it is.
+/// A shaft without any damping: rounding makes no mode unstable or damped. With almost no damping the ratio is not rounded to zero.
 #[test]
 fn an_undamped_shaft_has_damping_ratios_of_exactly_zero() {
     let text = "schema = 1\nname = \"nodisc\"\n[run]\nend_time = \"20 ms\"\n[rotor]\ninitial_speed = \"3000 rpm\"\n\
@@ -268,6 +269,6 @@ fn an_undamped_shaft_has_damping_ratios_of_exactly_zero() {
     }
     let damped =
         ratios(&text.replace("stiffness = \"1e7 N/m\"\naxial", "stiffness = \"1e7 N/m\"\ndamping = 1e-3\naxial"));
-    // the first bending pair, at rest: a ratio of about 1e-8
+    // first bending pair at rest: a damping ratio of about 1e-8
     assert!(damped[0] > 1e-10 && damped[0] < 1e-6, "{:e}", damped[0]);
 }

@@ -1,6 +1,5 @@
-//! The solver against computations made outside it, on parameters of no published case: `data/outside/references.json` comes
-//! from independent Python programs (its `source` says which), the rest are closed forms. The models go through the machine
-//! format.
+//! The solver against independent computations, with parameters of no published case. `data/outside/references.json` comes from independent
+//! Python programs (see its `source`); the other references are closed forms. The models go through the machine format.
 
 use crate::common::{Every, Row, close, drawn, machine, run, run_seen, study_machine};
 use bladeoff_core::modal::{Whirl, report, whirl_modes};
@@ -66,8 +65,8 @@ fn random_rotors_whirl_twist_and_stretch_as_computed_elsewhere() {
     }
 }
 
-/// A strong damper's aperiodic motions turn with `Im lambda` proportional to the speed: they are no critical speeds, and hide
-/// none. Two of the four rotors have such.
+/// The aperiodic motions of a strong damper precess with `Im lambda` proportional to the speed: they are not critical speeds, and must not hide
+/// any. Two of the four rotors have such motions.
 #[test]
 fn random_rotors_have_the_critical_speeds_found_by_a_fine_scan_and_no_others() {
     for case in list(&references()["rotors"]) {
@@ -109,8 +108,8 @@ fn random_rotors_start_from_the_sag_and_response_computed_elsewhere() {
     }
 }
 
-/// Rings on 2, 3, 5 and 7 blades against a Ritz series in harmonics, which converges as 1/N where a blade enters: extrapolated,
-/// its last change is 6e-5.
+/// Rings on 2, 3, 5 and 7 blades against a Ritz series in harmonics, which converges as 1/N at the foot of a blade. The last change of the
+/// extrapolated series is 6e-5.
 #[test]
 fn rings_on_blades_have_the_frequencies_of_a_ritz_series() {
     for case in list(&references()["rings"]) {
@@ -140,7 +139,7 @@ fn rings_on_blades_have_the_frequencies_of_a_ritz_series() {
     }
 }
 
-/// Place, angle and speed at the instants of a case, at one step.
+/// Position, angle and speed at the instants of a case, with one step.
 fn states(case: &Value, step: f64) -> Vec<[f64; 4]> {
     let times = numbers(&case["times"]);
     let text = text(&case["toml"]).replace("STEP", &format!("{step:?}"));
@@ -157,8 +156,8 @@ fn states(case: &Value, step: f64) -> Vec<[f64; 4]> {
     found
 }
 
-/// Point masses against Runge-Kutta of order 8, through resonance, gravity, residual, released and lost unbalances,
-/// cross-coupled bearings, laws of speed and rub: order 2 in the step, and what is left when that order is taken out.
+/// Point masses against Runge-Kutta of order 8, through resonance, gravity, residual, released and lost unbalances, cross-coupled bearings, speed laws
+/// and rub: order 2 in the step, and the remaining error after extrapolation.
 #[test]
 fn point_masses_follow_an_independent_integration() {
     for case in list(&references()["points"]) {
@@ -252,12 +251,12 @@ fn braked(initial_speed: f64, tail: &str) -> Row {
 
 #[test]
 fn a_braked_rotor_stops_whatever_part_of_its_last_step_braking_takes() {
-    // J W' = -(c0 + c1 W): rest at J/c1 ln(1 + c1 W0/c0); with -c0 sign(W) alone half of these found no last step
+    // J W' = -(c0 + c1 W): rest at J/c1 ln(1 + c1 W0/c0); with -c0 sign(W) alone, half of these runs had no last step
     for constant in [0.5, 0.51, 0.53, 0.6, 1.0, 1.234, 2.0, 5.0, 7.3, 11.0] {
         let row = braked(10.0, &format!("[braking]\nconstant = {constant:?}\nlinear = 0.1\n"));
         assert_eq!((row.outcome.status, row.outcome.end_cause), (Status::Ok, EndCause::Stopped), "c0 {constant}");
         let exact = 20.0 * (1.0_f64 + 1.0 / constant).ln();
-        // between the stop and the end of its step, half a step late by the centred scheme
+        // between the stop and the end of its step; the centred scheme is half a step late
         let late = row.value("stop_time_s") - exact;
         assert!((-0.005..0.02).contains(&late), "c0 {constant}: {late}");
         assert!(row.value("end_speed_rad_s").abs() < 1e-12 && row.value("energy_error") < 1e-9);
@@ -269,7 +268,7 @@ fn a_braked_rotor_stops_whatever_part_of_its_last_step_braking_takes() {
 
 #[test]
 fn a_rotor_at_rest_turns_only_under_more_than_c0() {
-    // gravity turns an unbalance of 0.5 kg at 0.2 m with 0.5 9 0.2 = 0.9 N m at first
+    // gravity turns an unbalance of 0.5 kg at 0.2 m with 0.5 9 0.2 = 0.9 N m initially
     let turn = |constant: f64| {
         let mut angles = Vec::new();
         let text = format!(
@@ -282,14 +281,14 @@ fn a_rotor_at_rest_turns_only_under_more_than_c0() {
         angles.last().copied().expect("steps")
     };
     assert!(turn(1.0).abs() < 1e-12, "held");
-    // J = 2 + 0.5 0.2^2; the support hardly gives way
+    // J = 2 + 0.5 0.2^2; the deflection of the support is negligible
     let exact = -(0.9 - 0.4) / 2.02 * 0.2 * 0.2 / 2.0;
     close("angle turned", turn(0.4), exact, 0.02);
 }
 
 #[test]
 fn a_shown_energy_is_that_of_its_own_step() {
-    // every instant, not only those at which the run itself judges the balance
+    // every instant, not only those at which the run itself checks the balance
     let text = study_machine("lab_rig").replace("end_time = \"0.6 s\"", "end_time = \"0.16 s\"");
     let (mut least, mut most) = (f64::MAX, f64::MIN);
     let row = run_seen(
@@ -319,7 +318,7 @@ fn impacts_are_counted_alike_by_steps_above_and_below_a_millisecond() {
     assert!(above > 0.0 && (above - below).abs() < 0.5, "{below} {above}");
 }
 
-/// A spinning balanced disc pressed by its weight on a flexible ring of three blades: its increments fade to rounding.
+/// A spinning balanced disc pressed by its weight onto a flexible ring of three blades: its increments decay to rounding.
 #[test]
 fn a_rotor_that_comes_to_rest_on_the_ring_stays_there() {
     let stator = "[diaphragms.d.material]\nyoung_modulus = 7e10\npoisson_ratio = 0.3\ndensity = 2700\n\
@@ -327,7 +326,7 @@ fn a_rotor_that_comes_to_rest_on_the_ring_stays_there() {
                   [diaphragms.d.blades]\ncount = 3\nlength = 0.1\nthickness = 0.004\nwidth = 0.02\nelements = 2\n\
                   [diaphragms.d.damping]\nmass_proportional = 200\nstiffness_proportional = 2e-6\n\
                   [diaphragms.d.contact]\nrotor_radius = 0.1945\ngap = 0.0005\nfriction = 0.1\n";
-    // the bearing alone would sag by 0.575 mm, the gap is 0.5 mm; the start is 0.085 mm above that
+    // the bearing alone would sag by 0.575 mm, the gap is 0.5 mm; the rotor starts 0.085 mm above the gap
     let row = run(machine(&format!(
         "schema = 1\nname = \"pressed\"\n[run]\nend_time = 0.4\n[rotor]\nkind = \"point-mass\"\nmass = 5\npolar_inertia = 1\n\
          initial_speed = 50\ngravity = [11.5, 19.918584287042087]\n[rotor.initial]\n\
@@ -335,14 +334,14 @@ fn a_rotor_that_comes_to_rest_on_the_ring_stays_there() {
     )));
     assert_eq!((row.outcome.status, row.outcome.end_cause), (Status::Ok, EndCause::EndTime), "{:?}", row.outcome);
     assert!(row.value("contact_time_s") > 0.3, "it lies there");
-    // the bearing holds what the gap lets it, the ring the rest, less what it gives way
+    // the bearing carries the load at the deflection of the gap, the ring the rest, less the effect of the ring's deflection
     let rest = 5.0 * 23.0 - 2e5 * 5e-4;
     let held = row.value("contact_impulse_Ns") / row.value("contact_time_s");
     assert!(held > 0.2 * rest && held < rest, "{held} N of {rest} N");
 }
 
-/// An unbalance ten, three and one times the spin's inertia: the rounds of a step contract by `m e^2/(J + m e^2)` only. The
-/// times of rest are those of an independent integration (DOP853, 1e-11) of the three equations.
+/// An unbalance of ten, three and one times the inertia of the spin: the iterations of a step contract by `m e^2/(J + m e^2)` only. The reference times
+/// of rest come from an independent integration (DOP853, 1e-11) of the three equations.
 #[test]
 fn an_unbalance_that_outweighs_the_spin_s_inertia_swings_as_integrated_elsewhere() {
     for (inertia, rest) in [(0.001, 0.465902195), (0.003, 1.069910321), (0.01, 2.465855037)] {

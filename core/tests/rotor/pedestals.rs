@@ -1,6 +1,6 @@
 //! Bearings on pedestals, with skew stiffness and different properties in both directions, and bearing seats off the bearing line.
 //!
-//! The references were computed outside this program: Timoshenko elements of their own (six Gauss points), eigenvalues of the first-order system in double
+//! The references were computed independently: separate Timoshenko elements (six Gauss points), eigenvalues of the first-order system in double
 //! precision, the response to unbalance by a complex solution, peaks after a blade-off by Radau IIA of order 5 (displacements) and by the matrix exponential of
 //! the whole system in steps of 1 us with a parabola through the three largest values (forces).
 #![expect(clippy::print_stdout, reason = "the measured errors are part of the result")]
@@ -32,7 +32,7 @@ pub fn text(mass: &str, tail: &str) -> String {
 
 pub const MASS: &str = "[40.0, 60.0]";
 
-/// A constant speed.
+/// Constant speed.
 const CONSTANT: &str = "[rotor.speed_law]\nacceleration = 0\n";
 
 /// 0.3 s at a constant speed of 350 rad/s.
@@ -175,7 +175,7 @@ fn unbalance_response_is_that_of_the_reference() {
             ],
         ),
     ];
-    // the reference has the mass of the unbalance in its mass matrix, this response does not
+    // the reference has the mass of the unbalance in its mass matrix; the response here does not
     let text = text(MASS, "[rotor]\ninitial_speed = 0\n[run]\nend_time = 1\n");
     let machine = machine(&text.replace("mass = 80\n", "mass = 80.05\n"));
     for (speed, [node, pedestal, bearing]) in WANTED {
@@ -256,7 +256,8 @@ fn the_exponential_engine_has_the_peaks_of_the_reference_at_its_own_step() {
     for gravity in ["[0.0, 0.0]", "[0.0, -9.81]", "[3.0, -4.0]"] {
         let row = run_seen(machine_with(&blade_off(gravity), &[("run.engine", "exponential")]), &mut Every(|_| ()));
         assert_eq!(row.outcome.status.word(), "ok");
-        // D has no weight; with weight, the error of an upward force is that of its swing (5e-6), compared with the swing less the static part
+        // case D has no weight; with weight, the error of an upward force is that of its oscillation (5e-6), compared with the oscillation less the
+        // static part
         assert_peaks(&row, gravity, |column| {
             let is_offset = gravity != "[0.0, 0.0]" && column.starts_with("max_upward");
             if is_offset { 1.3e-5 } else { 1e-5 }
@@ -265,7 +266,8 @@ fn the_exponential_engine_has_the_peaks_of_the_reference_at_its_own_step() {
     }
 }
 
-/// Rub of the lab rig on pedestals, one bearing with skew stiffness: forces of contact steps too, and the power of pedestal dampers in the energy balance.
+/// Rub of the lab rig on pedestals, one bearing with skew stiffness: the forces include those of contact steps, and the energy balance the power of
+/// pedestal dampers.
 #[test]
 fn a_rub_on_pedestals_has_the_forces_of_the_reduced_engine() {
     let pedestal = "[rotor.bearings.left.pedestal]\nmass = [2.0, 3.0]\nstiffness = [2e6, 4e6]\ndamping = 500\n\
@@ -295,7 +297,7 @@ fn a_rub_on_pedestals_has_the_forces_of_the_reduced_engine() {
     }
 }
 
-/// All that the supports take is theirs: a shaft without damping of its own takes nothing.
+/// All dissipation belongs to the supports: a shaft without damping dissipates nothing.
 #[test]
 fn the_dampers_of_pedestals_take_energy_from_the_balance() {
     for engine in ["full", "reduced", "exponential"] {
@@ -307,7 +309,7 @@ fn the_dampers_of_pedestals_take_energy_from_the_balance() {
         );
         let energies = last.expect("a frame");
         assert!(energies.bearings > 0.1, "{engine}: {}", energies.bearings);
-        // the exponential engine integrates both by rules of their own
+        // the exponential engine integrates the two parts by different rules
         let share = if engine == "exponential" { 1e-4 } else { 1e-9 };
         println!("{engine}: structure {:e} of {:e}", energies.structure, energies.bearings);
         assert!(energies.structure.abs() < share * energies.bearings, "{engine}: {}", energies.structure);
@@ -338,7 +340,7 @@ fn a_pedestal_without_mass_follows_its_springs_and_dampers() {
     let (speed, modes) = whirl_modes(&at_rest("0"), &[200.0]).expect("solvable").remove(0);
     for (found, wanted) in modes.iter().zip(MASSLESS) {
         let what = format!("{} at {speed} rad/s", wanted[1]);
-        // the mass that such a pedestal gets has a frequency of 1e5 rad/s between its springs
+        // the substitute mass of such a pedestal has a frequency of 1e5 rad/s between its springs
         let (size, tolerance) = (wanted[0].hypot(wanted[1]), (wanted[0].hypot(wanted[1]) / 1e5).powi(2));
         let errors = [
             close(&what, found.frequency, wanted[1], tolerance),
@@ -352,7 +354,7 @@ fn a_pedestal_without_mass_follows_its_springs_and_dampers() {
             run_seen(machine_with(&text, &[("run.engine", engine.word()), ("run.step", "2 us")]), &mut Every(|_| ()));
         assert_eq!(row.outcome.status.word(), "ok");
         for (name, wanted) in MASSLESS_PEAKS {
-            // without inertia the pedestal passes on what the bearing carries
+            // without inertia, the pedestal transmits the bearing force
             for what in ["bearing", "pedestal"] {
                 let column = format!("max_{what}_load_{name}_N");
                 println!("{column}: {:.1e}", close(&column, row.value(&column), wanted, 2e-5));
@@ -361,10 +363,10 @@ fn a_pedestal_without_mass_follows_its_springs_and_dampers() {
     }
 }
 
-/// The journal of a bearing whose seat is off the bearing line rests there where nothing else acts; what the seats carry bends the shaft.
+/// Without other forces, the journal of a bearing whose seat is off the bearing line rests at the seat; the loads of the seats bend the shaft.
 #[test]
 fn a_seat_off_the_bearing_line_moves_the_rotor_and_bends_a_third_bearing_into_load() {
-    // all seats at one place: the rotor is there, without load
+    // all seats displaced equally: the rotor is displaced with them, without load
     for engine in [Engine::Full, Engine::Reduced] {
         let base = machine_with(&blade_off("[0.0, 0.0]"), &[("run.engine", engine.word()), ("run.end_time", "1 ms")]);
         let mut shifted = base.clone();
@@ -377,7 +379,7 @@ fn a_seat_off_the_bearing_line_moves_the_rotor_and_bends_a_third_bearing_into_lo
         assert!(row.value("max_bearing_load_N") < 1e-6, "{}", row.value("max_bearing_load_N"));
         assert!(row.value("energy_error") < 1e-9);
     }
-    // one seat 0.1 mm above a statically indeterminate line: the loads of a stiff third bearing, by the flexibility of the rotor at rest
+    // one seat 0.1 mm above a statically indeterminate line: the loads of a stiff third bearing, from the flexibility of the rotor at rest
     let third = |elevation: &str| {
         blade_off("[0.0, 0.0]").replace(
             "[rotor.unbalances",
@@ -445,8 +447,8 @@ fn round_pedestals_have_round_modes_at_rest() {
     }
 }
 
-/// A pedestal that hardly moves leaves the stresses of the shaft as they are on rigid ground: its freedoms are not those of a node.
-/// 36 modes: with 24 the truncated modes of both machines differ by 1 % in the stress beside the contact.
+/// An almost rigid pedestal leaves the stresses of the shaft as on rigid ground: the pedestal's displacements are not those of a shaft node.
+/// 36 modes: with 24, the truncated modes of both machines differ by 1 % in the stress beside the contact.
 #[test]
 fn a_stiff_pedestal_leaves_the_stresses_of_the_shaft() {
     let text = study_machine("lab_rig");
@@ -470,7 +472,7 @@ fn a_stiff_pedestal_leaves_the_stresses_of_the_shaft() {
     }
 }
 
-/// A point mass on a bearing and a pedestal in series without mass: the mass on half the stiffness and half the damping.
+/// A point mass on a bearing and a massless pedestal in series: equal to the mass on half the stiffness and half the damping.
 #[test]
 fn a_point_mass_leaves_its_mass_to_itself() {
     let text = |bearing: &str| {

@@ -103,9 +103,9 @@ fn an_undamped_rotor_is_not_unstable() {
     }
 }
 
-/// A stiff, light shaft of length L with a disc in its middle on two bearings whose coupling drives backward whirl. Its tilt
-/// theta (complex) follows `I_t theta'' - i W I_p theta' + L^2/2 (c theta' + (k - i q) theta) = 0`, q < 0. At the limit `lambda = i w`:
-/// `w = q/c`, `W = (k L^2/2 - I_t w^2)/(I_p |w|)`; above it the backward mode is slower, and its damping less than the coupling.
+/// A stiff, light shaft of length L with a disc in its middle on two bearings whose coupling drives backward whirl. Its tilt theta (complex) follows
+/// `I_t theta'' - i W I_p theta' + L^2/2 (c theta' + (k - i q) theta) = 0`, q < 0. At the limit `lambda = i w`:
+/// `w = q/c`, `W = (k L^2/2 - I_t w^2)/(I_p |w|)`; above, the backward mode is slower, and its damping is smaller than the coupling.
 const TILTING: [f64; 6] = [0.2, 0.03, 0.05, 1e5, 40.0, -9000.0];
 
 fn tilting(engine: &str, speed: f64, others: &str) -> Machine {
@@ -130,7 +130,7 @@ fn tilting(engine: &str, speed: f64, others: &str) -> Machine {
 #[test]
 fn the_onset_speed_of_a_tilting_rotor_is_that_of_its_closed_form() {
     let [length, mut transverse, mut polar, k, c, q] = TILTING;
-    // the shaft's own: m L^2/12 + m d^2/16, m d^2/8
+    // inertia of the shaft: m L^2/12 + m d^2/16, m d^2/8
     let mass = 0.0025 * PI * length;
     transverse += mass * (length * length / 12.0 + 0.01 / 16.0);
     polar += mass * 0.01 / 8.0;
@@ -141,13 +141,13 @@ fn the_onset_speed_of_a_tilting_rotor_is_that_of_its_closed_form() {
     let found = ranges(&tilting("reduced", 300.0, ""), [0.0, 300.0]);
     let [range] = &found[..] else { panic!("{found:?}") };
     println!("onset {} rpm, closed form {} rpm", range.from / RPM, onset / RPM);
-    // 1 rpm is asked for; the shaft is not quite rigid
+    // the requested accuracy is 1 rpm; the shaft is not quite rigid
     assert!((range.from - onset).abs() < 0.2 * RPM && range.to == 300.0, "{range:?} {onset}");
     assert!((range.worst.frequency - 130.0).abs() < 100.0, "{range:?}");
     for (engine, speed) in
         [("reduced", 300.0), ("exponential", 300.0), ("reduced", 0.5 * onset), ("exponential", 0.5 * onset)]
     {
-        // of the lowest four modes: those of the light shaft beside the bearings are damped too strongly for a basis
+        // with the lowest four modes: those of the light shaft beside the bearings are damped too strongly for a basis
         let row = run(tilting(engine, speed, "rotor_modes = 4"));
         let (ratio, at) = least(&row);
         let expected = closed_form(transverse, c * arm, -at * polar, k * arm, q * arm);
@@ -158,7 +158,7 @@ fn the_onset_speed_of_a_tilting_rotor_is_that_of_its_closed_form() {
     }
 }
 
-/// Machines of the repository, isotropic and on bearings that are not, cross-coupled ones among them.
+/// Machines of the repository, with isotropic and anisotropic bearings, including cross-coupled ones.
 #[test]
 fn engines_agree_on_the_least_damping() {
     let rig = |stiffness: [&str; 2], changes: &[(&str, &str)]| {
@@ -198,7 +198,7 @@ fn engines_agree_on_the_least_damping() {
             assert!((other.0 - found[0].0).abs() < tolerance, "{name}: {found:?}");
             assert!((other.1 - found[0].1).abs() < 10.0, "{name}: {found:?}");
         }
-        // by the modes of the finite-element model without unbalance, at the speed named
+        // by the modes of the finite-element model without unbalance, at the speed found
         let machine = rig(stiffness, damping);
         let modes = bladeoff_core::modal::followed_modes(&machine, &[found[0].1]).expect("solvable");
         let least = modes[0].whirl.iter().map(|(_, mode)| mode.damping_ratio).fold(1.0, f64::min);

@@ -1,7 +1,7 @@
-//! Tapered sections, layers and bearings of every kind of a rotor file, against ROSS.
+//! Tapered sections, layers and all kinds of bearings of a rotor file, against ROSS.
 //!
-//! The references are of ROSS 2.3.0 (`run_modal(speed, num_modes=40, sparse=False)`), for the rotor that `data/ross_rotor.py` makes. Its torsional modes are not among
-//! them: ROSS takes the mean of the polar moments at both ends of a taper, this program the flexibility.
+//! The references are from ROSS 2.3.0 (`run_modal(speed, num_modes=40, sparse=False)`), for the rotor that `data/ross_rotor.py` creates. Torsional
+//! modes are not compared: for a taper, ROSS takes the mean of the polar moments at both ends, this program the flexibility.
 
 use crate::common::{Row, close, machine, machine_with, run};
 use bladeoff_core::modal::whirl_modes;
@@ -97,7 +97,7 @@ fn a_rotor_with_tapers_and_layers_whirls_as_in_ross() {
     close("mass", rotor.axial_mass.sum(), MASS, 1e-12);
 }
 
-/// Machine of one conical section with a clamp-like bearing pair; `elements` of the section.
+/// Machine of one conical section with an almost clamping pair of bearings; `elements` of the section.
 fn cone(elements: usize, ends: &str) -> Machine {
     machine(&format!(
         "schema = 1\nname = \"cone\"\n[run]\nend_time = 1\n[rotor]\ninitial_speed = 0\n[rotor.material]\nyoung_modulus = 2e11\npoisson_ratio = 0.3\ndensity = 7800\n\
@@ -140,7 +140,7 @@ fn a_hollow_cone_has_the_mass_and_inertia_of_a_frustum() {
     }
 }
 
-/// Free of load between its ends, a cone has the moment of the textbook at every node, whatever its number of elements.
+/// Without a load between its ends, a cone has the textbook moment at every node, whatever its number of elements.
 #[test]
 fn moments_of_a_cone_are_in_equilibrium() {
     let machine = cone(3, HOLLOW);
@@ -190,7 +190,7 @@ fn a_cone_twists_and_stretches_by_its_exact_flexibility() {
     println!("cone, one element: torsion {:.1e}, traction {:.1e} relative", errors[0], errors[1]);
 }
 
-/// The frequencies of a cone converge with the square of the element length: shape functions are those of a cylinder.
+/// The frequencies of a cone converge with the square of the element length, because the shape functions are those of a cylinder.
 #[test]
 fn a_cone_converges_with_its_elements() {
     let first = |elements| whirl_modes(&cone(elements, HOLLOW), &[0.0]).expect("solvable")[0].1[0].frequency;
@@ -203,7 +203,7 @@ fn a_cone_converges_with_its_elements() {
     assert!(errors[0] < 5e-3 && errors[1] < errors[0] / 2.5 && errors[2] < errors[1] / 3.0, "{errors:?}");
 }
 
-/// A section cut into parts of the same cone, by its own keys or by something that stands in it, is the same cone.
+/// A section divided into parts of the same cone, by its keys or by a position inside, is the same cone.
 #[test]
 fn a_place_in_a_cone_cuts_it_where_it_stands() {
     let cut = machine(&format!(
@@ -224,7 +224,7 @@ fn a_place_in_a_cone_cuts_it_where_it_stands() {
     }
 }
 
-/// Two halves of a pipe wall, one inside the other, are the pipe: a layer adds its stiffness and mass.
+/// Two halves of a pipe wall, one inside the other, are equal to the pipe: a layer adds its stiffness and mass.
 #[test]
 fn a_pipe_in_a_pipe_is_a_thick_pipe() {
     let text = |inner: &str, layer: &str| {

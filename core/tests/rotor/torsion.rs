@@ -31,8 +31,8 @@ fn agree([ours, full]: &[Row; 2], within: &[(usize, f64)]) {
     }
 }
 
-/// Before contact the moments are within 1 % where without the gyroscopic torques they were 28 to 57 % too small. The first section, from the bearing to the first disc, has 2 % of the largest moment: the modes of the
-/// reduced engine differ there by 0.7 % from `full`.
+/// Before contact, the moments are within 1 %; without the gyroscopic torques they were 28 to 57 % too small. The first section, from the bearing to
+/// the first disc, has 2 % of the largest moment: the modes of the reduced engine differ there by 0.7 % from `full`.
 #[test]
 fn gyroscopic_moments_twist_the_shaft() {
     let rows = both(HEAVY, &[("run.end_time", "0.012 s")]);
@@ -40,8 +40,9 @@ fn gyroscopic_moments_twist_the_shaft() {
     agree(&rows, &[(0, 0.02), (1, 0.01), (2, 0.01), (3, 0.01), (4, 0.01)]);
 }
 
-/// The first section rings after the impact and has a twentieth of the largest moment. This engine has 11.65 kN m there at 6.5 and 3.2 us, 11.90 at 1.6 us; `full` has 11.49 at 2.8 us, `reduced` 12.03.
-/// A correction of truncated torsional modes has nothing to correct: the engine keeps all of them. More lateral modes and 64 ring modes change the moment by 0.1 %; without static residual it is 12.50 kN m.
+/// The first section vibrates after the impact and has a twentieth of the largest moment. This engine has 11.65 kN m there at 6.5 and 3.2 us, 11.90 at
+/// 1.6 us; `full` has 11.49 at 2.8 us, `reduced` 12.03. Truncation of torsional modes is not the cause: the engine keeps all of them. More lateral
+/// modes and 64 ring modes change the moment by 0.1 %; without static residual it is 12.50 kN m.
 #[test]
 fn moments_of_a_rub_with_heavy_unbalances_are_those_of_the_full_engine() {
     let rows = both(HEAVY, &[("run.end_time", "0.05 s")]);

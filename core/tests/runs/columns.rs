@@ -1,4 +1,4 @@
-//! The columns of a row: their order, and that each value stands under the name of what it is.
+//! The columns of a row: their order, and that each has the value that its name indicates.
 
 use crate::common::{Every, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_core::record::{Frame, columns};
@@ -7,7 +7,7 @@ use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_model::outcome::ColumnKind;
 use std::collections::BTreeSet;
 
-/// A mass point on one bearing, with what stands around it.
+/// A mass point on one bearing, inside a given stator.
 fn point(stator: &str) -> Machine {
     machine(&format!(
         "schema = 1\nname = \"point\"\n[rotor]\nkind = \"point-mass\"\nmass = 10.0\npolar_inertia = 0.1\n\
@@ -45,7 +45,7 @@ fn every_machine_has_a_value_for_each_of_its_columns() {
     assert!(sizes.len() > 2, "the machines have different tables: {sizes:?}");
 }
 
-/// Largest values of a run by whoever follows it, every step.
+/// Largest values over all steps of a run, collected by a follower.
 #[derive(Default)]
 struct Followed {
     loads: Vec<f64>,
@@ -122,7 +122,7 @@ fn each_value_stands_under_the_name_of_what_it_is() {
     }
 }
 
-/// What did not happen is null, and what cannot be told from none is zero.
+/// A quantity of an event that did not occur is null; a quantity whose absence means zero is zero.
 #[test]
 fn a_run_without_contact_has_no_force_and_no_time_of_contact() {
     let row = run(machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.02 s")]));
@@ -144,7 +144,7 @@ fn a_run_without_contact_has_no_force_and_no_time_of_contact() {
     assert!(row.value("max_eccentricity_m") > 0.0);
 }
 
-/// Old tables and new ones have their columns in one order.
+/// Old and new tables have the same order of columns.
 #[test]
 fn the_order_of_the_columns_stays() {
     let peak =
@@ -200,7 +200,7 @@ fn the_order_of_the_columns_stays() {
     });
     let forces: Vec<String> = forces.collect();
     expected.extend(forces.iter().flat_map(|name| ["N", "at_s", "at_rad_s"].map(|unit| format!("{name}_{unit}"))));
-    // behind all others, in the same order
+    // after all others, in the same order
     let guarded = "first_contact_s beyond_s max_bearing_load_N max_bearing_load_left_N max_bearing_load_right_N \
         max_contact_force_N max_filtered_contact_force_N contact_impulse_Ns contact_time_s stick_time_s impacts \
         residual_penetration_m max_eccentricity_m friction_energy_J max_friction_power_W \
@@ -222,7 +222,7 @@ fn the_order_of_the_columns_stays() {
     assert_eq!(found, expected);
 }
 
-/// The columns of a machine are listed without its matrices. No column that a run fills lacks a part.
+/// The columns of a machine can be listed without its matrices. A column that a run fills never has `lacks`.
 #[test]
 fn no_column_that_a_run_fills_lacks_a_part() {
     for name in ["lab_rig", "lp_turbine_paper"] {

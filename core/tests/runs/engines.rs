@@ -15,10 +15,10 @@ const NAMES: [&str; 9] = [
     "max_contact_force_N",
 ];
 
-/// Full against reduced at the default steps. The bound is predicted, not fitted: what half the step changes in the reduced run,
-/// twice (the error is of first order: what is left after a halving is what it changed), and the largest of what more modes (`richer`: of rotor and
-/// ring) change, three times. The largest of several, because truncation is not monotonic: one of them may happen to change next to nothing.
-/// Never above `limit`, the accuracy that the defaults promise of what is robust.
+/// Compares full and reduced engine at the default steps. The bound is predicted, not fitted: twice the change of the reduced run with half the step
+/// (of first order, the remaining error equals that change), plus three times the largest change with more modes (`richer`: of rotor and ring).
+/// The largest of several, because truncation is not monotonic: a single change may be almost zero by chance. Never above `limit`, the
+/// accuracy of the defaults for robust quantities.
 fn compare(machine: &str, changes: &[(&str, &str)], limit: f64, richer: &[[&str; 2]]) {
     let reduced = |more: &[(&str, &str)]| {
         let row = run(machine_with(&study_machine(machine), &[changes, more].concat()));
@@ -39,7 +39,7 @@ fn compare(machine: &str, changes: &[(&str, &str)], limit: f64, richer: &[[&str;
     for name in NAMES {
         let [ours, finer, full] = [&ours, &finer, &full].map(|row| row.value(name));
         let by = |a: f64, b: f64| (a / b - 1.0).abs();
-        // a time is known to a step
+        // a time is resolved to one step
         let quantum = if name == "first_contact_s" { length / ours } else { 0.0 };
         let truncation = richer.iter().map(|row| by(finer, row.value(name))).fold(0.0, f64::max);
         let (error, bound) = (by(ours, full), 2.0 * by(ours, finer) + 3.0 * truncation + quantum);
@@ -55,14 +55,14 @@ fn compare(machine: &str, changes: &[(&str, &str)], limit: f64, richer: &[[&str;
 
 #[test]
 fn lab_rig_reduced_equals_full_over_0_3_s_as_its_convergence_predicts() {
-    // one per cent for what is robust
+    // one per cent for robust quantities
     compare("lab_rig", &[("run.end_time", "0.3")], 0.01, &[["30", "45"], ["36", "54"]]);
 }
 
 #[test]
 fn turbine_reduced_equals_full_over_the_rub_after_release_as_its_convergence_predicts() {
-    // 1450 rpm: the swing of the release touches at 0.110 s, 0.24 mm deep of 8 mm: a graze, whose impulse is 40 times as
-    // sensitive as the eccentricity
+    // 1450 rpm: the transient of the release touches at 0.110 s, 0.24 mm deep in 8 mm: a graze, whose impulse is 40 times as sensitive as the
+    // eccentricity
     compare(
         "lp_turbine_paper",
         &[("run.end_time", "0.3"), ("rotor.initial_speed", "1450 rpm")],
@@ -73,7 +73,7 @@ fn turbine_reduced_equals_full_over_the_rub_after_release_as_its_convergence_pre
 
 #[test]
 fn turbine_reduced_equals_full_in_heavy_rub_torsional_moments_included() {
-    // a gap of 5 mm: the swing of the release presses for most of the run, nearly every step with several contact points
+    // a gap of 5 mm: the transient of the release causes contact for most of the run, almost every step with several contact points
     let changes = [("run.end_time", "0.16"), ("contact.gap", "5 mm")];
     let [ours, full] = ["reduced", "full"].map(|engine| {
         let row =
@@ -84,7 +84,7 @@ fn turbine_reduced_equals_full_in_heavy_rub_torsional_moments_included() {
     let sections =
         ["max_torsional_moment_section0_Nm", "max_torsional_moment_section1_Nm", "max_torsional_moment_section2_Nm"];
     for name in NAMES.into_iter().chain(sections) {
-        // 1 % is what the defaults promise of robust quantities; the raw peak is that of the contact step, not converged
+        // 1 % is the accuracy of the defaults for robust quantities; the raw peak is that of the contact step and not converged
         let limit = if name == "max_contact_force_N" { 0.05 } else { 0.01 };
         let error = close(name, ours.value(name), full.value(name), limit);
         println!("heavy rub, {name}: reduced {:.6e}, full {:.6e}, {error:.1e}", ours.value(name), full.value(name));
@@ -93,7 +93,7 @@ fn turbine_reduced_equals_full_in_heavy_rub_torsional_moments_included() {
 
 #[test]
 fn stiff_bearings_carry_what_stands_on_them() {
-    // The weight of a rotor at rest, whatever its bearings: the modes kept alone lose 0.01 to 6 % of it.
+    // Loads from the weight of a rotor at rest, whatever its bearings: the kept modes alone miss 0.01 to 6 % of it.
     for (name, stiffnesses) in
         [("lab_rig", ["2e6", "1e8", "1e10", "1e12"]), ("lp_turbine_paper", ["6e8", "1e10", "1e11", "1e12"])]
     {
@@ -113,8 +113,8 @@ fn stiff_bearings_carry_what_stands_on_them() {
             close(&format!("{name} on {stiffness} N/m"), carried, weight, 1e-6);
         }
     }
-    // A blade lost over the right bearing of the lab rig: loads [N] in 10 ms of an independent finite-element model (Timoshenko
-    // elements, Radau to 1e-10); m e W^2 is 39.5 N. The last has the modes above the ring's left out: they follow at once.
+    // A blade lost over the right bearing of the lab rig: loads [N] in 10 ms from an independent finite-element model (Timoshenko elements, Radau to
+    // 1e-10); m e W^2 is 39.5 N. In the last case, the modes above those of the ring are truncated and follow statically.
     for (stiffness, reference, limit) in [("2e6", 46.913, 5e-4), ("5e7", 50.756, 1e-3), ("1e8", 52.502, 1.5e-3)] {
         let changes = [
             ("bearings.left.stiffness", stiffness),
@@ -130,7 +130,7 @@ fn stiff_bearings_carry_what_stands_on_them() {
 
 #[test]
 fn complete_basis_gives_the_full_engine_s_numbers() {
-    // every mode kept, the same step: another path to the same equations
+    // every mode kept, the same step: another form of the same equations
     let changes = [("run.end_time", "0.165"), ("run.step", "6e-7")];
     let complete = [("run.rotor_modes", "10000"), ("run.torsional_modes", "10000"), ("run.ring_modes", "10000")];
     let mut all = changes.to_vec();

@@ -1,4 +1,4 @@
-//! Every number of a machine at the ends of what is allowed: an outcome or a refusal, never a panic, a hang or a huge allocation.
+//! Every number of a machine at the ends of its allowed range: an outcome or an error, never a panic, a hang or a huge allocation.
 //!
 //! With `PROPTEST_CASES` set, that many combinations of ends are tried (default 60).
 
@@ -17,7 +17,7 @@ use proptest::prelude::*;
 
 /// Steps of each run.
 const STEPS: f64 = 100.0;
-/// A case that is not at its end by then hangs: the largest meshes take some seconds, and machines that run tests are busy.
+/// A case longer than this counts as a hang. The largest meshes take some seconds, and machines that run tests are busy.
 const HANGING: Duration = Duration::from_secs(300);
 
 const POINT: &str = "schema = 1\nname = 'p'\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 10\npolar_inertia = 1\n\
@@ -25,13 +25,13 @@ const POINT: &str = "schema = 1\nname = 'p'\n[run]\nend_time = 1\n[rotor]\nkind 
     [rotor.speed_law]\nacceleration = -10\n[diaphragms.d]\nkind = \"radial-spring\"\nstiffness = 1e8\n[diaphragms.d.contact]\n\
     rotor_radius = 0.1\ngap = 1e-5\nfriction = 0.1\n";
 
-/// Ends the program if the work does not end.
+/// Aborts the program if the work does not end.
 fn watched<T: Send>(what: &str, work: impl FnOnce() -> T + Send) -> T {
     let (done, hangs) = mpsc::channel::<()>();
     let what = what.to_owned();
     thread::spawn(move || {
         if hangs.recv_timeout(HANGING) == Err(mpsc::RecvTimeoutError::Timeout) {
-            // past the capture of the test, which ends with the program
+            // written to stderr directly, because the test's captured output is lost on abort
             let _ = writeln!(std::io::stderr(), "{what}: not at its end after {HANGING:?}");
             std::process::abort();
         }
@@ -41,7 +41,7 @@ fn watched<T: Send>(what: &str, work: impl FnOnce() -> T + Send) -> T {
     result
 }
 
-/// What becomes of a machine with these values: in words, or the panic.
+/// Description of the outcome of a machine with these values; `Err`: the panic.
 fn end(def: &MachineDef, values: &[(PathInfo, f64)]) -> Result<String, String> {
     let shown: Vec<String> = values.iter().map(|(info, value)| format!("{} = {value:e}", info.path)).collect();
     let shown = shown.join(", ");
@@ -77,10 +77,10 @@ fn end(def: &MachineDef, values: &[(PathInfo, f64)]) -> Result<String, String> {
     })
 }
 
-/// Every number of a machine, but for its budget of steps, and what it may be at least and at most.
+/// Every number of a machine except for its step limit, with its smallest and largest allowed value.
 fn numbers(def: &MachineDef) -> Vec<(PathInfo, [f64; 2])> {
     let is_number = |info: &PathInfo| !matches!(info.kind, PathKind::Choice(_)) && info.path != "run.step_limit";
-    // An open end is left by a hair.
+    // An open end is approached by a relative 1e-12.
     let ends = |info: &PathInfo| {
         let [low, high] = info.range.ends();
         [low, high].map(|end| if info.range.contains(end) { end } else { end * (1.0 - 1e-12) })
@@ -111,7 +111,7 @@ fn extremes_end_with_a_word() {
         assert!(all.len() > 20, "{}", all.len());
         for (info, ends) in all {
             for value in ends {
-                // The finest meshes take seconds: those of one engine say enough.
+                // The finest meshes take seconds: one engine is enough for them.
                 if at > 0 && info.kind == PathKind::Count && value > 100.0 {
                     continue;
                 }
@@ -125,7 +125,7 @@ fn extremes_end_with_a_word() {
     }
     println!("{words:?}");
     assert!(panics.is_empty(), "{}", panics.join("\n"));
-    // Some ends are no machine, and some run: the test has looked at both.
+    // The test must have covered both: values that are rejected, and values that run.
     assert!(words.contains_key("refused") && words.contains_key("step_limit"), "{words:?}");
 }
 
@@ -166,7 +166,7 @@ proptest! {
         chosen in prop::collection::vec((any::<prop::sample::Index>(), 0..2_usize), 2..6),
     ) {
         let def = &machines()[machine];
-        // The largest meshes take seconds each, and one of them is seen above.
+        // The largest meshes take seconds each, and the test above covers one of them.
         let all: Vec<_> = numbers(def).into_iter().filter(|(info, _)| info.kind != PathKind::Count).collect();
         let values: Vec<(PathInfo, f64)> = chosen
             .iter()

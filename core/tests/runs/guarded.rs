@@ -1,4 +1,4 @@
-//! What a run that is not `ok` had reached while all guards held.
+//! Values that a run that is not `ok` had reached while all guards held.
 
 use crate::common::{Row, machine, machine_with, run, study_machine};
 use bladeoff_core::record::columns;
@@ -17,7 +17,7 @@ fn only(cause: Cause) -> CauseSet {
     causes
 }
 
-/// Each column that grows in every machine and has a guarded one: its name, its value and the guarded one.
+/// Each column that grows in every machine and has a guarded column: name, value and guarded value.
 fn guarded(row: &Row) -> Vec<(String, Option<f64>, Option<f64>)> {
     let of = |column: &Column| {
         let guarded = column.guarded()?;
@@ -27,7 +27,7 @@ fn guarded(row: &Row) -> Vec<(String, Option<f64>, Option<f64>)> {
     columns(&row.machine).iter().filter(grows).filter_map(of).collect()
 }
 
-/// All at or below the values of the whole run, and how many are below.
+/// Number of guarded values below those of the whole run; asserts that none is above.
 fn below(row: &Row) -> usize {
     let all = guarded(row);
     assert!(all.len() > 8, "{}", all.len());
@@ -38,7 +38,7 @@ fn below(row: &Row) -> usize {
     all.iter().filter(|(_, value, guarded)| guarded < value).count()
 }
 
-/// The steps of the longest run that a step limit alone ends, of which no guard breaks.
+/// Number of steps of the longest run ended by a step limit in which every guard holds.
 fn sound_steps(changes: &[(&str, &str)], steps: u64) -> u64 {
     let is_sound = |limit: u64| {
         let row = rig(&[changes, &[("run.step_limit", &limit.to_string())]].concat());
@@ -54,7 +54,7 @@ fn sound_steps(changes: &[(&str, &str)], steps: u64) -> u64 {
     sound
 }
 
-/// The guarded values of a run are the values of one that was ended, by its step limit, at the last balance before the guard broke.
+/// The guarded values of a run are the values of one that its step limit ended at the last balance before the guard failed.
 fn stands_as_if_it_had_ended_before(changes: &[(&str, &str)], cause: Cause) -> Row {
     let whole = rig(changes);
     assert_eq!((whole.outcome.status, whole.outcome.causes), (Status::Invalid, only(cause)));
@@ -62,7 +62,7 @@ fn stands_as_if_it_had_ended_before(changes: &[(&str, &str)], cause: Cause) -> R
     assert!(below(&whole) > 4, "the guard broke before the end");
     let steps = sound_steps(changes, whole.value("steps") as u64 - 1);
     assert!(steps > 16, "and not at the start: {steps}");
-    // judged with every eighth step, from step 0 on: step N is judged in a run of N + 1 steps
+    // the balance is checked with every eighth step, from step 0 on: step N is checked in a run of N + 1 steps
     let judged = (steps - 1) / 8 * 8 + 1;
     let ended = rig(&[changes, &[("run.step_limit", &judged.to_string())]].concat());
     for ((name, _, guarded), (other, reached, own)) in self::guarded(&whole).into_iter().zip(self::guarded(&ended)) {
@@ -78,11 +78,11 @@ fn an_energy_balance_that_breaks_leaves_what_was_reached_before() {
     let error = rig(&[]).value("energy_error");
     let bound = format!("{:e}", 0.3 * error);
     for engine in ["reduced", "full"] {
-        // an error of the same size in both: they have one scheme
+        // both engines have the same scheme and an error of the same size
         let changes = [("run.guard.energy_balance", bound.as_str()), ("run.engine", engine)];
         if engine == "reduced" {
             let whole = stands_as_if_it_had_ended_before(&changes, Cause::EnergyBalance);
-            // and a twin run changes nothing of it
+            // a twin run changes none of these values
             let twin = rig(&[&changes[..], &[("run.twin", "1e-6")]].concat());
             assert!(twin.get("twin_status").is_some());
             assert_eq!(guarded(&twin), guarded(&whole));
@@ -106,7 +106,7 @@ fn a_penetration_counts_from_the_step_that_leaves_it() {
 
 #[test]
 fn a_normal_work_that_breaks_leaves_what_was_reached_before() {
-    // of one instant of the run: the work goes up and down
+    // at one instant of the run, because the work rises and falls
     let whole = rig(&[("run.guard.normal_work", "1e-13")]);
     assert!(whole.outcome.causes.contains(Cause::NormalWork), "{:?}", whole.outcome.causes.words());
     assert!(below(&whole) > 4);
@@ -140,7 +140,7 @@ fn a_run_that_fails_before_its_first_step_has_reached_nothing() {
     assert!(guarded(&row).iter().all(|(_, _, guarded)| *guarded == Some(0.0)), "{:?}", guarded(&row));
 }
 
-/// A bearing that drives the whirl: the run ends beyond every scale, and its last steps say nothing.
+/// A bearing that drives the whirl: the run diverges, and its last steps are meaningless.
 #[test]
 fn a_run_that_diverges_keeps_what_it_had_before() {
     let point = "schema = 1\nname = \"point\"\n[rotor]\nkind = \"point-mass\"\nmass = 1.0\npolar_inertia = 1.0\n\
@@ -150,7 +150,7 @@ fn a_run_that_diverges_keeps_what_it_had_before() {
     assert_eq!((row.outcome.status, row.outcome.cause), (Status::Failed, Some(Cause::Diverged)));
     let (load, guarded) = (row.value("max_bearing_load_N"), row.value("guarded_max_bearing_load_N"));
     assert!(0.0 < guarded && guarded < load, "{guarded} {load}");
-    // what a machine does not have it has not reached either
+    // quantities that the machine does not have are null
     for name in ["max_contact_force_N", "contact_impulse_Ns", "max_eccentricity_m", "max_torsional_moment_Nm"] {
         assert_eq!(row.get(&format!("guarded_{name}")), None, "{name}");
     }
@@ -192,7 +192,7 @@ fn guarded_column<'a>(all: &'a [bladeoff_model::outcome::Column], name: &str) ->
     all.iter().find(|column| column.name == name).unwrap_or_else(|| panic!("no {name}"))
 }
 
-/// Two diaphragms: no name stands twice, and each has the values of its own.
+/// Two diaphragms: column names are unique, and each column has the values of its own diaphragm.
 #[test]
 fn columns_of_several_rings_carry_their_names() {
     let alone = rig(&[]);
@@ -213,7 +213,7 @@ fn columns_of_several_rings_carry_their_names() {
     let mut compared = 0;
     for own in own_columns {
         let of_both = own.name.replace(&format!("_{name}"), "");
-        // the other one touches nothing: both columns are those of the machine that has this one alone
+        // the other diaphragm is not touched: both columns equal those of the machine with this one alone
         for found in [&*own.name, &*of_both] {
             assert_eq!(both.get(found), alone.get(&of_both), "{found}");
         }

@@ -1,4 +1,4 @@
-//! Limits of the physical model: when a run exceeds one, what its row says, and that it ends there.
+//! Limits of the physical model: the run that exceeds one, its row, and its end.
 
 use crate::common::{Every, Row, machine_with, run, run_seen, study_machine};
 use bladeoff_core::record::{Follower, Frame, columns};
@@ -18,7 +18,7 @@ fn rig(engine: &str, changes: &[(&str, &str)]) -> Row {
     run(machine_of(engine, changes))
 }
 
-/// The largest eccentricity that the rig reaches, as a limit of the ring's displacement: this share of it.
+/// The largest eccentricity of the rig as a limit of the ring's displacement, times `share`.
 fn ring_limit(engine: &str, share: f64) -> (Row, String) {
     let whole = rig(engine, &[]);
     assert_eq!(whole.outcome.status, Status::Ok);
@@ -54,8 +54,7 @@ fn a_run_ends_at_the_first_exceeded_limit() {
         assert!(end < whole.value("end_time_s"));
         assert!(row.value("limit_ratio_ring_displacement") > 1.0);
         assert!(row.value("max_bearing_load_N") <= whole.value("max_bearing_load_N"));
-        // everything up to there counts as reached, the step that exceeds the limit included; the instant behind it, at which the run
-        // ends, may have larger loads
+        // values up to the step that exceeds the limit count, including that step; the next instant, at which the run ends, may have larger loads
         for column in columns(&row.machine).iter().filter(|column| column.grows()) {
             let Some(guarded) = column.guarded() else { continue };
             let (guarded, value) = (row.get(&guarded).unwrap_or(0.0), row.get(&column.name).unwrap_or(0.0));
@@ -64,7 +63,7 @@ fn a_run_ends_at_the_first_exceeded_limit() {
         assert_eq!(row.get("guarded_beyond_s"), row.get("beyond_s"), "{engine}");
         assert!(row.value("guarded_limit_ratio_ring_displacement") > 1.0);
         let reached = row.value("guarded_max_bearing_load_N");
-        // the run that goes on exceeds it at the same time, and its guarded values end there
+        // a run that continues exceeds the limit at the same time, and its guarded values end there
         let on = rig(engine, &[(RING, &limit), (ENDS, "off")]);
         assert_eq!((on.outcome.status, on.outcome.end_cause), (Status::Beyond, EndCause::EndTime));
         assert_eq!(on.value("beyond_s"), beyond, "{engine}");
@@ -80,7 +79,7 @@ fn a_run_ends_at_the_first_exceeded_limit() {
     }
 }
 
-/// Keeps the first time at which the rotor's eccentricity leaves a circle.
+/// Records the first time at which the rotor's eccentricity leaves a circle.
 struct Leaves {
     radius: f64,
     first: Option<f64>,
@@ -146,7 +145,7 @@ fn journals_are_noted_against_their_clearance_and_found_to_a_contact_step_in_fre
     };
     let mut largest = Vec::new();
     for engine in ENGINES {
-        // at every step of the motion itself
+        // reference: every step of the motion
         let machine = with(engine, &[]);
         let node = machine.rotor.bearings[0].node;
         let structure = bladeoff_core::structure::Structure::build(&machine, None).expect("a structure");

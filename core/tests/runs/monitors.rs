@@ -1,4 +1,4 @@
-//! Monitors: the displacement of a place of the shaft, and the time above a clearance there.
+//! Monitors: displacement of a place of the shaft, and time above a clearance there.
 
 use crate::common::{Every, Row, machine, run, run_seen};
 use bladeoff_core::record::columns;
@@ -33,7 +33,7 @@ fn a_monitor_at_the_contact_has_the_displacement_of_the_rotor_there() {
     }
 }
 
-/// The time above the gap is the sum of the steps in which the displacement of the history is above it.
+/// The time above the gap is the sum of the steps whose displacement in the history exceeds the gap.
 #[test]
 fn the_time_above_the_gap_is_that_of_the_history() {
     let machine_of = |engine| machine(&text(engine, &monitors()));
@@ -62,7 +62,7 @@ fn the_time_above_the_gap_is_that_of_the_history() {
     assert!((exponential - found).abs() < 5e-3 * found, "{exponential}, not {found}");
 }
 
-/// A monitor touches nothing: where its node exists the reference engines compute the same digits.
+/// A monitor has no contact: if its node exists anyway, the reference engines compute the same digits.
 #[test]
 fn a_monitor_changes_no_digit_of_the_reference_engines() {
     for engine in ["reduced", "full"] {

@@ -1,4 +1,4 @@
-//! Unbalances that are released during a run: at a time, at a speed, several, none.
+//! Unbalances released during a run: at a time, at a speed, several, none.
 
 use crate::common::{Every, Row, close, machine, run, run_seen, study_machine};
 use bladeoff_core::record::{Frame, columns};
@@ -32,7 +32,7 @@ fn blade(name: &str, release: &str) -> String {
     )
 }
 
-/// Largest difference of the columns that both rows have, relative to the larger value; times of peaks and numerics apart.
+/// Largest difference of the columns that both rows have, relative to the larger value; without times of peaks and numerics.
 fn difference(one: &Row, other: &Row) -> f64 {
     let names = columns(&one.machine).into_iter().filter(|column| {
         column.name.starts_with("max_") && !column.name.ends_with("_at_s") && !column.name.ends_with("_at_rad_s")
@@ -87,7 +87,7 @@ fn a_jeffcott_rotor_answers_with_the_known_transient_of_second_order() {
         let (coarse, fine) = (error(step), error(0.5 * step));
         println!("{engine}: {coarse:e} {fine:e}");
         assert!(fine < 2e-4, "{engine}: {coarse:e} {fine:e}");
-        // exponential is at the error of its interpolated modal basis, 4e-7 at any step
+        // the error of exponential is that of its interpolated modal basis, 4e-7 at any step
         assert!(fine < 1e-6 || fine < coarse / 3.0, "{engine}: second order: {coarse:e} {fine:e}");
     }
 }
@@ -104,7 +104,7 @@ fn a_release_at_the_start_is_an_unbalance_from_the_start() {
             assert_eq!(difference(&plain, &released), 0.0, "{engine} {at_once}");
         }
     }
-    // the difference falls with the square of the step
+    // the difference decreases with the square of the step
     for (engine, key) in [("reduced", "step"), ("exponential", "contact_step")] {
         let change = |step: f64| {
             let of = |release: &str| run(stepped(engine, 0.1, &format!("{key} = {step:?}"), &blade("one", release)));
@@ -166,7 +166,7 @@ fn a_release_at_a_speed_is_one_at_the_time_of_that_speed() {
     }
 }
 
-/// A prescribed speed passes the speed of the release upwards.
+/// A prescribed speed passes the speed of the release while it rises.
 #[test]
 fn overspeed_releases_a_blade() {
     for engine in ["reduced", "exponential"] {
@@ -191,7 +191,7 @@ fn a_release_that_never_happens_is_a_result() {
     }
 }
 
-/// Two masses in the same step, of which the later one is first in the file, and one with them at the start.
+/// Two masses lost in the same step, the later one first in the file, and one lost at the start.
 #[test]
 fn several_losses_happen_in_their_order() {
     let times = [0.100_003, 0.100_001];
@@ -225,7 +225,7 @@ fn a_released_blade_rubs_and_nobody_who_looks_changes_it() {
     }
 }
 
-/// A second mass is lost while the rotor rubs: the balance closes, and both engines have the same energy and speed of it.
+/// A second mass is lost while the rotor rubs: the energy balance closes, and both engines agree on energy and speed.
 #[test]
 fn a_second_blade_is_lost_in_a_rub() {
     let text = study_machine("lab_rig").replace("end_time = \"0.6 s\"", "end_time = \"0.25 s\"").replace(

@@ -1,9 +1,9 @@
-//! Stresses of rings with many blades, whose default modes have a half to a third of the stress beside a contact: against full finite elements.
+//! Stresses of rings with many blades, whose default modes give a half to a third of the stress beside a contact: comparison with full finite elements.
 
 use crate::common::{Row, close, machine_with, run, study_machine};
 use bladeoff_model::outcome::Status;
 
-/// The lab rig in its first rub, with so many blades and as many ring elements.
+/// The lab rig in its first rub, with this number of blades and of ring elements.
 fn rig(blades: &str, changes: &[(&str, &str)]) -> Row {
     let all = [
         ("run.end_time", "20 ms"),
@@ -43,7 +43,7 @@ fn rings_of_many_blades_have_the_stresses_of_the_full_engine() {
     }
 }
 
-/// The limits of the exponential engine judge what its columns say.
+/// The limits of the exponential engine use the values of its columns.
 #[test]
 fn a_yield_limit_counts_the_truncated_modes() {
     for engine in ["exponential", "reduced"] {
@@ -62,12 +62,12 @@ fn a_yield_limit_counts_the_truncated_modes() {
         assert_eq!(row.outcome.status, Status::Beyond, "{engine}");
         assert!(row.value("beyond_s") < 0.0186, "{engine}: {}", row.value("beyond_s"));
         assert_eq!(of("22 MPa", "on").get("beyond_s"), None, "{engine}");
-        // the modes kept have 11 MPa
+        // the kept modes alone have 11 MPa
         assert_eq!(of("16 MPa", "off").get("beyond_s"), None, "{engine}");
     }
 }
 
-/// The contact force of single steps grows as the step is refined, the stress does not.
+/// With a finer step, the contact force of single steps grows; the stress does not.
 #[test]
 fn ring_stresses_hold_over_the_contact_step() {
     let of = |step: &str| rig("40", &[EXPONENTIAL, ("run.contact_step", step)]);

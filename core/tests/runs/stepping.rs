@@ -1,5 +1,5 @@
-//! What a step accepts, and what it reports: rounding of stiff quasi-static motions, the spin at the end, brakes and dampers that
-//! act faster than the step, the penetration left.
+//! Acceptance and reports of single steps: rounding of stiff quasi-static motions, spin at the end, brakes and dampers that act faster than the
+//! step, residual penetration.
 
 use crate::common::{Every, Row, close, machine, machine_with, run, run_seen, study_machine};
 use bladeoff_core::engine::StartError;
@@ -21,8 +21,8 @@ fn one_element(tail: &str) -> String {
     )
 }
 
-/// A blade at a stiff bearing moves the rotor by less than the rounding of its own turn would at an ordinary one: `eps m d psi'/dt`
-/// of force against increments of `m d W^2/K W dt`. All of these ended as `diverged`.
+/// A blade at a stiff bearing displaces the rotor by less than the rounding of its spin angle would at an ordinary bearing: a force of `eps m d
+/// psi'/dt` against increments of `m d W^2/K W dt`. All of these runs once ended as `diverged`.
 #[test]
 fn a_blade_at_a_stiff_bearing_is_no_divergence() {
     let lab = |stiffness: &str, more: &[(&str, &str)]| {
@@ -44,11 +44,11 @@ fn a_blade_at_a_stiff_bearing_is_no_divergence() {
         peak
     };
     let released = sound("lab rig, 5e7 N/m", &lab("5e7", &[]));
-    // with a sixth of the step it settled before
+    // with a sixth of the step, the run did not diverge
     let finer = sound("lab rig, 5e7 N/m, 0.1 us", &lab("5e7", &[("run.step", "1e-7")]));
     close("bearing load", released, finer, 1e-4);
     let steady = sound("lab rig, 1e8 N/m, steady", &lab("1e8", &[("rotor.unbalances.blade_off.present", "before")]));
-    // m d W^2 of 10 g at 40 mm and 3000 rpm, what the shaft's own mass adds left out
+    // m d W^2 of 10 g at 40 mm and 3000 rpm, without the force of the shaft's own mass
     close("steady bearing load", steady, 0.01 * 0.04 * 314.159_265_f64.powi(2), 2e-3);
     let damped = [("rotor.bearings.right.damping", "1e5"), ("run.step", "1e-7")];
     sound("lab rig, damped, 0.1 us", &lab("2e6", &damped));
@@ -56,7 +56,7 @@ fn a_blade_at_a_stiff_bearing_is_no_divergence() {
         let changes = [("rotor.bearings.a.stiffness", stiffness), ("rotor.bearings.b.stiffness", stiffness)];
         let row = run(machine_with(&one_element(""), &changes));
         let load = sound(&format!("one element, {stiffness} N/m"), &row);
-        // released at once: up to twice m d W^2
+        // released suddenly: up to twice m d W^2
         assert!((180.0..365.0).contains(&load), "{load}");
     }
     let changes = [
@@ -69,7 +69,8 @@ fn a_blade_at_a_stiff_bearing_is_no_divergence() {
     sound("turbine, 1e12 N/m", &run(machine_with(&study_machine("lp_turbine_paper"), &changes)));
 }
 
-/// The rounds of a step hardly contract where an unbalance is nearly all of the mass and of the inertia: no rounding, no result.
+/// The iterations of a step hardly converge if an unbalance has almost all of the mass and inertia: the residual is not rounding, so there is no
+/// result.
 #[test]
 fn rounds_that_do_not_contract_are_not_accepted() {
     let row = run(machine(
@@ -82,19 +83,19 @@ fn rounds_that_do_not_contract_are_not_accepted() {
     assert_eq!(row.outcome.cause, Some(Cause::Diverged));
 }
 
-/// What passes the ring within a step ends there, and what hangs outside does not start: it was "no contact", `ok`.
+/// A rotor that crosses its ring within a step ends the run, and one that hangs outside does not start. Both were once `ok` without contact.
 #[test]
 fn a_rotor_that_leaves_its_ring_ends_there() {
-    /// Of the rig's undeformed ring \[m\].
+    /// Inner radius of the rig's undeformed ring \[m\].
     const RADIUS: f64 = 50.5e-3;
     let rig = study_machine("lab_rig");
     for (detection, diaphragm, engine, velocity) in [
-        // within a step
+        // crosses the ring within a step
         ("hyp2", "flexible", "reduced", "3e5"),
         ("hyp2-frozen", "flexible", "reduced", "3e5"),
         ("hyp2", "rigid", "reduced", "3e5"),
         ("hyp1", "flexible", "full", "1e5"),
-        // with the ring, which was followed to ten times its radius
+        // pushes the ring outwards, which was once followed to ten times its radius
         ("hyp1", "flexible", "reduced", "1e4"),
         ("hyp1", "flexible", "full", "1e4"),
         ("hyp2", "flexible", "full", "1e4"),
@@ -127,7 +128,7 @@ fn a_rotor_that_leaves_its_ring_ends_there() {
         assert!(row.value("end_time_s") > 0.0);
         assert!(eccentricity < RADIUS, "no instant beyond the undeformed ring is in the row: {eccentricity}");
     }
-    // a spring yields as far as it is pressed, and never lets go
+    // a spring deflects as far as it is pressed, so the rotor stays in contact
     let pressed = |kind: &str, tail: &str| {
         format!(
             "schema = 1\nname = \"p\"\n[run]\nend_time = 10\nstep = 1e-3\n[rotor.bearings.s]\nstiffness = 1.0\n\
@@ -138,7 +139,7 @@ fn a_rotor_that_leaves_its_ring_ends_there() {
     let row = run(machine(&pressed("\"radial-spring\"\nstiffness = 4.0", "[rotor.initial]\nvelocity = [4.0, 0.0]\n")));
     assert!(row.value("contact_time_s") > 0.1 && row.value("max_eccentricity_m") > 1.5, "{:?}", row.outcome);
     assert_ne!(row.outcome.cause, Some(Cause::OutsideRing));
-    // sag is no number of the file: the start itself tells
+    // the sag is not a number of the file: only the start of the run can detect it
     let heavy = machine(&pressed("\"rigid\"", "gravity = [0.0, -3.0]\n"));
     let structure = Structure::build(&heavy, None).expect("buildable");
     let refused = simulate(&heavy, &structure, &mut NoHistory).expect_err("it hangs outside");
@@ -152,7 +153,7 @@ fn point_mass(run: &str, tail: &str) -> String {
     )
 }
 
-/// All its mass is an unbalance of 1 kg at 0.5 m, J = 0.05: across the arm `m J/(J + m d^2) = m/6` is left, along it all.
+/// A machine whose whole mass is an unbalance of 1 kg at 0.5 m, J = 0.05: the effective mass is `m J/(J + m d^2) = m/6` across the arm, m along it.
 fn all_on_an_arm(speed: f64, settings: &str, tail: &str) -> Machine {
     machine(&format!(
         "schema = 1\nname = \"arm\"\n[run]\nend_time = 40\n{settings}\n[rotor]\nkind = \"point-mass\"\nmass = 0\npolar_inertia = 0.05\n\
@@ -164,25 +165,25 @@ fn plan(machine: &Machine) -> Result<TimeStep, StartError> {
     TimeStep::new(machine, &Structure::build(machine, None).expect("buildable"))
 }
 
-/// The limit is `2/sqrt(6 k/m)` = 0.816 s. It was 2 s: a run with 0.83 s was `ok`, stopped without a brake, at 2.6 times the load.
+/// The limit is `2/sqrt(6 k/m)` = 0.816 s. It was once 2 s: a run with 0.83 s was `ok`, stopped without a brake, at 2.6 times the load.
 #[test]
 fn a_step_that_a_point_on_its_arm_does_not_bear_is_refused() {
     let of = |step: &str, tail: &str| plan(&all_on_an_arm(0.3, &format!("step = {step}"), tail));
     let Err(StartError::StepTooLarge { limit, .. }) = of("0.83", "") else { panic!("{:?}", of("0.83", "")) };
     close("limit", limit, 2.0 / 6.0_f64.sqrt(), 1e-9);
     assert!(of("0.81", "").is_ok());
-    // sooner or later the arm is across the stiffer axis, whatever its phase
+    // at some time the arm is perpendicular to the stiffer axis, whatever its phase
     for axes in [[0.1, 1.0], [1.0, 0.1]] {
         let mut machine = all_on_an_arm(0.3, "step = 0.81", "");
         machine.rotor.bearings[0].stiffness = [[axes[0], 0.0], [0.0, axes[1]]];
         close("limit", plan(&machine).expect("stable").largest_step, 2.0 / 6.0_f64.sqrt(), 1e-9);
     }
-    // a spin that is prescribed is not moved by what turns with it: all of the mass is there
+    // the torque of the unbalance does not change a prescribed spin: the effective mass is the whole mass
     let driven = of("0.83", "[rotor.speed_law]\nacceleration = 0\n").expect("stable");
     close("limit of a prescribed speed", driven.largest_step, 2.0, 1e-9);
 }
 
-/// Released 0.1 m across its arm it swings with 0.1 N at most. The step chosen was 1 s: `diverged`, or `ok` with 0.167 N.
+/// Released 0.1 m across its arm, the mass oscillates with 0.1 N at most. The default step was once 1 s: `diverged`, or `ok` with 0.167 N.
 #[test]
 fn a_point_on_its_arm_at_rest_is_resolved() {
     for speed in [0.0, 1e-3] {
@@ -195,7 +196,7 @@ fn a_point_on_its_arm_at_rest_is_resolved() {
     }
 }
 
-/// A run whose step limit ends it has no more steps than that, however far its end time is.
+/// A run that its step limit ends has no more steps than the limit, however late its end time is.
 #[test]
 fn a_step_limit_counts_where_steps_are_too_many() {
     let of = |limit: &str| machine(&point_mass(&format!("end_time = 1e6\nstep = 1e-5\n{limit}"), ""));
@@ -206,7 +207,7 @@ fn a_step_limit_counts_where_steps_are_too_many() {
     assert_eq!((row.value("steps"), row.outcome.cause), (1000.0, Some(Cause::StepLimit)));
 }
 
-/// A run of up to eight steps has a second balance, at its last: its error was 0 whatever happened, and its guard could say nothing.
+/// A run of up to eight steps has a second energy balance at its last step. Without it, the error was 0 in every case and the guard had no effect.
 #[test]
 fn a_run_of_few_steps_has_an_energy_guard() {
     for steps in [2, 5, 8, 9] {
@@ -226,8 +227,8 @@ fn a_run_of_few_steps_has_an_energy_guard() {
     }
 }
 
-/// `end_speed_rad_s` against closed forms: exact for constant accelerations, order 2 for others. It was the spin half a step
-/// before, of order 1.
+/// `end_speed_rad_s` against closed forms: exact for constant accelerations, order 2 otherwise. The value was once the spin half a step earlier, of
+/// order 1.
 #[test]
 fn the_spin_at_the_end_is_of_second_order() {
     let end = |step: f64, tail: &str| {
@@ -241,7 +242,7 @@ fn the_spin_at_the_end_is_of_second_order() {
     };
     let law = "[rotor.speed_law]\nacceleration = 1e4\n";
     assert!(error(1e-3, law, &|t| 200.0 + 1e4 * t) < 1e-9);
-    // beyond the last corner of a law its own value, not one extrapolated over the corner
+    // beyond the last corner of a speed law the value of the law, not an extrapolation across the corner
     let corner = "[rotor.speed_law]\ntimes = [0, 0.9995]\nspeeds = [200, 300]\n";
     assert!(error(1e-3, corner, &|_| 300.0) < 1e-9);
     let constant = "[braking]\nconstant = 50\n";
@@ -258,10 +259,10 @@ fn the_spin_at_the_end_is_of_second_order() {
     }
 }
 
-/// The run ends with the first step whose end is at or below `run.end_speed`, and says that speed.
+/// The run ends with the first step whose end is at or below `run.end_speed`, and the row has the speed at that end.
 #[test]
 fn a_run_ends_in_the_step_that_reaches_its_end_speed() {
-    // 200 - 100 t: 150 rad/s at 0.5 s, which a step ends at; 149.95 rad/s half a step later
+    // 200 - 100 t: 150 rad/s at 0.5 s, the end of a step; 149.95 rad/s half a step later
     for (wanted, time) in [(150.02, 0.5), (149.95, 0.501)] {
         let settings = format!("end_time = 1\nend_speed = {wanted:?}\nstep = 1e-3");
         let row = run(machine(&point_mass(&settings, "[braking]\nconstant = 50\n")));
@@ -271,7 +272,7 @@ fn a_run_ends_in_the_step_that_reaches_its_end_speed() {
     }
 }
 
-/// Brakes whose time constant is far below the step: the centred law alone would send the rotor back, or grow without bound.
+/// Brakes with a time constant far below the step: the centred scheme alone would reverse the rotor, or grow without bound.
 #[test]
 fn brakes_that_stop_a_rotor_within_a_step_stop_it() {
     let laws = ["linear = 1e2", "linear = 1e3", "linear = 1e6", "quadratic = 1e9", "constant = 1e7", "constant = 1e9"];
@@ -291,8 +292,8 @@ fn brakes_that_stop_a_rotor_within_a_step_stop_it() {
     }
 }
 
-/// A brake nearly as fast as the step: centred, `J W' = -c W` takes the spin to `(1 - x)/(1 + x)` of itself per step, `x = c dt/(2 J)`. The
-/// rounds of a step contracted by x only.
+/// A brake almost as fast as the step: in the centred scheme, `J W' = -c W` multiplies the spin by `(1 - x)/(1 + x)` per step, `x = c dt/(2 J)`. The
+/// iterations of a step contracted by x only.
 #[test]
 fn a_brake_nearly_as_fast_as_the_step_slows_as_the_scheme_says() {
     let (step, inertia) = (1e-3, 0.5);
@@ -310,7 +311,7 @@ fn a_brake_nearly_as_fast_as_the_step_slows_as_the_scheme_says() {
     }
 }
 
-/// One mass: x = c dt/(2 m), exactly, and the largest of several bearings.
+/// One mass: x = c dt/(2 m), exactly, and the largest value of several bearings.
 #[test]
 fn damping_beyond_the_step_is_told() {
     let told = |text: &str, changes: &[(&str, &str)]| {
@@ -324,7 +325,7 @@ fn damping_beyond_the_step_is_told() {
     let found = told(&text, &[("rotor.bearings.b.damping", "5e4")]).pop().expect("x = 2.5");
     close("ratio", found.ratio, 2.5, 1e-12);
     close("step", found.step, 4e-4, 1e-12);
-    // the lab rig with its blade at a damper that holds the shaft like a wall: 39.4 N whatever resolves it
+    // the lab rig with its blade at a damper that clamps the shaft almost rigidly: 39.4 N with every step that resolves the damper
     let lab = study_machine("lab_rig");
     for engine in ["full", "reduced"] {
         let changes = |step| {
@@ -352,7 +353,7 @@ fn damping_beyond_the_step_is_told() {
     }
 }
 
-/// What the row says of the penetration is what the history shows: the largest and its time.
+/// The row and the history agree on the largest penetration and its time.
 #[test]
 fn the_row_and_the_history_tell_the_same_penetration() {
     for (engine, detection) in [("reduced", "hyp2"), ("full", "hyp2"), ("reduced", "hyp1"), ("reduced", "hyp2-frozen")]
@@ -376,9 +377,9 @@ fn the_row_and_the_history_tell_the_same_penetration() {
         );
         assert!(row.value("contact_impulse_Ns") > 0.0, "contact happened");
         assert!((said - deepest).abs() < 1e-15, "{said:e} {deepest:e}");
-        // the frozen place leaves more than rounding
+        // the frozen contact place leaves more penetration than rounding
         assert!(detection != "hyp2-frozen" || deepest > 1e-10, "{deepest:e}");
-        // rounding of the gap has its own instant
+        // a penetration of rounding size occurs at an arbitrary instant
         assert!(deepest < 1e-15 || (row.value("residual_penetration_at_s") - at).abs() < 1e-12);
     }
 }

@@ -5,7 +5,7 @@ use bladeoff_core::record::columns;
 use bladeoff_model::machine::Machine;
 use bladeoff_model::outcome::{Column, ColumnKind, MAX_COLUMNS, Part, Status};
 
-/// A disc amid a simply supported light shaft, heavy under gravity, not spinning.
+/// A heavy disc in the middle of a simply supported light shaft under gravity, not spinning.
 const SAGGING: &str = r#"
 schema = 1
 name = "sagging"
@@ -46,7 +46,7 @@ stiffness = "1e8 N/m"
 damping = "0 N s/m"
 "#;
 
-/// P L/4 over the section modulus: the sag is static, so nothing but rounding moves.
+/// P L/4 over the section modulus. The sag is static, so changes are rounding only.
 #[test]
 fn a_sagging_shaft_has_the_moment_of_statics() {
     let row = run(machine(SAGGING));
@@ -60,15 +60,15 @@ fn a_sagging_shaft_has_the_moment_of_statics() {
     assert_eq!(row.get("rub_regime"), None);
 }
 
-/// A free two-disc rotor whose one end is spun up by a prescribed speed would need the drive's place; friction does it here:
-/// a full annular rub brakes the node it acts on, and what it takes from the disc beyond it passes through the shaft.
+/// A free two-disc rotor driven at one end by a prescribed speed would need a position of the drive; friction replaces the drive here. A full annular
+/// rub brakes the node of contact, and the torque that slows the disc beyond passes through the shaft.
 #[test]
 fn a_rubbing_shaft_passes_the_torque_that_slows_the_inertia_beyond() {
     let text = study_machine("lab_rig");
     let row = run(machine_with(&text, &[("end_time", "0.17 s"), ("contact.detection", "hyp1")]));
     assert!(row.get("first_contact_s").is_some());
-    // the friction torque enters at the middle of section 1: half of it goes either way, at most doubled by the torsional
-    // response to a suddenly applied torque
+    // the friction torque enters at the middle of section 1: half of it passes to either side, at most doubled by the torsional response to a suddenly
+    // applied torque
     let torque = 0.15 * row.value("max_contact_force_N") * 0.05;
     let moment = row.value("max_torsional_moment_Nm");
     assert!(moment > 0.1 * torque && moment < 2.0 * torque, "{moment} of {torque}");
@@ -80,7 +80,7 @@ fn a_rubbing_shaft_passes_the_torque_that_slows_the_inertia_beyond() {
     );
 }
 
-/// Two heavy discs on a light shaft, the first pressed against a spring: friction takes hold of it at t = 0.
+/// Two heavy discs on a light shaft, the first pressed against a spring: friction brakes it from t = 0 on.
 const GRABBED: &str = r#"
 schema = 1
 name = "grabbed"
@@ -129,7 +129,7 @@ friction = 0.2
 detection = "hyp1"
 "#;
 
-/// A torque that is suddenly there twists an undamped shaft to twice the moment that slows the disc beyond:
+/// A suddenly applied torque loads an undamped shaft with twice the moment that slows the disc beyond:
 /// `T = 2 mu F R J2/(J1 + J2)`, first at half a period of `omega^2 = G I_p/L (1/J1 + 1/J2)`.
 #[test]
 fn a_suddenly_grabbed_shaft_is_twisted_to_twice_the_static_moment() {
@@ -147,8 +147,8 @@ fn a_suddenly_grabbed_shaft_is_twisted_to_twice_the_static_moment() {
     close("speed", row.value("max_torsional_moment_at_rad_s"), 100.0 - 200.0 / 5.0 * pi / omega, 1e-4);
 }
 
-/// The torsion is damped in proportion to its stiffness: the first mode has the damping ratio `b omega/2`, so that the same torque
-/// overshoots its static moment by `exp(-pi zeta/sqrt(1 - zeta^2))`, and half a period later falls short of it by the square of that.
+/// Torsional damping in proportion to stiffness gives the first mode the damping ratio `b omega/2`. So the same torque overshoots its static moment by
+/// `exp(-pi zeta/sqrt(1 - zeta^2))`, and half a period later undershoots by the square of that factor.
 #[test]
 fn torsion_decays_with_half_b_omega() {
     let pi = std::f64::consts::PI;
@@ -159,8 +159,8 @@ fn torsion_decays_with_half_b_omega() {
     let root = (1.0 - zeta * zeta).sqrt();
     let left = (-pi * zeta / root).exp();
     let b = format!("{:e}", 2.0 * zeta / omega);
-    // so heavy that the press of the spring stays as it is; a shaft with inertia enough that its damping is not all of it: the loaded
-    // start contracts by x/(1 + x), x = c dt/(2 m) of the node between the discs, about 40 here
+    // so heavy that the force of the spring stays constant; the shaft has enough inertia not to be governed by its damping: the iteration of the loaded
+    // start contracts by x/(1 + x), with x = c dt/(2 m) of the node between the discs, about 40 here
     let heavy = GRABBED.replace("5000 kg", "5e6 kg").replace("500 kg m2", "5e5 kg m2").replace("\"0.01 kg", "\"10 kg");
     let text =
         heavy.replace("[rotor.bearings.left]", &format!("[rotor.damping]\ntorsional = {b}\n[rotor.bearings.left]"));
@@ -191,8 +191,9 @@ fn torsion_decays_with_half_b_omega() {
     }
 }
 
-/// The node between the discs has next to no inertia, so that its damping is all of it: x = c dt/(2 m) is 40 in the test above and 4e4 here, and
-/// half of the error a round, which contracts by x/(1 + x), ended `diverged`. Sliding, and held by stick from the first step on.
+/// The node between the discs has almost no inertia, so that its damping governs: x = c dt/(2 m) is 40 in the test above and 4e4 here. The iteration
+/// contracts by x/(1 + x); with an error reduction of one half assumed per iteration, the start once ended `diverged`. Sliding, and sticking from the
+/// first step on.
 #[test]
 fn a_light_damped_node_starts_with_the_velocity_asked_for() {
     for (law, friction, speed) in [("slip", "0.2", 100.0), ("stick-slip", "0.2", 100.0), ("stick-slip", "100", 0.001)] {
@@ -216,7 +217,7 @@ fn a_light_damped_node_starts_with_the_velocity_asked_for() {
             assert_eq!(row.outcome.status, Status::Ok, "{:?}", row.outcome);
             assert_eq!(row.value("stick_time_s") > 0.0, friction == "100");
             assert!((frames[0].1 / speed - 1.0).abs() < 1e-9, "{}", frames[0].1);
-            // the torsion begins from none, and with none of its rate: it grows as t^2; of a node that is held, as t
+            // the torsion starts from zero with a rate of zero and grows as t^2; at a sticking node, as t
             let expected = if friction == "100" { 1.0 } else { 2.0 };
             let twisted = |n: usize| (frames[n].2[2] - frames[n].2[0]).abs();
             let order = (twisted(8) / twisted(4)).log2();
@@ -225,8 +226,8 @@ fn a_light_damped_node_starts_with_the_velocity_asked_for() {
     }
 }
 
-/// Two other solvers, whose torsion is damped as the shaft's bending is, give 45 to 49 kN m; without damping the first rub rings on into
-/// all later impacts, and it is 75 to 122, by chance.
+/// Two other solvers with torsional damping like that of bending give 45 to 49 kN m. Without damping, the vibration of the first rub persists through
+/// all later impacts, and the result is a random value of 75 to 122 kN m.
 #[test]
 fn the_turbine_s_torsion_rings_down_between_impacts() {
     let row = run(machine_with(&study_machine("lp_turbine_paper"), &[]));
@@ -239,8 +240,8 @@ fn the_turbine_s_torsion_rings_down_between_impacts() {
     assert!((0.9 * 45e3..1.1 * 49e3).contains(&moment), "{moment}");
 }
 
-/// Each engine at its own default step. What depends on the raw contact force (torsion beside the contact) agrees to what
-/// that force itself does between steps.
+/// Each engine at its own default step. Quantities that depend on the raw contact force (torsion beside the contact) agree as well as that force agrees
+/// between steps.
 const RING_OF_FULL: f64 = 0.02;
 
 #[test]
@@ -272,14 +273,14 @@ fn both_engines_agree_on_stresses() {
     }
 }
 
-/// The word of a choice column.
+/// The word in a choice column.
 fn word(row: &Row, name: &str) -> Option<&'static str> {
     let column = columns(&row.machine).into_iter().find(|column| column.name == name).expect("the column");
     let ColumnKind::Choice(words) = column.kind else { panic!("{name} is no choice") };
     row.get(name).map(|index| words[index as usize])
 }
 
-/// Dry backward whirl (docs/verification.md): the regime is named. Everything in units of the Jeffcott rotor.
+/// Dry backward whirl (docs/verification.md) is recognised as its regime. All values in units of the Jeffcott rotor.
 #[test]
 fn dry_whip_is_backward_whirl() {
     let text = r#"
@@ -315,7 +316,7 @@ detection = "hyp1"
     assert!(row.value("backward_whirl_time_s") > 10.0);
 }
 
-/// A shaft of 30 sections on so many bearings.
+/// A shaft of 30 sections on this number of bearings.
 fn long_shaft(bearings: u32) -> Machine {
     let section = "[[rotor.shaft]]\nlength = \"0.1 m\"\ndiameter = \"50 mm\"\nelements = 1\n";
     let mut text = format!(
@@ -344,7 +345,7 @@ fn a_shaft_of_many_sections_keeps_its_columns_within_a_message() {
     assert_eq!(row.outcome.values.len(), columns.len());
 }
 
-/// A row has room for what was reached while guards held, of the whole machine, of each bearing and of each reported section.
+/// A row has guarded columns for the whole machine, each bearing and each reported section.
 #[test]
 fn no_guarded_column_is_left_out() {
     let mut found = Vec::new();
@@ -368,12 +369,12 @@ fn no_guarded_column_is_left_out() {
             count(&is_force),
         ]);
     }
-    // kept of all: whole machine, bearings, sections, three forces of each bearing
+    // kept of all guarded columns: whole machine, bearings, sections, three forces of each bearing
     let expected = [2, 12, 24, 30].map(|bearings| [[14, 14], [bearings, bearings], [48, 48], [3 * bearings; 2]]);
     assert_eq!(found, expected);
 }
 
-/// The widest machine that the input allows: 25 bearings on pedestals, 12 diaphragms, 20 monitors and 12 sections with columns of their own.
+/// The widest machine that the input allows: 25 bearings on pedestals, 12 diaphragms, 20 monitors and 12 sections with their own columns.
 #[test]
 fn the_row_of_the_widest_machine_fits_a_message() {
     let rig = study_machine("lab_rig");

@@ -30,25 +30,26 @@ fn shaft(of_run: &str, tail: &str) -> Machine {
     ))
 }
 
-/// A driving torque at 0.2 m that a torque at 1.2 m and braking take.
+/// A driving torque at 0.2 m, in equilibrium with a torque at 1.2 m and braking.
 const STEADY: &str = "[torques.steam]\nposition = 0.2\ntimes = [0]\nvalues = [\"3 kN m\"]\n\
     [torques.generator]\nposition = 1.2\nbalance = true\n[braking]\nlinear = 0.5\n";
 
-/// Static torsion between two torques by hand: T L/(G I_p) of each section. It turns with the shaft and nothing rings, with few torsional modes too.
+/// Static torsion between two torques, calculated by hand: T L/(G I_p) of each section. The torsion rotates with the shaft without vibration, even
+/// with few torsional modes.
 #[test]
 fn the_run_starts_with_the_static_torsion_and_stays_there() {
     let rigidity = |d: f64| 2e11 / 2.5 * std::f64::consts::PI / 32.0 * d.powi(4);
     let residual =
         "[rotor.unbalances.residual]\nposition = 0.6\nmass = 0.02\nradius = 0.05\nphase = 0.3\npresent = \"before\"\n";
     for engine in ENGINES {
-        // bearings take energy of the whirl
+        // bearings dissipate energy of the whirl
         for (tail, braked) in [(STEADY.to_owned(), 1e-12), (format!("{STEADY}{residual}"), 1e-7)] {
             let modes = if engine == "full" { "" } else { "torsional_modes = 2\n" };
             let machine = shaft(&format!("engine = \"{engine}\"\nend_time = 0.05\n{modes}"), &tail);
             let generator = machine.torques[1].before();
             assert!((generator + 3000.0 - 150.0).abs() < 1e-9, "{generator}");
             let [first, last] = [machine.torques[0].node, machine.torques[1].node];
-            // braking acts like the inertia, which takes its part along the line
+            // braking acts in proportion to inertia, along the line
             let weights = Structure::build(&machine, None).expect("buildable").rotor.spin_weights;
             let moments: Vec<f64> = (first..last).map(|i| 3000.0 - 150.0 * weights[..=i].iter().sum::<f64>()).collect();
             let angle = |i: usize| moments[i - first] * 0.1 / rigidity(if (4..8).contains(&i) { 0.05 } else { 0.06 });
@@ -104,7 +105,7 @@ fn two_inertias(mass: &Matrix, k: f64) -> (f64, f64, [f64; 2]) {
     (inertia, k * (mode[0] - mode[1]).powi(2), mode)
 }
 
-/// Largest errors of the moment and of the spin against closed forms of time, relative to the largest moment and to the change of the spin.
+/// Largest errors of moment and spin against closed forms in time, relative to the largest moment and to the change of the spin.
 fn errors(machine: Machine, exact: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
     let rotor = Structure::build(&machine, None).expect("buildable").rotor;
     let k = -rotor.torsional_stiffness[(0, 1)];
@@ -121,7 +122,8 @@ fn errors(machine: Machine, exact: impl Fn(f64) -> [f64; 2]) -> [f64; 2] {
     [errors[0] / sizes[0], errors[1] / sizes[1]]
 }
 
-/// A torque that jumps on one disc: the moment swings to twice its static share with the frequency of the two discs, and the spin rises by T/J.
+/// A torque step on one disc: the moment oscillates up to twice its static share with the frequency of the two discs, and the spin accelerates with
+/// T/J.
 #[test]
 fn a_torque_step_swings_to_twice_the_static_share() {
     let (torque, from, end) = (400.0, 0.010_03, 0.08);
@@ -152,7 +154,7 @@ fn a_torque_step_swings_to_twice_the_static_share() {
     }
 }
 
-/// A rotor at rest is driven up by a torque that rises to a constant value, against braking that is linear in the spin:
+/// A torque that rises to a constant value accelerates a rotor from rest, against braking that is linear in the spin:
 /// `J W' = T(t) - c W`. The moment is the undamped response of the two discs to the ramp.
 #[test]
 fn a_torque_drives_a_rotor_up_from_rest() {
@@ -190,8 +192,8 @@ fn a_torque_drives_a_rotor_up_from_rest() {
     }
 }
 
-/// Response of two discs to a short circuit, by fine steps of the fourth-order Runge-Kutta rule. The peaks of a torque of high frequency are between
-/// the steps of the coarser runs.
+/// Response of two discs to a short circuit, by fine steps of the fourth-order Runge-Kutta rule. The peaks of a torque with high frequency are
+/// between the steps of the coarser runs.
 #[test]
 fn a_short_circuit_rings_as_the_equation_says() {
     let (start, end) = (0.004_07, 0.06);
@@ -290,7 +292,7 @@ fn a_coast_down_follows_the_braking_table() {
                 list(|point| point.1)
             )))
         };
-        // a corner of the table inside a step leaves an error of the same order that depends on its place
+        // a corner of the table inside a step causes an error of the same order that depends on its position in the step
         for end in [4.0, 12.0, 30.0] {
             let error = |step: f64| (of(step, end).value("end_speed_rad_s") - exact(end)).abs();
             let [coarse, fine] = [error(2.5e-4), error(1.25e-4)];
@@ -312,7 +314,7 @@ fn a_coast_down_follows_the_braking_table() {
     }
 }
 
-/// A drive takes what the torques leave, so that they may add up to anything; the torsion is static between the torque and the inertias.
+/// A drive compensates the sum of the torques, which may have any value; the torsion is static between the torque and the inertias.
 #[test]
 fn a_prescribed_speed_takes_the_rest_of_all_torques() {
     let tail = "[torques.fan]\nposition = 1.2\ntimes = [0]\nvalues = [-500]\n[rotor.speed_law]\nacceleration = 0\n";
@@ -363,7 +365,7 @@ fn the_energy_closes_only_with_the_work_of_the_torques() {
     }
 }
 
-/// The engines share no code of the torques but their course. With all torsional modes, torsion and spin after 90 ms agree.
+/// The engines share only the courses of the torques, no other code. With all torsional modes, torsion and spin after 90 ms agree.
 #[test]
 fn the_engines_agree_on_the_torsion() {
     let of = |engine: &str, step: f64| {
@@ -394,7 +396,7 @@ fn the_engines_agree_on_the_torsion() {
     let exponential = [1e-4, 5e-5, 2.5e-5].map(|step| error("exponential", step));
     println!("reduced {reduced:?}, exponential {exponential:?}, moment {moment} N m");
     assert!(reduced[0] < 1e-6 && reduced[1] < 1e-9, "{reduced:?}");
-    // what is left does not depend on the step: the torsional rates do not act on the gyroscopic moments of `exponential`
+    // the remaining difference does not depend on the step: the torsional rates do not act on the gyroscopic moments of `exponential`
     for [torsion, speed] in exponential {
         assert!(torsion < 2e-5 && speed < 5e-7, "{exponential:?}");
     }

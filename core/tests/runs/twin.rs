@@ -1,10 +1,10 @@
-//! The twin run: what it compares, and that it tells a rub that is a draw of many from a run that is not.
+//! The twin run: the compared quantities, and the distinction of a rub whose result is random from a run whose result is not.
 
 use crate::common::{machine_with, run, run_seen, study_machine};
 use bladeoff_core::record::{Follower, Frame, columns};
 use bladeoff_model::outcome::Status;
 
-/// Without rub a shift of 1e-6 of the speed moves the load in proportion; the first run is the one without a twin.
+/// Without rub, a shift of the speed by 1e-6 changes the load in proportion. The row is that of the run without shift.
 #[test]
 fn a_run_without_rub_answers_in_proportion() {
     let text = study_machine("lab_rig");
@@ -19,7 +19,7 @@ fn a_run_without_rub_answers_in_proportion() {
             }
         }
         assert_eq!(row.get("twin_status"), Some(0.0), "ok");
-        // the twin is a run that can be made by hand
+        // the twin is equal to a separate run with the shifted speed
         let speed = format!("{:?}", row.machine.rotor.initial_speed * (1.0 + shift.parse::<f64>().expect("a number")));
         let other = run(machine_with(&text, &[base[0], base[1], ("rotor.initial_speed", &speed)]));
         let (own, other) = (row.value("max_bearing_load_N"), other.value("max_bearing_load_N"));
@@ -31,7 +31,7 @@ fn a_run_without_rub_answers_in_proportion() {
     assert!((1e-8..1e-4).contains(&small.abs()) && (large / small / 10.0 - 1.0).abs() < 0.05);
 }
 
-/// The lab rig with this gap \[m\] to 0.15 s, beside a twin that is faster by a part of its speed.
+/// The lab rig with this gap \[m\] to 0.15 s, with a twin whose initial speed is larger by a fraction `twin`.
 fn rig_with_gap(gap: f64, twin: &str, limit: &str) -> crate::common::Row {
     let (text, gap) = (study_machine("lab_rig"), format!("{gap:e}"));
     let changes = [("run.end_time", "0.15 s"), ("run.twin", twin), ("contact.gap", &gap), ("run.twin_limit", limit)];
@@ -59,7 +59,7 @@ fn a_run_may_be_sensitive_in_its_impulse_alone() {
     println!("{changes:?}");
     assert!(changes[0] < 0.02 && changes[2] > 0.02, "{changes:?}");
     assert_eq!(found.get("sensitive"), Some(1.0), "yes");
-    // the limit decides, and nothing else in the row changes with it
+    // the limit determines the flag and changes nothing else in the row
     let largest = changes.into_iter().fold(0.0, f64::max);
     let other = rig_with_gap(gap, "1e-5", &format!("{:?}", 1.01 * largest));
     assert_eq!(other.get("sensitive"), Some(0.0), "no");
@@ -68,7 +68,7 @@ fn a_run_may_be_sensitive_in_its_impulse_alone() {
     }
 }
 
-/// Between a run that touches and one that does not, every change may be small: contact itself is the difference.
+/// If only one of the two runs touches the ring, all changes may be small: contact itself is the difference.
 #[test]
 fn contact_in_one_of_the_two_runs_alone_is_sensitive() {
     let free = rig_with_gap(2e-3, "1e-3", "0.02");
@@ -79,11 +79,11 @@ fn contact_in_one_of_the_two_runs_alone_is_sensitive() {
     let touches = between.get("first_contact_s").is_some();
     assert_eq!(touches, change < 0.0, "the one that goes farther");
     assert_eq!(between.get("sensitive"), Some(1.0), "yes");
-    // of what this run has none there is no relative change
+    // a quantity that this run does not have has no relative change
     assert_eq!(between.get("twin_contact_impulse_change"), touches.then_some(-1.0));
 }
 
-/// A prescribed speed is shifted as a whole; a run that failed has no twin.
+/// A prescribed speed is shifted as a whole; a failed run has no twin.
 #[test]
 fn a_prescribed_speed_is_shifted_and_a_failed_run_has_no_twin() {
     let text =
@@ -91,13 +91,13 @@ fn a_prescribed_speed_is_shifted_and_a_failed_run_has_no_twin() {
     let base = [("run.end_time", "0.02 s"), ("contact.gap", "2 mm"), ("run.twin", "1e-6")];
     let row = run(machine_with(&text, &base));
     assert!(row.value("twin_bearing_load_change").abs() > 1e-9, "{:?}", row.get("twin_bearing_load_change"));
-    // fewer steps than the first run takes are too few for both: that one failed, nobody is compared with it
+    // a step limit below the need of both runs: the first one failed, so no twin is compared with it
     let row = run(machine_with(&text, &[base[0], base[1], base[2], ("run.step_limit", "10")]));
     assert_eq!((row.get("twin_bearing_load_change"), row.get("twin_status")), (None, None));
     assert_eq!((row.get("twin_contact_impulse_change"), row.get("sensitive")), (None, None));
 }
 
-/// A residual unbalance whirls steadily at the start, within the gap at W and beyond it at 1.01 W: the twin cannot start.
+/// A residual unbalance whirls steadily at the start, within the gap at W and outside it at 1.01 W: the twin cannot start.
 #[test]
 fn a_failed_twin_is_said() {
     // M = 10.1 kg below its resonance
@@ -122,7 +122,7 @@ fn a_failed_twin_is_said() {
     assert_eq!((between.outcome.status, between.get("first_contact_s")), (Status::Ok, None), "{:?}", between.outcome);
     assert_eq!((between.get("twin_status"), between.get("twin_bearing_load_change")), (Some(2.0), None), "failed");
     assert_eq!(between.get("sensitive"), None);
-    // with more room, or a smaller shift, there is one
+    // with a larger gap, or a smaller shift, the twin can start
     for (gap, twin) in [(1.1 * shifted, "0.01"), (0.5 * (own + shifted), "1e-4")] {
         let row = row(gap, twin);
         assert_eq!(row.get("twin_status"), Some(0.0), "ok");
@@ -130,7 +130,7 @@ fn a_failed_twin_is_said() {
     }
 }
 
-/// Ends a run before a step.
+/// Ends a run before a given step.
 struct Until {
     end: u64,
     asked: Vec<u64>,
@@ -147,7 +147,7 @@ impl Follower for Until {
     fn see(&mut self, _frame: &Frame<'_>) {}
 }
 
-/// Whoever follows a run may end its twin, too, whose steps are counted on. It was computed to its end, and nobody was asked.
+/// A follower may also end the twin, whose steps continue the count. Once, the twin ran to its end without asking the follower.
 #[test]
 fn a_twin_can_be_ended() {
     let machine = || machine_with(&study_machine("lab_rig"), &[("run.end_time", "0.001 s"), ("run.twin", "1e-6")]);
@@ -166,8 +166,8 @@ fn a_twin_can_be_ended() {
     assert_eq!((status, asked.last()), (None, Some(&5)), "no twin of a run that was ended");
 }
 
-/// A Jeffcott rotor that touches a spring on its release either leaves it again or is caught by dry whip. Between the two lies a
-/// speed; next to it 1e-6 of the speed decides the load, the row is `ok`, and its twin says so.
+/// A Jeffcott rotor that touches a spring on its release either leaves the spring again or is caught by dry whip, depending on its speed. Close to the
+/// boundary between both, a change of 1e-6 determines the load; the row is `ok`, and its twin shows the sensitivity.
 #[test]
 fn a_rub_that_a_millionth_of_the_speed_decides_is_said() {
     let text = "schema = 1\nname = \"caught or not\"\n[rotor]\nkind = \"point-mass\"\nmass = 10.0\npolar_inertia = 0.1\n\
@@ -203,6 +203,6 @@ fn a_rub_that_a_millionth_of_the_speed_decides_is_said() {
     let row = limited(free, 1e-6, "beyond");
     assert_eq!((row.outcome.status.word(), row.get("twin_status")), ("ok", Some(3.0)), "beyond");
     assert_eq!((row.get("twin_bearing_load_change"), row.get("sensitive")), (None, None));
-    // away from the border nothing is decided by so little
+    // far from that speed, so small a shift determines nothing
     assert!(at(55.0, 1e-6).value("twin_bearing_load_change").abs() < 1e-3);
 }

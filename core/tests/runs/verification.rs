@@ -31,7 +31,7 @@ fn every_reference_case_holds() {
 
 #[test]
 fn the_table_would_notice_a_wrong_number() {
-    // each reference moved by a few tolerances no longer holds
+    // a reference that is changed by a few tolerances must fail
     for check in checks() {
         let mut check = check.clone();
         check.reference *= 1.0 + 5.0 * check.tolerance;

@@ -1,14 +1,15 @@
 //! Times at which yield limits are first exceeded, against stresses evaluated at every contact step of a history.
 //!
-//! The history is that of a run without static residual: the truncated modes, which follow the friction force in stresses alone, are missing in both. Ring and blades are evaluated here from the nodal
-//! displacements by the formulas of docs/theory/07-stresses-and-rub.md, the shaft by [`ShaftStresses`], which has tests of its own against textbook formulas.
+//! The history is that of a run without static residual, so the truncated modes, which affect stresses only through the friction force, are missing
+//! in both. Ring and blades are evaluated here from the nodal displacements by the formulas of docs/theory/07-stresses-and-rub.md, the shaft by
+//! [`ShaftStresses`], which is tested against textbook formulas.
 
 use crate::common::{Every, Row, machine_with, run, run_seen, study_machine};
 use bladeoff_core::record::Frame;
 use bladeoff_core::stress::ShaftStresses;
 use bladeoff_model::machine::{DiaphragmKind, FlexibleStator, Machine, RotorKind};
 
-/// Yield strength that no stress of the rig comes near.
+/// Yield strength far above every stress of the rig.
 const FAR: &str = "1e15 Pa";
 
 /// The lab rig until well after its first contact, with yield strengths of shaft and ring.
@@ -43,7 +44,7 @@ fn ring_stress(stator: &FlexibleStator, field: &[f64]) -> f64 {
     for node in 0..count {
         let ([u, u_s, v, v_s], before, behind) = (at(node), at(node + count - 1), at(node + 1));
         let membrane = v / r + u_s;
-        // second derivatives of the cubics on both sides
+        // second derivatives of the cubics on both sides of the node
         let left = (6.0 * (before[2] - v) / l + 2.0 * before[3] + 4.0 * v_s) / l;
         let right = (6.0 * (behind[2] - v) / l - 2.0 * behind[3] - 4.0 * v_s) / l;
         let foot = node % (count / blades.count) == 0;
@@ -53,7 +54,7 @@ fn ring_stress(stator: &FlexibleStator, field: &[f64]) -> f64 {
             largest = largest.max(young * (membrane.abs() + bending.abs()));
         }
         if foot {
-            // a beam clamped at the casing; u, the slope and v at its foot
+            // a beam clamped at the casing; u, the slope and v at its other end
             let (length, slope) = (blades.length, v_s - u / r);
             let curvature = |t: f64, s: f64| (6.0 * u / length * t + slope * s) / length;
             let bent = curvature(1.0, -2.0).abs().max(curvature(-1.0, 4.0).abs());
@@ -106,7 +107,7 @@ fn a_yield_limit_is_exceeded_within_one_contact_step_of_the_history() {
             assert!((found - expected).abs() < 1.01 * step, "{limit} {share}: {found} {expected}, steps of {step}");
             if which == 1 {
                 assert!(found >= contact - step, "a ring at rest has no stress");
-                // an engine that looked every eight contact steps alone would find these later
+                // an engine that checks only every eight contact steps would find these later
                 between_looks += usize::from(!(libm::round(found / step) as u64).is_multiple_of(8));
             }
         }

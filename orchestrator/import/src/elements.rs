@@ -10,7 +10,7 @@ use std::ops::Range;
 pub struct Beam {
     /// Name in the file.
     pub element: String,
-    /// Place of the name.
+    /// Byte range of the name.
     pub span: Range<usize>,
     /// Left node.
     pub node: usize,
@@ -25,12 +25,12 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Whether the ends differ.
+    /// Whether the two ends have different diameters.
     pub fn is_tapered(&self) -> bool {
         self.ends[0] != self.ends[1]
     }
 
-    /// Whether another one continues this one as the same cylinder.
+    /// Whether `next` continues this element as the same cylinder.
     pub fn continues_as(&self, next: &Self) -> bool {
         let like = |beam: &Self| (beam.length, beam.ends, beam.shear);
         like(self) == like(next)
@@ -56,7 +56,7 @@ impl Material {
         self.moduli[0] / (2.0 * self.moduli[1]) - 1.0
     }
 
-    /// Equality of the values; names do not count.
+    /// Whether the values are equal, whatever the names.
     pub fn is_like(&self, other: &Self) -> bool {
         self.moduli == other.moduli && self.density == other.density
     }
@@ -70,16 +70,16 @@ pub enum Shear {
     None,
 }
 
-/// A disc, or a part of a coupling or gear that is like one.
+/// A disc, or a part of a coupling or gear with the same effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disc {
     pub element: String,
     pub span: Range<usize>,
     pub node: usize,
     pub mass: f64,
-    /// About a diameter [kg m2].
+    /// Moment of inertia about a diameter [kg m2].
     pub transverse: f64,
-    /// About the axis [kg m2].
+    /// Moment of inertia about the axis [kg m2].
     pub polar: f64,
 }
 
@@ -89,11 +89,11 @@ pub struct Bearing {
     pub element: String,
     pub span: Range<usize>,
     pub node: usize,
-    /// Node of its other side; `None`: ground.
+    /// Node of the other side; `None`: ground.
     pub link: Option<usize>,
-    /// Speeds of its table \[rad/s\]; one entry or none: constant.
+    /// Speeds of the table \[rad/s\]; at most one entry: constant coefficients.
     pub speeds: Vec<f64>,
-    /// xx, xy, yx, yy \[N/m\], each with one entry per speed.
+    /// Stiffness xx, xy, yx, yy \[N/m\], each with one entry per speed.
     pub stiffness: [Vec<f64>; 4],
     /// Damping xx, xy, yx, yy \[N s/m\].
     pub damping: [Vec<f64>; 4],
@@ -107,11 +107,11 @@ pub struct PointMass {
     pub element: String,
     pub span: Range<usize>,
     pub node: usize,
-    /// Along X and Y \[kg\].
+    /// Mass along X and Y \[kg\].
     pub mass: [f64; 2],
 }
 
-/// A whole file.
+/// All elements of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rotor {
     pub version: Option<String>,
@@ -122,20 +122,20 @@ pub struct Rotor {
     pub discs: Vec<Disc>,
     pub bearings: Vec<Bearing>,
     pub masses: Vec<PointMass>,
-    /// Whether a shaft element was not usable, which was reported: the shaft has a gap there.
+    /// Whether a shaft element was invalid, which has been reported: the shaft has a gap there.
     pub gap: bool,
-    /// Whether a bearing was not usable, which was reported.
+    /// Whether a bearing was invalid, which has been reported.
     pub lost_bearing: bool,
 }
 
-/// Largest number of bearings, of discs and of point masses: each kind is compared with the others.
+/// Largest number of bearings, of discs and of point masses; within each kind, all are compared with each other.
 const MOST: usize = 500;
 
-/// Tables that are no elements.
+/// Tables that are not elements.
 const NO_ELEMENTS: [&str; 3] = ["parameters", "ross_version", "_note"];
 
 impl Rotor {
-    /// Reads every element; mistakes are reported, what a machine cannot hold is noted.
+    /// Reads every element. Mistakes are reported; elements that a machine cannot have are noted.
     pub fn read(entries: &[Entry], problems: &mut Collector<'_>, notes: &mut Vec<Note>) -> Self {
         let mut rotor = Self::default();
         for entry in entries {
@@ -175,7 +175,7 @@ impl Rotor {
     fn element(&mut self, fields: Fields<'_, '_, '_>, notes: &mut Vec<Note>) {
         let class = fields.element.split('_').next().unwrap_or_default();
         let element = fields.element.to_owned();
-        // classes by what they begin with: earlier versions have ShaftElement6DoF and others
+        // classes by their beginning: earlier versions have ShaftElement6DoF and others
         if class.starts_with("ShaftElement") {
             match beam(fields, notes) {
                 Some(beam) => self.beams.push(beam),
@@ -212,7 +212,7 @@ impl Rotor {
     }
 }
 
-/// The keys that an element of a known class has; `None`: an unknown class.
+/// A key that an element of a known class requires; `None`: an unknown class.
 fn lacking(class: &str) -> Option<&'static str> {
     if ["Bearing", "Seal", "SqueezeFilm"].iter().any(|kind| class.contains(kind)) {
         Some("kxx")
@@ -305,7 +305,7 @@ fn point_mass(mut fields: Fields<'_, '_, '_>) -> Option<PointMass> {
     Some(PointMass { element, span, node: node?, mass: [mass[0]?, mass[1]?] })
 }
 
-/// Without a coupling the rotor is another one.
+/// A coupling is an error: without it, the result would be another rotor.
 fn coupling(mut fields: Fields<'_, '_, '_>) {
     fields.fail(
         "n",
@@ -321,7 +321,7 @@ fn bearing(mut fields: Fields<'_, '_, '_>, notes: &mut Vec<Note>) -> Option<Bear
     let (element, span) = (fields.element.to_owned(), fields.span.clone());
     let node = fields.node("n");
     let link = if fields.has("n_link") { Some(fields.node("n_link")?) } else { None };
-    // by class and version
+    // the name depends on class and version
     let name = ["frequency", "speed", "omega"].into_iter().find(|name| fields.has(name)).unwrap_or("frequency");
     let speeds = fields.list(name, Sign::NotNegative);
     let lists = NAMES.map(|names| names.map(|name| fields.list(name, Sign::Any)));

@@ -1,12 +1,12 @@
-//! Keys of one element of a rotor file: finite numbers, lists, flags, each mistake reported at its place.
+//! Keys of one element of a rotor file: finite numbers, lists, flags; each mistake is reported at its position.
 
 use bladeoff_text::document::{Collector, Entry, MISSING, Node, Value, cut};
 use std::ops::Range;
 
-/// Longest list: a table over the speed has some dozens.
+/// Longest list; a table over the speed has some dozens of entries.
 const LONGEST_LIST: usize = 1_000;
 
-/// Which numbers are usable.
+/// Allowed sign of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     Any,
@@ -36,7 +36,7 @@ impl Sign {
 pub struct Fields<'a, 'c, 't> {
     /// Name of the table.
     pub element: &'a str,
-    /// Place of the name.
+    /// Byte range of the name.
     pub span: Range<usize>,
     entries: &'a [Entry],
     problems: &'c mut Collector<'t>,
@@ -64,7 +64,7 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         format!("{}.{name}", cut(self.element, 80))
     }
 
-    /// Reports a value that is not usable.
+    /// Reports an invalid value.
     pub fn fail(&mut self, name: &str, message: impl Into<String>, allowed: &str) {
         let (span, path) =
             (self.find(name).map_or(self.span.clone(), |entry| entry.node.span.clone()), self.path(name));
@@ -97,7 +97,7 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         }
     }
 
-    /// A number that must be there.
+    /// A required number.
     pub fn number(&mut self, name: &str, sign: Sign) -> Option<f64> {
         match self.find(name) {
             Some(entry) => self.checked(name, &entry.node, sign),
@@ -108,12 +108,12 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         }
     }
 
-    /// A number with a default; `None`: reported.
+    /// A number with a default; `None`: invalid, which has been reported.
     pub fn number_or(&mut self, name: &str, sign: Sign, default: f64) -> Option<f64> {
         if self.has(name) { self.number(name, sign) } else { Some(default) }
     }
 
-    /// One number or a list of them, empty where the key is absent; `None`: reported.
+    /// One number or a list of numbers, empty if the key is missing; `None`: invalid, which has been reported.
     pub fn list(&mut self, name: &str, sign: Sign) -> Option<Vec<f64>> {
         let Some(entry) = self.find(name) else { return Some(Vec::new()) };
         match &entry.node.value {
@@ -140,14 +140,14 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         }
     }
 
-    /// A node that must be there.
+    /// A required node number.
     pub fn node(&mut self, name: &str) -> Option<usize> {
         let allowed = "the number of a node: a whole number from 0 to 9999";
         let Some(entry) = self.find(name) else {
             self.missing(name, allowed);
             return None;
         };
-        // a whole number, also where it was written as 3.0
+        // a whole number, even if written as 3.0
         let whole = entry.node.value.as_number().filter(|number| number.fract() == 0.0 && (0.0..1e4).contains(number));
         if whole.is_none() {
             self.fail(name, "not a node", allowed);
@@ -155,7 +155,7 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         whole.map(|number| number as usize)
     }
 
-    /// A flag with a default; `None`: reported.
+    /// A flag with a default; `None`: invalid, which has been reported.
     pub fn flag(&mut self, name: &str, default: bool) -> Option<bool> {
         match self.find(name).map(|entry| &entry.node.value) {
             None => Some(default),
@@ -167,7 +167,7 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         }
     }
 
-    /// A text; `None`: absent or no text.
+    /// A text; `None`: missing or not a text.
     pub fn text(&self, name: &str) -> Option<&'a str> {
         match &self.find(name)?.node.value {
             Value::Text(text) => Some(text),
@@ -175,7 +175,7 @@ impl<'a, 'c, 't> Fields<'a, 'c, 't> {
         }
     }
 
-    /// The keys of a table inside; reported where it is absent or no table.
+    /// The keys of a subtable; an error is reported if it is missing or not a table.
     pub fn table(&mut self, name: &str) -> Option<Fields<'a, '_, 't>> {
         match self.find(name) {
             Some(entry) if entry.node.value.as_table().is_some() => Some(Fields {

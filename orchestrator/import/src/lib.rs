@@ -1,9 +1,10 @@
-//! Rotors of other programs as machine files: a text -> a commented machine file and the list of what is not in it.
+//! Converts rotors of other programs to machine files: a commented machine file, and the list of what was not converted.
 //!
 //! ```text
 //! text --fields--> elements of the file --elements--> --line, support--> shaft line with supports --write--> machine file
 //! ```
-//! Texts are untrusted. All mistakes are reported at once, at their places. A machine file gets checked numbers, names and comments of one line.
+//! Input texts are untrusted. All mistakes are reported at once, with their positions. The machine file contains only checked numbers, checked
+//! names and comments of one line.
 
 mod elements;
 mod fields;
@@ -18,19 +19,19 @@ use elements::Rotor;
 use line::Line;
 use support::Supports;
 
-/// A machine file made of a rotor of another program.
+/// A machine file converted from a rotor of another program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Imported {
     /// The machine file.
     pub machine: String,
-    /// Elements that are not in it, or not as in the other program.
+    /// Elements that were not converted, or converted differently.
     pub notes: Vec<Note>,
 }
 
-/// Something that a machine file cannot hold.
+/// A part of a rotor that a machine file cannot represent.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
-    /// Elements of the other program, as its file names them.
+    /// Elements of the other program, by their names in its file.
     pub element: String,
     /// Quantity that was not converted, the reason, and its replacement.
     pub message: String,
@@ -48,10 +49,10 @@ impl std::fmt::Display for Note {
     }
 }
 
-/// Elements that a note names.
+/// Most elements that a note lists.
 const MOST_NAMED: usize = 3;
 
-/// One note for all elements with the same message.
+/// Joins the notes with the same message.
 fn joined(notes: Vec<Note>) -> Vec<Note> {
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for Note { element, message } in notes {
@@ -71,10 +72,10 @@ fn joined(notes: Vec<Note>) -> Vec<Note> {
     groups.into_iter().map(note).collect()
 }
 
-/// Converts a rotor saved by ROSS (`Rotor.save`, TOML or JSON). `file` names it in messages and in the machine file.
+/// Converts a rotor saved by ROSS (`Rotor.save`, TOML or JSON). `file` is its name in messages and in the machine file.
 ///
 /// # Errors
-/// All mistakes of the file at once: values that are missing or not usable, elements without a place on the shaft, and elements without which the rest is another
+/// All mistakes of the file at once: missing or invalid values, elements outside the shaft, and elements that cannot be left out without changing the
 /// rotor (couplings).
 pub fn from_ross(file: &str, text: &str) -> Result<Imported, Problems> {
     let is_json = text.trim_start_matches('\u{feff}').trim_start().starts_with('{');

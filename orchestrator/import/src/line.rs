@@ -1,11 +1,11 @@
-//! Shaft elements in the order of their nodes: the shaft, and what lies on it.
+//! Shaft elements in the order of their nodes: the shaft, and the layers on it.
 
 use super::elements::{Beam, Rotor};
 use bladeoff_text::document::{Collector, cut};
 
 /// Largest number of elements of a shaft.
 const MOST_ELEMENTS: usize = 500;
-/// Relative difference of lengths that are equal.
+/// Relative tolerance for equal lengths.
 const SAME: f64 = 1e-9;
 
 /// The shaft line.
@@ -20,7 +20,7 @@ pub struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// Sorts the elements of a rotor; `None`: reported.
+    /// Sorts the elements of a rotor; `None`: problems were reported.
     pub fn of(rotor: &'a Rotor, problems: &mut Collector<'_>) -> Option<Self> {
         if rotor.gap {
             return None;
@@ -41,7 +41,7 @@ impl<'a> Line<'a> {
                     Some(format!("at most {MOST_ELEMENTS} along the shaft"));
                 return None;
             }
-            // the innermost one; of several the first in the file
+            // the innermost element; of several, the first in the file
             let inner = |beam: &Beam| beam.ends[0][1] + beam.ends[1][1];
             let base =
                 beams.iter().copied().reduce(|best, beam| if inner(beam) < inner(best) { beam } else { best })?;
@@ -65,7 +65,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// Neighbouring elements that are parts of one cylinder, and all others alone.
+/// Groups neighbouring elements that form one cylinder; all others stay alone.
 pub fn runs<'a>(beams: &[&'a Beam]) -> Vec<Vec<&'a Beam>> {
     let mut runs: Vec<Vec<&Beam>> = Vec::new();
     for &beam in beams {

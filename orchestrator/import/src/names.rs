@@ -1,11 +1,11 @@
-//! Names of tables, and comments, from texts of another program.
+//! Names of tables, and comments, from texts of other programs.
 
 use bladeoff_text::document::{cut, visible};
 use std::collections::HashSet;
 
-/// Longest name that is made.
+/// Longest generated name.
 const LONGEST: usize = 40;
-/// Longest comment that a text makes.
+/// Longest comment from a text.
 const LONGEST_COMMENT: usize = 100;
 
 /// Names that are in use.
@@ -13,7 +13,7 @@ const LONGEST_COMMENT: usize = 100;
 pub struct Names(HashSet<String>);
 
 impl Names {
-    /// A usable name like a text, which no other has. `kind`: first word where the text does not begin with a letter.
+    /// An unused name similar to a text. `kind`: first word if the text does not begin with a letter.
     pub fn like(&mut self, text: &str, kind: &str) -> String {
         let mut name = String::new();
         for c in text.chars() {
@@ -33,7 +33,7 @@ impl Names {
         } else {
             format!("{kind}_{plain}")
         };
-        // a bearing's name may not end like another result column
+        // the name of a bearing must not end like another result column
         let plain = plain.trim_end_matches('_');
         let plain = if plain.ends_with("at_s") { format!("{plain}_{kind}") } else { plain.to_owned() };
         let numbered = (2_usize..).map(|number| format!("{plain}_{number}"));
@@ -43,7 +43,7 @@ impl Names {
     }
 }
 
-/// The tag of an element: its name behind the class.
+/// The tag of an element: its name without the class.
 pub fn tag(element: &str) -> &str {
     element.split_once('_').map_or(element, |(_, tag)| tag)
 }

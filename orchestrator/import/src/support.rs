@@ -1,4 +1,4 @@
-//! Bearings with what they stand on, and masses, each at its place.
+//! Bearings with their supports, and masses, each at its node.
 
 use super::Note;
 use super::elements::{Bearing, Disc, PointMass, Rotor};
@@ -13,7 +13,7 @@ pub struct Support<'a> {
     pub pedestal: Option<Pedestal>,
 }
 
-/// Support of a bearing, each quantity along X and Y.
+/// Support of a bearing; each quantity along X and Y.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pedestal {
     /// Mass \[kg\].
@@ -22,11 +22,11 @@ pub struct Pedestal {
     pub stiffness: [f64; 2],
     /// Damping \[N s/m\].
     pub damping: [f64; 2],
-    /// Elements of the file that it is made of.
+    /// Elements of the file that the pedestal consists of.
     pub elements: Vec<String>,
 }
 
-/// Everything that is not shaft.
+/// All elements except those of the shaft.
 #[derive(Debug, PartialEq)]
 pub struct Supports<'a> {
     pub on_shaft: Vec<Support<'a>>,
@@ -35,7 +35,7 @@ pub struct Supports<'a> {
 }
 
 impl<'a> Supports<'a> {
-    /// Places everything; a node that neither the shaft nor a support has is reported.
+    /// Assigns all elements to nodes; a node that neither the shaft nor a support has is reported.
     pub fn of(rotor: &'a Rotor, line: &Line<'_>, problems: &mut Collector<'_>, notes: &mut Vec<Note>) -> Self {
         let last = line.last();
         let mut linked: Vec<usize> = rotor.bearings.iter().filter_map(|bearing| bearing.link).collect();
@@ -84,7 +84,7 @@ impl<'a> Supports<'a> {
                 masses.push(mass);
             }
         }
-        // supports that no bearing of the shaft stands on
+        // supports that carry no bearing of the shaft
         let stands = |node: usize| rotor.bearings.iter().any(|one| one.node <= last && one.link == Some(node));
         for mass in rotor.masses.iter().filter(|mass| mass.node > last && !stands(mass.node)) {
             notes.push(Note::new(&mass.element, "a mass on a support without a bearing of the shaft is left out"));
@@ -102,7 +102,7 @@ impl<'a> Supports<'a> {
     }
 }
 
-/// Pedestal of the elements at a support node; `None`: it is not held, which is noted.
+/// Pedestal from the elements at a support node; `None`: the node is not held, which is noted.
 fn pedestal(rotor: &Rotor, node: usize, of: &str, notes: &mut Vec<Note>) -> Option<Pedestal> {
     let mut found = Pedestal::default();
     for spring in rotor.bearings.iter().filter(|spring| spring.node == node) {
@@ -140,7 +140,7 @@ fn pedestal(rotor: &Rotor, node: usize, of: &str, notes: &mut Vec<Note>) -> Opti
         notes.push(Note::new(of, message));
         return None;
     }
-    // several bearings on one support share it in equal parts
+    // several bearings on one support share it equally
     let sharing = rotor.bearings.iter().filter(|bearing| bearing.link == Some(node)).count();
     if sharing > 1 {
         let message = format!(

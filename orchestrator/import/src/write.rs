@@ -1,4 +1,4 @@
-//! The machine file with its comments.
+//! Writes the machine file with its comments.
 
 use super::Note;
 use super::elements::{Beam, Bearing, Material, Rotor, Shear};
@@ -7,14 +7,14 @@ use super::names::{Names, in_one_line, tag};
 use super::support::{Pedestal, Supports};
 use std::fmt::Write as _;
 
-/// Axial stiffness of the first bearing where the rotor has none \[N/m\].
+/// Axial stiffness of the first bearing if the rotor has none \[N/m\].
 const AXIAL: f64 = 1e8;
-/// Speed of a rotor that has none \[rad/s\].
+/// Initial speed if the file has none \[rad/s\].
 const SPEED: f64 = 100.0;
-/// A table must reach this much beyond the initial speed.
+/// Smallest ratio of a table's last speed to the initial speed.
 const BEYOND: f64 = 1.05;
 
-/// The machine file behind its head; what is decided here is noted.
+/// The machine file without its head; assumptions are noted.
 pub fn machine(file: &str, rotor: &Rotor, line: &Line<'_>, supports: &Supports<'_>, notes: &mut Vec<Note>) -> String {
     let mut body = String::new();
     run(&mut body, file, supports);
@@ -29,7 +29,7 @@ pub fn machine(file: &str, rotor: &Rotor, line: &Line<'_>, supports: &Supports<'
     body
 }
 
-/// Tables that a rotor of ROSS does not have, as comments.
+/// Tables that a rotor of ROSS does not have, written as comments.
 const MISSING: &str = r#"
 # FILL IN: the lost blade. Without an unbalance nothing happens.
 # [rotor.unbalances.blade_off]
@@ -53,12 +53,12 @@ const MISSING: &str = r#"
 # friction = 0.2
 "#;
 
-/// A number that reads back as the same, always with a point or an exponent.
+/// A number in a form that is parsed to the same number, always with a point or an exponent.
 fn exact(number: f64) -> String {
     if number.abs() >= 1e6 { format!("{number:e}") } else { format!("{number:?}") }
 }
 
-/// A number that was computed, without the rounding of its last digits.
+/// A computed number, without rounding errors in its last digits.
 fn rounded(number: f64) -> String {
     format!("{number:.14e}").parse().map_or_else(|_| exact(number), exact)
 }
@@ -68,7 +68,7 @@ fn put(out: &mut String, line: impl AsRef<str>) {
     out.push('\n');
 }
 
-/// Head of the machine file: its source, and what is not in it.
+/// Head of the machine file: the source, and the notes.
 pub fn provenance(file: &str, text: &str, rotor: &Rotor, notes: &[Note]) -> String {
     let mut out = String::new();
     let version = rotor.version.as_deref().map_or_else(String::new, |version| format!(" {}", in_one_line(version)));
@@ -96,7 +96,7 @@ fn run(out: &mut String, file: &str, supports: &Supports<'_>) {
     }
 }
 
-/// Speed at which the last bearing table begins \[rad/s\]; 0 without tables.
+/// Largest first speed of the bearing tables \[rad/s\]; 0 without tables.
 fn begins(supports: &Supports<'_>) -> f64 {
     tables(supports).map(|bearing| bearing.speeds[0]).fold(0.0, f64::max)
 }
@@ -158,7 +158,7 @@ fn material_keys(out: &mut String, material: &Material) {
     put(out, format!("density = {}", exact(material.density)));
 }
 
-/// Diameters and shear coefficient of a section or a layer.
+/// Writes diameters and shear coefficient of a section or a layer.
 fn cross_section(out: &mut String, beam: &Beam) {
     let [[outer, inner], [end_outer, end_inner]] = beam.ends;
     put(out, format!("diameter = {}", exact(outer)));
@@ -307,7 +307,7 @@ fn pedestal(out: &mut String, name: &str, pedestal: &Pedestal) {
     }
 }
 
-/// Rayleigh damping where all shaft elements have the same.
+/// Writes Rayleigh damping if all shaft elements have the same.
 fn damping(out: &mut String, rotor: &Rotor, supports: &Supports<'_>, notes: &mut Vec<Note>) {
     let Some(first) = rotor.beams.first().map(|beam| beam.damping) else { return };
     if rotor.beams.iter().any(|beam| beam.damping != first) {

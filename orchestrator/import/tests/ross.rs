@@ -7,20 +7,20 @@ use proptest::prelude::*;
 /// Saved by ROSS 2.3.0 (`core/tests/data/ross_rotor.py`).
 const ROTOR: &str = include_str!("../../../core/tests/data/ross_rotor.toml");
 const ROTOR_JSON: &str = include_str!("../../../core/tests/data/ross_rotor.json");
-/// Its machine file: `core/tests/rotor/tapers.rs` compares the modes of this file with those of ROSS.
+/// Expected machine file: `core/tests/rotor/tapers.rs` compares the modes of this file with those of ROSS.
 const MACHINE: &str = include_str!("../../../core/tests/data/ross_rotor.machine.toml");
 
 fn import(text: &str) -> Imported {
     from_ross("ross_rotor.toml", text).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
-/// A file with one piece exchanged.
+/// The file with one piece replaced.
 fn changed(from: &str, to: &str) -> String {
     assert!(ROTOR.contains(from), "{from}");
     ROTOR.replacen(from, to, 1)
 }
 
-/// The notes of a file that was read.
+/// Notes of a valid file.
 fn notes(text: &str) -> Vec<String> {
     import(text).notes.iter().map(ToString::to_string).collect()
 }
@@ -108,7 +108,7 @@ fn what_cannot_be_converted_is_named_with_its_reason() {
     for (from, to, expected) in cases {
         let found = notes(&changed(from, to));
         assert!(found.iter().any(|note| note.contains(expected)), "{expected}: {found:#?}");
-        // every one is in the file as well
+        // every note is in the file as well
         let machine = import(&changed(from, to)).machine;
         assert!(found.iter().all(|note| machine.contains(&format!("# - {note}\n"))), "{expected}");
         MachineDef::parse("machine", &machine).unwrap_or_else(|problems| panic!("{expected}: {problems}"));
@@ -157,7 +157,7 @@ fn every_mistake_of_a_file_is_reported_at_its_place() {
 #[test]
 fn bearings_tables_and_shared_supports_are_as_the_file_says() {
     let machine = |text: &str| MachineDef::parse("m", &import(text).machine).expect("valid").build().expect("valid");
-    // coefficients that do not change are no table
+    // constant coefficients do not make a table
     let constant = changed("kxx = [ 40000000.0, 50000000.0, 60000000.0, 70000000.0,]", "kxx = 4e7")
         .replace("kxy = [ 1000000.0, 2000000.0, 3000000.0, 4000000.0,]", "")
         .replace("kyx = [ -1000000.0, -2000000.0, -3000000.0, -4000000.0,]", "kyx = [0]")
@@ -175,7 +175,7 @@ fn bearings_tables_and_shared_supports_are_as_the_file_says() {
         found.rotor.bearings.iter().filter_map(|bearing| Some(bearing.pedestal?.mass)).collect();
     assert_eq!(masses, [[20.0, 25.0]; 2]);
     assert!(notes(&shared).iter().any(|note| note.contains("2 bearings share support node 7")));
-    // a table that does not begin at rest ends the run where it begins
+    // with a table that does not begin at rest, the run ends at the first speed of the table
     let late = changed("frequency = [ 0.0, 200.0,", "frequency = [ 50.0, 200.0,");
     assert_eq!(machine(&late).run.end_speed, 50.0);
     // Rayleigh damping of all elements, shear coefficients
@@ -198,7 +198,7 @@ fn the_same_note_of_many_elements_is_one() {
     assert!(found.len() == 3 && found.iter().any(|note| note.starts_with(expected)), "{found:#?}");
 }
 
-/// A bearing that cannot be read, or a coupling, is one mistake: its consequences are not reported as well.
+/// An unreadable bearing or a coupling is one mistake: its consequences are not reported as well.
 #[test]
 fn one_mistake_is_one_problem() {
     let single = |text: &str| from_ross("rotor.toml", text).expect_err("a mistake").list.len();
@@ -212,7 +212,7 @@ fn one_mistake_is_one_problem() {
     assert_eq!(single(&coupling), 1);
 }
 
-/// Film bearings of ROSS have their speeds under other names.
+/// Fluid-film bearings of ROSS have other names for their speeds.
 #[test]
 fn speeds_have_one_of_three_names() {
     for name in ["speed", "omega"] {
@@ -221,7 +221,7 @@ fn speeds_have_one_of_three_names() {
     }
 }
 
-/// Names and tags of a file become comments of one line: no part of them is read as TOML.
+/// Names and tags of a file become comments of one line: no part is read as TOML.
 #[test]
 fn names_and_tags_cannot_leave_their_comments() {
     let odd = "Bearing\\n[rotor]\\ninitial_speed = 1e9 # \\u001b[31m\\u202e";
@@ -237,7 +237,7 @@ fn names_and_tags_cannot_leave_their_comments() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
-    /// A file of which lines are lost, doubled or exchanged, as TOML and as JSON: a machine that can be read, or problems within the text.
+    /// Files with lines removed, doubled or exchanged, as TOML and as JSON, give a readable machine file or problems with valid positions.
     #[test]
     fn any_change_of_a_file_is_converted_or_refused(
         json in any::<bool>(),

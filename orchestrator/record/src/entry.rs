@@ -1,12 +1,12 @@
-//! One entry of the record as bytes: fixed order, little endian, versioned, with its key and a checksum, so that it is
-//! recognised by itself even in a damaged file.
+//! Bytes of one entry of the record: fixed order, little endian, versioned, with its key and a checksum, so that an entry is recognised
+//! even in a damaged file.
 //!
 //! ```text
 //! b"bOfL" | u32 length of all | u128 key | u8 version | u8 status | u8 cause (255: none) | u8 end cause | u32 causes
 //! u32 notes | u32 attempt | u32 worker | f64 cpu_s | u16 n | n x f64 (the all-ones bit pattern: null) | 8 bytes of blake3 of all before
 //! ```
-//! The n values are the first of a row; what follows them is null. So what ends in nulls is short, and an entry stays whole when a later
-//! build has more columns behind its own.
+//! The n values are the first of a row; later values are null. So a row that ends with nulls is short, and an entry stays valid when a later
+//! build appends columns.
 
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 use bladeoff_study::SampleKey;
@@ -15,7 +15,7 @@ use bladeoff_study::SampleKey;
 pub(super) const MAGIC: [u8; 4] = *b"bOfL";
 const VERSION: u8 = 3;
 const NO_CAUSE: u8 = 255;
-/// A NaN that no computation gives; values are never NaN.
+/// A NaN that no computation produces; values are never NaN.
 const NULL: u64 = u64::MAX;
 const CHECKSUM: usize = 8;
 /// Bytes between the length and the values.
@@ -26,50 +26,50 @@ pub(super) const LEAST: usize = 4 + 4 + FIXED + CHECKSUM;
 /// A finished sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// The outcome: the part that belongs to the results. Values that are null at the end of a row may be missing.
+    /// The outcome, which enters the results. Trailing null values of the row may be missing.
     pub outcome: Outcome,
-    /// CPU time of the attempt that counted \[s\].
+    /// CPU time of the successful attempt \[s\].
     pub cpu_s: f64,
     /// Number of the worker.
     pub worker: u32,
-    /// Attempts, the one that counted included.
+    /// Number of attempts, including the successful one.
     pub attempt: u32,
 }
 
-/// What an entry says first: enough to count it and to judge whether it may be used again.
+/// First part of an entry: enough to count the entry and to decide whether it can be reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Head {
-    /// Of its inputs.
+    /// Key of the sample's inputs.
     pub key: SampleKey,
-    /// Whether it may be believed.
+    /// Status of the sample.
     pub status: Status,
-    /// Why not.
+    /// Reason for a status other than `ok`.
     pub cause: Option<Cause>,
-    /// The value of one column that holds a whole number, if one was asked for and is there.
+    /// The value of a requested column with whole numbers, if the entry has that column.
     pub count: Option<u64>,
 }
 
-/// Why bytes are not an entry.
+/// Reason for rejecting bytes as an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum EntryError {
-    /// Written by another version.
+    /// The entry has another version.
     #[error("record version {found}; this program reads {VERSION}")]
     Version {
-        /// What the bytes say.
+        /// Version in the bytes.
         found: u8,
     },
     /// Too short or too long.
     #[error("{found} bytes where {wanted} are needed")]
     Length {
-        /// Bytes there.
+        /// Number of bytes given.
         found: usize,
-        /// Bytes needed.
+        /// Number of bytes required.
         wanted: usize,
     },
-    /// A code that stands for nothing.
+    /// A code without a meaning.
     #[error("unknown {what} code {code}")]
     Code {
-        /// Of which field.
+        /// Field of the code.
         what: &'static str,
         /// The code.
         code: u32,
@@ -77,13 +77,13 @@ pub enum EntryError {
     /// The bytes have changed since they were written.
     #[error("wrong checksum: the bytes have changed since they were written")]
     Checksum,
-    /// The entry of another sample.
+    /// The entry belongs to another sample.
     #[error("it belongs to other inputs")]
     Key,
 }
 
 impl Entry {
-    /// As bytes.
+    /// Encodes the entry.
     #[must_use]
     pub fn encode(&self, key: SampleKey) -> Vec<u8> {
         let outcome = &self.outcome;
@@ -112,7 +112,7 @@ impl Entry {
         bytes
     }
 
-    /// The entry at the beginning of `bytes`, and what stands behind it.
+    /// The entry at the beginning of `bytes`, and the bytes after it.
     ///
     /// # Errors
     /// As [`Entry::decode`].
@@ -124,7 +124,7 @@ impl Entry {
         Ok((key, entry, rest))
     }
 
-    /// From bytes.
+    /// Decodes an entry.
     ///
     /// # Errors
     /// Changed bytes, another version, a wrong length, an unknown code.
@@ -158,7 +158,7 @@ impl Entry {
 }
 
 impl Head {
-    /// From the bytes of an entry, whose checksum is verified. `column`: index of the value wanted as `count`.
+    /// Decodes the head of an entry, whose checksum is verified. `column`: index of the value wanted as `count`.
     ///
     /// # Errors
     /// As [`Entry::decode`].
@@ -174,7 +174,7 @@ impl Head {
     }
 }
 
-/// The length that an entry at the beginning of `bytes` says it has; `None` if there is none.
+/// Length of the entry at the beginning of `bytes`, as stored in it; `None` if there is no entry.
 pub(super) fn length_at(bytes: &[u8]) -> Option<usize> {
     let rest = bytes.strip_prefix(&MAGIC)?;
     let length = usize::try_from(u32::from_le_bytes(*rest.first_chunk()?)).ok()?;
@@ -185,7 +185,7 @@ fn checksum(bytes: &[u8]) -> [u8; CHECKSUM] {
     *blake3::hash(bytes).as_bytes().first_chunk().expect("a hash has 32 bytes")
 }
 
-/// What stands between the length and the checksum, after both were verified.
+/// The bytes between length and checksum, both of which are verified.
 fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
     let wanted = length_at(bytes).ok_or(EntryError::Checksum)?;
     if wanted != bytes.len() {
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// An entry of a later build: what this one does not know is said by name, whole as the bytes are.
+    /// An entry of a later build: unknown codes are reported by name, because the bytes are intact.
     #[test]
     fn codes_of_a_later_build_are_refused_by_name() {
         let outcome = Outcome {
@@ -286,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Without the nulls that its values end in.
+    /// Removes the trailing nulls of an entry.
     fn short(mut entry: Entry) -> Entry {
         while entry.outcome.values.last().is_some_and(Option::is_none) {
             entry.outcome.values.pop();

@@ -1,4 +1,4 @@
-//! Errors of the record, and which of them are damage.
+//! Errors of the record, and which of them mean damage.
 
 use super::entry::EntryError;
 use super::layout::RECORD_VERSION;
@@ -9,29 +9,29 @@ use bladeoff_system::shown;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What can go wrong with the record.
+/// Error of the record.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The store failed.
+    /// An operation of the store failed.
     #[error("cannot {action} the record of finished samples {}", shown(path))]
     Store {
         /// "create", "open", "write" or "read".
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// What the store said.
+        /// Error of the store.
         #[source]
         source: Box<redb::Error>,
     },
-    /// The file is no longer a whole store.
+    /// The file is damaged.
     #[error("the record of finished samples {} is damaged: {detail}", shown(path))]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the damage.
         detail: String,
     },
-    /// Another process has locked it.
+    /// Another process has locked the file.
     #[error(
         "the record of finished samples {} is locked by {}; when it has ended, rerun the same command to resume",
         shown(path),
@@ -40,10 +40,10 @@ pub enum RecordError {
     Held {
         /// The file.
         path: PathBuf,
-        /// Who has it, if the system tells.
+        /// Holder of the lock, if the system lists it.
         by: Option<LockHolder>,
     },
-    /// A store of another version.
+    /// The store has another version.
     #[error(
         "{} was written by another version of the program (its layout is {found}, this one's {RECORD_VERSION}); choose another \
          --out",
@@ -52,35 +52,35 @@ pub enum RecordError {
     Version {
         /// The file.
         path: PathBuf,
-        /// What it says.
+        /// Version in the store.
         found: String,
     },
     /// An entry cannot be read.
     #[error("sample {sample} in {} cannot be read", shown(path))]
     Record {
-        /// Its number.
+        /// Number of the sample.
         sample: u64,
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Reason.
         #[source]
         source: EntryError,
     },
-    /// A sample that was recorded is not there.
+    /// The result of a recorded sample is missing.
     #[error("sample {sample} is missing in {}", shown(path))]
     Missing {
-        /// Its number.
+        /// Number of the sample.
         sample: u64,
         /// The file.
         path: PathBuf,
     },
-    /// A file operation.
+    /// A file operation failed.
     #[error(transparent)]
     File(#[from] FileError),
 }
 
 impl RecordError {
-    /// From what the store said while the action was tried.
+    /// Converts an error of the store during `action`.
     pub(super) fn store(action: &'static str, path: &Path, source: redb::Error) -> Self {
         let path = path.to_path_buf();
         let is_reading = matches!(action, "open" | "read");
@@ -91,13 +91,13 @@ impl RecordError {
                 let by = file.and_then(|file| locks::holder(file, None).ok().flatten());
                 Self::Held { path, by }
             }
-            // What a cut or foreign file looks like to the store.
+            // The store reports these errors for a truncated or foreign file.
             redb::Error::Io(source)
                 if is_reading && matches!(source.kind(), io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData) =>
             {
                 Self::Damaged { path, detail: source.to_string() }
             }
-            // Our stores never had another format of the store's own: a changed byte looks like one.
+            // Our stores never had another format of the library: a changed byte can look like one.
             redb::Error::UpgradeRequired(found) => {
                 Self::Damaged { path, detail: format!("its header names the older format {found} of the store") }
             }
@@ -110,7 +110,7 @@ impl RecordError {
     }
 }
 
-/// The library answers some damaged files with a panic; that is damage, too.
+/// The library panics on some damaged files; that is reported as damage, too.
 pub(super) fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, RecordError>) -> Result<T, RecordError> {
     bladeoff_system::guarded::guarded(read).unwrap_or_else(|| {
         Err(RecordError::Damaged { path: path.to_path_buf(), detail: "its structure contradicts itself".to_owned() })

@@ -8,5 +8,5 @@ pub(super) const HEADER: TableDefinition<&str, &str> = TableDefinition::new("hea
 /// Version of the store's layout.
 pub const RECORD_VERSION: u32 = 4;
 pub(super) const VERSION_KEY: &str = "ledger_version";
-/// Memory the store may keep pages in. Entries are written and read in order, so that little is enough.
+/// Memory for the store's page cache \[bytes\]. Entries are written and read in order, so a small cache is enough.
 pub(super) const CACHE_BYTES: usize = 32 << 20;

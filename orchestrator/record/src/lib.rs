@@ -1,13 +1,13 @@
-//! The durable record of what is done: a result counts when it is here.
+//! The durable record of finished samples: a result counts once it is in the record.
 //!
-//! One embedded transactional store (`ledger.redb`) in the result directory: `results` maps a sample number to its
-//! [`Entry`] under the [`SampleKey`] of its inputs, `header` says which study the numbers belong to. Results are gathered and
-//! committed in groups, one sync per group, at the latest [`Record::GROUP_AGE`] after the first of them: that is what a
-//! crash can cost. The result tables are built from here and from nowhere else.
+//! One embedded transactional store (`ledger.redb`) in the result directory: `results` maps a sample number to its [`Entry`] with the
+//! [`SampleKey`] of its inputs, `header` identifies the study of the numbers. Results are committed in groups, one sync per group, at the
+//! latest [`Record::GROUP_AGE`] after the first result of a group; a crash can lose no more than that. The result tables are built from
+//! the record alone.
 //!
-//! A store is made aside and renamed, so it is there whole or not at all. What changes the numbering or removes entries
-//! (a grown study, a rerun) writes a new store and renames it over the old one. Whoever only reads ([`Reader::open`])
-//! leaves the file as it is. A store that cannot be opened any more is searched for entries ([`Remains`]): each carries its key and a checksum.
+//! A store is created under a temporary name and renamed, so it is either whole or absent. A change of the numbering or a removal of entries
+//! (a larger study, a rerun) writes a new store and renames it over the old one. Reading alone ([`Reader::open`]) never changes the file. A
+//! store that cannot be opened any more is searched for entries ([`Remains`]): each has its key and a checksum.
 
 mod entry;
 mod error;
@@ -39,21 +39,21 @@ use store::Store;
 #[derive(Debug)]
 pub struct Record {
     reader: Reader,
-    /// Which file it is, whatever becomes of its name.
+    /// Device and inode of the file, independent of its name.
     identity: Identity,
-    /// Its name until it is published.
+    /// Name of the file until it is published.
     temporary_name: Option<TemporaryName>,
     gathered: Vec<(u64, Vec<u8>)>,
     oldest: Option<Instant>,
 }
 
-/// The name of a store that is not published, removed with it.
+/// The name of an unpublished store; dropping the value removes the file.
 #[derive(Debug)]
 struct TemporaryName(Place);
 
 impl Drop for TemporaryName {
     fn drop(&mut self) {
-        // Published, it has another name by now; on the error path it is of no use.
+        // A published file has another name by now; after an error the file is useless.
         let _ = self.0.remove();
     }
 }
@@ -64,8 +64,8 @@ impl Record {
     /// Largest number of results of one group.
     pub const GROUP_SIZE: usize = 4096;
 
-    /// Creates a store aside, closed to others, who could lock it; [`Record::publish`] gives it its name. `header`: what the
-    /// entries depend on.
+    /// Creates a store under a temporary name, closed to other users, who could lock it; [`Record::publish`] renames it. `header`: properties that
+    /// the entries depend on.
     ///
     /// # Errors
     /// The file cannot be created or written.
@@ -79,7 +79,7 @@ impl Record {
         Ok(Self { temporary_name: Some(name), ..record })
     }
 
-    /// The store in a file that is open to be written.
+    /// The store in a file that is open for writing.
     fn over(file: File, path: &Place, failed: impl Fn(redb::Error) -> RecordError) -> Result<Self, RecordError> {
         let about = file.metadata().map_err(FileError::at("read", path))?;
         let created = Database::builder().set_cache_size(CACHE_BYTES).create_file(file);
@@ -89,13 +89,13 @@ impl Record {
         Ok(Self { reader, identity, temporary_name: None, gathered: Vec::new(), oldest: None })
     }
 
-    /// Whether its name is still its own; what cannot be looked at is taken to be.
+    /// Whether the path still leads to this store; also true if the path cannot be examined.
     #[must_use]
     pub fn is_in_place(&self) -> bool {
         self.reader.path.identity().map_or(true, |found| found == Some(self.identity))
     }
 
-    /// Commits what is gathered and gives the store its name, in place of one that has it.
+    /// Commits the gathered results and renames the store to its final name, replacing the file there.
     ///
     /// # Errors
     /// The store cannot be written or renamed.
@@ -109,7 +109,7 @@ impl Record {
         Ok(path.sync_parent()?)
     }
 
-    /// Opens the store of an earlier run, whose pages are all checked before anything is added to them.
+    /// Opens the store of an earlier run; all pages are checked before anything is added.
     ///
     /// # Errors
     /// As [`Reader::open`] and [`Reader::into_record`].
@@ -140,17 +140,17 @@ impl Record {
         Ok(())
     }
 
-    /// Takes a result; it is durable after the next commit. Commits the group when it is full or old enough.
+    /// Adds a result, which is durable after the next commit. Commits the group if it is full or old enough.
     ///
     /// # Errors
-    /// The store cannot be written (disk full): the results gathered so far are kept for another try.
+    /// The store cannot be written (disk full): the gathered results are kept for another attempt.
     pub fn put(&mut self, sample: u64, key: SampleKey, entry: &Entry, now: Instant) -> Result<(), RecordError> {
         self.gathered.push((sample, entry.encode(key)));
         self.oldest.get_or_insert(now);
         self.commit_if_due(now)
     }
 
-    /// Takes the bytes of an entry of another store; it is durable after the next commit.
+    /// Adds the bytes of an entry of another store; the entry is durable after the next commit.
     ///
     /// # Errors
     /// As [`Record::put`].
@@ -159,7 +159,7 @@ impl Record {
         if self.gathered.len() >= Self::GROUP_SIZE { self.commit() } else { Ok(()) }
     }
 
-    /// Number of results that are taken and not yet durable.
+    /// Number of results that are not durable yet.
     #[must_use]
     pub fn gathered(&self) -> usize {
         self.gathered.len()
@@ -200,7 +200,7 @@ impl Record {
         Ok(())
     }
 
-    /// For reading, also from another thread.
+    /// The reader of this store, which can be used from another thread.
     #[must_use]
     pub fn reader(&self) -> &Reader {
         &self.reader
@@ -208,10 +208,10 @@ impl Record {
 }
 
 impl Reader {
-    /// Opens the store that was read to add to it.
+    /// Reopens the store for writing.
     ///
     /// # Errors
-    /// It cannot be written, or somebody else does.
+    /// The store cannot be written, or another process has locked it.
     pub fn into_record(self) -> Result<Record, RecordError> {
         let Self { store, path } = self;
         drop(store);
@@ -220,10 +220,10 @@ impl Reader {
     }
 }
 
-/// What every store begins with, its header's damage aside.
+/// First bytes of every store whose header is intact.
 const STORE_MAGIC: [u8; 9] = *b"redb\x1A\x0A\xA9\x0D\x0A";
 
-/// Whether a file begins as a store does.
+/// Whether a file begins like a store.
 #[must_use]
 pub fn is_store(place: &Place) -> bool {
     let mut first = [0; STORE_MAGIC.len()];

@@ -1,7 +1,7 @@
-//! A file that is read and never written: what the store writes to it stays in memory.
+//! A file that is read and never written: changes by the store stay in memory.
 //!
-//! Opening a store writes to it, and after a crash it is repaired first. Whoever only wants to know what is in it reads it
-//! through this, so that the file keeps its bytes, and reads it where it cannot be written at all.
+//! Opening a store writes to its file, and after a crash the store is repaired first. Commands that only read use this overlay, so that the
+//! file keeps its bytes and need not be writable.
 
 use redb::StorageBackend;
 use std::collections::BTreeMap;
@@ -10,10 +10,10 @@ use std::io;
 use std::os::unix::fs::FileExt;
 use std::sync::{PoisonError, RwLock};
 
-/// Bytes that are kept together.
+/// Size of a block \[bytes\].
 const BLOCK: usize = 4096;
 
-/// The file and what was written over it.
+/// The file, and the blocks written over it.
 #[derive(Debug)]
 pub(super) struct Overlay {
     file: File,
@@ -23,13 +23,13 @@ pub(super) struct Overlay {
 #[derive(Debug)]
 struct Written {
     length: u64,
-    /// From here on nothing of the file is left: it was cut by the store, or ended here.
+    /// Position from which on the file's content is not visible: its length, or less after the store truncated it.
     file_end: u64,
     blocks: BTreeMap<u64, Box<[u8; BLOCK]>>,
 }
 
 impl Overlay {
-    /// Over a file as it is now.
+    /// An overlay of the present file.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -38,7 +38,7 @@ impl Overlay {
         Ok(Self { file, written: RwLock::new(Written { length, file_end: length, blocks: BTreeMap::new() }) })
     }
 
-    /// A block of the file; zeros behind its end.
+    /// A block of the file; zeros after its end.
     fn original(&self, block: u64, file_end: u64) -> io::Result<Box<[u8; BLOCK]>> {
         let mut bytes = Box::new([0; BLOCK]);
         let start = block * BLOCK as u64;
@@ -48,7 +48,7 @@ impl Overlay {
     }
 }
 
-/// The blocks that `length` bytes from `offset` on lie in: number, first byte in it, place and count of these bytes.
+/// The blocks that overlap `length` bytes from `offset` on: block number, first byte in the block, position and number of these bytes.
 fn blocks(offset: u64, length: usize) -> impl Iterator<Item = (u64, usize, usize, usize)> {
     let mut done = 0;
     std::iter::from_fn(move || {

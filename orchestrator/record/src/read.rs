@@ -1,4 +1,4 @@
-//! Reading what is durable, also from another thread while results are added.
+//! Reading of durable results, also from another thread while results are added.
 
 use super::entry::{Entry, EntryError, Head};
 use super::error::{RecordError, guarded};
@@ -10,7 +10,7 @@ use redb::{Database, ReadTransaction, ReadableDatabase, ReadableTable, ReadableT
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The durable results of a store. Each call sees one state of it, whatever is added meanwhile.
+/// The durable results of a store. Each call sees one state of the store, whatever is added meanwhile.
 #[derive(Debug, Clone)]
 pub struct Reader {
     pub(super) store: Arc<Store>,
@@ -18,16 +18,15 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Opens the store of an earlier run to be read, and checks every page of it. Its file is not written to, not even to
-    /// repair what a crash left.
+    /// Opens the store of an earlier run for reading, and checks every page. The file is not changed, not even to repair traces of a crash.
     ///
     /// # Errors
-    /// [`RecordError::Damaged`] when it is no longer a whole store; another version; not readable.
+    /// [`RecordError::Damaged`] if the store is damaged; another version; not readable.
     pub fn open(path: impl Into<Place>) -> Result<Self, RecordError> {
         Self::over(&path.into(), true)
     }
 
-    /// The same without the check, for a look at figures: entries are checked as they are read.
+    /// Opens the store without checking all pages, to show figures quickly: entries are checked when they are read.
     ///
     /// # Errors
     /// As [`Reader::open`].
@@ -56,7 +55,8 @@ impl Reader {
         }
     }
 
-    /// What the entries depend on, as given to [`Record::create`](super::Record::create) or [`Record::replace_header`](super::Record::replace_header) last.
+    /// The properties that the entries depend on, as last passed to [`Record::create`](super::Record::create) or
+    /// [`Record::replace_header`](super::Record::replace_header).
     ///
     /// # Errors
     /// The store cannot be read.
@@ -98,8 +98,8 @@ impl Reader {
         guarded(&self.path, || read().map_err(|source| RecordError::store("read", &self.path, source)))
     }
 
-    /// Calls `visit` for the head of every durable result in ascending order of its sample number; what is damaged or of
-    /// another version comes as an error of that sample. `column`: as of [`Head::decode`].
+    /// Calls `visit` for the head of every durable result, in ascending order of sample numbers. An entry that is damaged or has another
+    /// version is passed as an error. `column`: as in [`Head::decode`].
     ///
     /// # Errors
     /// The store cannot be read.
@@ -116,15 +116,15 @@ impl Reader {
         })
     }
 
-    /// Calls `visit` for every durable result in ascending order of its sample number.
+    /// Calls `visit` for every durable result, in ascending order of sample numbers.
     ///
     /// # Errors
-    /// The store cannot be read, or an entry of it; what `visit` returns.
+    /// The store or one of its entries cannot be read; errors of `visit`.
     pub fn for_each<E: From<RecordError>>(&self, visit: impl FnMut(u64, Entry) -> Result<(), E>) -> Result<(), E> {
         self.view()?.for_each(visit)
     }
 
-    /// Calls `visit` for the bytes of every durable result in ascending order of its sample number.
+    /// Calls `visit` for the bytes of every durable result, in ascending order of sample numbers.
     ///
     /// # Errors
     /// As [`Reader::for_each`].
@@ -135,7 +135,7 @@ impl Reader {
         self.view()?.for_each_bytes(visit)
     }
 
-    /// The present state of the store, to be read later whatever is added meanwhile. The store grows as long as it is kept.
+    /// The present state of the store, for later reading whatever is added meanwhile. The store cannot reuse space while the view exists.
     ///
     /// # Errors
     /// The store cannot be read.
@@ -153,7 +153,7 @@ pub struct View {
 }
 
 impl View {
-    /// Calls `visit` for every result in ascending order of its sample number.
+    /// Calls `visit` for every result, in ascending order of sample numbers.
     ///
     /// # Errors
     /// As [`Reader::for_each`].
@@ -164,7 +164,7 @@ impl View {
     /// Calls `visit` for the results of these samples, in this order.
     ///
     /// # Errors
-    /// As [`Reader::for_each`]; a sample that has no result.
+    /// As [`Reader::for_each`]; a sample without a result.
     pub fn for_each_of<E: From<RecordError>>(
         &self,
         samples: &[u64],

@@ -1,6 +1,6 @@
 //! Search of a damaged store: entries are recognised anywhere in the file.
 //!
-//! The file is read in pieces, holes are skipped: what somebody has made huge takes neither memory nor time.
+//! The file is read in pieces and holes are skipped, so that a huge sparse file takes neither memory nor time.
 
 use super::RecordError;
 use super::entry::{Head, LEAST, MAGIC, length_at};
@@ -14,12 +14,12 @@ use std::os::unix::fs::FileExt;
 
 /// Most bytes that are searched.
 const MOST_BYTES: u64 = 8 << 30;
-/// Bytes that entries are looked for in at once.
+/// Number of bytes searched at once.
 const PIECE: usize = 4 << 20;
-/// Bytes of the longest entry.
+/// Longest possible entry \[bytes\].
 const LONGEST: usize = LEAST + 8 * u16::MAX as usize;
 
-/// A damaged store and where entries are in it.
+/// A damaged store and the positions of its entries.
 #[derive(Debug)]
 pub struct Remains {
     file: File,
@@ -28,8 +28,8 @@ pub struct Remains {
 }
 
 impl Remains {
-    /// Searches a damaged store. Every entry returned has its checksum; the last of several with equal heads is taken.
-    /// `column`: as of [`Head::decode`].
+    /// Searches a damaged store. Every returned entry has a valid checksum; of several entries with equal heads, the last is returned.
+    /// `column`: as in [`Head::decode`].
     ///
     /// # Errors
     /// The file cannot be read.
@@ -40,13 +40,13 @@ impl Remains {
         Ok(Self { file, path, entries })
     }
 
-    /// The entries and their places.
+    /// The entries and their positions in the file.
     #[must_use]
     pub fn entries(&self) -> &[(Head, u64)] {
         &self.entries
     }
 
-    /// The bytes of the entry at a place.
+    /// The bytes of the entry at a position.
     ///
     /// # Errors
     /// The file cannot be read, or was changed meanwhile.
@@ -70,7 +70,7 @@ fn find(file: &File, column: Option<usize>, piece: usize) -> io::Result<Vec<(Hea
         start = match rustix::fs::seek(file, SeekFrom::Data(start)) {
             Ok(data) => data,
             Err(rustix::io::Errno::NXIO) => break,
-            // A file system that knows no holes.
+            // The file system does not support holes.
             Err(_) => start,
         };
         let filled = fill(file, &mut bytes, start)?;
@@ -101,7 +101,7 @@ fn find(file: &File, column: Option<usize>, piece: usize) -> io::Result<Vec<(Hea
     Ok(entries)
 }
 
-/// Reads from a place on as much as there is.
+/// Reads from a position up to the end of the buffer or the file.
 fn fill(file: &File, bytes: &mut [u8], start: u64) -> io::Result<usize> {
     let mut filled = 0;
     while filled < bytes.len() {

@@ -1,11 +1,11 @@
-//! The library's store, closed without a panic.
+//! The database, closed without a panic.
 
 use bladeoff_system::guarded::guarded;
 use redb::Database;
 use std::ops::Deref;
 
-/// An open store. Closing one writes to it, in memory where it is only read, and a damaged one may be found to be so only then: no matter, for
-/// what counts is committed before.
+/// An open database. Closing it writes to the file (in memory, if opened for reading only) and may reveal damage. Errors at that point are
+/// ignored: all results were committed before.
 #[derive(Debug)]
 pub(super) struct Store(Option<Database>);
 

@@ -90,7 +90,7 @@ fn a_store_cut_at_any_byte_gives_some_of_its_samples_or_says_that_it_is_damaged(
     let path = directory.path().join("ledger.redb");
     let mut record = store(&path, 0..300);
     record.commit().expect("commit");
-    // As a crash leaves it: copied while it is open, beside the orderly end.
+    // State after a crash: copied while the store is open, next to the state after an orderly end.
     let crashed = fs::read(&path).expect("readable");
     drop(record);
     let closed = fs::read(&path).expect("readable");
@@ -149,7 +149,7 @@ fn a_changed_byte_anywhere_never_gives_a_wrong_entry() {
         let opened = Record::open(&bad).and_then(|record| {
             record.reader().for_each_head(None, |sample, head| {
                 if let Ok(head) = head {
-                    // A moved entry has the key of another sample, which the caller compares.
+                    // A misplaced entry has the key of another sample, which the caller compares.
                     kept += u32::from(head.key == key(sample));
                 }
             })
@@ -177,7 +177,7 @@ fn any_changed_byte_of_the_header_is_damage_whose_entries_are_salvaged_or_harmle
     let path = directory.path().join("ledger.redb");
     let mut record = store(&path, 0..20);
     record.commit().expect("commit");
-    // As a crash leaves it, and after an orderly end.
+    // State after a crash, and after an orderly end.
     let crashed = directory.path().join("crashed.redb");
     fs::copy(&path, &crashed).expect("copied");
     drop(record);
@@ -198,7 +198,7 @@ fn any_changed_byte_of_the_header_is_damage_whose_entries_are_salvaged_or_harmle
                     Ok(found)
                 });
                 match read {
-                    // An older commit may be what is left: some entries, never wrong ones.
+                    // An older commit may remain: fewer entries, but never wrong ones.
                     Ok(found) => whole += u32::from(found == 20),
                     Err(RecordError::Damaged { .. }) => {
                         damaged += 1;

@@ -1,4 +1,4 @@
-//! Times and sizes as people write them: "8h", "90 min", "2 GB".
+//! Times and sizes in common notations: "8h", "90 min", "2 GB".
 
 use bladeoff_text::document::cut;
 use bladeoff_text::document::units::parse_bare_or_quantity;
@@ -17,7 +17,7 @@ const SIZES: [(&str, u64); 7] = [
     ("B", 1),
 ];
 
-/// A time: with its unit (`8h`), of several units (`1h30m`, `1d 12h`), as a clock shows it (`08:00:00`, `1-00:00:00`), or in seconds.
+/// Reads a time: with its unit (`8h`), with several units (`1h30m`, `1d 12h`), in clock notation (`08:00:00`, `1-00:00:00`), or in seconds.
 ///
 /// # Errors
 /// Error of the text.
@@ -35,8 +35,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// The time of a task of a scheduler, as [`parse_duration`], but never a number alone: that is minutes for one scheduler and seconds for
-/// another.
+/// Reads the time of a scheduler's task, as [`parse_duration`], but rejects a number without a unit: some schedulers use minutes, others seconds.
 ///
 /// # Errors
 /// Describes the mistake in the text.
@@ -49,7 +48,7 @@ pub fn parse_task_time(text: &str) -> Result<Duration, String> {
     Ok(time)
 }
 
-/// Seconds of `HH:MM:SS`, `D-HH`, `D-HH:MM` and `D-HH:MM:SS`; `None` of what no clock shows.
+/// Seconds of `HH:MM:SS`, `D-HH`, `D-HH:MM` and `D-HH:MM:SS`; `None` for any other text.
 fn clock(text: &str) -> Option<Result<f64, String>> {
     let (days, clock) = text.split_once('-').map_or((None, text), |(days, clock)| (Some(days), clock));
     let number = |text: &str| text.parse::<u32>().ok().filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()));
@@ -69,7 +68,7 @@ fn clock(text: &str) -> Option<Result<f64, String>> {
     Some(Ok(((days * 24.0 + hours) * 60.0 + minutes) * 60.0 + seconds))
 }
 
-/// Seconds of numbers with the units d, h, min and s, in this order; `m` is minutes behind one of the first two. `None` of anything else.
+/// Seconds of numbers with the units d, h, min and s, in this order; `m` means minutes after one of the first two. `None` for any other text.
 fn of_units(text: &str) -> Option<f64> {
     let (mut seconds, mut last, mut rest) = (0.0, f64::INFINITY, text);
     while !rest.is_empty() || last.is_infinite() {

@@ -1,37 +1,37 @@
-//! Whether a study leaves the release angle at one value where it decides the loads.
+//! Warning about a release angle that is fixed in a study although it influences the loads.
 
 use super::Samples;
 use bladeoff_model::machine::{DiaphragmKind, Machine, ParamValue, Presence};
 use std::f64::consts::TAU;
 
-/// Starts a cell that are proposed.
+/// Number of release angles in the suggested axis.
 const STARTS: u32 = 6;
-/// Parts of a period by which angles differ that are the same.
+/// Tolerance for equal angles, as a fraction of the period.
 const ROUNDING: f64 = 1e-9;
 
-/// The release angle of a study that does not vary it although it matters.
+/// The release angle of a study that does not vary it although the loads depend on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedAngle {
     /// Path of the phase.
     pub path: String,
-    /// Its value, in the first sample looked at \[rad\].
+    /// Its value in the first machine examined \[rad\].
     pub value: f64,
-    /// What is not the same all round.
+    /// Parts of the machine that are not rotationally symmetric.
     pub because: Vec<String>,
-    /// After this angle everything is as before \[rad\].
+    /// Period of the loads in the release angle \[rad\].
     pub period: f64,
-    /// An angle that has several values, all of them whole periods apart, and its period \[rad\].
+    /// An angle with several values that all differ by whole periods, and its period \[rad\].
     pub repeated: Option<(String, f64)>,
-    /// The phase has a line in `[set]`.
+    /// Whether `[set]` gives the phase.
     pub is_set: bool,
 }
 
-/// What a study says nothing about: `None` where an angle varies, nothing is released, or machine and surroundings are the same all
-/// round, so that the angle only turns the picture.
+/// The fixed release angle of a study. `None`: an angle varies, no unbalance is released, or machine and surroundings are rotationally
+/// symmetric, so that the angle only rotates the results.
 ///
-/// The release angle is that against what is not the same all round. So it varies with the phase of what is released, with the
-/// angle of the rotor at the start, and against the blades of a diaphragm with the angle of that diaphragm (against nothing else:
-/// offset, bearings and gravity stay where they are); against another unbalance with the phase of that one.
+/// The release angle is measured against the parts without rotational symmetry. So it changes with the phase of the released unbalance and
+/// with the angle of the rotor at the start; against the blades of a diaphragm also with the angle of that diaphragm (but not against
+/// offset, bearings and gravity, which stay in place); against another unbalance also with the phase of that one.
 #[must_use]
 pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     if samples.count() == 0 || samples.study().machine().is_none() {
@@ -40,7 +40,7 @@ pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     let varied = samples.parameters().iter().enumerate().filter(|(_, one)| one.is_angle());
     let angles: Vec<Angle<'_>> =
         varied.map(|(place, one)| Angle { path: &one.info.path, values: samples.all_or_some_values(place) }).collect();
-    // The ends and the middle: where a parameter that varies takes the symmetry away, one of them has it.
+    // First, middle and last sample: if a varied parameter breaks the symmetry, one of them has that value.
     let machines = [0, samples.count() / 2, samples.count() - 1].map(|sample| samples.machine(sample).build());
     let found = machines.iter().flatten().filter_map(|machine| of_machine(machine, &angles));
     let mut found = found.max_by(|a, b| a.period.total_cmp(&b.period))?;
@@ -49,13 +49,13 @@ pub fn fixed_angle(samples: &Samples) -> Option<FixedAngle> {
     Some(found)
 }
 
-/// An angle that a study gives values.
+/// An angle to which a study gives values.
 struct Angle<'a> {
     path: &'a str,
     values: Vec<ParamValue>,
 }
 
-/// Whether some of these angles are not whole periods apart.
+/// Whether some of these angles do not differ by whole periods.
 fn differs(values: &[ParamValue], period: f64) -> bool {
     let turns = |value: &ParamValue| match value {
         ParamValue::Number(angle) => angle / period,
@@ -65,7 +65,7 @@ fn differs(values: &[ParamValue], period: f64) -> bool {
     values[1..].iter().map(|value| turns(value) - first).any(|turns| (turns - turns.round()).abs() > ROUNDING)
 }
 
-/// After how much an angle of this machine is as before, if two values of it are the same start.
+/// Period of an angle of this machine, if two values of the angle give the same start; otherwise `None`.
 pub(crate) fn period_between(machine: &Machine, path: &str, values: [f64; 2]) -> Option<f64> {
     let whole = (values[1] - values[0]) / TAU;
     if (whole - whole.round()).abs() <= ROUNDING {
@@ -77,12 +77,12 @@ pub(crate) fn period_between(machine: &Machine, path: &str, values: [f64; 2]) ->
 
 fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     let unbalances = machine.rotor.unbalances.iter().filter(|unbalance| unbalance.mass * unbalance.radius > 0.0);
-    // What is released, rather than what was there before.
+    // The released unbalance, rather than one that was present before.
     let unbalance = unbalances.clone().min_by_key(|unbalance| unbalance.presence == Presence::Before)?;
     if machine.diaphragms.is_empty() {
         return None;
     }
-    // Whether an angle has values that differ where everything is as before after a period; several that do not are told.
+    // Whether an angle has values that are not whole periods apart; an angle with several equivalent values is recorded.
     let mut repeated = None;
     let mut varies = |path: &str, period: f64| {
         let Some(angle) = angles.iter().find(|angle| angle.path == path) else { return false };
@@ -94,12 +94,12 @@ fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     };
     let part = |order: usize| (order > 0).then(|| TAU / order as f64);
     let (mut because, mut order) = (Vec::new(), 0);
-    // Everything is as before after a turn by the part of a circle that all of them share.
+    // The common period is that of the largest common rotational symmetry.
     let mut add = |what: String, turns: usize| {
         because.push(what);
         order = gcd(order, turns);
     };
-    // Of all that is around the rotor, whatever turns with it.
+    // Symmetry of everything around the rotor.
     let mut all_around = 0;
     for diaphragm in &machine.diaphragms {
         if let DiaphragmKind::Flexible(stator) = &diaphragm.kind
@@ -138,7 +138,7 @@ fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     if part(all_around).is_some_and(|period| varies("rotor.initial.angle", period)) {
         return None;
     }
-    // The phase turns one unbalance against the others: as before after a whole turn only.
+    // The phase of one unbalance relative to the others: its period is a whole turn.
     for other in unbalances.filter(|other| other.name != unbalance.name) {
         if !varies(&format!("rotor.unbalances.{}.phase", other.name), TAU) {
             because.push(format!("unbalance {}", other.name));
@@ -153,7 +153,7 @@ fn of_machine(machine: &Machine, angles: &[Angle<'_>]) -> Option<FixedAngle> {
     Some(FixedAngle { path, value: unbalance.phase, because, period, repeated, is_set: false })
 }
 
-/// Whether a 2 x 2 matrix is the same after any turn.
+/// Whether a 2 x 2 matrix is invariant under rotation.
 fn is_isotropic(m: &[[f64; 2]; 2]) -> bool {
     m[0][0] == m[1][1] && m[0][1] == -m[1][0]
 }
@@ -163,7 +163,7 @@ fn gcd(a: usize, b: usize) -> usize {
 }
 
 impl FixedAngle {
-    /// What it does to a study, and lines that vary it.
+    /// The warning text, with lines of a study file that vary the angle.
     #[must_use]
     pub fn text(&self) -> String {
         let degrees =
@@ -200,7 +200,7 @@ impl FixedAngle {
     }
 }
 
-/// "Gravity, bearing left and the 8 blades", with a capital.
+/// Joins words, starting with a capital: "Gravity, bearing left and the 8 blades".
 fn listed(words: &[String]) -> String {
     let text = match words {
         [before @ .., last] if !before.is_empty() => format!("{} and {last}", before.join(", ")),
@@ -269,7 +269,7 @@ mod tests {
     fn an_angle_counts_against_what_it_turns_against() {
         let degrees =
             |list: &[f64]| list.iter().map(|angle| ParamValue::Number(angle.to_radians())).collect::<Vec<_>>();
-        // What is still fixed, with the period and the angle whose values repeat.
+        // Reasons for the warning, the period, and the angle whose values repeat.
         let fixed = |changes: &[(&str, &str)], path: &str, values: &[f64]| {
             let values = degrees(values);
             let found = of_machine(&rig(changes), &[Angle { path, values }])?;
@@ -278,18 +278,18 @@ mod tests {
         };
         let (seal, gravity) = ("diaphragms.seal.angle", ("gravity = [0.0, 0.0]", "gravity = [0.0, \"-9.81 m/s2\"]"));
         let blades = "the 8 blades of diaphragm seal".to_owned();
-        // The diaphragm turns its blades and nothing else.
+        // The angle of the diaphragm changes the position of its blades and nothing else.
         assert_eq!(fixed(&[], seal, &[0.0, 10.0]), None);
         assert_eq!(fixed(&[], seal, &[0.0, 45.0]), Some((blades.clone(), 45.0, Some((seal.to_owned(), 45.0)))));
         assert_eq!(fixed(&[gravity], seal, &[0.0, 10.0]), Some(("gravity".to_owned(), 360.0, None)));
         assert_eq!(fixed(&[FREE_RING, gravity], seal, &[0.0, 10.0]), Some(("gravity".to_owned(), 360.0, None)));
         let both = format!("{blades}, gravity");
         assert_eq!(fixed(&[gravity], seal, &[0.0, 45.0]), Some((both, 360.0, Some((seal.to_owned(), 45.0)))));
-        // The rotor at the start turns against all of them.
+        // The angle of the rotor at the start counts against all parts.
         let initial = "rotor.initial.angle";
         assert_eq!(fixed(&[gravity], initial, &[0.0, 45.0]), None);
         assert_eq!(fixed(&[], initial, &[0.0, 45.0]), Some((blades.clone(), 45.0, Some((initial.to_owned(), 45.0)))));
-        // The phase of another unbalance turns against that one alone.
+        // The phase of another unbalance counts against that unbalance alone.
         let other = "rotor.unbalances.a_residual.phase";
         assert_eq!(fixed(&[FREE_RING, BEFORE], other, &[0.0, 45.0]), None);
         assert_eq!(fixed(&[BEFORE], other, &[0.0, 45.0]), Some((blades, 45.0, None)));

@@ -1,5 +1,5 @@
-//! `[[question]]` and `[[gate]]`: what a study file asks of its table, as it stands there. What it means is found out by who knows the
-//! table; this module knows keys and types.
+//! `[[question]]` and `[[gate]]`: questions of a study file as written. This module reads keys and types only; a caller that knows the columns
+//! of the table checks their meaning.
 
 use super::error::StudyError;
 use super::input::read_input;
@@ -11,21 +11,21 @@ use std::path::Path;
 /// Most questions, and most gates, of a study.
 const MOST: usize = 200;
 
-/// A value and where it stands in the study file.
+/// A value and its position in the study file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placed<T> {
     /// The value.
     pub value: T,
-    /// Bytes of the file.
+    /// Byte range in the file.
     pub span: Range<usize>,
 }
 
 /// A `[[question]]`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AskedQuestion {
-    /// Bytes of its header.
+    /// Byte range of the header.
     pub span: Range<usize>,
-    /// Some of its keys could not be read, which was said.
+    /// Whether some of its keys were unreadable, which has been reported.
     pub is_partly: bool,
     /// `name`.
     pub name: Option<Placed<String>>,
@@ -47,7 +47,7 @@ pub struct AskedQuestion {
     pub fragility: Option<Placed<String>>,
     /// `map`: two parameters.
     pub map: Option<Placed<[String; 2]>>,
-    /// Whether it has a `map`, valid or not.
+    /// Whether the question has a `map`, valid or not.
     pub has_map: bool,
     /// `difference`, as texts.
     pub difference: Option<Placed<[String; 2]>>,
@@ -58,7 +58,7 @@ pub struct AskedQuestion {
 }
 
 impl AskedQuestion {
-    /// Place of a key; without it, of the header.
+    /// Byte range of a key; of the header if the key is missing.
     #[must_use]
     pub fn place(&self, key: &str) -> Range<usize> {
         let text = |placed: &Option<Placed<String>>| placed.as_ref().map(|placed| placed.span.clone());
@@ -91,7 +91,7 @@ pub struct AskedGate {
     pub confidence: Option<Placed<f64>>,
 }
 
-/// Questions and gates of a study file, in their order.
+/// Questions and gates of a study file, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Asked {
     /// `[[question]]`.
@@ -101,13 +101,13 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Whether nothing is asked.
+    /// Whether there are no questions and no gates.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.questions.is_empty() && self.gates.is_empty()
     }
 
-    /// From the keys of a study; problems go to `problems`.
+    /// Reads the keys of a study; problems are added to `problems`.
     pub(super) fn read(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Self {
         let mut asked = Self::default();
         for (position, item) in items(keys.get("question"), "question", problems).iter().enumerate() {
@@ -135,7 +135,7 @@ impl Asked {
     }
 }
 
-/// Names that a study file gives, right or wrong.
+/// Names that a study file defines, valid or not.
 pub(super) fn names(keys: &Keys<'_>) -> Vec<String> {
     let mut names = Vec::new();
     for entry in ["uncertain", "vary", "derived"].iter().filter_map(|name| keys.get(name)) {
@@ -154,10 +154,10 @@ pub(super) fn names(keys: &Keys<'_>) -> Vec<String> {
     names
 }
 
-/// Questions and gates of a study file whose other keys do not matter; its name and its text.
+/// Reads only name, text, questions and gates of a study file.
 ///
 /// # Errors
-/// The file cannot be read, or is no TOML; problems of its questions and gates.
+/// The file cannot be read, or is not TOML; problems of its questions and gates.
 pub fn read_asked(path: &Path) -> Result<(String, String, Asked), StudyError> {
     let file = path.to_string_lossy().into_owned();
     let text = read_input(path, MAX_FILE_BYTES as u64)?;
@@ -237,7 +237,7 @@ fn placed_number(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> O
     }
 }
 
-/// Two values, as texts: of a parameter (`difference`), or names (`map`).
+/// Two values as texts: of a parameter (`difference`), or names (`map`).
 fn pair(keys: &Keys<'_>, name: &str, allowed: &str, problems: &mut Collector<'_>) -> Option<Placed<[String; 2]>> {
     let entry = keys.get(name)?;
     let texts: Vec<String> = match &entry.node.value {

@@ -6,7 +6,7 @@ use bladeoff_model::machine::{ParamValue, PathInfo};
 use bladeoff_text::document::units::format_digits;
 use std::ops::Range;
 
-/// Most parameters that vary: a message to a worker has room for so many.
+/// Most parameters that vary, limited by the size of a message to a worker.
 pub const MOST_VARIED: usize = 128;
 
 /// Parameters that advance together, position by position.
@@ -23,15 +23,15 @@ pub struct Axis {
 /// A parameter and its values along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Varied {
-    /// The parameter; of a variable its name, in the place of a path, and any number.
+    /// The parameter; for a variable, its name in place of a path, and no limits.
     pub info: PathInfo,
-    /// `as`: a short name.
+    /// Short name, `as`.
     pub short: Option<String>,
-    /// Whether no machine has it: a variable of formulas.
+    /// Whether this is a variable of formulas, not a parameter of a machine.
     pub is_variable: bool,
     /// Its value at each position.
     pub values: ValueList,
-    /// Bytes of the study file that name it.
+    /// Byte range in the study file that names the parameter.
     pub place: Range<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! CSV files that a machine file names for its bearing tables: their lists take the place of the name.
+//! CSV files that a machine file names for its bearing tables: the names are replaced by the lists in these files.
 //!
 //! ```text
 //! [rotor.bearings.front]                      [rotor.bearings.front]
@@ -8,8 +8,8 @@
 //!                                             [rotor.bearings.front.coefficients]      at the end of the file
 //!                                             speeds = [...]
 //! ```
-//! So the lines of the file keep their numbers, and all that follows knows one form of a table: results, workers and a replay need no further file, and the
-//! identity of the machine contains the content of the file.
+//! So the lines of the file keep their numbers, and later code knows one form of a table. Results, workers and a replay need no further file, and
+//! the identity of the machine includes the content of the CSV file.
 
 use crate::csv::{Cell, Csv};
 use crate::input::read_input;
@@ -22,20 +22,20 @@ use std::path::{Component, Path};
 
 /// Largest file of a table.
 const MOST_BYTES: u64 = 1 << 20;
-/// Most rows, as of the lists in a machine file.
+/// Most rows, as for the lists in a machine file.
 const MOST_ROWS: usize = 10_000;
 /// Names of the column of speeds, and key of the list.
 const SPEEDS: ([&str; 2], &str) = (["speed", "frequency"], "speeds");
 /// Columns of coefficients, whose lists have the same names.
 const COEFFICIENTS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
 
-/// The text of a machine file with the lists of the tables that it names. `path`: of the machine file, beside which the tables are.
+/// The text of a machine file with the lists of its tables. `path`: the machine file; paths of tables are relative to it.
 ///
 /// # Errors
-/// A file that is missing, too large, or no table.
+/// A file that is missing, too large, or not a table.
 pub fn with_tables(path: &Path, text: String) -> Result<String, Problems> {
     let shown = path.to_string_lossy();
-    // what is wrong with the file itself is reported by the reader of machine files, together with all that it finds
+    // the reader of machine files reports mistakes of the file itself, together with all others
     let Ok((document, mut problems)) = parse_toml(&shown, &text) else { return Ok(text) };
     if !problems.is_empty() {
         return Ok(text);
@@ -81,7 +81,7 @@ fn named<'a>(mut entries: &'a [Entry], path: &[&str]) -> &'a [Entry] {
     entries
 }
 
-/// The lists in the place of the names.
+/// Replaces the names by blanks and appends the lists.
 fn replaced(mut text: String, lists: Vec<(Range<usize>, String, String)>) -> String {
     for (span, bearing, block) in lists {
         let blank = " ".repeat(span.len());
@@ -135,7 +135,7 @@ fn read_table(
 /// Contents of the file of a table, in words.
 const ALLOWED: &str = "a CSV file with the columns speed, kxx, kyy and further coefficients, a row for each speed";
 
-/// One column that is read: its key, its place in a row, its unit and its numbers.
+/// One column that is read: key, position in a row, unit, numbers.
 struct Column {
     key: &'static str,
     place: usize,
@@ -171,7 +171,7 @@ fn lists(file: &str, text: &str, named_by: &str) -> Result<String, Problems> {
     Ok(block)
 }
 
-/// The columns of a file with their numbers. Incomplete where a problem was added.
+/// The columns of a file with their numbers; incomplete if a problem was added.
 fn columns(text: &str, problems: &mut TableProblems<'_>) -> Vec<Column> {
     let Some(csv) = Csv::new(text, &mut problems.found) else { return Vec::new() };
     let mut columns: Vec<Column> = Vec::new();
@@ -187,7 +187,7 @@ fn columns(text: &str, problems: &mut TableProblems<'_>) -> Vec<Column> {
             }
             continue;
         }
-        // a decimal comma between commas makes two cells of one
+        // a decimal comma in a file separated by commas splits a number into two cells
         if cells.len() > width {
             problems.add(line, "", &format!("{} cells, the header has {width}", cells.len()), format!("{width} cells"));
             continue;
@@ -240,7 +240,7 @@ fn take_units(columns: &mut [Column], cells: &[Cell<'_>], problems: &mut TablePr
     }
 }
 
-/// The columns that are read, by a header; none of a line before it.
+/// The columns to be read, from the header line; none if the header is missing.
 fn header(line: &Range<usize>, cells: &[Cell<'_>], problems: &mut TableProblems<'_>) -> Vec<Column> {
     let parts: Vec<(String, Option<String>)> = cells
         .iter()
@@ -281,7 +281,7 @@ fn header(line: &Range<usize>, cells: &[Cell<'_>], problems: &mut TableProblems<
             problems.add(line.clone(), "", &format!("no column {name}"), ALLOWED);
         }
     }
-    // a cross coefficient without its partner is a misspelt header more often than a bearing
+    // a cross coefficient without its partner is more likely a misspelled header than a real bearing
     for (key, partner) in [("kxy", "kyx"), ("kyx", "kxy"), ("cxy", "cyx"), ("cyx", "cxy")] {
         let has = |key: &str| columns.iter().any(|column| column.key == key);
         if has(key) && !has(partner) {
@@ -296,7 +296,7 @@ fn header(line: &Range<usize>, cells: &[Cell<'_>], problems: &mut TableProblems<
     columns
 }
 
-/// Whether the name of a column reads like a coefficient with another spelling: `c_xx`, `cxxx`, `kxz`, `cxx(n s/m)`. `kzz` and `czz` are axial.
+/// Whether a column name looks like a misspelled coefficient: `c_xx`, `cxxx`, `kxz`, `cxx(n s/m)`. `kzz` and `czz` are axial.
 fn is_like_a_coefficient(name: &str) -> bool {
     let plain: String = name.split('(').next().unwrap_or_default().chars().filter(|c| c.is_alphanumeric()).collect();
     let indices = plain.strip_prefix(['k', 'c']).unwrap_or_default();
@@ -310,7 +310,7 @@ fn is_units(columns: &[Column], cells: &[Cell<'_>]) -> bool {
         && columns.iter().any(|column| cells.get(column.place).is_some_and(|cell| !cell.text.trim().is_empty()))
 }
 
-/// A number of a column in SI, or what is wrong and what is allowed.
+/// A number of a column in SI; or the mistake and the allowed values.
 fn value(column: &Column, cell: &str) -> Result<f64, (String, String)> {
     let (unit, [least, most]) = match column.key.as_bytes()[0] {
         b's' => ("rad/s", [0.0, 1e6]),
@@ -326,7 +326,7 @@ fn value(column: &Column, cell: &str) -> Result<f64, (String, String)> {
     let number = match &column.unit {
         None => number,
         Some(given) => {
-            // in tables of bearings lb is a force
+            // in tables of bearings, lb is a force
             let given = if unit == "rad/s" { given.clone() } else { given.replace("lb", "lbf").replace("lbff", "lbf") };
             let found = parse_quantity(&format!("{number:e} {given}"), unit);
             found.map_err(|error| (error.to_string(), format!("{unit}, or a unit of the same kind")))?
@@ -366,12 +366,12 @@ mod tests {
         close(at.stiffness[1][1], 3e3);
         close(at.damping[0][0], 6.0);
         close(at.damping[1][1], 2.0 * 175.12683524647636);
-        // other content, other machine; the same content under another name, the same machine
+        // other content gives another machine; the same content in a file with another name gives the same machine
         let identity = |text: &str| MachineDef::parse("m.toml", text).expect("valid").identity(0);
         std::fs::write(directory.path().join("tables/two.csv"), std::fs::read(&file).expect("read")).expect("written");
         let two = with_tables(&machine, MACHINE.replace("one.csv", "two.csv")).expect("a table");
         assert_eq!(identity(&text), identity(&two));
-        // lines that begin with # are comments, anywhere: no part of the machine
+        // lines that begin with # are comments anywhere, without effect on the machine
         let (commented, rows) =
             (directory.path().join("tables/two.csv"), std::fs::read_to_string(&file).expect("read"));
         std::fs::write(

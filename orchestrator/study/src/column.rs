@@ -1,6 +1,6 @@
-//! A column that a study gives to a table.
+//! A column of a table that comes from the study.
 
-/// Kind of a column of the study in a table; whole numbers, words and texts are [`ParamValue`](bladeoff_model::machine::ParamValue) as well.
+/// Type of a column; whole numbers, words and texts are [`ParamValue`](bladeoff_model::machine::ParamValue) as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Numbers.
@@ -14,12 +14,12 @@ pub enum ColumnKind {
 /// A column that the study gives to a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Name; ends in the SI unit where it has one.
+    /// Name; ends with the SI unit if there is a unit.
     pub name: String,
     /// SI unit, "" for none.
     pub unit: String,
     /// Meaning in one sentence.
     pub meaning: String,
-    /// Kind of its values.
+    /// Type of the values.
     pub kind: ColumnKind,
 }

@@ -1,12 +1,12 @@
-//! A points file as cells: its separator, its lines and its decimal sign.
+//! A points file as cells: separator, lines and decimal sign.
 //!
 //! ```text
-//! first line `sep=;`                  the separator (spreadsheets write and read it)
-//! otherwise, outside quotes           of the header: `;` or `,` where only one of them stands there, a tab where neither does,
-//!                                     blanks where none of them does and header and first row have several words
-//! decimal comma                       where `;`, a tab or blanks separate; never beside decimal points in one file
+//! first line `sep=;`                  the separator (spreadsheets write and read this line)
+//! otherwise, outside quotes           in the header: `;` or `,` if only one of them occurs, a tab if neither does,
+//!                                     blanks if none of these occurs and header and first row have several words
+//! decimal comma                       allowed with the separators `;`, tab and blank; never together with decimal points in one file
 //! quoted cells                        may have line breaks (RFC 4180)
-//! header of Dakota                    begins with `%`, which is no part of the first name
+//! header of Dakota                    begins with `%`, which is not part of the first name
 //! ```
 //! Ambiguous text is rejected with its line, never guessed.
 
@@ -18,18 +18,18 @@ use std::ops::Range;
 /// Most line breaks of a quoted cell. A quote that is not closed within them is reported at its own line.
 const MOST_BREAKS: usize = 16;
 
-/// A points file and how it is written.
+/// A points file and its format.
 #[derive(Clone, Copy)]
 pub(super) struct Csv<'a> {
     pub text: &'a str,
-    /// The separator of its cells; a blank stands for any number of blanks and tabs.
+    /// Separator of cells; a blank means any number of blanks and tabs.
     pub separator: char,
-    /// Beginnings of the lines.
+    /// Position of the first line.
     start: usize,
 }
 
 impl<'a> Csv<'a> {
-    /// Looks at the first lines; a problem and `None` where the header may be read in two ways.
+    /// Detects the format from the first lines; a problem and `None` if the header is ambiguous.
     pub fn new(text: &'a str, problems: &mut Collector<'_>) -> Option<Self> {
         let begin = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len_utf8() } else { 0 };
         let mut csv = Self { text, separator: ',', start: begin };
@@ -59,7 +59,7 @@ impl<'a> Csv<'a> {
         Some(csv)
     }
 
-    /// Whether header and first row, which have no other separator, have several words. A single quantity is one cell.
+    /// Whether header and first row, without any other separator, have several words. A single quantity is one cell.
     fn is_blank_separated(self) -> bool {
         let blanks = Self { separator: ' ', ..self };
         let mut lines = blanks.lines();
@@ -68,7 +68,7 @@ impl<'a> Csv<'a> {
         has_several(header) && has_several(row.clone()) && parse_any_quantity(&self.text[row]).is_err()
     }
 
-    /// The bytes of each line with content; the line breaks of a quoted cell do not end its line.
+    /// Byte range of each line with content; line breaks in a quoted cell do not end the line.
     pub fn lines(self) -> impl Iterator<Item = Range<usize>> + 'a {
         let Self { text, separator, start } = self;
         let mut next = Some(start);
@@ -78,7 +78,7 @@ impl<'a> Csv<'a> {
                 let end = self.line_end(start);
                 next = (end < text.len()).then_some(end + 1);
                 let content = text[start..end].trim();
-                // A spreadsheet pads empty lines with separators.
+                // Spreadsheets pad empty lines with separators.
                 if !content.starts_with('#') && content.chars().any(|c| c != separator && !c.is_whitespace()) {
                     return Some(start..start + text[start..end].trim_end_matches('\r').len());
                 }
@@ -100,7 +100,7 @@ impl<'a> Csv<'a> {
         if is_closed(first) { first } else { ends.find(|end| is_closed(*end)).unwrap_or(first) }
     }
 
-    /// The cells of the header. Dakota's begins with `%`, and a unit in brackets belongs to the name before it.
+    /// Cells of the header. Dakota's header begins with `%`; a unit in brackets belongs to the name before it.
     pub fn header(self, line: Range<usize>) -> Vec<Cell<'a>> {
         let mut header: Vec<Cell<'a>> = Vec::new();
         for cell in self.cells(line) {
@@ -120,7 +120,7 @@ impl<'a> Csv<'a> {
         header
     }
 
-    /// The cells of a line, at least one. A cell that begins with a quote ends at the next lone quote; "" inside stands for one.
+    /// Cells of a line, at least one. A cell that begins with a quote ends at the next single quote sign; "" inside means one quote.
     pub fn cells(self, line: Range<usize>) -> impl Iterator<Item = Cell<'a>> {
         let Self { text, separator, .. } = self;
         let mut next = Some(line.start);
@@ -147,7 +147,7 @@ impl<'a> Csv<'a> {
                 let span = start..start + content.len();
                 (Cell { text: content.into(), span, sound: true, is_closed: true }, at + length)
             };
-            // After the separator: one byte, or all blanks up to the next cell.
+            // The position after the separator: one byte, or all blanks up to the next cell.
             next = match separator {
                 ' ' => Some(line.end - text[end..line.end].trim_start().len()).filter(|next| *next < line.end),
                 _ => (end < line.end).then_some(end + 1),
@@ -167,7 +167,7 @@ impl<'a> Csv<'a> {
     }
 }
 
-/// Whether a letter stands in a line outside quotes.
+/// Whether a letter occurs in a line outside quotes.
 fn stands_in(line: &str, letter: char) -> bool {
     let mut inside = false;
     line.chars().any(|c| {
@@ -176,13 +176,13 @@ fn stands_in(line: &str, letter: char) -> bool {
     })
 }
 
-/// A cell and its bytes in the text.
+/// A cell and its byte range in the text.
 pub(super) struct Cell<'a> {
     pub text: Cow<'a, str>,
     pub span: Range<usize>,
-    /// A quoted one ends with its quote.
+    /// Whether a quoted cell ends with its quote.
     sound: bool,
-    /// A quoted one has its second quote.
+    /// Whether a quoted cell has its closing quote.
     is_closed: bool,
 }
 
@@ -194,13 +194,13 @@ impl Cell<'_> {
     }
 }
 
-/// Text of a quoted cell (`None`: it never ends), and its length in bytes with the closing quote.
+/// Text of a quoted cell (`None`: no closing quote), and its length in bytes with the closing quote.
 fn quoted(rest: &str) -> (Option<String>, usize) {
     let mut content = String::new();
     let mut characters = rest.char_indices().peekable();
     while let Some((at, character)) = characters.next() {
         if character == '\r' && characters.peek().is_some_and(|&(_, next)| next == '\n') {
-            // A line break is one letter, whatever system wrote it.
+            // A line break is read as one character on every system.
         } else if character != '"' {
             content.push(character);
         } else if characters.peek().is_some_and(|&(_, next)| next == '"') {
@@ -213,7 +213,7 @@ fn quoted(rest: &str) -> (Option<String>, usize) {
     (None, rest.len())
 }
 
-/// Decimal sign of the file, once a cell has shown it.
+/// Decimal sign of the file, as first seen in a cell.
 #[derive(Default)]
 pub(super) struct DecimalSign {
     /// First cell with a point, first cell with a comma.
@@ -221,8 +221,8 @@ pub(super) struct DecimalSign {
 }
 
 impl DecimalSign {
-    /// The cell with a decimal point where it has a decimal comma; `None`: it has both, which was reported. Of a `free` cell,
-    /// which may hold any text (a date, a version), only a comma inside one number is a decimal sign.
+    /// The cell with a decimal point in place of a decimal comma; `None`: the cell has both, which was reported. In a `free` cell, which may have any
+    /// text (a date, a version), only a comma inside a single number is a decimal sign.
     pub fn read<'c>(
         &mut self,
         csv: Csv<'_>,
@@ -234,7 +234,7 @@ impl DecimalSign {
         let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.,".contains(c))).unwrap_or(text.len());
         let (number, rest) = text.split_at(end);
         let (points, commas) = (number.matches('.').count(), number.matches(',').count());
-        // With commas between the cells a comma in a (quoted) cell is left to the reader of quantities, who names it.
+        // With commas as separators, a comma in a quoted cell is left to the reader of quantities, which reports it.
         let plain = csv.separator == ',' || points + commas == 0 || !number.contains(|c: char| c.is_ascii_digit());
         if plain || free && !(rest.is_empty() && commas == 1 && points == 0) {
             return Some(Cow::Borrowed(text));
@@ -249,7 +249,7 @@ impl DecimalSign {
         Some(if commas == 0 { Cow::Borrowed(text) } else { Cow::Owned(format!("{}{rest}", number.replace(',', "."))) })
     }
 
-    /// Refuses points and commas in one file: a point may then mark thousands.
+    /// Rejects points and commas in one file: the points may separate thousands.
     pub fn refuse_both(self, csv: Csv<'_>, problems: &mut Collector<'_>) {
         let [Some(point), Some(comma)] = self.seen else { return };
         let line = |span: &Range<usize>| 1 + csv.text[..span.start].matches('\n').count();
@@ -346,7 +346,7 @@ mod tests {
         let rows: Vec<Vec<String>> =
             csv.lines().map(|line| csv.cells(line).map(|cell| cell.text.into_owned()).collect()).collect();
         assert_eq!(rows, [["a", "b"], ["1", "two\nlines; \"x\""], ["2", "\n\n"]]);
-        // A quote without its partner swallows nothing.
+        // A quote without its partner does not include later lines.
         for text in ["a,b\n1,\"x\n2,y\n".to_owned(), format!("a,b\n1,\"x\n{}9,\"\n", "2,y\n".repeat(MOST_BREAKS))] {
             let csv = of(&text);
             let unsound: Vec<bool> = csv.lines().map(|line| csv.cells(line).all(|cell| cell.sound)).collect();

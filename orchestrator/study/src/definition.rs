@@ -17,13 +17,13 @@ use std::ops::Range;
 /// A study whose every key was checked.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// File as the user named it.
+    /// File name as given by the user.
     pub file: String,
-    /// Its text, to be kept beside the results.
+    /// Text of the file, stored with the results.
     pub text: String,
     /// Name: letters, digits, `.`, `_`, `-`; default the file's name.
     pub name: String,
-    /// Seed of everything that is drawn.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Subject of each sample.
     pub subject: Subject,
@@ -31,23 +31,23 @@ pub struct Study {
     pub axes: Vec<Axis>,
     /// Values that differ from sample to sample, with their distributions and formulas.
     pub sampled: SampledTables,
-    /// Bytes of `[design]`.
+    /// Byte range of `[design]`.
     pub design_place: Range<usize>,
-    /// Text of the points file, to be kept beside the results.
+    /// Text of the points file, stored with the results.
     pub points_text: Option<String>,
-    /// Texts of the files of empirical laws, in the order of their tables, to be kept likewise.
+    /// Texts of the files of empirical distributions, in the order of their tables, stored with the results.
     pub empirical_texts: Vec<String>,
-    /// Columns of the points file, which is the first axis, that stand in the table as they are.
+    /// Columns of the points file (the first axis) that are copied to the table.
     pub extra_columns: Vec<ExtraColumn>,
     /// Acceptable numbers of failed, invalid and beyond samples.
     pub limits: Limits,
-    /// Questions and gates, which are no part of what is computed.
+    /// Questions and gates; they do not affect computed results.
     pub asked: Asked,
-    /// When it is precise enough to end before its design does, likewise.
+    /// Precision at which the study ends before its design does; also without effect on computed results.
     pub stop: Option<StopDef>,
-    /// Map to refine, likewise.
+    /// Map to refine; also without effect on computed results.
     pub refine: Option<RefineDef>,
-    /// Samples with a twin run; `None`: by the machine.
+    /// Samples with a twin run; `None`: determined by the machine.
     pub twin: Option<TwinShare>,
 }
 
@@ -56,20 +56,20 @@ pub struct Study {
 pub enum Subject {
     /// The transient of a machine.
     Machine(MachineSubject),
-    /// Formulas of its variables.
+    /// Formulas of the study's variables.
     Function(FunctionModel),
 }
 
 /// The machine of a study.
 #[derive(Debug, Clone)]
 pub struct MachineSubject {
-    /// Its file as the study names it.
+    /// File name as given by the study.
     pub file: String,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
     /// The machine with the overrides of `[set]`, and the engine of all samples.
     pub def: MachineDef,
-    /// Engine with the reason; `None`: `run.engine` varies.
+    /// Engine and reason; `None`: `run.engine` varies.
     pub engine: Option<EngineChoice>,
     /// The overrides of `[set]`.
     pub fixed: Vec<Fixed>,
@@ -82,12 +82,12 @@ pub struct Fixed {
     pub info: PathInfo,
     /// Value.
     pub value: ParamValue,
-    /// Bytes of its key in the study file.
+    /// Byte range of its key in the study file.
     pub place: Range<usize>,
 }
 
 impl Study {
-    /// Its machine; `None`: it computes formulas.
+    /// The machine; `None`: the study computes formulas.
     #[must_use]
     pub fn machine(&self) -> Option<&MachineSubject> {
         match &self.subject {
@@ -102,7 +102,7 @@ impl Study {
         self.machine().map_or("function", |machine| &machine.file)
     }
 
-    /// Has its samples computed by another engine than `run.engine = "auto"` came to; nothing where the engine is named.
+    /// Changes the engine of all samples if `run.engine = "auto"` selected the present one; a named engine stays.
     pub fn settle(&mut self, choice: EngineChoice) {
         if let Subject::Machine(machine) = &mut self.subject
             && machine.engine.as_ref().is_some_and(EngineChoice::is_auto)
@@ -112,13 +112,13 @@ impl Study {
         }
     }
 
-    /// The engine of all samples, and why; `None`: it has no machine, or `run.engine` varies.
+    /// Engine of all samples, and the reason; `None`: the study has no machine, or `run.engine` varies.
     #[must_use]
     pub fn engine(&self) -> Option<&EngineChoice> {
         self.machine()?.engine.as_ref()
     }
 
-    /// Its formulas; `None`: it has a machine.
+    /// The formulas; `None`: the study has a machine.
     #[must_use]
     pub fn function(&self) -> Option<&FunctionModel> {
         match &self.subject {
@@ -127,7 +127,7 @@ impl Study {
         }
     }
 
-    /// Place in the study file that gives a parameter its values.
+    /// Byte range in the study file that gives a parameter its values.
     #[must_use]
     pub fn place_of(&self, path: &str) -> Option<Range<usize>> {
         let varied = self.parameters().iter().find(|one| one.info.path == path).map(|one| &one.place);
@@ -135,25 +135,25 @@ impl Study {
         varied.or_else(fixed).cloned()
     }
 
-    /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
+    /// All parameters that differ between samples, in the order of a sample's values: uncertain, varied, derived.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.sampled.parameters
     }
 
-    /// Whether the solver is told of a parameter: a machine knows no variables, a function knows nothing else.
+    /// Whether the solver takes this parameter: a machine has no variables, formulas have nothing else.
     #[must_use]
     pub fn is_solved(&self, parameter: &Parameter) -> bool {
         !parameter.is_variable || self.function().is_some()
     }
 
-    /// `run.twin` of its machine, before anything varies; 0: no twin runs.
+    /// `run.twin` of the machine before any variation; 0: no twin runs.
     #[must_use]
     pub fn shift(&self) -> f64 {
         self.twin_keys()[0]
     }
 
-    /// `run.twin` and `run.twin_limit` of its machine, before anything varies; 0 without a machine.
+    /// `run.twin` and `run.twin_limit` of the machine before any variation; 0 without a machine.
     #[must_use]
     pub fn twin_keys(&self) -> [f64; 2] {
         [TWIN, TWIN_LIMIT].map(|key| {
@@ -164,7 +164,7 @@ impl Study {
         })
     }
 
-    /// Its inputs by the names that they have beside the results; `None`: this study has none of these.
+    /// Input files by their names in the result directory; `None`: this study does not have the file.
     #[must_use]
     pub fn inputs(&self) -> Vec<(String, Option<&str>)> {
         let machine = self.machine().map(|machine| machine.text.as_str());

@@ -1,5 +1,5 @@
-//! Which engine computes a study: `run.engine = "auto"` is answered once for all of its samples, whatever part of them is computed. Each thing that
-//! the exponential engine does not cover follows from one value, so that every value along every axis is asked of, not every combination.
+//! Engine of a study: `run.engine = "auto"` is resolved once for all samples, even if only a part of them is computed. Each limit of the
+//! exponential engine's coverage depends on one value, so every value of every axis is checked, but not every combination.
 
 use super::axis::Axis;
 use super::file::SampledTables;
@@ -9,7 +9,7 @@ use bladeoff_model::machine::{
 };
 use bladeoff_text::document::Collector;
 
-/// The engine of all samples, which `machine` has from now on; `None`: each has its own, `run.engine` varies.
+/// The engine of all samples, which is set in `machine`; `None`: `run.engine` varies, so each sample has its own.
 pub(super) fn settle(machine: &mut MachineDef, axes: &[Axis], sampled: &SampledTables) -> Option<EngineChoice> {
     if sampled.parameters.iter().any(|parameter| parameter.info.path == ENGINE) {
         return None;
@@ -35,7 +35,7 @@ fn choose(machine: &MachineDef, axes: &[Axis], sampled: &SampledTables) -> Optio
     }
     let lists: Vec<Vec<Along<'_>>> =
         axes.iter().map(along).chain(sampled.parameters.iter().map(|one| of_law(one, sampled))).collect();
-    // what stands in the file is no value of a sample where it varies
+    // a value of the file that varies occurs in no sample
     let mut begun = machine.clone();
     lists.iter().filter_map(|list| list.first()).for_each(|values| set(&mut begun, values));
     let mut choices =
@@ -47,10 +47,10 @@ fn choose(machine: &MachineDef, axes: &[Axis], sampled: &SampledTables) -> Optio
     choices.find_map(|one| one.engine().filter(|choice| choice.engine == Engine::Reduced)).or_else(|| begun.engine())
 }
 
-/// Values that samples have at once.
+/// Values that occur together in samples.
 type Along<'a> = Vec<(&'a PathInfo, ParamValue)>;
 
-/// Values along an axis that may affect the choice, each word once.
+/// Values of an axis that may affect the choice, without repetitions.
 fn along(axis: &Axis) -> Vec<Along<'_>> {
     let deciding: Vec<_> = axis.varied.iter().filter(|varied| decides_engine(&varied.info.path)).collect();
     if deciding.is_empty() {
@@ -59,7 +59,7 @@ fn along(axis: &Axis) -> Vec<Along<'_>> {
     let mut all: Vec<Along<'_>> = Vec::new();
     for position in 0..axis.length {
         let values: Along<'_> = deciding.iter().map(|varied| (&varied.info, varied.values.at(position))).collect();
-        // of millions of points most are as the one before
+        // in a file of millions of points, most repeat the previous value
         if all.last() != Some(&values) {
             all.push(values);
         }
@@ -67,7 +67,7 @@ fn along(axis: &Axis) -> Vec<Along<'_>> {
     all
 }
 
-/// The words of a law, or its ends: what is not covered begins or ends at a number.
+/// All words of a distribution, or its ends: the coverage has limits on numbers.
 fn of_law<'a>(parameter: &'a Parameter, sampled: &SampledTables) -> Vec<Along<'a>> {
     let Origin::Uncertain(law) = parameter.origin else { return Vec::new() };
     let Some(law) = sampled.values.laws().get(law).filter(|_| decides_engine(&parameter.info.path)) else {
@@ -87,7 +87,7 @@ fn set(machine: &mut MachineDef, values: &Along<'_>) {
     }
 }
 
-/// Refuses `auto` among values of `run.engine`: it is one engine for all samples.
+/// Rejects `auto` among values of `run.engine`: it selects one engine for all samples.
 pub(super) fn refuse_auto(axes: &[Axis], sampled: &SampledTables, problems: &mut Collector<'_>) {
     let is_auto = |value: &ParamValue| *value == ParamValue::Choice(Engine::AUTO.to_owned());
     for parameter in sampled.parameters.iter().filter(|parameter| parameter.info.path == ENGINE) {

@@ -1,4 +1,4 @@
-//! Why a study cannot be run as it is.
+//! Errors of a study that prevent its run.
 
 use super::input::InputError;
 use super::sampling::combinations::CombinationError;
@@ -8,7 +8,7 @@ use bladeoff_text::document::Problems;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
-/// A rotor as ROSS saves it, where a study or a machine was asked for.
+/// A rotor file of ROSS in place of a study or a machine.
 #[derive(Debug, thiserror::Error)]
 #[error("{} is a rotor saved by ROSS; convert it to a machine file: {}", shown(path), import(path))]
 pub struct OfRoss {
@@ -21,13 +21,13 @@ fn import(path: &std::path::Path) -> String {
     call::command([OsStr::new("import"), OsStr::new("ross"), call::path_word(path).as_os_str()])
 }
 
-/// Why a study cannot be run as it is.
+/// Error of a study that prevents its run.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// Problems in the study, its machine or its points file.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Problems(Vec<Problems>),
-    /// A machine instead of a study.
+    /// A machine file in place of a study.
     #[error(
         "{} is a machine file, not a study\n  one run of it: {}\n  a study names it with `machine`; a template: {}",
         shown(path),
@@ -38,7 +38,7 @@ pub enum StudyError {
         /// The file.
         path: PathBuf,
     },
-    /// A rotor of another program.
+    /// A rotor file of another program.
     #[error(transparent)]
     OfRoss(#[from] OfRoss),
     /// A file that cannot be read.
@@ -47,7 +47,7 @@ pub enum StudyError {
     /// Too many samples, or a scale out of range.
     #[error(transparent)]
     Combinations(#[from] CombinationError),
-    /// Its machines could not be built in parallel.
+    /// Threads for building the machines cannot be started.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
 }

@@ -1,4 +1,4 @@
-//! Columns of the points file that are no parameters: carried along into the table, or left out, as the study says.
+//! Columns of the points file that are not parameters: copied to the table or ignored, as the study specifies.
 
 use super::column::{Column, ColumnKind};
 use super::csv::{Cell, Csv};
@@ -8,17 +8,17 @@ use bladeoff_model::machine::ParamValue;
 use bladeoff_text::document::{Collector, Value, cut};
 use std::ops::Range;
 
-/// Most columns of a points file that are no parameters.
+/// Most columns of a points file that are not parameters.
 pub(super) const MOST_OTHERS: usize = 64;
-/// Bytes of the longest text that is carried along.
+/// Longest text that is copied \[bytes\].
 const LONGEST_TEXT: usize = 200;
-/// Bytes of the longest name of a column.
+/// Longest name of a column \[bytes\].
 const LONGEST_NAME: usize = 64;
 
-/// A column of the points file that stands in the table as it is.
+/// A column of the points file that is copied to the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExtraColumn {
-    /// Its name, in the file and in the table.
+    /// Name in the file and in the table.
     pub name: String,
     values: Values,
 }
@@ -27,7 +27,7 @@ pub struct ExtraColumn {
 enum Values {
     /// NaN where the cell is empty.
     Numbers(Vec<f64>),
-    /// One text after the other, and where each ends.
+    /// All texts concatenated, and the end of each.
     Texts { all: String, ends: Vec<usize> },
 }
 
@@ -43,7 +43,7 @@ impl ExtraColumn {
         }
     }
 
-    /// Its cell in a row of the points; `None` where it is empty.
+    /// Cell in a row of the points; `None` if it is empty.
     #[must_use]
     pub fn at(&self, position: u64) -> Option<ParamValue> {
         let index = usize::try_from(position).expect("a position in a list indexes memory");
@@ -58,7 +58,7 @@ impl ExtraColumn {
     }
 }
 
-/// A extra column on its way: texts until all are seen, because one of them decides for all.
+/// An extra column while it is read: cells are stored as texts, because any of them can make the column a text column.
 pub(super) struct Gathering {
     name: String,
     all: String,
@@ -71,7 +71,7 @@ impl Gathering {
         Self { name: name.to_owned(), all: String::new(), ends: Vec::new(), numbers: Some(Vec::new()) }
     }
 
-    /// Takes the next cell; `text`: it with a decimal point.
+    /// Adds the next cell; `text`: the cell with a decimal point.
     pub fn push(&mut self, cell: &Cell<'_>, text: &str, problems: &mut Collector<'_>) {
         let is_plain = |c: char| c == '\n' || !c.is_control();
         if cell.text.len() > LONGEST_TEXT || !cell.text.chars().all(is_plain) {
@@ -92,7 +92,7 @@ impl Gathering {
     }
 
     pub fn finish(self) -> ExtraColumn {
-        // A column without a number holds no numbers.
+        // A column without any number is a text column.
         let numbers = self.numbers.filter(|numbers| numbers.iter().any(|number| !number.is_nan()));
         let values = match numbers {
             Some(numbers) => Values::Numbers(numbers),
@@ -102,7 +102,7 @@ impl Gathering {
     }
 }
 
-/// A cell as a number (NaN: empty, or `nan`, as programs write a missing number); `None`: text. `007` is text: it would come out as 7.
+/// A cell as a number (NaN: empty, or `nan`, as programs write a missing number); `None`: text. `007` is text: as a number it would become 7.
 fn number(text: &str) -> Option<f64> {
     if text.is_empty() || text.eq_ignore_ascii_case("nan") {
         return Some(f64::NAN);
@@ -113,7 +113,7 @@ fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite() && starts && !counted)
 }
 
-/// `carry` and `ignore` of `[points]`, each with the place of its name.
+/// `carry` and `ignore` of `[points]`, each name with its position.
 #[derive(Default)]
 pub(super) struct Others {
     pub carry: Vec<(String, Range<usize>)>,
@@ -153,7 +153,7 @@ impl Others {
         self.ignore.iter().any(|(ignored, _)| without_sign(ignored) == name)
     }
 
-    /// Refuses names that the header does not have, in the study, where they stand.
+    /// Reports names that the header does not have, at their positions in the study.
     pub fn refuse_absent(&self, text: &str, problems: &mut Collector<'_>) {
         let mut unread = Collector::new("", text);
         let Some(csv) = Csv::new(text, &mut unread) else { return };
@@ -175,7 +175,7 @@ impl Others {
     }
 }
 
-/// The name of a column without the sign with which Dakota's header begins.
+/// The name of a column without the sign at the start of Dakota's header.
 fn without_sign(name: &str) -> &str {
     name.strip_prefix('%').unwrap_or(name)
 }
@@ -204,13 +204,13 @@ fn names(keys: &Keys<'_>, name: &str, problems: &mut Collector<'_>) -> Vec<(Stri
     found
 }
 
-/// Whether a column of this name can stand in the table.
+/// Whether a column with this name is allowed in the table.
 pub(super) fn can_be_extra_column(name: &str) -> bool {
     let letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     name.len() <= LONGEST_NAME && name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(letter)
 }
 
-/// Refuses extra columns with the name of another column of the table.
+/// Rejects extra columns with the name of another column of the table.
 pub(super) fn refuse_taken(extra: &Others, parameters: &[Parameter], outcome: &[String], problems: &mut Collector<'_>) {
     let parameters = parameters.iter().map(|parameter| parameter.column().name);
     let taken: Vec<String> = parameters.chain(outcome.iter().cloned()).collect();

@@ -1,13 +1,12 @@
-//! Combinations that no machine can have are found before anything runs.
+//! Finds combinations that are not valid machines before any sample runs.
 //!
-//! Every value of `[[vary]]` was checked by itself when the study was read; here whole machines are built, because some checks
-//! span several keys (an inner diameter and an outer one, a disc and the length of its shaft). Up to
-//! [`CHECKED_COMBINATIONS`] samples: all of them. Beyond: every value of every axis with the other axes at their
-//! first value, and every corner (all combinations of first and last values); of a design so many points, evenly spread, and all
-//! of them where values are derived by formulas. What that misses fails in its sample.
+//! Reading the study checks every value of `[[vary]]` alone. Here whole machines are built, because some checks span several keys (an inner
+//! diameter and an outer one, a disc and the length of its shaft). Up to [`CHECKED_COMBINATIONS`] samples: all of them. Beyond: every value of
+//! every axis with the other axes at their first value, and every corner (all combinations of first and last values). Of a design, the same
+//! number of evenly spread points; all points if values are derived by formulas. A combination that this check misses fails in its sample.
 //!
-//! Uncertain and derived values are looked at in every sample, whatever their number: a law was refused only where the machine refuses more
-//! than 1e-12 of it, and nobody knows what a formula gives.
+//! Uncertain and derived values are checked in every sample, whatever their number: a distribution is rejected earlier only if more than
+//! 1e-12 of it is invalid, and values of formulas are not known in advance.
 
 use super::axis::show;
 use super::error::StudyError;
@@ -19,13 +18,13 @@ use bladeoff_text::document::{Collector, Problem, Problems};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Up to this many samples every one is built.
+/// Largest number of samples of which every machine is built.
 pub const CHECKED_COMBINATIONS: u64 = 100_000;
 
 /// Most axes whose corners are built: 2^12 machines.
 const MOST_CORNER_AXES: usize = 12;
 
-/// Combinations that fail in the same way.
+/// Combinations with the same problem.
 struct Infeasible {
     problem: Problem,
     count: u64,
@@ -35,7 +34,7 @@ struct Infeasible {
 /// Builds the machines of the study.
 ///
 /// # Errors
-/// Each way in which machines cannot be built, with the number of combinations and the first of them; threads that cannot be started.
+/// Each kind of problem, with the number of combinations and the first of them; threads that cannot be started.
 pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     if samples.study().machine().is_none() {
         return Ok(());
@@ -54,7 +53,7 @@ pub fn check_machines(samples: &Samples) -> Result<(), StudyError> {
     Err(StudyError::Problems(vec![report(samples, checked, found, describe)]))
 }
 
-/// Rejects a parameter that gives an unbalance a release which the study's machine has not: the columns of all samples are those of that machine.
+/// Rejects a parameter that releases an unbalance which the study's machine does not release: all samples have the columns of that machine.
 fn check_releases(samples: &Samples) -> Result<(), StudyError> {
     let study = samples.study();
     let Some(machine) = study.machine().and_then(|machine| machine.def.build().ok()) else { return Ok(()) };
@@ -72,10 +71,10 @@ fn check_releases(samples: &Samples) -> Result<(), StudyError> {
     problems.finish().map_err(|problems| StudyError::Problems(vec![problems]))
 }
 
-/// Samples whose value of a parameter is wrong in the same way: how many, the first, and its value there.
+/// Samples with the same problem in the value of a parameter: number, first sample, its value there.
 type Wrong = BTreeMap<(usize, &'static str), (u64, u64, ParamValue)>;
 
-/// Refuses drawn and derived values that are no values of their parameters.
+/// Rejects drawn and derived values that their parameters do not allow.
 fn check_values(samples: &Samples) -> Result<(), StudyError> {
     let study = samples.study();
     let Some(machine) = study.machine() else { return Ok(()) };
@@ -120,7 +119,7 @@ fn check_values(samples: &Samples) -> Result<(), StudyError> {
     Err(StudyError::Problems(vec![problems.into_problems()]))
 }
 
-/// Counts a finding, and keeps the first sample that has it.
+/// Counts a finding and keeps its first sample.
 fn count_first(wrong: &mut Wrong, key: (usize, &'static str), found: (u64, u64, ParamValue)) {
     match wrong.get_mut(&key) {
         None => drop(wrong.insert(key, found)),
@@ -163,7 +162,7 @@ fn gather(count: u64, machine: impl Fn(u64) -> MachineDef + Sync) -> BTreeMap<(S
         .reduce(BTreeMap::new, merge)
 }
 
-/// A message without its numbers, so that the same mistake at different values is one.
+/// A message without its numbers, so that the same mistake with different values counts as one.
 fn general(message: &str) -> String {
     message.chars().filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-' | '+')).collect()
 }
@@ -199,7 +198,7 @@ fn report(
     problems.finish().expect_err("called with at least one finding")
 }
 
-/// The refusal of one sample where the study gives the parameter its values, otherwise at its place in the machine file.
+/// The problems of one sample, at the position where the study gives the parameter its values, otherwise in the machine file.
 #[must_use]
 pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
     let study = samples.study();
@@ -213,21 +212,21 @@ pub fn at_its_axis(samples: &Samples, refused: Problems) -> Problems {
     problems.into_problems()
 }
 
-/// Combinations of a study too large to try all. First, of a design, samples that are evenly spread; then every value of every axis
-/// with the other axes at their first; then the corners. The combinations of a design take its points in turn. Like samples they are made from
-/// their number.
+/// Combinations to be checked in a study that is too large to check all. First, for a design, evenly spread samples; then every value of every
+/// axis with the other axes at their first value; then the corners. The combinations of a design use its points in turn. Like samples, they
+/// are generated from their number.
 pub struct Chosen<'a> {
     samples: &'a Samples,
-    /// Values of all axes together.
+    /// Number of values of all axes together.
     edges: u64,
-    /// Axes whose corners are made.
+    /// Number of axes with corners.
     cornered: usize,
-    /// Samples of a design; 0 without one.
+    /// Number of evenly spread samples of a design; 0 without a design.
     spread: u64,
 }
 
 impl<'a> Chosen<'a> {
-    /// Those of this study; of a design so many.
+    /// The combinations of this study; at most `most` evenly spread samples of a design.
     #[must_use]
     pub fn new(samples: &'a Samples, most: u64) -> Self {
         let axes = &samples.study().axes;
@@ -236,13 +235,13 @@ impl<'a> Chosen<'a> {
         Self { samples, edges, cornered: axes.len().min(MOST_CORNER_AXES), spread }
     }
 
-    /// How many there are.
+    /// Number of combinations.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.spread + self.combinations()
     }
 
-    /// Every value of every axis, and every corner; none without axes.
+    /// Number of values of all axes plus corners; none without axes.
     fn combinations(&self) -> u64 {
         if self.edges == 0 && self.spread > 0 { 0 } else { self.edges + (1 << self.cornered) }
     }
@@ -279,7 +278,7 @@ impl<'a> Chosen<'a> {
         self.samples.values_at(u64::try_from(point).expect("below the number of points"), &positions)
     }
 
-    /// The machine definition of one of them, in a study that has a machine and whose values were checked.
+    /// Machine definition of a combination, in a study with a machine and checked values.
     ///
     /// # Panics
     /// The study has no machine.
@@ -289,7 +288,7 @@ impl<'a> Chosen<'a> {
         machine.expect("asked of a study with a machine only")
     }
 
-    /// What varies in it.
+    /// Description of the varied values of a combination.
     #[must_use]
     pub fn describe(&self, at: u64) -> String {
         self.samples.describe_values(&self.values(at))
@@ -319,7 +318,7 @@ mod tests {
         assert_eq!(chosen.machine(8).identity(1), samples.machine(5).identity(1));
     }
 
-    /// A design has all values of an axis, too, however many samples are evenly spread over it.
+    /// All values of each axis are checked in a design, too, whatever the number of evenly spread samples.
     #[test]
     fn chosen_of_a_design_are_spread_and_every_value_of_every_axis() {
         let folder = tempfile::tempdir().expect("temporary directory");
@@ -331,12 +330,12 @@ mod tests {
         let study = load(&folder.path().join("s.toml"), |_| Vec::new()).expect("valid");
         let samples = Samples::new(study, None, None).expect("small");
         let chosen = Chosen::new(&samples, 3);
-        // three spread ones, four values, two corners
+        // three evenly spread samples, four values, two corners
         assert_eq!(chosen.count(), 9);
         let described: Vec<String> = (3..9).map(|at| chosen.describe(at)).collect();
         let friction: Vec<&str> = described.iter().filter_map(|text| text.rsplit(" = ").next()).collect();
         assert_eq!(friction, ["0.1", "0.2", "0.3", "0.4", "0.1", "0.4"], "{described:?}");
-        // each of them is a sample of the study
+        // each combination is a sample of the study
         let all: Vec<u128> = (0..samples.count()).map(|sample| samples.machine(sample).identity(1)).collect();
         assert!((0..9).all(|at| all.contains(&chosen.machine(at).identity(1))), "{described:?}");
     }

@@ -1,21 +1,21 @@
-//! Copies of a study's inputs beside its results, byte for byte, and their names.
+//! Copies of a study's inputs in its result directory, byte for byte, and their names.
 
 use std::path::{Path, PathBuf};
 
-/// The study.
+/// Name of the study file.
 pub const STUDY: &str = "study.toml";
-/// Its machine.
+/// Name of the machine file.
 pub const MACHINE: &str = "machine.toml";
-/// Its points file.
+/// Name of the points file.
 pub const POINTS: &str = "points.csv";
 
-/// The file of the n-th empirical law that there is, from 0.
+/// Name of the file of an empirical distribution, counted from 0.
 #[must_use]
 pub fn empirical(number: usize) -> String {
     format!("empirical-{}.csv", number + 1)
 }
 
-/// Whether a name is that of an empirical law's file.
+/// Whether a name is that of an empirical distribution's file.
 #[must_use]
 pub fn is_empirical(name: &str) -> bool {
     let number = name.strip_prefix("empirical-").and_then(|rest| rest.strip_suffix(".csv"));
@@ -24,20 +24,20 @@ pub fn is_empirical(name: &str) -> bool {
         .is_some_and(|number| number > 0 && empirical(number - 1) == name)
 }
 
-/// Places of the files that a study froze.
+/// Paths of the copied inputs of a study.
 #[derive(Debug, Clone)]
 pub struct FrozenFiles {
     folder: PathBuf,
 }
 
 impl FrozenFiles {
-    /// In a result directory.
+    /// The inputs in a result directory.
     #[must_use]
     pub fn of(directory: &Path) -> Self {
         Self { folder: directory.to_path_buf() }
     }
 
-    /// The study.
+    /// Path of the study file.
     #[must_use]
     pub fn study(&self) -> PathBuf {
         self.folder.join(STUDY)

@@ -1,7 +1,7 @@
-//! `model = "function"`: what a study without a machine computes, formulas of its variables (`[function] g = "x^2 - y"`).
+//! `model = "function"`: a study without a machine, which computes formulas of its variables (`[function] g = "x^2 - y"`).
 //!
-//! The variables are those of the study's table, in their order: what is uncertain, what varies, what is derived. No formula names
-//! another's output; what several share is a derived variable. Each output is a column, so it cannot have the name of another one.
+//! The variables are those of the study's table, in order: uncertain, varied, derived. A formula cannot refer to the output of another one;
+//! common parts are derived variables. Each output is a column, so its name must differ from those of all other columns.
 
 use super::axis::MOST_VARIED;
 use super::derived::{Variable, find, meant};
@@ -13,87 +13,87 @@ use thiserror::Error;
 /// Most outputs of a function study.
 pub const MOST_OUTPUTS: usize = 100;
 
-/// Columns that tables of studies have by themselves: no variable and no output can have such a name.
+/// Standard columns of every study's table: variables and outputs must not have these names.
 pub const OWN_COLUMNS: [&str; 9] =
     ["sample", "status", "cause", "causes", "end_cause", "notes", "detection", "replicate", "block"];
 
 /// One formula.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Its name, and that of its column.
+    /// Name of the output and of its column.
     pub name: String,
-    /// The formula as it stands in the file.
+    /// The formula as written.
     pub text: String,
     /// Formula as a program.
     pub program: Program,
 }
 
-/// Formulas of a function study.
+/// The formulas of a study without a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FunctionModel {
-    /// In the order of the file, at least one.
+    /// Outputs in the order of the file, at least one.
     pub outputs: Vec<Output>,
 }
 
-/// Error of `[function]`, with its key by [`FunctionError::output`].
+/// Error of `[function]`; [`FunctionError::output`] returns the output concerned.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FunctionError {
-    /// A formula that cannot be read, or names what is not there.
+    /// A formula that is invalid or has an unknown name.
     #[error("{message}")]
     Formula {
-        /// Name of the formula.
+        /// Index of the output.
         output: usize,
-        /// Place in the formula \[bytes\].
+        /// Byte range in the formula.
         place: Range<usize>,
-        /// Why.
+        /// Reason.
         message: String,
     },
     /// A formula with a variable whose values are words.
     #[error("`{name}` holds words, not numbers")]
     Words {
-        /// Name of the formula.
+        /// Index of the output.
         output: usize,
         /// The variable.
         name: String,
     },
-    /// A name that is no word of formulas.
+    /// The name has characters that formulas do not allow in names.
     #[error(
         "{name:?} cannot be a name; allowed: letters of the English alphabet, digits and `_`, the first no digit, at most 64"
     )]
     Letters {
-        /// Output.
+        /// Index of the output.
         output: usize,
-        /// The name, cut.
+        /// The name, shortened.
         name: String,
     },
-    /// A word that formulas have already.
+    /// The name is a word of the formula language.
     #[error("`{name}` is a word of formulas; allowed: another name")]
     Reserved {
-        /// Output.
+        /// Index of the output.
         output: usize,
         /// The name.
         name: String,
     },
-    /// A column of that name is there already.
+    /// Another column has the same name.
     #[error("{what} has the name `{name}`; allowed: another name, for each output is a column of the table")]
     Taken {
-        /// Output.
+        /// Index of the output.
         output: usize,
         /// The name.
         name: String,
-        /// Holder of the name.
+        /// Column that has the name already.
         what: String,
     },
-    /// There is nothing to compute.
+    /// There are no formulas.
     #[error("no formula; allowed: 1 to {MOST_OUTPUTS}, such as g = \"3 - x\"")]
     Nothing,
-    /// More formulas than a message has room for.
+    /// More formulas than fit in a message.
     #[error("{count} formulas; allowed: at most {MOST_OUTPUTS}")]
     TooMany {
         /// Number found.
         count: usize,
     },
-    /// More variables than a message has room for.
+    /// More variables than fit in a message.
     #[error("{count} variables; allowed: at most {MOST_VARIED}")]
     TooManyVariables {
         /// Number found.
@@ -102,7 +102,7 @@ pub enum FunctionError {
 }
 
 impl FunctionError {
-    /// The output at fault; `None`: all of them together.
+    /// Index of the output at fault; `None`: the error concerns all outputs.
     #[must_use]
     pub fn output(&self) -> Option<usize> {
         match self {
@@ -118,10 +118,10 @@ impl FunctionError {
 }
 
 impl FunctionModel {
-    /// The model of these outputs (name and formula), in their order, over these variables.
+    /// The model with these outputs (name and formula), in order, and these variables.
     ///
     /// # Errors
-    /// Every mistake, in the order of the outputs.
+    /// All mistakes, in the order of the outputs.
     pub fn new(outputs: &[(String, String)], variables: &[Variable]) -> Result<Self, Vec<FunctionError>> {
         let mut errors = Vec::new();
         if variables.len() > MOST_VARIED {
@@ -154,7 +154,7 @@ impl FunctionModel {
         if errors.is_empty() { Ok(Self { outputs: made }) } else { Err(errors) }
     }
 
-    /// Identity of what is computed, without the values of the variables: equal for equal names and texts in their order.
+    /// Identity of the formulas without the values of the variables: equal for equal names and texts in the same order.
     #[must_use]
     pub fn identity(&self) -> u128 {
         let mut hasher = blake3::Hasher::new();

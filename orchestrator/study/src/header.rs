@@ -1,11 +1,11 @@
-//! Header cells of a table: a unit in brackets behind a name (`gap [mm]`), and a first line that holds numbers instead of names.
+//! Header cells of a table: units in brackets after names (`gap [mm]`), and files whose first line has numbers instead of names.
 
 use super::csv::Cell;
 use bladeoff_text::document::Collector;
 use bladeoff_text::document::units::{parse_quantity, unit_of};
 use std::borrow::Cow;
 
-/// Reports a header that consists of numbers, as of a table that numpy or SALib wrote. Whether it does.
+/// Reports a header that consists of numbers, as in tables from numpy or SALib. Returns whether that is the case.
 pub(super) fn refuse_numbers(header: &[Cell<'_>], problems: &mut Collector<'_>) -> bool {
     let (Some(first), Some(last)) = (header.first(), header.last()) else { return false };
     let is_missing = header.iter().all(|cell| cell.text.parse::<f64>().is_ok());
@@ -25,7 +25,7 @@ pub(super) fn name_and_unit(cell: &str) -> Option<(&str, &str)> {
     })
 }
 
-/// The unit of a header for numbers that are in `si` otherwise: "" for a pure number (`[-]`).
+/// The unit of a header cell, for a column with the SI unit `si`; "" for a pure number (`[-]`).
 ///
 /// # Errors
 /// The problem with the unit, and the unit most likely meant.
@@ -39,7 +39,7 @@ pub(super) fn unit_for(unit: &str, si: &'static str) -> Result<String, (String, 
     }
 }
 
-/// A cell with the unit of its header, unless it is a word or has a unit of its own.
+/// A cell with the unit of its header, unless the cell is a word or has a unit.
 pub(super) fn with_unit<'c>(cell: Cow<'c, str>, unit: &str) -> Cow<'c, str> {
     let is_bare = unit_of(&cell).is_empty() && cell.contains(|c: char| c.is_ascii_digit());
     if unit.is_empty() || !is_bare { cell } else { Cow::Owned(format!("{cell} {unit}")) }

@@ -1,11 +1,11 @@
-//! Whether levels of a Morris design are the same start: an angle whose moves go by whole periods of the machine has effects of exactly 0.
+//! Warning about Morris designs whose levels of an angle are equivalent: if moves are whole periods of the machine, all effects are exactly 0.
 
 use super::angle::period_between;
 use super::parameter::Origin;
 use super::samples::Samples;
 use bladeoff_model::machine::Machine;
 
-/// Warning for an angle whose levels repeat.
+/// Warnings about angles with equivalent levels.
 #[must_use]
 pub fn idle_levels(samples: &Samples) -> Vec<String> {
     let Some(trajectories) = samples.layout().and_then(|layout| layout.trajectories()) else { return Vec::new() };
@@ -24,7 +24,7 @@ pub fn idle_levels(samples: &Samples) -> Vec<String> {
         .collect()
 }
 
-/// Warning for the levels of an angle \[rad\].
+/// Warning about the levels of one angle \[rad\].
 fn said(machine: &Machine, path: &str, levels: &[f64]) -> Option<String> {
     let period = |a: f64, b: f64| period_between(machine, path, [a, b]);
     let degrees =
@@ -62,11 +62,11 @@ mod tests {
         let said = |levels: &[f64]| {
             said(&machine, path, &levels.iter().map(|degrees| degrees.to_radians()).collect::<Vec<_>>())
         };
-        // eight blades: periodic over the whole turn, and over a period
+        // eight blades: levels over the whole turn, and over one period
         let idle = said(&[0.0, 90.0, 180.0, 270.0]).expect("half a turn is four periods");
         assert!(idle.contains("moves by 180 deg, whole periods of 45 deg") && idle.contains("exactly 0"), "{idle}");
         assert_eq!(said(&[0.0, 11.25, 22.5, 33.75]), None);
-        // uniform over the whole turn: moves of 240 degrees, but the ends are the same
+        // uniform over the whole turn: moves of 240 degrees, but both ends are equivalent
         let ends = said(&[0.0, 120.0, 240.0, 360.0]).expect("0 and 360 degrees");
         assert!(ends.contains("first and the last level") && ends.contains("whole periods of 360 deg"), "{ends}");
         assert!(said(&[0.0, 15.0, 30.0, 45.0]).is_some_and(|said| said.contains("whole periods of 45 deg")));

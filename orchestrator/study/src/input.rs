@@ -1,4 +1,4 @@
-//! Reading what the user names: regular UTF-8 files of sensible size, from sensible places.
+//! Reads files that the user names: regular UTF-8 files of limited size, in allowed places.
 
 use bladeoff_system::place::{Place, Unfit};
 use bladeoff_system::shown;
@@ -6,15 +6,15 @@ use bladeoff_text::document::{cut, nearest};
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// Why an input file was not read.
+/// Reason for not reading an input file.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
-    /// No such file.
+    /// The file does not exist.
     #[error("there is no file {}{}", shown(path), did_you_mean(nearest.as_deref()))]
     Missing {
         /// The file.
         path: PathBuf,
-        /// The file beside it whose name is most like it.
+        /// The file in the same directory with the most similar name.
         nearest: Option<PathBuf>,
     },
     /// A directory, device, pipe ...
@@ -29,33 +29,33 @@ pub enum InputError {
         /// The path.
         path: PathBuf,
     },
-    /// Too large to be what it should be.
+    /// A file that exceeds the size limit.
     #[error("{} has {bytes} bytes; at most {limit} are read", shown(path))]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size.
+        /// Size of the file.
         bytes: u64,
         /// Largest allowed.
         limit: u64,
     },
-    /// A file that is no text.
+    /// A file that is not text.
     #[error("{} is neither UTF-8 text (byte {at}) nor UTF-16 with its byte order mark: save it as UTF-8", shown(path))]
     NotText {
         /// The file.
         path: PathBuf,
-        /// Position of the first byte that is not.
+        /// Position of the first byte that is not UTF-8.
         at: usize,
     },
-    /// A path in a study file that leads elsewhere than a study should.
+    /// A path in a study file that leads out of the allowed folders.
     #[error("{named:?} is outside the folders that a study may read: {reason}")]
     Escapes {
-        /// Text found.
+        /// Path in the study file.
         named: String,
-        /// Rule that it breaks.
+        /// Violated rule.
         reason: &'static str,
     },
-    /// The system refused.
+    /// Error of the system.
     #[error("cannot read {}", shown(path))]
     Io {
         /// The file.
@@ -66,7 +66,7 @@ pub enum InputError {
     },
 }
 
-/// Reads a text file of at most `limit` bytes that the user named.
+/// Reads a text file, named by the user, of at most `limit` bytes.
 ///
 /// # Errors
 /// See [`InputError`].
@@ -77,10 +77,10 @@ pub fn read_input(path: &Path, limit: u64) -> Result<String, InputError> {
     })
 }
 
-/// Names of a directory that are compared with a mistyped one.
+/// Most names of a directory that are compared with a misspelled one.
 const MOST_NAMES: usize = 10_000;
 
-/// The path beside a missing one, or beside the first part of it that is missing, whose name is most like it.
+/// The existing path most similar to a missing one; also if an earlier part of the path is missing.
 fn nearest_path(missing: &Path) -> Option<PathBuf> {
     let (parent, name) = (missing.parent()?, missing.file_name()?.to_str()?);
     let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
@@ -90,12 +90,12 @@ fn nearest_path(missing: &Path) -> Option<PathBuf> {
     let names =
         std::fs::read_dir(folder).ok()?.take(MOST_NAMES).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let mut names: Vec<String> = names.filter(|name| !name.starts_with('.')).collect();
-    // a directory has no order of its own
+    // directory listings are unordered
     names.sort();
     nearest(name, names.iter().map(String::as_str)).map(|name| parent.join(name))
 }
 
-/// End of a message about a path: the name that was probably meant, if the path is missing.
+/// End of a message about a path: the name most likely meant, if the path does not exist.
 #[must_use]
 pub fn meant(path: &Path) -> String {
     if path.symlink_metadata().is_ok() { String::new() } else { did_you_mean(nearest_path(path).as_deref()) }
@@ -105,7 +105,7 @@ fn did_you_mean(nearest: Option<&Path>) -> String {
     nearest.map_or_else(String::new, |path| format!("; did you mean {}?", shown(path)))
 }
 
-/// Reads a file that a study froze in its result directory.
+/// Reads a file from the copies in a result directory.
 ///
 /// # Errors
 /// See [`InputError`].
@@ -130,8 +130,8 @@ fn read_text(path: &Place, limit: u64) -> Result<String, InputError> {
     decode(bytes).map_err(|at| InputError::NotText { path: path_buf(), at })
 }
 
-/// UTF-8, or UTF-16 that says so by its byte order mark, as spreadsheets save "Unicode text"; otherwise the first byte that is
-/// no text. UTF-16 without its mark shows by the zeros in its first letters.
+/// Decodes UTF-8, or UTF-16 with a byte order mark, as spreadsheets save "Unicode text"; otherwise returns the position of the first byte
+/// that is not text. UTF-16 without a mark is recognised by the zeros among its first bytes.
 fn decode(bytes: Vec<u8>) -> Result<String, usize> {
     let unit: fn([u8; 2]) -> u16 = match bytes.first_chunk() {
         Some([0xff, 0xfe]) => u16::from_le_bytes,
@@ -153,12 +153,12 @@ fn decode(bytes: Vec<u8>) -> Result<String, usize> {
 
 /// Most `..` at the beginning of a path in a study.
 const MOST_PARENTS: usize = 2;
-/// Bytes of a path on Linux.
+/// Longest path on Linux \[bytes\].
 const LONGEST_PATH: usize = 4096;
 
-/// Where a file named in a study lies: relative to the study file; `..` only at the beginning and at most twice
-/// (`../machines/rig.toml` is a usual layout); never absolute. A study from somebody else so reads only what lies
-/// around it. A symbolic link there is followed wherever it leads: who put it there has decided it.
+/// Path of a file named in a study: relative to the study file; `..` only at the beginning and at most twice (`../machines/rig.toml` is
+/// a usual layout); never absolute. So a study from another person reads only files around itself. Symbolic links there are followed,
+/// because the user who made them is responsible for their target.
 ///
 /// # Errors
 /// [`InputError::Escapes`].

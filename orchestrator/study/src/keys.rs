@@ -1,4 +1,4 @@
-//! The keys of a study file as one table: the readers accept these, and the reference is written from it.
+//! The keys of a study file in one table: the readers accept these keys, and the reference is generated from them.
 
 /// One key of a study file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,9 +7,9 @@ pub struct StudyKey {
     pub table: &'static str,
     /// Name.
     pub name: &'static str,
-    /// Kind of value.
+    /// Type of the value.
     pub holds: &'static str,
-    /// Value without the key, or "required".
+    /// Default, or "required".
     pub default: &'static str,
     /// Meaning in one sentence.
     pub meaning: &'static str,
@@ -30,7 +30,7 @@ const fn key(
     StudyKey { table, name, holds, default, meaning }
 }
 
-/// Tables of a study file in the order of the reference, each with its purpose. Two tables have names of the author's own as keys.
+/// Tables of a study file in the order of the reference, each with its purpose. In two tables, the author chooses the keys.
 pub const STUDY_TABLES: &[(&str, &str)] = &[
     ("", "Keys before the first table, and the tables themselves."),
     ("[set]", "Fixed values of the machine: each key is a path in quotes."),
@@ -52,7 +52,7 @@ const REQUIRED: &str = "required";
 const NONE: &str = "none";
 
 #[rustfmt::skip]
-/// Every key, table by table. A new key is added here, and its reader accepts it.
+/// Every key, table by table. A new key is added here and in its reader.
 pub const STUDY_KEYS: &[StudyKey] = &[
     key("", "schema", "1", REQUIRED, "version of this format"),
     key("", "name", "up to 64 letters, digits, `.`, `_`, `-`", "name of the file", "name of the study and of its default result directory `runs/NAME`"),

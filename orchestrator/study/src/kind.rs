@@ -1,4 +1,4 @@
-//! Which kind of file a text is: for whoever was given the other kind.
+//! Recognises the kind of a file from its text, for messages to users who gave the other kind.
 
 use bladeoff_text::document::{Value, parse_toml};
 
@@ -7,19 +7,19 @@ use bladeoff_text::document::{Value, parse_toml};
 pub enum FileKind {
     /// A machine.
     Machine,
-    /// A study, with the machine that it names, if it does.
+    /// A study, with the machine that it names, if any.
     Study(Option<String>),
     /// A rotor as ROSS saves it (TOML or JSON).
     Ross,
 }
 
-/// What a text is by its outermost keys; `None`: it cannot be read, or might be either.
+/// Kind of a text by its outermost keys; `None`: unreadable or ambiguous.
 #[must_use]
 pub fn kind_of(text: &str) -> Option<FileKind> {
     if is_of_ross(text) {
         return Some(FileKind::Ross);
     }
-    // also around syntax errors: the reader of the right kind reports them beside all others
+    // also with syntax errors: the reader of the right kind reports them with all others
     let (root, _) = parse_toml("", text).ok()?;
     let entries = root.value.as_table()?;
     let has = |names: &[&str]| entries.iter().any(|entry| names.contains(&entry.name.as_str()));
@@ -39,11 +39,11 @@ pub fn kind_of(text: &str) -> Option<FileKind> {
     }
 }
 
-/// Classes of ROSS whose objects a file has: `"BearingElement_Bearing 0"` is a table of TOML or an object of JSON.
+/// Classes of ROSS whose objects identify its files: `"BearingElement_Bearing 0"` is a table of TOML or an object of JSON.
 const ROSS: [&str; 6] =
     ["ShaftElement_", "DiskElement_", "BearingElement_", "SealElement_", "CouplingElement_", "PointMass_"];
 
-/// Whether a text holds elements as ROSS saves them: each is a table or an object named by its class and a tag.
+/// Whether a text has elements as ROSS saves them: each is a table or an object named by its class and a tag.
 fn is_of_ross(text: &str) -> bool {
     let is_named = |(at, _): (usize, &str)| {
         let start = text[..at].rfind(|c: char| !c.is_ascii_alphanumeric()).map_or(0, |before| before + 1);
@@ -80,7 +80,7 @@ mod tests {
         ] {
             assert_eq!(kind_of(ross), Some(FileKind::Ross), "{ross}");
         }
-        // a bearing alone, one of a film, and names of this program that are like a class
+        // a bearing alone, a fluid-film bearing, and names of this program that resemble a class
         for ross in ["[\"BearingElement_a\"]\nn = 0\n", "[BallBearingElement_a]\nn = 0\n", "{ \"SealElement_0\" : {}}"]
         {
             assert_eq!(kind_of(ross), Some(FileKind::Ross), "{ross}");

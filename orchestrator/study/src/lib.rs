@@ -1,5 +1,5 @@
-//! Study files: a machine, what is fixed, what varies. From the text to validated samples, lazily, by number; no process, no
-//! table. What a table says of a sample is given as plain declarations of columns and values.
+//! Study files: a machine, fixed values, varied values. From the text to validated samples, generated lazily by number. This crate starts no
+//! processes and writes no tables; it only declares the columns and values of a sample.
 //!
 //! ```text
 //! study.toml --load--> Study (every key, path, value checked) --Samples::new--> Samples (after --scale, --limit)
@@ -10,15 +10,15 @@
 //! Values of the samples of a `[design]`, pure functions of (study, seed, index):
 //!
 //! ```text
-//! the tables          file          from the file to all that follows
+//! the tables          file          from the file to everything below
 //! [design]            sampling      index -> a coordinate in (0, 1) for each uncertain parameter, with its complement
-//! [[correlation]]     correlation   coordinates made dependent (Gaussian copula)
+//! [[correlation]]     correlation   makes coordinates dependent (Gaussian copula)
 //! [[uncertain]]       uncertain     coordinate -> value, by the quantile function
 //! [[derived]]         derived       values by formulas of other values
-//!                     sample_values all of it: index -> the values of all variables
+//!                     sample_values all of the above: index -> values of all variables
 //! ```
-//! Both tails are carried all the way, so that neither loses digits. The same bytes everywhere: plain operations in their order and
-//! functions of `libm`.
+//! Both tail probabilities are carried through, so that neither loses digits. Results have the same bytes everywhere: plain operations in
+//! order and functions from `libm`.
 
 mod amount;
 mod angle;

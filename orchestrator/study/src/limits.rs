@@ -1,35 +1,35 @@
-//! `[limits]`: shares of failed, invalid and beyond samples above which `run` ends with exit code 4, and what one sample may take.
+//! `[limits]`: shares of failed, invalid and beyond samples above which `run` ends with exit code 4, and limits of each sample.
 
 use super::amount::{parse_duration, parse_memory};
 use super::table::{Keys, scalar_text};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::time::Duration;
 
-/// The policy of a study.
+/// Limits of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Largest share of samples that failed or were quarantined; default 0 %, of a study with questions or gates 100 %: their answers
-    /// carry such samples.
+    /// Largest share of failed or quarantined samples; default 0 %. With questions or gates the default is 100 %, because the answers account
+    /// for such samples.
     pub max_failed: Share,
     /// Largest share of invalid samples; default 100 %.
     pub max_invalid: Share,
     /// Largest share of samples beyond the model; default 100 %.
     pub max_beyond: Share,
-    /// What one sample may take.
+    /// Limits of each sample.
     pub sample: SampleLimits,
 }
 
-/// What one sample may take: the same from the file, or the command line, to the scheduler. No result depends on it, only whether there
-/// is one.
+/// Limits of each sample, passed unchanged from the file or the command line to the scheduler. They affect only whether a result exists, not
+/// its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleLimits {
-    /// Longest wall time; a longer one has its worker killed, which counts as a crash. Default none.
+    /// Longest wall time. A worker that exceeds it is killed, which counts as a crash. Default: none.
     pub time: Option<Duration>,
-    /// Memory that its worker may allocate after its start \[bytes\]; default none.
+    /// Memory that the worker may allocate after its start \[bytes\]. Default: none.
     pub memory: Option<u64>,
-    /// Crashes of its worker, alone, that quarantine it, at least 1; default 2.
+    /// Number of crashes of a worker with this sample alone after which the sample is quarantined, at least 1; default 2.
     pub crashes: u32,
-    /// Kills of its worker from outside, alone, that quarantine it, at least 1; default 5.
+    /// Number of kills by other processes of a worker with this sample alone after which the sample is quarantined, at least 1; default 5.
     pub kills: u32,
 }
 
@@ -39,17 +39,17 @@ impl Default for SampleLimits {
     }
 }
 
-/// Part of the samples of a study.
+/// A number or share of the samples of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Share {
-    /// So many.
+    /// Number of samples.
     Count(u64),
-    /// So many in a hundred.
+    /// Percentage of samples.
     Percent(f64),
 }
 
 impl Share {
-    /// Whether `count` of `total` samples are no more than this.
+    /// Whether `count` of `total` samples is within this share.
     #[must_use]
     pub fn allows(self, count: u64, total: u64) -> bool {
         match self {
@@ -78,13 +78,13 @@ impl Default for Limits {
 const ALLOWED: &str = "a number of samples such as 3, or a share such as \"5 %\"";
 
 impl Limits {
-    /// Of a study without `[limits]`.
+    /// Defaults for a study without `[limits]`; `is_asked`: the study has questions or gates.
     pub(super) fn of(is_asked: bool) -> Self {
         let all = Share::Percent(100.0);
         if is_asked { Self { max_failed: all, ..Self::default() } } else { Self::default() }
     }
 
-    /// From `[limits]`; `is_asked`: the study has questions or gates. Problems go to `problems`.
+    /// Reads `[limits]`; `is_asked`: the study has questions or gates. Problems are added to `problems`.
     pub(super) fn read(entry: &Entry, is_asked: bool, problems: &mut Collector<'_>) -> Self {
         let mut limits = Self::of(is_asked);
         let Some(keys) = Keys::of(entry, "limits", problems) else { return limits };

@@ -1,4 +1,4 @@
-//! A study file from its text: every key, path and value checked, all problems of all its files at once.
+//! Reads a study file from its text: every key, path and value is checked, and all problems of all its files are reported at once.
 
 use super::asked::{Asked, names};
 use super::axis::{Axis, MOST_VARIED};
@@ -27,52 +27,52 @@ use bladeoff_model::machine::{Machine, MachineDef, TWIN};
 use bladeoff_text::document::{Collector, Entry, MAX_FILE_BYTES, Node, Problems, Value, cut, parse_toml};
 use std::path::Path;
 
-/// Names of the columns that the table of this machine has whatever varies: no column that is carried along may have one of them.
+/// Names of the columns that every table of this machine has; an extra column must not have one of these names.
 pub type TakenNames = fn(&Machine) -> Vec<String>;
 
-/// What questions and gates are checked by.
+/// Input of the check of questions and gates.
 #[derive(Debug)]
 pub struct ToCheck<'a> {
-    /// What is asked.
+    /// Questions and gates.
     pub asked: &'a Asked,
-    /// The study; `None`: so much in its file is wrong that there is none.
+    /// The study; `None`: it has too many mistakes.
     pub study: Option<&'a Study>,
-    /// Its machine, as far as that could be read.
+    /// The machine, as far as it could be read.
     pub machine: Option<&'a MachineDef>,
-    /// It computes formulas and needs no machine.
+    /// Whether the study computes formulas and needs no machine.
     pub is_function: bool,
-    /// Names that the file gives to what differs from sample to sample and to what is computed, whether or not the rest could be read.
+    /// Names that the file defines for varied and computed values, even if other parts could not be read.
     pub names: &'a [String],
-    /// Whether there is a `[design]`, be it a wrong one.
+    /// Whether the file has a `[design]`, valid or not.
     pub has_design: bool,
 }
 
-/// Adds what is wrong with questions and gates: by who knows the table of a study.
+/// Adds the problems of questions and gates; implemented by a caller that knows the columns of the table.
 pub type CheckAsked = fn(to_check: &ToCheck<'_>, problems: &mut Collector<'_>);
 
 /// Version of the study format.
 pub const STUDY_SCHEMA: i128 = 1;
 
-/// Largest points file.
+/// Largest points file \[bytes\].
 const MAX_POINTS_BYTES: u64 = 256 << 20;
 
 /// Reads and checks a study with its machine and points files.
 ///
 /// # Errors
-/// The study file cannot be read; or every problem found in the study, the machine and the points file.
+/// The study file cannot be read; otherwise every problem found in the study, the machine and the points file.
 pub fn load(path: &Path, taken: TakenNames) -> Result<Study, StudyError> {
     load_with(path, None, taken, |_, _| {})
 }
 
-/// As [`load`], with what is asked of the study checked as well.
+/// As [`load`], and checks the questions and gates.
 ///
 /// # Errors
-/// As [`load`]; what is wrong with its questions and gates is among the problems.
+/// As [`load`]; the problems include those of questions and gates.
 pub fn load_checked(path: &Path, taken: TakenNames, check: CheckAsked) -> Result<Study, StudyError> {
     load_with(path, None, taken, check)
 }
 
-/// A study by its text. Files that it names lie around `file`.
+/// Reads a study from its text. Files that it names are relative to `file`.
 ///
 /// # Errors
 /// As [`load`].
@@ -80,7 +80,7 @@ pub fn load_text(file: &str, text: &str, taken: TakenNames) -> Result<Study, Stu
     read_text(Path::new(file), text, None, taken, |_, _| {})
 }
 
-/// Reads a study as a result directory keeps it: its machine and points are the frozen ones, whatever it calls them.
+/// Reads the study of a result directory: its machine and points are the stored copies, whatever names the study has for them.
 ///
 /// # Errors
 /// As [`load`].
@@ -133,12 +133,12 @@ fn read_text(
     }
 }
 
-/// A machine file's text and what it says.
+/// Text and content of a machine file.
 struct MachineFile {
     named: String,
     text: String,
     def: MachineDef,
-    /// It has mistakes, which were reported: this is what could be read of it.
+    /// Whether `def` is only the readable part of the machine; its mistakes have been reported.
     partly: bool,
 }
 
@@ -152,7 +152,7 @@ struct Loader<'a> {
     seen: Seen,
 }
 
-/// What was read, whatever becomes of the study.
+/// Parts that were read, even if the study is invalid.
 #[derive(Default)]
 struct Seen {
     asked: Asked,
@@ -163,7 +163,7 @@ struct Seen {
 }
 
 impl Loader<'_> {
-    /// `None`: not all of it could be made; every reason is among the problems.
+    /// `None`: a part is invalid; problems were added.
     fn study(&mut self, file: &str, text: &str, root: &Node) -> Option<Study> {
         let keys = Keys::at(root, "", &mut self.problems)?;
         keys.refuse_unknown(&crate::keys::names(""), &mut self.problems);
@@ -223,10 +223,10 @@ impl Loader<'_> {
         let parameters = sampled.as_ref().map(|sampled| sampled.parameters.as_slice()).unwrap_or_default();
         let mut of_samples = parameters.iter().filter(|parameter| is_function || !parameter.is_variable);
         let told = of_samples.clone().count();
-        // a share of twins is a parameter that varies
+        // a share of twins counts as a varied parameter
         let told = told + usize::from(keys.get("twin_share").is_some());
         if told > MOST_VARIED {
-            // at the first that is too many
+            // reported at the first parameter above the limit
             let place = match of_samples.nth(MOST_VARIED) {
                 Some(parameter) => (parameter.place.clone(), parameter.key()),
                 None => {
@@ -286,7 +286,7 @@ impl Loader<'_> {
         })
     }
 
-    /// `twin_share`; sets `run.twin` of the machine where it is 0.
+    /// Reads `twin_share`; sets `run.twin` of the machine if it is 0.
     fn twin(&mut self, entry: &Entry, parameters: &[Parameter], machine: &mut MachineDef) -> Option<TwinShare> {
         if parameters.iter().any(|parameter| parameter.info.path == TWIN) {
             let message = format!("{TWIN} varies, so each sample has its own value");
@@ -308,7 +308,7 @@ impl Loader<'_> {
         }
     }
 
-    /// `name`, by default the file's; it becomes a folder.
+    /// `name`, by default that of the file; used as the name of a folder.
     fn name(&mut self, keys: &Keys<'_>) -> Option<String> {
         let stem = self.path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let (name, span) = match keys.get("name") {

@@ -5,10 +5,10 @@ use super::function::{FunctionError, FunctionModel};
 use super::table::Keys;
 use bladeoff_text::document::{Collector, cut};
 
-/// Tables that a study without a machine does not use.
+/// Keys and tables that a study without a machine does not use.
 const OF_MACHINES: [&str; 4] = ["machine", "set", "points", "twin_share"];
 
-/// `model`: whether the study computes formulas instead of a machine. `None`: the reason is among the problems.
+/// Reads `model`: whether the study computes formulas instead of a machine. `None`: problems were added.
 pub(super) fn is_function(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<bool> {
     let is_function = match keys.get("model") {
         None => false,
@@ -38,7 +38,7 @@ pub(super) fn is_function(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Opti
     Some(is_function)
 }
 
-/// `[function]`: what is computed of the variables.
+/// Reads `[function]`: the outputs as formulas of the variables.
 pub(super) fn read_function(
     keys: &Keys<'_>,
     variables: Option<&[Variable]>,
@@ -54,7 +54,7 @@ pub(super) fn read_function(
     match FunctionModel::new(&outputs, variables?) {
         Ok(function) => Some(function),
         Err(errors) => {
-            // too many variables are told of at the first of them that is too many
+            // too many variables are reported at the first variable above the limit
             let told = |error: &FunctionError| !matches!(error, FunctionError::TooManyVariables { .. });
             for error in errors.into_iter().filter(told) {
                 let entry = error.output().and_then(|output| keys.entries().get(output));

@@ -1,4 +1,4 @@
-//! Files that a study names: beside it, or as a result directory keeps them.
+//! Files that a study names: relative to the study file, or the copies in a result directory.
 
 use super::frozen::FrozenFiles;
 use super::input::{InputError, beside, read_frozen, read_input};
@@ -12,21 +12,21 @@ pub(super) enum Which {
     Machine,
     /// The points.
     Points,
-    /// File of an empirical distribution, by its number.
+    /// File of an empirical distribution, by its index.
     Empirical(usize),
 }
 
-/// Places of the files of a study.
+/// Locations of the files of a study.
 #[derive(Debug)]
 pub(super) struct NamedFiles<'a> {
     /// The study file.
     pub study: &'a Path,
-    /// Whether they are those that a result directory keeps, whatever the study calls them.
+    /// The copies in a result directory, used whatever names the study has for them; `None`: files relative to the study.
     pub frozen: Option<FrozenFiles>,
 }
 
 impl NamedFiles<'_> {
-    /// Path and text of a file of at most so many bytes, named by an entry with this key and name. `None`: the reason is among the problems.
+    /// Path and text of a file with at most `limit` bytes, named by an entry with this key and name. `None`: problems were added.
     pub fn read(
         &self,
         entry: &Entry,

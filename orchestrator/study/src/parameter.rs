@@ -1,4 +1,4 @@
-//! Parameters that differ from sample to sample: those of the machine, and variables of formulas.
+//! Parameters that differ between samples: those of the machine, and variables of formulas.
 
 use super::column::{Column, ColumnKind};
 use super::derived::Variable;
@@ -9,32 +9,32 @@ use std::ops::Range;
 /// Origin of the values of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// `[[uncertain]]`: number of the law.
+    /// `[[uncertain]]`: index of the distribution.
     Uncertain(usize),
-    /// `[[vary]]` or `[points]`: number of the axis, and of the parameter among what varies along that.
+    /// `[[vary]]` or `[points]`: index of the axis, and of the parameter among those of the axis.
     Varied(usize, usize),
-    /// `[[derived]]`: number of the formula.
+    /// `[[derived]]`: index of the formula.
     Derived(usize),
 }
 
-/// A parameter or a variable that each sample has a value of.
+/// A parameter or variable that has a value in each sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// The parameter; of a variable its name, in the place of a path, and any number.
+    /// The parameter; for a variable, its name in place of a path, and no limits.
     pub info: PathInfo,
-    /// `as`: a short name.
+    /// Short name, `as`.
     pub short: Option<String>,
-    /// Whether its values are words.
+    /// Whether the values are words.
     pub has_words: bool,
-    /// Whether no machine has it: a variable of formulas.
+    /// Whether this is a variable of formulas, not a parameter of a machine.
     pub is_variable: bool,
-    /// Origin of its values.
+    /// Origin of the values.
     pub origin: Origin,
-    /// Bytes of the study file that name it.
+    /// Byte range in the study file that names the parameter.
     pub place: Range<usize>,
 }
 
-/// A variable as if it were a parameter.
+/// Describes a variable like a parameter.
 #[must_use]
 pub(super) fn variable_info(name: &str) -> PathInfo {
     PathInfo {
@@ -51,19 +51,19 @@ pub(super) fn variable_info(name: &str) -> PathInfo {
 }
 
 impl Parameter {
-    /// The short name, or else path or name.
+    /// The short name, otherwise the path or name.
     #[must_use]
     pub fn shown(&self) -> &str {
         self.short.as_deref().unwrap_or(&self.info.path)
     }
 
-    /// Whether it has a value of its own in every sample: uncertain or derived, and not along an axis.
+    /// Whether each sample has a separate value: uncertain or derived, not along an axis.
     #[must_use]
     pub fn is_own(&self) -> bool {
         !matches!(self.origin, Origin::Varied(..))
     }
 
-    /// The key of the study file that names it, as problems tell: `uncertain[0]`.
+    /// The key of the study file in messages: `uncertain[0]`.
     #[must_use]
     pub fn key(&self) -> String {
         match self.origin {
@@ -73,7 +73,7 @@ impl Parameter {
         }
     }
 
-    /// The words it may be, where its values are words.
+    /// Allowed words, if the values are words.
     #[must_use]
     pub fn words(&self) -> Option<&'static [&'static str]> {
         match self.info.kind {
@@ -82,26 +82,26 @@ impl Parameter {
         }
     }
 
-    /// Whether it is the contact detection, whose column has a name of its own.
+    /// Whether this is the contact detection, whose column has a special name.
     #[must_use]
     pub fn is_detection(&self) -> bool {
         is_detection(&self.info.path)
     }
 
-    /// Whether it is an angle of a machine: what is released, the rotor at the start, a diaphragm.
+    /// Whether this is an angle of a machine: of an unbalance, the rotor at the start, or a diaphragm.
     #[must_use]
     pub fn is_angle(&self) -> bool {
         !self.is_variable && (self.info.path.ends_with(".phase") || self.info.path.ends_with(".angle"))
     }
 
-    /// Value for formulas.
+    /// The variable of formulas with this value.
     #[must_use]
     pub fn variable(&self) -> Variable {
         let (name, short) = (self.info.path.clone(), self.short.clone());
         Variable { name, short, unit: self.info.unit.to_owned(), has_words: self.has_words }
     }
 
-    /// Its column of the result table.
+    /// Column of the result table.
     #[must_use]
     pub fn column(&self) -> Column {
         let (unit, kind) = match self.info.kind {
@@ -109,12 +109,12 @@ impl Parameter {
             PathKind::Count => ("", ColumnKind::Integer),
             _ => (self.info.unit, ColumnKind::Real),
         };
-        // A number-or-word parameter that holds words has no unit in its name.
+        // Column names of words have no unit, even for a parameter that may also be a number.
         let name = self.variable().column();
         Column { name, unit: unit.to_owned(), meaning: self.info.meaning.to_owned(), kind }
     }
 
-    /// Its number, or the place of its word among the words, as a worker is told; `None`: a word that it does not have.
+    /// Value as sent to a worker: the number, or the position of a word in the list; `None`: an unknown word.
     #[must_use]
     pub fn number(&self, value: &ParamValue) -> Option<f64> {
         match value {
@@ -124,7 +124,7 @@ impl Parameter {
     }
 }
 
-/// Refuses names that give a parameter the column of something else: paths cannot.
+/// Rejects names that would give a parameter the column of something else; paths cannot.
 pub(super) fn refuse_same(parameters: &[Parameter], own: &[String], problems: &mut Collector<'_>) {
     let columns: Vec<String> = parameters.iter().map(|parameter| parameter.column().name).collect();
     for (number, parameter) in parameters.iter().enumerate() {
@@ -132,7 +132,7 @@ pub(super) fn refuse_same(parameters: &[Parameter], own: &[String], problems: &m
             continue;
         }
         let column = &columns[number];
-        // at the later of two, or at the one that has a name to change; two of one name were told of
+        // reported at the later of two, or at the one whose name can be changed; equal names have been reported already
         let named = |of: usize| parameters[of].is_variable || parameters[of].short.is_some();
         let is_told = |of: usize| parameters[of].shown() == parameter.shown();
         let has = |other: &usize| {

@@ -1,8 +1,9 @@
 //! `[points]`: a CSV file whose header names parameters and whose rows are combinations. One axis of the study.
 //!
-//! How it is written: `csv.rs`. A header cell is a path, the end of one, or the name or the end of the name of a column of a
-//! result table (`diaphragms.seal.contact.gap_m`, `contact.gap_m`), or a path with a unit in brackets (`contact.gap [mm]`); other columns are carried along or left out where the study
-//! says so (`extra_columns.rs`). Rows and columns are counted before a value is read; of a cell only its value is kept.
+//! For its syntax see `csv.rs`. A header cell is a path or the end of a path, the name or the end of the name of a column of a result table
+//! (`diaphragms.seal.contact.gap_m`, `contact.gap_m`), or a path with a unit in brackets (`contact.gap [mm]`). Other columns are copied to
+//! the table or ignored as the study specifies (`extra_columns.rs`). Rows and columns are counted before any value is read; a cell's text is
+//! not kept.
 
 use super::axis::MOST_VARIED;
 use super::axis::{Axis, Varied};
@@ -15,15 +16,15 @@ use bladeoff_model::machine::PathInfo;
 use bladeoff_text::document::{Collector, Problems, cut};
 use std::ops::Range;
 
-/// What the points file is to the study.
+/// The points file and its settings in the study.
 pub(super) struct PointsFile<'a> {
-    /// Its name in messages.
+    /// File name in messages.
     pub file: &'a str,
-    /// As the study names it, and where.
+    /// Name in the study, and its position there.
     pub named: &'a str,
     pub place: Range<usize>,
     pub text: &'a str,
-    /// Its columns that are no parameters.
+    /// Columns that are not parameters.
     pub others: &'a Others,
 }
 
@@ -35,7 +36,7 @@ pub(super) fn read_points(file: &PointsFile<'_>, paths: &PathTable) -> Result<(A
     Ok(found.expect("without a problem there is an axis"))
 }
 
-/// `None`: the reason is among the problems.
+/// `None`: problems were added.
 fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) -> Option<(Axis, Vec<ExtraColumn>)> {
     let text = file.text;
     let csv = Csv::new(text, problems)?;
@@ -113,7 +114,7 @@ fn read(file: &PointsFile<'_>, paths: &PathTable, problems: &mut Collector<'_>) 
     Some((Axis { name: format!("points of {}", file.named), varied, length: rows as u64 }, extra))
 }
 
-/// What may help a line that has another number of cells than the header.
+/// Suggestion for a line whose number of cells differs from that of the header.
 fn mismatch(csv: Csv<'_>, line: &str) -> Option<String> {
     let comma_between_digits =
         line.as_bytes().windows(3).any(|w| w[0].is_ascii_digit() && w[1] == b',' && w[2].is_ascii_digit());
@@ -131,20 +132,20 @@ fn mismatch(csv: Csv<'_>, line: &str) -> Option<String> {
     }
 }
 
-/// The columns that Dakota writes before the variables.
+/// Columns that Dakota writes before the variables.
 const DAKOTA_COLUMNS: [&str; 2] = ["eval_id", "interface"];
 
-/// What a column is.
+/// Meaning of a column.
 enum Meaning {
-    /// A parameter, and the unit that the header has for its numbers, "" for none.
+    /// A parameter, and the unit of its numbers in the header ("" for none).
     Parameter(PathInfo, String, Gathered),
     ExtraColumn(Gathering),
     Ignored,
-    /// It was reported.
+    /// Unknown, which has been reported.
     Unknown,
 }
 
-/// What the cells of the header name.
+/// Meanings of the columns by the cells of the header.
 fn meanings(
     header: &[Cell<'_>],
     (others, of_dakota): (&Others, bool),

@@ -1,28 +1,28 @@
-//! `[refine]`: a map of chosen combinations, to which those are added where it changes. No part of what a study is, as `[stop]`: another
-//! rule makes another table of the same samples.
+//! `[refine]`: a map of some combinations that is refined where it changes. Like `[stop]`, `[refine]` does not enter the identity of a
+//! study: another rule gives another result table of the same samples.
 
 use super::asked::Asked;
 use super::table::{Keys, wrong_type};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::ops::Range;
 
-/// Requests of `[refine]`.
+/// Settings of `[refine]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefineDef {
-    /// Question of the file with the map.
+    /// Index of the question with the map.
     pub question: usize,
-    /// Samples of the table at most.
+    /// Most samples of the table.
     pub max_samples: u64,
     /// Number of first values of each axis, evenly spread; `None`: every fourth.
     pub first: Option<[u64; 2]>,
-    /// Bytes of the table's header.
+    /// Byte range of the table's header.
     pub span: Range<usize>,
-    /// Bytes of the values of `max_samples` and `first`; of the header where they do not stand.
+    /// Byte ranges of the values of `max_samples` and `first`; of the header for a missing key.
     pub places: [Range<usize>; 2],
 }
 
 impl RefineDef {
-    /// From `[refine]` of a study; problems go to `problems`.
+    /// Reads `[refine]` of a study; problems are added to `problems`.
     pub(super) fn read(entry: &Entry, asked: &Asked, has_stop: bool, problems: &mut Collector<'_>) -> Option<Self> {
         let keys = Keys::of(entry, "refine", problems)?;
         let before = problems.count();
@@ -49,7 +49,7 @@ impl RefineDef {
     }
 }
 
-/// The question with the map: the one that is named, or the only one.
+/// The question with the map: the named one, or the only one.
 fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Option<usize> {
     let maps: Vec<(usize, &str)> = asked
         .questions
@@ -73,7 +73,7 @@ fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Opt
         return Some(*at);
     }
     if asked.questions.iter().any(|question| question.is_partly) {
-        // what could not be read is another problem
+        // the unreadable question has been reported
         return None;
     }
     match named {
@@ -94,7 +94,7 @@ fn question(keys: &Keys<'_>, asked: &Asked, problems: &mut Collector<'_>) -> Opt
     None
 }
 
-/// Two whole numbers from 2 on.
+/// Two whole numbers, at least 2 each.
 fn first(entry: &Entry, problems: &mut Collector<'_>) -> Option<[u64; 2]> {
     let Value::Array(items) = &entry.node.value else {
         wrong_type(&entry.node, "refine.first", "the number of values of each axis that come first: [9, 7]", problems);

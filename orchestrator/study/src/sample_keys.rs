@@ -1,8 +1,8 @@
-//! Keys of samples: what a result is recorded under.
+//! Keys of samples, under which results are recorded.
 //!
-//! A key is the identity of the sample's machine (`MachineDef::identity`, every parameter after overrides but
-//! `run.step_limit`, which is a budget) together with the numerics version and the frozen basis. The same sample has the same key in a study with more points, another
-//! `--scale`, `--limit` or order of axes, and whether a parameter is varied or written in the machine file.
+//! A key combines the identity of the sample's machine (`MachineDef::identity`, every parameter after overrides except `run.step_limit`, which
+//! is a budget), the numerics version and the frozen basis. The same sample has the same key in a study with more points, another `--scale`,
+//! `--limit` or order of axes, and whether a parameter is varied or given in the machine file.
 
 use super::Samples;
 use super::definition::{Study, Subject};
@@ -12,50 +12,50 @@ use bladeoff_model::machine::{ParamValue, STEP_LIMIT};
 use bladeoff_system::threads::in_parallel;
 use rayon::prelude::*;
 
-/// Samples of a digest whose keys are computed at a time.
+/// Number of samples whose keys are computed at a time for a digest.
 const AT_ONCE: usize = 1 << 20;
-/// Keys that are kept at most: 64 MiB.
+/// Most stored keys: 64 MiB.
 const MOST_KEPT: usize = 1 << 22;
 
-/// Identity of a sample's inputs: its machine, the numerics version and the basis. Equal keys, equal outcomes.
+/// Identity of a sample's inputs: machine, numerics version and basis. Equal keys have equal outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SampleKey(pub u128);
 
-/// Versions of the results of a build.
+/// Versions that identify the results of a build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Versions {
     /// Version of the numerics, for all engines.
     pub numerics: u32,
-    /// Revision of the results of the exponential engine, for the machines that it computes.
+    /// Revision of the results of the exponential engine, for the machines that this engine computes.
     pub exponential: u8,
 }
 
-/// Keys of all samples of a study: a sum of one term per axis, and one per drawn or derived value each.
+/// Keys of all samples of a study: a sum of one term per axis and one per drawn or derived value.
 #[derive(Debug, Clone)]
 pub struct SampleKeys<'a> {
     samples: &'a Samples,
     exponential_revision: u8,
     base: u128,
-    /// What each position of each axis adds.
+    /// Term of each position of each axis.
     axes: Vec<Vec<u128>>,
     limit: StepLimit,
-    /// What a sample adds that has no twin in a study with `twin_share`.
+    /// Term of a sample without a twin in a study with `twin_share`.
     alone: u128,
-    /// Keys of the first samples, once there was a digest.
+    /// Keys of the first samples, stored by [`SampleKeys::digest`].
     kept: Vec<SampleKey>,
 }
 
-/// Where `run.step_limit` of a sample comes from.
+/// Source of a sample's `run.step_limit`.
 #[derive(Debug, Clone, Copy)]
 enum StepLimit {
-    /// The same for all.
+    /// One value for all samples.
     Fixed(Option<u64>),
-    /// It is a parameter with this place.
+    /// A parameter with this index.
     Varied(usize),
 }
 
 impl<'a> SampleKeys<'a> {
-    /// Prepares the terms of the keys for results of some versions with the frozen `basis`.
+    /// Prepares the terms of the keys for results of these versions with the frozen `basis`.
     #[must_use]
     pub fn new(samples: &'a Samples, versions: Versions, basis: &[u8]) -> Self {
         let study = samples.study();
@@ -132,7 +132,7 @@ impl<'a> SampleKeys<'a> {
         SampleKey(if has_twin { key } else { key.wrapping_add(self.alone) })
     }
 
-    /// The key of the same sample with a twin where `twin_share` gives it none, and without where it gives it one.
+    /// Key of the same sample with the opposite choice of `twin_share`: with a twin if it has none, and without if it has one.
     #[must_use]
     pub fn otherwise(&self, sample: u64) -> Option<SampleKey> {
         let SampleKey(key) = self.key(sample);
@@ -140,8 +140,8 @@ impl<'a> SampleKeys<'a> {
         Some(SampleKey(if shift != 0.0 { key.wrapping_add(self.alone) } else { key.wrapping_sub(self.alone) }))
     }
 
-    /// Hash of all keys and step limits in order: equal for studies whose samples are the same and numbered alike. The keys of the first 4
-    /// million samples are kept.
+    /// Hash of all keys and step limits in order: equal for studies with the same samples in the same order. The keys of the first 4 million
+    /// samples are stored.
     #[must_use]
     pub fn digest(&mut self) -> String {
         let mut hasher = blake3::Hasher::new();
@@ -150,7 +150,7 @@ impl<'a> SampleKeys<'a> {
         let of = |sample| (self.key(sample), self.step_limit(sample));
         for from in (0..count).step_by(AT_ONCE) {
             let some = from..count.min(from + AT_ONCE as u64);
-            // values are drawn for a key: by all cores, and without threads by this one
+            // keys require drawn values: computed on all cores, or on this thread if no threads can be started
             let found: Vec<(SampleKey, Option<u64>)> = in_parallel(|| some.clone().into_par_iter().map(of).collect())
                 .unwrap_or_else(|_| some.clone().map(of).collect());
             for (key, limit) in found {
@@ -168,23 +168,23 @@ impl<'a> SampleKeys<'a> {
     }
 }
 
-/// What a value adds; nothing where the solver is not told of it.
+/// Term of a value; 0 for a parameter that the solver does not take.
 fn term(study: &Study, parameter: &Parameter, value: &ParamValue, exponential_revision: u8) -> u128 {
     match &study.subject {
-        // formulas may know it by its short name
+        // formulas may refer to the variable by its short name
         Subject::Function(_) => match &parameter.short {
             Some(short) => FunctionModel::identity_of(&format!("{} as {short}", parameter.info.path), value),
             None => FunctionModel::identity_of(&parameter.info.path, value),
         },
         Subject::Machine(_) if parameter.is_variable => 0,
-        // what the machine refuses is refused before anything runs
+        // values that the machine rejects are rejected before any sample runs
         Subject::Machine(machine) => {
             machine.def.identity_change(&parameter.info, value, exponential_revision).unwrap_or(0)
         }
     }
 }
 
-/// The part of a key that is not the machine.
+/// Part of a key that does not depend on the machine.
 fn solver(numerics: u32, basis: &[u8]) -> u128 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(b"numerics").update(&numerics.to_le_bytes()).update(blake3::hash(basis).as_bytes());
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn a_key_is_the_identity_of_the_machine_whatever_varies() {
         let folder = tempfile::tempdir().expect("temporary directory");
-        // another detection would choose another engine for all samples
+        // otherwise the other detection would change the engine of all samples
         let none = "[set]\n\"run.engine\" = \"reduced\"\n";
         let gap = format!("{none}[[vary]]\npath = \"contact.gap\"\nvalues = [\"0.5 mm\", \"0.6 mm\", \"0.5 mm\"]\n");
         let two = format!("{gap}[[vary]]\npath = \"contact.detection\"\nvalues = [\"hyp2\", \"hyp1\"]\n");

@@ -3,8 +3,8 @@
 //! ```text
 //! index -> coordinates (plan) -> dependent coordinates (correlation) -> values (uncertain), values of [[vary]] -> derived values
 //! ```
-//! The values of `[[vary]]` come from outside: the design is crossed with them, so that each of their combinations sees the same
-//! points. Nothing is kept between calls but scratch, so any thread draws any sample.
+//! The caller passes the values of `[[vary]]`: the design is crossed with them, so that each of their combinations has the same points. No
+//! state except scratch memory is kept between calls, so any thread can draw any sample.
 
 use crate::correlation::Copula;
 use crate::derived::{Derived, NotFinite, Variable};
@@ -20,12 +20,12 @@ pub struct SampleValues {
     /// Layout of the points; `None` without uncertain inputs.
     layout: Option<SamplingLayout>,
     derived: Derived,
-    /// Samples drawn so far, by all clones.
+    /// Number of samples drawn so far, by all clones.
     #[cfg(test)]
     pub(crate) drawn: std::sync::Arc<std::sync::atomic::AtomicU64>,
 }
 
-/// Room for one sample, used again for the next.
+/// Scratch memory, reused between samples.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     point: Vec<f64>,
@@ -53,13 +53,13 @@ impl SampleValues {
         }
     }
 
-    /// The laws of the uncertain ones.
+    /// Distributions of the uncertain variables.
     #[must_use]
     pub fn laws(&self) -> &[Uncertain] {
         &self.laws
     }
 
-    /// Whether the uncertain variables do not depend on one another.
+    /// Whether the uncertain variables are independent.
     #[must_use]
     pub fn is_independent(&self) -> bool {
         self.copula.is_independent()
@@ -71,7 +71,7 @@ impl SampleValues {
         self.layout.as_ref()
     }
 
-    /// With the first points of each replicate, a part `factor` of them.
+    /// Keeps a fraction `factor` of the points of each replicate, from the first on.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         self.layout = self.layout.map(|layout| layout.scaled(factor));
@@ -90,8 +90,8 @@ impl SampleValues {
         self.derived.variables()
     }
 
-    /// Puts the values of all variables of a sample into `values`: numbers in SI, of words the place in their list. `varied`: the
-    /// values of `[[vary]]`.
+    /// Writes the values of all variables of a sample to `values`: numbers in SI, for words the position in their list. `varied`: the values of
+    /// `[[vary]]`.
     ///
     /// # Errors
     /// A derived value that is not finite.
@@ -112,10 +112,10 @@ impl SampleValues {
                 scratch.point.resize(self.laws.len(), 0.0);
                 layout.fill(index, &mut scratch.point);
                 scratch.coordinates.clear();
-                // exact but for Halton's sequence, whose cells are no powers of two
+                // exact except for Halton's sequence, whose cells are not powers of two
                 scratch.coordinates.extend(scratch.point.iter().map(|&p| (p, 1.0 - p)));
                 self.copula.apply(&mut scratch.coordinates, &mut scratch.normals);
-                // `+ 0.0`: -0 would print and hash unlike 0 and mean the same
+                // `+ 0.0`: -0 would print and hash differently from 0 with the same meaning
                 let drawn = self.laws.iter().zip(&scratch.coordinates).map(|(law, &(p, q))| law.quantile(p, q) + 0.0);
                 values.extend(drawn);
             }
@@ -124,7 +124,7 @@ impl SampleValues {
         self.derived.extend(values, &mut scratch.stack)
     }
 
-    /// A drawn number as a parameter takes it.
+    /// Converts a drawn number to the value of a parameter.
     #[must_use]
     pub fn param(&self, variable: usize, value: f64) -> ParamValue {
         match self.laws.get(variable).and_then(Uncertain::words) {

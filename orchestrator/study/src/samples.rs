@@ -1,4 +1,4 @@
-//! The samples of a study after `--scale` and `--limit`: each computed from its number when asked for.
+//! The samples of a study after `--scale` and `--limit`: each is computed from its number when needed.
 //!
 //! ```text
 //! without [design]   sample = a combination of the positions on the axes           --limit: the first of a shuffle
@@ -19,10 +19,10 @@ use crate::sampling::combinations::{CombinationError, Combinations, Thinned};
 use bladeoff_model::machine::{ENGINE, EngineChoice, MachineDef, ParamValue, ValueError};
 use bladeoff_text::document::Collector;
 
-/// Samples whose values are looked at one by one; of more this many.
+/// Largest number of samples whose values are all examined; in a larger study, this many are.
 const MOST_ASKED: u64 = 100_000;
 
-/// The largest (Euclid).
+/// Greatest common divisor, by Euclid's algorithm.
 fn common_factor(mut a: u64, mut b: u64) -> u64 {
     while b > 0 {
         (a, b) = (b, a % b);
@@ -43,13 +43,13 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// All samples of the study, thinned by `scale`, of which `limit` are taken; of a design so many points.
+    /// All samples of the study, thinned by `scale`; `limit` is the number of samples, in a design that of points.
     ///
     /// # Errors
     /// Too many samples, a scale outside (0, 1], or a limit of 0.
     pub fn new(study: Study, scale: Option<f64>, limit: Option<u64>) -> Result<Self, StudyError> {
         let lengths: Vec<u64> = study.axes.iter().map(|axis| axis.length).collect();
-        // a scale out of range is refused below
+        // a scale out of range is rejected below
         let factor = scale.filter(|factor| *factor > 0.0 && *factor < 1.0);
         let values =
             factor.map_or_else(|| study.sampled.values.clone(), |factor| study.sampled.values.clone().scaled(factor));
@@ -69,8 +69,8 @@ impl Samples {
         Ok(Self { study, combinations, values, table: ValueTable::empty(own), scale, limit })
     }
 
-    /// Draws the values of the first samples by all cores, as many as [`TABLE_BYTES`] hold, and keeps them; those of the others are drawn
-    /// each time they are asked for.
+    /// Draws the values of the first samples on all cores, as many as fit in [`TABLE_BYTES`], and stores them; those of other samples are drawn
+    /// whenever they are needed.
     ///
     /// # Errors
     /// The threads cannot be started.
@@ -102,7 +102,7 @@ impl Samples {
         &self.study
     }
 
-    /// Has all samples computed by another engine than `run.engine = "auto"` came to; nothing where the engine is named.
+    /// Changes the engine of all samples if `run.engine = "auto"` selected the present one; a named engine stays.
     pub fn settle(&mut self, choice: EngineChoice) {
         self.study.settle(choice);
     }
@@ -113,7 +113,7 @@ impl Samples {
         self.combinations.count()
     }
 
-    /// Points left of each axis.
+    /// Number of kept points of each axis.
     #[must_use]
     pub fn kept(&self) -> Vec<u64> {
         self.combinations.kept()[self.before()..].to_vec()
@@ -143,14 +143,14 @@ impl Samples {
         if self.layout().is_some() { self.combinations.kept()[0] } else { 0 }
     }
 
-    /// The point of a sample of a `[design]`.
+    /// The point of a sample in a `[design]`.
     #[must_use]
     pub fn point(&self, sample: u64) -> Option<u64> {
         self.layout().map(|_| self.combinations.positions(sample)[0])
     }
 
-    /// The combinations of values of `[[vary]]`, in the order of the samples of a point: path or name, and value. One, which is empty,
-    /// where nothing varies; without a `[design]` none.
+    /// The combinations of values of `[[vary]]`, in the order of the samples of a point: path or name, and value. One empty combination if nothing
+    /// varies; none without a `[design]`.
     #[must_use]
     pub fn groups(&self) -> Vec<Vec<(String, ParamValue)>> {
         let Some(groups) = self.count().checked_div(self.points()) else { return Vec::new() };
@@ -166,13 +166,13 @@ impl Samples {
         (0..groups).map(varied).collect()
     }
 
-    /// Everything that differs from sample to sample, in the order of the values of a sample.
+    /// All parameters that differ between samples, in the order of a sample's values.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         self.study.parameters()
     }
 
-    /// The axis of points stands before the others.
+    /// Number of axes before those of the study: the axis of points in a design.
     fn before(&self) -> usize {
         usize::from(self.layout().is_some())
     }
@@ -185,7 +185,7 @@ impl Samples {
         positions
     }
 
-    /// One value per parameter; a derived one that is not finite is NaN ([`super::check_machines`] refuses it where a machine takes it).
+    /// One value per parameter; a derived value that is not finite is NaN (rejected by [`super::check_machines`] if a machine takes it).
     #[must_use]
     pub fn values(&self, sample: u64) -> Vec<ParamValue> {
         let positions = self.combinations.positions(sample);
@@ -196,19 +196,19 @@ impl Samples {
         }
     }
 
-    /// Values at any point and positions on the axes.
+    /// Values at any point and any positions on the axes.
     pub(super) fn values_at(&self, point: u64, positions: &[u64]) -> Vec<ParamValue> {
         let mut own = Vec::new();
         self.own_at(point, positions, &mut Scratch::default(), &mut own);
         self.put_together(positions, &own)
     }
 
-    /// The point of positions that begin with it; 0 without a `[design]`.
+    /// The point, the first of the positions; 0 without a `[design]`.
     fn point_at(&self, positions: &[u64]) -> u64 {
         self.layout().map_or(0, |_| positions[0])
     }
 
-    /// Puts the uncertain and the derived values into `own`; what is not finite is NaN.
+    /// Writes the uncertain and derived values to `own`; values that are not finite become NaN.
     fn own_at(&self, point: u64, positions: &[u64], scratch: &mut Scratch, own: &mut Vec<f64>) {
         own.clear();
         if self.layout().is_none() && !self.values.derives() {
@@ -229,7 +229,7 @@ impl Samples {
         axes.flat_map(|(axis, &at)| axis.varied.iter().map(move |varied| varied.values.at(at)))
     }
 
-    /// One value per parameter, of the uncertain and derived ones and of the positions on the axes.
+    /// One value per parameter, from the uncertain and derived values and the positions on the axes.
     fn put_together(&self, positions: &[u64], own: &[f64]) -> Vec<ParamValue> {
         let (mut varied, mut own) = (self.varied_at(positions), own.iter());
         let value = |(place, parameter): (usize, &Parameter)| {
@@ -242,7 +242,7 @@ impl Samples {
         self.parameters().iter().enumerate().map(value).collect()
     }
 
-    /// The numbers that say to a worker what varies in a sample, added to `out`: a word is its place among the words.
+    /// Appends the values that a worker needs for a sample to `out`; a word is sent as its position in the list.
     pub fn params(&self, sample: u64, out: &mut Vec<f64>) {
         let pairs = self.parameters().iter().zip(self.values(sample));
         let told = pairs.filter(|(parameter, _)| self.study.is_solved(parameter));
@@ -252,10 +252,10 @@ impl Samples {
         out.extend(self.twin(sample));
     }
 
-    /// The machine definition of a sample; of a study without a machine nothing.
+    /// The machine definition of a sample; `None` for a study without a machine.
     ///
     /// # Errors
-    /// A drawn or derived value that the machine refuses: of a study that is to run [`super::check_machines`] has found it.
+    /// A drawn or derived value that the machine rejects; in a study that is about to run, [`super::check_machines`] has found such values.
     pub fn try_machine(&self, sample: u64) -> Result<Option<MachineDef>, ValueError> {
         let mut machine = self.with_values(&self.values(sample))?;
         if let (Some(machine), Some(twin), Some(shift)) = (&mut machine, &self.study.twin, self.twin(sample)) {
@@ -264,7 +264,7 @@ impl Samples {
         Ok(machine)
     }
 
-    /// The machine definition of a sample of a study that has a machine and was checked.
+    /// The machine definition of a sample, in a study with a machine that was checked.
     ///
     /// # Panics
     /// The study computes formulas.
@@ -284,7 +284,7 @@ impl Samples {
         Ok(Some(machine))
     }
 
-    /// `run.twin` of a sample of a study with `twin_share`: by its number in the whole study.
+    /// `run.twin` of a sample in a study with `twin_share`, depending on its number in the whole study.
     #[must_use]
     pub fn twin(&self, sample: u64) -> Option<f64> {
         let twin = self.study.twin.as_ref()?;
@@ -308,7 +308,7 @@ impl Samples {
         if shown.is_empty() { "nothing varied".to_owned() } else { shown }
     }
 
-    /// Some values of a parameter, by its place: the first, the second, the middle and the last of its axis or of the points.
+    /// Some values of a parameter, given by its index: the first, second, middle and last of its axis or of the points.
     #[must_use]
     pub(super) fn some_values(&self, place: usize) -> Vec<ParamValue> {
         let some = |length: u64| [0, 1.min(length - 1), length / 2, length - 1];
@@ -321,7 +321,8 @@ impl Samples {
         }
     }
 
-    /// The different values of each parameter, so many of each at most: along its axis, otherwise of all samples, of more than a hundred thousand of some that lie evenly among them.
+    /// The different values of each parameter, at most `most` of each: along its axis, otherwise of all samples; in a study of more than a hundred
+    /// thousand samples, of an evenly spaced part.
     #[must_use]
     pub fn different_values(&self, most: usize) -> Vec<Vec<ParamValue>> {
         let add = |list: &mut Vec<ParamValue>, value: &ParamValue| {
@@ -341,7 +342,7 @@ impl Samples {
         }
         let count = self.count();
         let mut step = count.div_ceil(MOST_ASKED).max(1);
-        // samples go through axes in turn: a step that divides their number may meet one value of an axis alone
+        // samples go through the axes in turn: a step that divides their number may meet only one value of an axis
         while common_factor(step, count) > 1 {
             step += 1;
         }
@@ -356,7 +357,7 @@ impl Samples {
         found
     }
 
-    /// All values of a parameter along its axis, some of its law, and of one that is derived [`Samples::some_values`].
+    /// All values of a parameter along its axis; some quantiles of an uncertain one; for a derived one as [`Samples::some_values`].
     #[must_use]
     pub(super) fn all_or_some_values(&self, place: usize) -> Vec<ParamValue> {
         match self.parameters()[place].origin {
@@ -366,7 +367,7 @@ impl Samples {
             }
             Origin::Uncertain(law) => {
                 let law = &self.values.laws()[law];
-                // multiples of the golden section: a quarter of a turn apart they were whole periods apart for 4, 8, 12 ... blades
+                // multiples of the golden ratio: quarter turns would be whole periods for 4, 8, 12 ... blades
                 [0.090_17, 0.381_97, 0.618_03, 0.854_1]
                     .map(|p| self.values.param(place, law.quantile(p, 1.0 - p)))
                     .to_vec()
@@ -375,13 +376,13 @@ impl Samples {
         }
     }
 
-    /// The law of an uncertain parameter, by its number.
+    /// The distribution of an uncertain parameter, by its index.
     pub(super) fn law(&self, number: usize) -> Option<&Uncertain> {
         self.values.laws().get(number)
     }
 
-    /// The columns of replicate and block of a design, of everything that differs, then those that are carried along; the detection is
-    /// not among them: it has a column of its own.
+    /// Columns of a design's replicate and block, of all parameters, and of extra columns; without the detection, which has a separate
+    /// column.
     #[must_use]
     pub fn columns(&self) -> Vec<Column> {
         let twin = self.study.twin.iter().map(|twin| Column {
@@ -402,7 +403,7 @@ impl Samples {
         of_design.chain(varied).chain(twin).chain(self.study.extra_columns.iter().map(ExtraColumn::column)).collect()
     }
 
-    /// The cells of these columns for a sample; `None` is empty.
+    /// Cells of these columns for a sample; `None` means empty.
     #[must_use]
     pub fn cells(&self, sample: u64) -> Vec<Option<ParamValue>> {
         let number = |number: u64| Some(ParamValue::Number(number as f64));
@@ -429,13 +430,13 @@ impl Samples {
         self.study.extra_columns.iter().map(move |carried| (carried.name.as_str(), carried.at(position)))
     }
 
-    /// The detection of a sample where it varies.
+    /// The detection of a sample if it varies.
     #[must_use]
     pub fn detection(&self, sample: u64) -> Option<String> {
         self.word(sample, Parameter::is_detection)
     }
 
-    /// The engine of a sample where it varies.
+    /// The engine of a sample if it varies.
     #[must_use]
     pub fn engine(&self, sample: u64) -> Option<String> {
         self.word(sample, |parameter| parameter.info.path == ENGINE)
@@ -450,7 +451,7 @@ impl Samples {
     }
 }
 
-/// The refusal at the longest axis, with the length and the line of each.
+/// Error of too many samples, at the longest axis, with the length and line of each axis.
 fn too_many(study: &Study, scale: Option<f64>, count: u128, most: u64) -> StudyError {
     let line_of = |place: usize| 1 + study.text[..place].matches('\n').count();
     let line = |axis: &Axis| line_of(axis.varied[0].place.start);

@@ -6,10 +6,10 @@ use super::vary::{Given, PathTable};
 use bladeoff_system::call::program;
 use bladeoff_text::document::{Collector, Entry, Value, cut};
 
-/// Bytes of the longest path: a table of a long name would be repeated in each of its keys.
+/// Longest path \[bytes\]: the name of a table is repeated in each of its keys.
 const LONGEST_PATH: usize = 512;
 
-/// `[set]`: quoted paths or nested tables, both mean the same.
+/// Reads `[set]`: quoted paths or nested tables, with the same meaning.
 pub(super) fn read_set(entry: &Entry, paths: &PathTable<'_>, problems: &mut Collector<'_>) -> Vec<Fixed> {
     let mut found = Vec::new();
     if let Some(keys) = Keys::of(entry, "set", problems) {
@@ -18,7 +18,7 @@ pub(super) fn read_set(entry: &Entry, paths: &PathTable<'_>, problems: &mut Coll
     found
 }
 
-/// The overrides of one table. The parser bounds how deep tables lie.
+/// The overrides of one table. The parser bounds the depth of nesting.
 fn fixed_below(
     above: &str,
     entries: &[Entry],

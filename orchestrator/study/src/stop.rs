@@ -1,5 +1,5 @@
-//! `[stop]`: when a study is precise enough to end before its design does. No part of what a study is: another rule ends its table
-//! elsewhere, and computes nothing again.
+//! `[stop]`: precision at which a study ends before its design does. `[stop]` does not enter the identity of a study: another rule
+//! ends the result table at another point, and no sample is computed again.
 
 use super::amount::parse_duration;
 use super::asked::{Asked, AskedQuestion};
@@ -8,30 +8,30 @@ use super::table::{Keys, scalar_text, wrong_type};
 use bladeoff_text::document::{Collector, Entry, Value};
 use std::time::Duration;
 
-/// Points of the first look; each further one is at twice as many.
+/// Number of points at the first interim analysis; each later one has twice as many.
 pub const FIRST_LOOK: u64 = 256;
 
-/// Requests of `[stop]`. If both widths are given, both must be reached; the first fulfilled condition ends the study.
+/// Settings of `[stop]`. If both widths are given, both must be reached; the first fulfilled condition ends the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StopDef {
-    /// Half of every interval at most, in the unit of its figure.
+    /// Largest half width of every interval, in the unit of its figure.
     pub half_width: Option<f64>,
-    /// Half width relative to the figure.
+    /// Largest half width relative to the figure \[-\].
     pub relative: Option<f64>,
-    /// Points at most; trajectories of a Morris design, base points of a Saltelli design.
+    /// Most points; trajectories of a Morris design, base points of a Saltelli design.
     pub samples: Option<u64>,
-    /// Time of a run at most.
+    /// Longest time of a run.
     pub wall: Option<Duration>,
 }
 
 impl StopDef {
-    /// Whether intervals are looked at.
+    /// Whether the widths of intervals are limited.
     #[must_use]
     pub fn asks_for_width(&self) -> bool {
         self.half_width.is_some() || self.relative.is_some()
     }
 
-    /// From `[stop]` of a study; `plan`: its points, `None` where they could not be read. Problems go to `problems`.
+    /// Reads `[stop]` of a study; `layout`: its points, `None` if they are invalid. Problems are added to `problems`.
     pub(super) fn read(
         entry: &Entry,
         asked: &Asked,
@@ -116,13 +116,13 @@ impl StopDef {
     }
 }
 
-/// Whether points are of use in blocks only, so that blocks are counted.
+/// Whether points are useful in blocks only, so that blocks are counted.
 #[must_use]
 pub fn is_blocked(layout: &SamplingLayout) -> bool {
     matches!(layout.kind(), LayoutKind::Morris | LayoutKind::Saltelli)
 }
 
-/// Points of a block, and what blocks are called, where they are counted.
+/// Number of points of a block and the name of blocks, if blocks are counted.
 #[must_use]
 pub fn block(layout: &SamplingLayout) -> Option<(u64, &'static str)> {
     match layout.kind() {
@@ -133,7 +133,7 @@ pub fn block(layout: &SamplingLayout) -> Option<(u64, &'static str)> {
 }
 
 fn has_figure(question: &AskedQuestion) -> bool {
-    // what could not be read is another problem
+    // an unreadable question has been reported
     question.is_partly || question.exceedance.is_none() && question.fragility.is_none() && question.map.is_none()
 }
 
@@ -156,7 +156,7 @@ fn relative(entry: &Entry, problems: &mut Collector<'_>) -> Option<f64> {
         Value::Text(text) => percent(text),
         value => value.as_number(),
     };
-    // 5 is no part, but 5 % without its sign
+    // 5 is not a share, but 5 % without its sign
     let given = given.filter(|part| *part < 1.0).or(given.map(|_| f64::NAN));
     above_0(entry, given, "a share of the answer above 0 and below 1, such as 0.05 or \"5 %\"", problems)
 }

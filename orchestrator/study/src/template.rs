@@ -3,7 +3,7 @@
 /// The machine that the template names.
 pub const STUDY_MACHINE: &str = "machines/lab_rig.toml";
 
-/// A study of the lab rig that runs as it is when it lies in `studies/`.
+/// A study of the lab rig that runs without changes in `studies/`.
 pub const STUDY_TEMPLATE: &str = r#"# Question: <what this study answers, in one sentence>
 #
 # Check it with `bladeoff check FILE`, run it with `bladeoff run FILE`. Format: docs/studies.md.
@@ -66,7 +66,7 @@ upper = "360 deg"
 # max_beyond = "100 %"
 "#;
 
-/// A risk study of the lab rig that runs as it is when it lies in `studies/`.
+/// A risk study of the lab rig that runs without changes in `studies/`.
 pub const RISK_TEMPLATE: &str = r#"# Question: how probable is it that <what must not happen>, and with which interval?
 #
 #   bladeoff check FILE            distribution of each uncertain parameter, expected run time

@@ -1,18 +1,18 @@
-//! `twin_share`: the part of a study's samples that are computed twice, the second time with another initial speed (`run.twin`).
+//! `twin_share`: the share of a study's samples that are computed twice, the second time with another initial speed (`run.twin`).
 //!
-//! Who is chosen follows from a sample's number in the whole study alone, whatever `--scale` and `--limit` leave of it:
+//! The selection depends only on the number of a sample in the whole study, not on `--scale` and `--limit`:
 //!
 //! ```text
-//! chosen when (number x G mod 2^64)/2^64 < share,   G = 2^64/golden ratio
+//! selected if (number x G mod 2^64)/2^64 < share,   G = 2^64/golden ratio
 //! ```
-//! The multiples of the golden ratio lie evenly in every run of numbers, and in every run of each k-th: so any axis has its part
-//! of the twins, and their number is the share's within one or two. Sample 0 is always chosen.
+//! Multiples of the golden ratio are evenly distributed in every sequence of numbers, and in every k-th of them. So each value of an axis has
+//! its share of the twins, and the total number is right within one or two. Sample 0 is always selected.
 
 use super::table::wrong_type;
 use bladeoff_model::machine::{MachineDef, ParamValue, PathInfo, TWIN};
 use bladeoff_text::document::{Collector, Entry, Value};
 
-/// Shift of the initial speed where the machine names none.
+/// Default shift of the initial speed.
 const SHIFT: f64 = 1e-6;
 const ALLOWED: &str = "a share such as \"5 %\", or a number from 0 to 1";
 
@@ -20,14 +20,14 @@ const ALLOWED: &str = "a share such as \"5 %\", or a number from 0 to 1";
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwinShare {
     share: f64,
-    /// The parameter `run.twin`, and its value where there is a twin.
+    /// The parameter `run.twin`, and its value for samples with a twin.
     pub info: PathInfo,
     /// Relative shift of the initial speed.
     pub shift: f64,
 }
 
 impl TwinShare {
-    /// From the key of a study; sets `run.twin` of the machine where it is 0. Problems go to `problems`.
+    /// Reads the key of a study; sets `run.twin` of the machine if it is 0. Problems are added to `problems`.
     pub(super) fn read(entry: &Entry, machine: &mut MachineDef, problems: &mut Collector<'_>) -> Option<Self> {
         let share = match &entry.node.value {
             Value::Integer(number) => Some(*number as f64),
@@ -63,7 +63,7 @@ impl TwinShare {
     #[must_use]
     pub fn shift_of(&self, number: u64) -> f64 {
         let place = u128::from(number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        // exact: a power of two times a number below it
+        // exact: a power of two times a number below one
         let limit = (self.share * 18_446_744_073_709_551_616.0) as u128;
         if place < limit { self.shift } else { 0.0 }
     }
@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(twins(0.0, &mut (0..1000)), 0);
         assert_eq!(twins(1.0, &mut (0..1000)), 1000);
         for share in [0.05, 0.1, 0.3] {
-            // of all, and of each value of an inner axis of 2 to 9
+            // of all samples, and of each value of an inner axis of 2 to 9 values
             for step in 1..=9 {
                 for first in 0..step {
                     let found = twins(share, &mut (0..1000).map(|k| first + step * k)) as f64;

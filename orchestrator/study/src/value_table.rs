@@ -1,17 +1,17 @@
-//! Values of samples, drawn once by all cores and kept: each later use reads them.
+//! Values of samples, drawn once on all cores and stored for later use.
 //!
-//! A row has the uncertain and the derived values of a sample, in the order of its parameters. Values of `[[vary]]` stand in the study
-//! already and are not kept. A value depends on study, seed and sample number alone, so a sample without a row is drawn when it is asked
-//! for and has the same bytes.
+//! A row has the uncertain and the derived values of a sample, in the order of its parameters. Values of `[[vary]]` are part of the study and
+//! are not stored. A value depends on study, seed and sample number alone, so a sample without a row is drawn when needed, with the same
+//! bytes.
 
 use bladeoff_system::threads::{ThreadsError, in_parallel};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Memory of a table at most: rows of 1 048 576 samples with 32 values each, for example.
+/// Largest size of a table \[bytes\]: for example rows of 1 048 576 samples with 32 values each.
 pub const TABLE_BYTES: usize = 256 << 20;
 
-/// Rows that a thread draws before it takes others.
+/// Number of rows that a thread draws at a time.
 const ROWS_AT_ONCE: usize = 256;
 
 /// Rows of the first samples of a study; clones share them.
@@ -22,13 +22,13 @@ pub(super) struct ValueTable {
 }
 
 impl ValueTable {
-    /// Without rows, of samples with so many uncertain and derived values.
+    /// A table without rows, for samples with this number of uncertain and derived values.
     pub fn empty(width: usize) -> Self {
         Self { width, numbers: Arc::default() }
     }
 
-    /// Rows of the first of `count` samples, as many as `bytes` hold; `fill` puts the values of a sample into its row with the scratch of
-    /// its thread. Without that memory there are no rows.
+    /// Rows of the first of `count` samples, as many as fit in `bytes`; `fill` writes the values of a sample to its row, with the scratch memory of
+    /// its thread. If the memory is not available, there are no rows.
     ///
     /// # Errors
     /// The threads cannot be started.
@@ -57,7 +57,7 @@ impl ValueTable {
         Ok(Self { width, numbers: Arc::new(numbers) })
     }
 
-    /// The row of a sample; `None`: it is to be drawn.
+    /// The row of a sample; `None`: its values must be drawn.
     pub fn row(&self, sample: u64) -> Option<&[f64]> {
         let start = usize::try_from(sample).ok()?.checked_mul(self.width)?;
         self.numbers.get(start..start.checked_add(self.width)?)
@@ -72,7 +72,7 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
-    /// Uncertain, varied and derived values; words, and a correlation.
+    /// Uncertain, varied and derived values, words, and a correlation.
     const STUDY: &str = r#"schema = 1
 machine = "rig.toml"
 [design]
@@ -115,7 +115,7 @@ formula = "cold * growth"
         Samples::new(study, None, None).expect("samples")
     }
 
-    /// Uses of every sample in a run: its check, key, numbers for a worker, cells of its row.
+    /// Results of every use of a sample in a run: check, key, numbers for a worker, cells of its row.
     fn used(samples: &Samples) -> (String, Vec<(SampleKey, Vec<f64>, Vec<Option<ParamValue>>)>) {
         check_machines(samples).unwrap_or_else(|error| panic!("{error}"));
         let mut keys = SampleKeys::new(samples, Versions { numerics: 4, exponential: 1 }, b"a basis");
@@ -139,7 +139,7 @@ formula = "cold * growth"
         let (mut short, without) = (study(), study());
         short.draw_into(100 * 4 * 8).unwrap_or_else(|error| panic!("{error}"));
         assert!(used(&short) == known && used(&without) == known);
-        // the check of values, that of machines, the digest, numbers and cells: the keys are kept
+        // draws by the check of values, that of machines, the digest, numbers and cells: the keys are stored
         assert_eq!([short.drawn(), without.drawn()], [100 + 5 * 500, 5 * 600]);
         let first = known.1[0].1.clone();
         assert!(known.1.iter().skip(1).all(|(_, params, _)| *params != first), "samples differ");

@@ -1,13 +1,13 @@
-//! The values of one parameter along an axis: 8 bytes for a number, one for a word, nothing for a point of a range.
+//! The values of one parameter along an axis: 8 bytes for a number, one for a word, none for a point of a range.
 
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 
 /// Values along an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ValueList {
-    /// Numbers (SI), each given.
+    /// Individual numbers (SI).
     Numbers(Vec<f64>),
-    /// Words, each given.
+    /// Individual words.
     Words {
         /// The words of the parameter.
         known: &'static [&'static str],
@@ -22,7 +22,7 @@ pub enum ValueList {
         to: f64,
         /// Number of values.
         count: u64,
-        /// Constant ratio instead of constant difference; both ends have the same sign then.
+        /// Whether the ratio is constant instead of the difference; both ends then have the same sign.
         log: bool,
     },
 }
@@ -64,7 +64,7 @@ impl ValueList {
     }
 }
 
-/// Values of one parameter on their way into a list.
+/// Values of one parameter while a list is read.
 pub(super) struct Gathered {
     known: &'static [&'static str],
     numbers: Vec<f64>,
@@ -72,12 +72,12 @@ pub(super) struct Gathered {
     expected: usize,
 }
 
-/// A list of numbers and words, which no column can hold.
+/// Error: a list with numbers and words, which no column can hold.
 #[derive(Debug)]
 pub(super) struct Mixed;
 
 impl Gathered {
-    /// For about `expected` values of a parameter.
+    /// An empty list for about `expected` values of a parameter.
     pub fn new(info: &PathInfo, expected: usize) -> Self {
         let known = match info.kind {
             PathKind::Choice(words) | PathKind::NumberOrChoice(words) => words,
@@ -86,7 +86,7 @@ impl Gathered {
         Self { known, numbers: Vec::new(), chosen: Vec::new(), expected }
     }
 
-    /// The next value, which was checked for this parameter.
+    /// Adds a value that was checked for this parameter.
     pub fn push(&mut self, value: &ParamValue) {
         match value {
             ParamValue::Number(number) => {
@@ -100,7 +100,7 @@ impl Gathered {
         }
     }
 
-    /// The list, if all are of one kind.
+    /// The list, if all values are of one type.
     pub fn finish(self) -> Result<ValueList, Mixed> {
         match (self.numbers.is_empty(), self.chosen.is_empty()) {
             (_, true) => Ok(ValueList::Numbers(self.numbers)),
@@ -110,8 +110,8 @@ impl Gathered {
     }
 }
 
-/// The value after `part` of `parts` equal steps; the ends come out exactly as given. The fraction is reduced first, so
-/// that a point has the same bits in every range that has it: a range of 10 values contains the one of 4.
+/// The value after `part` of `parts` equal steps; both ends are exactly as given. The fraction is reduced first, so that a point has the same bits
+/// in every range that has it: a range of 10 values contains the one of 4.
 fn between(from: f64, to: f64, part: u64, parts: u64, log: bool) -> f64 {
     if part == 0 {
         return from;
@@ -123,7 +123,7 @@ fn between(from: f64, to: f64, part: u64, parts: u64, log: bool) -> f64 {
     let (part, parts) = (part / divisor, parts / divisor);
     let (done, whole) = (part as f64, parts as f64);
     if log {
-        // libm, not the system's: the same values, bit for bit, on every machine.
+        // libm instead of the system's function, for the same bits on every machine
         from * libm::pow(to / from, done / whole)
     } else {
         (from * (whole - done) + to * done) / whole

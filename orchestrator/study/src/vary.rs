@@ -19,45 +19,45 @@ use std::ops::Range;
 /// Most points of one axis.
 pub(super) const MOST_POINTS: usize = 1_000_000;
 
-/// Where a study names a parameter, and what a message shows beside the key there: a name that is a value itself, or the value
-/// that its name is given.
+/// Position at which a study names a parameter, and the value that a message shows with the key: the name itself if it is the value, otherwise
+/// the value given to the parameter.
 pub(super) struct Given<'a> {
     pub span: Range<usize>,
     pub key: &'a str,
     pub value: Option<String>,
 }
 
-/// The paths of a study's machine, and which of them the study has used so far.
+/// The paths of a study's machine, and those that the study has used so far.
 pub(super) struct PathTable<'a> {
-    /// `None`: the machine could not be read; paths are then not judged.
+    /// `None`: the machine could not be read; paths are then not checked.
     machine: Option<&'a MachineDef>,
-    /// Not all of the machine could be read.
+    /// Whether only a part of the machine could be read.
     partly: bool,
-    /// The study has no machine: it computes formulas.
+    /// Whether the study computes formulas and has no machine.
     is_function: bool,
-    /// Columns that its table has of its own.
+    /// Names of the standard columns of the table.
     own: Vec<String>,
     used: RefCell<Vec<(String, Range<usize>, String)>>,
 }
 
 impl<'a> PathTable<'a> {
-    /// For a machine, of which not all could be read if `partly`.
+    /// The paths of a machine; `partly`: only a part of it could be read.
     pub fn new(machine: Option<&'a MachineDef>, partly: bool) -> Self {
         Self { machine, partly, is_function: false, own: Vec::new(), used: RefCell::new(Vec::new()) }
     }
 
-    /// Of a study without a machine: there are no paths.
+    /// The table for a study without a machine: there are no paths.
     pub fn of_function() -> Self {
         Self { machine: None, partly: false, is_function: true, own: Vec::new(), used: RefCell::new(Vec::new()) }
     }
 
-    /// The same with the names of columns that the table has of its own.
+    /// Sets the names of the standard columns of the table.
     pub fn with_own(mut self, own: Vec<String>) -> Self {
         self.own = own;
         self
     }
 
-    /// The parameter that the entry `path` of a table names, which is then used.
+    /// The parameter that the entry `path` of a table names; it is then marked as used.
     pub fn named(&self, path: &Entry, keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<PathInfo> {
         let given = keys.text(path, problems)?;
         let value = Some(format!("{:?}", cut(given, 80)));
@@ -67,7 +67,7 @@ impl<'a> PathTable<'a> {
         Some(info)
     }
 
-    /// That a path names nothing, as far as this is known.
+    /// Message for an unknown path, depending on how much of the machine could be read.
     fn unknown(&self) -> &'static str {
         match (self.machine, self.partly) {
             (None, _) => "no machine has such a parameter",
@@ -76,7 +76,7 @@ impl<'a> PathTable<'a> {
         }
     }
 
-    /// As [`PathTable::resolve`] for a column of a points file, which may be something else than a parameter; `named`: by other columns.
+    /// As [`PathTable::resolve`] for a column of a points file, which may be something other than a parameter; `named`: parameters of other columns.
     pub fn column(
         &self,
         name: &str,
@@ -88,13 +88,13 @@ impl<'a> PathTable<'a> {
         let unknown = self.machine.filter(|_| !problems.is_full()).map(|machine| machine.resolve(name));
         let nearest = match unknown {
             Some(Err(PathError::Unknown { nearest, .. })) => nearest,
-            // A column `name` is rather one of the points than that of the machine.
+            // A column `name` is more likely the name of the points than that of the machine.
             Some(Err(PathError::Text { .. })) => None,
             _ => return self.resolve(name, Given { span, key: &key, value: None }, problems),
         };
         let (message, carry) = match name {
             "" => ("a column without a name (an index, as some programs write it?)", String::new()),
-            // what is offered is taken
+            // the message suggests `carry` only if the study would accept it
             _ if !can_be_extra_column(name) || self.own.iter().any(|own| own == name) => {
                 (self.unknown(), String::new())
             }
@@ -118,7 +118,7 @@ impl<'a> PathTable<'a> {
             return None;
         }
         let Some(machine) = self.machine else {
-            // Nothing of it could be read: what no machine has is wrong with any.
+            // The machine is unreadable, so only paths that no machine has are wrong.
             if !is_of_the_format(given) {
                 problems.add(span, key, self.unknown()).value = value;
             }
@@ -153,7 +153,7 @@ impl<'a> PathTable<'a> {
         Columns(all.into_iter().map(|info| (info.column(), info)).collect())
     }
 
-    /// The parameter that a column names by its column, its path or the end of it.
+    /// The parameter of a column, given by its column name, its path or the end of the path.
     pub fn known(&self, columns: &Columns, name: &str) -> Option<PathInfo> {
         columns.find(name).cloned().or_else(|| self.machine?.find(name).ok())
     }
@@ -165,7 +165,7 @@ impl<'a> PathTable<'a> {
         Some((machine.find(name).ok()?, unit))
     }
 
-    /// The value that `text` stands for; a problem and `None` if it is none for this parameter.
+    /// The value in `text`; a problem and `None` if the parameter does not allow it.
     pub fn value(
         &self,
         info: &PathInfo,
@@ -189,7 +189,7 @@ impl<'a> PathTable<'a> {
         }
     }
 
-    /// The number that `text` stands for as the value of a variable; a problem and `None` if it is none.
+    /// The number in `text` as the value of a variable; a problem and `None` if it is not a number.
     pub fn number(
         &self,
         text: &str,
@@ -210,12 +210,12 @@ impl<'a> PathTable<'a> {
         }
     }
 
-    /// Notes that the study gives this parameter its value at `span`.
+    /// Records that the study gives this parameter its value at `span`.
     pub fn used(&self, info: &PathInfo, span: Range<usize>, key: &str) {
         self.used.borrow_mut().push((info.path.clone(), span, key.to_owned()));
     }
 
-    /// Refuses every parameter that is given values twice.
+    /// Rejects every parameter that is given values twice.
     pub fn refuse_repeated(&self, problems: &mut Collector<'_>) {
         let mut first: HashMap<String, String> = HashMap::new();
         for (path, span, key) in self.used.borrow_mut().drain(..) {
@@ -231,7 +231,7 @@ impl<'a> PathTable<'a> {
 pub(super) struct Columns(HashMap<String, PathInfo>);
 
 impl Columns {
-    /// The parameter of a column, or of an ending of its name at a dot that no other has.
+    /// The parameter of a column, or of an unambiguous ending of its name from a dot on.
     pub fn find(&self, name: &str) -> Option<&PathInfo> {
         if let Some(info) = self.0.get(name) {
             return Some(info);
@@ -243,13 +243,13 @@ impl Columns {
     }
 }
 
-/// Counts a problem that is not shown.
+/// Counts a problem without details.
 fn one_more<T>(problems: &mut Collector<'_>) -> Option<T> {
     problems.add(0..0, "", "");
     None
 }
 
-/// What is wrong with a value, and the word or unit most likely meant.
+/// Description of an invalid value, and the word or unit most likely meant.
 fn refusal(error: ValueError) -> (String, Option<String>) {
     match error {
         ValueError::Quantity { source, .. } => source.parts(),
@@ -263,14 +263,14 @@ fn refusal(error: ValueError) -> (String, Option<String>) {
     }
 }
 
-/// One `[[vary]]` table that holds what it should.
+/// A valid `[[vary]]` table.
 struct Member {
     varied: Varied,
     zip: Option<String>,
     span: Range<usize>,
 }
 
-/// The axes of `[[vary]]`, a zip group standing where its first member stands.
+/// The axes of `[[vary]]`; a zip group is at the position of its first member.
 pub(super) fn read_vary(entry: &Entry, paths: &PathTable, problems: &mut Collector<'_>) -> Vec<Axis> {
     let Value::Array(items) = &entry.node.value else {
         wrong_type(&entry.node, "vary", "an array of tables: [[vary]]", problems);
@@ -352,9 +352,9 @@ fn read_member(item: &Node, key: &str, paths: &PathTable, problems: &mut Collect
     Some(Member { varied: Varied { info: info?, short, is_variable, values: values?, place }, zip, span: keys.span() })
 }
 
-/// What is to take values.
+/// Parameter or variable whose values are read.
 struct Target<'a> {
-    /// `None`: its name was reported.
+    /// `None`: its name is invalid, which has been reported.
     info: Option<&'a PathInfo>,
     is_variable: bool,
     paths: &'a PathTable<'a>,
@@ -394,11 +394,11 @@ fn read_list(entry: &Entry, keys: &Keys<'_>, target: &Target<'_>, problems: &mut
         }
     }
     let values = one_kind(values, entry.node.span.clone(), &keys.key("values"), problems)?;
-    // A value that is missing was reported.
+    // A missing value has been reported.
     (values.len() == items.len() as u64).then_some(values)
 }
 
-/// A column of the table holds numbers or words.
+/// Requires that a column has only numbers or only words.
 pub(super) fn one_kind(
     values: Gathered,
     span: Range<usize>,

@@ -1,4 +1,4 @@
-//! Designs whose points count by the block: trajectories of Morris, and Saltelli's layout.
+//! Designs whose points form blocks: Morris trajectories and Saltelli's layout.
 
 use bladeoff_study::correlation::{Copula, Pair, Strength};
 use bladeoff_study::derived::{Derived, Variable};
@@ -40,7 +40,7 @@ fn point(layout: &SamplingLayout, index: u64, dimensions: usize) -> Vec<f64> {
     point
 }
 
-/// Values of every point, through the laws.
+/// Values of every point for the given distributions.
 fn values(layout: &SamplingLayout, laws: &[Uncertain]) -> Vec<Vec<f64>> {
     let variables = names(laws.len()).iter().map(|name| Variable::number(name, None, "")).collect();
     let drawing = SampleValues::new(
@@ -146,7 +146,7 @@ proptest! {
     }
 }
 
-/// Numbers of another program: unscrambled Joe-Kuo points from index 0, N = 1024, first order of Saltelli (2010), total of Jansen.
+/// Results of another program: unscrambled Joe-Kuo points from index 0, N = 1024, first order of Saltelli (2010), total of Jansen.
 #[test]
 fn unscrambled_saltelli_points_give_the_published_estimates() {
     let laws = uniforms(3, -PI, PI);
@@ -165,7 +165,7 @@ fn unscrambled_saltelli_points_give_the_published_estimates() {
     }
 }
 
-/// Exact figures over all elementary effects of the grid of 4 levels.
+/// Reference: exact values over all elementary effects of the grid of 4 levels.
 #[test]
 fn trajectories_draw_every_elementary_effect_as_often() {
     let laws = uniforms(3, -PI, PI);
@@ -187,11 +187,11 @@ fn trajectories_draw_every_elementary_effect_as_often() {
         assert_eq!(list.len(), 20_000);
         let star = mean(list, f64::abs);
         let deviation = (mean(list, |e| e * e) - mean(list, |e| e).powi(2)).sqrt();
-        // five standard errors of the mean of so many
+        // five standard errors of the mean of this many effects
         assert!((star - mu_star).abs() < 5.0 * sigma / 20_000f64.sqrt(), "{star} {mu_star}");
         assert!((deviation - sigma).abs() < 0.02 * sigma, "{deviation} {sigma}");
     }
-    // starts of the first parameter and orders of moves, each as often
+    // starts of the first parameter and orders of moves are equally frequent
     let mut starts = [0; 4];
     let mut orders = std::collections::BTreeMap::new();
     for t in 0..20_000 {
@@ -223,13 +223,13 @@ fn levels_are_finite_for_every_law() {
         found.dedup();
         found
     };
-    // 0.5 % and 99.5 %: normal -2.5758293035489, and between them at thirds of the course
+    // 0.5 % and 99.5 %: normal -2.5758293035489; between them at thirds of the range
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
     assert_eq!(seen(0).len(), 4);
     near(seen(0)[0], -2.5758293035489);
     near(seen(0)[3], 2.5758293035489);
     near(seen(0)[1], laws[0].quantile(0.335, 0.665));
-    // both ends are cut though one of them is finite: 0 is not among its values
+    // both ends are cut though one of them is finite: 0 is not among the values
     near(seen(1)[0], laws[1].quantile(0.005, 0.995));
     assert_eq!((seen(2)[0], seen(2)[3]), (-2.0, 2.0));
     assert_eq!(seen(3), [0.0, 2.0, 4.0, 6.0]);
@@ -309,7 +309,7 @@ fn scale_takes_the_first_blocks() {
 
 #[test]
 fn points_are_pinned() {
-    // recorded once from this implementation: a change here changes what every study with such a design computes
+    // recorded once from this implementation: a change here changes the results of every study with such a design
     let laws = uniforms(3, 0.0, 1.0);
     let pairs = made(&saltelli(64, false), 7, &laws).unwrap();
     assert_ne!(point(&pairs, 37, 3), point(&made(&saltelli(64, false), 8, &laws).unwrap(), 37, 3));
@@ -324,7 +324,7 @@ fn points_are_pinned() {
 const PINNED: [u64; 2] = [0x3fe5_db35_99bd_bc79, 0x3fec_e1d9_78fd_23d3];
 const MOVES: [(usize, bool); 6] = [(0, true), (2, false), (1, false), (2, false), (1, false), (0, false)];
 
-/// What a study file says, with `design` as its `[design]`.
+/// Reads a study file with `design` as its `[design]`.
 fn study(design: &str) -> Result<bladeoff_study::Study, bladeoff_study::StudyError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("study.toml");
@@ -362,7 +362,7 @@ fn a_study_file_has_the_keys_of_both_designs() {
     wrong("kind = \"sobol\"\nsamples = 64\ntrajectories = 3", &["design.trajectories", "morris"]);
 }
 
-/// Samples go through an axis in turn: every second one of them has one of its two values.
+/// Samples go through an axis in turn: every second sample has one of the two values.
 #[test]
 fn values_that_follow_from_an_axis_are_all_found_in_a_large_study() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -24,7 +24,7 @@ fn pair(a: usize, b: usize, strength: Strength) -> Pair {
     Pair { between: [a, b], strength }
 }
 
-/// The correlation of the normal numbers of two parameters: what the second becomes of 0 where the first is 1.
+/// Correlation of the normal numbers of two parameters, from the second number after the copula for the inputs 1 and 0.
 fn normal_of(laws: &[Uncertain; 2], strength: Strength) -> Result<f64, CorrelationError> {
     let copula = Copula::new(&names(2), laws, &[pair(0, 1, strength)]).map_err(|mut errors| errors.remove(0))?;
     let mut coordinates = [normal_tails(1.0), (0.5, 0.5)];
@@ -106,7 +106,7 @@ fn nataf_agrees_with_closed_forms() {
 
 #[test]
 fn heavy_laws_reach_their_correlation_or_are_refused() {
-    // sigma 3: cv of 90. Flat where r is negative: the correlation of the values is matched, r is worth fewer digits
+    // sigma 3: cv of 90. The curve is flat for negative r: the correlation of the values is matched, r has fewer valid digits
     let heavy = || law("lognormal", &[("median", 1.0), ("cv", libm::sqrt(libm::expm1(9.0)))]);
     let rho_of = |r: f64| libm::expm1(9.0 * r) / libm::expm1(9.0);
     for r in [-0.2, 0.1, 0.5, 0.9, 0.99] {
@@ -114,7 +114,7 @@ fn heavy_laws_reach_their_correlation_or_are_refused() {
         println!("r = {r}: {:e}, correlation {:e}", found - r, rho_of(found) - rho_of(r));
         assert!((rho_of(found) - rho_of(r)).abs() < ACCURACY);
     }
-    // nearly a step: the panels would not see it
+    // almost a step, which the panels cannot resolve
     let step = law("beta", &[("a", 1e-3), ("b", 1e-3), ("lower", 0.0), ("upper", 1.0)]);
     let error = normal_of(&[step, heavy()], Strength::Linear(0.01)).unwrap_err();
     assert!(matches!(error, CorrelationError::Unresolved { .. }), "{error}");
@@ -135,7 +135,7 @@ fn what_the_laws_cannot_have_is_refused_with_what_they_can() {
         "`linear` = -0.37: the distributions of x0 and x1 can have from -0.367879 to 1.000000; allowed: between these, or `rank`"
     );
     assert!(linear(&[lognormal(), lognormal()], -0.3678).abs() < 1.0);
-    // exponential with itself: from 1 - pi^2/6
+    // exponential with itself: at least 1 - pi^2/6
     let exponential = || law("exponential", &[("mean", 2.0)]);
     let error = normal_of(&[exponential(), exponential()], Strength::Linear(-0.7)).unwrap_err();
     let CorrelationError::Unreachable { low, .. } = error else { panic!("{error}") };
@@ -162,7 +162,7 @@ fn empirical_laws_reach_their_linear_correlation() {
     }
     let r = linear(&[sample(1, 30_000), sample(2, 5)], 0.3);
     println!("30000 and 5 values, rho 0.3: r = {r}");
-    // corners and a correlation next to the largest: computed or refused, never wrong
+    // corners, and a correlation close to the largest possible one: computed or rejected, never wrong
     for rho in [0.9, 0.93, 0.95, 0.96] {
         let laws = [sample(1, 12), sample(2, 14)];
         match normal_of(&laws, Strength::Linear(rho)) {
@@ -178,9 +178,9 @@ fn empirical_laws_reach_their_linear_correlation() {
     }
 }
 
-/// The correlation of two laws by the density of both normal numbers, on panels that end at the corners of each law.
+/// Correlation of two distributions by the joint density of both normal numbers, on panels that end at the corners of each distribution.
 fn by_quadrature(laws: &[Uncertain; 2], r: f64) -> f64 {
-    // Gauss and Legendre, five nodes
+    // Gauss-Legendre quadrature with five nodes
     const RULE: [(f64, f64); 5] = [
         (0.0, 128.0 / 225.0),
         (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
@@ -279,7 +279,7 @@ fn an_impossible_matrix_is_refused_with_one_that_is_possible() {
     let laws = [normal(), exponential(), exponential(), normal(), normal()];
     let kinds: [fn(f64) -> Strength; 3] = [Strength::Rank, Strength::Linear, Strength::Normal];
     for kind in kinds {
-        // 0 and 2 alike, 2 and 3 alike, but 0 and 3 opposite; 4 has nothing to do with it
+        // 0 and 2 alike, 2 and 3 alike, but 0 and 3 opposite; 4 is not part of the contradiction
         let pairs = [pair(0, 2, kind(0.8)), pair(2, 3, kind(0.8)), pair(3, 0, kind(-0.8)), pair(1, 4, kind(0.3))];
         let error = Copula::new(&names(5), &laws, &pairs).unwrap_err().remove(0);
         println!("{error}");

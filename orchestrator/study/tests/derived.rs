@@ -1,4 +1,4 @@
-//! Variables by formulas of others.
+//! Variables computed by formulas of others.
 
 use bladeoff_study::derived::{Derived, DerivedError, Variable, name_mistakes};
 
@@ -60,7 +60,7 @@ fn circles_are_refused_by_their_names_each_of_them() {
         shown,
         ["derived in a circle: a needs b needs c needs a", "derived in a circle: self_made needs self_made"]
     );
-    // one that only leads into a circle is not part of it
+    // a variable that depends on a circle is not part of the circle
     let errors = made(&[("x", "a"), ("a", "b"), ("b", "a")]).unwrap_err();
     assert_eq!(errors, [DerivedError::Circle { formula: 1, circle: ["a", "b", "a"].map(str::to_owned).to_vec() }]);
 }

@@ -1,4 +1,4 @@
-//! `model = "function"`: names and formulas of what a study without a machine computes.
+//! `model = "function"`: names and formulas of a study without a machine.
 
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::derived::Variable;
@@ -86,7 +86,7 @@ fn as_many_as_a_message_holds_are_allowed() {
     assert_eq!(errors, [FunctionError::TooManyVariables { count: 129 }]);
 }
 
-/// Identities are in the record of every directory.
+/// Identities are stored in the record of every result directory, so they must not change.
 #[test]
 fn an_identity_is_that_of_names_texts_and_values() {
     let of = |pairs: &[(&str, &str)]| model(pairs).expect("a model").identity();

@@ -1,4 +1,4 @@
-//! Where the points of a design lie.
+//! Positions of the points of a design.
 
 use bladeoff_study::correlation::{Copula, Pair, Strength};
 use bladeoff_study::sampling::layout::{Base, LayoutDef, LayoutError, LayoutKind, SamplingLayout, Standing};
@@ -67,7 +67,7 @@ proptest! {
             prop_assert!(here.iter().all(|u| *u > 0.0 && *u < 1.0));
             // more samples and more parameters
             prop_assert_eq!(&here, &point(&many, index, dimensions + 2)[..dimensions]);
-            // the first replicate is what it is without the others
+            // the first replicate is the same without the others
             if few.replicate(index) == 0 && kind != LayoutKind::MonteCarlo {
                 prop_assert_eq!(&here, &point(&alone, few.block(index), dimensions));
             }
@@ -102,7 +102,7 @@ proptest! {
         prop_assert!(count >= replicates && count <= layout.count() && count.is_multiple_of(replicates));
         prop_assert!(count <= limit.max(replicates));
         match kind {
-            // replicates of a power of two, for which there is an interval
+            // replicates with a power of two of points, which allow an interval
             LayoutKind::LatinHypercube | LayoutKind::Sobol => {
                 prop_assert!((count / replicates).is_power_of_two() && 2 * count > limit.min(layout.count()));
                 prop_assert_eq!(layout.whole(count), count);
@@ -115,7 +115,7 @@ proptest! {
 
 #[test]
 fn points_are_pinned() {
-    // recorded once from this implementation: a change here changes what every study with a design computes
+    // recorded once from this implementation: a change here changes the results of every study with a design
     let expected: [(LayoutKind, [u64; 2]); 4] = PINNED;
     let mut wrong = Vec::new();
     for (kind, bits) in expected {
@@ -297,7 +297,7 @@ fn one_at_a_time_changes_one_parameter_from_the_base_point() {
         [None, Some(1), Some(1), Some(0), Some(2)]
     );
     assert_eq!([1, 2, 3, 4, 5, 9].map(|limit| layout.limited(limit)), [1, 1, 3, 3, 5, 5]);
-    // a further quantile moves nothing
+    // an additional quantile changes no point
     let more = made(&LayoutDef { quantiles: Some(vec![0.25, 0.75]), ..LayoutDef::new(LayoutKind::OneAtATime) }, &laws)
         .unwrap();
     assert_eq!(values(&more)[..5], all[..]);
@@ -311,7 +311,7 @@ fn one_at_a_time_changes_one_parameter_from_the_base_point() {
     assert_eq!(nominal.count(), 1 + 2 + 4);
 }
 
-/// Linear scrambling gave two of 30 parameters a correlation of 0.99 in a replicate of 64 points.
+/// Linear scrambling once gave two of 30 parameters a correlation of 0.99 in a replicate of 64 points.
 #[test]
 fn a_replicate_of_too_few_points_is_reported_with_its_worst_pair() {
     let said = |kind: LayoutKind, samples: u64, parameters: usize| {
@@ -331,6 +331,6 @@ fn a_replicate_of_too_few_points_is_reported_with_its_worst_pair() {
         assert!((0.3..most).contains(&r.abs()), "{few}");
         assert!(few.contains(" of 435 pairs "), "{few}");
     }
-    // points that are paired at random are not those of a sequence
+    // the rule for sequences does not apply to randomly paired points
     assert_eq!(said(LayoutKind::LatinHypercube, 64, 30), None);
 }

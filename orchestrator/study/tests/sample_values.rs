@@ -1,4 +1,4 @@
-//! All of it together: values of samples.
+//! Values of samples, by all steps together.
 
 use bladeoff_model::machine::ParamValue;
 use bladeoff_study::correlation::{Copula, Pair, Strength};
@@ -20,7 +20,7 @@ fn words(values: &[&str], weights: &[f64]) -> Uncertain {
     Uncertain::new(Distribution::Discrete, &written, "").expect("sound")
 }
 
-/// A little of everything; the last of the uncertain ones is a word.
+/// Distributions of several kinds; the last one has words.
 fn laws() -> Vec<Uncertain> {
     vec![
         law("normal", &[("mean", 1e-3), ("sd", 1e-4), ("lower", 7e-4)]),
@@ -132,7 +132,7 @@ fn threads_share_a_drawing() {
 
 #[test]
 fn values_are_pinned_to_the_bit() {
-    // recorded once from this implementation: FNV-1a over the bits of 96 samples, through every law, the copula and the formulas
+    // recorded once from this implementation: FNV-1a over the bits of 96 samples, through every distribution, the copula and the formulas
     let found =
         [LayoutKind::MonteCarlo, LayoutKind::LatinHypercube, LayoutKind::Sobol, LayoutKind::Halton].map(|kind| {
             let drawing = drawing(kind, 128, if kind == LayoutKind::MonteCarlo { 1 } else { 3 }, 11);
@@ -213,13 +213,13 @@ fn draws_have_the_correlations_that_were_asked_for() {
     check("linear 0.6", over(&drawn, [3, 1], pearson), 0.6);
     check("linear -0.2", over(&drawn, [4, 3], pearson), -0.2);
     check("independent", over(&drawn, [2, 4], pearson), 0.0);
-    // a word that is above its median by z > Phi^-1(3/4) with r = 0.7: P(word and x0 above its median)
+    // a word above its median means z > Phi^-1(3/4), with r = 0.7: P(word and x0 above its median)
     let both = over(&drawn, [5, 0], |word, x| {
         let median = laws()[0].quantile(0.5, 0.5);
         word.iter().zip(x).filter(|(word, x)| **word == 1.0 && **x > median).count() as f64 / word.len() as f64
     });
     check("word and value", both, BOTH);
-    // each law is still what it was: means by their own standard error
+    // each distribution is unchanged: means within their own standard error
     for number in [0, 1, 3, 4] {
         let (mean, sd) = laws()[number].moments().unwrap();
         let (found, error) = over(&drawn, [number, number], |x, _| x.iter().sum::<f64>() / x.len() as f64);

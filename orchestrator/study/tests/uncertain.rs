@@ -1,4 +1,4 @@
-//! Laws of single parameters.
+//! Distributions of single parameters.
 
 use bladeoff_model::machine::Range;
 use bladeoff_study::uncertain::{Distribution, Uncertain, UncertainError, Values, Written};
@@ -57,7 +57,7 @@ fn quantiles_are_those_of_the_reference_in_both_tails() {
         };
         let got = law.quantile(p, 1.0 - p);
         let error = if want == 0.0 { got.abs() } else { ((got - want) / want).abs() };
-        // the keys of a lognormal law cost a rounding of ln median and sigma, times the 37 standard deviations of 1e-300
+        // the keys of a lognormal distribution cost a rounding of ln median and sigma, times the 37 standard deviations of 1e-300
         let allowed = if cells[0] == "lognormal" { 4e-13 } else { 1e-12 };
         assert!(error < allowed, "{line}: {got:e}, {error:e}");
         (worst, count) = (worst.max(error), count + 1);
@@ -87,7 +87,7 @@ fn moments_after_truncation_are_those_of_the_reference() {
 
 #[test]
 fn moments_without_truncation_agree_with_their_quadrature() {
-    // truncated far outside, the same laws go through the quadrature
+    // truncated far outside, the same distributions use quadrature
     for (word, keys, far) in [
         ("normal", vec![("mean", 3.0), ("sd", 2.0)], ("upper", 60.0)),
         ("lognormal", vec![("mean", 3.0), ("sd", 2.0)], ("upper", 1e9)),
@@ -104,7 +104,7 @@ fn moments_without_truncation_agree_with_their_quadrature() {
             "{word} {exact:?} {summed:?}"
         );
     }
-    // far tails: the squares of a Weibull law of this shape are decided at 1 - 1e-29, those of the lognormal at 1 - 1e-22
+    // far tails: the squares of a Weibull distribution of this shape are dominated by 1 - 1e-29, those of the lognormal by 1 - 1e-22
     let shape = 0.03;
     let (mean, sd) = law("weibull", &[("shape", shape), ("scale", 1.0)]).moments().unwrap();
     let (first, second) = (libm::lgamma(1.0 + 1.0 / shape), libm::lgamma(1.0 + 2.0 / shape));
@@ -242,7 +242,7 @@ fn truncation_to_nothing_is_refused_and_to_a_far_tail_is_not() {
     );
     let far = law("normal", &[("mean", 0.0), ("sd", 1.0), ("lower", 20.0), ("upper", 21.0)]);
     let median = far.quantile(0.5, 0.5);
-    // Mills: Q(x) ~ phi(x)/x: half of it is left ln 2/x further
+    // Mills: Q(x) ~ phi(x)/x, so Q halves after ln 2/x
     assert!((median - 20.0 - 2f64.ln() / 20.0).abs() < 2e-4, "{median}");
     assert_eq!(keys_refused("gamma", &[("shape", 2.0), ("scale", 1.0), ("upper", -1.0)]), ["upper"]);
 }
@@ -259,11 +259,11 @@ fn values_outside_the_machines_range_have_their_probability_from_both_tails() {
     assert!((above / seven - 1.0).abs() < 1e-12 && below == 0.0, "{below:e} {above:e}");
     let both = outside(&law("normal", &[("mean", 0.0), ("sd", 1.0)]), Range::from_to(-3.0, 2.0));
     assert!((both - (1.349_898_031_630_094_6e-3 + 2.275_013_194_817_921e-2)).abs() < 1e-16);
-    // truncated: what is cut off is not there, what is left is more
+    // truncated: the removed part has no probability, the rest a larger one
     let cut = law("normal", &[("mean", 0.0), ("sd", 1.0), ("lower", 0.0)]);
     assert_eq!(outside(&cut, Range::NOT_NEGATIVE), 0.0);
     assert!((outside(&cut, Range::from_to(0.0, 2.0)) - 2.0 * 2.275_013_194_817_921e-2).abs() < 1e-15);
-    // an open end: a law with a density has no part there, a value of a list has
+    // an open end has no probability in a distribution with a density, but may have one in a list of values
     assert_eq!(outside(&law("uniform", &[("lower", 0.0), ("upper", 1.0)]), Range::POSITIVE), 0.0);
     let uniform = law("uniform", &[("lower", -1.0), ("upper", 1.0)]);
     assert_eq!(uniform.outside(Range::between(-0.5, 0.75)), [0.25, 0.125]);
@@ -276,7 +276,7 @@ fn values_outside_the_machines_range_have_their_probability_from_both_tails() {
     assert_eq!(sample.outside(Range::from_to(0.0, 1.5)), [0.0, 0.25]);
     let angle = law("periodic", &[("lower", 0.0), ("upper", 4.0)]);
     assert_eq!(angle.outside(Range::from_to(1.0, 3.5)), [0.25, 0.125]);
-    // refused: by the side where more is
+    // rejected at the side with the larger probability
     let wide = law("normal", &[("mean", 1e-3), ("sd", 2e-4)]);
     let error = wide.refuse_outside(Range::POSITIVE, "m").unwrap_err();
     assert_eq!(error.key(), "lower");
@@ -295,14 +295,14 @@ fn an_empirical_law_has_the_mean_of_its_sample_and_stays_in_it() {
     assert!((mean - 4.1).abs() < 1e-15);
     let spread = (sample.iter().map(|x| (x - 4.1) * (x - 4.1)).sum::<f64>() / 5.0).sqrt();
     assert!(sd < spread && sd > 0.8 * spread, "{sd} {spread}");
-    // x_i at (i - 1/2)/n, whichever tail it is asked by
+    // x_i at (i - 1/2)/n, from both tails
     for (place, value) in [1.0, 2.5, 3.0, 4.0, 10.0].into_iter().enumerate() {
         let p = (place as f64 + 0.5) / 5.0;
         assert!((law.quantile(p, 1.0 - p) - value).abs() < 1e-14);
     }
     assert_eq!((law.quantile(0.0, 1.0), law.quantile(1.0, 0.0), law.quantile(0.05, 0.95)), (1.0, 10.0, 1.0));
     assert!((law.quantile(0.8, 0.2) - 7.0).abs() < 1e-14);
-    // truncated in the middle of a piece, and by a midpoint sum
+    // truncated in the middle of a piece; reference by a midpoint sum
     let cut = empirical(&sample, &[("lower", 2.0), ("upper", 7.0)]).unwrap();
     assert_eq!((cut.quantile(0.0, 1.0), cut.quantile(1.0, 0.0)), (2.0, 7.0));
     let count = 100_000;
@@ -318,7 +318,7 @@ fn a_discrete_law_gives_each_value_its_part_even_a_rare_one() {
     let (law, _) = discrete(Values::Numbers(vec![5.0, 1.0, 3.0]), Some(&[1e-18, 3.0, 1.0]));
     let law = law.unwrap();
     assert_eq!([0.1, 0.74, 0.76, 0.999].map(|p| law.quantile(p, 1.0 - p)), [1.0, 1.0, 3.0, 3.0]);
-    // 1 - 1e-19 is 1 in numbers: the upper tail knows better
+    // 1 - 1e-19 is 1 as a double: the upper tail is more precise
     assert_eq!((law.quantile(1.0, 1e-19), law.quantile(1.0, 1e-18)), (5.0, 3.0));
     let (law, _) = discrete(Values::Numbers(vec![1.0, 2.0, 3.0, 4.0]), Some(&[0.0, 1.0, 1.0, 0.0]));
     let law = law.unwrap();

@@ -1,7 +1,8 @@
 //! Heartbeat of a worker: 32 bytes through its standard output, written in one piece by a thread of its own.
 //!
-//! It goes through a pipe and not through shared memory, so that the watch does not depend on what it watches, and a
-//! closed pipe tells the end of the process. It says what is in work, which only time limits, displays and who waits behind a long sample go by.
+//! Heartbeats use a pipe, not shared memory, so that monitoring does not depend on the memory that it monitors, and a closed pipe shows
+//! that the process has ended. The batch and sample in progress serve time limits, displays and the redistribution of samples that wait
+//! behind a long one.
 
 use crate::messages::BatchId;
 
@@ -10,17 +11,17 @@ pub const BEAT_BYTES: usize = 32;
 const MAGIC: u64 = u64::from_le_bytes(*b"bladBEAT");
 const NO_SAMPLE: u64 = u64::MAX;
 
-/// What a worker is doing.
+/// Batch and sample that a worker is computing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Beat {
-    /// Batch in work, 0 while it waits for one.
+    /// Batch in progress; 0 while the worker waits for one.
     pub batch: BatchId,
-    /// Sample in work.
+    /// Sample in progress.
     pub sample: Option<u64>,
 }
 
 impl Beat {
-    /// The bytes of a heartbeat.
+    /// Encodes the heartbeat.
     #[must_use]
     pub fn encode(self) -> [u8; BEAT_BYTES] {
         let sample = self.sample.unwrap_or(NO_SAMPLE);
@@ -32,7 +33,7 @@ impl Beat {
         bytes
     }
 
-    /// Reads a heartbeat; `None` if the bytes are not one.
+    /// Decodes a heartbeat; `None` if the bytes are not a heartbeat.
     #[must_use]
     pub fn decode(bytes: &[u8; BEAT_BYTES]) -> Option<Self> {
         let mut words = [0; 4];

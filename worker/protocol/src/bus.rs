@@ -1,11 +1,10 @@
-//! Memory that is not there when it is touched.
+//! SIGBUS on shared memory that runs out when a page is first touched.
 //!
-//! A piece of shared memory is given its size when it is made and its pages when they are touched, by iceoryx2 inside the
-//! making. When /dev/shm has filled up in between, the kernel sends SIGBUS, and a process that does not expect it is gone without
-//! a word. Here it gets an empty page of its own instead, in the one place where it may be expected: in a call
-//! into iceoryx2, at an address of ours in /dev/shm. The call ends, in whatever way; its result is thrown away, and
-//! the caller gets [`PortError::MemoryFull`], now and from every later call of its thread: nothing that was read from such a
-//! page is believed. Any other SIGBUS does what it did before.
+//! iceoryx2 sets the size of a piece of shared memory when it creates the piece; the kernel provides the pages when they are first touched.
+//! If /dev/shm has filled up in between, the kernel sends SIGBUS, which by default ends the process without a message. The handler here
+//! maps an empty private page instead, but only during a call into iceoryx2 and at an address of this program's memory in /dev/shm. The
+//! result of that call is discarded, and it and every later call of the thread return [`PortError::MemoryFull`], so that no data from
+//! such a page is used. Any other SIGBUS has its previous effect.
 
 use std::cell::Cell;
 use std::ffi::{c_int, c_void};
@@ -15,37 +14,37 @@ use crate::transport::PortError;
 use crate::{limits, shm};
 
 thread_local! {
-    /// Whether this thread is in a call where memory may be missing.
+    /// Whether this thread is in a call that may touch missing memory.
     static IS_INSIDE: Cell<bool> = const { Cell::new(false) };
-    /// Whether memory was missing.
+    /// Whether this thread has touched missing memory.
     static RAN_OUT: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What is needed inside the handler, where little may be asked for.
+/// State for the signal handler, stored beforehand because a handler may call few functions.
 struct Before {
     action: libc::sigaction,
     page: usize,
 }
 
 static BEFORE: OnceLock<Before> = OnceLock::new();
-/// Directory and start of the names of our memory, as the kernel lists mappings.
+/// Directory and start of the names of this program's shared memory, as `/proc/self/maps` lists mappings.
 const OURS: &[u8] = b"/shm/bladeoff_";
 
-/// Does what may touch memory that is not there.
+/// Runs `work`, which may touch shared memory that has run out.
 ///
 /// # Errors
-/// Those of `work`; [`PortError::MemoryFull`] if memory was missing, now or before, or if `work` failed while there is none;
-/// [`PortError::NoDescriptors`] if it failed with next to no file that could be opened.
+/// Errors of `work`. [`PortError::MemoryFull`] if this thread has touched missing memory, now or earlier, or if `work` failed while /dev/shm is
+/// full; [`PortError::NoDescriptors`] if `work` failed close to the limit on open files.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, PortError>) -> Result<T, PortError> {
     install();
     let _inside = Inside::enter();
     let result = work();
-    // What was made of missing memory is dropped while it is guarded.
+    // The result may refer to missing memory, so it is dropped while the guard is still active.
     if RAN_OUT.get() || (result.is_err() && shm::is_full()) {
         drop(result);
         return Err(shm::full());
     }
-    // iceoryx2 does not tell why a file could not be opened.
+    // iceoryx2 does not report why a file could not be opened.
     if let Err(PortError::Failed { .. }) = &result
         && let Some(cause) = limits::few_descriptors()
     {
@@ -69,13 +68,13 @@ impl Drop for Inside {
     }
 }
 
-/// Puts the handler in place, once in the life of a process.
+/// Installs the handler, once per process.
 #[expect(unsafe_code, reason = "the standard library sets no signal actions")]
 fn install() {
     BEFORE.get_or_init(|| {
         // SAFETY: both structures are plain data for which zero is a valid value; the handler is one for SA_SIGINFO and runs on the
         // alternate stack that the standard library gives every thread. If SIGBUS arrives before `BEFORE` is set, it is
-        // handled as nobody's.
+        // handled as one outside guarded memory.
         unsafe {
             let mut before: libc::sigaction = std::mem::zeroed();
             let mut ours: libc::sigaction = std::mem::zeroed();
@@ -87,7 +86,7 @@ fn install() {
     });
 }
 
-/// Allocates nothing and takes no lock: everything here may be called in a signal handler.
+/// Allocates nothing and takes no lock: every function called here is allowed in a signal handler.
 #[expect(unsafe_code, reason = "a signal handler")]
 extern "C" fn on_bus(_signal: c_int, info: *mut libc::siginfo_t, _context: *mut c_void) {
     // SAFETY: the kernel gives a valid siginfo; for SIGBUS it has an address.
@@ -102,8 +101,8 @@ extern "C" fn on_bus(_signal: c_int, info: *mut libc::siginfo_t, _context: *mut 
         let _ = RAN_OUT.try_with(|ran_out| ran_out.set(true));
         return;
     }
-    // Not ours: the fault happens again, and finds the handler that was there before.
-    // SAFETY: `action` is what the system gave us; zero is the default action.
+    // Not guarded memory: the fault occurs again and reaches the previous handler.
+    // SAFETY: the system returned `action`; zero is the default action.
     unsafe {
         let default: libc::sigaction = std::mem::zeroed();
         let action = before.map_or(&raw const default, |before| &raw const before.action);
@@ -111,20 +110,20 @@ extern "C" fn on_bus(_signal: c_int, info: *mut libc::siginfo_t, _context: *mut 
     }
 }
 
-/// Puts an empty page of this process alone where one is missing.
+/// Maps an empty private page over a missing one.
 #[expect(unsafe_code, reason = "exchanges a page of a mapping")]
 fn put_page(address: usize, page: usize) -> bool {
     let start = (address & !(page - 1)) as *mut c_void;
     let protection = libc::PROT_READ | libc::PROT_WRITE;
     let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS | libc::MAP_FIXED;
-    // SAFETY: the page belongs to a mapping of ours in which there is nothing: an access to it has just failed.
+    // SAFETY: the page belongs to a mapping of this program and has no memory: an access to it has just failed.
     unsafe { libc::mmap(start, page, protection, flags, -1, 0) != libc::MAP_FAILED }
 }
 
-/// Whether an address is in a mapping of our shared memory, by the kernel's list.
+/// Whether an address is in a mapping of this program's shared memory, according to `/proc/self/maps`.
 #[expect(unsafe_code, reason = "reads a file inside a signal handler")]
 fn is_ours(address: usize) -> bool {
-    // SAFETY: the path ends in 0, the buffer is as long as said, the descriptor is closed once.
+    // SAFETY: the path ends in 0, the length of the buffer is right, the descriptor is closed once.
     unsafe {
         let file = libc::open(c"/proc/self/maps".as_ptr(), libc::O_RDONLY | libc::O_CLOEXEC);
         if file < 0 {
@@ -179,7 +178,7 @@ mod tests {
     use super::*;
     use std::os::fd::AsRawFd;
 
-    /// Reads a byte of the second page of a file that has one page only; says what was there.
+    /// Reads a byte of a mapping beyond the only page of its file; returns the byte that the handler provides.
     #[expect(unsafe_code, reason = "a mapping beyond the end of a file")]
     fn read_what_is_missing(name: &str) -> u8 {
         let dir = tempfile::tempdir().expect("temporary directory");
@@ -206,7 +205,7 @@ mod tests {
         assert!(matches!(other.join().expect("no panic"), Ok(1)));
     }
 
-    /// Not a test by itself: touches what is missing where that is nobody's business, for the test below.
+    /// Child process of the test below: touches missing memory that the handler must not provide.
     #[test]
     fn unexpected_fault() {
         let Ok(what) = std::env::var("BLADEOFF_TEST_FAULT") else { return };

@@ -1,4 +1,4 @@
-//! Where the shared memory of a run lives: made before, removed after, swept by the next run if nobody could.
+//! Domain of a run: the place of its shared memory. A domain is created before and removed after the run; the next run removes leftovers.
 //!
 //! ```text
 //! BASE/                      0700, of this user: see `runtime.rs`
@@ -6,13 +6,13 @@
 //! /dev/shm/bladeoff_ID_*       the run's memory, 0600, by iceoryx2, all of it taken at the start (`shm.rs`)
 //! /dev/shm/bladeoff_ID_owner   flock held by its orchestrator as long as it lives (`owner.rs`)
 //! ```
-//! The prefix bears the run's id, so what a run leaves behind is known by its name. The path is short because events are
-//! Unix sockets inside it, whose path is limited to 108 bytes, and never in the result directory, which may be long or NFS.
-//! A domain whose lock is free belongs to a dead orchestrator; its workers leave within moments, and it is swept once
-//! none of its processes is alive. If somebody has removed its root, the owner's file tells the same.
+//! The prefix contains the run's id, so leftovers of a run are recognised by their names. The path is short because events use Unix
+//! sockets inside the directory, whose path is limited to 108 bytes. The result directory is not used, as its path may be long or on NFS.
+//! A domain whose lock is free belongs to a dead orchestrator. The workers of that run end within moments; the domain is removed once none
+//! of its processes is alive. If the root directory has been removed, the lock of the owner's file shows the same.
 //!
-//! No lock is waited for, and none is common to several runs: a run that is stopped in the middle of this stops nobody else. A
-//! sweep can meet a root between its making and its lock; then the run takes another id.
+//! No process waits for a lock, and no lock is shared by several runs, so a stopped run blocks no other. A sweep can find a root between its
+//! creation and its lock; the run being started then takes another id.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -31,16 +31,16 @@ use bladeoff_system::shown;
 pub use crate::domain_error::{DomainError, Left};
 pub use crate::names::Address;
 
-/// Free memory wanted in /dev/shm. A run takes 256 kB per worker and 0.25 MB besides; a worker has 116 kB of its own, which can be
-/// there twice while it is replaced.
+/// Free space required in /dev/shm. A run takes 256 kB per worker plus 0.25 MB; each worker takes another 116 kB, twice while the worker is
+/// being replaced.
 const BASE_BYTES: u64 = 1 << 20;
 const WORKER_BYTES: u64 = 384 << 10;
 
-/// Ids tried: each is lost to a sweep in the same microsecond, or to nobody.
+/// Ids that are tried. An id fails only if its name is taken or a sweep removes its root between creation and lock.
 const MOST_IDS: usize = 16;
 
-/// The domain of a run, held by its orchestrator. Removed by [`Domain::close`], at the latest when dropped; the ports
-/// in it must have been dropped before.
+/// The domain of a run, held by its orchestrator. [`Domain::close`] removes the domain, as does dropping it; all ports in the domain must be
+/// dropped before.
 #[derive(Debug)]
 pub struct Domain {
     address: Address,
@@ -51,7 +51,7 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// Whether a domain for this many workers could be made now: said before a study begins.
+    /// Checks that a domain for this many workers can be created now, to report errors before a study begins.
     ///
     /// # Errors
     /// See [`DomainError`].
@@ -60,7 +60,7 @@ impl Domain {
         Runtime::find().map(drop)
     }
 
-    /// Makes a domain for a run with this many workers where the environment says (`runtime.rs`), after sweeping those of dead runs.
+    /// Creates a domain in the directory given by the environment (`runtime.rs`), after removing the domains of dead runs.
     ///
     /// # Errors
     /// See [`DomainError`]; nothing is left behind.
@@ -68,7 +68,7 @@ impl Domain {
         Self::create_in(&Runtime::find()?, workers)
     }
 
-    /// The same below another directory and nowhere else, for tests.
+    /// Creates a domain below `base`, whatever the environment sets; for tests.
     ///
     /// # Errors
     /// As [`Domain::create`].
@@ -89,7 +89,7 @@ impl Domain {
                 Ok(Some(lock)) => return Ok(Self { address, run, _lock: lock, _owner: owner, is_open: true }),
                 Ok(None) => drop(owner::remove(&address.prefix)),
                 Err(error) => {
-                    // The error is what made it fail; the next run sweeps what is left.
+                    // The first error is reported; the next run removes the leftovers.
                     discard(&address);
                     return Err(error);
                 }
@@ -98,20 +98,20 @@ impl Domain {
         Err(DomainError::NoName { base: runtime.base.dir.clone() })
     }
 
-    /// Where it is.
+    /// Names of the domain's directory and memory.
     #[must_use]
     pub fn address(&self) -> &Address {
         &self.address
     }
 
-    /// Number of the run, random.
+    /// Random number of the run.
     #[must_use]
     pub fn run(&self) -> RunId {
         self.run
     }
 
-    /// Removes the domain: afterwards nothing of it is in /dev/shm or below the base, but for what is given. What one file refuses
-    /// keeps no other; the next run tries again.
+    /// Removes the domain from /dev/shm and from the base directory and returns the files that are left. A file that cannot be removed does not
+    /// keep the others; the next run tries again.
     #[must_use]
     pub fn close(mut self) -> Vec<Left> {
         self.remove()
@@ -134,8 +134,7 @@ fn check_limits(workers: usize) -> Result<(), DomainError> {
     limits::allow_files(workers)
 }
 
-/// Refuses a /dev/shm that cannot be written or is too small: memory that is not there would kill processes by SIGBUS
-/// on first touch.
+/// Rejects a /dev/shm that cannot be written or is too small: SIGBUS would kill processes that first touch missing memory.
 fn check_shm(shm: &Path, workers: usize) -> Result<(), DomainError> {
     let needed = BASE_BYTES + WORKER_BYTES * workers as u64;
     let probe = || -> io::Result<u64> {
@@ -151,7 +150,7 @@ fn check_shm(shm: &Path, workers: usize) -> Result<(), DomainError> {
     }
 }
 
-/// Refuses a limit on the size of files (`ulimit -f`) that the largest piece of memory exceeds, by which it would not be made.
+/// Rejects a limit on file sizes (`ulimit -f`) below the largest piece of shared memory.
 fn check_file_size(workers: usize) -> Result<(), DomainError> {
     let needed = ipc_hub::largest_file(workers);
     match rustix::process::getrlimit(rustix::process::Resource::Fsize).current {
@@ -160,7 +159,7 @@ fn check_file_size(workers: usize) -> Result<(), DomainError> {
     }
 }
 
-/// Makes and locks the root of a domain; `None` if somebody has the name, or a sweep took it for one of the dead.
+/// Creates and locks the root of a domain. `None`: the name is taken, or a sweep has taken the new root for that of a dead run.
 fn make_root(root: &Path) -> Result<Option<File>, DomainError> {
     match runtime::make_closed(root) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
@@ -173,7 +172,7 @@ fn make_root(root: &Path) -> Result<Option<File>, DomainError> {
     Ok(lock(root).map_err(FileError::at("lock", root))?)
 }
 
-/// Locks a directory for as long as the result lives; `None` if somebody else has it locked, or it is gone. Does not wait.
+/// Locks a directory until the result is dropped, without waiting. `None`: another process holds the lock, or the directory is gone.
 fn lock(dir: &Path) -> io::Result<Option<File>> {
     let file = match runtime::open(dir) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -183,13 +182,13 @@ fn lock(dir: &Path) -> io::Result<Option<File>> {
         Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
         locked => locked?,
     }
-    // Whoever had it locked before may have removed it.
+    // The previous holder of the lock may have removed the directory.
     let (ours, there) = (file.metadata()?, fs::symlink_metadata(dir));
     let is_there = there.is_ok_and(|there| (there.dev(), there.ino()) == (ours.dev(), ours.ino()));
     Ok(is_there.then_some(file))
 }
 
-/// Removes the domains of dead runs. What fails is left for the next time.
+/// Removes the domains of dead runs. Files that cannot be removed are left for the next sweep.
 fn sweep(base: &Base) {
     for entry in fs::read_dir(&base.dir).into_iter().flatten().flatten() {
         let (name, root) = (entry.file_name(), entry.path());
@@ -205,8 +204,8 @@ fn sweep(base: &Base) {
     }
 }
 
-/// Removes all files of a domain whose ports are gone; gives what is left. Memory first: the directory is what a later sweep finds the
-/// rest by.
+/// Removes all files of a domain whose ports are closed and returns the files that are left. The memory goes first, because a later sweep
+/// finds the remaining files by the directory.
 pub fn discard(address: &Address) -> Vec<Left> {
     let mut left = owner::remove(&address.prefix);
     match fs::remove_dir_all(&address.root) {
@@ -218,7 +217,7 @@ pub fn discard(address: &Address) -> Vec<Left> {
     left
 }
 
-/// Files of other users under the names of a run, in words.
+/// Descriptions of files that have the prefix of a run but belong to other users.
 #[must_use]
 pub fn foreign_files(prefix: &str) -> Vec<String> {
     let foreign = |path: PathBuf| {
@@ -228,7 +227,7 @@ pub fn foreign_files(prefix: &str) -> Vec<String> {
     shm::files(prefix).into_iter().flatten().filter_map(|entry| foreign(entry.path())).collect()
 }
 
-/// A random number that is not 0, from the system.
+/// A random number other than 0, from the system.
 fn random() -> Result<u64, DomainError> {
     let path = Path::new("/dev/urandom");
     let mut bytes = [0; 8];
@@ -253,7 +252,7 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 0);
     }
 
-    /// A sweep of one run may come between the making of another's root and its lock: that takes another name then.
+    /// A sweep may come between the creation of a root and its lock: the run being started then takes another name.
     #[test]
     fn runs_that_begin_at_once_sweep_each_other_and_begin_all_the_same() {
         let dir = folder();
@@ -302,10 +301,10 @@ mod tests {
         let dir = folder();
         let dead = dir.path().join("00000000ab");
         fs::create_dir(&dead).expect("created");
-        // A start that was stopped while it made or swept something.
+        // A starting run that was stopped while it held locks.
         let held: Vec<File> =
             [dir.path(), &dead].iter().map(|path| lock(path).expect("opened").expect("free")).collect();
-        // Whoever waits for it waits for a time that nobody bounds.
+        // A new run must not wait for these locks, as the wait would have no limit.
         let domain = Domain::create_below(dir.path(), 1).expect("created");
         assert!(domain.close().is_empty() && dead.exists());
         drop(held);
@@ -322,7 +321,7 @@ mod tests {
         let root = dir.path().join("00000000ac");
         assert!(make_root(&root).expect("made").is_some());
         assert!(make_root(&root).expect("no error").is_none(), "the name is taken");
-        // A sweep has it locked, and then removed.
+        // A sweep holds the lock, and then removes the directory.
         let sweeping = lock(&root).expect("opened").expect("free");
         assert!(lock(&root).expect("no error").is_none());
         fs::remove_dir(&root).expect("removed");
@@ -335,7 +334,7 @@ mod tests {
 
     #[test]
     fn what_somebody_else_has_made_is_left_and_named() {
-        // It takes root to be somebody else.
+        // Only root can create files of another user.
         if !shm::is_own(0) {
             return;
         }

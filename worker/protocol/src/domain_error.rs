@@ -1,4 +1,4 @@
-//! Why a run has no domain, or leaves some of it behind.
+//! Errors of creating or removing a domain.
 
 use bladeoff_system::shown;
 use std::io;
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use crate::names::{LONGEST_ADDRESS, REFUSED_SIGNS, RUNTIME_VARIABLE, SHM};
 use bladeoff_system::files::FileError;
 
-/// Why a domain could not be made or removed.
+/// Error of creating or removing a domain.
 #[derive(Debug, thiserror::Error)]
 pub enum DomainError {
     /// Not enough free shared memory.
@@ -19,10 +19,10 @@ pub enum DomainError {
         free: u64,
         /// Bytes needed.
         needed: u64,
-        /// For how many workers.
+        /// Number of workers.
         workers: usize,
     },
-    /// This process may not make files as large as are needed.
+    /// The limit on file sizes of this process is too small.
     #[error(
         "files may have {limit} bytes (ulimit -f), {workers} workers need {needed} in one piece; raise the limit or use fewer workers"
     )]
@@ -31,17 +31,17 @@ pub enum DomainError {
         limit: u64,
         /// Bytes needed.
         needed: u64,
-        /// For how many workers.
+        /// Number of workers.
         workers: usize,
     },
     /// No shared memory can be created.
     #[error("{SHM} cannot be written, and workers exchange samples through it")]
     ShmUnwritable {
-        /// Why.
+        /// Error of the system.
         #[source]
         source: io::Error,
     },
-    /// This process may not open as many files as are needed.
+    /// The limit on open files of this process is too small.
     #[error(
         "{limit} files may be open at once (ulimit -n), {workers} workers need {needed}; raise the limit or use fewer workers"
     )]
@@ -50,10 +50,10 @@ pub enum DomainError {
         limit: u64,
         /// Files needed.
         needed: u64,
-        /// For how many workers.
+        /// Number of workers.
         workers: usize,
     },
-    /// The base directory belongs to someone else or is open to others.
+    /// The base directory belongs to another user or is open to others.
     #[error(
         "{} ({}) must be a directory of user {uid} with permissions 700; it is {kind} of user {owner}, mode {mode:o}",
         shown(path),
@@ -62,16 +62,16 @@ pub enum DomainError {
     BaseUnsafe {
         /// The directory.
         path: PathBuf,
-        /// This user.
+        /// Id of the current user.
         uid: u32,
-        /// What it is.
+        /// File type of the base.
         kind: &'static str,
-        /// Its owner.
+        /// User id of its owner.
         owner: u32,
-        /// Its mode.
+        /// Its permissions.
         mode: u32,
     },
-    /// The base directory has a name that the transport does not take.
+    /// The path of the base directory has a character that the transport rejects.
     #[error(
         "{} ({}) has {sign} in its name; allowed are the printable signs of ASCII but {}",
         shown(path),
@@ -81,22 +81,22 @@ pub enum DomainError {
     BaseSigns {
         /// The directory.
         path: PathBuf,
-        /// What is not allowed in it.
+        /// The rejected character.
         sign: String,
     },
-    /// The base directory was named without a place.
+    /// The path of the base directory is relative.
     #[error("{} must be an absolute path ({})", shown(path), RUNTIME_VARIABLE)]
     BaseRelative {
         /// The directory.
         path: PathBuf,
     },
-    /// Every id was taken.
+    /// All ids that were tried are taken.
     #[error("no name is free below {} and in {SHM}", shown(base))]
     NoName {
         /// The base.
         base: PathBuf,
     },
-    /// Socket paths would be too long.
+    /// Socket paths would exceed their limit.
     #[error(
         "{} ({}) is too long for Unix sockets: with the prefix {length} bytes, at most {LONGEST_ADDRESS}",
         shown(path),
@@ -105,7 +105,7 @@ pub enum DomainError {
     PathTooLong {
         /// The root.
         path: PathBuf,
-        /// Bytes.
+        /// Length of root and prefix in bytes.
         length: usize,
     },
     /// A file operation failed.
@@ -113,18 +113,18 @@ pub enum DomainError {
     File(#[from] FileError),
 }
 
-/// What of a domain is left, and why.
+/// A file of a domain that is left after its removal, with the reason.
 #[derive(Debug, thiserror::Error)]
 pub enum Left {
-    /// It could not be removed.
+    /// The file could not be removed.
     #[error("{} is left: {}", shown(&.0.path), .0.source)]
     File(#[from] FileError),
-    /// Somebody has made it under a name of ours.
+    /// Another user has created the file under a name of this run.
     #[error("{} is left: it belongs to user {owner}, who made it during the run", shown(path))]
     Foreign {
         /// The file.
         path: PathBuf,
-        /// Whose it is.
+        /// User id of the owner.
         owner: u32,
     },
 }

@@ -1,4 +1,4 @@
-//! The transport between processes, over iceoryx2; `ipc*.rs` are the only files that name it.
+//! The transport between processes, over iceoryx2; only the files `ipc*.rs` depend on iceoryx2.
 
 pub use crate::ipc_hub::IpcHub;
 pub use crate::ipc_services::BACKSTOP;

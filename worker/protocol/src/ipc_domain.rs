@@ -5,8 +5,8 @@ use iceoryx2::prelude::*;
 use crate::ipc_services::{Ipc, config};
 use crate::names::Address;
 
-/// Whether no process of a domain is alive any more. Only asks: what dead ones hold is removed by name, since
-/// iceoryx2's own cleanup can wait without end for an object whose maker was killed (see [`unfinished`](crate::unfinished)).
+/// Whether no process of a domain is alive. The function only reads the state: files of dead processes are removed by name, because iceoryx2's
+/// own cleanup can wait without end for an object whose creator was killed (see [`unfinished`](crate::unfinished)).
 pub(crate) fn is_deserted(address: &Address) -> bool {
     set_log_level(LogLevel::Fatal);
     let Ok(config) = config(address) else { return false };

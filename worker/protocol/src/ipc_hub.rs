@@ -21,23 +21,23 @@ use crate::transport::{HubPort, PeerId, PortError, Request, Ticket, Waker};
 
 type Active = ActiveRequest<Ipc, FromWorkerShm, (), ToWorkerShm, ()>;
 
-/// Connections of a run at once: replacements of dead workers connect before those are released.
+/// Most simultaneous connections of a run: replacements of dead workers connect before the connections of these are released.
 fn peers(workers: usize) -> usize {
     2 * workers + 2
 }
 
-/// Answers that there is memory for. A worker has one request open and takes its answer before the next, so one answer is on its
-/// way to it and one may not be given back yet. iceoryx2 would make room for four times as many.
+/// Number of answers for which memory is allocated. A worker has one open request and takes its answer before the next request. So one answer may be
+/// in transit and another one not yet released. iceoryx2 would allocate four times as many.
 fn answers(peers: usize) -> usize {
     2 * peers + 2
 }
 
-/// Bytes of the largest file in /dev/shm of a run, rounded up.
+/// Size of the largest file of a run in /dev/shm \[bytes\], rounded up.
 pub(crate) fn largest_file(workers: usize) -> u64 {
     (answers(peers(workers)) * size_of::<ToWorkerShm>() + (16 << 10)) as u64
 }
 
-/// The orchestrator's end over shared memory. Stays on the thread that made it.
+/// The orchestrator's end over shared memory, bound to the thread that created it.
 pub struct IpcHub {
     // Dropped in this order: requests, ports, services, node.
     open: BTreeMap<Ticket, Active>,
@@ -51,10 +51,10 @@ pub struct IpcHub {
 }
 
 impl IpcHub {
-    /// Creates the services of a run for this many workers and takes all the memory that exchanging messages needs.
+    /// Creates the services of a run for this many workers and allocates all memory for messages.
     ///
     /// # Errors
-    /// [`PortError::MemoryFull`], or what iceoryx2 or the system refused.
+    /// [`PortError::MemoryFull`], or another error of iceoryx2 or of the system.
     pub fn create(address: &Address, workers: usize) -> Result<Self, PortError> {
         guarded(|| {
             shm::prepare(&address.prefix)?;
@@ -85,7 +85,7 @@ impl IpcHub {
         let Some(active) = self.server.receive().map_err(PortError::failed("receiving a request"))? else {
             return Ok(None);
         };
-        // One copy out of memory that others can write; all checks are made on the copy.
+        // Copied once from memory that other processes can write; all checks use the copy.
         block.words = active.payload().words;
         let peer = PeerId(active.origin().value());
         self.next += 1;
@@ -104,7 +104,7 @@ impl IpcHub {
         self.wake_worker(worker)
     }
 
-    /// Wakes one worker. One that cannot be woken has just died, or looks at its queue after a backstop.
+    /// Wakes one worker. A worker that cannot be woken has just died, or checks its queue after [`BACKSTOP`](crate::ipc_services::BACKSTOP).
     fn wake_worker(&mut self, worker: WorkerId) -> Result<(), PortError> {
         if let Some(key) = self.listeners.get(&worker)
             && self.notifier.notify_single_listener(key).is_ok()
@@ -147,7 +147,7 @@ impl HubPort for IpcHub {
 
     fn wait(&mut self, timeout: Duration) -> Result<(), PortError> {
         if wait(&self.listener, Some(self.wake.as_fd()), timeout)? {
-            // Reading sets it back; it cannot fail otherwise than by being zero already.
+            // Reading resets the counter; the only possible error means that it is zero already.
             let _ = rustix::io::read(&self.wake, &mut [0; 8]);
         }
         Ok(())
@@ -156,14 +156,14 @@ impl HubPort for IpcHub {
     fn waker(&self) -> Waker {
         let wake = self.wake.clone();
         Arc::new(move || {
-            // Fails only when the counter is full, that is when it wakes already.
+            // Fails only if the counter is full, and then the hub is being woken already.
             let _ = rustix::io::write(&wake, &1_u64.to_ne_bytes());
         })
     }
 
     fn reap(&mut self) {
         self.open.retain(|_, active| active.is_connected());
-        // Missing memory shows again at the next call.
+        // Missing memory is reported by the next call.
         let _ = guarded(|| {
             self.services.node.try_cleanup_dead_nodes();
             Ok(())

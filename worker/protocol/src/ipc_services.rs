@@ -1,12 +1,11 @@
-//! The iceoryx2 services of a run, and waiting at them: what both ends of the transport between processes are made of.
+//! The iceoryx2 services of a run, and waiting for events: the common part of both ends of the transport between processes.
 //!
-//! Blocks travel in shared memory by request-response: the hub is the one server, every worker a client. That has no
-//! wake-up of its own, so two event services stand beside it: `up` wakes the hub, `down` wakes one worker, whose listener
-//! bears its number. Both sides block in `poll` on the event's file descriptor, the worker also on its parent's.
-//! After every wake-up the queue is read until it is empty, and waits end after [`BACKSTOP`] all the same, so that a
-//! lost wake-up costs a moment and not the run.
+//! Request-response carries the blocks in shared memory: the hub is the only server, every worker a client. Request-response has no
+//! wake-up, so two event services are added: `up` wakes the hub; `down` wakes one worker, whose listener is named by the worker's number.
+//! Both sides block in `poll` on the event's file descriptor; the worker also polls its parent's. After every wake-up the queue is read
+//! until it is empty. Every wait ends after [`BACKSTOP`] at the latest, so that a lost wake-up delays a run but does not stop it.
 //!
-//! The configuration is iceoryx2's own default with our root and prefix, and never read from files on the machine.
+//! The configuration is iceoryx2's default with this domain's root and prefix; configuration files of the machine are not read.
 
 use std::os::fd::BorrowedFd;
 use std::sync::{Mutex, PoisonError};
@@ -24,12 +23,12 @@ use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use crate::names::Address;
 use crate::transport::PortError;
 
-/// Longest wait without looking at the queue.
+/// Longest wait before the queue is checked again.
 pub const BACKSTOP: Duration = Duration::from_secs(1);
 
 pub(crate) type Ipc = iceoryx2::service::ipc::Service;
 
-/// [`FromWorkerBlock`] as iceoryx2 carries it. The type name makes another format an error on opening.
+/// [`FromWorkerBlock`] as iceoryx2 carries it. Another format has another type name, so opening its service fails.
 #[derive(Debug, Clone, Copy, ZeroCopySend)]
 #[repr(C)]
 #[type_name("bladeoff.FromWorker.v1")]
@@ -55,12 +54,12 @@ pub(crate) struct Services {
     pub node: Node<Ipc>,
 }
 
-/// Which side opens the services.
+/// The side that opens the services.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Side {
-    /// Creates them for this many connections at once.
+    /// Creates the services for this many simultaneous connections.
     Hub(usize),
-    /// Finds them.
+    /// Opens the existing services.
     Worker,
 }
 
@@ -112,14 +111,14 @@ impl Services {
     }
 }
 
-/// iceoryx2's default configuration in our domain.
+/// iceoryx2's default configuration with the root and prefix of this domain.
 pub(crate) fn config(address: &Address) -> Result<Config, PortError> {
     let mut config = Config::default();
     let root = address.root.as_os_str().as_encoded_bytes();
     config.global.set_root_path(&Path::new(root).map_err(PortError::failed("setting the root of the domain"))?);
     config.global.prefix =
         FileName::new(address.prefix.as_bytes()).map_err(PortError::failed("setting the prefix of the domain"))?;
-    // Only the hub releases what dead workers held, when it has taken their last messages; all else is removed by name.
+    // Only the hub releases resources of dead workers, after reading their last messages; all else is removed by name.
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
@@ -128,8 +127,8 @@ pub(crate) fn config(address: &Address) -> Result<Config, PortError> {
 
 /// Creates the listener of an event service, one at a time in this process.
 ///
-/// iceoryx2 sets the umask of the process while it binds the socket of a listener, and restores it afterwards. Two threads that
-/// do so at once can restore each other's, and the process keeps a umask with which it cannot open its own files. Test:
+/// iceoryx2 sets the umask of the process while it binds the socket of a listener and restores it afterwards. Two threads that bind at once
+/// can restore each other's umask, and the process keeps one with which it cannot open its own files. Test:
 /// `listeners_created_at_once_leave_the_umask` (tests/conformance.rs).
 pub(crate) fn create_listener(
     service: &EventFactory<Ipc>,
@@ -147,24 +146,25 @@ pub(crate) fn port_name(worker: WorkerId) -> Result<PortName, PortError> {
     PortName::new(&worker.to_string()).map_err(PortError::failed("naming a port"))
 }
 
-/// The file descriptor that becomes readable with an event.
+/// The file descriptor that becomes readable when an event arrives.
 #[expect(unsafe_code, reason = "iceoryx2 hands out its descriptor as a number only")]
 fn event_fd(listener: &Listener<Ipc>) -> BorrowedFd<'_> {
     // SAFETY: the listener owns the descriptor and closes it when dropped; the result borrows the listener.
     unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) }
 }
 
-/// Blocks until a listener has an event, the other descriptor is readable, or the time has passed; says whether it is readable.
+/// Blocks until a listener has an event, the other descriptor is readable, or the time has passed; returns whether `other` is readable.
 ///
-/// iceoryx2 0.10 wakes a listener that it does not hold for woken. A notifier that comes between the reset of that and the emptying of the socket leaves a listener
-/// that is held for woken with nothing to read: nobody wakes it any more, and every message of the run waits for [`BACKSTOP`]. So it is reset before each wait and
-/// after, whatever has ended that. Verified by `workers_that_ask_together_are_heard_at_once` (`tests/conformance.rs`).
+/// iceoryx2 0.10 does not wake a listener that it holds for woken. A notifier that comes between the reset of that flag and the emptying of
+/// the socket leaves a listener that is flagged as woken but has nothing to read. No notifier wakes that listener any more, and every
+/// message of the run waits for [`BACKSTOP`]. So the listener is reset before each wait and after it, whatever has ended the wait.
+/// Verified by `workers_that_ask_together_are_heard_at_once` (`tests/conformance.rs`).
 pub(crate) fn wait(
     listener: &Listener<Ipc>,
     other: Option<BorrowedFd<'_>>,
     timeout: Duration,
 ) -> Result<bool, PortError> {
-    // what has come since the queue was empty has to be looked for
+    // events since the queue was last empty: the caller has to read the queue
     if guarded(|| drain(listener))? > 0 {
         return Ok(false);
     }
@@ -173,12 +173,12 @@ pub(crate) fn wait(
     Ok(readable)
 }
 
-/// Empties a listener, so that the next poll waits for new events; says how many there were.
+/// Empties a listener, so that the next poll waits for new events; returns the number of events.
 fn drain(listener: &Listener<Ipc>) -> Result<u64, PortError> {
     listener.try_wait(|_| ()).map_err(PortError::failed("reading events"))
 }
 
-/// Blocks until one of two descriptors is readable or the time has passed; says which are.
+/// Blocks until one of two descriptors is readable or the time has passed; returns which are readable.
 fn wait_readable(
     first: BorrowedFd<'_>,
     second: Option<BorrowedFd<'_>>,

@@ -18,7 +18,7 @@ use crate::transport::{PortError, WorkerPort};
 
 type Pending = PendingResponse<Ipc, FromWorkerShm, (), ToWorkerShm, ()>;
 
-/// The worker's end over shared memory. Stays on the thread that made it.
+/// The worker's end over shared memory, bound to the thread that created it.
 pub struct IpcWorker {
     // Dropped in this order: request, ports, services, node.
     pending: Option<Pending>,
@@ -30,13 +30,13 @@ pub struct IpcWorker {
 }
 
 impl IpcWorker {
-    /// Connects to the orchestrator of a domain and takes all the memory that exchanging messages needs; `parent` is its pidfd,
-    /// watched while waiting.
+    /// Connects to the orchestrator of a domain and allocates all memory for messages; `parent` is the orchestrator's pidfd, which is monitored while
+    /// the worker waits.
     ///
     /// # Errors
-    /// [`PortError::RootGone`], [`PortError::MemoryFull`], or what iceoryx2 or the system refused; above all when no orchestrator is there.
+    /// [`PortError::RootGone`], [`PortError::MemoryFull`], or another error of iceoryx2 or of the system, in particular if there is no orchestrator.
     pub fn connect(address: &Address, worker: WorkerId, parent: Option<OwnedFd>) -> Result<Self, PortError> {
-        // Which iceoryx2 would make anew, and then find nobody in.
+        // iceoryx2 would create a missing root, and then find no orchestrator in it.
         if !address.root.is_dir() {
             return Err(PortError::RootGone { root: address.root.clone() });
         }
@@ -93,7 +93,7 @@ impl WorkerPort for IpcWorker {
     fn wait(&mut self) -> Result<(), PortError> {
         let parent = self.parent.as_ref();
         let parent_ended = wait(&self.listener, parent.map(AsFd::as_fd), BACKSTOP)?;
-        // An answer sent just before the end still counts.
+        // An answer sent just before the end is still valid.
         if parent_ended && !self.pending.as_ref().is_some_and(PendingResponse::has_response) {
             return Err(PortError::OrchestratorGone);
         }

@@ -1,31 +1,31 @@
-//! Limit of open files of this process, compared with the need of a run.
+//! Limit on open files of this process, and the need of a run.
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 use crate::domain_error::DomainError;
 use crate::transport::PortError;
 
-/// Files that an orchestrator has open beside those of its workers (record, tables, parts, log, event loop, its own ports: 34 were
-/// counted), and some to spare.
+/// Files that an orchestrator opens apart from those of its workers (record, tables, parts, log, event loop, its own ports: 34 were counted),
+/// with a margin.
 const BASE_FILES: u64 = 48;
-/// Files for each worker (two pipes, its process, memory and sockets of its ports: 8 were counted), and some to spare.
+/// Files per worker (two pipes, its process, memory and sockets of its ports: 8 were counted), with a margin.
 const WORKER_FILES: u64 = 10;
-/// So few left are none: what is made of several files was closed again when it failed.
+/// With this few files left to open, the limit counts as reached: an operation that failed has already closed the files it had opened.
 const FEW: u64 = 12;
 
-/// Files that a run with so many workers can have open.
+/// Files that a run with this many workers can have open.
 fn needed(workers: usize) -> u64 {
     BASE_FILES + WORKER_FILES * workers as u64
 }
 
-/// Raises the limit on open files (`ulimit -n`) as far as this process may, if it is too low for a run with so many workers.
+/// Raises the limit on open files (`ulimit -n`), if it is too low for a run with this many workers, as far as this process may.
 ///
 /// # Errors
-/// [`DomainError::FewDescriptors`] if that is not far enough.
+/// [`DomainError::FewDescriptors`] if the highest allowed limit is too low.
 pub(crate) fn allow_files(workers: usize) -> Result<(), DomainError> {
     let needed = needed(workers);
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
-    // `None` is no limit.
+    // `None` means unlimited.
     let is_enough = |limit: Option<u64>| limit.is_none_or(|limit| limit >= needed);
     if is_enough(current) {
         return Ok(());
@@ -37,10 +37,10 @@ pub(crate) fn allow_files(workers: usize) -> Result<(), DomainError> {
     Err(DomainError::FewDescriptors { limit: limit.unwrap_or_default(), needed, workers })
 }
 
-/// The error that says that no more files can be opened, if that is so.
+/// [`PortError::NoDescriptors`] if this process has reached its limit on open files.
 pub(crate) fn few_descriptors() -> Option<PortError> {
     let limit = getrlimit(Resource::Nofile).current?;
-    // That it cannot be counted says the same.
+    // A directory that cannot be opened also means that the limit is reached.
     let open = std::fs::read_dir("/proc/self/fd").map_or(limit, |entries| entries.count() as u64);
     (open + FEW >= limit).then_some(PortError::NoDescriptors { limit, open })
 }

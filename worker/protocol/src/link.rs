@@ -1,4 +1,4 @@
-//! Typed messages over any transport: encoding, decoding, counting of what is refused, and who may speak for whom.
+//! Typed messages over any transport: encoding, decoding, counting of rejected messages, and checks of the sender.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -6,13 +6,13 @@ use std::time::Duration;
 use crate::messages::{Body, FromWorker, FromWorkerBlock, MessageError, RunId, ToWorker, ToWorkerBlock, WorkerId};
 use crate::transport::{HubPort, PeerId, PortError, Ticket, Waker, WorkerPort};
 
-/// Why a worker could not talk to its orchestrator.
+/// Error of a worker's communication with the orchestrator.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// The transport.
+    /// Error of the transport.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// A message that may not be sent, or an answer that may not be believed.
+    /// A message that must not be sent, or an answer that does not decode.
     #[error("bad message: {0}")]
     Message(#[from] MessageError),
 }
@@ -32,7 +32,7 @@ impl<P: WorkerPort> WorkerLink<P> {
         Self { port, run, worker, outgoing: FromWorkerBlock::empty(), incoming: ToWorkerBlock::empty() }
     }
 
-    /// Sends a message, which is given back; it gets one answer, and no other may be sent before.
+    /// Sends a message and returns it. Each message gets one answer, and no other message may be sent before that answer.
     ///
     /// # Errors
     /// See [`LinkError`].
@@ -43,7 +43,7 @@ impl<P: WorkerPort> WorkerLink<P> {
         Ok(message.body)
     }
 
-    /// The answer if it is there.
+    /// The answer, if it has arrived.
     ///
     /// # Errors
     /// See [`LinkError`].
@@ -54,13 +54,13 @@ impl<P: WorkerPort> WorkerLink<P> {
         Ok(Some(ToWorker::decode(&self.incoming, self.run, self.worker)?))
     }
 
-    /// Blocks until the answer is there.
+    /// Blocks until the answer arrives.
     ///
     /// # Errors
     /// See [`LinkError`].
     pub fn receive(&mut self) -> Result<ToWorker, LinkError> {
         loop {
-            // Look first: the wake-up may have come before the wait.
+            // Checked before waiting, because the wake-up may have come already.
             if let Some(message) = self.try_receive()? {
                 return Ok(message);
             }
@@ -69,12 +69,12 @@ impl<P: WorkerPort> WorkerLink<P> {
     }
 }
 
-/// A checked message and the ticket by which it is answered.
+/// A checked message and the ticket for its answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Incoming {
-    /// Answers go by it.
+    /// Ticket for [`HubLink::answer`].
     pub ticket: Ticket,
-    /// The message; its worker is the one whose connection it came by.
+    /// The message; its worker number is the one that its connection belongs to.
     pub message: FromWorker,
 }
 
@@ -84,20 +84,20 @@ pub struct HubLink<H> {
     run: RunId,
     incoming: Box<FromWorkerBlock>,
     outgoing: Box<ToWorkerBlock>,
-    /// Which worker speaks by which connection, fixed by its first message.
+    /// Worker number of each connection, fixed by the first message of the connection.
     peers: BTreeMap<PeerId, WorkerId>,
     dropped: u64,
-    /// The last one not asked for yet, and how many that were.
+    /// The last refusal since [`HubLink::take_refused`], and the number of refusals since then.
     refused: Option<(Refusal, u64)>,
 }
 
-/// Why a message was dropped.
+/// Reason for dropping a message.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// It does not decode.
+    /// The message does not decode.
     #[error(transparent)]
     Message(MessageError),
-    /// It claims to be from another worker than its connection's, or a worker that has another connection.
+    /// The message names a worker that its connection does not belong to, or a worker that has another connection.
     #[error("a connection spoke for worker {claimed}, which is not its own")]
     Impostor {
         /// The worker it claims to be.
@@ -119,10 +119,10 @@ impl<H: HubPort> HubLink<H> {
         }
     }
 
-    /// The next message that may be believed; others are counted and dropped. Never blocks.
+    /// The next valid message; invalid ones are counted and dropped. Never blocks.
     ///
     /// # Errors
-    /// What the transport reports.
+    /// Errors of the transport.
     pub fn try_receive(&mut self) -> Result<Option<Incoming>, PortError> {
         while let Some(request) = self.port.try_receive(&mut self.incoming)? {
             let checked = FromWorker::decode(&self.incoming, self.run).map_err(Refusal::Message);
@@ -139,7 +139,7 @@ impl<H: HubPort> HubLink<H> {
         Ok(None)
     }
 
-    /// A connection belongs to the worker whose hello came first by it, and a worker to that connection.
+    /// The first hello on a connection ties the connection and its worker to each other.
     fn check_speaker(&mut self, peer: PeerId, message: FromWorker) -> Result<FromWorker, Refusal> {
         let claimed = message.worker;
         let is_known = self.peers.get(&peer) == Some(&claimed);
@@ -155,7 +155,7 @@ impl<H: HubPort> HubLink<H> {
     /// Answers a request.
     ///
     /// # Errors
-    /// [`LinkError::Port`] with [`PortError::UnknownTicket`] when nobody waits any more.
+    /// [`LinkError::Port`] with [`PortError::UnknownTicket`] when no worker waits for this answer any more.
     pub fn answer(&mut self, ticket: Ticket, worker: WorkerId, message: &ToWorker) -> Result<(), LinkError> {
         message.encode(self.run, worker, &mut self.outgoing)?;
         Ok(self.port.answer(ticket, worker, &self.outgoing)?)
@@ -166,7 +166,7 @@ impl<H: HubPort> HubLink<H> {
         self.port.forget(ticket);
     }
 
-    /// A worker has ended: its connection speaks no more, and what it left is released.
+    /// Ends the connection of a worker that has ended, and releases the resources that the worker held.
     pub fn reap(&mut self, worker: WorkerId) {
         self.peers.retain(|_, &mut of| of != worker);
         self.port.reap();
@@ -175,12 +175,12 @@ impl<H: HubPort> HubLink<H> {
     /// Blocks until a request may be there, the waker is called, or the time has passed.
     ///
     /// # Errors
-    /// What the transport reports.
+    /// Errors of the transport.
     pub fn wait(&mut self, timeout: Duration) -> Result<(), PortError> {
         self.port.wait(timeout)
     }
 
-    /// Ends a wait from another thread.
+    /// A handle that ends a wait from another thread.
     pub fn waker(&self) -> Waker {
         self.port.waker()
     }
@@ -190,7 +190,7 @@ impl<H: HubPort> HubLink<H> {
         self.dropped
     }
 
-    /// Why the last message was dropped, and how many were since this was asked before.
+    /// The reason for the last dropped message, and the number of messages dropped since the previous call.
     pub fn take_refused(&mut self) -> Option<(Refusal, u64)> {
         self.refused.take()
     }

@@ -1,21 +1,21 @@
-//! Names of a run's directory and memory, and the places where they are searched.
+//! Names of a run's directory and memory, and the places where they are.
 
 use std::path::PathBuf;
 
-/// First part of every name of ours.
+/// First part of every name in shared directories.
 pub(crate) const PRODUCT: &str = "bladeoff";
-/// Environment variable that names the directory below which runs have their sockets.
+/// Environment variable for the directory in which runs create their sockets.
 pub const RUNTIME_VARIABLE: &str = "BLADEOFF_RUNTIME_DIR";
-/// What the transport refuses in a path, of the printable signs of ASCII; it takes no others.
+/// Printable ASCII characters that the transport rejects in a path. All other characters outside printable ASCII are rejected as well.
 pub(crate) const REFUSED_SIGNS: &str = "< > \" | ? *";
-/// Where iceoryx2 keeps memory on Linux.
+/// Directory of iceoryx2's shared memory on Linux.
 pub(crate) const SHM: &str = "/dev/shm";
-/// Longest root and prefix together: what is left of 108 bytes beside iceoryx2's part of a socket's name.
+/// Longest root and prefix together: 108 bytes minus iceoryx2's part of a socket's name.
 pub(crate) const LONGEST_ADDRESS: usize = 65;
 /// Digits of a run's id.
 pub(crate) const ID_LENGTH: usize = 10;
 
-/// What a process needs to find a domain.
+/// Directory and prefix by which a process finds a domain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Address {
     /// Directory for files and sockets.

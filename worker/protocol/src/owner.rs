@@ -1,11 +1,12 @@
-//! The file in /dev/shm that says whether the memory beside it is anybody's.
+//! The owner's file in /dev/shm, which shows whether the memory of a run is in use.
 //!
-//! `bladeoff_ID_owner` is made before anything else of a domain, locked by its orchestrator as long as it lives, and removed
-//! last. The lock is the kernel's and lies where the memory lies: it is seen by all who see the memory, also from a container with
-//! another /tmp or other process numbers. So memory whose root is gone can be told from that of a run under way, and is
-//! removed by the next run that has its roots in the same place, or by any when that place is gone; memory without such a file is left alone.
+//! `bladeoff_ID_owner` is created first of all files of a domain, locked by its orchestrator as long as that lives, and removed last. The
+//! lock belongs to the kernel and lies beside the memory. So every process that sees the memory sees the lock, even from a container with
+//! another /tmp or other process numbers, and can distinguish memory of a dead run from that of a run in progress. Memory whose root is
+//! gone is removed by the next run that has its roots in the same place, or by any run when that place is gone. Memory without an owner's
+//! file is left alone.
 //!
-//! Anybody may make files in /dev/shm with any name: only regular ones of this user are looked at, and nothing is waited for.
+//! Every user may create files in /dev/shm under any name: only regular files of this user are read, and opening never blocks.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -20,25 +21,26 @@ use crate::shm;
 use bladeoff_system::files::FileError;
 
 const NAME: &str = "owner";
-/// What stands before the root in the file's text.
+/// Separator before the path of the root in the file's text.
 const BEFORE_ROOT: &str = ", files in ";
-/// Longest text that is read: a root has 65 bytes at most.
+/// Longest text that is read \[bytes\]; a root has at most 65.
 const LONGEST: u64 = 4096;
 
 fn path_of(prefix: &str) -> PathBuf {
     Path::new(SHM).join(format!("{prefix}{NAME}"))
 }
 
-/// The run whose owner's file has this name.
+/// Id of the run, from the name of its owner's file.
 fn id_of(name: &str) -> Option<&str> {
     let id = name.strip_suffix(NAME)?.strip_suffix('_')?.strip_prefix(PRODUCT)?.strip_prefix('_')?;
     is_id(id).then_some(id)
 }
 
-/// Makes the file; the domain is this process's as long as the result lives. `None` if somebody has the name, or the lock.
+/// Creates and locks the file; the domain belongs to this process until the result is dropped. `None`: the name is taken, or another process
+/// holds the lock.
 ///
 /// # Errors
-/// What the system refused; nothing is left behind.
+/// The system refused; no file is left behind.
 pub(crate) fn claim(address: &Address) -> Result<Option<File>, FileError> {
     let path = path_of(&address.prefix);
     let text = format!("process {}{BEFORE_ROOT}{}\n", std::process::id(), address.root.display());
@@ -46,7 +48,7 @@ pub(crate) fn claim(address: &Address) -> Result<Option<File>, FileError> {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
         made => made.map_err(FileError::at("create", &path))?,
     };
-    // While it is empty, a sweep does not touch it.
+    // A sweep does not touch an empty file.
     let is_locked = rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).is_ok();
     let written = if is_locked { file.write_all(text.as_bytes()) } else { Ok(()) };
     if !is_locked || written.is_err() {
@@ -56,8 +58,8 @@ pub(crate) fn claim(address: &Address) -> Result<Option<File>, FileError> {
     Ok(is_locked.then_some(file))
 }
 
-/// Removes the files of a domain in /dev/shm, this one last; gives what is left. A file that cannot be removed keeps none of the
-/// others.
+/// Removes the files of a domain in /dev/shm, the owner's file last, and returns the files that are left. A file that cannot be removed does
+/// not keep the others.
 pub(crate) fn remove(prefix: &str) -> Vec<Left> {
     let owner = path_of(prefix);
     let all = match shm::files(prefix) {
@@ -79,14 +81,14 @@ fn remove_one(path: &Path) -> Option<Left> {
     }
 }
 
-/// Removes the memory of dead runs of this user whose root is gone, where that was in one of these directories, or in one that is gone
-/// itself. What fails is left for the next time.
+/// Removes the memory of dead runs of this user whose root is gone, if that root was in one of `bases` or in a directory that no longer
+/// exists. Files that cannot be removed are left for the next sweep.
 pub(crate) fn sweep(bases: &[&Path]) {
     for entry in fs::read_dir(SHM).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let Some(id) = name.to_str().and_then(id_of) else { continue };
         let Ok(Some(mut file)) = shm::open_own(&entry.path(), shm::Access::Read) else { continue };
-        // Without a text it is not claimed yet.
+        // An empty file is not claimed yet.
         let Some(root) = root_in(&mut file) else { continue };
         let Some(base) = root.parent() else { continue };
         let is_ours = bases.contains(&base) || !base.exists();
@@ -96,7 +98,7 @@ pub(crate) fn sweep(bases: &[&Path]) {
     }
 }
 
-/// The root that an owner's file names.
+/// Path of the root in the text of an owner's file.
 fn root_in(file: &mut File) -> Option<PathBuf> {
     let mut text = String::new();
     file.take(LONGEST).read_to_string(&mut text).ok()?;
@@ -109,8 +111,8 @@ pub(crate) mod tests {
     use super::*;
     use std::time::{Duration, Instant};
 
-    /// Waits until something is so. The tests of this program run side by side: one may sweep what is another's and have its lock for that
-    /// moment, and a process that one starts has the locks of all until it becomes another program.
+    /// Waits until a condition holds. The tests of this program run in parallel: one may sweep the files of another and hold its lock for that
+    /// moment, and a starting child process holds copies of all locks until it executes its program.
     pub(crate) fn within_moments(mut is_so: impl FnMut() -> bool) -> bool {
         let begun = Instant::now();
         while begun.elapsed() < Duration::from_secs(60) {
@@ -169,7 +171,7 @@ pub(crate) mod tests {
         let [nobody, unclaimed] = ["00000000b2", "00000000b3"].map(|id| address(id, dir.path()));
         let memory = Path::new(SHM).join(format!("{}memory", nobody.prefix));
         fs::write(&memory, b"x").expect("written");
-        // Between its making and its lock.
+        // State between creation and lock.
         fs::write(path_of(&unclaimed.prefix), b"").expect("written");
         sweep(&[dir.path()]);
         assert!(memory.exists() && path_of(&unclaimed.prefix).exists());
@@ -186,7 +188,7 @@ pub(crate) mod tests {
         rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, 0o666.into(), 0).expect("a FIFO");
         std::os::unix::fs::symlink("/proc/self/mem", &link).expect("linked");
         File::create(&huge).and_then(|file| file.set_len(1 << 40)).expect("sparse");
-        // Opened for reading, the FIFO would hold this thread for ever.
+        // Opening the FIFO for reading would block this thread for ever.
         let (done, is_done) = std::sync::mpsc::channel();
         let base = dir.path().to_owned();
         std::thread::spawn(move || {
@@ -194,7 +196,7 @@ pub(crate) mod tests {
             let _ = done.send(());
         });
         let waited = is_done.recv_timeout(std::time::Duration::from_secs(60));
-        // Releases a process that waits for it, so that a failing test ends.
+        // Releases a sweep that is blocked by the FIFO, so that a failing test ends.
         drop(OpenOptions::new().read(true).write(true).open(&pipe));
         let are_there = [&pipe, &link, &huge].map(|path| fs::symlink_metadata(path).is_ok());
         [pipe, link, huge].iter().for_each(|path| fs::remove_file(path).expect("removed"));
@@ -206,7 +208,7 @@ pub(crate) mod tests {
     fn what_cannot_be_removed_keeps_nothing_else() {
         let prefix = prefix_of("00000000b8");
         let path = |name: &str| Path::new(SHM).join(format!("{prefix}{name}"));
-        // Before and after it in whatever order.
+        // Names that a directory listing returns before and after the owner's file.
         let names = ["a", "b", "c", "d", "e", "f"].map(path);
         names.iter().for_each(|path| fs::write(path, b"x").expect("written"));
         let stays = path("c2");

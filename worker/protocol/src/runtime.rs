@@ -1,4 +1,4 @@
-//! The directory below which runs have their sockets: of this user, closed to others, with a short path.
+//! The base directory in which runs create their sockets: of this user, closed to others, with a short path.
 //!
 //! ```text
 //! $BLADEOFF_RUNTIME_DIR       where it is set: there, or an error
@@ -6,8 +6,8 @@
 //! /tmp/bladeoff-UID           otherwise
 //! /tmp/bladeoff-UID-ID        where somebody else has taken that name: a directory for each run
 //! ```
-//! Whoever may write to /tmp may take a name in it, so no name there is needed. A run cleans up after dead ones in all of these, one with
-//! `$BLADEOFF_RUNTIME_DIR` there alone: it keeps to itself.
+//! Any user who may write to /tmp may take a name in it, so no particular name there is required. A run removes leftovers of dead runs in all
+//! of these directories; with `$BLADEOFF_RUNTIME_DIR` set, only there.
 
 use std::ffi::OsStr;
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions};
@@ -25,19 +25,19 @@ use bladeoff_system::files::FileError;
 
 pub use crate::names::RUNTIME_VARIABLE;
 
-/// A directory that holds the roots of runs.
+/// A directory that contains the roots of runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Base {
     pub dir: PathBuf,
-    /// What stands before the id in the name of a root.
+    /// Text before the id in the name of a root.
     before: String,
 }
 
 impl Base {
-    /// A directory that somebody named; made if it is not there.
+    /// A directory that the user has chosen, created if it is missing.
     ///
     /// # Errors
-    /// It is not a directory of this user alone, or too long.
+    /// The path is relative or too long, or has a rejected character; the directory belongs to another user or is open to others.
     pub fn given(dir: &Path) -> Result<Self, DomainError> {
         let base = Self { dir: dir.to_owned(), before: String::new() };
         if !dir.is_absolute() {
@@ -49,7 +49,7 @@ impl Base {
         Ok(base)
     }
 
-    /// A directory of ours at a place where there should be none of anybody else; closed to others, open to us.
+    /// A directory with a name reserved for this user, created if it is missing, then set to mode 0700.
     fn own(dir: PathBuf) -> Result<Self, DomainError> {
         let base = Self { dir, before: String::new() };
         base.check_name()?;
@@ -57,7 +57,7 @@ impl Base {
         let named = named(&base.dir).map_err(FileError::at("open", &base.dir))?;
         let found = named.metadata().map_err(FileError::at("read", &base.dir))?;
         if found.uid() == uid() && found.mode() & 0o777 != 0o700 {
-            // By the handle: its name could be somebody else's by now.
+            // Set through the handle, because another user's file could have the name by now.
             let handle = format!("/proc/self/fd/{}", named.as_raw_fd());
             let made_ours = fs::set_permissions(handle, Permissions::from_mode(0o700));
             made_ours.map_err(FileError::at("set the permissions of", &base.dir))?;
@@ -66,17 +66,17 @@ impl Base {
         Ok(base)
     }
 
-    /// Where a run with this id has its root.
+    /// Root of the run with this id.
     pub fn root(&self, id: &str) -> PathBuf {
         self.dir.join(format!("{}{id}", self.before))
     }
 
-    /// The id of the run whose root has this name.
+    /// Id of the run, from the name of its root.
     pub fn id_of<'a>(&self, name: &'a OsStr) -> Option<&'a str> {
         name.to_str()?.strip_prefix(&self.before).filter(|id| is_id(id))
     }
 
-    /// Refuses what would be no address: the signs that the transport does not take, more than a socket's name has room for.
+    /// Rejects characters that the transport rejects, and paths that are too long for a socket's name.
     fn check_name(&self) -> Result<(), DomainError> {
         let refused = || REFUSED_SIGNS.bytes().filter(|byte| *byte != b' ');
         let is_refused = |byte: &u8| !matches!(byte, b' '..=b'~') || refused().any(|refused| refused == *byte);
@@ -97,7 +97,7 @@ impl Base {
     }
 }
 
-/// Where a run lives, and where it cleans up.
+/// Base directory of a new run, and the directories in which leftovers of dead runs are removed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Runtime {
     pub base: Base,
@@ -105,10 +105,10 @@ pub(crate) struct Runtime {
 }
 
 impl Runtime {
-    /// By the environment.
+    /// Chooses the directories from the environment.
     ///
     /// # Errors
-    /// `$BLADEOFF_RUNTIME_DIR` is not what it should be, or nothing can be made in /tmp.
+    /// `$BLADEOFF_RUNTIME_DIR` is invalid, or nothing can be created in /tmp.
     pub fn find() -> Result<Self, DomainError> {
         let named = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         match named(RUNTIME_VARIABLE) {
@@ -117,10 +117,10 @@ impl Runtime {
         }
     }
 
-    /// In this directory and nowhere else.
+    /// Uses this directory for everything.
     ///
     /// # Errors
-    /// It is not a directory of this user alone, or too long.
+    /// As [`Base::given`].
     pub fn within(dir: &Path) -> Result<Self, DomainError> {
         let base = Base::given(dir)?;
         Ok(Self { swept: vec![base.clone()], base })
@@ -135,7 +135,7 @@ impl Runtime {
         let for_itself = Base { dir: tmp.to_owned(), before: format!("{ours}-") };
         let base = match (&of_session, &in_tmp) {
             (Some(base), _) | (None, Ok(base)) => base.clone(),
-            // Somebody else's, or a link, or no directory: the name is taken.
+            // Another user's directory, a link, or not a directory: the name is taken.
             (None, Err(DomainError::BaseUnsafe { .. } | DomainError::File(_))) => for_itself.clone(),
             (None, Err(_)) => return in_tmp.map(|base| Self { swept: Vec::new(), base }),
         };
@@ -155,24 +155,25 @@ fn make(dir: &Path) -> Result<(), FileError> {
     }
 }
 
-/// Makes a directory for this user alone. Its mode is set once more: while iceoryx2 makes a socket on another thread, the process's umask is another one.
+/// Creates a directory for this user alone. The mode is set again afterwards, because iceoryx2 changes the umask of the process while another
+/// thread creates a socket.
 pub(crate) fn make_closed(dir: &Path) -> io::Result<()> {
     DirBuilder::new().mode(0o700).create(dir)?;
     fs::set_permissions(dir, Permissions::from_mode(0o700))
 }
 
-/// Opens a directory, not through a link.
+/// Opens a directory, but not through a symbolic link.
 pub(crate) fn open(dir: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).custom_flags((OFlags::DIRECTORY | OFlags::NOFOLLOW).bits() as i32).open(dir)
 }
 
-/// Holds a directory by its name, not through a link, also one that may not be read.
+/// Opens a directory without reading it (`O_PATH`), but not through a symbolic link; works without read permission.
 fn named(dir: &Path) -> io::Result<File> {
     let flags = OFlags::PATH | OFlags::DIRECTORY | OFlags::NOFOLLOW;
     OpenOptions::new().read(true).custom_flags(flags.bits() as i32).open(dir)
 }
 
-/// Whether it is a directory of this user, who may do everything in it, and that nobody else may enter.
+/// Checks that a path is a directory of this user with mode 0700.
 fn check(dir: &Path) -> Result<(), DomainError> {
     let found = fs::symlink_metadata(dir).map_err(FileError::at("read", dir))?;
     let (owner, mode) = (found.uid(), found.mode() & 0o777);
@@ -206,7 +207,7 @@ mod tests {
         let in_tmp = tmp.path().join(format!("bladeoff-{}/0123456789", uid()));
         assert_eq!(chosen(None, tmp.path()), in_tmp);
         assert_eq!(chosen(Some(session.path()), tmp.path()), session.path().join("bladeoff/0123456789"));
-        // Relative, missing, a link, too long, open to others.
+        // Each is invalid: relative, missing, a link, too long, or open to others.
         let link = tmp.path().join("link");
         std::os::unix::fs::symlink(session.path(), &link).expect("linked");
         let long = session.path().join("a-name-that-takes-more-than-sockets-allow");
@@ -272,12 +273,12 @@ mod tests {
             assert!(words.contains(RUNTIME_VARIABLE) && words.contains(sign) && words.contains("printable"), "{words}");
             assert!(words.chars().all(|sign| !sign.is_control()), "{words:?}");
             assert!(!named.exists());
-            // A session's directory of such a name is not taken.
+            // A session's directory with such a name is not used.
             fs::DirBuilder::new().mode(0o700).create(&named).expect("created");
             let in_tmp = dir.path().join(format!("bladeoff-{}/0123456789", uid()));
             assert_eq!(chosen(Some(&named), dir.path()), in_tmp);
         }
-        // What looks odd to a shell, and is taken by the transport.
+        // Names that a shell must quote and the transport accepts.
         for name in ["a b", "a'b", "a\\b", "a:b", "$a;b"] {
             let domain = crate::domain::Domain::create_below(&dir.path().join(name), 1).expect(name);
             assert!(domain.close().is_empty());

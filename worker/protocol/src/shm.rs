@@ -1,11 +1,10 @@
-//! The files of a domain: with all their memory, and closed to everybody else.
+//! Files of a domain in shared memory: their memory is allocated early, and they are closed to other users.
 //!
-//! iceoryx2 0.10 leaves two things to do. Its files in /dev/shm have a size and, until they are
-//! touched, no memory: [`back`] takes the memory at once, so that a /dev/shm that fills up later is no matter to a
-//! run under way. And it opens one file to all users, and its directories to the group: [`prepare`] makes that file before it does, closed,
-//! and [`close`] closes what is open all the same.
+//! iceoryx2 0.10 leaves two tasks. Its files in /dev/shm have a size but no memory until they are touched: [`back`] allocates the memory at
+//! once, so that a /dev/shm that fills up later does not affect a run in progress. And it opens one file to all users, and its directories
+//! to the group: [`prepare`] creates that file first, closed to others, and [`close`] closes all that is still open.
 //!
-//! /dev/shm belongs to everybody, so a file there is trusted for nothing but its name until [`open_own`] has opened it.
+//! Every user may write in /dev/shm, so a file there is not trusted until [`open_own`] has opened it.
 
 use std::fs::{self, DirEntry, File, OpenOptions, Permissions};
 use std::io::{self, Write};
@@ -18,54 +17,54 @@ use rustix::io::Errno;
 use crate::names::{Address, SHM};
 use crate::transport::PortError;
 
-/// Permissions of anybody but the owner.
+/// Permissions of all users except the owner.
 const OTHERS: u32 = 0o077;
-/// iceoryx2 0.10.0 as it stands at the beginning of its files.
+/// Version 0.10.0 as iceoryx2 writes it at the beginning of its files.
 const ICEORYX2_VERSION: u64 = 10 << 16;
-/// Name of its counter of nodes after our prefix: a hash of the type in it, and a suffix. Another compiler may name the type otherwise: then
-/// the file is found open to others, and made anew.
+/// Name of iceoryx2's node counter after our prefix: a hash of a type in the file, and a suffix. Another compiler may name the type
+/// differently; then the file is found open to others and is replaced.
 const COUNTER: &str = "9204dd183d1c4d8e1ff592a30766ffa6765aa8b5_node.0_10_0.global_mgmt";
 const COUNTER_SUFFIX: &str = ".global_mgmt";
 const COUNTER_BYTES: usize = 16;
 
-/// Bytes free for this user.
+/// Free bytes available to this user.
 pub(crate) fn free(dir: &Path) -> io::Result<u64> {
     let found = rustix::fs::statvfs(dir)?;
     Ok(found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-/// Whether nothing more can be made: no page, or no file, is left.
+/// Whether /dev/shm has no free page or no free file entry.
 pub(crate) fn is_full() -> bool {
     rustix::fs::statvfs(SHM).is_ok_and(|found| found.f_bavail == 0 || (found.f_files > 0 && found.f_favail == 0))
 }
 
-/// The error that says so.
+/// [`PortError::MemoryFull`] with the present number of free bytes.
 pub(crate) fn full() -> PortError {
     PortError::MemoryFull { free: free(Path::new(SHM)).unwrap_or(0) }
 }
 
-/// The files of a domain in /dev/shm.
+/// Files of a domain in /dev/shm.
 pub(crate) fn files(prefix: &str) -> io::Result<impl Iterator<Item = DirEntry>> {
     let prefix = prefix.to_owned();
     let is_ours = move |entry: &DirEntry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
     Ok(fs::read_dir(SHM)?.flatten().filter(is_ours))
 }
 
-/// Takes the memory of all files of a domain that have their size. Contents do not change; a second time costs
+/// Allocates the memory of all files of a domain that have their size already. Contents do not change; a second call costs
 /// nothing.
 ///
 /// # Errors
-/// [`PortError::MemoryFull`] when there is not enough.
+/// [`PortError::MemoryFull`] if there is too little memory.
 pub(crate) fn back(prefix: &str) -> Result<(), PortError> {
     let refused = refused("taking shared memory");
     for entry in files(prefix).map_err(&refused)? {
-        // It may be of a worker that is just leaving.
+        // A worker that is ending may remove its file meanwhile.
         gone_is_none(back_file(&entry.path())).map_err(&refused)?;
     }
     Ok(())
 }
 
-/// For `map_err`: what the system refused, by its cause.
+/// For `map_err`: the error for a refused system call; [`PortError::MemoryFull`] if memory is missing.
 fn refused(doing: &'static str) -> impl Fn(io::Error) -> PortError {
     move |error| match error.raw_os_error().map(Errno::from_raw_os_error) {
         Some(Errno::NOSPC | Errno::NOMEM) => full(),
@@ -73,27 +72,27 @@ fn refused(doing: &'static str) -> impl Fn(io::Error) -> PortError {
     }
 }
 
-/// What a file is opened for.
+/// Mode in which a file is opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Access {
     Read,
     Write,
 }
 
-/// Whether this is our user.
+/// Whether `uid` is the current user.
 pub(crate) fn is_own(uid: u32) -> bool {
     uid == rustix::process::getuid().as_raw()
 }
 
-/// Whose a file is, links not followed; `None`: it is gone.
+/// User id of the owner of a file, without following links; `None`: the file is gone.
 pub(crate) fn owner_of(path: &Path) -> io::Result<Option<u32>> {
     Ok(gone_is_none(fs::symlink_metadata(path))?.map(|found| found.uid()))
 }
 
-/// Opens a regular file of this user, not through a link and without waiting; `None` if it is anything else, or gone.
+/// Opens a regular file of this user, without following links and without blocking; `None` for any other file or none.
 pub(crate) fn open_own(path: &Path, access: Access) -> io::Result<Option<File>> {
     let is_ours = |found: &fs::Metadata| found.is_file() && is_own(found.uid());
-    // What is not ours is not even opened.
+    // Files of other users are not even opened.
     if !gone_is_none(fs::symlink_metadata(path))?.is_some_and(|found| is_ours(&found)) {
         return Ok(None);
     }
@@ -116,14 +115,14 @@ fn back_file(path: &Path) -> io::Result<()> {
     loop {
         match rustix::fs::fallocate(&file, FallocateFlags::KEEP_SIZE, 0, found.len()) {
             Err(Errno::INTR) => {}
-            // A file system that cannot promise anything.
+            // The file system cannot allocate in advance.
             Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS) => return Ok(()),
             Err(errno) => return Err(errno.into()),
         }
     }
 }
 
-/// The counter of nodes, which iceoryx2 opens to everybody: its version, the count, nothing.
+/// Content of the node counter, which iceoryx2 opens to all users: version, count, padding.
 fn counter(nodes: u32) -> [u8; COUNTER_BYTES] {
     let mut bytes = [0; COUNTER_BYTES];
     let (version, count) = bytes.split_at_mut(8);
@@ -132,29 +131,29 @@ fn counter(nodes: u32) -> [u8; COUNTER_BYTES] {
     bytes
 }
 
-/// Before anything of iceoryx2: makes the file that it would make open to everybody.
+/// Creates the node counter, closed to others, before iceoryx2 would create it open to all users.
 ///
 /// # Errors
-/// [`PortError::MemoryFull`], or what the system refused.
+/// [`PortError::MemoryFull`], or another error of the system.
 pub(crate) fn prepare(prefix: &str) -> Result<(), PortError> {
     let path = Path::new(SHM).join(format!("{prefix}{COUNTER}"));
     make_counter(&path, prefix, 0).map_err(refused("making shared memory"))
 }
 
-/// Takes every permission of others from the files and directories of a domain. The orchestrator does so before a
-/// worker is started.
+/// Removes all permissions of other users from the files and directories of a domain. The orchestrator calls this function before starting a
+/// worker.
 ///
-/// A file in /dev/shm that was open to all is made anew: whoever opened it then holds a file that nobody uses. What is in it is
-/// not believed: the only such file is the counter of nodes, of which this process has made one. iceoryx2 reads it when a node is made,
-/// so it is exchanged between two of them.
+/// A file in /dev/shm that was open to all is replaced, so that a process that opened it before holds an unused file. Its content is
+/// not trusted: the only such file is the node counter, and this process has created one node. iceoryx2 reads the counter when a node is
+/// created, so the file is replaced between two such times.
 ///
 /// # Errors
-/// [`PortError::MemoryFull`], or what the system refused; [`PortError::OpenToOthers`] for any other file.
+/// [`PortError::MemoryFull`] or another error of the system; [`PortError::OpenToOthers`] for any other file.
 pub(crate) fn close(address: &Address) -> Result<(), PortError> {
     let refused = refused("closing shared memory to other users");
     for entry in files(&address.prefix).map_err(&refused)? {
         let Some(found) = gone_is_none(entry.metadata()).map_err(&refused)? else { continue };
-        // Of others there may be what there will: it is not used.
+        // Files of other users are not used, so their permissions do not matter.
         if !is_own(found.uid()) || found.mode() & OTHERS == 0 {
             continue;
         }
@@ -174,10 +173,10 @@ fn make_counter(path: &Path, prefix: &str, nodes: u32) -> io::Result<()> {
     fs::rename(&fresh, path)
 }
 
-/// The same for the directories below the root alone, which a worker adds to. The root itself lets nobody in.
+/// Removes all permissions of other users from the directories below the root, where a worker creates more. The root itself is closed already.
 ///
 /// # Errors
-/// What the system refused.
+/// Errors of the system.
 pub(crate) fn close_directories(root: &Path) -> Result<(), PortError> {
     close_below(root).map_err(refused("closing a directory to other users"))
 }
@@ -193,7 +192,7 @@ fn close_below(dir: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Workers come and go meanwhile.
+/// A missing file is no error, because workers start and end meanwhile.
 fn gone_is_none<T>(result: io::Result<T>) -> io::Result<Option<T>> {
     match result {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
@@ -214,14 +213,14 @@ mod tests {
         let dir = tempfile::tempdir().expect("temporary directory");
         let address = Address { root: dir.path().to_owned(), prefix: prefix("00000000c1") };
         let path = Path::new(SHM).join(format!("{}any{COUNTER_SUFFIX}", address.prefix));
-        // Bytes of somebody, and a gigabyte more.
+        // Content from another user, and a size of one gigabyte.
         fs::write(&path, [7; 64]).expect("written");
         OpenOptions::new().write(true).open(&path).and_then(|file| file.set_len(1 << 30)).expect("sparse");
         fs::set_permissions(&path, Permissions::from_mode(0o666)).expect("opened");
         let before = fs::metadata(&path).expect("there").ino();
         let closed = close(&address);
         let (found, bytes) = (fs::metadata(&path).expect("there"), fs::read(&path).expect("readable"));
-        // Another file that is open to others is not known.
+        // Any other file that is open to others is an error.
         let other = path.with_extension("other");
         fs::write(&other, b"x").expect("written");
         fs::set_permissions(&other, Permissions::from_mode(0o622)).expect("opened");

@@ -1,9 +1,9 @@
-//! Carrying blocks between one orchestrator (the hub) and its workers.
+//! Transport of blocks between one orchestrator (the hub) and its workers.
 //!
-//! The rules every transport keeps, tested by `tests/conformance.rs`:
-//! a worker sends a request and gets at most one answer to it; a second request before the answer is refused; the hub
-//! receives requests of one worker in their order and answers when it likes, each by its ticket; waiting blocks and costs
-//! no CPU; a peer that is gone makes an error or nothing, never a hang of the other side.
+//! Rules for every transport, tested by `tests/conformance.rs`:
+//! a worker sends a request and gets at most one answer to it; a second request before the answer is rejected; the hub
+//! receives the requests of one worker in order and answers at any time, each by its ticket; waiting blocks and costs
+//! no CPU; a peer that has ended causes an error or nothing, never a hang of the other side.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,27 +12,27 @@ use std::time::Duration;
 use crate::messages::{FromWorkerBlock, ToWorkerBlock, WorkerId};
 use bladeoff_system::shown;
 
-/// A connection, as the transport knows it; never taken from a message.
+/// Identifier of a connection, assigned by the transport and never taken from a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PeerId(pub u128);
 
-/// A request that waits for its answer.
+/// Identifier of a request, needed to answer it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket(pub u64);
 
-/// A request as it arrives.
+/// A received request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
-    /// Who sent it.
+    /// Connection of the sender.
     pub peer: PeerId,
-    /// By which it is answered.
+    /// Ticket for the answer.
     pub ticket: Ticket,
 }
 
 /// Ends a [`HubPort::wait`] from another thread.
 pub type Waker = Arc<dyn Fn() + Send + Sync>;
 
-/// Why a transport did not do what it was asked.
+/// Error of a transport.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// The orchestrator's process has ended.
@@ -41,24 +41,24 @@ pub enum PortError {
     /// The last request has no answer yet.
     #[error("the last request has not been answered yet")]
     RequestOpen,
-    /// No such request, or its worker is gone.
+    /// The request does not exist, has been answered, or its worker is gone.
     #[error("request {} is unknown, answered, or its worker is gone", .0.0)]
     UnknownTicket(Ticket),
-    /// The directory of the run is not there.
+    /// The directory of the run is gone.
     #[error("{} is gone: the run has ended, or another program cleaned that folder", shown(root))]
     RootGone {
-        /// Where it was.
+        /// Path of the directory.
         root: PathBuf,
     },
-    /// There is no shared memory for what was to be made.
+    /// Shared memory is full.
     #[error(
         "/dev/shm is full ({free} bytes are free): something else fills it, or it is too small; make room or enlarge it (Docker: --shm-size)"
     )]
     MemoryFull {
-        /// Bytes free afterwards.
+        /// Free bytes after the failure.
         free: u64,
     },
-    /// A file of ours that others may open, and that is none of those which are known to be so.
+    /// A file of the run that other users may open, except for the known one, which is replaced.
     #[error("other users can access {}, which must be private", shown(path))]
     OpenToOthers {
         /// The file.
@@ -77,9 +77,9 @@ pub enum PortError {
     /// The system or iceoryx2 refused an operation.
     #[error("{doing} failed")]
     Failed {
-        /// What was being done.
+        /// Operation that failed.
         doing: &'static str,
-        /// Why it failed.
+        /// Error of the system or of iceoryx2.
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
@@ -97,19 +97,19 @@ pub trait WorkerPort {
     /// Sends a request.
     ///
     /// # Errors
-    /// [`PortError::RequestOpen`] before the last one was answered; otherwise what the transport reports.
+    /// [`PortError::RequestOpen`] before the last request was answered; otherwise errors of the transport.
     fn send(&mut self, block: &FromWorkerBlock) -> Result<(), PortError>;
 
-    /// Takes the answer if it is there; never blocks.
+    /// Takes the answer if it has arrived; never blocks.
     ///
     /// # Errors
-    /// What the transport reports.
+    /// Errors of the transport.
     fn try_receive(&mut self, block: &mut ToWorkerBlock) -> Result<bool, PortError>;
 
-    /// Blocks until an answer may be there.
+    /// Blocks until an answer may have arrived.
     ///
     /// # Errors
-    /// [`PortError::OrchestratorGone`] when none will ever come.
+    /// [`PortError::OrchestratorGone`] when no answer can come any more.
     fn wait(&mut self) -> Result<(), PortError>;
 }
 
@@ -118,13 +118,13 @@ pub trait HubPort {
     /// Takes the next request if there is one; never blocks.
     ///
     /// # Errors
-    /// What the transport reports.
+    /// Errors of the transport.
     fn try_receive(&mut self, block: &mut FromWorkerBlock) -> Result<Option<Request>, PortError>;
 
     /// Answers a request and wakes that worker.
     ///
     /// # Errors
-    /// [`PortError::UnknownTicket`] when nobody waits for the answer; otherwise what the transport reports.
+    /// [`PortError::UnknownTicket`] when no worker waits for the answer; otherwise errors of the transport.
     fn answer(&mut self, ticket: Ticket, worker: WorkerId, block: &ToWorkerBlock) -> Result<(), PortError>;
 
     /// Drops a request without an answer.
@@ -133,12 +133,12 @@ pub trait HubPort {
     /// Blocks until a request may be there, the waker is called, or the time has passed.
     ///
     /// # Errors
-    /// What the transport reports.
+    /// Errors of the transport.
     fn wait(&mut self, timeout: Duration) -> Result<(), PortError>;
 
-    /// Ends a wait from another thread.
+    /// A handle that ends a wait from another thread.
     fn waker(&self) -> Waker;
 
-    /// Releases what dead workers left behind; may take some ten milliseconds.
+    /// Releases resources of dead workers; may take some ten milliseconds.
     fn reap(&mut self);
 }

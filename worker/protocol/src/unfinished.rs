@@ -1,9 +1,9 @@
-//! Removes memory that a process began to make and died before it gave it a size.
+//! Removes shared memory whose process died between creating it and setting its size.
 //!
-//! Opening such an object, iceoryx2 0.10 waits for its size without end (`dynamic_storage::posix_shared_memory`,
-//! `MappingSizeIsZero`), in dead-node cleanup as elsewhere: a worker killed in the wrong microsecond of its start would stop
-//! the hub for good. Once the object is gone, whoever waits for it goes on with "does not exist". A living process gives the
-//! size at once; one that was held up for longer loses its connection and is replaced.
+//! When iceoryx2 0.10 opens such an object, it waits for the size without end (`dynamic_storage::posix_shared_memory`,
+//! `MappingSizeIsZero`), also in dead-node cleanup: a worker killed in the wrong microsecond of its start would stop the hub for
+//! good. Once the object is removed, a waiting process continues with "does not exist". A living process sets the size at once; a
+//! process that is delayed by more than 3 s loses its connection and is replaced.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -13,10 +13,10 @@ use std::time::Duration;
 
 use crate::names::{Address, SHM};
 
-/// An object without size this long after it was first seen is nobody's.
+/// An object without size is removed this long after it was first seen.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Watches the memory of one domain.
+/// Finds unfinished objects in the memory of one domain.
 #[derive(Debug)]
 pub struct Unfinished {
     shm: PathBuf,
@@ -26,7 +26,7 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// A watch over a domain.
+    /// Starts with no object seen.
     #[must_use]
     pub fn new(address: &Address) -> Self {
         Self::within(Path::new(SHM), &address.prefix)
@@ -36,7 +36,7 @@ impl Unfinished {
         Self { shm: shm.to_owned(), prefix: prefix.to_owned(), seen: BTreeMap::new() }
     }
 
-    /// Looks, at a time that only has to grow; returns how many objects it removed. To be called about once a second.
+    /// Removes objects that have had no size for 3 s and returns their number. To be called about once a second; `now` must not decrease.
     pub fn sweep(&mut self, now: Duration) -> usize {
         let mut removed = 0;
         let mut still = BTreeMap::new();

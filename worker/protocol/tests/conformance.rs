@@ -1,5 +1,5 @@
-//! The same rules for every transport: in memory, between processes over iceoryx2 (here between threads, which it does
-//! not distinguish), and a sound one inside the faulty one.
+//! Rules that every transport keeps: in memory, over iceoryx2 (here between threads, which iceoryx2 treats like processes), and the faulty
+//! transport with no fault enabled.
 
 mod transports;
 
@@ -16,15 +16,15 @@ use bladeoff_protocol::transport::{HubPort, PortError, Ticket, WorkerPort};
 use transports::{FaultRates, FaultyHub, MemoryHub, MemoryNet, MemoryWorker};
 
 const RUN: RunId = RunId(0xc0ffee);
-/// No step of a test takes longer, however slow the machine; a hang becomes a failure.
+/// Limit on each step of a test, ample even on a slow machine; a hang becomes a failure.
 const WATCHDOG: Duration = Duration::from_secs(60);
 
-/// Makes the two ends of one kind of transport.
+/// Creates the two ends of one kind of transport.
 trait Kind {
     type Hub: HubPort;
     type Worker: WorkerPort + 'static;
     fn hub(&mut self) -> Self::Hub;
-    /// To be called on the worker's thread.
+    /// The result is called on the worker's thread.
     fn connector(&self) -> Box<dyn Fn(WorkerId) -> Self::Worker + Send>;
 }
 
@@ -56,7 +56,7 @@ impl Kind for SoundFaulty {
     }
 }
 
-/// A domain in a directory of its own, so that tests do not meet.
+/// A domain in its own directory, so that tests do not interfere.
 struct Ipc {
     domain: Domain,
     _base: tempfile::TempDir,
@@ -106,7 +106,7 @@ fn batch(number: u64) -> ToWorker {
     ToWorker::Batch(Batch { batch: BatchId(number), attempt: 1, n_params: 1, samples, params })
 }
 
-/// Many batches to several workers: each gets exactly what was meant for it, in order.
+/// Many batches to several workers: each worker gets exactly its own batches, in order.
 fn answers_reach_the_worker_that_asked<K: Kind>(mut kind: K) {
     const WORKERS: u32 = 3;
     const BATCHES: u64 = 300;
@@ -184,7 +184,7 @@ fn a_worker_that_left_can_not_be_answered<K: Kind>(mut kind: K) {
     let answer = hub.answer(ticket, WorkerId(1), &ToWorker::Continue);
     assert!(matches!(answer, Err(LinkError::Port(PortError::UnknownTicket(_)))), "{answer:?}");
     hub.reap(WorkerId(1));
-    // A worker with the same number may come back after that, not before.
+    // A worker with the same number may connect again after that, not before.
     let mut again = WorkerLink::new(connect(WorkerId(1)), RUN, WorkerId(1));
     again.send(hello()).expect("sent");
     assert_eq!(receive(&mut hub).message.worker, WorkerId(1));
@@ -225,12 +225,12 @@ fn the_waker_ends_a_wait<K: Kind>(mut kind: K) {
     thread.join().expect("woken");
 }
 
-/// Workers that ask at once and all the time: each wait ends by a message. (A wake-up that iceoryx2 keeps to itself once makes every later one wait for the backstop: without
-/// what `ipc_services::wait` does about it once in some 100 000 messages.)
+/// Workers that ask at once and without pause: each wait ends with a message. (Without the countermeasure in `ipc_services::wait`,
+/// iceoryx2 withholds a wake-up once in some 100 000 messages, and every later wait then lasts until the backstop.)
 fn workers_that_ask_together_are_heard_at_once<K: Kind>(mut kind: K) {
     const WORKERS: u32 = 3;
     const ROUNDS: u64 = 150_000;
-    // A wake-up that was kept makes every later message wait; a busy machine delays single ones.
+    // A withheld wake-up delays every later message; a busy machine delays single ones.
     const SLOW: Duration = Duration::from_millis(900);
     const MOST_SLOW: u32 = 20;
     let mut hub = HubLink::new(kind.hub(), RUN);
@@ -305,7 +305,7 @@ fn nothing_is_left_of_a_domain_that_was_used() {
     assert!(!address.root.exists());
 }
 
-/// The umask of this process, as the system shows it most often: other tests here create listeners too.
+/// The umask of this process; the most frequent value counts, because other tests here create listeners too.
 fn umask() -> String {
     let mut looks = std::collections::BTreeMap::new();
     for _ in 0..100 {

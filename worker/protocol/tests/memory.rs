@@ -1,4 +1,4 @@
-//! Ports in a /dev/shm that is full when they are made.
+//! Creation of ports in a full /dev/shm.
 
 #[path = "../../../tests/support/skipped.rs"]
 mod skipped;
@@ -12,11 +12,11 @@ use bladeoff_protocol::ipc::{IpcHub, IpcWorker};
 use bladeoff_protocol::messages::WorkerId;
 use bladeoff_protocol::transport::PortError;
 
-/// Tells this test program that its /dev/shm is its own.
+/// Environment variable that marks the child process with its own /dev/shm.
 const INSIDE: &str = "BLADEOFF_TEST_OWN_MEMORY";
 const SHM: &str = "/dev/shm";
 
-/// Takes all memory but so many pages.
+/// Fills the memory except for this many pages.
 fn fill_but(pages: usize) {
     let filler = Path::new(SHM).join("filler");
     let mut file = std::fs::File::create(&filler).expect("created");
@@ -25,7 +25,7 @@ fn fill_but(pages: usize) {
     file.set_len(length - 4096 * pages as u64).expect("cut");
 }
 
-/// How many pages too few are an error; in between there is nothing else.
+/// Number of missing pages for which the creation fails; with more pages it must succeed, without gaps in between.
 fn in_order<K, F>(prepare: impl Fn() -> (K, F)) -> usize
 where
     F: FnOnce() -> Result<(), PortError> + Send + 'static,
@@ -44,14 +44,14 @@ where
     panic!("it never has enough");
 }
 
-/// Not a test by itself: runs in a mount namespace of its own, started by the test below.
+/// Child process of the test below: runs in its own mount namespace.
 #[test]
 fn own_memory() {
     if std::env::var_os(INSIDE).is_none() {
         return;
     }
     let base = tempfile::Builder::new().prefix("bo").tempdir_in("/tmp").expect("temporary directory");
-    // Memory runs out at every page of the making in turn; on a thread each, since what ran out once stays so.
+    // Memory runs out at each page of the creation in turn, each time on a new thread, because a thread stays failed.
     let hub = |address: Address| IpcHub::create(&address, 1).map(drop);
     let failures_of_hub = in_order(|| {
         let domain = Domain::create_below(&base.path().join("b"), 1).expect("a domain");
@@ -64,7 +64,7 @@ fn own_memory() {
         let address = domain.address().clone();
         ((hub, domain), move || IpcWorker::connect(&address, WorkerId(1), None).map(drop))
     });
-    // So many pages one and the other takes, roughly.
+    // Approximate number of pages that a hub and a worker take.
     assert!((50..200).contains(&failures_of_hub) && (20..100).contains(&failures_of_worker));
     println!("failed in order {failures_of_hub} and {failures_of_worker} times");
 }

@@ -1,4 +1,4 @@
-//! Messages go there and back exactly; anything else is refused, never believed and never a panic.
+//! Messages survive encoding and decoding exactly; any other block is rejected without a panic.
 
 #[path = "../../../tests/support/cap.rs"]
 mod cap;
@@ -95,7 +95,7 @@ fn flipped<const N: usize>(block: &Block<N>, bits: &[usize]) -> Box<Block<N>> {
     changed
 }
 
-/// Fills a block with noise that starts like a message, so that the checks behind the first are reached too.
+/// Fills a block with noise after a valid start, so that the noise reaches the later checks too.
 fn noise<const N: usize>(start: &Block<N>, words: &[u64], keep: usize) -> Box<Block<N>> {
     let mut block = Box::new(*start);
     for (at, word) in words.iter().enumerate() {
@@ -118,7 +118,7 @@ proptest! {
     #[test]
     fn every_flipped_bit_is_seen(to in to_worker(), from in from_worker(), bits in prop::collection::vec(any::<usize>(), 1..4)) {
         let (to_block, from_block) = (encoded_to(&to), encoded_from(&from));
-        // Within what was in use before: words behind it mean nothing, and two flips of one bit are none.
+        // Changes only words that were in use: later words have no meaning, and flipping the same bit twice changes nothing.
         let changed = flipped(&to_block, &bits);
         if changed != to_block {
             prop_assert!(cap::case(MOST, || ToWorker::decode(&changed, RUN, WORKER)).is_err());
@@ -148,16 +148,16 @@ proptest! {
     }
 }
 
-/// How a hostile message is made from a good one, beside its checksum, which is right.
+/// A way to make a hostile message from a valid one, in addition to a right checksum.
 #[derive(Debug, Clone)]
 enum Lie {
-    /// Puts a word somewhere.
+    /// Replaces a word.
     Word(prop::sample::Index, u64),
     /// Flips one bit.
     Bit(prop::sample::Index, u32),
-    /// Adds to a word, as to a count.
+    /// Adds to a word, such as a count.
     Add(prop::sample::Index, u64),
-    /// Says another length.
+    /// Claims another length.
     Length(prop::sample::Index),
 }
 
@@ -180,11 +180,11 @@ fn lies() -> impl Strategy<Value = Vec<Lie>> {
     prop::collection::vec(lie, 1..4)
 }
 
-/// The message with these lies. Magic, version and run stay: a hostile worker knows them, and behind them the checks begin.
+/// The message with these lies. Magic, version and run stay: a hostile worker knows them, and the other checks come after them.
 fn lying<const N: usize>(good: &Block<N>, lies: &[Lie]) -> Box<Block<N>> {
     let mut block = Box::new(*good);
     let mut used = good.used();
-    // The header's fields as often as all items, in which most words are values.
+    // Fields of the header are chosen as often as all items together, in which most words are values.
     let place = |at: &prop::sample::Index, used: usize| {
         let fields: Vec<usize> = [3, 5, 6, 7].into_iter().chain(8..20.min(used - 1)).collect();
         let at = at.index(2 * (used + fields.len()));
@@ -206,14 +206,14 @@ fn lying<const N: usize>(good: &Block<N>, lies: &[Lie]) -> Box<Block<N>> {
     block
 }
 
-/// What became of hostile messages.
+/// Counts of hostile messages by their outcome.
 #[derive(Debug, Default)]
 struct Fates {
     cases: u64,
-    /// Got past magic, version, length, checksum and run.
+    /// Passed the checks of magic, version, length, checksum and run.
     past_checksum: u64,
     believed: u64,
-    /// Refused, by what refused them.
+    /// Rejected, by the check that failed.
     refused: BTreeMap<&'static str, u64>,
 }
 
@@ -242,7 +242,7 @@ impl Fates {
     }
 
     #[expect(clippy::print_stdout, reason = "the figures of docs/durability.md")]
-    /// At least 99 of 100 got past the checksum, and every check behind it has refused some.
+    /// At least 99 of 100 passed the checksum, and every check behind it rejected some.
     fn assert_thorough(&self, checks: &[&str]) {
         println!("{self:?}; {}", cap::figures());
         assert!(100 * self.past_checksum >= 99 * self.cases, "{self:?}");
@@ -254,7 +254,7 @@ impl Fates {
     }
 }
 
-/// A hostile worker can compute the checksum. What it says is refused, or obeys every rule a message must keep.
+/// A hostile worker can compute the checksum. Its messages are rejected, or obey every rule of a message.
 #[test]
 fn a_lying_worker_with_a_right_checksum_breaks_no_rule() {
     let fates = RefCell::new(Fates::default());
@@ -277,7 +277,7 @@ fn a_lying_worker_with_a_right_checksum_breaks_no_rule() {
     fates.borrow().assert_thorough(&["length", "tag", "range", "not finite", "contradiction", "left over"]);
 }
 
-/// The same the other way: whoever writes to a worker can at most make it compute other samples.
+/// A hostile orchestrator can compute the checksum, too. At most it can make a worker compute other samples.
 #[test]
 fn a_lying_orchestrator_with_a_right_checksum_breaks_no_rule() {
     let fates = RefCell::new(Fates::default());
@@ -302,7 +302,7 @@ fn config() -> ProptestConfig {
     ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() }
 }
 
-/// Memory of one case \[bytes\]: a message is at most 34 kB.
+/// Memory limit of one case \[bytes\]; a message has at most 34 kB.
 const MOST: usize = 1 << 20;
 
 /// Cases per property: more with `PROPTEST_CASES`.
@@ -310,7 +310,7 @@ fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok()).unwrap_or(500)
 }
 
-/// The checksum as documented: one bijective step per word and a finish. Written here again, as a hostile peer would.
+/// The checksum as documented: one bijective step per word and a final one. Implemented independently, as a hostile peer would.
 fn checksum(words: &[u64]) -> u64 {
     let mut state: u64 = 0x9e37_79b9_7f4a_7c15;
     for word in words {
@@ -360,7 +360,7 @@ fn the_writer_refuses_what_the_reader_would() {
     assert!(matches!(refusal(batch(vec![1, 2], 1, vec![0.0])), MessageError::Contradiction { .. }));
     let infinite = batch(vec![1, 2], 1, vec![0.0, f64::INFINITY]);
     assert_eq!(refusal(infinite), MessageError::NotFinite { sample: 2, index: 0 });
-    // What a sample has not is told.
+    // A missing value is transmitted as such.
     let message = batch(vec![1, 2], 1, vec![f64::NAN, 1.0]);
     message.encode(RUN, WORKER, &mut block).expect("a value that is none");
     let decoded = ToWorker::decode(&block, RUN, WORKER).expect("the same");

@@ -79,7 +79,7 @@ pub(super) fn example() -> FunctionJob {
 mod tests {
     use super::*;
 
-    /// Names and order of the keys are at rest in every result directory, their hash in its table: a rename here shows.
+    /// Names and order of the keys are stored in every result directory, and their hash in its table: a renamed key fails this test.
     #[test]
     fn the_text_of_a_function_plan_is_what_directories_hold() {
         let text = r#"{

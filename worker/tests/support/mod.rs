@@ -1,4 +1,4 @@
-//! One worker over the in-memory transport, and an orchestrator that gives it one batch.
+//! One worker over the in-memory transport, and an orchestrator that sends one batch.
 
 // Each test file uses what it needs.
 #![allow(dead_code)]
@@ -22,10 +22,10 @@ use transports::{MemoryHub, MemoryNet};
 
 pub const RUN: RunId = RunId(5);
 pub const WORKER: WorkerId = WorkerId(1);
-/// Nothing here takes that long.
+/// Limit that no step of these tests reaches.
 const WATCHDOG: Duration = Duration::from_secs(300);
 
-/// A worker whose solver is made in its thread.
+/// Starts a worker whose solver is created in its thread.
 pub fn start<P: WorkerPort + Send + 'static, S: Solver>(
     port: P,
     heartbeat: &Heartbeat,
@@ -54,13 +54,13 @@ pub fn report(incoming: Incoming) -> Report {
     }
 }
 
-/// Samples with one parameter each, their number.
+/// Samples with their numbers as their only parameter.
 pub fn batch(samples: Vec<u64>) -> Batch {
     let params = samples.iter().map(|&sample| sample as f64).collect();
     Batch { batch: BatchId(1), attempt: 1, n_params: 1, samples, params }
 }
 
-/// Greets the worker and gives it one batch; returns its reports.
+/// Greets the worker and sends one batch; returns the worker's reports.
 pub fn play<S: Solver>(make: impl FnOnce() -> S + Send + 'static, batch: Batch) -> Vec<Report> {
     let net = MemoryNet::default();
     let mut hub = HubLink::new(net.hub(), RUN);
@@ -89,7 +89,7 @@ pub fn play<S: Solver>(make: impl FnOnce() -> S + Send + 'static, batch: Batch) 
     }
 }
 
-/// Results by their samples, each of which is there once.
+/// Results by sample number; each sample must occur once.
 pub fn results(reports: &[Report]) -> BTreeMap<u64, &SampleReport> {
     let all: Vec<&SampleReport> = reports.iter().flat_map(|report| &report.samples).collect();
     let by_sample: BTreeMap<u64, &SampleReport> = all.iter().map(|done| (done.sample, *done)).collect();
@@ -97,7 +97,7 @@ pub fn results(reports: &[Report]) -> BTreeMap<u64, &SampleReport> {
     by_sample
 }
 
-/// An outcome that may be believed.
+/// A valid outcome.
 pub fn fine(values: Vec<Option<f64>>) -> Outcome {
     let (status, causes) = (Status::Ok, CauseSet::default());
     Outcome { status, cause: None, causes, notes: CauseSet::default(), end_cause: EndCause::Stopped, values }

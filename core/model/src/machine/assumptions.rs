@@ -12,7 +12,7 @@ use super::model::{
 use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
 
-/// The key that the machine may leave out.
+/// The key whose absence changes the text.
 const TORSIONAL: &str = "rotor.damping.torsional";
 
 /// One assumption.
@@ -160,7 +160,7 @@ fn torque(torque: &Torque) -> String {
     line
 }
 
-/// A yield strength does not change the motion; it ends the run, or is not compared where it is not given.
+/// Text about yielding. A yield strength does not change the motion: it ends the run, or without a given strength stresses are not compared.
 fn judged_by_yield(is_given: bool) -> &'static str {
     if is_given { "elastic at any stress; stresses are compared with the yield strength" } else { "without yield" }
 }
@@ -281,7 +281,7 @@ mod tests {
         found.unwrap_or_else(|| panic!("{topic} of {:?}", lines(text))).text
     }
 
-    /// Each change of the machine changes the line of its topic, and no other line.
+    /// Each change of the machine changes the line of its topic and no other line.
     #[test]
     fn every_line_follows_the_machine() {
         let spring = "kind = \"radial-spring\"\nstiffness = 1e7\n";

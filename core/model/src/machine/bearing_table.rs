@@ -125,8 +125,8 @@ impl BearingTable {
         })
     }
 
-    /// Constant coefficients from which a model is made: the largest size of each direct coefficient, the middle of the range of each cross coefficient. What they
-    /// differ from those at a speed acts as a force; no part of it exceeds the constant part of a step.
+    /// Constant coefficients for the model: the largest magnitude of each direct coefficient, the middle of the range of each cross coefficient. The
+    /// difference from the coefficients at a speed acts as a force; no part of it exceeds the constant part of a step.
     #[must_use]
     pub fn constant_part(&self) -> Coefficients {
         coefficients(&std::array::from_fn(|i| {
@@ -228,7 +228,7 @@ mod tests {
                 let beyond = (at(end - inwards * 20.0) - at(end)) / (inwards * -20.0);
                 // the slope of pchip is zero at one end; chords are 6e4 and more
                 assert!((beyond - slope).abs() < 1.0, "{interpolation:?} at {end}: {beyond} {slope}");
-                // and stays constant behind 28 rad/s, 4 % of the highest speed
+                // and stays constant beyond 28 rad/s, 4 % of the highest speed
                 assert_eq!(at(end - inwards * 29.0).to_bits(), at(end - inwards * 60.0).to_bits());
             }
             assert_eq!(table.extended(333.0), table.at(333.0));

@@ -1,4 +1,4 @@
-//! A machine as its file says it, with values that may be changed by path.
+//! A machine as its file defines it, with values that may be changed by path.
 
 use std::sync::Arc;
 
@@ -12,8 +12,8 @@ use super::schema::ENGINE;
 use super::value::{self, ParamValue, ValueError};
 use bladeoff_text::document::{Collector, Problems};
 
-/// A machine file: its text, and a value for every scalar and choice. Clones share all but the values, so that one per
-/// sample of a study is cheap.
+/// A machine file: its text, and a value for every scalar and choice. Clones share everything but the values, so a clone per sample of a
+/// study is cheap.
 #[derive(Debug, Clone)]
 pub struct MachineDef {
     pub(super) layout: Arc<Layout>,
@@ -21,16 +21,16 @@ pub struct MachineDef {
 }
 
 impl MachineDef {
-    /// Reads a machine file and checks that it makes a machine. `file` only names it in messages.
+    /// Reads a machine file and checks that a machine can be built from it. Messages refer to the file as `file`.
     ///
     /// # Errors
-    /// All problems of the file at once; of several syntax errors the first.
+    /// All problems of the file at once. A file with too many syntax errors is reported with the first of them only.
     pub fn parse(file: &str, text: &str) -> Result<Self, Problems> {
         Self::parse_partly(file, text).map_err(|(_, problems)| problems)
     }
 
-    /// As [`MachineDef::parse`]; of a file with problems what could be read comes with them (`None`: nothing), so that what
-    /// names its parameters can be judged too.
+    /// As [`MachineDef::parse`], but an error also has the readable part of the file (`None`: no part), so that references to its parameters can
+    /// be checked too.
     ///
     /// # Errors
     /// As [`MachineDef::parse`].
@@ -55,15 +55,15 @@ impl MachineDef {
         &self.layout.text
     }
 
-    /// What tables name by a text (`rotor.unbalances.NAME.disc`), by path: a part of the machine that no study varies.
+    /// Texts by which tables refer to others (`rotor.unbalances.NAME.disc`), by path. A study cannot vary them.
     pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
         self.layout.texts.iter().map(|(path, text)| (path.as_str(), text.value.as_deref().unwrap_or_default()))
     }
 
-    /// Reads a value written without quotes: "8 mm", "hyp1", "12"; a bare number is SI.
+    /// Parses a value written without quotes: "8 mm", "hyp1", "12"; a bare number is in SI units.
     ///
     /// # Errors
-    /// [`ValueError`]: unreadable, out of range, not one of the words.
+    /// [`ValueError`]: unreadable, out of range, not one of the allowed words.
     pub fn parse_value(&self, path: &PathInfo, text: &str) -> Result<ParamValue, ValueError> {
         let slot = &self.layout.slots[self.index(path)?];
         let value = value::parse(slot, text)?;
@@ -71,15 +71,15 @@ impl MachineDef {
         Ok(value)
     }
 
-    /// Checks type and range of a value; checks across keys happen in [`MachineDef::build`].
+    /// Checks type and range of a value; [`MachineDef::build`] checks values against each other.
     ///
     /// # Errors
-    /// [`ValueError`]: out of range, not whole, not one of the words.
+    /// [`ValueError`]: out of range, not whole, not one of the allowed words.
     pub fn check_value(&self, path: &PathInfo, value: &ParamValue) -> Result<(), ValueError> {
         value::check(&self.layout.slots[self.index(path)?], value).map(|_| ())
     }
 
-    /// Gives a parameter a value.
+    /// Sets the value of a parameter.
     ///
     /// # Errors
     /// As [`MachineDef::check_value`]; the machine is then unchanged.
@@ -90,28 +90,28 @@ impl MachineDef {
         Ok(())
     }
 
-    /// The validated machine.
+    /// Builds the validated machine from the present values.
     ///
     /// # Errors
-    /// Every check across keys that the present values break.
+    /// All violated checks between the present values.
     pub fn build(&self) -> Result<Machine, Problems> {
         build(&self.layout, &self.states, Collector::new(&self.layout.file, &self.layout.text))
     }
 
-    /// The engine of the machine with its present values; `None`: what is wrong with `run.engine` has been reported.
+    /// The engine of the machine with its present values; `None`: `run.engine` is invalid, which has been reported.
     #[must_use]
     pub fn engine(&self) -> Option<EngineChoice> {
         choose(&Reader::new(&self.layout, &self.states, Collector::new(&self.layout.file, &self.layout.text)))
     }
 
-    /// Has the machine computed by an engine, as if its file named it.
+    /// Sets the engine, as the default rather than as a value of the file.
     pub fn settle(&mut self, engine: Engine) {
         if let Some(index) = self.layout.find(ENGINE) {
             self.states[index] = State { scalar: Scalar::Word(engine.word()), origin: Origin::Default };
         }
     }
 
-    /// A problem that a run finds and no check of the file can: at the place of a parameter, with its present value.
+    /// A problem found by a run that no check of the file can find: at the position of a parameter, with its present value.
     #[must_use]
     pub fn refused(&self, path: &str, message: String, allowed: String) -> Problems {
         let mut problems = Collector::new(&self.layout.file, &self.layout.text);
@@ -129,12 +129,12 @@ impl MachineDef {
         self.layout.find(&path.path).ok_or_else(|| ValueError::NoSuchParameter { path: path.path.clone() })
     }
 
-    /// Whether the slot belongs to a machine of the present kinds.
+    /// Whether a slot belongs to a machine with the present values of `kind`.
     pub(super) fn applies(&self, index: usize) -> bool {
         self.holds(self.layout.conditions[index])
     }
 
-    /// Whether the present kinds meet a condition of the layout.
+    /// Whether the present values of `kind` meet a condition of the layout.
     pub(super) fn holds(&self, condition: Option<(usize, &'static str)>) -> bool {
         condition.is_none_or(|(kind, word)| self.states[kind].scalar == Scalar::Word(word))
     }

@@ -1,13 +1,14 @@
-//! Which engine computes a machine: what its file names, or what `run.engine = "auto"` comes to.
+//! Selection of the engine: the one that the file names, or the result of `run.engine = "auto"`.
 //!
-//! A machine alone is asked once ([`MachineDef::engine`](super::MachineDef::engine)). A study asks of all its samples, and gives the answer to every
-//! one ([`MachineDef::settle`](super::MachineDef::settle)): between samples of several engines there would be differences that no parameter makes.
+//! For a single machine, the selection is made once ([`MachineDef::engine`](super::MachineDef::engine)). A study checks all its samples and uses
+//! one engine for all of them ([`MachineDef::settle`](super::MachineDef::settle)): samples of different engines would differ without a
+//! change of any parameter.
 
 use super::model::Engine;
 use super::schema::{CONTACT_STEP, STEP};
 use std::fmt;
 
-/// Whether values of this path may decide what `run.engine = "auto"` comes to; of all others it is independent.
+/// Whether values of this path can change the result of `run.engine = "auto"`, which is independent of all other paths.
 #[must_use]
 pub fn decides_engine(path: &str) -> bool {
     let of_ring = [".kind", ".contact.detection", ".contact.points", ".ring.elements", ".blades.count"];
@@ -16,12 +17,12 @@ pub fn decides_engine(path: &str) -> bool {
         || of_ring.iter().any(|ending| path.ends_with(ending))
 }
 
-/// Something of a machine that the exponential engine does not cover.
+/// A property of a machine that the exponential engine does not cover.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotCovered {
     /// Path of the value, or of its table.
     pub path: String,
-    /// What it makes of the machine: "a rigid ring".
+    /// Description of the property: "a rigid ring".
     pub what: String,
 }
 
@@ -31,42 +32,42 @@ impl fmt::Display for NotCovered {
     }
 }
 
-/// Why it is that engine.
+/// Reason for the selection of an engine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum EngineReason {
     /// `run.engine` names it.
     Named,
-    /// `run.contact_step` is given, which only it has.
+    /// `run.contact_step` is given, which only the exponential engine has.
     ContactStep,
-    /// `run.step` is given, which the exponential engine has not.
+    /// `run.step` is given, which the exponential engine does not have.
     Step,
-    /// The exponential engine covers all of it.
+    /// The exponential engine covers the whole machine.
     Covered,
-    /// It does not cover this, the first of all.
+    /// The first property that the exponential engine does not cover.
     NotCovered(NotCovered),
-    /// It cannot start, for this reason.
+    /// The exponential engine cannot start, for this reason.
     NoStart(String),
-    /// The result directory was begun with it.
+    /// The result directory was begun with this engine.
     Begun,
 }
 
 /// The engine of a machine, or of all samples of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EngineChoice {
-    /// Which.
+    /// Selected engine.
     pub engine: Engine,
-    /// Why.
+    /// Reason.
     pub reason: EngineReason,
 }
 
 impl EngineChoice {
-    /// Whether `run.engine = "auto"` came to it.
+    /// Whether `run.engine = "auto"` selected the engine.
     #[must_use]
     pub fn is_auto(&self) -> bool {
         self.reason != EngineReason::Named
     }
 
-    /// Engine and reason in words; `all`: what is covered, "the machine" or "every sample".
+    /// Engine and reason in words. `all` names the covered object: "the machine" or "every sample".
     #[must_use]
     pub fn words(&self, all: &str) -> String {
         let why = match &self.reason {

@@ -1,4 +1,4 @@
-//! How a path, or its ending, finds its parameter in a machine.
+//! Finds a parameter of a machine by its path or the ending of its path.
 
 use super::def::MachineDef;
 use super::layout::{Origin, Scalar};
@@ -9,21 +9,21 @@ use bladeoff_text::document::units::format_digits;
 use bladeoff_text::document::{cut, nearest};
 
 impl MachineDef {
-    /// Every parameter that this machine has, those at their defaults included, in the order of the format.
+    /// Every parameter of this machine, including those at their defaults, in the order of the format.
     #[must_use]
     pub fn paths(&self) -> Vec<PathInfo> {
         list(self)
     }
 
-    /// The parameter of a full path, or of an ending that only one path has (`contact.gap`).
+    /// The parameter of a full path, or of an ending that is unique (`contact.gap`).
     ///
     /// # Errors
-    /// [`PathError`]: several paths end so, or none does; that of a text of the file.
+    /// [`PathError`]: several paths have this ending, or none; or the path is that of a text.
     pub fn resolve(&self, path_or_ending: &str) -> Result<PathInfo, PathError> {
         resolve(self, path_or_ending)
     }
 
-    /// As [`MachineDef::resolve`], but it does not search for the path that was meant, which takes a thousand times longer.
+    /// As [`MachineDef::resolve`], but without searching for the path most likely meant, which takes a thousand times longer.
     ///
     /// # Errors
     /// As [`MachineDef::resolve`]; `nearest` is `None`.
@@ -32,7 +32,7 @@ impl MachineDef {
     }
 }
 
-/// Every parameter that applies.
+/// Every parameter that applies to the machine.
 fn list(def: &MachineDef) -> Vec<PathInfo> {
     (0..def.layout.slots.len()).filter(|&index| def.applies(index)).map(|index| info(def, index)).collect()
 }
@@ -69,8 +69,8 @@ fn info(def: &MachineDef, index: usize) -> PathInfo {
     }
 }
 
-/// Full path, or an ending at a dot that a single parameter has. Parameters that do not apply to the present kinds
-/// count only if no other fits: a study may set a kind together with them.
+/// Finds a full path, or a unique ending from a dot on. Parameters that do not apply to the present kinds are considered only if no other fits,
+/// because a study may set a kind together with them.
 fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     let wanted = bracketed(given.trim());
     if let Some(index) = def.layout.find(&wanted) {
@@ -92,7 +92,7 @@ fn find(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     }
 }
 
-/// As [`find`]; an unknown path comes with the one most likely meant, or is a text of the file.
+/// As [`find`]; the error for an unknown path has the path most likely meant, or reports that the path is that of a text.
 fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     find(def, given).map_err(|error| match error {
         PathError::Unknown { given: shown, .. } => {
@@ -103,7 +103,7 @@ fn resolve(def: &MachineDef, given: &str) -> Result<PathInfo, PathError> {
     })
 }
 
-/// The text that a path or an ending names, the first of several, whether the file has it or not.
+/// The text with this path or ending, the first of several, even if the file does not have it.
 fn text(def: &MachineDef, wanted: &str) -> Option<PathError> {
     let ends_so = |path: &str| path.strip_suffix(wanted).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
     let texts = keys().iter().filter(|key| key.kind == Kind::Text && !wanted.is_empty());
@@ -119,8 +119,8 @@ fn text(def: &MachineDef, wanted: &str) -> Option<PathError> {
         .map(|(path, meaning)| PathError::Text { path, meaning })
 }
 
-/// Paths of a component that is named by its axes, as other programs do: `stiffness.xy`, `stiffness_xy` and `kxy` are `stiffness[0][1]`, or
-/// `stiffness` where that is isotropic; `offset.y` is `offset[1]`.
+/// Paths of a component that is named by its axes, as in other programs: `stiffness.xy`, `stiffness_xy` and `kxy` mean `stiffness[0][1]`, or
+/// `stiffness` if that is isotropic; `offset.y` means `offset[1]`.
 fn by_axes(wanted: &str) -> Vec<String> {
     const AXES: [(&str, &str); 6] =
         [("xx", "[0][0]"), ("xy", "[0][1]"), ("yx", "[1][0]"), ("yy", "[1][1]"), ("x", "[0]"), ("y", "[1]")];
@@ -137,7 +137,7 @@ fn by_axes(wanted: &str) -> Vec<String> {
     vec![format!("{table}{place}"), table]
 }
 
-/// The path whose ending of as many steps is nearest to the one given.
+/// The path whose ending with the same number of segments is most similar.
 fn likely(def: &MachineDef, wanted: &str) -> Option<String> {
     if wanted.is_empty() || wanted.len() > 200 {
         return None;

@@ -1,19 +1,19 @@
-//! Identity of a machine: equal for machines that compute the same, whatever their files look like.
+//! Identity of a machine: equal for machines with the same results, however their files are written.
 //!
 //! ```text
 //! identity = h(layout) + sum over all parameters of h(path, value)      modulo 2^128, h: blake3 cut to 128 bits
 //! ```
-//! The sum makes it cheap in a study: exchanging one value is one subtraction and one addition, and a parameter that is
-//! varied counts like one that the file gives. Comments, units, number formats, the machine's name and the order of keys do
-//! not count; the order of bearings and sections does, because columns and sums follow it. A default and the same value
-//! written out in a table that is there anyway are equal, unless the default is the engine's. Texts (`disc` of an unbalance) count where the file has them.
+//! The sum keeps identities cheap in a study: changing one value takes one subtraction and one addition, and a varied parameter has the same
+//! effect as one in the file. Comments, units, number formats, the machine's name and the order of keys do not affect the identity. The
+//! order of bearings and sections does, because columns and sums follow that order. A default and the same value written in a table that
+//! exists anyway are equal, unless the default depends on the engine. Texts (`disc` of an unbalance) are included where the file has them.
 //!
-//! The revision of the exponential engine's results is part of the identity of the machines that it computes; the caller passes it.
+//! For machines that the exponential engine computes, the identity includes the revision of that engine's results, which the caller passes.
 //!
-//! All keys count, so a build with other keys has other identities: it has another numerics version (of the package `bladeoff-core`).
+//! All keys are included, so a build with other keys has other identities: its numerics version (of the package `bladeoff-core`) differs.
 //!
-//! `run.step_limit` does not count: it is a budget. Runs of one identity are step for step the same up to the smaller of
-//! their limits, so who keeps outcomes by identity has to ask how many steps each needed ([`MachineDef::step_limit`]).
+//! `run.step_limit` is not included, because it is a budget. Runs of one identity agree step by step up to the smaller of their limits. So
+//! a store of outcomes by identity has to compare the steps of a run with the limit ([`MachineDef::step_limit`]).
 
 use super::def::MachineDef;
 use super::layout::{Layout, Scalar, Slot, State};
@@ -44,7 +44,7 @@ impl MachineDef {
         slots.fold(layout_part(&self.layout), sum)
     }
 
-    /// What is to be added (wrapping) to [`MachineDef::identity`] when a parameter gets a value instead of its present one.
+    /// The (wrapping) difference of [`MachineDef::identity`] when a parameter changes from its present value to `value`.
     ///
     /// # Errors
     /// As [`MachineDef::set`].
@@ -63,7 +63,7 @@ impl MachineDef {
     }
 }
 
-/// What `set` cannot change: which tables, sections and lists there are, and what texts name.
+/// Hash of everything that `set` cannot change: tables, sections, lists, and the values of texts.
 fn layout_part(layout: &Layout) -> u128 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&SCHEMA.to_le_bytes());

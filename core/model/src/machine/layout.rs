@@ -1,4 +1,4 @@
-//! The slots of one machine: every scalar or choice its file could set, with the place where it stands.
+//! The slots of one machine: every scalar or choice that its file can set, with its position.
 
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{BuildHasherDefault, Hasher};
@@ -6,26 +6,26 @@ use std::ops::Range as Span;
 
 use super::schema::{Key, Kind, Need, Range, When};
 
-/// One scalar or choice of one machine.
+/// One scalar or choice of a machine.
 #[derive(Debug, Clone)]
 pub(super) struct Slot {
     /// Full path: `rotor.shaft[0].diameter`, `diaphragms.mid.contact.offset[1]`.
     pub path: String,
-    /// What the format says of it.
+    /// Entry of the slot in the table of keys.
     pub key: &'static Key,
-    /// Component of a vector, matrix or list.
+    /// Whether the slot is a component of a vector, matrix or list.
     pub part: bool,
-    /// Where its value stands, or else the table that lacks it.
+    /// Position of the value, or of the table without it.
     pub span: Span<usize>,
 }
 
 impl Slot {
-    /// Allowed numbers: the range of a matrix key is that of its isotropic form, its components may be negative.
+    /// Allowed numbers. The range of a matrix key applies to its isotropic form; its components may be negative.
     pub fn range(&self) -> Range {
         if self.part && matches!(self.key.kind, Kind::Matrix(_)) { self.key.range.mirrored() } else { self.key.range }
     }
 
-    /// The words it may hold.
+    /// Allowed words.
     pub fn words(&self) -> &'static [&'static str] {
         match self.key.kind {
             Kind::Choice(words) | Kind::NumberOr(_, words) => words,
@@ -33,7 +33,7 @@ impl Slot {
         }
     }
 
-    /// What is allowed, in words.
+    /// Description of the allowed values.
     pub fn allowed(&self) -> String {
         let quoted = || self.words().iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
         match self.key.kind {
@@ -45,31 +45,31 @@ impl Slot {
     }
 }
 
-/// What a slot holds.
+/// Value of a slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Scalar {
-    /// Nothing.
+    /// No value.
     Absent,
-    /// Something wrong that has been reported.
+    /// An invalid value that has been reported.
     Bad,
     /// A number in SI.
     Number(f64),
-    /// A word of its list.
+    /// One of the slot's allowed words.
     Word(&'static str),
 }
 
-/// Who said it.
+/// Source of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Origin {
-    /// The format.
+    /// Default of the format.
     Default,
-    /// The file.
+    /// Machine file.
     File,
-    /// `set`.
+    /// Call of `set`.
     Set,
 }
 
-/// Value of a slot: all that differs between the samples of a study.
+/// Value of a slot, the only part that differs between the samples of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct State {
     pub scalar: Scalar,
@@ -77,7 +77,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// What holds when the file says nothing.
+    /// The value of a key that the file does not have.
     pub fn default_of(key: &Key) -> Self {
         let scalar = match key.need {
             Need::Required | Need::Optional(_) => Scalar::Absent,
@@ -94,11 +94,11 @@ pub(super) struct Named {
     pub name: String,
 }
 
-/// A text of a table: it names something, and is no parameter.
+/// A text of a table, such as a reference by name; not a parameter.
 #[derive(Debug, Clone)]
 pub(super) struct Text {
     pub key: &'static Key,
-    /// `None`: something wrong that has been reported.
+    /// `None`: invalid, which has been reported.
     pub value: Option<String>,
     pub span: Span<usize>,
 }
@@ -106,14 +106,14 @@ pub(super) struct Text {
 /// Index of each slot by its path.
 pub(super) type ByPath = HashMap<String, usize, BuildHasherDefault<PathHasher>>;
 
-/// Hash of a path, eight bytes at a time. A machine is built of hundreds of look-ups, and a hash that resists chosen keys would take a
-/// third of that time; a file has at most a thousand names, so chosen collisions cost little.
+/// Hash of a path, eight bytes at a time. Building a machine takes hundreds of look-ups, a third of whose time would go into a hash that
+/// resists chosen keys. A file has at most a thousand names, so chosen collisions cost little.
 #[derive(Default)]
 pub(super) struct PathHasher(u64);
 
 impl PathHasher {
     fn add(&mut self, word: u64) {
-        // an odd number without structure: 2^64 over the golden section
+        // an odd number without structure: 2^64 divided by the golden ratio
         self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 }
@@ -132,12 +132,12 @@ impl Hasher for PathHasher {
     }
 
     fn finish(&self) -> u64 {
-        // the map takes its place from the lower bits, which depend on fewer of the path's
+        // the map uses the lower bits, which depend on fewer bytes of the path
         self.0 ^ self.0 >> 32
     }
 }
 
-/// Everything about a machine file that `set` does not change; shared by all clones.
+/// Everything in a machine file that `set` does not change; shared by all clones.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub file: String,
@@ -146,21 +146,20 @@ pub(super) struct Layout {
     pub slots: Vec<Slot>,
     /// Index of each slot by its path.
     pub by_path: ByPath,
-    /// For each slot the `kind` slot that it depends on, and the word that must stand there.
+    /// For each slot, the `kind` slot that it depends on, and the word required there.
     pub conditions: Vec<Option<(usize, &'static str)>>,
-    /// Tables that the file has, by path (`rotor.damping`, `diaphragms.mid.blades`), with the place of their name.
+    /// Tables of the file by path (`rotor.damping`, `diaphragms.mid.blades`), with the position of their name.
     pub tables: BTreeMap<String, Span<usize>>,
-    /// Named tables and sections by the path above them (`rotor.bearings`, `rotor.shaft`), in the order of the file.
+    /// Named tables and sections by their parent path (`rotor.bearings`, `rotor.shaft`), in the order of the file.
     pub groups: BTreeMap<String, Vec<Named>>,
-    /// Lengths of the lists that the file has, by path; 0 for one that could not be read.
+    /// Lengths of the file's lists by path; 0 for an unreadable list.
     pub lengths: BTreeMap<String, usize>,
-    /// Texts that the file has in tables, by path. They are no slots, so that a machine without them is what it was before
-    /// the format had them.
+    /// Texts in the file's tables, by path. They are not slots, so that the identity of a machine without them is that of earlier formats.
     pub texts: BTreeMap<String, Text>,
 }
 
 impl Layout {
-    /// Makes what slots are found by, once there are all of them.
+    /// Builds the indices once all slots are present.
     pub fn index(&mut self) {
         self.by_path = self.slots.iter().enumerate().map(|(index, slot)| (slot.path.clone(), index)).collect();
         self.conditions = self.slots.iter().map(|slot| self.condition(&slot.path, slot.key.when)).collect();
@@ -176,7 +175,7 @@ impl Layout {
         self.by_path.get(path).copied()
     }
 
-    /// Where a text stands, or the innermost table of a path that the file has.
+    /// Position of a text, or of the innermost table of the path that the file has.
     pub fn table_span(&self, path: &str) -> Span<usize> {
         if let Some(text) = self.texts.get(path) {
             return text.span.clone();
@@ -193,9 +192,9 @@ impl Layout {
         }
     }
 
-    /// The `kind` slot a condition looks at, and the word it wants.
+    /// The `kind` slot on which a key depends, and the required word.
     pub fn condition(&self, path: &str, when: When) -> Option<(usize, &'static str)> {
-        // `kind` of the table with so many steps: `diaphragms.NAME`, `rotor.bearings.NAME`
+        // `kind` of the table with this number of path segments: `diaphragms.NAME`, `rotor.bearings.NAME`
         let of_table = |steps: usize| {
             let end = path.match_indices('.').nth(steps - 1)?.0;
             self.find(&format!("{}.kind", &path[..end]))

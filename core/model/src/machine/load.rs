@@ -1,5 +1,5 @@
-//! Walks a machine file beside the table of keys: unknown keys, wrong shapes and wrong values are found here, and every
-//! slot is laid out, also those the file leaves to their defaults.
+//! Reads a machine file against the table of keys: reports unknown keys, wrong shapes and wrong values, and creates every slot, including
+//! those that the file leaves to their defaults.
 
 use std::collections::BTreeMap;
 use std::ops::Range as Span;
@@ -9,16 +9,16 @@ use super::schema::{Branch, Key, Kind, Need, SCHEMA, Segment, root};
 use super::value::from_node;
 use bladeoff_text::document::{Collector, Entry, MISSING, Node, Problems, Value, cut, parse_toml};
 
-/// More sections, list entries or named tables than any machine has; they bound what a file can make us allocate.
+/// Limits on sections, list entries and named tables, above the need of any machine; they bound the memory that a file can request.
 const MOST_SECTIONS: usize = 1_000;
 const MOST_ENTRIES: usize = 10_000;
-/// Each bearing has two result columns, and a message carries at most 256 results.
+/// Each bearing has its own result columns, and a message carries at most 2048 values of a sample.
 const MOST_BEARINGS: usize = 50;
 const MOST_NAMES: usize = 1_000;
 const LONGEST_NAME: usize = 64;
 const LONGEST_TEXT: usize = 200;
 
-/// A file as far as it could be read, with the problems found on the way.
+/// The readable part of a file, with the problems found.
 pub(super) struct Loaded<'a> {
     pub layout: Layout,
     pub states: Vec<State>,
@@ -71,13 +71,13 @@ fn check_schema(entries: &[Entry], problems: &mut Collector<'_>) -> Result<(), P
     problems.clone().finish()
 }
 
-/// Where the values of a table come from.
+/// Source of a table's values.
 enum Source<'a> {
-    /// The file has it.
+    /// The file has the table.
     Table(&'a [Entry]),
-    /// The file does not have it: defaults.
+    /// The file does not have the table: defaults apply.
     Absent,
-    /// The file has something else there, already reported.
+    /// The file has another type of value in its place, which has been reported.
     Bad,
 }
 
@@ -219,7 +219,7 @@ impl Walk<'_> {
     fn key(&mut self, key: &'static Key, path: &str, entry: Option<&Entry>, source: &Source<'_>, table: &Span<usize>) {
         let bad = matches!(source, Source::Bad);
         match key.kind {
-            // Read before everything else.
+            // Read first of all.
             Kind::Schema => {}
             Kind::Text => self.text(key, path, entry, table),
             Kind::Number(_) | Kind::NumberOr(..) | Kind::Count | Kind::Choice(_) => {
@@ -356,7 +356,7 @@ impl Walk<'_> {
     }
 }
 
-/// What a name must look like if this one cannot be used. Names become parts of column names.
+/// Required form of a name, if `name` is invalid. Names become parts of column names.
 fn wrong_name(group: &str, name: &str) -> Option<String> {
     let mut letters = name.chars();
     let plain = letters.next().is_some_and(|c| c.is_ascii_alphabetic())

@@ -1,6 +1,6 @@
-//! The validated machine: every number SI, every reference resolved to a node, every default filled in.
+//! The validated machine: every number in SI units, every reference resolved to a node, every default filled in.
 //!
-//! `MachineDef` (what a file says) becomes a [`Machine`] once all its checks hold; nothing behind it checks again.
+//! A `MachineDef` (the content of a file) becomes a [`Machine`] once all checks pass; later code does not check again.
 //! Angles in rad, speeds in rad/s. Frame OXYZ of `docs/theory/01-shaft-line.md`: Z along the shaft, spin positive about +Z.
 
 use super::bearing_table::BearingTable;
@@ -15,7 +15,7 @@ pub use super::unbalance::{Presence, Release, Unbalance, UnbalanceKind};
 pub struct Machine {
     /// Name given in the file.
     pub name: String,
-    /// When a run ends and how it is computed.
+    /// End conditions and numerical settings.
     pub run: RunSettings,
     /// The shaft line.
     pub rotor: Rotor,
@@ -23,13 +23,13 @@ pub struct Machine {
     pub braking: Braking,
     /// Torques over time, in the order of the file.
     pub torques: Vec<Torque>,
-    /// Diaphragms in the order of the file; empty: nothing to rub against.
+    /// Diaphragms in the order of the file; empty: no contact.
     pub diaphragms: Vec<Diaphragm>,
-    /// Places whose displacement is watched, in the order of the file.
+    /// Places whose displacement is monitored, in the order of the file.
     pub monitors: Vec<Monitor>,
 }
 
-/// A place of the shaft whose displacement is watched; it touches nothing.
+/// A place of the shaft whose displacement is monitored; the shaft touches nothing there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Monitor {
     /// Name of its table.
@@ -40,18 +40,18 @@ pub struct Monitor {
     pub gap: f64,
 }
 
-/// Which engine integrates the transient.
+/// Engine that integrates the transient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Engine {
     /// Modes of the rotor on its bearings and of the ring.
     Reduced,
-    /// All finite-element degrees of freedom, as the paper.
+    /// All finite-element degrees of freedom, as in the paper.
     Full,
     /// Modes, propagated exactly, with contact by impulses.
     Exponential,
 }
 
-/// Where the contact force of step n acts.
+/// Contact place at which the contact force of step n acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceLocation {
     /// At the contact place of step n+1 (the paper's choice, default).
@@ -76,16 +76,16 @@ pub struct Guard {
 /// Treatment of a run that exceeds a limit of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnExceed {
-    /// Its status is `beyond`.
+    /// The run gets the status `beyond`.
     Beyond,
-    /// Status kept; the limit is noted in the row.
+    /// The status is kept and the limit is noted in the row.
     Note,
 }
 
 /// One limit of the physical model: `[run.limit.NAME]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelLimit {
-    /// Which one.
+    /// Kind of limit.
     pub limit: Limit,
     /// Largest allowed value of its quantity \[-\] > 0.
     pub value: f64,
@@ -114,13 +114,13 @@ pub struct RunSettings {
     pub torsional_modes: Option<usize>,
     /// Ring modes of the reduced and the exponential engine (each diaphragm); `None`: the default of the engine.
     pub ring_modes: Option<usize>,
-    /// Whether the reduced engine adds the static flexibility of the modes it leaves out at the contact.
+    /// Whether the reduced engine adds the residual flexibility of the truncated modes at the contact.
     pub static_residual: bool,
     /// Largest number of steps; beyond it the run fails with `step_limit`. `None`: no limit.
     pub step_limit: Option<u64>,
-    /// Relative shift of the initial speed of a second run \[-\]; 0: none.
+    /// Relative shift of the initial speed of a twin run \[-\]; 0: no twin.
     pub twin: f64,
-    /// Largest relative change of a result between a run and its twin that does not make the run sensitive \[-\].
+    /// Largest relative change of a result between a run and its twin \[-\]; above it the run is sensitive.
     pub twin_limit: f64,
     /// Validity guard.
     pub guard: Guard,
@@ -133,15 +133,15 @@ pub struct RunSettings {
 /// `[rotor]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rotor {
-    /// Finite-element shaft or a single mass point.
+    /// Model of the rotor.
     pub kind: RotorKind,
     /// Spin speed at t = 0 \[rad/s\] >= 0.
     pub initial_speed: f64,
     /// Gravity along X and Y \[m/s2\].
     pub gravity: [f64; 2],
-    /// Prescribed speed; `None`: the spin is an unknown (the normal case).
+    /// Prescribed speed; `None`: the spin follows from the equations of motion (the normal case).
     pub speed_law: Option<SpeedLaw>,
-    /// Disturbance of the start.
+    /// Disturbance of the initial state.
     pub initial: InitialState,
     /// Bearings in the order of the file.
     pub bearings: Vec<Bearing>,
@@ -149,11 +149,11 @@ pub struct Rotor {
     pub unbalances: Vec<Unbalance>,
     /// Rayleigh damping of the shaft in the fixed frame (lateral only).
     pub damping: Rayleigh,
-    /// b of the torsion, `C = b K` \[s\]: the spin is in the null space of K, so that nothing here brakes it.
+    /// Factor b of the torsional damping `C = b K` \[s\]. The rigid spin is in the null space of K, so this damping does not brake it.
     pub torsional_damping: f64,
 }
 
-/// What the rotor is made of.
+/// Model of the rotor.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RotorKind {
     /// Timoshenko shaft with rigid discs.
@@ -182,18 +182,18 @@ impl Shaft {
     }
 }
 
-/// A sleeve or another layer on the shaft: its stiffness and mass add to those of the elements below it.
+/// A sleeve or another layer on the shaft: its stiffness and mass are added to those of the elements below it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
     /// Name of its table.
     pub name: String,
-    /// First shaft element that it lies on.
+    /// First shaft element of the layer.
     pub first: usize,
-    /// Its part on each of these elements, from left to right, as long as the element.
+    /// Parts of the layer on its elements, from left to right, each as long as its element.
     pub elements: Vec<ShaftElement>,
 }
 
-/// One shaft element, round, hollow if it has an inner diameter; diameters are linear between its ends.
+/// One shaft element, round, hollow if it has an inner diameter; diameters vary linearly between its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShaftElement {
     /// Length \[m\] > 0.
@@ -212,7 +212,7 @@ pub struct ShaftElement {
     pub poisson_ratio: f64,
     /// Density [kg/m3].
     pub density: f64,
-    /// k in k G S, a number also where the file says "cowper"; `None` ("none" in the file): no shear deformation.
+    /// k in k G S; the calculated number if the file has "cowper"; `None` ("none" in the file): no shear deformation.
     pub shear_coefficient: Option<f64>,
     /// Yield strength \[Pa\] > 0; `None`: the file gives none.
     pub yield_strength: Option<f64>,
@@ -244,7 +244,7 @@ pub struct PointMass {
     pub polar_inertia: f64,
 }
 
-/// Bearing at a node, to ground or to its pedestal.
+/// Bearing at a node, between rotor and ground or pedestal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bearing {
     /// Name of its table.
@@ -257,18 +257,18 @@ pub struct Bearing {
     pub damping: [[f64; 2]; 2],
     /// Axial stiffness \[N/m\] >= 0.
     pub axial_stiffness: f64,
-    /// Radial clearance \[m\] > 0 of the limit `journal_clearance`; it does not enter the motion.
+    /// Radial clearance \[m\] > 0 for the limit `journal_clearance`; without effect on the motion.
     pub clearance: Option<f64>,
-    /// Place of its seat from the bearing line \[m\]: where the journal is without force.
+    /// Position of the bearing's seat relative to the bearing line \[m\], where the bearing force is zero.
     pub elevation: [f64; 2],
     /// Pedestal between bearing and ground; `None`: rigid ground.
     pub pedestal: Option<Pedestal>,
-    /// Coefficients over the speed; `stiffness` and `damping` are then the table's constant part.
+    /// Coefficients over the speed; `stiffness` and `damping` then have the constant part of the table.
     pub table: Option<BearingTable>,
 }
 
 impl Bearing {
-    /// Static stiffness of the bearing on its pedestal to ground \[N/m\]: `(K^-1 + K_p^-1)^-1`. A pair without a static equilibrium has none.
+    /// Static stiffness of bearing and pedestal in series to ground \[N/m\]: `(K^-1 + K_p^-1)^-1`; zero without a static equilibrium.
     #[must_use]
     pub fn stiffness_to_ground(&self) -> [[f64; 2]; 2] {
         let Some(pedestal) = &self.pedestal else { return self.stiffness };
@@ -313,7 +313,7 @@ pub struct SpeedLaw {
     pub speeds: Vec<f64>,
 }
 
-/// Disturbance of the start, added to static sag and steady state.
+/// Disturbance of the initial state, added to static sag and steady state.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InitialState {
     /// Translation of all nodes \[m\].
@@ -329,7 +329,7 @@ pub struct InitialState {
 pub struct Diaphragm {
     /// Name of its table.
     pub name: String,
-    /// What stands around the rotor.
+    /// Model of the stator.
     pub kind: DiaphragmKind,
     /// Rotation of the stator about Z \[rad\]: blade k is at `angle + 2 pi k / count`.
     pub angle: f64,
@@ -342,7 +342,7 @@ pub struct Diaphragm {
 pub enum DiaphragmKind {
     /// Ring of curved beams on radial blades.
     Flexible(FlexibleStator),
-    /// A circle that does not move.
+    /// A fixed circle.
     Rigid,
     /// Massless, quasi-static radial spring: force = stiffness x penetration \[N/m\].
     RadialSpring {
@@ -351,7 +351,7 @@ pub enum DiaphragmKind {
     },
 }
 
-/// Ring and blades.
+/// Flexible ring with blades.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlexibleStator {
     /// Young's modulus \[Pa\].
@@ -386,7 +386,7 @@ pub struct Ring {
 /// Radial blades from the ring's mean line to the casing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blades {
-    /// Number, evenly spaced, >= 1.
+    /// Number of evenly spaced blades, >= 1.
     pub count: usize,
     /// Length \[m\].
     pub length: f64,
@@ -398,7 +398,7 @@ pub struct Blades {
     pub elements: usize,
 }
 
-/// Coulomb's law, whole or its sliding half.
+/// Coulomb friction, with or without sticking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrictionLaw {
     /// `|lambda_T| <= mu lambda` with zero slip, or sliding ("stick-slip", default).
@@ -408,7 +408,7 @@ pub enum FrictionLaw {
     Slip,
 }
 
-/// How the contact place is found.
+/// Method of finding the contact place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detection {
     /// At the angle of the rotor centre.
@@ -419,7 +419,7 @@ pub enum Detection {
     Hyp2Frozen,
 }
 
-/// What is done in a step whose exact contact place has no fixed point.
+/// Treatment of a step in which the exact contact place has no fixed point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactPoints {
     /// Several contact points on the ring ("several", default).
@@ -448,11 +448,11 @@ pub struct Contact {
     pub gap: f64,
     /// Coulomb friction \[-\] >= 0.
     pub friction: f64,
-    /// Slip only, or stick and slip.
+    /// Friction law.
     pub friction_law: FrictionLaw,
-    /// Detection.
+    /// Detection of the contact place.
     pub detection: Detection,
-    /// One or several contact points, for [`Detection::Hyp2`].
+    /// Treatment of a step without a fixed point, for [`Detection::Hyp2`].
     pub points: ContactPoints,
     /// Centre of the diaphragm from the bearing line \[m\].
     pub offset: [f64; 2],

@@ -1,20 +1,20 @@
-//! Parameter paths: what they are and what they hold.
+//! Parameter paths and their properties.
 
 use thiserror::Error;
 
 use super::schema::{Range, keys};
 use super::value::ParamValue;
 
-/// What a parameter holds.
+/// Type of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PathKind {
     /// A number with the unit of its [`PathInfo`].
     Number,
     /// A whole number.
     Count,
-    /// One of some words.
+    /// One of these words.
     Choice(&'static [&'static str]),
-    /// A number or one of some words.
+    /// A number or one of these words.
     NumberOrChoice(&'static [&'static str]),
 }
 
@@ -25,15 +25,15 @@ pub struct PathInfo {
     pub path: String,
     /// SI unit, "" for a pure number, count or word.
     pub unit: &'static str,
-    /// What it holds.
+    /// Type.
     pub kind: PathKind,
     /// Present value; `None`: not given, see `shown`.
     pub value: Option<ParamValue>,
-    /// Present value in a readable unit, or what holds without one in parentheses.
+    /// Present value in a readable unit; the effect of a missing value in parentheses.
     pub shown: String,
     /// Meaning in one sentence.
     pub meaning: &'static str,
-    /// Allowed values in words.
+    /// Description of the allowed values.
     pub allowed: String,
     /// Allowed numbers.
     pub range: Range,
@@ -50,27 +50,27 @@ impl PathInfo {
     }
 }
 
-/// Whether a full path is that of a contact detection: the table, which has one column of it, names it shortly.
+/// Whether a path is that of a contact detection, which the result table abbreviates because there is one such column.
 #[must_use]
 pub fn is_detection(path: &str) -> bool {
     path.ends_with(".contact.detection")
 }
 
-/// Why a path finds no parameter.
+/// Reason for finding no parameter by a path.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum PathError {
-    /// Several parameters end so.
+    /// Several parameters have this ending.
     #[error("`{given}` is ambiguous; it may be {}", some_of(candidates))]
     Ambiguous {
-        /// What was given.
+        /// Path as given.
         given: String,
-        /// Full paths that end so.
+        /// Full paths with this ending.
         candidates: Vec<String>,
     },
-    /// No parameter ends so.
+    /// No parameter has this ending.
     #[error("this machine has no parameter `{given}`{}", nearest.as_ref().map_or_else(String::new, |path| format!("; did you mean `{path}`?")))]
     Unknown {
-        /// What was given.
+        /// Path as given.
         given: String,
         /// The path most likely meant.
         nearest: Option<String>,
@@ -84,15 +84,15 @@ pub enum PathError {
     Text {
         /// Its full path.
         path: String,
-        /// What it says.
+        /// Meaning of the text.
         meaning: &'static str,
     },
 }
 
-/// Most candidates of an ambiguous path that are written out: a machine may have a thousand unbalances.
+/// Most candidates of an ambiguous path that are listed: a machine may have a thousand unbalances.
 const SHOWN_CANDIDATES: usize = 20;
 
-/// Paths in words, the first of many.
+/// Lists paths, up to the first twenty of them.
 #[must_use]
 pub fn some_of(paths: &[String]) -> String {
     let shown = paths[..paths.len().min(SHOWN_CANDIDATES)].join(", ");
@@ -102,15 +102,15 @@ pub fn some_of(paths: &[String]) -> String {
     }
 }
 
-/// Whether some machine may have a parameter of this path or ending: judged by the format alone, for a machine of which
-/// nothing could be read.
+/// Whether some machine may have a parameter with this path or ending, judged by the format alone; for a machine file that is
+/// unreadable.
 #[must_use]
 pub fn is_of_the_format(given: &str) -> bool {
     let wanted = bracketed(given.trim());
     let steps: Vec<&str> = wanted.split('.').collect();
     let place = |step: &str| step.find('[').unwrap_or(step.len());
     let fits = |step: &str, pattern: &str| {
-        // A section, or a component: `shaft[0]`, `offset[1]`.
+        // Sections and components match without their index: `shaft[0]`, `offset[1]`.
         pattern == "NAME" || step[..place(step)] == pattern[..place(pattern)]
     };
     keys().iter().any(|key| {
@@ -120,7 +120,7 @@ pub fn is_of_the_format(given: &str) -> bool {
     })
 }
 
-/// `rotor.shaft.0.diameter` as `rotor.shaft[0].diameter`.
+/// Writes indices in brackets: `rotor.shaft.0.diameter` becomes `rotor.shaft[0].diameter`.
 pub(super) fn bracketed(given: &str) -> String {
     let mut path = String::with_capacity(given.len() + 4);
     for step in given.split('.') {

@@ -1,7 +1,7 @@
-//! Settings of a machine with which the status `ok` promises less than it does with the defaults, one line each, for `check` and the report.
+//! Settings of a machine with which the status `ok` guarantees less than with the defaults, one line each, for `check` and the report.
 //!
-//! Each of them is allowed: a convergence study sets modes, a comparison with the article uses `hyp1`, a test of a limit moves it. A number for design
-//! needs the reader to know it. Verified by `each_setting_that_weakens_ok_is_named`.
+//! All of them are allowed: a convergence study sets modes, a comparison with the article uses `hyp1`, a test of a limit changes the limit. But
+//! a reader of results for design has to know them. Verified by `each_setting_that_weakens_ok_is_named`.
 
 use super::build::guard_of;
 use super::model::{Detection, Diaphragm, DiaphragmKind, Engine, Machine, OnExceed, RotorKind};
@@ -15,7 +15,7 @@ pub struct Reservation {
     pub topic: &'static str,
     /// The setting and its consequence, one line.
     pub text: String,
-    /// Parts of the names of the result columns that it concerns; empty: all.
+    /// Parts of the names of the result columns concerned; empty: all columns.
     pub columns: &'static [&'static str],
 }
 
@@ -60,7 +60,7 @@ fn loosened_guards(machine: &Machine) -> Vec<String> {
         .collect()
 }
 
-/// Limits of the model that are judged and allow more than their defaults.
+/// Checked limits of the model that allow more than their defaults.
 fn loosened_limits(machine: &Machine) -> Vec<String> {
     let judged = machine.run.limits.iter().filter(|one| machine.lacks(one.limit).is_none());
     let mut found = Vec::new();
@@ -83,7 +83,7 @@ fn loosened_limits(machine: &Machine) -> Vec<String> {
     found
 }
 
-/// A deformed ring has another place of contact than the angle of the rotor; a circle has not.
+/// The contact on a deformed ring is not at the angle of the rotor centre, unlike on a circle.
 fn approximate_detection(machine: &Machine) -> Option<String> {
     let is_flexible = |one: &&Diaphragm| matches!(one.kind, DiaphragmKind::Flexible(_));
     let mut used = machine.diaphragms.iter().filter(is_flexible).filter(|one| one.contact.detection == Detection::Hyp1);
@@ -95,7 +95,7 @@ fn approximate_detection(machine: &Machine) -> Option<String> {
     })
 }
 
-/// Torsional vibration changes the gyroscopic moments of the discs, which one engine neglects.
+/// Torsional vibration changes the gyroscopic moments of the discs, which the exponential engine neglects.
 fn neglected_gyroscopics(machine: &Machine) -> Option<String> {
     let is_shaft = matches!(machine.rotor.kind, RotorKind::Shaft(_));
     let neglects = is_shaft && machine.run.engine == Engine::Exponential && !machine.torques.is_empty();
@@ -138,7 +138,7 @@ mod tests {
             let found = of("[run]\n", &format!("[run]\n{key}\n"));
             assert!(found.len() == 1 && found[0].0 == topic && found[0].1.starts_with(text), "{key}: {found:?}");
         }
-        // a stricter check promises more
+        // a stricter check guarantees more
         for key in ["guard.normal_work = 1e-3", "guard.impact_steps = 64", "limit.ring_displacement.value = 0.01"] {
             assert_eq!(of("[run]\n", &format!("[run]\n{key}\n")), [], "{key}");
         }

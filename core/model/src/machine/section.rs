@@ -3,7 +3,7 @@
 //! Diameters are linear between the ends. Shape functions are the static ones of a Timoshenko beam with the section at the middle of the element:
 //!
 //! ```text
-//! Phi = 12 E I/(k G S L^2)          of the middle; 0 without shear deformation
+//! Phi = 12 E I/(k G S L^2)          at the middle; 0 without shear deformation
 //! S = pi/4 (D^2 - d^2),  I = pi/64 (D^4 - d^4)
 //! ```
 //! Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), for a cylinder; Genta and Gugliotta, A conical element for finite element rotor
@@ -23,7 +23,7 @@ pub const GAUSS5: [(f64, f64); 5] = [
 ];
 
 impl ShaftElement {
-    /// Whether the sections at its ends differ.
+    /// Whether the sections at both ends differ.
     #[must_use]
     pub fn is_tapered(&self) -> bool {
         self.end_diameter != self.diameter || self.end_inner_diameter != self.inner_diameter
@@ -67,7 +67,7 @@ impl ShaftElement {
         self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
     }
 
-    /// `Phi` of the middle, 0 without shear deformation.
+    /// `Phi` at the middle, 0 without shear deformation.
     #[must_use]
     pub fn shear_parameter(&self) -> f64 {
         let (area, inertia, l) = (self.area_at(0.5), self.inertia_at(0.5), self.length);
@@ -75,7 +75,7 @@ impl ShaftElement {
         rigidity.map_or(0.0, |rigidity| 12.0 * self.young_modulus * inertia / (rigidity * l * l))
     }
 
-    /// Deflection, section angle and its derivative along z at `xi`, each for the plane set `[w1, s1, w2, s2]` of both ends.
+    /// Deflection, section angle and its derivative along z at `xi`, each as coefficients of `[w1, s1, w2, s2]` of both ends in one plane.
     #[must_use]
     pub fn shapes(&self, xi: f64, phi: f64) -> [[f64; 4]; 3] {
         let l = self.length;
@@ -102,7 +102,7 @@ impl ShaftElement {
         [w, s, ds]
     }
 
-    /// The part of the element between two fractions of its length, of a given length \[m\]; it keeps the shear coefficient.
+    /// The part of the element between two fractions of its length, with a given length \[m\] and the same shear coefficient.
     #[must_use]
     pub fn part(&self, [from, to]: [f64; 2], length: f64) -> Self {
         let ([diameter, inner_diameter], [end_diameter, end_inner_diameter]) =

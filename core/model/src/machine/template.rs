@@ -1,5 +1,5 @@
-//! The commented machine file that `bladeoff new machine` writes: example values here, everything else from the table
-//! of keys, so that it cannot fall behind the format.
+//! The commented machine file that `bladeoff new machine` writes: example values from here, everything else from the table of keys, so that the
+//! template always matches the format.
 
 use std::fmt::Write;
 
@@ -136,13 +136,13 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("diaphragms.NAME.stiffness", "\"1e8 N/m\""),
 ];
 
-/// A machine file with every key, its default or an example, what is allowed and what it means; it loads as it is.
+/// A valid machine file with every key, its default or an example, its allowed values and meaning.
 #[must_use]
 pub fn machine_template() -> String {
     let mut out = HEAD.to_owned();
     for &(header, pattern, explained, values) in TABLES {
         if !header.is_empty() {
-            // A table of which nothing is set would be empty.
+            // A table without any set value would be empty.
             let off = if values.is_empty() { "# " } else { "" };
             writeln!(out, "\n{off}{header}").expect("writing to a string cannot fail");
         }
@@ -159,7 +159,7 @@ pub fn machine_template() -> String {
     out
 }
 
-/// One key with its comment, aligned.
+/// Writes one key with its comment, aligned.
 fn line(out: &mut String, assignment: &str, key: &Key) {
     let mut comment = key.meaning.to_owned();
     match key.kind {
@@ -180,7 +180,7 @@ fn line(out: &mut String, assignment: &str, key: &Key) {
     writeln!(out, "{assignment:<38} # {comment}").expect("writing to a string cannot fail");
 }
 
-/// The default as it is written, or an example.
+/// The default as written in a file, or an example.
 fn example(key: &Key) -> String {
     let quantity = |number: f64| {
         let shown = format_digits(number, key.unit(), 10);

@@ -48,7 +48,7 @@ impl Torque {
         self.values.first().copied().unwrap_or(0.0)
     }
 
-    /// Torque at a time; of a jump the value after it \[N m\].
+    /// Torque at a time \[N m\]; at a jump the value after it.
     #[must_use]
     pub fn at(&self, time: f64) -> f64 {
         let line = match self.times.partition_point(|start| *start <= time) {

@@ -1,20 +1,20 @@
-//! Unbalances: masses added to the rotor or lost, and when.
+//! Unbalances: masses added to or lost from the rotor, and the time of the change.
 
 /// Whether the unbalance is a mass that was added or one that was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnbalanceKind {
     /// Mass `m` added at the eccentricity (the paper's choice, default).
     Added,
-    /// Mass `m` lost there: all rows with -m.
+    /// Mass `m` lost at the eccentricity: all terms with -m.
     Lost,
 }
 
-/// When an unbalance is there.
+/// Time from which an unbalance is present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Presence {
     /// Appears at t = 0 (the blade-off, default).
     AtRelease,
-    /// Was there before: the run starts from the synchronous steady state it causes.
+    /// Present before t = 0: the run starts from the synchronous steady state that the unbalance causes.
     Before,
 }
 
@@ -34,7 +34,7 @@ pub struct Unbalance {
     pub name: String,
     /// Node of the unbalance.
     pub node: usize,
-    /// Node with which it turns: that of its disc, or its own.
+    /// Node with which the unbalance rotates: that of its disc, otherwise its own node.
     pub torsional_node: usize,
     /// Mass \[kg\] >= 0.
     pub mass: f64,
@@ -44,9 +44,9 @@ pub struct Unbalance {
     pub phase: f64,
     /// Added or lost.
     pub kind: UnbalanceKind,
-    /// Since when.
+    /// Time from which the unbalance is present.
     pub presence: Presence,
-    /// Event at which it appears; `None`: at t = 0, or before.
+    /// Event at which the unbalance appears; `None`: at t = 0, or before.
     pub release: Option<Release>,
 }
 
@@ -60,7 +60,7 @@ impl Unbalance {
         }
     }
 
-    /// Whether it appears during a run that starts at a speed \[rad/s\]: at its start it is absent.
+    /// Whether the unbalance is absent at the start of a run with this initial speed \[rad/s\] and appears later.
     #[must_use]
     pub fn is_awaited(&self, initial_speed: f64) -> bool {
         match self.release {

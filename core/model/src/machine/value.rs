@@ -1,4 +1,4 @@
-//! One value of a machine: from TOML, from text, and the checks both share.
+//! One value of a machine: read from TOML or from text, with common checks.
 
 use thiserror::Error;
 
@@ -16,7 +16,7 @@ pub enum ParamValue {
     Choice(String),
 }
 
-/// Why a parameter cannot take a value.
+/// Reason for rejecting the value of a parameter.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ValueError {
     /// Not readable as a quantity of its unit.
@@ -24,10 +24,10 @@ pub enum ValueError {
     Quantity {
         /// Path of the parameter.
         path: String,
-        /// Why.
+        /// Reason.
         source: QuantityError,
     },
-    /// Several values where one is set.
+    /// Several values in place of one.
     #[error(
         "{path}: one value is set at a time; write a matrix or list in the machine file; each of its entries then has \
          its own path (`{path}[0]...`)"
@@ -43,7 +43,7 @@ pub enum ValueError {
         path: String,
         /// The value with its unit.
         given: String,
-        /// The range.
+        /// Allowed range.
         allowed: String,
     },
     /// Not a whole number.
@@ -53,17 +53,17 @@ pub enum ValueError {
         path: String,
         /// The value.
         given: String,
-        /// The range.
+        /// Allowed range.
         allowed: String,
     },
-    /// Not one of the words.
+    /// Not an allowed word.
     #[error("{path} = {given}: not an allowed word; allowed: {allowed}{}", did_you_mean(nearest.as_deref()))]
     NotAChoice {
         /// Path of the parameter.
         path: String,
         /// The word.
         given: String,
-        /// The words.
+        /// Allowed words.
         allowed: String,
         /// The word most likely meant.
         nearest: Option<String>,
@@ -103,7 +103,7 @@ fn check_number(slot: &Slot, number: f64) -> Result<Scalar, ValueError> {
         let given = format_digits(number, slot.key.unit(), 10);
         return Err(ValueError::OutOfRange { path, given, allowed: slot.allowed() });
     }
-    // -0 would print and hash unlike 0 and mean the same.
+    // -0 would print and hash differently from 0 with the same meaning.
     Ok(Scalar::Number(if number == 0.0 { 0.0 } else { number }))
 }
 
@@ -137,7 +137,7 @@ pub(super) fn parse(slot: &Slot, text: &str) -> Result<ParamValue, ValueError> {
     }
 }
 
-/// Reads a value from the file; what is wrong with it goes to `problems`.
+/// Reads a value from the file; mistakes are added to `problems`.
 pub(super) fn from_node(slot: &Slot, node: &Node, problems: &mut Collector<'_>) -> Scalar {
     let wrong_type = |problems: &mut Collector<'_>| {
         let shown = problems.excerpt(node.span.clone());

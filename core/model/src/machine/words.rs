@@ -1,16 +1,16 @@
-//! The words by which files, commands, tables and histories name engines and contact detections.
+//! The words for engines and contact detections in files, commands, tables and histories.
 
 use super::model::{Detection, Engine};
 
 impl Engine {
-    /// The words of all.
+    /// Words of all engines.
     pub const WORDS: [&str; 3] = [Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
-    /// The word that leaves the choice to what is computed ([`super::EngineChoice`]).
+    /// The word that selects the engine by the machine ([`super::EngineChoice`]).
     pub const AUTO: &str = "auto";
-    /// What a file may say, the default first.
+    /// Allowed words in a file, the default first.
     pub const CHOICES: [&str; 4] = [Self::AUTO, Self::Reduced.word(), Self::Full.word(), Self::Exponential.word()];
 
-    /// The word of it.
+    /// The word of this engine.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -20,7 +20,7 @@ impl Engine {
         }
     }
 
-    /// The engine of a word.
+    /// The engine with this word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {
         [Self::Reduced, Self::Full, Self::Exponential].into_iter().find(|engine| engine.word() == word)
@@ -28,10 +28,10 @@ impl Engine {
 }
 
 impl Detection {
-    /// The words of all, in the order of the paper.
+    /// Words of all detections, in the order of the paper.
     pub const WORDS: [&str; 3] = [Self::Hyp1.word(), Self::Hyp2.word(), Self::Hyp2Frozen.word()];
 
-    /// The word of it.
+    /// The word of this detection.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -41,7 +41,7 @@ impl Detection {
         }
     }
 
-    /// The detection of a word.
+    /// The detection with this word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {
         [Self::Hyp1, Self::Hyp2, Self::Hyp2Frozen].into_iter().find(|detection| detection.word() == word)

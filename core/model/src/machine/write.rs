@@ -1,4 +1,4 @@
-//! A machine's values as a file in SI: the record of what was computed.
+//! Writes a machine's values as a file in SI, which records the computed machine.
 
 use std::fmt::Write;
 
@@ -14,7 +14,7 @@ impl MachineDef {
     }
 }
 
-/// Every value that applies, defaults included, in the order of the format.
+/// Every value that applies to the machine, including defaults, in the order of the format.
 fn to_toml(def: &MachineDef) -> String {
     let mut out = format!("schema = {SCHEMA}\nname = {}\n", toml::Value::String(def.layout.name.clone()));
     let mut table = String::new();
@@ -62,13 +62,13 @@ fn texts(def: &MachineDef, table: &str, out: &mut String) {
     }
 }
 
-/// Path of the key a slot is a component of.
+/// Path of the key of which a slot is a component.
 fn whole<'a>(path: &'a str, name: &str) -> &'a str {
     let from = path.rfind('.').map_or(0, |at| at + 1);
     &path[..from + name.len()]
 }
 
-/// `[rotor.discs.left]`, `[[rotor.shaft]]`, `[rotor.shaft.material]`.
+/// Header of a table: `[rotor.discs.left]`, `[[rotor.shaft]]`, `[rotor.shaft.material]`.
 fn header(table: &str) -> String {
     let plain: String = table.split('[').map(|piece| piece.split_once(']').map_or(piece, |(_, rest)| rest)).collect();
     if table.ends_with(']') { format!("\n[[{plain}]]\n") } else { format!("\n[{plain}]\n") }
@@ -77,7 +77,7 @@ fn header(table: &str) -> String {
 fn literal(def: &MachineDef, index: usize) -> Option<String> {
     match def.states[index].scalar {
         Scalar::Number(number) if def.layout.slots[index].key.kind == Kind::Count => Some(format!("{number:.0}")),
-        // Debug is the shortest decimal that reads back as the same double, always with point or exponent.
+        // Debug format: the shortest decimal that is parsed to the same double, always with point or exponent.
         Scalar::Number(number) => Some(format!("{number:?}")),
         Scalar::Word(word) => Some(format!("\"{word}\"")),
         Scalar::Absent | Scalar::Bad => None,

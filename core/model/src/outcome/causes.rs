@@ -1,7 +1,7 @@
 //! The words of `status`, `cause` and `end_cause`.
 
-/// An enum whose every value has a number and a word that are at rest in records, messages and tables. The table only grows: a number
-/// or a word once given is never taken away, changed or given again, so that every record stays readable. New values stand at the end.
+/// An enum whose values have a number and a word stored in records, messages and tables. Values are only added, at the end: a number or
+/// word is never removed, changed or reused, so that every record stays readable.
 macro_rules! words {
     ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $code:literal, $word:literal;)+ }) => {
         $(#[$doc])*
@@ -20,11 +20,11 @@ macro_rules! words {
             /// Code in records and messages.
             #[must_use]
             pub fn code(self) -> u8 { self as u8 }
-            /// From the code in records and messages; `None` for a code that is not ours.
+            /// From the code in records and messages; `None` for an unknown code.
             #[must_use]
             pub fn from_code(code: u8) -> Option<Self> { match code { $($code => Some($name::$variant),)+ _ => None } }
         }
-        // Counts are kept by code, and sets in the bits of a u32.
+        // Counts are indexed by code, and sets are stored in the bits of a u32.
         const _: () = {
             let mut at = 0;
             while at < $name::ALL.len() {
@@ -37,15 +37,15 @@ macro_rules! words {
 }
 
 words! {
-    /// Use that a row allows. Precedence where several hold: quarantined, failed, invalid, beyond, ok.
+    /// Usability of a row. Precedence if several apply: quarantined, failed, invalid, beyond, ok.
     Status {
         /// The numerical checks passed and no limit of the model was exceeded.
         Ok = 0, "ok";
         /// Finished, but a numerical check failed; values kept.
         Invalid = 1, "invalid";
-        /// Ended early; values so far.
+        /// Ended early; values up to the end.
         Failed = 2, "failed";
-        /// Given up after it killed its workers.
+        /// Given up after killing its workers.
         Quarantined = 3, "quarantined";
         /// A limit of the physical model was exceeded ([`super::Limit`]); the numerical checks passed.
         Beyond = 4, "beyond";
@@ -53,9 +53,10 @@ words! {
 }
 
 words! {
-    /// Why a row is not `ok`, and the limits of the model that a run exceeded. All but those of a worker's end are deterministic: the same sample gives them again.
+    /// Reasons for a status other than `ok`, and exceeded limits of the model. All except those of a worker's end are deterministic: the same
+    /// sample gives them again.
     Cause {
-        /// The state grew beyond ten times the size of the machine, or the iteration of a step, or of the start, did not settle.
+        /// The state grew beyond ten times the size of the machine, or the iteration of a step or of the initial state did not converge.
         Diverged = 0, "diverged";
         /// The state became NaN or infinite.
         NonFinite = 1, "non_finite";
@@ -75,7 +76,7 @@ words! {
         Panicked = 8, "panicked";
         /// Longer than the time limit.
         TimeLimit = 9, "time_limit";
-        /// The worker was killed from outside, again and again, while it computed this sample alone.
+        /// The worker was killed by a signal from another process, repeatedly, while it computed this sample alone.
         WorkerKilled = 10, "worker_killed";
         /// The worker exceeded its memory limit.
         OutOfMemory = 11, "out_of_memory";
@@ -83,11 +84,11 @@ words! {
         OutsideRing = 12, "outside_ring";
         /// The worker crashed while it computed this sample alone, more than once.
         WorkerCrashed = 13, "worker_crashed";
-        /// The modes kept cannot carry the contact: those left out would not follow it at once.
+        /// The kept modes cannot carry the contact: the truncated modes would not follow the contact force at once.
         ModalBasis = 14, "modal_basis";
-        /// The whirl states at a speed that the run came to have no basis that the exponential engine can use.
+        /// At a speed of the run, the whirl states have no basis that the exponential engine can use.
         NoBasis = 15, "no_basis";
-        /// Limit of the model: the rotor pushed the ring out too far.
+        /// Limit of the model: the rotor displaced the ring too far.
         RingDisplacement = 16, "ring_displacement";
         /// Limit of the model: the ring yields.
         RingYield = 17, "ring_yield";
@@ -99,15 +100,15 @@ words! {
         JournalClearance = 20, "journal_clearance";
         /// Limit of the model: a whirl mode grows at a speed of the run.
         UnstableRotor = 21, "unstable_rotor";
-        /// Impacts shorter than the step resolves, above the guard.
+        /// Impacts shorter than the step can resolve, above the guard.
         UnderResolved = 22, "under_resolved";
-        /// Limit of the model: the speed left the table of a bearing.
+        /// Limit of the model: the speed left the range of a bearing's table.
         TableRange = 23, "table_range";
     }
 }
 
 words! {
-    /// Why a run ended.
+    /// Reason for the end of a run.
     EndCause {
         /// The rotor came to rest.
         Stopped = 0, "stopped";
@@ -121,13 +122,13 @@ words! {
         Evaluated = 4, "evaluated";
         /// A limit of the physical model was exceeded; see `cause`.
         Limit = 5, "limit";
-        /// The speed left the table of a bearing.
+        /// The speed left the range of a bearing's table.
         TableRange = 6, "table_range";
     }
 }
 
 impl Cause {
-    /// Deterministic causes belong to the sample's bytes and are never retried.
+    /// Whether the cause is a property of the sample, so that a retry gives the same result.
     #[must_use]
     pub fn is_deterministic(self) -> bool {
         !matches!(self, Cause::TimeLimit | Cause::WorkerKilled | Cause::OutOfMemory | Cause::WorkerCrashed)
@@ -152,12 +153,12 @@ impl CauseSet {
     pub fn iter(self) -> impl Iterator<Item = Cause> {
         Cause::ALL.iter().copied().filter(move |&cause| self.contains(cause))
     }
-    /// Bits in records and messages: that of a cause is `1 << code`.
+    /// Bits in records and messages; the bit of a cause is `1 << code`.
     #[must_use]
     pub fn bits(self) -> u32 {
         self.0
     }
-    /// From those bits; `None` if one is not ours.
+    /// From the bits; `None` if one of them is unknown.
     #[must_use]
     pub fn from_bits(bits: u32) -> Option<Self> {
         (bits >> Cause::ALL.len() == 0).then_some(Self(bits))
@@ -183,7 +184,7 @@ mod tests {
         assert_eq!(EndCause::from_word("end_time"), Some(EndCause::EndTime));
     }
 
-    /// What records of earlier builds hold. Lines are added here, never changed or removed.
+    /// Codes and words in records of earlier builds. Lines are added here, never changed or removed.
     #[test]
     fn numbers_and_words_at_rest_stay() {
         let statuses = [(0, "ok"), (1, "invalid"), (2, "failed"), (3, "quarantined"), (4, "beyond")];
@@ -229,14 +230,14 @@ mod tests {
         assert!(statuses.iter().all(|&(code, word)| Status::from_word(word).map(Status::code) == Some(code)));
         assert!(causes.iter().all(|&(code, word)| Cause::from_word(word).map(Cause::code) == Some(code)));
         assert!(end_causes.iter().all(|&(code, word)| EndCause::from_word(word).map(EndCause::code) == Some(code)));
-        // A new one gets its line above.
+        // A new value needs a line above.
         assert_eq!((statuses.len(), causes.len()), (Status::ALL.len(), Cause::ALL.len()));
         assert_eq!(end_causes.len(), EndCause::ALL.len());
         for (code, word) in causes {
             let set = CauseSet::from_bits(1 << code).expect("a bit of ours");
             assert_eq!((set.words().as_deref(), set.bits()), (Some(word), 1 << code));
         }
-        // One that a newer build may have given is none of ours.
+        // Codes that a newer build may have added are unknown here.
         assert_eq!((Status::from_code(5), Cause::from_code(24), EndCause::from_code(7)), (None, None, None));
         assert_eq!(CauseSet::from_bits(1 << 24), None);
     }

@@ -1,9 +1,9 @@
-//! Columns of the result table. The recorders that fill them declare them.
+//! Columns of the result table, declared by the recorders that fill them.
 
-/// Columns of an outcome at most: what a message between processes carries. The widest machine that the input allows has fewer.
+/// Most columns of an outcome, limited by the messages between processes. The widest machine that the input allows has fewer.
 pub const MAX_COLUMNS: usize = 2048;
 
-/// How a column is stored.
+/// Storage type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
     /// f64.
@@ -14,27 +14,27 @@ pub enum ColumnKind {
     Choice(&'static [&'static str]),
 }
 
-/// What a column tells of: who shows a run shows the columns of a group together.
+/// Subject of a column. Displays of a run show the columns of a group together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
-    /// How the run went and ended.
+    /// Course and end of the run.
     Course,
-    /// Loads of the bearings.
+    /// Bearing loads.
     BearingLoads,
-    /// Contact, rub, whirl.
+    /// Contact, rub and whirl.
     Contact,
-    /// Works and energies.
+    /// Work and energy.
     Energy,
     /// Internal moments and stresses.
     Stresses,
-    /// Steps, iterations, errors, twin runs.
+    /// Steps, iterations, errors and twin runs.
     Numerics,
     /// Outputs of a study without a machine.
     Functions,
 }
 
 impl Group {
-    /// Every group, in the order in which they are shown.
+    /// All groups in display order.
     pub const ALL: [Group; 7] = [
         Group::Course,
         Group::BearingLoads,
@@ -45,7 +45,7 @@ impl Group {
         Group::Functions,
     ];
 
-    /// In words.
+    /// Heading of the group.
     #[must_use]
     pub fn heading(self) -> &'static str {
         match self {
@@ -60,79 +60,79 @@ impl Group {
     }
 }
 
-/// What a column is of its quantity.
+/// Part of a quantity in a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// All of it.
+    /// The whole quantity.
     Whole,
     /// The value of a peak; the next column has its time, the one after that the speed.
     Peak,
-    /// When the peak was reached.
+    /// Time of the peak.
     PeakTime,
-    /// At which mean spin.
+    /// Mean spin at the peak.
     PeakSpeed,
-    /// Of a row that is not `ok`, what another column had reached while all guards held ([`Column::guarded`]); null in one that is.
+    /// In a row that is not `ok`, the value of another column while all guards held ([`Column::guarded`]); null in a row that is `ok`.
     Guarded,
 }
 
-/// How a column's quantity goes during a run.
+/// Course of a column's quantity during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Growth {
-    /// Up and down, or known at the end only.
+    /// Rises and falls, or known at the end only.
     Free,
-    /// The time of a first event: once it is there it stays, however the run goes on.
+    /// Time of a first event; constant once the event has happened.
     Once,
-    /// It only grows: what it has reached stays reached, however the run goes on.
+    /// Never decreases during a run.
     Grows,
 }
 
 /// Meaning of an empty cell of a row that is `ok`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Empty {
-    /// The event or the motion that the column measures did not occur.
+    /// The event or motion that the column measures did not occur.
     Absent,
-    /// The run has no such quantity: an empty cell decides nothing.
+    /// The run has no such quantity: an empty cell has no meaning.
     Unjudged,
 }
 
-/// How the name of a column of what was reached while all guards held begins; the other column's name follows. No other column begins so.
+/// Prefix of columns with values reached while all guards held; the name of the other column follows. No other column has this prefix.
 const GUARDED: &str = "guarded_";
 
 /// One numeric column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Name; ends in the SI unit where it has one.
+    /// Name; ends with the SI unit if there is a unit.
     pub name: String,
     /// SI unit, "" for a pure number.
     pub unit: &'static str,
-    /// Storage.
+    /// Storage type.
     pub kind: ColumnKind,
-    /// What it means, one sentence.
+    /// Meaning in one sentence.
     pub meaning: String,
-    /// What it tells of.
+    /// Subject.
     pub group: Group,
-    /// What it is of that quantity.
+    /// Part of the quantity.
     pub part: Part,
-    /// How its quantity goes during a run.
+    /// Course of the quantity during a run.
     pub growth: Growth,
-    /// Whether a further column has what this one had reached while all guards and limits held.
+    /// Whether another column has the value reached while all guards and limits held.
     pub is_guarded: bool,
     /// Meaning of an empty cell of a row that is `ok`.
     pub empty: Empty,
-    /// Part or key that the machine needs for this column; without it the column is empty in every row.
+    /// Part or key that the machine needs for this column; without that part the column is empty in every row.
     pub lacks: Option<String>,
 }
 
 impl Column {
-    /// Whether its quantity only grows during a run, as a largest value, an impulse or a count does: the value of a run that ended early
-    /// is a lower bound of what the whole run would have reached.
+    /// Whether the quantity never decreases during a run, such as a largest value, an impulse or a count. The value of a run that ended
+    /// early is then a lower bound of that of the whole run.
     #[must_use]
     pub fn grows(&self) -> bool {
         self.growth == Growth::Grows
     }
 
-    /// Name of the further column with what this one had reached while all guards and limits held; `None` without such a column. A row
-    /// that is `ok` has null there, since its own value is valid.
+    /// Name of the column with the value reached while all guards and limits held; `None` if no such column exists. That column is null in
+    /// rows that are `ok`, whose own value is valid.
     #[must_use]
     pub fn guarded(&self) -> Option<String> {
         self.is_guarded.then(|| format!("{GUARDED}{}", self.name))

@@ -30,7 +30,7 @@ impl Limit {
         Limit::UnstableRotor,
     ];
 
-    /// Its cause in a row.
+    /// Cause in a row whose run exceeds this limit.
     #[must_use]
     pub fn cause(self) -> Cause {
         match self {
@@ -43,13 +43,13 @@ impl Limit {
         }
     }
 
-    /// The limit behind a cause; `None` for a cause of the numerics.
+    /// The limit of a cause; `None` for a numerical cause.
     #[must_use]
     pub fn of(cause: Cause) -> Option<Self> {
         Self::ALL.into_iter().find(|limit| limit.cause() == cause)
     }
 
-    /// Its name in files and tables.
+    /// Name in files and tables.
     #[must_use]
     pub fn word(self) -> &'static str {
         self.cause().word()

@@ -1,5 +1,5 @@
-//! Outcome of a run: status, cause, and one number per column of the result table. The solver makes it, processes hand it on, tables
-//! keep it: those who only hand on or keep need no solver.
+//! Outcome of a run: status, cause, and one number per column of the result table. The solver creates outcomes; code that only transmits or stores
+//! them does not depend on the solver.
 
 mod causes;
 mod columns;
@@ -12,16 +12,16 @@ pub use limit::Limit;
 /// The outcome of one run: a row of the result table without its sample number and parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Whether the row may be believed.
+    /// Status: usability of the row.
     pub status: Status,
-    /// First cause why not; `None` exactly when `status` is [`Status::Ok`].
+    /// First cause of a status other than `ok`; `None` exactly if `status` is [`Status::Ok`].
     pub cause: Option<Cause>,
-    /// Every cause that holds, `cause` included.
+    /// All causes that apply, including `cause`.
     pub causes: CauseSet,
-    /// Limits of the model that the run exceeded and that the machine file only notes: they leave the status as it is.
+    /// Exceeded limits of the model that the machine file only notes; they leave the status unchanged.
     pub notes: CauseSet,
-    /// Why the run ended.
+    /// Reason for the end of the run.
     pub end_cause: EndCause,
-    /// One value per column that the solver declares for the machine, in that order; `None` for what did not happen, never NaN.
+    /// One value per column that the solver declares for the machine, in that order; `None` for an event that did not occur, never NaN.
     pub values: Vec<Option<f64>>,
 }

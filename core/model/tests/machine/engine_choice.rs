@@ -3,7 +3,7 @@
 use crate::common::shipped;
 use bladeoff_model::machine::{Engine, EngineReason, MachineDef};
 
-/// Replaces a piece of the lab rig, and returns the engine that `auto` chooses, with what is not covered.
+/// Replaces a piece of the lab rig; returns the engine that `auto` selects, and the uncovered property.
 fn choice(piece: &str, by: &str) -> (Engine, Option<String>) {
     let text = shipped("lab_rig");
     assert!(text.contains(piece), "{piece}");

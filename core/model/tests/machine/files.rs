@@ -1,4 +1,4 @@
-//! Machine files that are right: the shipped machines, parameters by path, records, the template.
+//! Valid machine files: the shipped machines, parameters by path, records, the template.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use bladeoff_model::machine::{
     UnbalanceKind, machine_template,
 };
 
-/// Revision of the results of the exponential engine; any will do.
+/// Revision of the exponential engine's results; the value does not matter.
 const REVISION: u8 = 16;
 
 const POINT_MASS: &str = r#"
@@ -215,7 +215,7 @@ fn a_set_kind_leaves_the_other_kinds_keys_unused() {
     set(&mut def, "diaphragms.seal.stiffness", "1 kN/mm");
     assert_eq!(def.build().unwrap().diaphragms[0].kind, DiaphragmKind::RadialSpring { stiffness: 1e6 });
     assert_eq!(parse(&def.to_toml()).build().unwrap(), def.build().unwrap());
-    // Without the kind, the stiffness that was set would have no effect: refused.
+    // Without the kind, the set stiffness would have no effect, so it is rejected.
     set(&mut def, "diaphragms.seal.kind", "flexible");
     assert!(def.build().unwrap_err().to_string().contains("does not belong to kind = \"flexible\""));
 }
@@ -230,7 +230,7 @@ fn paths_resolve_in_full_and_by_unambiguous_ending() {
     assert_eq!(full("contact.detection").unwrap(), "diaphragms.mid.contact.detection");
     assert_eq!(full("shaft.0.diameter").unwrap(), "rotor.shaft[0].diameter");
     assert_eq!(full("shaft[0].diameter").unwrap(), "rotor.shaft[0].diameter");
-    // `ap` ends a path, but not at a dot.
+    // `ap` is the end of a path, but not from a dot on.
     assert!(matches!(full("ap"), Err(PathError::Unknown { .. })));
     match full("mass") {
         Err(PathError::Ambiguous { candidates, .. }) => {
@@ -327,7 +327,7 @@ fn values_are_checked_when_they_are_set() {
         assert!(def.check_value(&gap, &wrong).is_err() && def.set(&gap, &wrong).is_err());
     }
     assert_eq!(def.build().unwrap(), before);
-    // In range each, impossible together: found by build, at the place in the file.
+    // Each value is in range, but together they are impossible: found by build, at the position in the file.
     let count = def.resolve("blades.count").unwrap();
     def.set(&count, &ParamValue::Number(7.0)).unwrap();
     let problems = def.build().unwrap_err();
@@ -404,10 +404,10 @@ fn identity_ignores_how_a_file_is_written() {
     assert_ne!(parse(&other_bearing).identity(REVISION), same, "names of bearings are columns");
 }
 
-/// Result directories are kept under it: where it changes, every study is computed again. It may change with a key of the format.
+/// Result directories store the identity: if it changes, every study is computed again. It may change with a key of the format.
 #[test]
 fn an_identity_stays_what_it_was() {
-    // the reduced engine was the default, and a study that takes it says so
+    // the reduced engine was the default, and a study that uses it has to name it
     let reduced = |text: &str| {
         let mut def = parse(text);
         let engine = def.resolve("run.engine").unwrap();
@@ -419,7 +419,7 @@ fn an_identity_stays_what_it_was() {
     assert_eq!(reduced(&shipped("lab_rig")), 0xc7de1a94_ed800709_1a63ea90_23b4fb57);
 }
 
-/// The guard's default is the engine's, so a written value never counts as the default.
+/// The default of a guard depends on the engine, so a written value never counts as the default.
 #[test]
 fn a_guard_counts_by_what_it_is_with_its_engine() {
     for engine in ["reduced", "exponential"] {

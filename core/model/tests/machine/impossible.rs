@@ -1,4 +1,4 @@
-//! Machines whose values are each allowed and impossible together: more is lost than is there, a rotor stands outside its ring.
+//! Machines whose values are each allowed but impossible together: lost masses above the present mass, rotors outside their ring.
 #![expect(clippy::print_stdout, reason = "what is said is part of the result")]
 
 use crate::common::shipped;
@@ -20,7 +20,7 @@ fn accepted(text: &str, changes: &[(&str, &str)]) {
     built(text, changes).unwrap_or_else(|problems| panic!("{problems}"));
 }
 
-/// The one problem of a machine.
+/// The single problem of a machine.
 fn refused(text: &str, changes: &[(&str, &str)]) -> Problem {
     let problems = built(text, changes).expect_err("refused");
     println!("{problems}");
@@ -46,14 +46,14 @@ fn what_is_lost_was_there() {
     assert_eq!(problem.key, "rotor.unbalances.blade_off.radius");
     let allowed = problem.allowed.expect("what is allowed");
     assert!(allowed.contains("no disc is there: an unbalance of disc left at 400 mm has disc = \"left\""), "{allowed}");
-    // the nearest disc has no such inertia either
+    // the nearest disc has not enough inertia either
     let problem = refused(&rig, &[LOST, ("blade_off.radius", "0.4 m"), ("blade_off.position", "0.5 m")]);
     let allowed = problem.allowed.expect("what is allowed");
     assert!(allowed.contains("no disc is there, the nearest is left at 400 mm"), "{allowed}");
-    // more mass than the node has, which was refused without naming the unbalance
+    // a mass above that of the node, which was once rejected without naming the unbalance
     let problem = refused(&rig, &[LOST, ("blade_off.mass", "5 kg"), ("blade_off.radius", "0 m")]);
     assert_eq!(problem.key, "rotor.unbalances.blade_off.mass");
-    // each alone is there, both are not; an added mass brings its own
+    // the rotor has enough for each mass but not for both; an added mass brings its own
     let second = |kind: &str| {
         rig.replace("[rotor.damping]", &format!(
             "[rotor.unbalances.other]\nposition = \"0.6 m\"\nmass = \"10 g\"\nradius = \"0.3 m\"\nkind = \"{kind}\"\n[rotor.damping]"
@@ -63,20 +63,20 @@ fn what_is_lost_was_there() {
     let both = [LOST, ("blade_off.radius", "0.3 m")];
     assert_eq!(refused(&second("lost"), &both).key, "rotor.unbalances.other.radius");
     accepted(&second("added"), &both);
-    // what is lost is told together with every other mistake of the file
+    // the excess is reported together with every other mistake of the file
     let far = rig.replace("radius = \"40 mm\"", "radius = \"0.4 m\"\nkind = \"lost\"");
     assert_ne!(far, rig);
     let all = MachineDef::parse("test.toml", &far.replace("gap = \"0.5 mm\"", "gap = \"0.5 kg\""))
         .expect_err("both")
         .to_string();
     assert!(all.contains("is lost where less is") && all.contains("contact.gap"), "{all}");
-    // half of mass and half of inertia are each there, but their body would have none of its own
+    // the rotor has half of its mass and half of its inertia to lose, but the remaining body would have no inertia of its own
     let point = "schema = 1\nname = \"p\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 0.011\n\
         initial_speed = 10\n[rotor.bearings.s]\nstiffness = 1e4\n[rotor.unbalances.u]\nkind = \"lost\"\nmass = 0.5\nradius = 0.1\n";
     assert_eq!(refused(point, &[("rotor.polar_inertia", "0.0099")]).key, "rotor.unbalances.u.radius");
 }
 
-/// A unit is wrong: 0.2 mm written as 0.2 (m) stood outside the ring, 0.101 m rubbed it from outside, both were `ok`.
+/// Wrong units: an offset of 0.2 mm written as 0.2 (m) put the rotor outside the ring; at 0.101 m it rubbed the outer side. Both runs were `ok`.
 #[test]
 fn a_rotor_outside_its_ring_is_refused() {
     let rig = shipped("lab_rig");
@@ -88,7 +88,7 @@ fn a_rotor_outside_its_ring_is_refused() {
     }
     let problem = refused(&rig, &[("rotor.initial.displacement[0]", "0.06")]);
     assert_eq!(problem.key, "rotor.initial.displacement[0]");
-    // moved with its ring it stands inside
+    // displaced together with its ring, the rotor is inside
     accepted(&rig, &[("rotor.initial.displacement[0]", "0.06"), ("contact.offset[0]", "0.06")]);
     for kind in ["kind = \"rigid\"", "kind = \"radial-spring\"\nstiffness = 1e7"] {
         let text = format!(

@@ -1,4 +1,4 @@
-//! Machine files: what is read, rejected, recorded, and how a machine is identified.
+//! Machine files: reading, rejection, records, identity.
 #![expect(clippy::unwrap_used, reason = "helpers of tests stand outside their functions")]
 
 mod common;

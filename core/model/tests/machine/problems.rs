@@ -1,5 +1,4 @@
-//! Machine files that are wrong: every mistake is reported with its place, key and reason, all at once, and no text
-//! whatever makes the reader panic.
+//! Invalid machine files: every mistake is reported with its position, key and reason, all at once, and no text makes the reader panic.
 
 use crate::common::shipped;
 use bladeoff_model::machine::MachineDef;
@@ -16,7 +15,7 @@ fn line_of(text: &str, piece: &str, nth: usize) -> usize {
     text[..at].matches('\n').count() + 1
 }
 
-/// What is replaced (its first occurrence), by what, then the problem: text at its line, key, part of what is shown.
+/// Text to replace (its first occurrence), replacement, and the expected problem: text on its line, key, part of the message.
 type Case = (&'static str, &'static str, &'static str, &'static str, &'static str);
 
 #[rustfmt::skip]
@@ -165,7 +164,7 @@ const POINT_CASES: &[Case] = &[
     ("stiffness = 1e8\n", "", "[diaphragms.d]", "diaphragms.d.stiffness", "missing: contact force over penetration; allowed: 1e-9 to 1e18 N/m"),
 ];
 
-/// A syntax error does not hide the other problems of a file, and what only follows from it is not reported.
+/// A syntax error does not hide the other problems of a file; problems that only follow from it are not reported.
 #[test]
 fn problems_beside_a_syntax_error_are_reported() {
     let text = shipped("lab_rig")
@@ -294,7 +293,7 @@ fn huge_and_deep_files_are_refused_quickly() {
     }
 }
 
-/// A mutation of a text: byte flips, lines deleted, doubled or exchanged, numbers replaced.
+/// Mutates a text: byte flips, lines deleted, doubled or exchanged, numbers replaced.
 fn mutate(text: &str, steps: &[(u8, usize, u8)]) -> String {
     let mut bytes = text.as_bytes().to_vec();
     for &(kind, at, byte) in steps {

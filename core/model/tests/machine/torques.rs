@@ -29,7 +29,7 @@ fn torques_are_in_equilibrium_at_the_start() {
     assert_eq!((shaft.nodes[steam.node], shaft.nodes[generator.node]), (0.3, 0.9));
     assert_eq!(steam.before(), 20.0);
     assert!((steam.at(0.15) - 5.0).abs() < 1e-12, "{}", steam.at(0.15));
-    // 3000 rpm is a third of the way from 1500 to 6000 rpm: the brake takes 2 N m
+    // 3000 rpm is a third of the way from 1500 to 6000 rpm: the brake torque is 2 N m
     assert!((generator.before() + 18.0).abs() < 1e-12, "{}", generator.before());
     assert_eq!(generator.times, [0.0, 0.2]);
     let fault = generator.short_circuit.unwrap();
@@ -42,7 +42,7 @@ fn torques_are_in_equilibrium_at_the_start() {
     set(&mut def, "generator.short_circuit.amplitude", "-70 N m");
     set(&mut def, "generator.balance", "false");
     assert!(def.build().unwrap_err().to_string().contains("factors of nothing"));
-    // a drive takes what is left of all torques
+    // a drive compensates the remainder of all torques
     let driven = shipped("lab_rig").replacen(
         "[braking]",
         "[rotor.speed_law]\nacceleration = 1\n[torques.a]\nposition = 0.5\ntimes = [0]\nvalues = [5]\n[braking]",
@@ -60,7 +60,7 @@ fn the_written_record_of_torques_builds_the_same_machine() {
     assert_eq!(again.to_toml(), record);
 }
 
-/// A mass point has no torsion, so nothing is neglected and nothing is twisted.
+/// A mass point has no torsion, so no torsional effect is neglected.
 #[test]
 fn torques_on_a_mass_point_need_no_other_engine() {
     let point = "schema = 1\nname = \"p\"\n[run]\nend_time = 1\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 1\ninitial_speed = 100\n\

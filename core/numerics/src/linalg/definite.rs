@@ -1,21 +1,22 @@
-//! Cholesky factors and triangular systems of many right sides, eight of them at a time.
+//! Cholesky factorisation and triangular systems with many right sides, eight of them at a time.
 //!
 //! ```text
-//! A = L L^T,   L Y = B,   L^T X = Y          one column of B after the other, in nalgebra's order of operations: the same bytes as its
+//! A = L L^T,   L Y = B,   L^T X = Y          column by column of B, in nalgebra's order of operations: the same bytes as its
 //! ```
-//! nalgebra goes by strides that it knows at run time only, one number at a time; here eight right sides stand side by side. A structure of its own for every sample of a study
-//! costs a few of these.
+//! nalgebra uses strides that it knows at run time only, one number at a time; here eight right sides are adjacent in memory. A study
+//! whose samples each have their own structure solves a few such systems per sample.
 //! Verified by `factors_and_solutions_are_those_of_nalgebra_bit_for_bit`.
 
 use super::lanes::{LANES, Lane, add_scaled, kernel};
 use super::{Matrix, column_of};
 
-/// Accumulators of nalgebra's dot product.
+/// Number of accumulators of nalgebra's dot product.
 const SUMS: usize = 8;
-/// Accumulators that stay in registers.
+/// Number of accumulators that fit in registers.
 const TOGETHER: usize = 4;
 
-/// Lower triangular factor of a symmetric matrix, of which only the lower triangle is read, zeros above; `None` where it is not positive definite.
+/// Lower triangular factor of a symmetric matrix, with zeros above the diagonal; `None` if the matrix is not positive definite. Only the lower
+/// triangle of `a` is read.
 #[must_use]
 pub fn cholesky(a: &Matrix) -> Option<Matrix> {
     let n = a.nrows();
@@ -40,14 +41,14 @@ pub fn cholesky(a: &Matrix) -> Option<Matrix> {
     Some(l)
 }
 
-/// Y of `L Y = B`.
+/// Solves `L Y = B` for Y.
 #[must_use]
 pub fn solve_lower(l: &Matrix, b: &Matrix) -> Matrix {
     assert_eq!(l.nrows(), b.nrows(), "rows of both sides");
     by_eights(b, |rows| forward(l.nrows(), l.as_slice(), rows))
 }
 
-/// X of `L^T X = Y` by columns of L^T, as nalgebra solves an upper triangular system.
+/// Solves `L^T X = Y` for X by columns of L^T, as nalgebra solves an upper triangular system.
 #[must_use]
 pub fn solve_upper(l: &Matrix, y: &Matrix) -> Matrix {
     assert_eq!(l.nrows(), y.nrows(), "rows of both sides");
@@ -55,7 +56,7 @@ pub fn solve_upper(l: &Matrix, y: &Matrix) -> Matrix {
     by_eights(y, |rows| backward_by_columns(upper.nrows(), upper.as_slice(), rows))
 }
 
-/// Inverse of a symmetric positive definite matrix; `None` if it is not.
+/// Inverse of a symmetric matrix; `None` if the matrix is not positive definite.
 #[must_use]
 pub fn spd_inverse(a: &Matrix) -> Option<Matrix> {
     let l = cholesky(a)?;
@@ -67,7 +68,7 @@ pub fn spd_inverse(a: &Matrix) -> Option<Matrix> {
     }))
 }
 
-/// A matrix whose columns are changed eight at a time, by rows; zeros stand behind the last.
+/// Applies `change` to the columns of B, eight at a time, stored by rows; missing columns are zero.
 fn by_eights(b: &Matrix, mut change: impl FnMut(&mut [Lane])) -> Matrix {
     let mut found = Matrix::zeros(b.nrows(), b.ncols());
     let mut rows = vec![Lane::default(); b.nrows()];
@@ -89,7 +90,7 @@ fn by_eights(b: &Matrix, mut change: impl FnMut(&mut [Lane])) -> Matrix {
     found
 }
 
-/// Takes columns, each times a factor of its own for each right side, from rows that go on behind them: one column after the other.
+/// Subtracts columns from the rows below them, one column after the other. Each right side has its own factor per column.
 #[inline(always)]
 fn take(columns: [&[f64]; TOGETHER], factors: &[[f64; LANES]; TOGETHER], rows: &mut [Lane]) {
     let count = rows.len();
@@ -107,9 +108,9 @@ fn take(columns: [&[f64]; TOGETHER], factors: &[[f64; LANES]; TOGETHER], rows: &
 }
 
 kernel! {
-    /// `L y = b`.
+    /// Solves `L y = b`.
     fn forward(n: usize, l: &[f64], b: &mut [Lane]) {
-        // what begins with zeros goes on with them; those of the other sign would not
+        // leading zeros stay zeros; negative zeros would change sign
         let first = b.iter().position(|row| row.0.iter().any(|entry| entry.to_bits() != 0)).unwrap_or(n);
         let mut i = first;
         while i < n {
@@ -122,7 +123,7 @@ kernel! {
                     row[k] /= column[i + m];
                 }
                 (b[i + m].0, factors[m]) = (row, row);
-                // those of this group, and where it is of one all of them
+                // rows of this group; for a single row, all rows below
                 let end = if count == 1 { n } else { i + count };
                 for r in i + m + 1..end {
                     for k in 0..LANES {
@@ -140,7 +141,7 @@ kernel! {
 }
 
 kernel! {
-    /// `U x = b`.
+    /// Solves `U x = b`.
     fn backward_by_columns(n: usize, upper: &[f64], b: &mut [Lane]) {
         let mut end = n;
         while end > 0 {
@@ -171,7 +172,7 @@ kernel! {
 }
 
 kernel! {
-    /// `L^T x = b` by products with the columns of L, in eight interleaved sums.
+    /// Solves `L^T x = b` by products with the columns of L, in eight interleaved sums.
     fn backward_by_rows(n: usize, l: &[f64], b: &mut [Lane]) {
         for i in (0..n).rev() {
             let (here, below) = b[i..n].split_at_mut(1);
@@ -228,7 +229,7 @@ mod tests {
             let root = Matrix::from_fn(n, n, |_, _| random());
             let a = super::super::mul_tn(&root, &root) + Matrix::identity(n, n) * 1e-3;
             let mut b = Matrix::from_fn(n, n + 3, |_, _| random());
-            // sides that begin with zeros, of both signs
+            // right sides that begin with zeros, of both signs
             for j in 0..n.saturating_sub(1) {
                 b.view_mut((0, j), (j, 1)).fill(if j % 3 == 0 { -0.0 } else { 0.0 });
             }

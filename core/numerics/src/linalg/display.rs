@@ -9,7 +9,7 @@ use super::{EigenError, Matrix};
 use faer::linalg::solvers::{Eigen, PartialPivLu, Solve};
 use faer::{Mat, MatMut, MatRef, c64};
 
-/// Eigenvalues (re, im) of a real matrix, conjugates both, and its eigenvectors of length 1 (re and im parts in columns).
+/// Eigenvalues (re, im) of a real matrix, including both of a conjugate pair, and eigenvectors of length 1 (re and im parts in columns).
 ///
 /// # Errors
 /// [`EigenError::NoConvergence`]: the iteration failed, or an entry is not finite.
@@ -22,7 +22,7 @@ pub fn complex_eigen_display(a: &Matrix, what: &'static str) -> Result<(Vec<[f64
     if n == 0 {
         return Ok((Vec::new(), Matrix::zeros(0, 0), Matrix::zeros(0, 0)));
     }
-    // a matrix of tiny or huge entries would lose products of two of them
+    // with tiny or huge entries, products of two entries would over- or underflow
     let unit = libm::exp2(f64::from(libm::ilogb(a.amax().max(f64::MIN_POSITIVE))));
     let scaled = a.map(|entry| entry / unit);
     let solution =

@@ -4,15 +4,15 @@ use super::general::{general_eigen, general_eigenvalues};
 use super::symmetric::symmetric_eigen;
 use super::{Matrix, cholesky, solve_lower, solve_upper};
 
-/// An eigenvalue problem could not be solved.
+/// Error of an eigenvalue problem.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EigenError {
     /// The mass matrix is not positive definite.
     #[error("the mass matrix of {what} ({size} degrees of freedom) is not positive definite")]
     MassNotDefinite {
-        /// Which part.
+        /// Part of the machine.
         what: &'static str,
-        /// Its size.
+        /// Number of degrees of freedom.
         size: usize,
     },
     /// The iteration did not converge.
@@ -43,7 +43,7 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     let size = m.nrows();
     let mass_factor = cholesky(m).ok_or(EigenError::MassNotDefinite { what, size })?;
     let highest = (0..size).map(|i| k[(i, i)] / m[(i, i)]).fold(0.0, f64::max);
-    // without any stiffness every shift serves
+    // without any stiffness, every shift is valid
     let shift = if highest > 0.0 { 1e-6 * highest } else { 1.0 };
     let shifted = cholesky(&(k + m * shift));
     let (l, inner) = match &shifted {
@@ -54,7 +54,7 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     let c = (&c + c.transpose()) * 0.5;
     let (found, vectors) = symmetric_eigen(&c).ok_or(EigenError::NoConvergence { what, size })?;
     let value = |j: usize| if shifted.is_some() { 1.0 / found[j] - shift } else { found[j] };
-    // mu > 0, but the smallest may round to nothing: such a mode has no frequency
+    // mu > 0, but the smallest may be rounded to zero: such a mode has no frequency
     let norm = |j: usize| if shifted.is_some() { 1.0 / found[j].sqrt() } else { 1.0 };
     if (0..size).any(|j| !(value(j).is_finite() && norm(j).is_finite())) {
         return Err(EigenError::NoConvergence { what, size });
@@ -66,7 +66,7 @@ pub fn symmetric_generalised(k: &Matrix, m: &Matrix, what: &'static str) -> Resu
     Ok((order.iter().map(|&j| value(j)).collect(), shapes))
 }
 
-/// Eigenvalues (re, im) of a real matrix, conjugates both, and its eigenvectors of length 1 (re, im parts in columns).
+/// Eigenvalues (re, im) of a real matrix, including both of a conjugate pair, and eigenvectors of length 1 (re, im parts in columns).
 ///
 /// # Errors
 /// [`EigenError::NoConvergence`].
@@ -74,7 +74,7 @@ pub fn complex_eigen(a: &Matrix, what: &'static str) -> Result<(Vec<[f64; 2]>, M
     general_eigen(a).ok_or(EigenError::NoConvergence { what, size: a.nrows() })
 }
 
-/// The eigenvalues of [`complex_eigen`] alone.
+/// Eigenvalues of [`complex_eigen`] without vectors.
 ///
 /// # Errors
 /// [`EigenError::NoConvergence`].
@@ -108,7 +108,7 @@ mod tests {
             }
         }
         let (values, shapes) = symmetric_generalised(&k, &Matrix::identity(n, n), "test").expect("solvable");
-        // the rounding of the shift into K: 1e-16 of the highest omega^2
+        // rounding of the shift in K: 1e-16 of the highest omega^2
         assert!(values[0].abs() < 1e-15 * 4e10);
         for (j, value) in values.iter().enumerate().skip(1) {
             let exact = 4e10 * (j as f64 * std::f64::consts::PI / 120.0).sin().powi(2);

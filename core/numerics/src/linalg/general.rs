@@ -1,25 +1,26 @@
-//! Eigenvalues and vectors of any real matrix.
+//! Eigenvalues and eigenvectors of any real matrix.
 //!
 //! ```text
-//! A = Q H Q^T      Householder reflections; H zero below the entries beside the diagonal                                                            (1)
+//! A = Q H Q^T      Householder reflections; H zero below the first subdiagonal                                                                      (1)
 //! H = Z T Z^T      QR steps with both eigenvalues of the last 2 x 2 block as shifts; T upper triangular but for 2 x 2 blocks of conjugates          (2)
-//! (T - lambda) x = 0,   z = Q Z x       from below, of each eigenvalue                                                                              (3)
+//! (T - lambda) x = 0,   z = Q Z x       back substitution for each eigenvalue                                                                       (3)
 //! ```
 //! Source: Golub and Van Loan, Matrix Computations, 7.4 (1), 7.5 (2, Francis 1961), 7.6 (3).
-//! Errors are rounding of the largest entry of A times the condition of the eigenvalue. One order of operations, in vectors of every width: the same bytes on every processor.
-//! Verified by `general_tests.rs`.
+//! The error is the rounding of the largest entry of A times the condition of the eigenvalue. The order of operations is the same for vectors of
+//! every width, so the bytes are the same on every processor. Verified by `general_tests.rs`.
 
 use super::lanes::{add_scaled, kernel, turn_both};
 use super::{Matrix, column_of, dot};
 use nalgebra::Complex;
 
-/// Steps (2) for one block, at most: of nearly equal eigenvalues with nearly one vector each step halves what is left. And after how many, and twice as many, a shift that follows no
-/// eigenvalue is taken: what is symmetric in its shifts may stand still. No more often, as it undoes the halving.
+/// Most steps (2) per block: for nearly equal eigenvalues with nearly parallel vectors, each step halves the remainder. After [`STALLED`] and twice
+/// as many steps, a shift independent of the eigenvalues is used, because a matrix that is symmetric in its shifts may not change. The exceptional
+/// shift is not used more often, as it undoes the halving.
 const STEPS: usize = 300;
 const STALLED: usize = 10;
-/// Steps for one block after which rounding of the largest entry is nothing, too: of what oscillates without damping the diagonal is next to nothing.
+/// Steps per block after which rounding of the largest entry counts as zero, too: an undamped oscillation has a diagonal close to zero.
 const PATIENT: usize = 30;
-/// Entries of x beyond which it is made smaller.
+/// Size of an entry of x above which x is scaled down.
 const LARGE: f64 = 1e100;
 
 /// A reflection `I - beta v v^T` of two or three numbers.
@@ -27,12 +28,12 @@ const LARGE: f64 = 1e100;
 struct Reflection {
     v: [f64; 3],
     beta: f64,
-    /// What the first becomes; the others become zero.
+    /// First component after the reflection; the others become zero.
     first: f64,
 }
 
-/// Eigenvalues (re, im), in no particular order, conjugates both, and vectors of length 1 (re and im parts in columns); `None` where (2) does not come to an
-/// end, as of what is no number.
+/// Eigenvalues (re, im) in no particular order, including both of a conjugate pair, and vectors of length 1 (re and im parts in columns). `None` if
+/// (2) does not converge, for example for entries that are not finite.
 #[must_use]
 pub fn general_eigen(a: &Matrix) -> Option<(Vec<[f64; 2]>, Matrix, Matrix)> {
     let n = a.nrows();
@@ -60,7 +61,7 @@ pub fn general_eigen(a: &Matrix) -> Option<(Vec<[f64; 2]>, Matrix, Matrix)> {
     Some((values, re, im))
 }
 
-/// The eigenvalues of [`general_eigen`] alone, at a third of its cost.
+/// Eigenvalues of [`general_eigen`] without vectors, at a third of its cost.
 #[must_use]
 pub fn general_eigenvalues(a: &Matrix) -> Option<Vec<[f64; 2]>> {
     let n = a.nrows();
@@ -79,7 +80,7 @@ pub fn general_eigenvalues(a: &Matrix) -> Option<Vec<[f64; 2]>> {
     Some(values)
 }
 
-/// A divided by a power of two, so that no product of two entries is lost, and that power; `None` of what is no number.
+/// A divided by a power of two, so that no product of two entries over- or underflows, and that power; `None` if an entry is not finite.
 fn scaled(a: &Matrix) -> Option<(Matrix, f64)> {
     assert_eq!(a.nrows(), a.ncols(), "a square matrix");
     if !a.iter().all(|entry| entry.is_finite()) {
@@ -90,7 +91,7 @@ fn scaled(a: &Matrix) -> Option<(Matrix, f64)> {
     Some((a.map(|entry| entry / unit), unit))
 }
 
-/// (1), with Q where it is wanted.
+/// Reduction (1), with accumulation of Q if given.
 fn hessenberg(h: &mut Matrix, mut q: Option<&mut Matrix>) {
     let n = h.nrows();
     let mut w = vec![0.0; n];
@@ -126,7 +127,7 @@ fn hessenberg(h: &mut Matrix, mut q: Option<&mut Matrix>) {
     }
 }
 
-/// (2), with Q Z in the place of Q. Without Q what is beside the block of a step stays as it is: the eigenvalues do not depend on it.
+/// Iteration (2); `q` is multiplied by Z. Without `q`, rows and columns beside the active block are not updated: the eigenvalues do not depend on them.
 fn triangular(h: &mut Matrix, mut q: Option<&mut Matrix>) -> Option<()> {
     let size = h.amax();
     let (mut end, mut steps) = (h.nrows(), 0);
@@ -154,26 +155,26 @@ fn triangular(h: &mut Matrix, mut q: Option<&mut Matrix>) -> Option<()> {
     Some(())
 }
 
-/// Whether the entry before the diagonal in a row is rounding of those beside it, or of `least`; of the largest where there is nothing beside it.
+/// Whether the subdiagonal entry of a row is at most the rounding of its diagonal neighbours, or of `least`; if both are zero, of the largest entry.
 fn is_nothing(h: &Matrix, i: usize, least: f64, size: f64) -> bool {
     let beside = (h[(i - 1, i - 1)].abs() + h[(i, i)].abs()).max(least);
     let beside = if beside == 0.0 { size } else { beside };
     h[(i, i - 1)].abs() <= f64::EPSILON * beside
 }
 
-/// Makes a 2 x 2 block triangular where its eigenvalues are real.
+/// Makes a 2 x 2 block triangular if its eigenvalues are real.
 fn splits(h: &mut Matrix, q: Option<&mut Matrix>, k: usize) -> bool {
     let n = h.nrows();
     let [[a, b], [c, d]] = block(h, k);
     let half = 0.5 * (a - d);
-    // scaled, so that no square is lost
+    // scaled, so that no square over- or underflows
     let scale = half.abs().max(b.abs()).max(c.abs());
     let square = (half / scale) * (half / scale) + (b / scale) * (c / scale);
     if square < 0.0 {
         return false;
     }
     let root = scale * square.sqrt();
-    // the first vector of the block, of the eigenvalue that loses no digits
+    // vector of the block for the eigenvalue without cancellation
     let along = if half < 0.0 { half - root } else { half + root };
     let length = libm::hypot(along, c);
     let (cos, sin) = (along / length, c / length);
@@ -191,10 +192,10 @@ fn splits(h: &mut Matrix, q: Option<&mut Matrix>, k: usize) -> bool {
     true
 }
 
-/// A step (2) on the rows from first to last, which nothing couples with others from below.
+/// One step (2) on the rows from first to last, which are decoupled from the others below the diagonal.
 fn step(h: &mut Matrix, mut q: Option<&mut Matrix>, [first, last]: [usize; 2], stalled: bool) {
     let n = h.nrows();
-    // the diagonal of the last block, and the product beside it
+    // diagonal of the last block, and product of its other two entries
     let (shifts, product) = if stalled {
         let size = h[(last, last - 1)].abs() + h[(last - 1, last - 2)].abs();
         ([h[(last, last)] + 0.75 * size; 2], -0.4375 * size * size)
@@ -202,11 +203,12 @@ fn step(h: &mut Matrix, mut q: Option<&mut Matrix>, [first, last]: [usize; 2], s
         let [[a, b], [c, d]] = block(h, last - 1);
         ([a, d], b * c)
     };
-    // of the first column of (H - s1)(H - s2), from a row on before which entries are small enough: by differences, which are small among neighbours
+    // first column of (H - s1)(H - s2), starting at a row before which the entries are small enough; computed from differences, which are small among
+    // neighbours
     let start = |h: &Matrix, m: usize| {
         let ([[a, b], [c, d]], e) = (block(h, m), h[(m + 2, m + 1)]);
         let [r, s] = shifts.map(|shift| shift - a);
-        // over c, which is not nothing
+        // divided by c, which is not negligible
         [(r * s - product) / c + b, (d - a) - r - s, e]
     };
     let quiet = |h: &Matrix, m: usize| {
@@ -248,7 +250,7 @@ fn step(h: &mut Matrix, mut q: Option<&mut Matrix>, [first, last]: [usize; 2], s
     }
 }
 
-/// The reflection of two or three numbers on the first axis; `None` where they are there already.
+/// The reflection of two or three numbers to the first axis; `None` if the others are zero already.
 fn reflection(x: [f64; 3]) -> Option<Reflection> {
     let scale = x.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
     if x[1] == 0.0 && x[2] == 0.0 {
@@ -261,7 +263,7 @@ fn reflection(x: [f64; 3]) -> Option<Reflection> {
     Some(Reflection { v, beta: 1.0 / (-turned * v[0]), first: turned * scale })
 }
 
-/// Reflects the columns from k on in their first rows.
+/// Reflects the first `rows` rows of the columns from k on.
 fn reflect_columns(matrix: &mut Matrix, k: usize, rows: usize, count: usize, reflection: &Reflection) {
     let n = matrix.nrows();
     let (x, rest) = matrix.as_mut_slice()[k * n..(k + count) * n].split_at_mut(n);
@@ -278,12 +280,12 @@ fn block(h: &Matrix, k: usize) -> [[f64; 2]; 2] {
     [[h[(k, k)], h[(k, k + 1)]], [h[(k + 1, k)], h[(k + 1, k + 1)]]]
 }
 
-/// Size of the block of T that begins in a row.
+/// Size of the block of T that begins in row k.
 fn block_at(t: &Matrix, k: usize) -> usize {
     if k + 1 < t.nrows() && t[(k + 1, k)] != 0.0 { 2 } else { 1 }
 }
 
-/// That of a block, of two conjugates the one with im > 0.
+/// Eigenvalue of a block; of two conjugates the one with im > 0.
 fn eigenvalue(t: &Matrix, k: usize, size: usize) -> Complex<f64> {
     if size == 1 {
         return Complex::new(t[(k, k)], 0.0);
@@ -295,14 +297,14 @@ fn eigenvalue(t: &Matrix, k: usize, size: usize) -> Complex<f64> {
     Complex::new(0.5 * (a + d), scale * square.max(0.0).sqrt())
 }
 
-/// x of (3) for the eigenvalue of the block that begins in row k; zero behind the block.
+/// Solution x of (3) for the eigenvalue of the block that begins in row k; zero behind the block.
 fn solution(t: &Matrix, k: usize, size: usize, value: Complex<f64>) -> [Vec<f64>; 2] {
     let n = t.nrows();
-    // its square is a number
+    // its square does not underflow
     let least = (f64::EPSILON * t.amax()).max(1e-150);
     let size_of = |z: Complex<f64>| z.re.abs().max(z.im.abs());
     let mut x = vec![Complex::new(0.0, 0.0); n];
-    // what is known of each row's sum
+    // sum of known terms in each row
     let mut sums = [vec![0.0; n], vec![0.0; n]];
     if size == 1 {
         x[k] = Complex::new(1.0, 0.0);
@@ -344,8 +346,8 @@ fn solution(t: &Matrix, k: usize, size: usize, value: Complex<f64>) -> [Vec<f64>
     [x.iter().map(|x| x.re).collect(), x.iter().map(|x| x.im).collect()]
 }
 
-/// Solution of two equations by elimination with the largest entry first: of a matrix that is next to singular it still fulfils them to rounding, which
-/// determinants do not. What is left for the second is not below `least`.
+/// Solves two equations by elimination with full pivoting. For a nearly singular matrix, the solution still satisfies the equations to rounding,
+/// unlike one by determinants. The second pivot is at least `least`.
 fn of_two(m: [[Complex<f64>; 2]; 2], sides: [Complex<f64>; 2], least: f64) -> [Complex<f64>; 2] {
     let size_of = |z: Complex<f64>| z.re.abs().max(z.im.abs());
     let (mut row, mut column) = (0, 0);
@@ -370,14 +372,14 @@ fn of_two(m: [[Complex<f64>; 2]; 2], sides: [Complex<f64>; 2], least: f64) -> [C
     x
 }
 
-/// Adds a column of T times an entry of x to the rows above a block.
+/// Adds a column of T times an entry of x to the sums of the rows above a block.
 fn spread(t: &Matrix, j: usize, rows: usize, x: Complex<f64>, sums: &mut [Vec<f64>; 2]) {
     let column = &column_of(t, j)[..rows];
     add_scaled(x.re, column, &mut sums[0][..rows]);
     add_scaled(x.im, column, &mut sums[1][..rows]);
 }
 
-/// `Q x` with length 1.
+/// `Q x`, normalised to length 1.
 fn combined(q: &Matrix, x: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
     let n = q.nrows();
     let [mut re, mut im] = [vec![0.0; n], vec![0.0; n]];
@@ -396,7 +398,7 @@ fn combined(q: &Matrix, x: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
 }
 
 kernel! {
-    /// Columns less `beta (v0 x + v1 y + v2 z)` times v.
+    /// Subtracts `beta (v0 x + v1 y + v2 z)` times v from three columns.
     fn reflect_three(v: [f64; 3], beta: f64, x: &mut [f64], y: &mut [f64], z: &mut [f64]) {
         let count = x.len();
         let (y, z) = (&mut y[..count], &mut z[..count]);
@@ -410,7 +412,7 @@ kernel! {
 }
 
 kernel! {
-    /// The same of two.
+    /// Subtracts `beta (v0 x + v1 y)` times v from two columns.
     fn reflect_two(v: [f64; 3], beta: f64, x: &mut [f64], y: &mut [f64]) {
         let count = x.len();
         let y = &mut y[..count];

@@ -1,4 +1,4 @@
-//! Matrices of all kinds, by what their eigenvalues and vectors have to fulfil.
+//! Matrices of all kinds, checked by the defining equations of eigenvalues and eigenvectors.
 
 use super::Matrix;
 use super::general::general_eigen;
@@ -9,7 +9,7 @@ fn random(seed: &mut u64) -> f64 {
     (*seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
 }
 
-/// A z = lambda z, to rounding of A.
+/// Checks A z = lambda z to rounding of A.
 fn checked(a: &Matrix) -> Vec<[f64; 2]> {
     let n = a.nrows();
     let (values, re, im) = general_eigen(a).expect("ends");
@@ -47,7 +47,7 @@ fn pairs_give_the_matrix_back() {
 
 #[test]
 fn the_roots_of_a_polynomial_are_those_of_its_companion() {
-    // z^n = 1: the corners of a polygon, where shifts stand still
+    // z^n = 1: corners of a polygon, where shifts do not change
     for n in [3, 4, 6, 24] {
         let a = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n)));
         for [re, im] in checked(&a) {
@@ -80,7 +80,7 @@ fn pairs_of_equal_motions_without_damping_come_apart() {
     }
 }
 
-/// Slightly damped and turning ones, over up to forty decades: blocks that came apart in 300 steps or not at all.
+/// Slightly damped and gyroscopic motions, over up to forty decades: such blocks once separated after 300 steps or not at all.
 #[test]
 fn pairs_of_nearly_equal_motions_come_apart() {
     let mut seed = 11;
@@ -144,13 +144,13 @@ fn what_has_one_vector_and_what_has_many() {
     assert!(general_eigen(&Matrix::zeros(0, 0)).is_some_and(|(values, ..)| values.is_empty()));
     assert_eq!(checked(&Matrix::zeros(3, 3)), [[0.0; 2]; 3]);
     assert_eq!(checked(&(Matrix::identity(5, 5) * -2.0)), [[-2.0, 0.0]; 5]);
-    // a double eigenvalue with one vector
+    // a double eigenvalue with one eigenvector
     for value in checked(&Matrix::from_row_slice(2, 2, &[3.0, 0.0, 1.0, 3.0])) {
         assert_eq!(value, [3.0, 0.0]);
     }
     let jordan = Matrix::from_fn(6, 6, |i, j| if i == j { 1.0 } else { f64::from(u8::from(i + 1 == j)) });
     checked(&jordan);
-    // critically damped, nearly
+    // almost critically damped
     checked(&Matrix::from_row_slice(2, 2, &[0.0, 1.0, -1.0, -2.0]));
     let mut bad = Matrix::identity(3, 3);
     bad[(2, 0)] = f64::INFINITY;

@@ -1,44 +1,45 @@
-//! Loops over eight columns or rows at a time, in vectors as wide as the processor has them: the same operations in the same order, so the same bytes.
+//! Loops over eight columns or rows at a time, with the widest vectors of the processor: the operations and their order are always the same, so the
+//! bytes are, too.
 //!
-//! A kernel is written once, as plain loops over arrays of eight numbers without sums across them, and compiled for each [`Width`]. Nothing fuses a product
-//! with a sum. `BLADEOFF_SIMD` forces a width, for tests and for comparisons; a run's row does not depend on it.
+//! A kernel is written once, as plain loops over arrays of eight numbers without sums across them, and compiled for each [`Width`]. Products and sums
+//! are not fused. `BLADEOFF_SIMD` forces a width, for tests and comparisons; the row of a run does not depend on it.
 //! Verified by `tests/program/widths.rs`.
 
 use std::sync::OnceLock;
 
-/// Numbers that go together.
+/// Number of values processed together.
 pub const LANES: usize = 8;
-/// The variable that forces a width.
+/// Environment variable that forces a width.
 pub const WIDTH_VARIABLE: &str = "BLADEOFF_SIMD";
 
-/// Numbers that go together, where a vector of the processor may load them at once.
+/// Values processed together, aligned so that one vector of the processor can load them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(align(64))]
 pub struct Lane(pub [f64; LANES]);
 
-/// Instructions of one width.
+/// Instruction set of one vector width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Width {
-    /// Those that every processor of its kind has: two numbers at once.
+    /// Two numbers at once; available on every processor of this architecture.
     Sse2,
-    /// Four.
+    /// Four numbers at once.
     Avx2,
-    /// Eight.
+    /// Eight numbers at once.
     Avx512,
 }
 
-/// A width that cannot be taken.
+/// A width that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WidthError {
-    /// No such name.
+    /// Unknown name.
     #[error("{WIDTH_VARIABLE} = \"{0}\": allowed are \"sse2\", \"avx2\" and \"avx512\"")]
     Unknown(String),
-    /// Not on this processor.
+    /// Not supported by this processor.
     #[error("{WIDTH_VARIABLE} = \"{asked}\": this processor has \"{has}\" at most")]
     NotThere {
-        /// Asked for.
+        /// Requested width.
         asked: Width,
-        /// The widest that is there.
+        /// Widest supported width.
         has: Width,
     },
 }
@@ -54,10 +55,10 @@ impl std::fmt::Display for Width {
 }
 
 impl Width {
-    /// All, from the narrowest on.
+    /// All widths, from the narrowest on.
     pub const ALL: [Self; 3] = [Self::Sse2, Self::Avx2, Self::Avx512];
 
-    /// The widest of this processor.
+    /// Widest width of this processor.
     #[must_use]
     pub fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -73,7 +74,7 @@ impl Width {
         Self::Sse2
     }
 
-    /// That of this process: what [`WIDTH_VARIABLE`] says, or the widest where that is not set or empty.
+    /// Width of this process: the value of [`WIDTH_VARIABLE`], or the widest supported one if the variable is unset or empty.
     ///
     /// # Errors
     /// [`WidthError`].
@@ -91,14 +92,14 @@ impl Width {
     }
 }
 
-/// The width of this process; one that cannot be taken is refused where the program begins, and is the widest here.
+/// Width of this process. The program rejects an unusable value of [`WIDTH_VARIABLE`] at its start; here it means the widest supported width.
 #[inline]
 pub fn width() -> Width {
     static WIDTH: OnceLock<Width> = OnceLock::new();
     *WIDTH.get_or_init(|| Width::chosen().unwrap_or_else(|_| Width::widest()))
 }
 
-/// Declares a kernel: its body is compiled once for each width, and the one of [`width`] is called.
+/// Declares a kernel: its body is compiled once for each width, and the version for [`width`] is called.
 #[macro_export]
 macro_rules! kernel {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block) => {
@@ -115,7 +116,7 @@ macro_rules! kernel {
                 fn avx512($($arg: $type),*) $(-> $out)? { plain($($arg),*) }
                 match $crate::linalg::lanes::width() {
                     $crate::linalg::lanes::Width::Sse2 => {}
-                    // SAFETY: `width` is at most what the processor was found to have
+                    // SAFETY: `width` is at most the widest width that this processor supports
                     #[expect(unsafe_code, reason = "vectors")]
                     $crate::linalg::lanes::Width::Avx2 => return unsafe { avx2($($arg),*) },
                     // SAFETY: the same
@@ -135,17 +136,17 @@ pub fn sum([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
 
-/// The least of eight numbers, by halves.
+/// Smallest of eight numbers, by halves.
 #[inline(always)]
 pub fn least_of([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     let least = |x: f64, y: f64| if x < y { x } else { y };
     least(least(least(a, e), least(c, g)), least(least(b, f), least(d, h)))
 }
 
-/// Sums of eight rows' products with y, the rows' entries column by column; inside a kernel.
+/// Scalar products of eight rows with y, the entries of the rows stored column by column; for use inside a kernel.
 #[inline(always)]
 pub fn rows_times_inline(columns: &[Lane], y: &[f64]) -> [f64; LANES] {
-    // two chains: a sum has to wait for the one before it
+    // two independent chains, because each addition waits for the previous one of its chain
     let mut sums = [[0.0; LANES]; 2];
     let (fours, last) = columns.as_chunks::<TOGETHER>();
     let (ys, rest) = y[..y.len().min(columns.len())].as_chunks::<TOGETHER>();
@@ -171,13 +172,13 @@ kernel! {
     }
 }
 
-/// Numbers by eights, zeros behind the last one.
+/// Numbers in groups of eight, filled up with zeros.
 pub fn lanes_of(numbers: &[f64]) -> Vec<Lane> {
     let of = |eight: &[f64]| Lane(std::array::from_fn(|k| eight.get(k).copied().unwrap_or(0.0)));
     numbers.chunks(LANES).map(of).collect()
 }
 
-/// Numbers by eights as one list.
+/// Groups of eight as one slice.
 #[inline]
 pub fn flat(lanes: &[Lane]) -> &[f64] {
     let all: *const [Lane] = lanes;
@@ -197,11 +198,12 @@ kernel! {
     }
 }
 
-/// Columns that [`product`] computes together.
+/// Number of columns that [`product`] computes together.
 const TOGETHER: usize = 4;
 
 kernel! {
-    /// `C = A B` of as many rows, inner places and columns, column by column; each entry summed over the inner index in ascending order.
+    /// `C = A B` for the given numbers of rows, inner indices and columns, column by column; each entry is summed over the inner index in ascending
+    /// order.
     pub fn product(sizes: [usize; 3], a: &[f64], b: &[f64], c: &mut [f64]) {
         let [rows, inner, columns] = sizes;
         let whole = columns - columns % TOGETHER;
@@ -218,7 +220,7 @@ kernel! {
                 };
             }
         }
-        // columns that are left over, one by one
+        // remaining columns, one by one
         c[whole * rows..].fill(0.0);
         for j in whole..columns {
             for k in 0..inner {
@@ -231,7 +233,7 @@ kernel! {
     }
 }
 
-/// Some rows of the columns that are computed together; how many. Inside a kernel.
+/// Computes some rows of the columns that are computed together; returns their number. For use inside a kernel.
 #[inline(always)]
 fn rows_of<const SOME: usize>(
     rows: usize,

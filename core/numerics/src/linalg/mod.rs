@@ -1,7 +1,7 @@
 //! Dense and sparse linear algebra with one operation order.
 //!
 //! Products, factors and eigenvalue problems are plain loops, so that a sample's bytes are the same on every x86-64 (nalgebra's own product of large
-//! matrices picks kernels by CPU). What only is shown, and enters no run, is computed by faer (`display.rs`).
+//! matrices selects kernels by CPU). Results for display only, which do not enter a run, are computed by faer (`display.rs`).
 
 mod definite;
 mod display;

@@ -39,7 +39,7 @@ impl Csr {
         }
     }
 
-    /// `(A x)_i`, one after the other.
+    /// `(A x)_i`, row by row.
     pub fn products<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.starts.windows(2).map(|row| {
             let row = row[0]..row[1];

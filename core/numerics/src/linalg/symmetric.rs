@@ -14,11 +14,11 @@
 use super::lanes::{add_scaled, kernel, turn_both};
 use super::{Matrix, column_of, dot};
 
-/// Steps (2) for one eigenvalue, at most: three are the rule.
+/// Most steps (2) per eigenvalue; three are usual.
 const STEPS: usize = 60;
-/// Steps for one eigenvalue after which rounding of the largest one is nothing, from there on: beside it a shift may be lost.
+/// Steps per eigenvalue after which rounding of the largest eigenvalue counts as zero from then on: beside it a shift may be lost.
 const PATIENT: usize = 20;
-/// Rows of vectors that a step's rotations take together, so that they stay in the cache.
+/// Number of rows of vectors that a step's rotations process together, so that they stay in the cache.
 const PANEL: usize = 64;
 
 /// A rotation of the columns i and i + 1.
@@ -29,8 +29,8 @@ struct Rotation {
     sin: f64,
 }
 
-/// Eigenvalues, in no particular order, and orthonormal vectors in columns, of a symmetric matrix, of which the lower triangle is read; `None` where (2) does
-/// not come to an end, as of what is no number.
+/// Eigenvalues, in no particular order, and orthonormal eigenvectors in columns, of a symmetric matrix whose lower triangle is read. `None` if (2) does
+/// not converge, for example for entries that are not finite.
 #[must_use]
 pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     let n = a.nrows();
@@ -38,7 +38,7 @@ pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     if !a.iter().all(|entry| entry.is_finite()) {
         return None;
     }
-    // (1) keeps small numbers small where it begins with large ones, (2) where it begins with small ones
+    // (1) keeps small entries accurate if large ones come first, (2) if small ones come first
     let back = |i: usize| n - 1 - i;
     let turned = n > 0 && a[(0, 0)].abs() < a[(n - 1, n - 1)].abs();
     let place = |i: usize| if turned { back(i) } else { i };
@@ -52,7 +52,7 @@ pub fn symmetric_eigen(a: &Matrix) -> Option<(Vec<f64>, Matrix)> {
     Some((d, vectors))
 }
 
-/// (1) from the first column on: d, e, the reflections' v in columns, and their beta.
+/// Reduction (1) from the first column on: d, e, the vectors v of the reflections in columns, and their beta.
 fn tridiagonal(mut a: Matrix) -> (Vec<f64>, Vec<f64>, Matrix, Vec<f64>) {
     let n = a.nrows();
     let (mut d, mut e, mut factors) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -67,7 +67,7 @@ fn tridiagonal(mut a: Matrix) -> (Vec<f64>, Vec<f64>, Matrix, Vec<f64>) {
         let size = below.len();
         let (v, p) = (&mut v[..size], &mut p[..size]);
         v.copy_from_slice(below);
-        // scaled, so that no square is lost
+        // scaled, so that no square over- or underflows
         let scale = v[1..].iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
         if scale == 0.0 {
             e[k] = first;
@@ -98,11 +98,11 @@ fn tridiagonal(mut a: Matrix) -> (Vec<f64>, Vec<f64>, Matrix, Vec<f64>) {
     (d, e, a, factors)
 }
 
-/// Q, of reflections in columns below the diagonal.
+/// Q as the product of the reflections in the columns below the diagonal.
 fn accumulated(reflections: &Matrix, factors: &[f64]) -> Matrix {
     let n = reflections.nrows();
     let mut q = Matrix::identity(n, n);
-    // from the last one: what it does not reach is still the unit
+    // from the last reflection on: columns that are not reached yet are unit vectors
     for k in (0..n.saturating_sub(1)).rev().filter(|&k| factors[k] != 0.0) {
         let v = &column_of(reflections, k)[k + 1..];
         let entries = q.as_mut_slice();
@@ -115,14 +115,14 @@ fn accumulated(reflections: &Matrix, factors: &[f64]) -> Matrix {
     q
 }
 
-/// (2), with vectors turned along.
+/// Iteration (2), with rotation of the vectors.
 fn diagonal(d: &mut [f64], e: &mut [f64], vectors: &mut Matrix) -> Option<()> {
     let n = d.len();
     let whole = d.iter().zip(&*e).fold(0.0_f64, |most, (d, e)| most.max(d.abs() + e.abs()));
     let mut largest = f64::EPSILON * whole;
     let mut rotations = Vec::with_capacity(n);
     for first in 0..n {
-        // of the rows so far: beside small numbers less is much
+        // largest of the rows so far: beside small entries, a smaller value matters
         largest = largest.max(d[first].abs() + e[first].abs());
         for step in 0.. {
             if step == PATIENT {
@@ -144,7 +144,7 @@ fn diagonal(d: &mut [f64], e: &mut [f64], vectors: &mut Matrix) -> Option<()> {
     Some(())
 }
 
-/// A QL step on the rows from first to end, which nothing couples with others.
+/// A QL step on the rows from first to end, which are decoupled from all others.
 fn sweep(d: &mut [f64], e: &mut [f64], first: usize, end: usize, rotations: &mut Vec<Rotation>) {
     // the eigenvalue of the first 2 x 2 block that is nearer to its first entry
     let half = (d[first + 1] - d[first]) / (2.0 * e[first]);
@@ -159,7 +159,7 @@ fn sweep(d: &mut [f64], e: &mut [f64], first: usize, end: usize, rotations: &mut
             e[i + 1] = length;
         }
         if length == 0.0 {
-            // falls apart here
+            // the matrix separates here
             d[i + 1] -= taken;
             return;
         }
@@ -175,7 +175,7 @@ fn sweep(d: &mut [f64], e: &mut [f64], first: usize, end: usize, rotations: &mut
     e[first] = bulge;
 }
 
-/// Turns columns, panel by panel of rows.
+/// Rotates columns, panel by panel of rows.
 fn turn(vectors: &mut Matrix, rotations: &[Rotation]) {
     let n = vectors.nrows();
     let entries = vectors.as_mut_slice();

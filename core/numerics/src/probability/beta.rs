@@ -10,7 +10,7 @@
 use super::root::{Tail, solve};
 use super::saddle::Binomial;
 
-/// The fraction settles in about `sqrt(a + b)` rounds.
+/// Most rounds of the continued fraction, which converges in about `sqrt(a + b)`.
 const ROUNDS: u32 = 1_000_000;
 
 /// ln(1 - e^ln).
@@ -62,7 +62,7 @@ pub fn beta_quantile(a: f64, b: f64, p: f64, q: f64) -> (f64, f64) {
     Beta::new(a, b).quantile(p, q)
 }
 
-/// A beta distribution on 0 .. 1, with everything that its quantiles need of a and b alone.
+/// A beta distribution on 0 .. 1, with the terms of its quantiles that depend on a and b alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beta {
     lower: Side,
@@ -72,14 +72,14 @@ pub struct Beta {
 }
 
 impl Beta {
-    /// Parameters above 0.
+    /// A distribution with parameters above 0.
     #[must_use]
     pub fn new(a: f64, b: f64) -> Self {
         let lower = Side::new(a, b);
         Self { lower, upper: Side::new(b, a), half: lower.ln_tails(0.5, 0.5).0 }
     }
 
-    /// Its parameters a and b.
+    /// Parameters a and b.
     #[must_use]
     pub fn parameters(&self) -> (f64, f64) {
         (self.lower.a, self.lower.b)
@@ -99,7 +99,7 @@ impl Beta {
     }
 }
 
-/// The distribution seen from one end.
+/// Terms of the distribution for one of its tails.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Side {
     a: f64,
@@ -116,7 +116,7 @@ impl Side {
         Self { a, b, binomial, ln_beta }
     }
 
-    /// ln I_x(a, b), from x and y = 1 - x, ln of its complement (one is computed, the other follows from it), and ln of (4).
+    /// ln I_x(a, b) from x and y = 1 - x, ln of its complement (one is computed, the other follows from it), and ln of (4).
     fn ln_tails(&self, x: f64, y: f64) -> (f64, f64, f64) {
         let (a, b) = (self.a, self.b);
         let scale = self.binomial.ln(x, y);
@@ -129,7 +129,7 @@ impl Side {
         }
     }
 
-    /// The quantile where x is at most 1/2, by ln x.
+    /// The quantile for x of at most 1/2, solved in ln x.
     fn lower_half(&self, p: f64, q: f64) -> (f64, f64) {
         let tail = Tail::smaller(p, q);
         // x^a/(a B) = p, as x goes to 0

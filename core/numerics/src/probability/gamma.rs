@@ -50,7 +50,7 @@ fn ln_tails(a: f64, x: f64) -> (f64, f64) {
     }
 }
 
-/// P(a, x), a > 0, and Q.
+/// P(a, x) and Q(a, x), for a > 0.
 #[must_use]
 pub fn gamma_tails(a: f64, x: f64) -> (f64, f64) {
     if x <= 0.0 {

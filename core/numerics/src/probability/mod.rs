@@ -1,4 +1,4 @@
-//! Distribution functions and their inverses, of which studies make values and answers make limits.
+//! Distribution functions and their inverses, from which studies draw values and answers compute limits.
 //!
 //! ```text
 //! saddle           terms of the gamma and beta densities without cancellation
@@ -6,13 +6,13 @@
 //!     student      by beta
 //! normal           on the error function of `libm`
 //! ```
-//! Both tails, p and q = 1 - p, go in and come out, so that neither loses digits. The same bytes everywhere: plain operations in their
-//! order, functions of `libm`.
+//! Functions take and return both tail probabilities, p and q = 1 - p, so that neither loses digits. Results have the same bytes everywhere:
+//! plain operations in order, functions from `libm`.
 //!
 //! # Limits
-//! Parameters above 0 and finite; not checked. Quantiles are right to 1e-12 of themselves in both tails, down to
-//! probabilities of 1e-300, for parameters up to 1e6; beyond, fractions that begin next to 1 lose digits in proportion (Student's t of 1e8
-//! degrees of freedom: 2e-11).
+//! Parameters must be above 0 and finite; this is not checked. Quantiles have a relative error of 1e-12 in both tails, down to probabilities of
+//! 1e-300, for parameters up to 1e6; beyond, continued fractions that begin close to 1 lose digits in proportion (2e-11 for
+//! Student's t with 1e8 degrees of freedom).
 //! # Verified by
 //! `tests.rs`, against values of 60 digits
 

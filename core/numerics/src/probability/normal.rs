@@ -16,8 +16,8 @@ pub fn normal_tails(x: f64) -> (f64, f64) {
 ///                            x = -P(s - 5)/Q(s - 5)                              beyond; and -x for the upper half
 /// ```
 /// Source: M. J. Wichura, "Algorithm AS 241: the percentage points of the normal distribution", Applied Statistics 37 (1988) 477-484, PPND16.
-/// Deviation: the upper tail by q. Limits: p and q above 1e-317. Relative error below 1e-15 (4000 points from 1e-300 on against 40
-/// digits). Drawn values are made of it, one for each variable: iterations on the error function cost twenty times as much.
+/// Deviation: the upper tail is computed from q. Limits: p and q above 1e-317. Relative error below 1e-15 (4000 points from 1e-300 on against 40
+/// digits). Each drawn value of a variable takes one call; iterations on the error function would cost twenty times as much.
 ///
 /// Verified by `quantiles_and_tails_are_those_of_the_reference`.
 #[must_use]
@@ -40,7 +40,7 @@ pub fn normal_quantile(p: f64, q: f64) -> f64 {
     if p <= q { -magnitude } else { magnitude }
 }
 
-/// Coefficients of numerator and denominator, from the constant on.
+/// Coefficients of numerator and denominator, beginning with the constant.
 type Ratio = [[f64; 8]; 2];
 
 const MIDDLE: Ratio = [

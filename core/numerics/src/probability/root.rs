@@ -1,8 +1,7 @@
-//! Root of a distribution function in the logarithm of its argument, by Newton's method on the logarithm of the smaller tail.
-//! A tail's logarithm is concave in that of the argument for the distributions here, so the steps do not oscillate; a bracket
-//! keeps them where the root is.
+//! Root of a distribution function in the logarithm of its argument, by Newton's method on the logarithm of the smaller tail. For the
+//! distributions here, the logarithm of a tail is concave in that of the argument, so the steps do not oscillate; a bracket limits them.
 
-/// Which tail is matched.
+/// The matched tail, with the logarithm of its probability.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Tail {
     /// ln p.
@@ -12,25 +11,25 @@ pub(super) enum Tail {
 }
 
 impl Tail {
-    /// The smaller of both.
+    /// The smaller of both tails.
     pub fn smaller(p: f64, q: f64) -> Self {
         if p <= q { Self::Lower(libm::log(p)) } else { Self::Upper(libm::log(q)) }
     }
 }
 
-/// Smallest logarithm of an argument: beyond that it is 0.
+/// Smallest logarithm of an argument; below, the argument underflows to 0.
 const LEAST: f64 = -745.2;
 const ROUNDS: usize = 200;
 
-/// States that are compared to find a cycle.
+/// Number of previous states that are compared to find a cycle.
 const REMEMBERED: usize = 4;
 
-/// The t at most `top` for which the tail has its value; `tails`: ln of the lower tail, of the upper tail, and of dp/dt.
+/// Solves for the t of at most `top` at which the tail has its value; `tails`: ln of the lower tail, of the upper tail, and of dp/dt.
 ///
 /// Near the root, rounding makes about half of all searches alternate between two neighbouring numbers. The state of a round
 /// determines the next one, so a repeated state gives the result of all [`ROUNDS`] rounds without computing them.
 pub(super) fn solve(tail: Tail, first: f64, top: f64, tails: impl Fn(f64) -> (f64, f64, f64)) -> f64 {
-    // the first guess is exact where the argument is that small
+    // the first guess is exact for such a small argument
     if first < LEAST {
         return f64::NEG_INFINITY;
     }
@@ -48,7 +47,7 @@ pub(super) fn solve(tail: Tail, first: f64, top: f64, tails: impl Fn(f64) -> (f6
         seen[0] = state;
         round += 1;
         let (lower, upper, slope) = tails(t);
-        // error of the logarithm, positive where t is too large, and its derivative
+        // error of the logarithm, positive if t is too large, and its derivative
         let (error, rise) = match tail {
             Tail::Lower(ln) => (lower - ln, libm::exp(slope - lower)),
             Tail::Upper(ln) => (ln - upper, libm::exp(slope - upper)),

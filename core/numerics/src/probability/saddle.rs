@@ -7,18 +7,18 @@
 //! x^a y^b / B(a, b), x + y = 1      = sqrt(a b n/(2 pi)) / n exp(delta(n) - delta(a) - delta(b) - D(a, n x) - D(b, n y)),
 //!                                     n = a + b                                         (4)
 //! ```
-//! From the logarithms of the gamma function, (4) would have 1e-9 of its digits wrong at n = 1e6.
+//! With logarithms of the gamma function, the relative error of (4) would be 1e-9 at n = 1e6.
 //! Source: C. Loader, "Fast and accurate computation of binomial probabilities" (2000). Verified by the quantiles in `tests.rs`.
 
 /// ln sqrt(2 pi).
 const LN_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_8;
-/// From here on the series of (1) is exact to rounding.
+/// Smallest a for which the series of (1) is exact to rounding.
 const LARGE: f64 = 16.0;
 
-/// (1), a > 0: what Stirling's formula leaves out.
+/// (1) for a > 0: the remainder of Stirling's formula.
 fn stirling_rest(a: f64) -> f64 {
     if a < LARGE {
-        // what the logarithms of the gamma function lose here is below 1e-14
+        // the error of the logarithms of the gamma function is below 1e-14 here
         return libm::lgamma(a + 1.0) - (a + 0.5) * libm::log(a) + a - LN_ROOT_TWO_PI;
     }
     let square = a * a;
@@ -26,7 +26,7 @@ fn stirling_rest(a: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, term| sum / square + term) / a
 }
 
-/// (2): how far x is from its mean, x > 0, m > 0.
+/// (2) for x > 0, m > 0: the distance of x from its mean.
 fn deviance(x: f64, mean: f64) -> f64 {
     let difference = x - mean;
     if difference.abs() < 0.1 * (x + mean) {
@@ -46,12 +46,12 @@ fn deviance(x: f64, mean: f64) -> f64 {
     x * libm::log(x / mean) + mean - x
 }
 
-/// ln of (3).
+/// Logarithm of (3).
 pub(super) fn ln_poisson(a: f64, x: f64) -> f64 {
     -stirling_rest(a) - deviance(a, x) - LN_ROOT_TWO_PI - 0.5 * libm::log(a)
 }
 
-/// (4) for fixed a and b: the terms without x are computed once.
+/// Density (4) for fixed a and b; the terms without x are computed once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Binomial {
     a: f64,
@@ -61,14 +61,14 @@ pub(super) struct Binomial {
 }
 
 impl Binomial {
-    /// Parameters above 0.
+    /// The terms for parameters above 0.
     pub(super) fn new(a: f64, b: f64) -> Self {
         let n = a + b;
         let rest = stirling_rest(n) - stirling_rest(a) - stirling_rest(b);
         Self { a, b, rest, scale: 0.5 * (libm::log(a / n) + libm::log(b)) }
     }
 
-    /// ln of (4), from x and y = 1 - x.
+    /// Logarithm of (4), from x and y = 1 - x.
     pub(super) fn ln(&self, x: f64, y: f64) -> f64 {
         let n = self.a + self.b;
         self.rest - deviance(self.a, n * x) - deviance(self.b, n * y) - LN_ROOT_TWO_PI + self.scale

@@ -7,7 +7,7 @@
 
 use super::beta::beta_quantile;
 
-/// Student's t that is exceeded in magnitude with probability alpha, for so many degrees of freedom.
+/// The value of Student's t whose magnitude is exceeded with probability alpha, for the given degrees of freedom.
 #[must_use]
 pub fn student(freedoms: f64, alpha: f64) -> f64 {
     let (x, y) = beta_quantile(0.5 * freedoms, 0.5, alpha, 1.0 - alpha);

@@ -1,4 +1,4 @@
-//! Quantiles against values of 60 digits, closed forms, and both directions against each other.
+//! Quantiles against values with 60 digits and closed forms, and against their inverse functions.
 
 use super::*;
 
@@ -29,7 +29,7 @@ fn quantiles_and_tails_are_those_of_the_reference() {
         };
         assert!(off(found, expected) < 1e-12, "{line}: {found:e}");
         (worst, count) = (worst.max(off(found, expected)), count + 1);
-        // back, where the argument has the digits that the probability needs
+        // inverse, if the argument has the digits that the probability needs
         if found > 1e-290 && found < 1.0 {
             let (below, above) = tails(found);
             let back = if p <= 0.5 { off(below, p) } else { off(above, q) };
@@ -40,10 +40,10 @@ fn quantiles_and_tails_are_those_of_the_reference() {
     assert_eq!(count, 126);
 }
 
-/// Limits of a probability from a few events of a million: where logarithms of the gamma function would lose nine digits.
+/// Limits of a probability from a few events in a million, where logarithms of the gamma function would lose nine digits.
 #[test]
 fn beta_quantiles_keep_their_digits_where_parameters_are_large() {
-    // a, b, p, x: Clopper and Pearson's limits by mpmath, of the decimal p
+    // a, b, p, x: Clopper and Pearson's limits by mpmath, for the decimal p
     let cases = [
         (1.0, 1_000_000.0, 0.025, 2.531_780_766_379_418e-8),
         (2.0, 999_999.0, 0.025, 2.422_093_703_160_032e-7),
@@ -97,7 +97,7 @@ fn students_t_is_the_closed_form_of_few_freedoms_and_normal_for_many() {
     assert!((student(15.0, 0.05) - 2.131_449_546).abs() < 1e-9 && (student(31.0, 0.05) - 2.039_513_446).abs() < 1e-9);
 }
 
-/// A search that alternates between two neighbouring numbers ends when its state repeats; it needed 200 rounds, 36 us each, before.
+/// A search that alternates between two neighbouring numbers ends when its state repeats; without that rule it needed 200 rounds, 36 us per quantile.
 #[test]
 fn a_beta_quantile_is_found_in_few_rounds() {
     use std::cell::Cell;

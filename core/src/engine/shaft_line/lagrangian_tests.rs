@@ -1,6 +1,6 @@
 //! The equations of motion that the step loop evaluates are the derivative of the Lagrangian of docs/theory/01-shaft-line.md.
 //!
-//! The Lagrangian is written a second time here, from the energies: shape functions from the differential equation of the beam, fields integrated
+//! The test implements the Lagrangian independently, from the energies: shape functions from the differential equation of the beam, fields integrated
 //! along the shaft, unbalance masses as points. Hyper-dual numbers give `d/dt dL/dq' - dL/dq` exactly. The result is compared with mass, stiffness,
 //! forces and torques of [`ShaftLine`] on random states.
 
@@ -51,7 +51,7 @@ impl Dual {
     }
 }
 
-/// Degrees of freedom by meaning: per node u, v, theta_u, theta_v, psi.
+/// Displacements and rotations of a node: u, v, theta_u, theta_v, psi.
 type Node = [Dual; 5];
 const U: usize = 0;
 const V: usize = 1;
@@ -72,7 +72,7 @@ fn beam_rows(length: f64, ratio: f64, z: f64) -> [[f64; 4]; 4] {
         .map(|row| std::array::from_fn(|j| (0..4).map(|i| row[i] * inverse[(i, j)]).sum()))
 }
 
-/// T - V of the whole shaft line.
+/// Kinetic minus potential energy of the whole shaft line.
 fn lagrangian(machine: &Machine, shaft: &Shaft, q: &[Node], v: &[Node]) -> Dual {
     let g = machine.rotor.gravity;
     let mut twice = ZERO;

@@ -1,6 +1,7 @@
-//! A JSON file as the tree of a TOML file, with the same places.
+//! A JSON file as the tree of a TOML file, with the same positions.
 //!
-//! As Python writes it: `NaN`, `Infinity` and `-Infinity` are numbers. A member that is `null` is absent, because TOML has no such value.
+//! Python's notation is accepted: `NaN`, `Infinity` and `-Infinity` are numbers. A member that is `null` counts as absent, because TOML has no
+//! such value.
 
 use std::ops::Range;
 
@@ -10,10 +11,10 @@ use super::tree::{Entry, MAX_FILE_BYTES, Node, Value};
 /// Deepest nesting of arrays and objects.
 const DEEPEST: usize = 64;
 
-/// Reads a JSON file whose outermost value is an object. A name that an object has twice is reported.
+/// Reads a JSON file whose outermost value is an object. A repeated name in an object is reported.
 ///
 /// # Errors
-/// A file above [`MAX_FILE_BYTES`], or the first syntax error.
+/// The file exceeds [`MAX_FILE_BYTES`], or has a syntax error (the first one is reported).
 pub fn parse_json<'a>(file: &'a str, text: &'a str) -> Result<(Node, Collector<'a>), Problems> {
     let mut problems = Collector::new(file, text);
     if text.len() > MAX_FILE_BYTES {
@@ -55,7 +56,7 @@ impl<'a> Json<'a> {
         if self.at < self.text.len() { Err(self.unexpected("the end of the file")) } else { Ok(root) }
     }
 
-    /// A value; `None`: null.
+    /// Reads a value; `None`: null.
     fn value(&mut self, depth: usize) -> Result<Option<Node>, Syntax> {
         self.blanks();
         let start = self.at;
@@ -130,7 +131,7 @@ impl<'a> Json<'a> {
         }
         loop {
             let start = self.at;
-            // null keeps its place in a list, as no number
+            // null keeps its place in a list, but not as a number
             let null = |end| Node { span: start..end, value: Value::Text("null".to_owned()) };
             let node = self.value(depth + 1)?;
             items.push(node.unwrap_or_else(|| null(self.at)));
@@ -195,7 +196,7 @@ impl<'a> Json<'a> {
         u32::from_str_radix(digits, 16).ok()
     }
 
-    /// A word up to the next mark or blank.
+    /// Reads a word up to the next delimiter or blank.
     fn word(&mut self) -> &'a str {
         let rest = &self.text[self.at..];
         let end = rest.find(|c: char| c.is_whitespace() || ",:{}[]\"".contains(c)).unwrap_or(rest.len());

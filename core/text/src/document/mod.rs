@@ -1,5 +1,5 @@
-//! Reader of machine files and study files: a TOML tree with the place of each value, the list of all problems
-//! of a file, nearest names, quantities with units, and text from outside made visible.
+//! Reader of machine files and study files: a TOML tree with the position of each value, the list of all problems of a file, nearest names,
+//! quantities with units, and escaping of untrusted text.
 
 mod json;
 mod nearest;

@@ -1,15 +1,15 @@
-//! The known name that a mistyped one most likely means.
+//! The known name that a misspelled one most likely means.
 
-/// Longer words are not names that somebody mistyped; comparing them would only cost time.
+/// Longest name that is compared. Longer words are hardly misspelled names, and comparing them would take time.
 const LONGEST: usize = 128;
 
-/// A whole word too many or too few counts as so many edits.
+/// Number of edits that a missing or additional whole word counts as.
 const WORD: usize = 2;
 
-/// The candidate nearest to `given`; `None` if none is near enough to be worth showing.
+/// The candidate nearest to `given`; `None` if no candidate is near enough.
 ///
-/// Near: at most one edit per three characters (two always for words of four and more), or all words of one in the other
-/// in their order (`run.time_step` means `run.step`), or Jaro-Winkler similarity above 0.9 (catches endings that were left out).
+/// Near means one of: at most one edit per three characters (at least two edits for names of four or more); all words of one name occur in
+/// the other in the same order (`run.time_step` means `run.step`); Jaro-Winkler similarity above 0.9 (catches missing endings).
 #[must_use]
 pub fn nearest<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = given.chars().count();
@@ -35,7 +35,7 @@ pub fn nearest<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -
     best.map(|(_, candidate)| candidate)
 }
 
-/// How many words one name has more than the other, if it has all of the other's in their order.
+/// Difference in the number of words, if one name has all words of the other in the same order.
 fn words_apart(a: &str, b: &str) -> Option<usize> {
     let words = |name: &'_ str| name.split(['_', '-', '.']).count();
     let (long, short) = if words(a) > words(b) { (a, b) } else { (b, a) };

@@ -1,17 +1,17 @@
-//! All problems of one file, each with its place.
+//! All problems of one file, with their positions.
 
 use super::{nearest, visible};
 use std::fmt;
 use std::ops::Range;
 
-/// More are not shown: whoever mends these has the next ones in the next run.
+/// Most problems that are shown. After these are corrected, the next run shows the others.
 pub const MOST_PROBLEMS: usize = 50;
-/// Characters of a file that a message repeats.
+/// Most characters of the file that a message quotes.
 const LONGEST_EXCERPT: usize = 60;
-/// What some programs, among them Excel, put before a text; it is no part of it.
+/// The mark that some programs, among them Excel, write before a text; it does not belong to the text.
 pub const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// One thing wrong with a file.
+/// One problem of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Problem {
     /// File as the user named it.
@@ -20,15 +20,15 @@ pub struct Problem {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Bytes of the text it is about.
+    /// Byte range in the text of the file.
     pub span: Range<usize>,
     /// Full dotted path of the key; empty for a syntax error.
     pub key: String,
-    /// The value as it stands in the file.
+    /// The value as written in the file.
     pub value: Option<String>,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What would be right.
+    /// Allowed values.
     pub allowed: Option<String>,
     /// The name most likely meant.
     pub nearest: Option<String>,
@@ -48,7 +48,7 @@ impl fmt::Display for Problem {
 }
 
 impl Problem {
-    /// Place, key, value and what is wrong, in one line: whatever the file holds, made visible.
+    /// Position, key, value and description in one line, with hidden characters escaped.
     #[must_use]
     pub fn headline(&self) -> String {
         let Self { file, line, column, key, value, message, .. } = self;
@@ -66,11 +66,11 @@ impl Problem {
 pub struct Problems {
     /// File as the user named it.
     pub file: String,
-    /// Its whole text, so that the place can be shown.
+    /// Whole text of the file, for excerpts.
     pub text: String,
     /// The problems, sorted by position; at most [`MOST_PROBLEMS`].
     pub list: Vec<Problem>,
-    /// Further ones.
+    /// Number of further problems that are not listed.
     pub left_out: usize,
 }
 
@@ -91,52 +91,52 @@ impl fmt::Display for Problems {
 
 impl std::error::Error for Problems {}
 
-/// Gathers problems while a file is checked. It costs nothing before the first of them.
+/// Collects problems while a file is checked. Nothing is allocated before the first problem.
 ///
 /// # Limits
-/// [`MOST_PROBLEMS`] are kept, further ones counted: `a_flood_of_problems_is_cut_and_counted`.
+/// Keeps [`MOST_PROBLEMS`] problems and counts further ones: `a_flood_of_problems_is_cut_and_counted`.
 #[derive(Debug, Clone)]
 pub struct Collector<'a> {
     file: &'a str,
     text: &'a str,
     list: Vec<Problem>,
     left_out: usize,
-    /// What is written to when the list is full.
+    /// Receives the details of problems that are only counted.
     ignored: Problem,
-    /// How many of the first problems are syntax errors ([`super::parse_toml`]).
+    /// Number of problems at the start of the list that are syntax errors ([`super::parse_toml`]).
     syntax: usize,
 }
 
-/// How the message of a key that a table lacks begins.
+/// Start of the message about a required key that a table lacks.
 pub const MISSING: &str = "missing";
 
 impl<'a> Collector<'a> {
-    /// For one file.
+    /// An empty collector for one file.
     #[must_use]
     pub fn new(file: &'a str, text: &'a str) -> Self {
         Self { file, text, list: Vec::new(), left_out: 0, ignored: Problem::default(), syntax: 0 }
     }
 
-    /// Whether nothing was wrong so far.
+    /// Whether no problem was found so far.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// Problems so far, those included that are only counted.
+    /// Number of problems so far, including those that are only counted.
     #[must_use]
     pub fn count(&self) -> usize {
         self.list.len() + self.left_out
     }
 
-    /// Whether further problems are only counted: nobody reads what is said of them, so it need not be found out.
+    /// Whether further problems are only counted, so that their details need not be computed.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.list.len() >= MOST_PROBLEMS
     }
 
-    /// Adds a problem at `span`; the returned reference takes value, allowed and nearest. Line and column are those of the
-    /// finished list.
+    /// Adds a problem at `span`. The returned reference is for setting value, allowed and nearest. Line and column are set when the list is
+    /// finished.
     pub fn add(&mut self, span: Range<usize>, key: impl Into<String>, message: impl Into<String>) -> &mut Problem {
         if self.is_full() {
             self.left_out += 1;
@@ -147,13 +147,13 @@ impl<'a> Collector<'a> {
         self.list.last_mut().expect("pushed just above")
     }
 
-    /// The candidate nearest to `given`, for [`Problem::nearest`]; none is searched for when nobody would see it.
+    /// The candidate nearest to `given`, for [`Problem::nearest`]; `None` without a search when further problems are only counted.
     #[must_use]
     pub fn nearest<'n>(&self, given: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<String> {
         if self.is_full() { None } else { nearest(given, candidates).map(str::to_owned) }
     }
 
-    /// The piece of text at `span` as it can be shown in one line.
+    /// The text at `span` in a form that fits in one line.
     #[must_use]
     pub fn excerpt(&self, span: Range<usize>) -> String {
         let piece = &self.text[self.clamp(span)];
@@ -165,7 +165,7 @@ impl<'a> Collector<'a> {
         shown
     }
 
-    /// Bytes of a part of what a string says, which stands at `span`; all of it where escapes make it another length.
+    /// Byte range in the file of a part of a string value that is at `span`; all of `span` if escapes change its length.
     #[must_use]
     pub fn inside(&self, span: &Range<usize>, said: &str, part: &Range<usize>) -> Range<usize> {
         let written = self.text.get(span.clone()).unwrap_or("");
@@ -177,7 +177,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    /// `Ok` if nothing was wrong.
+    /// `Ok` if there are no problems.
     ///
     /// # Errors
     /// All problems, sorted by position.
@@ -185,8 +185,8 @@ impl<'a> Collector<'a> {
         if self.list.is_empty() { Ok(()) } else { Err(self.into_problems()) }
     }
 
-    /// All problems so far are syntax errors. Later ones that follow from them are dropped at the end: a key that is missing, and anything
-    /// on a line with a syntax error or without a place.
+    /// Marks all problems so far as syntax errors. Later problems that follow from them are discarded at the end: missing keys, and problems on
+    /// a line with a syntax error or without a position.
     pub(super) fn keep_apart_from_syntax(&mut self) {
         self.syntax = self.list.len();
     }
@@ -201,14 +201,14 @@ impl<'a> Collector<'a> {
         self.list.append(&mut rest);
     }
 
-    /// The problems so far, sorted by position.
+    /// All problems so far, sorted by position.
     #[must_use]
     pub fn into_problems(mut self) -> Problems {
         if self.syntax > 0 {
             self.drop_what_follows_from_syntax();
         }
         self.list.sort_by_key(|problem| problem.span.start);
-        // One pass over the text for all of them.
+        // One pass over the text for all problems.
         let (mut line, mut start, mut seen) = (1, if self.text.starts_with(BYTE_ORDER_MARK) { 3 } else { 0 }, 0);
         for problem in &mut self.list {
             let at = problem.span.start;
@@ -221,7 +221,7 @@ impl<'a> Collector<'a> {
         Problems { file: self.file.to_owned(), text: self.text.to_owned(), list: self.list, left_out: self.left_out }
     }
 
-    /// A span that may be used on the text whatever the parser said.
+    /// A span limited to valid positions of the text, whatever the parser returned.
     fn clamp(&self, span: Range<usize>) -> Range<usize> {
         let floor = |mut at: usize| {
             at = at.min(self.text.len());
@@ -235,7 +235,7 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// A piece of input as a message may show it: at most `most` characters.
+/// An excerpt of the input for a message: at most `most` characters.
 #[must_use]
 pub fn cut(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {

@@ -1,4 +1,4 @@
-//! A TOML file as a tree that keeps where every key and value stands, tables in the order of the file.
+//! A TOML file as a tree with the position of every key and value, in the order of the file.
 //!
 //! Built on `toml::de::DeTable`, which keeps spans; a serde derive would stop at the first problem.
 
@@ -9,15 +9,15 @@ use toml::de::{DeTable, DeValue, Error};
 
 use super::problem::{Collector, Problems};
 
-/// A larger file is refused: a machine or study file has some kB.
+/// Largest file that is read \[bytes\]; a machine or study file has some kB.
 pub const MAX_FILE_BYTES: usize = 1 << 20;
-/// Lines with syntax errors up to which a file is read around them; with more it is hardly TOML.
+/// Most lines with syntax errors for which the rest of the file is still read; a file with more is hardly TOML.
 const MOST_SYNTAX_ERRORS: usize = 8;
 
-/// A value and its place.
+/// A value and its position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
-    /// Bytes of the value; for a table its header.
+    /// Byte range of the value; for a table, of its header.
     pub span: Range<usize>,
     /// The value.
     pub value: Value,
@@ -28,9 +28,9 @@ pub struct Node {
 pub struct Entry {
     /// Key.
     pub name: String,
-    /// Bytes of the key where it first appears.
+    /// Byte range of the first occurrence of the key.
     pub name_span: Range<usize>,
-    /// What it holds.
+    /// The value.
     pub node: Node,
 }
 
@@ -54,7 +54,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The type in words, for messages.
+    /// Name of the type, for messages.
     #[must_use]
     pub fn type_name(&self) -> &'static str {
         match self {
@@ -77,7 +77,7 @@ impl Value {
         }
     }
 
-    /// A number, whole or not.
+    /// The value of a number, whole or not.
     #[must_use]
     pub fn as_number(&self) -> Option<f64> {
         match self {
@@ -89,11 +89,11 @@ impl Value {
     }
 }
 
-/// Reads a TOML file. With syntax errors the tree has what can be read around them, and the collector holds them: other problems of the
-/// file are reported together with them.
+/// Reads a TOML file. If the file has syntax errors, the tree has the parts that can be read around them. The collector then holds the syntax
+/// errors, so that other problems of the file are reported together with them.
 ///
 /// # Errors
-/// A file above [`MAX_FILE_BYTES`], or one with too many syntax errors to be read: the first one (later ones may be its consequences).
+/// The file exceeds [`MAX_FILE_BYTES`], or has too many syntax errors to be read: then only the first is reported, as later ones may follow from it.
 pub fn parse_toml<'a>(file: &'a str, text: &'a str) -> Result<(Node, Collector<'a>), Problems> {
     if text.len() > MAX_FILE_BYTES {
         let mut problems = Collector::new(file, "");
@@ -119,7 +119,7 @@ pub fn parse_toml<'a>(file: &'a str, text: &'a str) -> Result<(Node, Collector<'
     }
 }
 
-/// A syntax error with the start of its line.
+/// A syntax error and the start of its line.
 struct SyntaxError {
     line: usize,
     span: Range<usize>,
@@ -142,8 +142,8 @@ impl SyntaxError {
     }
 }
 
-/// The tree around syntax errors and the errors, the first of each line; `None`: too many of them. An array or a string that swallows
-/// later keys is taken out up to the next key, and the rest is read again.
+/// The tree read around syntax errors, and the first error of each line; `None`: too many errors. An array or a string without its end, which
+/// swallows later keys, is replaced by blanks up to the next key, and the rest is read again.
 fn read_around(text: &str) -> Option<(Node, Vec<SyntaxError>)> {
     let mut rest = text.to_owned();
     let mut unclosed: Vec<SyntaxError> = Vec::new();
@@ -160,7 +160,7 @@ fn read_around(text: &str) -> Option<(Node, Vec<SyntaxError>)> {
             return (errors.len() <= MOST_SYNTAX_ERRORS).then_some((tree, errors));
         };
         let value = entry.node.span.start;
-        // a key that is read twice may have its name behind this value
+        // the name of a duplicate key may be behind this value
         let start = entry.name_span.start.min(value);
         let first_line = value..value + rest[value..].find('\n').unwrap_or(rest.len() - value);
         let line = 1 + rest[..error.line].matches('\n').count();
@@ -171,7 +171,7 @@ fn read_around(text: &str) -> Option<(Node, Vec<SyntaxError>)> {
         );
         unclosed.push(SyntaxError { line: line_start(&rest, start), span: first_line, message });
         let end = next_key(&rest, value);
-        // blanks of the same number of bytes, so that all places stay
+        // blanks of the same number of bytes, so that all positions stay valid
         let blank: String = rest[start..end].bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect();
         rest.replace_range(start..end, &blank);
     }
@@ -182,7 +182,7 @@ fn read_around(text: &str) -> Option<(Node, Vec<SyntaxError>)> {
 /// its end has swallowed other keys.
 fn swallower(entries: &[Entry], line: usize) -> Option<&Entry> {
     entries.iter().find_map(|entry| match &entry.node.value {
-        // the span of a table is its header, or that of an inline table
+        // the span of a table is that of its header, or of an inline table
         Value::Table(inner) => swallower(inner, line),
         Value::Array(items) => {
             let inner = items.iter().filter_map(|item| item.value.as_table());
@@ -197,7 +197,7 @@ fn contains(entry: &Entry, line: usize) -> Option<&Entry> {
     (span.start < line && line <= span.end).then_some(entry)
 }
 
-/// Start of the first line behind that of `at` which looks like a key or the header of a table; the end of the text without one.
+/// Start of the first line after the one of `at` that looks like a key or a table header; the end of the text without such a line.
 fn next_key(text: &str, at: usize) -> usize {
     let mut start = at;
     while let Some(newline) = text[start..].find('\n') {
@@ -232,12 +232,12 @@ fn entries(table: &DeTable<'_>) -> Vec<Entry> {
             node: Node { span: value.span(), value: convert(value.get_ref()) },
         })
         .collect();
-    // The map of the toml crate sorts by name; results follow the file.
+    // The map of the toml crate is sorted by name; the tree keeps the order of the file.
     list.sort_by_key(|entry| entry.name_span.start);
     list
 }
 
-/// Recursion is bounded: the parser refuses nesting beyond 80.
+/// Recursion is bounded: the parser rejects nesting beyond 80 levels.
 fn convert(value: &DeValue<'_>) -> Value {
     match value {
         DeValue::String(text) => Value::Text(text.to_string()),
@@ -320,7 +320,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// Pieces of TOML in any order: read or refused, with all places within the text.
+        /// Pieces of TOML in any order: read or rejected, with all positions inside the text.
         #[test]
         fn any_text_is_a_tree_or_refused(pieces in prop::collection::vec(prop::sample::select(PIECES.to_vec()), 0..24)) {
             let text = pieces.concat();

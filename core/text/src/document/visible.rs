@@ -1,14 +1,14 @@
-//! Text from outside as a terminal may show it: what would act on the terminal, or hide itself, is made visible.
+//! Escaping of untrusted text for terminals: characters that act on the terminal or are invisible are replaced by visible ones.
 //!
-//! Files, their names and what programs say may hold escape sequences (colours, cursor moves, titles, links), line feeds
-//! where a line is expected, and marks that turn the direction of writing or have no width: shown raw they say something
+//! Files, file names and the output of programs may contain escape sequences (colours, cursor moves, titles, links), line feeds inside a
+//! line, marks of writing direction and characters without width. Printed as they are, they could show a text other than the real one.
 //! else than what is there.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Whether a character acts on what shows it instead of being shown: control characters (C0, DEL, C1), marks of direction,
-/// separators of lines, characters without width and tags.
+/// Whether a character acts on the display instead of being shown: control characters (C0, DEL, C1), marks of writing direction,
+/// line separators, characters without width and tags.
 #[must_use]
 pub fn is_hidden(c: char) -> bool {
     c.is_control()
@@ -18,20 +18,20 @@ pub fn is_hidden(c: char) -> bool {
             | '\u{feff}' | '\u{ffa0}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e01ef}')
 }
 
-/// One line of text from outside: every hidden character, line feeds and tabs too, as `\u{1b}`.
+/// Escapes one line of untrusted text: every hidden character, including line feeds and tabs, as `\u{1b}`.
 #[must_use]
 pub fn visible(text: &str) -> Cow<'_, str> {
     escaped(text, is_hidden)
 }
 
-/// Text of several lines: as [`visible`], but line feeds and tabs stay.
+/// Escapes text of several lines: as [`visible`], but line feeds and tabs stay.
 #[must_use]
 pub fn visible_lines(text: &str) -> Cow<'_, str> {
     escaped(text, is_hidden_in_lines)
 }
 
-/// The same with one sign for each hidden character (`␛` for escape, `\u{fffd}` where there is none), so that columns stay where
-/// they are: for excerpts with a place underlined, and for pictures.
+/// Replaces each hidden character by one visible character (`␛` for escape, `\u{fffd}` where there is no such sign), so that columns stay
+/// aligned: for excerpts with an underlined position, and for pictures.
 #[must_use]
 pub fn pictured_lines(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden_in_lines) {
@@ -46,7 +46,7 @@ pub fn pictured_lines(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(picture).collect())
 }
 
-/// JSON text with every hidden character as `\u001b`: in valid JSON they stand in strings alone, so its meaning stays.
+/// JSON text with every hidden character as `\u001b`. In valid JSON such characters occur in strings only, so the meaning is unchanged.
 #[must_use]
 pub fn visible_json(json: &str) -> Cow<'_, str> {
     if !json.contains(is_hidden_in_lines) {

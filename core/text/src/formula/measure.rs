@@ -1,17 +1,17 @@
-//! Dimensions in formulas: a load is not compared with a mass.
+//! Dimensions in formulas, so that for example a load is never compared with a mass.
 //!
 //! ```text
-//! variables, quantities with a unit     known, where their unit is
-//! bare numbers, variables without one   fit anything: they are in SI, 2 is 2 N as well as 2
-//! a + b, a < b, min(a, b), hypot(a, b)  of one dimension, where both are known; otherwise that which is known
-//! a*b, a/b                              known where both are
-//! a^c, sqrt(a)                          known where a is and c consists of bare numbers; c has no dimension
-//! sin, cos, tan                         of pure numbers and angles, and give pure numbers; their inverses alike
-//! exp                                   of pure numbers, and fits anything
-//! ln, log10                             of anything, that is of the number in SI; fit anything
+//! variables, quantities with a unit     known if their unit is
+//! bare numbers, variables without one   fit any dimension: they are in SI units, 2 means 2 N as well as 2
+//! a + b, a < b, min(a, b), hypot(a, b)  both of one dimension if both are known; otherwise the known one
+//! a*b, a/b                              known if both are
+//! a^c, sqrt(a)                          known if a is known and c has bare numbers only; c has no dimension
+//! sin, cos, tan                         take pure numbers and angles, and give pure numbers; their inverses alike
+//! exp                                   takes pure numbers; its result fits any dimension
+//! ln, log10                             take any dimension, as the number in SI units; the result fits any dimension
 //! ```
-//! Angles: as in files 1/s is no spin speed and a degree no pure number, where units stand as they are written. A product forgets it: the
-//! arc r*angle is a length. Limits: exponents of metre, kilogram and second are kept as doubles and compared within 1e-9.
+//! Angles: in a unit as written, 1/s is not a spin speed and a degree is not a pure number, as in files. Products lose this distinction: the
+//! arc r*angle is a length. Limits: exponents of metre, kilogram and second are stored as doubles and compared within 1e-9.
 
 use super::FormulaError;
 use super::program::{Function, Instruction, Program};
@@ -20,38 +20,38 @@ use crate::document::cut;
 use crate::document::units::{Dimension, format_digits, nearest_unit};
 use std::ops::Range;
 
-/// Exponents that differ by less are the same: thirds are no whole doubles.
+/// Tolerance for equal exponents, because thirds are not exact doubles.
 const SAME: f64 = 1e-9;
 
-/// Units that are easier to read than their powers of kg, m and s.
+/// Units that are easier to read than products of powers of kg, m and s.
 const READABLE: [&str; 5] = ["N", "N m", "N s", "N/m", "Pa"];
 
-/// A dimension, and how a person writes it.
+/// A dimension and its written form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measure {
     /// Exponents of metre, kilogram, second.
     powers: [f64; 3],
-    /// With angles, of a unit as written; what was computed has forgotten them.
+    /// The dimension with angles, for a unit as written; `None` for a computed dimension.
     written: Option<Dimension>,
     unit: String,
 }
 
 impl Measure {
-    /// That of a unit as in files, "" of pure numbers; `None`: no unit that files know.
+    /// Dimension of a unit as written in files; "" means a pure number. `None`: unknown unit.
     #[must_use]
     pub fn of_unit(unit: &str) -> Option<Self> {
         let found = Dimension::of_unit(unit)?;
         Some(Self { powers: powers(found), written: Some(found), unit: unit.to_owned() })
     }
 
-    /// Whether both are of one dimension.
+    /// Whether two dimensions agree.
     #[must_use]
     pub fn fits(&self, other: &Self) -> bool {
         let angles = self.written.zip(other.written).is_none_or(|(a, b)| a.accepts(b) || b.accepts(a));
         angles && same(self.powers, other.powers)
     }
 
-    /// "in N", "a pure number".
+    /// Description for messages: "in N", "a pure number".
     #[must_use]
     pub fn shown(&self) -> String {
         if self.unit.is_empty() { "a pure number".to_owned() } else { format!("in {}", self.unit) }
@@ -61,7 +61,7 @@ impl Measure {
         same(self.powers, [0.0; 3])
     }
 
-    /// From exponents: "N", "kg m^2/s^3". `None`: beyond all that is written.
+    /// The dimension with these exponents: "N", "kg m^2/s^3". `None`: an exponent is 1e6 or more.
     fn new(powers: [f64; 3]) -> Option<Self> {
         if !powers.iter().all(|power| power.abs() < 1e6) {
             return None;
@@ -90,7 +90,7 @@ fn same(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(&b).all(|(a, b)| (a - b).abs() < SAME)
 }
 
-/// "kg m^2/s^3", "1/m", "" of a pure number.
+/// A unit in base units: "kg m^2/s^3", "1/m"; "" for a pure number.
 fn in_base_units([m, kg, s]: [f64; 3]) -> String {
     let part = |sign: f64| {
         let of = |(name, power): (&str, f64)| match power * sign {
@@ -109,33 +109,33 @@ fn in_base_units([m, kg, s]: [f64; 3]) -> String {
     }
 }
 
-/// Where a step of a program stands in its text.
+/// Position of one step of a program in the formula's text.
 #[derive(Debug, Clone)]
 pub(super) struct Mark {
-    /// The word itself: a name, a number, an operator; of a call all of it.
+    /// Range of the word: a name, a number, an operator; for a call, of the whole call.
     pub place: Range<usize>,
-    /// The unit that a number was written with, "" for none.
+    /// Unit of a number as written; "" if it has none.
     pub unit: String,
-    /// The brackets around all that leads to this step.
+    /// Brackets around everything that this step evaluates.
     pub brackets: Option<Range<usize>>,
 }
 
-/// What is known of a value before it is computed.
+/// Properties of a value that are known before evaluation.
 #[derive(Debug, Clone, Default)]
 struct Seen {
     measure: Option<Measure>,
-    /// Of bare numbers alone.
+    /// Value of an expression of bare numbers.
     constant: Option<f64>,
-    /// The unit of a quantity, which can be another one.
+    /// Unit of a quantity as written; the quantity is then the more likely error.
     unit: Option<String>,
-    /// All of its text.
+    /// Range of the whole expression in the text.
     extent: Range<usize>,
 }
 
-/// The dimension that a program gives, where it is known. `marks`: one for each step; `of`: that of a variable.
+/// The dimension of a program's result, if it is known. `marks`: one for each step; `of`: dimension of a variable.
 ///
 /// # Errors
-/// The first sum, comparison, minimum or the like of two dimensions, with its place.
+/// The first operation that combines two dimensions (sum, comparison, minimum ...), with its position.
 pub(super) fn measure(
     text: &str,
     program: &Program,
@@ -161,7 +161,7 @@ pub(super) fn measure(
     Ok(stack.pop().and_then(|seen| seen.measure))
 }
 
-/// Dimension and value of one step.
+/// Properties of the result of one step.
 fn result(
     text: &str,
     step: &Instruction,
@@ -234,7 +234,7 @@ fn result(
     })
 }
 
-/// Refuses what has a dimension.
+/// Rejects an operand with a dimension.
 fn expect_pure(text: &str, seen: &Seen, what: &str) -> Result<(), FormulaError> {
     match &seen.measure {
         Some(measure) if !measure.is_pure() => {
@@ -245,14 +245,14 @@ fn expect_pure(text: &str, seen: &Seen, what: &str) -> Result<(), FormulaError> 
     }
 }
 
-/// The dimension of all, where one is known.
+/// The common dimension of all operands, if one is known.
 fn joined(text: &str, all: &[Seen], what: &str, place: &Range<usize>) -> Result<Option<Measure>, FormulaError> {
     let mut known = all.iter().filter_map(|seen| seen.measure.as_ref().map(|measure| (seen, measure)));
     let Some((first, measure)) = known.next() else { return Ok(None) };
     let Some((other, another)) = known.find(|(_, other)| !measure.fits(other)) else {
         return Ok(Some(measure.clone()));
     };
-    // a quantity beside a variable has the wrong unit, not the other way round
+    // where a quantity meets a variable, the quantity has the wrong unit
     let (unit, quantity, beside, wanted) = match (&first.unit, &other.unit) {
         (None, Some(unit)) => (unit, other, first, measure),
         (Some(unit), None) => (unit, first, other, another),
@@ -271,7 +271,7 @@ fn joined(text: &str, all: &[Seen], what: &str, place: &Range<usize>) -> Result<
     wrong(quantity.extent.clone(), format!("the unit `{unit}` does not fit: {beside} is {shown}{meant}"))
 }
 
-/// What stands there, in backquotes.
+/// The operand as written, in backquotes.
 fn words(text: &str, seen: &Seen) -> String {
     let given = text.get(seen.extent.clone()).unwrap_or("").trim();
     let bare = given.strip_prefix('`').and_then(|rest| rest.strip_suffix('`'));

@@ -1,10 +1,10 @@
 //! Formulas in study files: `cold_gap - growth`, `max_bearing_load_N > 1.2 MN and end_speed_rad_s < 50`.
 //!
 //! ```text
-//! text --tokens--> words with places --parse--> program for a stack --value--> number; a truth is 1 or 0
+//! text --tokens--> words with positions --parse--> program for a stack machine --value--> number; true is 1, false is 0
 //! ```
-//! A small language of ours: of the kept expression libraries none reads `-2^2` as -4 and `2^3^2` as 512, knows units, gives places and
-//! computes the same bytes everywhere. Angles are in radians, as all of SI here is.
+//! The language is our own: none of the maintained expression libraries reads `-2^2` as -4 and `2^3^2` as 512, supports units, reports
+//! positions and computes identical bytes everywhere. Angles are in radians, as in SI units.
 
 mod measure;
 mod parse;
@@ -19,12 +19,12 @@ pub use program::{Function, Instruction, Kind, Program, call};
 
 use std::ops::Range;
 
-/// What is wrong with a formula, and where in it.
+/// A mistake in a formula and its position.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct FormulaError {
-    /// Bytes of the formula.
+    /// Byte range in the formula.
     pub place: Range<usize>,
-    /// In words.
+    /// Description.
     pub message: String,
 }

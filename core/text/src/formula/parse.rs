@@ -1,10 +1,9 @@
-//! A formula from its text: operators by how strongly they bind (V. Pratt, "Top down operator precedence", 1973), into a program for
-//! a stack.
+//! Parses a formula by operator precedence (V. Pratt, "Top down operator precedence", 1973) into a program for a stack machine.
 //!
 //! ```text
 //! or < and < not < comparisons (one) < + - < * / < sign < ^ (from the right)       -2^2 = -4, 2^3^2 = 512, 2^-1 = 0.5
 //! ```
-//! Numbers and truths are two kinds: `(a > 1) + 2` and `1 and 2` are refused.
+//! Numbers and truth values are distinct types: `(a > 1) + 2` and `1 and 2` are rejected.
 
 use super::FormulaError;
 use super::measure::{Mark, Measure, measure};
@@ -13,7 +12,7 @@ use super::token::{Token, is_name, tokens, wrong};
 use crate::document::nearest;
 use std::ops::Range;
 
-/// Brackets, signs and powers within one another at most.
+/// Deepest nesting of brackets, signs and powers.
 const DEEPEST: usize = 200;
 
 type Place = Range<usize>;
@@ -26,7 +25,7 @@ struct Parser<'a> {
     known: &'a dyn Fn(&str) -> Option<usize>,
     nearest: &'a dyn Fn(&str) -> Option<String>,
     program: Vec<Instruction>,
-    /// One of each step.
+    /// One mark per step.
     marks: Vec<Mark>,
     names: Vec<usize>,
 }
@@ -50,17 +49,17 @@ const FUNCTIONS: &[(&str, Function, usize)] = &[
     ("max", Function::Max, 0),
 ];
 
-/// Whether a name means something of its own: no variable may have it.
+/// Whether a name has a meaning in formulas, so that a variable cannot have it.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
     matches!(name, "pi" | "e" | "and" | "or" | "not" | "log" | "if")
         || FUNCTIONS.iter().any(|(known, ..)| *known == name)
 }
 
-/// A formula of the given kind, of variables without units. `known`: the number of a variable; `nearest`: the name that was meant.
+/// Parses a formula of the given kind, with variables without units. `known`: index of a variable; `nearest`: name most likely meant.
 ///
 /// # Errors
-/// The first mistake, with its place.
+/// The first mistake, with its position.
 pub fn parse(
     text: &str,
     kind: Kind,
@@ -70,7 +69,7 @@ pub fn parse(
     parse_measured(text, kind, known, nearest, &|_| None).map(|(program, _)| program)
 }
 
-/// As [`parse`], of variables whose dimension is that of `unit` where it is known; with the dimension of what the formula gives.
+/// As [`parse`], for variables with the dimension of `unit` if it is known; returns also the dimension of the result.
 ///
 /// # Errors
 /// As [`parse`].
@@ -135,7 +134,7 @@ impl Parser<'_> {
         self.marks.push(Mark { place, unit: String::new(), brackets: None });
     }
 
-    /// Where the last word ends.
+    /// End of the last word.
     fn behind(&self) -> usize {
         self.next.checked_sub(1).and_then(|last| self.tokens.get(last)).map_or(self.end, |(_, place)| place.end)
     }
@@ -148,7 +147,7 @@ impl Parser<'_> {
         }
     }
 
-    /// An expression whose operators bind at least so strongly.
+    /// Parses an expression whose operators have at least this binding power.
     fn expression(&mut self, least: u8) -> Result<Kind, FormulaError> {
         self.depth += 1;
         if self.depth > DEEPEST {
@@ -162,7 +161,7 @@ impl Parser<'_> {
                 Token::Name(name) if name == "and" || name == "or" => name.as_str(),
                 _ => break,
             };
-            // (binds, its right side binds at least, takes, gives, does)
+            // (binding power, least binding power of the right side, operand type, result type, instruction)
             let (binds, right, takes, gives, does) = match operator {
                 "or" => (1, 2, Kind::Truth, Kind::Truth, Instruction::Or),
                 "and" => (3, 4, Kind::Truth, Kind::Truth, Instruction::And),
@@ -228,7 +227,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Refuses a variable's name behind a `/` or `*` of a unit: either could be meant.
+    /// Rejects the name of a variable after a `/` or `*` of a unit, because it could also be a unit.
     fn refuse_variables_in(&self, unit: &str, place: &Place) -> Result<(), FormulaError> {
         let (begins, mut at) = (place.end - unit.len(), 0);
         for word in unit.split(|c| !is_name(c)) {

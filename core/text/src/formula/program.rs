@@ -1,11 +1,11 @@
-//! A formula as a program for a stack. The same bytes everywhere: plain operations in their order, functions of `libm`.
+//! A formula as a program for a stack machine. The result has the same bytes everywhere: plain operations in order, functions from `libm`.
 
-/// What a formula gives.
+/// Type of a formula's result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
     Number,
-    /// Holds or does not.
+    /// True or false.
     Truth,
 }
 
@@ -38,15 +38,15 @@ pub enum Function {
     Atan2,
     /// `sqrt(a^2 + b^2)`.
     Hypot,
-    /// Largest whole number not above.
+    /// Largest whole number that does not exceed the argument.
     Floor,
-    /// Least of all; NaN if one is.
+    /// Smallest argument; NaN if any argument is NaN.
     Min,
-    /// Largest of all; NaN if one is.
+    /// Largest argument; NaN if any argument is NaN.
     Max,
 }
 
-/// One step; a truth is 1 or 0.
+/// One step of a program; true is 1, false is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Instruction {
     /// Puts a number on the stack.
@@ -77,13 +77,13 @@ pub enum Instruction {
     Equal,
     /// a != b.
     NotEqual,
-    /// Both hold.
+    /// True if both operands are true.
     And,
-    /// One holds.
+    /// True if at least one operand is true.
     Or,
-    /// Does not hold.
+    /// True if the operand is false.
     Not,
-    /// A function of so many from the stack.
+    /// A function with this number of arguments from the stack.
     Call(Function, u8),
 }
 
@@ -95,7 +95,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The steps, in their order.
+    /// The steps in order.
     #[must_use]
     pub fn steps(&self) -> &[Instruction] {
         &self.steps
@@ -105,14 +105,14 @@ impl Program {
         Self { steps, names }
     }
 
-    /// Numbers of the variables that it has, ascending.
+    /// Numbers of the variables used, ascending.
     #[must_use]
     pub fn variables(&self) -> &[usize] {
         &self.names
     }
 
-    /// Its value for these variables; NaN and infinities come out as they are, and no comparison with a NaN holds but `!=`.
-    /// `stack` is scratch.
+    /// The value for these variables. NaN and infinities are returned unchanged; a comparison with NaN is false, except for `!=`.
+    /// `stack` is scratch memory.
     pub fn value(&self, variables: impl Fn(usize) -> f64, stack: &mut Vec<f64>) -> f64 {
         stack.clear();
         let truth = |holds: bool| f64::from(u8::from(holds));
@@ -154,16 +154,16 @@ impl Program {
     }
 }
 
-/// The parser leaves as many values as are taken.
+/// Removes the top of the stack; the parser ensures that there is one.
 fn pop(stack: &mut Vec<f64>) -> f64 {
     stack.pop().unwrap_or(f64::NAN)
 }
 
-/// A function of numbers, at least one.
+/// Value of a function with at least one argument.
 #[must_use]
 pub fn call(function: Function, arguments: &[f64]) -> f64 {
     let (a, b) = (arguments[0], arguments[arguments.len() - 1]);
-    // one that is no number makes the result none
+    // NaN in any argument makes the result NaN
     let fold = |pick: fn(f64, f64) -> f64| {
         let step = |kept: f64, next: &f64| if kept.is_nan() || next.is_nan() { f64::NAN } else { pick(kept, *next) };
         arguments[1..].iter().fold(a, step)

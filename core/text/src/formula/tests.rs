@@ -1,4 +1,4 @@
-//! The language by example: values, and refusals with their places.
+//! Examples of the language: values, and errors with their positions.
 
 use super::{FormulaError, Kind, Measure, parse, parse_measured};
 
@@ -101,7 +101,7 @@ fn units_are_those_of_files() {
         let program = parse(text, Kind::Number, &known, &|_| None)?;
         Ok::<f64, FormulaError>(program.value(|variable| [4.0, 2.0, 5.0, 3.0][variable], &mut Vec::new()))
     };
-    // a product with blanks, and what begins with a 1
+    // products written with blanks, and units that begin with 1
     for (text, found) in [
         ("2 N m", 2.0),
         ("6e5 kN t", 6e11),
@@ -116,7 +116,7 @@ fn units_are_those_of_files() {
     ] {
         assert_eq!(value(text), Ok(found), "{text}");
     }
-    // either the unit or the variable could be meant
+    // the name is both a unit and a variable
     for (text, place, name) in
         [("1 mm/s", 5..6, "s"), ("2 m*h", 4..5, "h"), ("x + 2 N/(m s)", 9..10, "m"), ("3 N/m^2", 4..5, "m")]
     {
@@ -124,7 +124,7 @@ fn units_are_those_of_files() {
         assert!(error.message.starts_with(&format!("`{name}` is a unit here and a variable")), "{text}: {error}");
         assert_eq!(error.place, place, "{text}");
     }
-    // no unit begins with this 1, and what no operator joins is no factor
+    // no unit begins with this 1, and a word without an operator is not a factor
     for (text, place, said) in [
         ("2 1/x", 2..3, "`1` is not expected here: an operator is missing"),
         ("2 N x", 4..5, "`x` is not expected here: an operator is missing"),
@@ -152,7 +152,7 @@ fn depth_and_length_have_bounds() {
     assert_eq!(evaluate(&format!("1{}", "+1".repeat(4000)), Kind::Number), Ok(4001.0), "long sums are not deep");
 }
 
-/// What a formula gives of a load in N, a gap in m, a speed in rad/s, an angle in rad, a friction and a variable x without a unit.
+/// Dimension of a formula of a load in N, a gap in m, a speed in rad/s, an angle in rad, a friction coefficient and a variable x without a unit.
 fn measured(text: &str, kind: Kind) -> Result<Option<Measure>, String> {
     let names = ["load", "gap", "speed", "angle", "mu", "x"];
     let units = ["N", "m", "rad/s", "rad", "", "?"];
@@ -169,7 +169,7 @@ fn dimensions_that_differ_are_not_compared_or_added() {
         ("2 lb < load", "2 lb: the unit `lb` does not fit: `load` is in N; did you mean `lbf`?"),
         ("load > 1 rpm", "1 rpm: the unit `rpm` does not fit: `load` is in N"),
         ("1 mm + 1 kg > x", "+: a sum of two dimensions: `1 mm` is in mm, and `1 kg` is in kg"),
-        // a sum with what fits anything is of the dimension that is known
+        // a sum with an operand that fits any dimension has the known dimension
         ("x + 1 mm > x - 1 kg", ">: a comparison of two dimensions: `x + 1 mm` is in mm, and `x - 1 kg` is in kg"),
         ("gap - speed > 0", "-: a difference of two dimensions: `gap` is in m, and `speed` is in rad/s"),
         ("x > 0 and gap == mu", "==: a comparison of two dimensions: `gap` is in m, and `mu` is a pure number"),

@@ -16,15 +16,15 @@ const LONGEST: usize = 10_000;
 /// One word.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Token {
-    /// In SI, and the unit that it was written with, "" for none.
+    /// Value in SI, and the unit as written ("" for none).
     Number(f64, String),
-    /// Of a variable, a function, or `and`, `or`, `not`.
+    /// Name of a variable or a function, or `and`, `or`, `not`.
     Name(String),
     /// Operator or bracket.
     Sign(&'static str),
 }
 
-/// A mistake at a place.
+/// An error at a position in the formula.
 pub(super) fn wrong<T>(place: Range<usize>, message: impl Into<String>) -> Result<T, FormulaError> {
     Err(FormulaError { place, message: message.into() })
 }
@@ -43,7 +43,7 @@ fn begins_unit(c: char) -> bool {
     c.is_alphabetic() || c == '%' || c == '°'
 }
 
-/// The words of a text and where they stand.
+/// Splits a text into words with their positions.
 pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaError> {
     if text.len() > LONGEST {
         return wrong(0..0, format!("longer than {LONGEST} bytes"));
@@ -87,8 +87,8 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, FormulaEr
     Ok(found)
 }
 
-/// The number of `length` bytes at the start of the text with the unit that follows, in SI, and how many bytes they take. The unit is the
-/// longest there is: in `3 N/m*x` the x is a variable.
+/// Reads the number of `length` bytes at the start of the text and the unit that follows. Returns the value in SI and the number of bytes read.
+/// The longest valid unit is taken: in `3 N/m*x` the x is a variable.
 fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, String)> {
     let in_si = |taken: usize| parse_any_quantity(&text[..taken]);
     let begins = length + text[length..].len() - text[length..].trim_start_matches(' ').len();
@@ -100,7 +100,7 @@ fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, St
     }
     loop {
         let error = match in_si(begins + unit.len()) {
-            // what follows the 1 is no unit
+            // the text after the 1 is not a unit
             Ok(_) if unit == "1" => return bare(),
             Ok(number) => return Ok((number, begins + unit.len())),
             Err(error) => error,
@@ -112,7 +112,7 @@ fn quantity(text: &str, length: usize) -> Result<(f64, usize), (Range<usize>, St
     }
 }
 
-/// Digits, a point, digits, an exponent.
+/// Length of a number: digits, a point, digits, an exponent.
 fn number_length(text: &str) -> usize {
     let digits =
         |from: usize| text[from..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |length| from + length);
@@ -130,8 +130,8 @@ fn number_length(text: &str) -> usize {
     end
 }
 
-/// Names joined by `/`, `*`, `^`, digits and blanks: `N/m`, `kg*m^2`, `m^-1`, `N s/m`, `1/s`, `N/(m s)`. A `*` or `/` belongs to the unit
-/// where a letter follows; behind a blank a name cannot be a variable, before which an operator would stand.
+/// Length of a unit: names joined by `/`, `*`, `^`, digits and blanks, such as `N/m`, `kg*m^2`, `m^-1`, `N s/m`, `1/s`, `N/(m s)`. A `*` or `/`
+/// belongs to the unit if a letter follows. A name after a blank cannot be a variable, which would need an operator before it.
 fn unit_length(text: &str) -> usize {
     let begins = |text: &str| text.starts_with(begins_unit);
     let is_one = text.strip_prefix("1/").is_some_and(begins);
@@ -167,7 +167,7 @@ fn unit_length(text: &str) -> usize {
     chars.get(i).map_or(text.len(), |next| next.0)
 }
 
-/// Whether a text begins with a word that joins conditions.
+/// Whether a text begins with `and`, `or` or `not`.
 fn is_operator(text: &str) -> bool {
     matches!(&text[..text.find(|c| !is_name(c)).unwrap_or(text.len())], "and" | "or" | "not")
 }

@@ -2,10 +2,10 @@
 
 use thiserror::Error;
 
-/// A mistake; [`CorrelationError::pair`] says in which table.
+/// A mistake; [`CorrelationError::pair`] returns its table.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CorrelationError {
-    /// A parameter with itself.
+    /// A parameter correlated with itself.
     #[error("`between` names {name} twice; allowed: two different parameters")]
     Itself {
         /// Number of the table.
@@ -37,7 +37,7 @@ pub enum CorrelationError {
         /// Value given.
         given: f64,
     },
-    /// `rank` or `linear` of values that have no place in a continuous order.
+    /// `rank` or `linear` for values without a continuous order.
     #[error(
         "`{key}` of {name}, which is {law}; allowed: `normal`, the correlation of the normal numbers behind the values"
     )]
@@ -51,7 +51,7 @@ pub enum CorrelationError {
         /// Its kind.
         law: &'static str,
     },
-    /// These two laws cannot have such a linear correlation.
+    /// The two distributions cannot have this linear correlation.
     #[error(
         "`linear` = {given}: the distributions of {a} and {b} can have from {low:.6} to {high:.6}; allowed: between these, or `rank`"
     )]
@@ -64,12 +64,12 @@ pub enum CorrelationError {
         a: String,
         /// The other.
         b: String,
-        /// The smallest.
+        /// Smallest possible value.
         low: f64,
-        /// The largest.
+        /// Largest possible value.
         high: f64,
     },
-    /// A correlation that could not be computed with the promised accuracy.
+    /// A correlation that could not be computed with the required accuracy.
     #[error(
         "`linear` = {given} of {a} and {b} cannot be computed to 1e-8 (only to {bound:.0e}): {reason}; allowed: `rank`"
     )]
@@ -82,21 +82,21 @@ pub enum CorrelationError {
         a: String,
         /// The other.
         b: String,
-        /// The accuracy that was reached.
+        /// Accuracy reached.
         bound: f64,
-        /// Why.
+        /// Reason.
         reason: &'static str,
     },
-    /// Each pair could be, all together cannot.
+    /// Each correlation is possible, but not all together.
     #[error(
         "these correlations contradict each other: their matrix is not positive definite (one parameter would be \
          fixed by others); the nearest possible ones: {}",
         in_words(nearest)
     )]
     Impossible {
-        /// The first table of the pairs.
+        /// Index of the first table of the pairs.
         pair: usize,
-        /// The nearest possible correlations, those not given included where they would not be 0.
+        /// The nearest possible correlations, including those not given if they are not 0.
         nearest: Vec<Possible>,
     },
 }
@@ -104,19 +104,19 @@ pub enum CorrelationError {
 /// A pair of the nearest possible matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Possible {
-    /// Its table, if it was given.
+    /// Index of the table, if the pair was given.
     pub pair: Option<usize>,
     /// The parameters.
     pub names: [String; 2],
-    /// In which sense: `rank`, `linear` or `normal`.
+    /// Kind of correlation: `rank`, `linear` or `normal`.
     pub key: &'static str,
     /// Value given.
     pub given: Option<f64>,
-    /// Value that is possible.
+    /// Nearest possible value.
     pub nearest: f64,
 }
 
-/// Most pairs that are written out.
+/// Most pairs that are listed.
 const SHOWN: usize = 20;
 
 fn in_words(nearest: &[Possible]) -> String {

@@ -1,18 +1,18 @@
-//! A parameter as a function of a standard normal number, in Hermite polynomials; a pair of them as a power series.
+//! Expansion of a parameter in Hermite polynomials of a standard normal number; correlation of two parameters as a power series.
 //!
 //! ```text
 //! (x(z) - mean)/sd = sum over k >= 1 of a_k He_k(z)/sqrt(k!),   a_k = integral of (x(z) - mean)/sd psi_k(z) sqrt(phi(z)) dz     (1)
 //! psi_0 = sqrt(phi),  psi_(k+1) = (z psi_k - sqrt(k) psi_(k-1))/sqrt(k + 1)
 //! Corr(x1(z1), x2(z2)) = sum of a_k b_k r^k,   r = Corr(z1, z2)                                                               (2)
-//! |what (2) lacks after K terms| <= |r|^(K+1) sqrt(1 - sum of a_k^2) sqrt(1 - sum of b_k^2)                                   (3)
+//! |remainder of (2) after K terms| <= |r|^(K+1) sqrt(1 - sum of a_k^2) sqrt(1 - sum of b_k^2)                                  (3)
 //! ```
-//! (3) is Parseval's sum and the inequality of Cauchy and Schwarz: the error is known, not guessed.
+//! (3) follows from Parseval's sum and the Cauchy-Schwarz inequality, so it is a rigorous bound.
 //! Sources: F. G. Mehler (1866) for (2); H. O. Lancaster, "Some properties of the bivariate normal distribution" (1957).
 //! The integrals are Gauss-Legendre sums over panels that end where the slope of x(z) jumps.
 //!
 //! # Limits
-//! Laws whose (x - mean)^2 phi(z) has not died away at |z| = 37 are refused (lognormal with sigma above 12). Jumps of the slope
-//! (empirical laws) make (3) fall slowly: r near 1 or -1 may then be out of reach, which is said.
+//! Distributions whose (x - mean)^2 phi(z) has not decayed at |z| = 37 are rejected (lognormal with sigma above 12). With jumps of the slope
+//! (empirical distributions), (3) decreases slowly: r close to 1 or -1 may then be out of reach, which is reported as an error.
 //! # Verified by
 //! `tests/correlation.rs`
 
@@ -20,16 +20,16 @@ use crate::uncertain::Uncertain;
 use crate::uncertain::panels::{AT_ENDS, Rule, root_density};
 use bladeoff_numerics::probability::{normal_quantile, normal_tails};
 
-/// Coefficients at most.
+/// Most coefficients.
 const MOST: usize = 4000;
-/// Nodes times coefficients at most.
+/// Most nodes times coefficients.
 const WORK: usize = 200_000_000;
 /// Share of the variance that may remain after the last coefficient.
 const SPENT: f64 = 1e-15;
-/// Largest error of mean and standard deviation, in parts of the latter: a law that rises faster than the panels see is refused.
+/// Largest error of mean and standard deviation, relative to the latter; a distribution that is too steep for the panels is rejected.
 const OFF: f64 = 1e-10;
 
-/// One parameter in (1).
+/// Expansion (1) of one parameter.
 #[derive(Debug, Clone)]
 pub(super) struct Expansion {
     /// a_1, a_2, ...
@@ -37,7 +37,7 @@ pub(super) struct Expansion {
     mean: f64,
     sd: f64,
     cuts: Vec<f64>,
-    /// Places, weights with phi, values.
+    /// Nodes, weights including phi, values.
     values: Vec<(f64, f64, f64)>,
 }
 
@@ -46,13 +46,13 @@ fn at(law: &Uncertain, z: f64) -> f64 {
     law.quantile(p, q)
 }
 
-/// Places where the slope of x(z) jumps.
+/// Values of z at which the slope of x(z) jumps.
 fn cuts(law: &Uncertain) -> Vec<f64> {
     law.kinks().into_iter().map(|p| normal_quantile(p, 1.0 - p)).collect()
 }
 
 impl Expansion {
-    /// Coefficients of a parameter with a standard deviation; `None`: its tails are too heavy, or it is nearly a step.
+    /// Expansion of a parameter with a positive standard deviation; `None`: its tails are too heavy, or it is almost a step.
     pub fn new(law: &Uncertain) -> Option<Self> {
         let cuts = cuts(law);
         let values: Vec<(f64, f64, f64)> = Rule::new(&cuts)
@@ -67,7 +67,7 @@ impl Expansion {
         let ends = [values.first(), values.last()].into_iter().flatten().map(share).sum::<f64>();
         let (known_mean, known_sd) = law.moments()?;
         let off = ((mean - known_mean) / sd).abs().max((known_sd / sd - 1.0).abs());
-        // not a number is no yes
+        // comparisons with NaN are false
         let sound = variance > 0.0 && variance.is_finite() && ends < AT_ENDS && off < OFF;
         if !sound {
             return None;
@@ -93,7 +93,7 @@ impl Expansion {
     }
 }
 
-/// A node with what is summed there.
+/// A node with the terms that are summed there.
 struct Node {
     z: f64,
     /// Weight sqrt(phi) (x - mean)/sd.
@@ -116,12 +116,12 @@ impl Node {
     }
 }
 
-/// Two parameters in (2).
+/// Series (2) of two parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Series {
     /// a_k b_k, from k = 1.
     products: Vec<f64>,
-    /// The roots of (3).
+    /// Product of the square roots in (3).
     lacking: f64,
     /// The correlation at r = -1 and 1, by an integral over one variable.
     ends: [f64; 2],
@@ -133,13 +133,13 @@ impl Series {
         let products = a.coefficients.iter().zip(&b.coefficients).map(|(a, b)| a * b).collect();
         let rest = |expansion: &Expansion| {
             let used: f64 = expansion.coefficients[..terms].iter().map(|a| a * a).sum();
-            // rounding leaves about this of the sum
+            // rounding leaves about this much of the sum
             libm::sqrt((1.0 - used).max(SPENT))
         };
         let product = |x: f64, y: f64| (x - a.mean) / a.sd * ((y - b.mean) / b.sd);
         let end = |sign: f64| -> f64 {
             if a.cuts.is_empty() && b.cuts.is_empty() {
-                // the same panels, symmetric: nothing to compute again
+                // the same symmetric panels: values can be reused
                 let (forward, backward) = (b.values.iter(), b.values.iter().rev());
                 let sum = |(first, second): (&(f64, f64, f64), &(f64, f64, f64))| first.1 * product(first.2, second.2);
                 return if sign > 0.0 {
@@ -159,14 +159,14 @@ impl Series {
         Self { products, lacking: rest(a) * rest(b), ends: [end(-1.0), end(1.0)] }
     }
 
-    /// (2), and the bound (3) on its error.
+    /// Sum (2), and the bound (3) on its error.
     pub fn at(&self, r: f64) -> (f64, f64) {
         let sum = self.products.iter().rev().fold(0.0, |sum, product| (sum + product) * r);
         let power = libm::pow(r.abs(), (self.products.len() + 1) as f64);
         (sum, power * self.lacking + 1e-13)
     }
 
-    /// The correlations between which all are.
+    /// Smallest and largest possible correlation.
     pub fn ends(&self) -> [f64; 2] {
         self.ends
     }

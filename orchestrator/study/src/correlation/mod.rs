@@ -6,8 +6,8 @@
 //! linear (Pearson)   r from Corr(x1(z1), x2(z2)) = linear (Nataf)   the same
 //! normal             r itself                                       any parameters; the only one of discrete and periodic ones
 //! ```
-//! Pairs that are not given are independent. A parameter that no pair names, and the first of each group, keeps its coordinate bit
-//! for bit, so that the strata of a design stay in it; in the others they are mixed.
+//! Pairs that are not given are independent. A parameter without a pair, and the first of each group, keeps its coordinate bit for bit, so
+//! that the strata of a design are kept in that parameter; in the others they are mixed.
 //! Source: R. B. Nelsen, "An introduction to copulas" (2006), section 5.1 for the rank.
 
 mod error;
@@ -51,7 +51,7 @@ impl Strength {
 /// A table of `[[correlation]]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
-    /// The parameters, by number.
+    /// Indices of the parameters.
     pub between: [usize; 2],
     /// Value.
     pub strength: Strength,
@@ -74,7 +74,7 @@ impl Copula {
     /// Copula of these parameters and pairs.
     ///
     /// # Errors
-    /// Every pair that cannot be; where each can, that all together cannot.
+    /// Every impossible pair; if each pair is possible, their contradiction.
     pub fn new(names: &[String], laws: &[Uncertain], pairs: &[Pair]) -> Result<Self, Vec<CorrelationError>> {
         let mut nataf = Nataf::new(laws);
         let (mut errors, mut normals) = (Vec::new(), Vec::new());
@@ -87,7 +87,7 @@ impl Copula {
         if !errors.is_empty() {
             return Err(errors);
         }
-        // only those that a pair names: the others change nothing
+        // parameters without a pair change nothing
         let mut named: Vec<usize> = pairs.iter().flat_map(|pair| pair.between).collect();
         named.sort_unstable();
         named.dedup();
@@ -110,7 +110,7 @@ impl Copula {
         Ok(copula)
     }
 
-    /// Whether any parameters depend on one another.
+    /// Whether all parameters are independent.
     #[must_use]
     pub fn is_independent(&self) -> bool {
         self.rows.iter().all(Vec::is_empty)
@@ -176,7 +176,7 @@ fn normal(
     }
 }
 
-/// The refusal of a matrix, with the nearest that can be: its numbers rounded to as few digits as leave it one that can be.
+/// Error for an impossible matrix, with the nearest possible one: its numbers are rounded to the fewest digits with which it stays possible.
 fn impossible(
     names: &[String],
     pairs: &[Pair],
@@ -184,7 +184,7 @@ fn impossible(
     matrix: &CorrelationMatrix,
     nataf: &mut Nataf<'_>,
 ) -> CorrelationError {
-    // no entry that is rounded to five digits makes an eigenvalue negative
+    // rounding an entry to five digits cannot make an eigenvalue negative
     let found = nearest(matrix, 1e-5 * named.len() as f64);
     let mut exact = Vec::new();
     for i in 0..named.len() {
@@ -200,7 +200,7 @@ fn impossible(
         }
     }
     let mut listed = Vec::new();
-    // a linear correlation may be worth more digits than it has
+    // a linear correlation may need more digits than it was given with
     for ten in [1e5, 1e7, 1e9, 1e12] {
         listed.clear();
         let mut rounded = CorrelationMatrix::identity(named.len());

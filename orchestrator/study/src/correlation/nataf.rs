@@ -1,4 +1,4 @@
-//! The correlation of the normal numbers that gives two parameters their linear correlation.
+//! The correlation of normal numbers that gives two parameters a required linear correlation.
 //!
 //! ```text
 //! rho(r) = Corr(x1(z1), x2(z2)) = sum of a_k b_k r^k;  rho'(r) = E[x1'(z1) x2'(z2)]/(sd1 sd2) > 0:  one r for each rho
@@ -11,20 +11,20 @@ use crate::uncertain::Uncertain;
 
 /// Largest error of the linear correlation that is reached.
 pub const ACCURACY: f64 = 1e-8;
-/// r next to 1 leaves nothing of its own to one of the two.
+/// Largest r: closer to 1, the two parameters would be dependent.
 const LARGEST: f64 = 1.0 - 1e-9;
 const ROUNDS: usize = 200;
 
-/// Expansions of parameters, each made when it is first needed.
+/// Expansions of parameters, each computed on first use.
 pub(super) struct Nataf<'a> {
     laws: &'a [Uncertain],
     expansions: Vec<Option<Option<Expansion>>>,
 }
 
-/// Why there is no such correlation.
+/// Reason for an impossible correlation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Refused {
-    /// Beyond what the laws can have.
+    /// Outside the range of the distributions.
     Unreachable { low: f64, high: f64 },
     /// The accuracy was not reached.
     Unresolved { bound: f64, reason: &'static str },
@@ -46,7 +46,7 @@ impl<'a> Nataf<'a> {
         Some(Series::new(of(a)?, of(b)?))
     }
 
-    /// The correlation of the normal numbers of two different continuous parameters.
+    /// Correlation r of the normal numbers of two different continuous parameters for the linear correlation `rho`.
     pub fn normal(&mut self, a: usize, b: usize, rho: f64) -> Result<f64, Refused> {
         let heavy = Refused::Unresolved {
             bound: f64::INFINITY,
@@ -67,20 +67,20 @@ impl<'a> Nataf<'a> {
         Ok(r)
     }
 
-    /// The linear correlation of two parameters whose normal numbers have r; NaN where it cannot be computed.
+    /// The linear correlation of two parameters whose normal numbers have the correlation r; NaN if it cannot be computed.
     pub fn linear(&mut self, a: usize, b: usize, r: f64) -> f64 {
         self.series(a, b).map_or(f64::NAN, |series| series.at(r).0)
     }
 }
 
-/// The r of a rho between the ends, by the method of false position as changed by Illinois, kept in its bracket.
+/// Solves for the r of a rho between the ends by the Illinois variant of the method of false position, within a bracket.
 fn solve(series: &Series, rho: f64) -> f64 {
     let (mut low, mut high) = (-1.0, 1.0);
     let (mut at_low, mut at_high) = (series.ends()[0] - rho, series.ends()[1] - rho);
     let mut last_was_low = None;
     let mut r = 0.0;
     for round in 0..ROUNDS {
-        // a bisection now and then, so that the bracket shrinks in any case
+        // a bisection in every fourth round, so that the bracket always shrinks
         r = if round % 4 == 3 { 0.5 * (low + high) } else { (low * at_high - high * at_low) / (at_high - at_low) };
         if !(r > low && r < high) {
             r = 0.5 * (low + high);

@@ -1,17 +1,17 @@
-//! The correlation matrix nearest to one that cannot be, in the sum of squares of the differences.
+//! The correlation matrix nearest to an impossible one, in the sum of squares of the differences.
 //!
 //! ```text
-//! X = nearest matrix of eigenvalues >= delta to Y - S;  S = X - (Y - S);  Y = X with ones on its diagonal;  until Y settles
+//! X = nearest matrix of eigenvalues >= delta to Y - S;  S = X - (Y - S);  Y = X with ones on its diagonal;  until Y converges
 //! ```
 //! Source: N. J. Higham, "Computing the nearest correlation matrix" (2002): alternating projections with Dykstra's correction.
-//! Deviation: delta above 0, so that what comes out, rounded for a message, is a matrix that can be.
+//! Deviation: delta above 0, so that the result stays a possible matrix when rounded for a message.
 
 use bladeoff_numerics::CorrelationMatrix;
 
 const ROUNDS: usize = 500;
-/// From this size on fewer rounds, so that a message takes seconds.
+/// Size above which fewer iterations are done, so that a message takes seconds at most.
 const LARGE: usize = 64;
-/// A message has five digits.
+/// Convergence limit; a message has five digits.
 const SETTLED: f64 = 1e-7;
 
 /// The nearest correlation matrix with eigenvalues of at least about `least`.
@@ -45,7 +45,7 @@ pub fn nearest(given: &CorrelationMatrix, least: f64) -> CorrelationMatrix {
             break;
         }
     }
-    // what rounding and an early end left: towards independence until it is one
+    // remainder of rounding and an early end: shrunk towards independence until the matrix is positive definite
     let mut towards = 0.0;
     while shrunk(&y, 1.0 - towards).cholesky().is_none() {
         towards = (2.0 * towards).clamp(1e-9, 1.0);
@@ -53,7 +53,7 @@ pub fn nearest(given: &CorrelationMatrix, least: f64) -> CorrelationMatrix {
     shrunk(&y, 1.0 - towards)
 }
 
-/// The nearest matrix with eigenvalues of at least `least`, and the eigenvectors, which are near to those of the round before.
+/// The nearest matrix with eigenvalues of at least `least`, and its eigenvectors, which are close to those of the previous iteration (`before`).
 fn definite(
     matrix: &CorrelationMatrix,
     least: f64,

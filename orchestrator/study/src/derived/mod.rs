@@ -1,7 +1,7 @@
-//! `[[derived]]`: variables by formulas of others, in whatever order they stand in the file.
+//! `[[derived]]`: variables computed by formulas of others, in any order of the file.
 //!
-//! Each is computed after those that its formula names; of several that could be next, the first in the file (order changes no value).
-//! A circle is refused by its names. A value that is not finite is an error of that sample, with the values that led to it.
+//! Each formula is evaluated after those that it refers to; of several possible ones, the first in the file comes first (the order changes no
+//! value). A circle is rejected with its names. A value that is not finite is an error of the sample, with the values that led to it.
 
 mod names;
 
@@ -12,31 +12,31 @@ use bladeoff_text::formula::{Kind, Program, parse_measured};
 use std::ops::Range;
 use thiserror::Error;
 
-/// Error of a formula, which [`DerivedError::formula`] names.
+/// Error of a formula; [`DerivedError::formula`] returns its index.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DerivedError {
     /// An invalid formula or unknown name.
     #[error("{message}")]
     Formula {
-        /// Name of the formula.
+        /// Index of the formula.
         formula: usize,
-        /// Place in the formula \[bytes\].
+        /// Byte range in the formula.
         place: Range<usize>,
-        /// Why.
+        /// Reason.
         message: String,
     },
     /// A formula with a variable whose values are words.
     #[error("`{name}` holds words, not numbers")]
     Words {
-        /// Name of the formula.
+        /// Index of the formula.
         formula: usize,
         /// The variable.
         name: String,
     },
-    /// Formulas that need one another.
+    /// Formulas that depend on each other in a circle.
     #[error("derived in a circle: {}", circle.join(" needs "))]
     Circle {
-        /// The first formula of it.
+        /// Index of the first formula of the circle.
         formula: usize,
         /// The names, the first again at the end.
         circle: Vec<String>,
@@ -55,7 +55,7 @@ impl DerivedError {
     }
 }
 
-/// A derived value that is no number.
+/// A derived value that is not finite.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name} = {value}, derived from {}", from.join(", "))]
 pub struct NotFinite {
@@ -73,15 +73,15 @@ pub struct Derived {
     /// All variables, the derived ones last.
     variables: Vec<Variable>,
     programs: Vec<Program>,
-    /// Order of the computation.
+    /// Order of evaluation.
     order: Vec<usize>,
 }
 
 impl Derived {
-    /// The last of the variables by these formulas, one each.
+    /// Formulas for the last of the variables, one each.
     ///
     /// # Errors
-    /// Every mistake.
+    /// All mistakes.
     pub fn new(variables: Vec<Variable>, formulas: &[String]) -> Result<Self, Vec<DerivedError>> {
         assert!(formulas.len() <= variables.len(), "a variable for each formula");
         let (mut errors, mut programs) = (Vec::new(), Vec::new());
@@ -120,7 +120,7 @@ impl Derived {
         Ok(Self { variables, programs: programs.into_iter().flatten().collect(), order })
     }
 
-    /// Without formulas.
+    /// No formulas.
     #[must_use]
     pub fn none(variables: Vec<Variable>) -> Self {
         Self { variables, ..Self::default() }
@@ -138,7 +138,7 @@ impl Derived {
         self.programs.len()
     }
 
-    /// Adds the derived values to those of the other variables; `stack` is scratch.
+    /// Appends the derived values to those of the other variables; `stack` is scratch memory.
     ///
     /// # Errors
     /// A value that is not finite.
@@ -166,7 +166,7 @@ impl Derived {
     }
 }
 
-/// Formulas so that each comes after those that it needs; circles are reported.
+/// Order of evaluation in which each formula follows those that it depends on; circles are reported.
 fn order(
     programs: &[Option<Program>],
     first: usize,
@@ -174,7 +174,7 @@ fn order(
     errors: &mut Vec<DerivedError>,
 ) -> Vec<usize> {
     let needs = |formula: usize| {
-        // one that could not be read needs nothing
+        // an unreadable formula depends on nothing
         let needed = programs[formula].as_ref().map_or(&[][..], Program::variables);
         needed.iter().filter_map(|number| number.checked_sub(first))
     };
@@ -187,7 +187,7 @@ fn order(
             order.push(ready);
             continue;
         }
-        // each that is left needs one that is left: this way leads into a circle
+        // each remaining formula depends on a remaining one, so following the dependencies leads into a circle
         let start = (0..programs.len()).find(|&formula| !done[formula]).expect("some are left");
         let mut way = vec![start];
         let circle = loop {
@@ -200,7 +200,7 @@ fn order(
         let names = circle.iter().chain(&circle[..1]).map(|formula| variables[first + formula].shown().to_owned());
         let least = circle.iter().copied().min().expect("a circle has a formula");
         errors.push(DerivedError::Circle { formula: least, circle: names.collect() });
-        // on to further circles
+        // continue with further circles
         for formula in circle {
             done[formula] = true;
             order.push(formula);

@@ -1,4 +1,4 @@
-//! The variables of a study with a design, and how a formula names them.
+//! The variables of a study with a design, and their names in formulas.
 
 use bladeoff_text::document::nearest;
 use bladeoff_text::formula::{Measure, is_reserved};
@@ -9,76 +9,76 @@ use thiserror::Error;
 pub struct Variable {
     /// A parameter's path, or the name of an auxiliary variable.
     pub name: String,
-    /// Its short name, `as`.
+    /// Short name, `as`.
     pub short: Option<String>,
-    /// SI unit, "" for none.
+    /// SI unit; "" for none.
     pub unit: String,
-    /// Whether its values are words, which no formula has.
+    /// Whether the values are words, which formulas cannot use.
     pub has_words: bool,
 }
 
 impl Variable {
-    /// A variable that holds numbers.
+    /// A numeric variable.
     #[must_use]
     pub fn number(name: &str, short: Option<&str>, unit: &str) -> Self {
         Self { name: name.to_owned(), short: short.map(str::to_owned), unit: unit.to_owned(), has_words: false }
     }
 
-    /// Its column in a result table: the short name or the path, with the SI unit appended as in every column.
+    /// Column in a result table: the short name or the path, with the SI unit appended as in every column.
     #[must_use]
     pub fn column(&self) -> String {
         let unit: String = self.unit.chars().filter(|c| *c != ' ').map(|c| if c == '/' { '_' } else { c }).collect();
         if unit.is_empty() || self.has_words { self.shown().to_owned() } else { format!("{}_{unit}", self.shown()) }
     }
 
-    /// Its dimension; a variable of formulas, whose name has no dot, has none, and fits anything.
+    /// Dimension of the variable. A variable of formulas, whose name has no dot, has none and fits any dimension.
     #[must_use]
     pub fn measure(&self) -> Option<Measure> {
         let has_one = !self.has_words && self.name.contains('.');
         if has_one { Measure::of_unit(&self.unit) } else { None }
     }
 
-    /// The name that a person gave it.
+    /// The name shown to the user: the short name if there is one.
     #[must_use]
     pub fn shown(&self) -> &str {
         self.short.as_deref().unwrap_or(&self.name)
     }
 }
 
-/// Why a name cannot be.
+/// Reason for rejecting a name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum NameError {
-    /// A name that is no word of formulas.
+    /// The name has characters that formulas do not allow in names.
     #[error(
         "{name:?} cannot be a name; allowed: letters of the English alphabet, digits and `_`, the first no digit, at most 64"
     )]
     Letters {
-        /// The variable's number.
+        /// Index of the variable.
         variable: usize,
         /// The name.
         name: String,
     },
-    /// A word that formulas have already.
+    /// The name is a word of the formula language.
     #[error("`{name}` is a word of formulas; allowed: another name")]
     Reserved {
-        /// The variable's number.
+        /// Index of the variable.
         variable: usize,
         /// The name.
         name: String,
     },
-    /// Two of the same name.
+    /// Another variable has the same name.
     #[error("`{name}` is already the name of {first}; allowed: another name")]
     Taken {
-        /// The variable's number.
+        /// Index of the variable.
         variable: usize,
         /// The name.
         name: String,
-        /// Holder of the name.
+        /// Variable that has the name already.
         first: String,
     },
 }
 
-/// Every name that cannot be: short names, and names that are no paths (`is_path` says which).
+/// All invalid names: short names, and names that are not paths. `is_path` identifies the variables named by a path.
 #[must_use]
 pub fn name_mistakes(variables: &[Variable], is_path: impl Fn(usize) -> bool) -> Vec<NameError> {
     let mut errors = Vec::new();
@@ -105,7 +105,7 @@ pub fn name_mistakes(variables: &[Variable], is_path: impl Fn(usize) -> bool) ->
     errors
 }
 
-/// The variable of a name: a short name, a whole one, or the ending of a path at a dot that no other has.
+/// The variable of a name: a short name, a full name, or an unambiguous ending of a path from a dot on.
 #[must_use]
 pub fn find(variables: &[Variable], name: &str) -> Option<usize> {
     let exact = |variable: &Variable| variable.short.as_deref() == Some(name) || variable.name == name;
@@ -124,7 +124,7 @@ fn endings<'a>(variables: &'a [Variable], name: &'a str) -> impl Iterator<Item =
     variables.iter().enumerate().filter(move |(_, variable)| ends_so(variable))
 }
 
-/// The name that was meant by one that names nothing.
+/// The name most likely meant by an unknown name.
 #[must_use]
 pub fn meant(variables: &[Variable], name: &str) -> Option<String> {
     if let Some((_, variable)) = endings(variables, name).next() {

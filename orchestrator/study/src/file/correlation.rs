@@ -1,4 +1,4 @@
-//! `[[correlation]]`: which parameters depend on one another, and how strongly.
+//! `[[correlation]]`: pairs of dependent parameters and the strength of their dependence.
 
 use super::super::correlation::{Copula, CorrelationError, Pair, Strength};
 use super::super::derived::{Variable, find, meant};
@@ -11,7 +11,7 @@ use std::ops::Range;
 const STRENGTHS: &str =
     "one of `rank` (Spearman), `linear` (Pearson), `normal` (of the normal numbers behind the values)";
 
-/// The copula of the uncertain parameters and what is said of each pair; `laws`: where all are sound. `None`: the reason is among the problems.
+/// The copula of the uncertain parameters, and a description of each pair. `laws`: given if all distributions are valid. `None`: problems were added.
 pub(super) fn read(
     keys: &Keys<'_>,
     variables: &[Variable],
@@ -32,7 +32,7 @@ pub(super) fn read(
         let between = keys.require("between", "between = [\"gap\", \"friction\"]", problems);
         let between = between.and_then(|entry| pair(entry, &keys, variables, laws.is_some(), problems));
         let strength = strength(&keys, problems);
-        // with both names and all laws it is looked at with everything else
+        // with both names and all distributions, this is checked together with the rest
         if let Some(strength) = strength.filter(|_| between.is_none() || laws.is_none()) {
             refuse_beyond_one(strength, &keys, problems);
         }
@@ -53,7 +53,7 @@ pub(super) fn read(
         }
         Err(errors) => {
             for error in errors {
-                // a table that could not be read may have made them possible
+                // a table that could not be read may be the reason
                 if !sound && matches!(error, CorrelationError::Impossible { .. }) {
                     continue;
                 }
@@ -83,7 +83,7 @@ fn refuse_beyond_one(strength: Strength, keys: &Keys<'_>, problems: &mut Collect
     }
 }
 
-/// "cold_gap and growth: rank correlation 0.3".
+/// Description of a pair: "cold_gap and growth: rank correlation 0.3".
 fn sentence(Pair { between: [a, b], strength }: &Pair, names: &[String]) -> String {
     let (key, number) = strength.parts();
     let of = if key == "normal" { "correlation of the normal numbers behind the values" } else { "correlation" };
@@ -91,7 +91,7 @@ fn sentence(Pair { between: [a, b], strength }: &Pair, names: &[String]) -> Stri
     format!("{} and {}: {key}{of} {number}", names[*a], names[*b])
 }
 
-/// The two parameters; `all`: all that there are could be read, so that a name that is not among them is wrong.
+/// The two parameters. `all`: all variables could be read, so an unknown name is a mistake.
 fn pair(
     entry: &Entry,
     keys: &Keys<'_>,

@@ -1,4 +1,4 @@
-//! `[[derived]]`: a parameter or a variable by a formula of others.
+//! `[[derived]]`: a parameter or a variable computed by a formula of others.
 
 use super::super::derived::{Derived, DerivedError, Variable};
 use super::super::parameter::{Origin, Parameter, variable_info};
@@ -9,15 +9,15 @@ use bladeoff_model::machine::PathKind;
 use bladeoff_text::document::{Collector, MISSING, Node};
 use std::ops::Range;
 
-/// A table as it was read.
+/// A table as read.
 pub(super) struct Formula {
     pub parameter: Parameter,
     pub text: String,
-    /// Place of the formula.
+    /// Byte range of the formula.
     span: Range<usize>,
 }
 
-/// The tables in their order; `None`: the reason is among the problems.
+/// The tables in order; `None`: problems were added.
 pub(super) fn read(node: &Node, paths: &PathTable<'_>, problems: &mut Collector<'_>) -> Vec<Option<Formula>> {
     let items = tables(node, "derived", problems);
     items.iter().enumerate().map(|(number, item)| table(number, item, paths, problems)).collect()
@@ -53,7 +53,7 @@ fn table(number: usize, item: &Node, paths: &PathTable<'_>, problems: &mut Colle
     Some(Formula { parameter, text: text.to_owned(), span })
 }
 
-/// All formulas; `variables`: all that there are, those of the formulas last. `None`: the reason is among the problems.
+/// All formulas; `variables`: all variables, those of the formulas last. `None`: problems were added.
 pub(super) fn formulas(variables: Vec<Variable>, read: &[Formula], problems: &mut Collector<'_>) -> Option<Derived> {
     let texts: Vec<String> = read.iter().map(|formula| formula.text.clone()).collect();
     let errors = match Derived::new(variables, &texts) {

@@ -1,4 +1,4 @@
-//! `[design]`: how the points of the uncertain parameters lie.
+//! `[design]`: placement of the points of the uncertain parameters.
 
 use super::super::correlation::Copula;
 use super::super::parameter::Parameter;
@@ -10,7 +10,7 @@ use super::super::uncertain::{Uncertain, Values};
 use bladeoff_model::machine::ParamValue;
 use bladeoff_text::document::{Collector, Entry, Node, Value, cut};
 
-/// Refuses what stands in a study without what it needs.
+/// Rejects tables that require another one which is missing.
 pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
     let mut pair = |has: &str, needs: &str, allowed: &str| {
         if let (Some(entry), None) = (keys.get(has), keys.get(needs)) {
@@ -27,7 +27,7 @@ pub(crate) fn needs(keys: &Keys<'_>, problems: &mut Collector<'_>) {
     }
 }
 
-/// The plan; `drawn`: where all laws are sound. `Some(None)`: there is none. `None`: the reason is among the problems.
+/// The layout. `drawn`: given if all distributions are valid. `Some(None)`: the study has no design. `None`: problems were added.
 #[allow(clippy::option_option)]
 pub(super) fn read(
     keys: &Keys<'_>,
@@ -42,7 +42,7 @@ pub(super) fn read(
     let def = def(&keys, parameters, drawn.map(|(laws, _)| laws), problems);
     let (def, (laws, copula)) = (def?, drawn?);
     if laws.is_empty() {
-        // told by `needs`
+        // reported by `needs`
         return None;
     }
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.shown().to_owned()).collect();
@@ -133,7 +133,7 @@ fn kind(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<LayoutKind> {
     found
 }
 
-/// `base`; the present values of the machine, of words their places in the list of the law.
+/// Base point: present values of the machine; for words, their positions in the list of the distribution.
 fn base(
     entry: &Entry,
     keys: &Keys<'_>,
@@ -152,7 +152,7 @@ fn base(
                 (Some(ParamValue::Number(number)), law) if law.words().is_none() => Some(*number),
                 _ => None,
             };
-            // without sound laws there is no plan
+            // without valid distributions there is no layout
             Some(Base::Nominal(parameters.iter().zip(laws.unwrap_or_default()).map(present).collect()))
         }
         word => {

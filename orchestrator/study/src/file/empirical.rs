@@ -1,4 +1,4 @@
-//! `empirical`: the column of a CSV file, which is frozen beside the results like a points file.
+//! `empirical`: the column of a CSV file, a copy of which is stored with the results, as of a points file.
 
 use super::super::csv::{Cell, Csv, DecimalSign};
 use super::super::header::{name_and_unit, refuse_numbers, with_unit};
@@ -7,24 +7,24 @@ use super::super::table::Keys;
 use super::quantity::Quantities;
 use bladeoff_text::document::{Collector, Entry, Problems, cut};
 
-/// Most values of a law: its kinks and moments are found from all of them.
+/// Most values of a distribution: its kinks and moments are computed from all of them.
 const MOST_VALUES: usize = 1_000_000;
-/// Largest file.
+/// Largest file \[bytes\].
 const MOST_BYTES: u64 = 256 << 20;
 
-/// Place of the values of an empirical distribution.
+/// Keys that locate the values of an empirical distribution.
 pub(crate) struct Source<'a> {
     pub file: &'a Entry,
     pub column: &'a Entry,
     pub keys: &'a Keys<'a>,
 }
 
-/// The files of the laws of a study.
+/// The files of a study's distributions.
 pub(crate) struct Files<'r, 'o> {
     named: &'r NamedFiles<'r>,
-    /// Texts of those read, in the order of the tables.
+    /// Texts of the files read, in the order of the tables.
     pub texts: Vec<String>,
-    /// Mistakes in them.
+    /// Mistakes in the files.
     others: &'o mut Vec<Problems>,
 }
 
@@ -34,7 +34,7 @@ impl<'r, 'o> Files<'r, 'o> {
         Self { named, texts: Vec::new(), others }
     }
 
-    /// The values of a column. `None`: the reason is among the problems.
+    /// The values of a column. `None`: problems were added.
     pub(super) fn column(
         &mut self,
         source: &Source<'_>,
@@ -69,7 +69,7 @@ impl<'r, 'o> Files<'r, 'o> {
     }
 }
 
-/// The values of a column, or the columns that there are instead.
+/// The values of a column; if it is missing, the names of the columns in the file.
 fn values(
     text: &str,
     column: &str,

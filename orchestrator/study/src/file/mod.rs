@@ -1,7 +1,7 @@
-//! The tables of a study whose samples are drawn: `[[uncertain]]`, `[[correlation]]`, `[design]`, `[[derived]]`.
+//! The tables of a study with random samples: `[[uncertain]]`, `[[correlation]]`, `[design]`, `[[derived]]`.
 //!
 //! ```text
-//! file --uncertain--> laws   --correlation--> copula   --design--> layout  --derived--> formulas      SampleValues: all of it
+//! file --uncertain--> distributions --correlation--> copula --design--> layout --derived--> formulas      SampleValues: all of it
 //! ```
 //! Every mistake of all tables is reported at once, each at the key that is wrong.
 
@@ -27,9 +27,9 @@ use bladeoff_text::document::{Collector, Node, Value};
 /// Contents of the tables of a study.
 #[derive(Debug, Clone)]
 pub struct SampledTables {
-    /// Everything that differs from sample to sample, in the order of the values of a sample: uncertain, varied, derived.
+    /// All parameters that differ between samples, in the order of a sample's values: uncertain, varied, derived.
     pub parameters: Vec<Parameter>,
-    /// The values of a sample by its index.
+    /// Values of a sample by its index.
     pub values: SampleValues,
     /// Descriptions of the uncertain parameters for `check`, with mean and standard deviation after truncation.
     pub distributions: Vec<String>,
@@ -37,31 +37,31 @@ pub struct SampledTables {
     pub notes: Vec<String>,
     /// Descriptions of the correlations for `check`.
     pub correlated: Vec<String>,
-    /// Texts of `[[derived]]`.
+    /// Formulas of `[[derived]]`, as text.
     pub formulas: Vec<String>,
 }
 
-/// One table of `[[uncertain]]` as far as it could be read.
+/// One table of `[[uncertain]]`, as far as it could be read.
 struct Draft {
     parameter: Option<Parameter>,
     law: Option<Uncertain>,
     sentence: String,
 }
 
-/// The tables as far as they could be read.
+/// The tables, as far as they could be read.
 struct Tables {
     drafts: Vec<Draft>,
     derived: Vec<derived::Formula>,
     parameters: Vec<Parameter>,
     variables: Vec<Variable>,
-    /// Parameters that are uncertain.
+    /// Number of uncertain parameters.
     uncertain: usize,
-    /// Everything that they name could be read.
+    /// Whether everything that they refer to could be read.
     is_whole: bool,
 }
 
-/// Reads the tables; `axes` are those of `[[vary]]` and `[points]`. What they come to, and all variables where these are known; `None`: the reason
-/// is among the problems.
+/// Reads the tables; `axes` are those of `[[vary]]` and `[points]`. Returns the result, and all variables if they are known; `None`: problems
+/// were added.
 pub(super) fn read(
     keys: &Keys<'_>,
     axes: &[Axis],
@@ -100,7 +100,7 @@ impl Tables {
         Self { drafts, derived, parameters, variables, uncertain, is_whole }
     }
 
-    /// `None`: the reason is among the problems.
+    /// `None`: problems were added.
     fn sampled(self, keys: &Keys<'_>, seed: u64, problems: &mut Collector<'_>) -> Option<SampledTables> {
         let Self { drafts, derived, parameters, variables, uncertain, is_whole: all_read } = self;
         let laws: Option<Vec<Uncertain>> = drafts.iter().map(|draft| draft.law.clone()).collect();
@@ -108,10 +108,10 @@ impl Tables {
         let (copula, correlated) = copula.unzip();
         let drawn = laws.as_deref().zip(copula.as_ref()).filter(|_| all_read);
         let layout = design::read(keys, &parameters[..uncertain], drawn, seed, problems);
-        // without all variables a formula would be blamed for names that are there
+        // without all variables, a formula would be blamed for names that exist
         let formulas = if all_read { derived::formulas(variables, &derived, problems) } else { None };
         let (laws, copula, layout) = (laws?, copula?, layout?);
-        // what is uncertain needs a design, which was said
+        // uncertain inputs without a design have been reported
         if layout.is_none() && !laws.is_empty() {
             return None;
         }
@@ -127,13 +127,13 @@ impl Tables {
     }
 }
 
-/// Refuses names that cannot be words of formulas, or that two have.
+/// Rejects names that formulas do not allow, and repeated names.
 fn refuse_names(parameters: &[Parameter], variables: &[Variable], problems: &mut Collector<'_>) {
     for error in name_mistakes(variables, |number| !parameters[number].is_variable) {
         let (NameError::Letters { variable, .. }
         | NameError::Reserved { variable, .. }
         | NameError::Taken { variable, .. }) = &error;
-        // a path that is given twice is reported by the paths
+        // the path table reports a path that is given twice
         let is_path = matches!(&error, NameError::Taken { name, .. } if name.contains('.'));
         if !is_path {
             let parameter = &parameters[*variable];
@@ -142,7 +142,7 @@ fn refuse_names(parameters: &[Parameter], variables: &[Variable], problems: &mut
     }
 }
 
-/// The tables of an array of tables; a problem and none if it is something else.
+/// The tables of an array of tables; a problem and an empty list for anything else.
 fn tables<'n>(node: &'n Node, key: &str, problems: &mut Collector<'_>) -> &'n [Node] {
     match &node.value {
         Value::Array(items) => items,

@@ -1,14 +1,14 @@
-//! Numbers of one law with their units: those of a parameter in its unit; those of a variable in any, but all of one dimension.
+//! Numbers of one distribution with their units: those of a parameter in its unit; those of a variable in any units of one dimension.
 
 use bladeoff_text::document::cut;
 use bladeoff_text::document::units::{parse_any_quantity, parse_bare_or_quantity, parse_quantity, unit_of};
 use bladeoff_text::formula::Measure;
 
-/// Reads the numbers of a law.
+/// Reads the numbers of a distribution.
 pub(super) struct Quantities {
-    /// SI unit of the parameter; `None`: a variable, which has the unit that it is given.
+    /// SI unit of the parameter; `None`: a variable, whose unit is that of its first number.
     unit: Option<&'static str>,
-    /// Unit of a variable: the first one that a number has.
+    /// Unit of a variable: that of the first number with a unit.
     first: Option<(String, Measure)>,
 }
 
@@ -17,7 +17,7 @@ impl Quantities {
         Self { unit: (!is_variable).then_some(unit), first: None }
     }
 
-    /// A number with its unit, or what is wrong with it and the unit most likely meant.
+    /// Reads a number with its unit; an error has the reason and the unit most likely meant.
     pub fn quoted(&mut self, text: &str) -> Result<f64, (String, Option<String>)> {
         match self.unit {
             Some(unit) => parse_quantity(text, unit).map_err(|error| error.parts()),
@@ -25,7 +25,7 @@ impl Quantities {
         }
     }
 
-    /// Reads a number with a unit, or a number without one, which is in SI.
+    /// Reads a number with a unit, or a bare number in SI units.
     pub fn cell(&mut self, text: &str) -> Result<f64, (String, Option<String>)> {
         match self.unit {
             Some(unit) => parse_bare_or_quantity(text, unit).map_err(|error| error.parts()),
@@ -33,7 +33,7 @@ impl Quantities {
         }
     }
 
-    /// Bare numbers are SI and fit any dimension, as in formulas.
+    /// Bare numbers are in SI units and fit any dimension, as in formulas.
     fn of_variable(&mut self, text: &str) -> Result<f64, (String, Option<String>)> {
         let number = parse_any_quantity(text).map_err(|error| error.parts())?;
         let unit = unit_of(text);

@@ -11,7 +11,7 @@ use super::{Draft, tables};
 use bladeoff_model::machine::{ParamValue, PathInfo, PathKind};
 use bladeoff_text::document::{Collector, Entry, MISSING, Node, Value, cut};
 
-/// The tables in their order.
+/// Reads the tables in order.
 pub(super) fn read(
     node: &Node,
     paths: &PathTable<'_>,
@@ -53,7 +53,7 @@ fn table(
     Draft { parameter: Some(parameter), law, sentence }
 }
 
-/// Uncertain input, a parameter or a variable, and its place in the file.
+/// Path or name of an uncertain input, and its position in the file.
 fn named(
     keys: &Keys<'_>,
     paths: &PathTable<'_>,
@@ -94,7 +94,7 @@ fn distribution(keys: &Keys<'_>, problems: &mut Collector<'_>) -> Option<Distrib
     found
 }
 
-/// The keys of a law.
+/// Reader of the keys of a distribution.
 struct LawReader<'a> {
     keys: &'a Keys<'a>,
     info: &'a PathInfo,
@@ -104,7 +104,7 @@ struct LawReader<'a> {
 }
 
 impl LawReader<'_> {
-    /// The law and what `check` says of it.
+    /// The distribution and its description for `check`.
     fn law(
         &mut self,
         paths: &PathTable<'_>,
@@ -150,7 +150,7 @@ impl LawReader<'_> {
         Some((law, sentence))
     }
 
-    /// A mistake at the key that has it, or at the table where the key is missing.
+    /// Reports a mistake at its key, or at the table if the key is missing.
     fn refuse(&self, key: &str, message: &str, problems: &mut Collector<'_>) {
         let span = self.keys.get(key).map_or_else(|| self.keys.span(), |entry| entry.node.span.clone());
         problems.add(span, self.keys.key(key), message);
@@ -188,7 +188,7 @@ impl LawReader<'_> {
         Some(())
     }
 
-    /// A number in the unit of the parameter; it need not be a value of it (a standard deviation is not).
+    /// A number in the unit of the parameter; not necessarily an allowed value (such as a standard deviation).
     fn quantity(&mut self, node: &Node, key: &str, problems: &mut Collector<'_>) -> Option<f64> {
         if let Some(number) = node.value.as_number() {
             return Some(number);
@@ -207,7 +207,7 @@ impl LawReader<'_> {
         .ok()
     }
 
-    /// `values`: each is one of the parameter.
+    /// Values of the key `values`, each checked against the parameter.
     fn values(
         &mut self,
         entry: &Entry,
@@ -247,7 +247,7 @@ impl LawReader<'_> {
     }
 }
 
-/// A number without a unit, or a part in per cent.
+/// A number without a unit, or a percentage.
 fn pure(node: &Node, key: &str, problems: &mut Collector<'_>) -> Option<f64> {
     let number = match &node.value {
         Value::Text(text) => {

@@ -1,9 +1,9 @@
-//! Which samples a study consists of, before any of them has values.
+//! The samples of a study, before their values are computed.
 //!
 //! ```text
 //! [[vary]]     combinations   axis lengths, --scale, --limit -> a position on each axis, by number
 //! [design]     layout         index -> a coordinate in (0, 1) for each uncertain parameter
-//!              sequence       the points that layouts are made of
+//! sequence       the point sequences used by layouts
 //! ```
 
 pub mod combinations;

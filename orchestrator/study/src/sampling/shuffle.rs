@@ -1,8 +1,8 @@
-//! A shuffle that needs no memory: a Feistel network over the smallest even number of bits that holds the count,
-//! walked until it lands inside (M. Luby, C. Rackoff, "How to construct pseudorandom permutations", 1988; cycle
-//! walking: J. Black, P. Rogaway, "Ciphers with arbitrary finite domains", 2002). Round function: keyed BLAKE3.
+//! A shuffle that needs no memory: a Feistel network over the smallest even number of bits that holds the count, applied repeatedly until the
+//! result is below the count (M. Luby, C. Rackoff, "How to construct pseudorandom permutations", 1988; cycle walking: J. Black, P. Rogaway,
+//! "Ciphers with arbitrary finite domains", 2002). Round function: keyed BLAKE3.
 //!
-//! The order depends on (seed, count) alone, so `--limit 20` is the beginning of `--limit 200`, on every machine.
+//! The order depends on (seed, count) alone, so `--limit 20` gives the beginning of `--limit 200`, on every machine.
 
 /// A permutation of `0..count`.
 #[derive(Debug, Clone)]
@@ -12,7 +12,7 @@ pub struct Shuffle {
 }
 
 impl Shuffle {
-    /// The permutation of `0..count` (count <= 2^62) that belongs to `seed`.
+    /// The permutation of `0..count` (count <= 2^62) for `seed`.
     #[must_use]
     pub fn new(seed: u64, count: u64) -> Self {
         let mut hasher = blake3::Hasher::new_derive_key("bladeoff study shuffle v1");
@@ -51,7 +51,7 @@ impl Network {
         Self { count, half_bits: bits.div_ceil(2).max(1) }
     }
 
-    /// Image of `position` < count under the permutation of a round function of (number of the round, half).
+    /// Image of `position` < count, for a round function of (number of the round, half).
     pub(super) fn apply(&self, position: u64, round: impl Fn(u8, u64) -> u64) -> u64 {
         debug_assert!(position < self.count);
         let mask = (1u64 << self.half_bits) - 1;
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn order_is_pinned() {
-        // Recorded once from this implementation: a change here would change which samples `--limit` takes.
+        // Recorded once from this implementation: a change here would change the samples that `--limit` takes.
         let shuffle = Shuffle::new(1, 10);
         let order: Vec<u64> = (0..10).map(|position| shuffle.apply(position)).collect();
         assert_eq!(order, [5, 1, 2, 0, 3, 8, 7, 9, 6, 4]);

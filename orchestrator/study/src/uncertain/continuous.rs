@@ -1,15 +1,15 @@
-//! A law with a density, truncated or not.
+//! A distribution with a density, truncated or not.
 //!
 //! ```text
 //! truncated to lower .. upper:  P = F(lower) + p Z,  Q = (1 - F(upper)) + q Z,  Z = F(upper) - F(lower),  p + q = 1
 //! ```
-//! Both sums are of positive numbers; Z is formed in the tail where both of its terms are small.
+//! Both sums have positive terms only; Z is computed in the tail where both of its terms are small.
 
 use super::law::Law;
 use super::panels;
 use bladeoff_numerics::probability::normal_tails;
 
-/// A continuous law.
+/// A continuous distribution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Continuous {
     law: Law,
@@ -24,14 +24,14 @@ pub struct Continuous {
 
 /// Euler's constant.
 const EULER: f64 = 0.577_215_664_901_532_9;
-/// The smallest probability that truncation may leave: below it the digits of a tail go.
+/// Smallest probability that truncation may leave: below, a tail loses digits.
 const LEAST_LEFT: f64 = 1e-290;
 
 impl Continuous {
-    /// A law with its name and keys in words, truncated; the probability that is left where that is too little.
+    /// A truncated distribution; `said` has its name and keys in words. `Err`: the remaining probability, if it is too small.
     pub(super) fn new(law: Law, lower: Option<f64>, upper: Option<f64>, said: String) -> Result<Self, f64> {
         let left = between(&law, lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
-        // not a number is no yes
+        // comparisons with NaN are false
         if left >= LEAST_LEFT {
             let cut_below = lower.map_or(0.0, |lower| law.tails(lower).0);
             let cut_above = upper.map_or(0.0, |upper| law.tails(upper).1);
@@ -41,7 +41,7 @@ impl Continuous {
         }
     }
 
-    /// The law before truncation.
+    /// The distribution before truncation.
     pub(super) fn law(&self) -> &Law {
         &self.law
     }
@@ -51,19 +51,19 @@ impl Continuous {
         [self.lower, self.upper]
     }
 
-    /// Its name and keys in words.
+    /// Name and keys in words.
     pub(super) fn said(&self) -> &str {
         &self.said
     }
 
     pub(super) fn quantile(&self, p: f64, q: f64) -> f64 {
-        // far in a tail what is left of p or q may be too small for a number, which is not the end of the law
+        // far in a tail, the remainder of p or q may underflow, which is not the end of the distribution
         let part = |cut: f64, part: f64| if part > 0.0 { (cut + part * self.left).max(f64::MIN_POSITIVE) } else { cut };
         let x = self.law.quantile(part(self.cut_below, p), part(self.cut_above, q));
         x.clamp(self.lower.unwrap_or(f64::NEG_INFINITY), self.upper.unwrap_or(f64::INFINITY))
     }
 
-    /// Mean and standard deviation after truncation; a mean of rounding errors is 0.
+    /// Mean and standard deviation after truncation; a mean within rounding errors of 0 is 0.
     pub(super) fn moments(&self) -> (f64, f64) {
         if self.lower.is_none()
             && self.upper.is_none()
@@ -97,8 +97,8 @@ impl Continuous {
     }
 }
 
-/// Mean and standard deviation in closed form, where that loses no digits; the quadrature would not see a law that is nearly two
-/// values (beta with small a, b).
+/// Mean and standard deviation in closed form, if that loses no digits; quadrature would fail for a distribution that is almost two values
+/// (beta with small a, b).
 fn exact_moments(law: &Law) -> Option<(f64, f64)> {
     Some(match *law {
         Law::Normal(mean, sd) => (mean, sd),
@@ -123,7 +123,7 @@ fn exact_moments(law: &Law) -> Option<(f64, f64)> {
     })
 }
 
-/// P(from < x < to), formed in the tail where both ends are small.
+/// P(from < x < to), computed in the tail where both ends are small.
 fn between(law: &Law, from: f64, to: f64) -> f64 {
     let tails = |x: f64| match x {
         f64::NEG_INFINITY => (0.0, 1.0),

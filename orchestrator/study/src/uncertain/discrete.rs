@@ -1,15 +1,15 @@
-//! Some values with their probabilities.
+//! A finite number of values with their probabilities.
 //!
 //! ```text
 //! L_i = w_1 + ... + w_i,  U_i = w_(i+1) + ... + w_n,  w summing to 1
-//! value i where L_(i-1) < p <= L_i:  by the lower sums for p <= 1/2, by the upper ones above, so that a rare last value keeps its part
+//! value i where L_(i-1) < p <= L_i:  by the lower sums for p <= 1/2, by the upper ones above, so that a rare last value keeps its share
 //! ```
-//! Numbers are sorted, so that a positive correlation means larger with larger; words stay in the order given.
+//! Numbers are sorted, so that a positive correlation relates larger values to larger ones; words keep the given order.
 
 use super::keys::Values;
 use bladeoff_model::machine::Range;
 
-/// A discrete law.
+/// A discrete distribution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discrete {
     values: Values,
@@ -22,7 +22,7 @@ pub struct Discrete {
 impl Discrete {
     /// Creates the distribution from different values with weights >= 0, not all 0.
     pub(super) fn new(values: Values, weights: &[f64]) -> Self {
-        // the largest first: their sum may be beyond the numbers
+        // divided by the largest, because the sum may overflow
         let largest = weights.iter().fold(0.0f64, |largest, weight| largest.max(*weight));
         let mut weights: Vec<f64> = weights.iter().map(|weight| weight / largest).collect();
         let values = match values {
@@ -47,14 +47,14 @@ impl Discrete {
         };
         let lower = running(&mut weights.iter());
         let mut upper = running(&mut weights.iter().rev());
-        // those above the last: none
+        // nothing is above the last value
         upper.pop();
         upper.reverse();
         upper.push(0.0);
         Self { values, weights, lower, upper }
     }
 
-    /// Values in their order with their probabilities.
+    /// Values in order, with their probabilities.
     #[must_use]
     pub fn values(&self) -> (&Values, &[f64]) {
         (&self.values, &self.weights)
@@ -67,7 +67,7 @@ impl Discrete {
         }
     }
 
-    /// The value at a place as a number; of a word its place.
+    /// The value with this index as a number; for a word, the index.
     #[must_use]
     pub fn number(&self, place: usize) -> f64 {
         match &self.values {
@@ -76,7 +76,7 @@ impl Discrete {
         }
     }
 
-    /// Index of the value, from both tails; never one without probability.
+    /// Index of the value, from both tail probabilities; never a value without probability.
     #[must_use]
     pub fn place(&self, p: f64, q: f64) -> usize {
         let place = if p <= q {
@@ -85,7 +85,7 @@ impl Discrete {
             self.upper.partition_point(|sum| *sum > q)
         };
         let mut place = place.min(self.weights.len() - 1);
-        // p = 0, q = 0 or rounding may lead to one of them: the nearest that has a part, downwards first
+        // p = 0, q = 0 or rounding may lead to a value without probability: the nearest one with a probability, downwards first
         while self.weights[place] == 0.0 && place > 0 {
             place -= 1;
         }
@@ -95,7 +95,7 @@ impl Discrete {
         place
     }
 
-    /// The most probable value, the first of several.
+    /// Index of the most probable value, the first of several.
     #[must_use]
     pub fn likeliest(&self) -> usize {
         (1..self.weights.len())

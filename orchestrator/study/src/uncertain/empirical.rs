@@ -1,21 +1,21 @@
-//! A sample as a law: its order statistics, linear between them.
+//! A sample as a distribution: its order statistics with linear interpolation.
 //!
 //! ```text
 //! x(p) = x_i at p = (i - 1/2)/n, i = 1 .. n, linear between; x_1 below 1/(2n) and x_n above 1 - 1/(2n)
 //! ```
-//! Source: A. Hazen (1914); definition 5 of R. J. Hyndman, Y. Fan, "Sample quantiles in statistical packages" (1996). Of their nine
-//! it is the one whose mean is the mean of the sample; nothing beyond the sample is made up. Its standard deviation is a little below
-//! that of the sample, since it interpolates.
+//! Source: A. Hazen (1914); definition 5 of R. J. Hyndman, Y. Fan, "Sample quantiles in statistical packages" (1996). Of their nine definitions,
+//! this is the one whose mean is the mean of the sample, without values outside the sample. Its standard deviation is a little below that of
+//! the sample, because of the interpolation.
 //!
-//! Truncated to `lower` .. `upper`, it is the part of p between the first place where x >= lower and the last where x <= upper.
+//! Truncation to `lower` .. `upper` keeps the range of p between the first position with x >= lower and the last with x <= upper.
 
 use bladeoff_model::machine::Range;
 
-/// An empirical law.
+/// An empirical distribution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Empirical {
     sorted: Vec<f64>,
-    /// The part of p that is left.
+    /// Remaining range of p.
     from: f64,
     to: f64,
     bounds: [f64; 2],
@@ -33,7 +33,7 @@ impl Empirical {
         law
     }
 
-    /// The probability that truncation left; 0 or less: nothing.
+    /// Probability that remains after truncation; 0 or less: nothing remains.
     #[must_use]
     pub fn left(&self) -> f64 {
         self.to - self.from
@@ -61,7 +61,7 @@ impl Empirical {
         self.part(value, self.sorted.partition_point(|x| *x <= value))
     }
 
-    /// The p at which `value` is passed, which `below` of the sample are below.
+    /// The p at which the distribution passes `value`; `below` values of the sample are smaller.
     fn part(&self, value: f64, below: usize) -> f64 {
         let n = self.sorted.len();
         if below == 0 {
@@ -74,10 +74,10 @@ impl Empirical {
         (below as f64 - 0.5 + (value - left) / (right - left)) / n as f64
     }
 
-    /// The value below which a part p lies.
+    /// The value with the probability p below it.
     pub(super) fn quantile(&self, p: f64, q: f64) -> f64 {
         let part = if p <= q { self.from + p * self.left() } else { self.to - q * self.left() };
-        // rounding leaves no value beyond a bound
+        // rounding must not exceed a bound
         self.at(part).max(self.bounds[0]).min(self.bounds[1])
     }
 
@@ -95,7 +95,7 @@ impl Empirical {
         (left + (place - below as f64) * (right - left)).min(right)
     }
 
-    /// The pieces that are left: width in p and the values at their ends.
+    /// The remaining pieces: width in p and the values at their ends.
     fn pieces(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         let n = self.sorted.len();
         let knot = move |i: usize| {

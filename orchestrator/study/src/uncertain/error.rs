@@ -3,15 +3,15 @@
 use super::keys::Distribution;
 use thiserror::Error;
 
-/// A mistake in a table of `[[uncertain]]`; [`UncertainError::key`] is where it stands.
+/// A mistake in a table of `[[uncertain]]`; [`UncertainError::key`] returns the key at fault.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum UncertainError {
-    /// A key is not there.
+    /// A required key is missing.
     #[error("`{}` is missing; {} has {}", keys.join("` or `"), distribution.word(), distribution.keys_in_words())]
     Missing {
-        /// One of these.
+        /// The alternatives.
         keys: &'static [&'static str],
-        /// Key that requires another one.
+        /// Distribution that requires the key.
         distribution: Distribution,
     },
     /// A key that the distribution does not have.
@@ -22,7 +22,7 @@ pub enum UncertainError {
         /// Distribution without the key.
         distribution: Distribution,
     },
-    /// Two keys that say the same.
+    /// Two keys with the same meaning.
     #[error("`{key}` and `{other}` are both given: only one of them is allowed")]
     Both {
         /// The later one.
@@ -30,7 +30,7 @@ pub enum UncertainError {
         /// The other.
         other: &'static str,
     },
-    /// A number that cannot be.
+    /// A value outside the allowed range.
     #[error("`{key}` = {given}; allowed: {allowed}")]
     Value {
         /// The key.
@@ -40,7 +40,7 @@ pub enum UncertainError {
         /// Allowed values.
         allowed: String,
     },
-    /// A value of a list that cannot be.
+    /// An invalid value in a list.
     #[error("`{key}`, value {} = {given}; allowed: {allowed}", position + 1)]
     Element {
         /// The key.
@@ -62,7 +62,7 @@ pub enum UncertainError {
         /// Allowed values.
         allowed: String,
     },
-    /// Truncation leaves nothing.
+    /// Truncation leaves an empty interval.
     #[error("nothing is left between `lower` and `upper`: {between} has a probability of {probability:e} in {law}")]
     NothingLeft {
         /// `lower` or `upper`.
@@ -71,29 +71,29 @@ pub enum UncertainError {
         between: String,
         /// Its probability.
         probability: f64,
-        /// The law in words.
+        /// Description of the distribution.
         law: String,
     },
-    /// Values that the machine refuses.
+    /// Values that the machine rejects have too large a probability.
     #[error("values that are not allowed have a probability of {probability:.1e}, above 1e-12; allowed: {allowed}{}", if *key == "values" { String::new() } else { format!("; `{key}` cuts them off") })]
     Refused {
-        /// `lower` or `upper`, on the side where more of them are.
+        /// `lower` or `upper`, on the side with the larger probability.
         key: &'static str,
-        /// Their probability.
+        /// Probability of rejected values.
         probability: f64,
         /// Allowed values.
         allowed: String,
     },
-    /// Values that are no numbers any more.
+    /// Values that overflow.
     #[error(
         "`{key}` = {given}: {law} is so wide that its values or their squares are beyond 1e308; allowed: {allowed}"
     )]
     TooWide {
-        /// The key that says how wide it is.
+        /// The key of the width.
         key: String,
         /// Value given.
         given: String,
-        /// The law in words.
+        /// Description of the distribution.
         law: String,
         /// Allowed values.
         allowed: String,
@@ -101,7 +101,7 @@ pub enum UncertainError {
 }
 
 impl UncertainError {
-    /// The key at fault; the first of them where one of several is missing.
+    /// The key at fault; if one of several is missing, the first of them.
     #[must_use]
     pub fn key(&self) -> &str {
         match self {

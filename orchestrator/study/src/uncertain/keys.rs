@@ -31,7 +31,7 @@ pub enum Distribution {
     Periodic,
 }
 
-/// Kind of the value of a key.
+/// Type of the value of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Holds {
     /// A number in the unit of the parameter.
@@ -46,7 +46,7 @@ pub enum Holds {
     Text,
 }
 
-/// Keys and what they hold.
+/// All keys and their types.
 pub(super) const KEYS: [(&str, Holds); 16] = [
     ("mean", Holds::Quantity),
     ("median", Holds::Quantity),
@@ -66,14 +66,14 @@ pub(super) const KEYS: [(&str, Holds); 16] = [
     ("column", Holds::Text),
 ];
 
-/// Exactly one key of each group is needed, any of the others may be there.
+/// Exactly one key of each group of `needed` is required; the others are optional.
 pub(super) struct Takes {
     pub needed: &'static [&'static [&'static str]],
     pub optional: &'static [&'static str],
 }
 
 impl Distribution {
-    /// All of them with their words in a file.
+    /// All distributions with their words in a file.
     pub const ALL: [(&'static str, Distribution); 13] = [
         ("normal", Distribution::Normal),
         ("lognormal", Distribution::LogNormal),
@@ -90,25 +90,25 @@ impl Distribution {
         ("periodic", Distribution::Periodic),
     ];
 
-    /// By its word.
+    /// The distribution with this word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().find(|(known, _)| *known == word).map(|(_, distribution)| *distribution)
     }
 
-    /// Its word.
+    /// Word of this distribution.
     #[must_use]
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(word, _)| *word)
     }
 
-    /// The keys of all distributions.
+    /// Keys of all distributions.
     #[cfg(test)]
     pub fn keys() -> impl Iterator<Item = &'static str> {
         KEYS.iter().map(|(key, _)| *key)
     }
 
-    /// Kind of the value of a key; `None`: no distribution has this key.
+    /// Type of the value of a key; `None`: no distribution has this key.
     #[must_use]
     pub fn holds(key: &str) -> Option<Holds> {
         KEYS.iter().find(|(known, _)| *known == key).map(|(_, holds)| *holds)
@@ -133,7 +133,7 @@ impl Distribution {
         Takes { needed, optional }
     }
 
-    /// Its keys in words: "`mean` or `median`, `sd` or `cv`; with or without `lower`, `upper`".
+    /// The keys in words: "`mean` or `median`, `sd` or `cv`; with or without `lower`, `upper`".
     #[must_use]
     pub fn keys_in_words(self) -> String {
         let takes = self.takes();
@@ -149,7 +149,7 @@ impl Distribution {
     }
 }
 
-/// Values of a list: of one kind.
+/// Values of a list, all of one type.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Numbers (SI).
@@ -158,16 +158,16 @@ pub enum Values {
     Words(Vec<String>),
 }
 
-/// The keys of a table of `[[uncertain]]` as they were read, numbers in SI.
+/// The keys of a table of `[[uncertain]]` as read, numbers in SI.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Written {
     /// Keys with a number, in the order of the file.
     pub numbers: Vec<(String, f64)>,
-    /// `values`; of `empirical`: those of the file's column.
+    /// `values`; for `empirical`, those of the file's column.
     pub values: Option<Values>,
     /// `weights`.
     pub weights: Option<Vec<f64>>,
-    /// `file` and `column` of `empirical`, where they stand.
+    /// `file` and `column` of `empirical`, if given.
     pub texts: Vec<(String, String)>,
 }
 
@@ -178,7 +178,7 @@ impl Written {
         self.numbers.iter().find(|(known, _)| known == key).map(|(_, number)| *number)
     }
 
-    /// Names of all keys that are there; the values of an empirical law are no key.
+    /// Names of all given keys; the values of an empirical distribution are not a key.
     pub(super) fn names(&self, distribution: Distribution) -> Vec<&str> {
         let numbers = self.numbers.iter().map(|(key, _)| key.as_str());
         let values = self.values.as_ref().filter(|_| distribution != Distribution::Empirical).map(|_| "values");

@@ -1,34 +1,34 @@
-//! Continuous laws: quantiles from both tails and back, so that neither loses digits.
+//! Continuous distributions: quantiles from both tail probabilities and back, so that neither loses digits.
 
 use bladeoff_numerics::probability::{Beta, beta_tails, gamma_quantile, gamma_tails, normal_quantile, normal_tails};
 
-/// A continuous distribution, its parameters as the formulas have them.
+/// A continuous distribution with the parameters of its formula.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Law {
     /// Mean, standard deviation.
     Normal(f64, f64),
     /// Mean and standard deviation of ln x.
     LogNormal(f64, f64),
-    /// From, to.
+    /// Lower and upper end.
     Uniform(f64, f64),
-    /// From, to, both above 0: ln x is uniform.
+    /// Lower and upper end, both above 0: ln x is uniform.
     LogUniform(f64, f64),
-    /// From, most probable, to.
+    /// Lower end, mode, upper end.
     Triangular(f64, f64, f64),
-    /// On 0 .. 1, from, to.
+    /// Distribution on 0 .. 1, lower and upper end.
     Beta(Beta, f64, f64),
     /// Shape, scale.
     Gamma(f64, f64),
     /// Shape, scale.
     Weibull(f64, f64),
-    /// Location, scale; of maxima.
+    /// Location and scale; for maxima.
     Gumbel(f64, f64),
     /// Mean.
     Exponential(f64),
 }
 
 impl Law {
-    /// The x below which a part p lies, and above which q = 1 - p.
+    /// The x with the probability p below and q = 1 - p above it.
     pub fn quantile(&self, p: f64, q: f64) -> f64 {
         let blend = |from: f64, to: f64| if p <= q { from + p * (to - from) } else { to - q * (to - from) };
         // -ln(1 - p)

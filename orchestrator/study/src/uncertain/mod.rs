@@ -1,4 +1,4 @@
-//! One uncertain parameter of `[[uncertain]]`: from the keys of the file to quantiles, moments and a sentence.
+//! One uncertain parameter of `[[uncertain]]`: from the keys of the file to quantiles, moments and a description.
 //!
 //! | | order along which it is correlated | moments |
 //! |---|---|---|
@@ -27,24 +27,24 @@ pub use plain::Plain;
 
 use bladeoff_model::machine::Range;
 
-/// Largest probability of values that the machine refuses.
+/// Largest allowed probability of values that the machine rejects.
 pub const MOST_REFUSED: f64 = 1e-12;
 
-/// The law of an uncertain parameter.
+/// Distribution of an uncertain parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Uncertain {
-    /// A law with a density, truncated or not.
+    /// A distribution with a density, truncated or not.
     Continuous(Continuous),
     /// Interpolated order statistics of a sample.
     Empirical(Empirical),
-    /// Uniform from the first number to the second, which means the same as the first.
+    /// Uniform from the first number to the second, which is equivalent to the first.
     Periodic(f64, f64),
-    /// Some values with their probabilities.
+    /// Discrete values with their probabilities.
     Discrete(Discrete),
 }
 
 impl Uncertain {
-    /// The value below which a part p of it lies, and above which q = 1 - p; of words the place in their list.
+    /// The value with probability p below and q = 1 - p above it; for words, the position in their list.
     #[must_use]
     pub fn quantile(&self, p: f64, q: f64) -> f64 {
         match self {
@@ -58,7 +58,7 @@ impl Uncertain {
         }
     }
 
-    /// The words that it may be, where its values are words.
+    /// Allowed words, if the values are words.
     #[must_use]
     pub fn words(&self) -> Option<&[String]> {
         match self {
@@ -67,7 +67,7 @@ impl Uncertain {
         }
     }
 
-    /// Mean and standard deviation after truncation; words and periodic values have none.
+    /// Mean and standard deviation after truncation; `None` for words and periodic values.
     #[must_use]
     pub fn moments(&self) -> Option<(f64, f64)> {
         match self {
@@ -78,12 +78,12 @@ impl Uncertain {
         }
     }
 
-    /// Probability of values below and above the range; of words none.
+    /// Probability of values below and above the range; 0 for words.
     #[must_use]
     pub fn outside(&self, range: Range) -> [f64; 2] {
         let [low, high] = range.ends();
         match self {
-            // an end itself has no probability
+            // a single value has no probability
             Uncertain::Continuous(law) => [law.below(low), law.above(high)],
             Uncertain::Empirical(law) => law.outside(range),
             Uncertain::Periodic(from, to) => {
@@ -94,10 +94,10 @@ impl Uncertain {
         }
     }
 
-    /// Refuses values that the machine refuses; `unit` is the SI unit of the parameter.
+    /// Rejects a distribution whose values the machine would reject; `unit` is the SI unit of the parameter.
     ///
     /// # Errors
-    /// Their probability is above [`MOST_REFUSED`].
+    /// The probability of such values exceeds [`MOST_REFUSED`].
     pub fn refuse_outside(&self, range: Range, unit: &str) -> Result<(), UncertainError> {
         let [below, above] = self.outside(range);
         let probability = below + above;
@@ -112,13 +112,13 @@ impl Uncertain {
         Err(UncertainError::Refused { key, probability, allowed: range.words(unit) })
     }
 
-    /// Whether its values follow their order without jumps: rank and linear correlation mean something then.
+    /// Whether the values are ordered and continuous, so that rank and linear correlation are meaningful.
     #[must_use]
     pub fn is_ordered(&self) -> bool {
         matches!(self, Uncertain::Continuous(_) | Uncertain::Empirical(_))
     }
 
-    /// Smallest and largest value, infinite where there is none.
+    /// Smallest and largest value; infinite for an unbounded distribution.
     #[must_use]
     pub fn ends(&self) -> [f64; 2] {
         [self.quantile(0.0, 1.0), self.quantile(1.0, 0.0)]

@@ -1,25 +1,25 @@
-//! Integrals over a standard normal number z by Gauss and Legendre, on panels that end where the slope of the integrand jumps.
+//! Integrals over a standard normal number z by Gauss-Legendre quadrature, on panels that end where the slope of the integrand jumps.
 //!
 //! ```text
 //! E[f(z)] = integral of f(z) phi(z), z = -37 .. 37: beyond, phi is below 1e-297
 //! ```
-//! The panels are so narrow that functions which turn by 64 radians per unit are summed to rounding.
+//! The panels are so narrow that functions which oscillate by 64 radians per unit are integrated to rounding.
 
-/// Panels reach from -REACH to REACH: the tails of the normal law are still numbers of full length there.
+/// Panels reach from -REACH to REACH, where the tails of the normal distribution still have full precision.
 const REACH: f64 = 37.0;
 /// Width of a panel.
 const PANEL: f64 = 0.125;
-/// Largest share of the variance in the end panels; a larger one means that the tails continue.
+/// Largest share of the variance in the end panels; a larger share means that the tails extend further.
 pub(crate) const AT_ENDS: f64 = 1e-25;
 
-/// Nodes and weights, phi not among them.
+/// Quadrature nodes and weights, without phi.
 pub(crate) struct Rule {
-    /// Places and weights.
+    /// Nodes and weights.
     pub nodes: Vec<(f64, f64)>,
 }
 
 impl Rule {
-    /// Panels cut at these places, ascending.
+    /// Panels divided at these positions, ascending.
     pub fn new(cuts: &[f64]) -> Self {
         let orders = [12, 8, 6, 2].map(|order| (order, legendre(order)));
         let mut edges: Vec<f64> = (0..=(2.0 * REACH / PANEL) as u32).map(|k| f64::from(k) * PANEL - REACH).collect();
@@ -31,7 +31,7 @@ impl Rule {
             if half <= 0.0 {
                 continue;
             }
-            // as many nodes as psi_k of the largest k needs in so short a panel
+            // as many nodes as psi_k of the largest k needs in a panel this short
             let order = if half > 0.03 {
                 0
             } else if half > 0.0075 {
@@ -47,13 +47,13 @@ impl Rule {
     }
 }
 
-/// sqrt(phi(z)).
+/// Square root of the density phi(z).
 pub(crate) fn root_density(z: f64) -> f64 {
     const FACTOR: f64 = 0.631_618_777_746_065_2;
     FACTOR * libm::exp(-0.25 * z * z)
 }
 
-/// Mean and standard deviation of a function of z without corners; infinite where its tails go on.
+/// Mean and standard deviation of a smooth function of z; infinite if the tails extend beyond the panels.
 pub(super) fn moments(of: impl Fn(f64) -> f64) -> (f64, f64) {
     let part = |(z, weight): (f64, f64)| (weight * root_density(z) * root_density(z), of(z));
     let values: Vec<(f64, f64)> = Rule::new(&[]).nodes.into_iter().map(part).collect();
@@ -61,11 +61,11 @@ pub(super) fn moments(of: impl Fn(f64) -> f64) -> (f64, f64) {
     let squares: Vec<f64> = values.iter().map(|(part, x)| part * (x - mean) * (x - mean)).collect();
     let variance: f64 = squares.iter().sum();
     let ends = squares[0] + squares[squares.len() - 1];
-    // not a number is no yes
+    // comparisons with NaN are false
     if ends < AT_ENDS * variance { (mean, libm::sqrt(variance)) } else { (f64::INFINITY, f64::INFINITY) }
 }
 
-/// Nodes and weights of Gauss and Legendre on -1 .. 1, by Newton's method on the recurrence.
+/// Nodes and weights of Gauss-Legendre quadrature on -1 .. 1, by Newton's method on the recurrence.
 fn legendre(order: usize) -> Vec<(f64, f64)> {
     let n = order as f64;
     let node = |i: usize| {

@@ -1,29 +1,29 @@
-//! Laws that other programs know as well.
+//! Distributions in the form of other programs.
 
 use super::Uncertain;
 use super::law::Law;
 
-/// A law with its numbers, as other programs have it.
+/// A distribution with the parameters that other programs use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Plain {
-    /// From, to.
+    /// Lower and upper end.
     Uniform(f64, f64),
-    /// From, most probable, to.
+    /// Lower end, mode, upper end.
     Triangular(f64, f64, f64),
     /// Mean, standard deviation.
     Normal(f64, f64),
-    /// From, to; mean and standard deviation before truncation.
+    /// Lower and upper end; mean and standard deviation before truncation.
     TruncatedNormal(f64, f64, f64, f64),
     /// Mean and standard deviation of ln x.
     LogNormal(f64, f64),
-    /// From, to: ln x is uniform.
+    /// Lower and upper end: ln x is uniform.
     LogUniform(f64, f64),
-    /// Shape, scale; an exponential law is one of shape 1.
+    /// Shape and scale; an exponential distribution has shape 1.
     Weibull(f64, f64),
 }
 
 impl Uncertain {
-    /// Distribution in the form of other programs; `None`: they do not have it.
+    /// The distribution in the form of other programs; `None`: they do not have it.
     #[must_use]
     pub fn plain(&self) -> Option<Plain> {
         let law = match self {

@@ -1,11 +1,11 @@
-//! From the keys of a table to a law: every mistake at once.
+//! Reads a distribution from the keys of a table, with all mistakes at once.
 //!
 //! ```text
 //! normal     mean (= median), sd or cv |mean|
 //! lognormal  mu = ln median = ln mean - sigma^2/2
 //!            sigma^2 = ln(1 + cv^2) = ln(1 + (sd/mean)^2) = ln((1 + sqrt(1 + 4 (sd/median)^2))/2)
 //! ```
-//! Moments and medians are those before truncation.
+//! Moments and medians apply before truncation.
 
 use super::Uncertain;
 use super::continuous::Continuous;
@@ -20,14 +20,14 @@ use bladeoff_text::document::units::format_quantity;
 
 /// Most values of a discrete parameter.
 const MOST_VALUES: usize = 10_000;
-/// A coordinate of a design is no nearer to 0 or 1.
+/// Smallest distance of a design's coordinates from 0 and 1.
 const NEAREST: f64 = 1.0 / (1u64 << 53) as f64;
 
 impl Uncertain {
-    /// The law of a table; `unit` is the SI unit of the parameter.
+    /// The distribution of a table; `unit` is the SI unit of the parameter.
     ///
     /// # Errors
-    /// Every mistake, in the order of the keys of [`Written`], what is missing last.
+    /// All mistakes, in the order of the keys of [`Written`], missing keys last.
     pub fn new(distribution: Distribution, written: &Written, unit: &str) -> Result<Self, Vec<UncertainError>> {
         let mut reader = Reader { distribution, written, unit, errors: Vec::new() };
         reader.keys();
@@ -51,7 +51,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Keys present.
+    /// Checks which keys are present.
     fn keys(&mut self) {
         let takes = self.distribution.takes();
         let names = self.written.names(self.distribution);
@@ -83,7 +83,7 @@ impl Reader<'_> {
         self.errors.push(UncertainError::Value { key: key.to_owned(), given, allowed: allowed.into() });
     }
 
-    /// Each number for itself.
+    /// Checks each number alone.
     fn numbers(&mut self) {
         use Distribution::{Exponential, LogNormal, LogUniform, Normal};
         for (key, number) in &self.written.numbers {
@@ -98,7 +98,7 @@ impl Reader<'_> {
             } else if positive && *number <= 0.0 {
                 self.refuse(key, *number, "above 0");
             } else if matches!(key.as_str(), "a" | "b" | "shape") && !(1e-3..=1e6).contains(number) {
-                // the quantiles were checked so far
+                // range in which the quantiles were verified
                 self.refuse(key, *number, "0.001 to 1e6");
             } else if key == "cv"
                 && self.distribution == Normal
@@ -109,7 +109,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Each list for itself.
+    /// Checks each list alone.
     fn lists(&mut self) {
         let mut count = None;
         if let Some(values) = &self.written.values {
@@ -161,7 +161,7 @@ impl Reader<'_> {
         }
         if self.distribution == Distribution::Discrete && numbers.len() <= MOST_VALUES {
             let mut order: Vec<usize> = (0..numbers.len()).collect();
-            // `+ 0.0`: -0 is 0
+            // `+ 0.0` makes -0 equal to 0
             order.sort_by(|&a, &b| (numbers[a] + 0.0).total_cmp(&(numbers[b] + 0.0)).then(a.cmp(&b)));
             let mut again: Vec<usize> =
                 order.windows(2).filter(|pair| numbers[pair[0]] == numbers[pair[1]]).map(|pair| pair[1]).collect();
@@ -210,7 +210,7 @@ impl Reader<'_> {
         self.written.number(key)
     }
 
-    /// Checks relations between keys that are valid by themselves.
+    /// Checks relations between keys that are each valid.
     fn relations(&mut self) {
         let (Some(lower), Some(upper)) = (self.number("lower"), self.number("upper")) else { return };
         if lower >= upper {
@@ -224,7 +224,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The law; all keys are sound.
+    /// The distribution, from valid keys.
     fn law(&self) -> Result<Uncertain, UncertainError> {
         let of = |key: &str| self.number(key).expect("a needed key is there");
         let law = match self.distribution {
@@ -290,7 +290,7 @@ impl Reader<'_> {
         Err(UncertainError::TooWide { key: key.to_owned(), given, law: said, allowed })
     }
 
-    /// Truncation, where `lower` and `upper` are no parameters of the law.
+    /// Limits of truncation, if `lower` and `upper` are not parameters of the distribution.
     fn cut(&self) -> (Option<f64>, Option<f64>) {
         if self.distribution.takes().optional.contains(&"lower") {
             (self.number("lower"), self.number("upper"))
@@ -312,10 +312,10 @@ impl Reader<'_> {
 
     fn empirical(&self) -> Result<Uncertain, UncertainError> {
         let Some(Values::Numbers(numbers)) = &self.written.values else {
-            // the file could not be read, which its reader said
+            // the reader of the file has reported why it is unreadable
             return Err(UncertainError::Length { key: "column", given: 0, allowed: "at least 2".to_owned() });
         };
-        // `+ 0.0`: -0 is 0
+        // `+ 0.0` makes -0 equal to 0
         let mut sorted: Vec<f64> = numbers.iter().map(|number| number + 0.0).collect();
         sorted.sort_by(f64::total_cmp);
         let (lower, upper) = self.cut();

@@ -4,16 +4,16 @@ use super::Uncertain;
 use super::keys::{Distribution, Holds, Values, Written};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
-/// Most values that are written out.
+/// Most values that are listed.
 const SHOWN: usize = 8;
 
-/// Name and keys of a law.
+/// Name and keys of a distribution.
 pub(super) fn law_in_words(distribution: Distribution, written: &Written, unit: &str) -> String {
     let few = |key: &str, number: f64| {
         format_quantity(number, if Distribution::holds(key) == Some(Holds::Quantity) { unit } else { "" })
     };
     let end = |key: &str| written.number(key).map(|number| few(key, number));
-    // ends that differ are shown with all digits that tell them apart
+    // ends that round to the same text are shown with all their digits
     let are_near = end("lower").is_some() && end("lower") == end("upper");
     let shown = |key: &str, number: f64| match key {
         "lower" | "upper" if are_near => format_digits(number, unit, 17),
@@ -28,7 +28,7 @@ pub(super) fn law_in_words(distribution: Distribution, written: &Written, unit: 
         let (least, most) = (format_quantity(least, unit), format_quantity(most, unit));
         said += &format!(", {} values from {least} to {most}", numbers.len());
     }
-    // in the order of the distribution's keys, whatever that of the file
+    // in the order of the distribution's keys, not of the file
     for key in takes.needed.iter().copied().flatten() {
         if let Some(number) = written.number(key) {
             said += &format!(", {key} {}", shown(key, number));
@@ -44,7 +44,7 @@ pub(super) fn law_in_words(distribution: Distribution, written: &Written, unit: 
 }
 
 impl Uncertain {
-    /// One sentence: what was understood, then mean and standard deviation after truncation. `written` is what the law was made of.
+    /// One sentence: the distribution as read, then mean and standard deviation after truncation. `written`: the keys of the distribution.
     #[must_use]
     pub fn sentence(&self, written: &Written, unit: &str) -> String {
         let said = match self {

@@ -2,10 +2,10 @@
 
 use super::{PROTOCOL_VERSION, RunId};
 
-/// Words before the items.
+/// Number of words before the items.
 pub(super) const HEADER: usize = 8;
 
-/// A fixed-size block of words; the only thing that crosses a process border.
+/// A fixed-size block of words, the only data exchanged between processes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Block<const N: usize> {
@@ -14,13 +14,13 @@ pub struct Block<const N: usize> {
 }
 
 impl<const N: usize> Block<N> {
-    /// A block that decodes to nothing.
+    /// A block that does not decode.
     #[must_use]
     pub fn empty() -> Box<Self> {
         Box::new(Self { words: [0; N] })
     }
 
-    /// Words in use as the block itself says, cut to its size: how much a transport must copy.
+    /// Number of words in use according to the block, limited to its size; a transport must copy this many.
     #[must_use]
     pub fn used(&self) -> usize {
         usize::try_from(self.words[4]).map_or(N, |used| used.min(N))
@@ -33,68 +33,68 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// Why a block is not a message for us. Such a block is counted and dropped.
+/// Reason for rejecting a block, which is then counted and dropped.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum MessageError {
-    /// Not one of our blocks.
+    /// The block is not one of this protocol.
     #[error("magic number {found:#x}, expected {expected:#x}")]
     Magic {
-        /// In the block.
+        /// Number in the block.
         found: u64,
-        /// Ours.
+        /// Expected number.
         expected: u64,
     },
-    /// Another version of the format.
+    /// The format has another version.
     #[error("message format {found}, expected {PROTOCOL_VERSION}")]
     Version {
-        /// In the block.
+        /// Version in the block.
         found: u64,
     },
-    /// A message of another run.
+    /// The message belongs to another run.
     #[error("run {found:#x}, expected {expected}")]
     Run {
-        /// In the block.
+        /// Run in the block.
         found: u64,
-        /// Ours.
+        /// Expected run.
         expected: RunId,
     },
     /// The length is impossible.
     #[error("length {found} words, allowed {least} to {most}")]
     Length {
-        /// In the block.
+        /// Length in the block \[words\].
         found: u64,
-        /// Least.
+        /// Smallest allowed length \[words\].
         least: usize,
-        /// Most.
+        /// Largest allowed length \[words\].
         most: usize,
     },
     /// The content does not fit its checksum.
     #[error("checksum {found:#x}, computed {computed:#x}")]
     Checksum {
-        /// In the block.
+        /// Checksum in the block.
         found: u64,
-        /// From the content.
+        /// Checksum of the content.
         computed: u64,
     },
     /// An unknown code.
     #[error("{field} has the unknown code {found}")]
     Tag {
-        /// Which field.
+        /// Field of the code.
         field: &'static str,
-        /// In the block.
+        /// Code in the block.
         found: u64,
     },
     /// A count or number out of its range.
     #[error("{field} is {found}, at most {most} allowed")]
     Range {
-        /// Which field.
+        /// Field of the number.
         field: &'static str,
-        /// In the block.
+        /// Number in the block.
         found: u64,
-        /// Most.
+        /// Largest allowed number.
         most: u64,
     },
-    /// A value that is there must be finite.
+    /// A value that is present is not finite.
     #[error("value {index} of sample {sample} is not finite")]
     NotFinite {
         /// Sample number.
@@ -105,20 +105,19 @@ pub enum MessageError {
     /// Two fields contradict each other.
     #[error("{what}")]
     Contradiction {
-        /// Which ones.
+        /// Description of the contradiction.
         what: &'static str,
     },
     /// Items and length do not fit.
     #[error("{left} words are left over after the last item")]
     LeftOver {
-        /// Words.
+        /// Number of words.
         left: usize,
     },
 }
 
-/// Checksum over words: every step is a bijection of the state, so that a change of any single word is always seen;
-/// the end (of MurmurHash3) spreads a change of the last word over all bits, so that one more flipped bit in the checksum
-/// cannot hide it.
+/// Checksum of words. Every step is a bijection of the state, so a change of any single word is detected. The final step (of MurmurHash3)
+/// spreads a change of the last word over all bits, so that one more flipped bit in the checksum cannot hide the change.
 fn checksum(words: &[u64]) -> u64 {
     let state = words.iter().fold(0x9e37_79b9_7f4a_7c15, |state: u64, &word| {
         (state ^ word).wrapping_mul(0xd6e8_feb8_6659_fd93).rotate_left(29)
@@ -159,7 +158,7 @@ impl<'a, const N: usize> Writer<'a, N> {
         Self { words, at: HEADER }
     }
 
-    /// Appends a word. Callers keep to the limits in [`super`], from which N was computed.
+    /// Appends a word. Callers must observe the limits in [`super`], from which N was computed.
     pub(super) fn push(&mut self, word: u64) {
         self.words[self.at] = word;
         self.at += 1;
@@ -232,7 +231,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Refuses a number above `most`.
+/// Rejects a number above `most`.
 pub(super) fn at_most(field: &'static str, found: u64, most: u64) -> Result<u64, MessageError> {
     if found <= most { Ok(found) } else { Err(MessageError::Range { field, found, most }) }
 }

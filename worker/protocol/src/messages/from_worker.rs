@@ -1,4 +1,4 @@
-//! Messages of a worker to the orchestrator: every message is a request that gets one answer.
+//! Messages of a worker to the orchestrator. Every message is a request that gets one answer.
 
 use bladeoff_model::outcome::{Cause, CauseSet, EndCause, Outcome, Status};
 
@@ -9,12 +9,12 @@ const MAGIC: u64 = u64::from_le_bytes(*b"bladFRwk");
 const KIND_HELLO: u32 = 1;
 const KIND_REPORT: u32 = 2;
 const FLAG_ASKS: u64 = 1;
-/// Words of a report before the presence of its values: sample, codes, causes and value count, notes, cpu.
+/// Words of a report before the presence bits: sample, codes, causes and value count, notes, cpu.
 const REPORT_WORDS: usize = 5;
-/// Words for reports in one block: 4 of the largest, about 25 of a usual one.
+/// Words for reports in one block: 4 of the largest reports, or about 25 of usual size.
 const ITEM_WORDS: usize = 4 * words(MAX_VALUES);
 
-/// Words of a report with so many values: its head, a bit of presence for each value, the values.
+/// Words of a report with this many values: head, one presence bit per value, values.
 const fn words(n_values: usize) -> usize {
     REPORT_WORDS + n_values.div_ceil(64) + n_values
 }
@@ -25,22 +25,22 @@ pub type FromWorkerBlock = Block<{ HEADER + ITEM_WORDS + 1 }>;
 /// A message from a worker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FromWorker {
-    /// Who says it; the orchestrator checks that it comes from that worker's connection.
+    /// Sender; the orchestrator checks that the message came by this worker's connection.
     pub worker: WorkerId,
-    /// What it says.
+    /// Content.
     pub body: Body,
 }
 
-/// What a worker says.
+/// Content of a message from a worker.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Body {
     /// First message after connecting.
     Hello(Hello),
-    /// Results of a batch, or none; with `asks` also a request for work.
+    /// Results of a batch, or none; with `asks`, the message also requests work.
     Report(Report),
 }
 
-/// Who a worker is.
+/// Identity of a worker process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hello {
     /// Process id.
@@ -49,14 +49,14 @@ pub struct Hello {
     pub build: u64,
 }
 
-/// Results as they finish.
+/// Finished samples of a batch, sent while the batch is in progress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// Batch and attempt the results belong to; `None` for a request without results.
     pub batch: Option<(BatchId, u32)>,
     /// Finished samples.
     pub samples: Vec<SampleReport>,
-    /// The batch is over: the answer is the next one.
+    /// Whether the batch is over: the answer is the next batch.
     pub asks: bool,
 }
 
@@ -81,10 +81,10 @@ impl Report {
 }
 
 impl FromWorker {
-    /// Writes the message.
+    /// Encodes the message.
     ///
     /// # Errors
-    /// Results beyond the limits of [`super`] or that contradict themselves: what [`FromWorker::decode`] would refuse.
+    /// Results that exceed the limits of [`super`] or contradict each other, which [`FromWorker::decode`] would reject.
     pub fn encode(&self, run: RunId, block: &mut FromWorkerBlock) -> Result<(), MessageError> {
         let header = |kind| Header { run, kind, worker: self.worker.0, batch: 0, attempt: 0, items: 0, extra: 0 };
         match &self.body {
@@ -116,10 +116,10 @@ impl FromWorker {
         Ok(())
     }
 
-    /// Reads and checks a message of this run.
+    /// Decodes and checks a message of this run.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The block is not a valid message; see [`MessageError`].
     pub fn decode(block: &FromWorkerBlock, run: RunId) -> Result<Self, MessageError> {
         let (mut reader, header) = Reader::new(block, MAGIC, run)?;
         let body = match header.kind {
@@ -198,7 +198,7 @@ fn read(reader: &mut Reader<'_>) -> Result<SampleReport, MessageError> {
     Ok(report)
 }
 
-/// The rules a result keeps on both sides.
+/// Rules for a result, checked on both sides.
 fn check(report: &SampleReport) -> Result<(), MessageError> {
     let outcome = &report.outcome;
     at_most("number of values", outcome.values.len() as u64, MAX_VALUES as u64)?;

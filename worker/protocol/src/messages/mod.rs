@@ -7,8 +7,8 @@
 //!       3  kind | worker << 32                            8.. items
 //!       4  words in use, header and checksum included     last word in use: checksum of all before
 //! ```
-//! A block holds integers and bit patterns of f64 only, so any content is a valid block and decoding is safe code that
-//! answers a [`MessageError`] to what it does not accept. Every word in use is covered by the checksum.
+//! A block holds integers and bit patterns of f64 only, so any content is a valid block and decoding is safe code. Decoding returns a
+//! [`MessageError`] for content that it rejects. The checksum covers every word in use.
 
 mod block;
 mod from_worker;
@@ -18,7 +18,7 @@ pub use block::{Block, MessageError};
 pub use from_worker::{Body, FromWorker, FromWorkerBlock, Hello, Report, SampleReport};
 pub use to_worker::{Batch, ToWorker, ToWorkerBlock};
 
-/// Version of the message format; a reader refuses any other.
+/// Version of the message format; a reader rejects any other.
 pub const PROTOCOL_VERSION: u64 = 5;
 /// Most samples in one batch.
 pub const MAX_BATCH: usize = 256;
@@ -31,21 +31,21 @@ pub const MAX_VALUES: usize = 2048;
 /// Most sample reports in one message.
 pub const MAX_REPORTS: usize = 256;
 
-/// Samples that fit one batch when each has `n_params` parameters; at least 32.
+/// Number of samples in one batch when each sample has `n_params` parameters; at least 32.
 #[must_use]
 pub fn batch_capacity(n_params: usize) -> usize {
     MAX_BATCH_VALUES.checked_div(n_params).unwrap_or(MAX_BATCH).min(MAX_BATCH)
 }
 
-/// A run's number: random, so that a message of another run is never taken for one of this run.
+/// Random number of a run, which keeps messages of other runs from being accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RunId(pub u64);
 
-/// A worker's number, counted over all processes a run has started.
+/// Number of a worker process, counted over all processes that a run has started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WorkerId(pub u32);
 
-/// A batch's number within a run; 0 is none.
+/// Number of a batch within a run; 0 means no batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BatchId(pub u64);
 

@@ -15,15 +15,15 @@ pub type ToWorkerBlock = Block<{ HEADER + MAX_BATCH + MAX_BATCH_VALUES + 1 }>;
 /// Samples to compute, in this order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batch {
-    /// Number of the batch; results name it.
+    /// Number of the batch, which its results repeat.
     pub batch: BatchId,
-    /// 1 for the first attempt at these samples.
+    /// Number of the attempt at these samples, from 1.
     pub attempt: u32,
     /// Parameters per sample.
     pub n_params: usize,
     /// Sample numbers, at least one.
     pub samples: Vec<u64>,
-    /// Parameter values, sample by sample: finite, or NaN for a value that the sample has not (a formula gave none).
+    /// Parameter values, sample by sample: finite, or NaN if the sample has no value (a formula gave none).
     pub params: Vec<f64>,
 }
 
@@ -35,24 +35,24 @@ impl Batch {
     }
 }
 
-/// A message to a worker, the answer to its request.
+/// An answer to a worker's request.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ToWorker {
     /// Compute these samples.
     Batch(Batch),
-    /// Report received: go on with the batch, or ask if there is none.
+    /// Report received: continue with the batch, or ask for one if the batch is done.
     Continue,
-    /// Report received: the rest of the batch is with others; ask for the next one.
+    /// Report received: other workers compute the rest of the batch; ask for the next one.
     Leave,
-    /// The run is over for this worker; nothing is expected any more.
+    /// The run is over for this worker; no further message is expected.
     Stop,
 }
 
 impl ToWorker {
-    /// Writes the message.
+    /// Encodes the message.
     ///
     /// # Errors
-    /// A batch beyond the limits of [`super`], or with a value that is infinite.
+    /// A batch that exceeds the limits of [`super`], or has an infinite value.
     pub fn encode(&self, run: RunId, worker: WorkerId, block: &mut ToWorkerBlock) -> Result<(), MessageError> {
         let header = |kind| Header { run, kind, worker: worker.0, batch: 0, attempt: 0, items: 0, extra: 0 };
         match self {
@@ -77,10 +77,10 @@ impl ToWorker {
         Ok(())
     }
 
-    /// Reads and checks a message that must be for this worker of this run.
+    /// Decodes and checks a message, which must be for this worker of this run.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The block is not a valid message; see [`MessageError`].
     pub fn decode(block: &ToWorkerBlock, run: RunId, worker: WorkerId) -> Result<Self, MessageError> {
         let (mut reader, header) = Reader::new(block, MAGIC, run)?;
         if header.worker != worker.0 {
@@ -108,7 +108,7 @@ impl ToWorker {
     }
 }
 
-/// The rules a batch keeps on both sides.
+/// Rules for a batch, checked on both sides.
 fn check(batch: &Batch) -> Result<(), MessageError> {
     at_most("number of samples", batch.samples.len() as u64, MAX_BATCH as u64)?;
     at_most("parameters per sample", batch.n_params as u64, MAX_PARAMS as u64)?;

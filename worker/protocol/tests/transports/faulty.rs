@@ -7,7 +7,7 @@ use bladeoff_protocol::messages::{Block, FromWorkerBlock, ToWorkerBlock, WorkerI
 use bladeoff_protocol::transport::{HubPort, PortError, Request, Ticket, Waker};
 use bladeoff_system::random::SplitMix;
 
-/// How often a block suffers each fault, from 0 to 1.
+/// Probability of each fault per block, from 0 to 1.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FaultRates {
     /// Requests and answers that never arrive.
@@ -20,7 +20,7 @@ pub struct FaultRates {
     pub damage: f64,
 }
 
-/// Faults done so far.
+/// Number of faults so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FaultCounts {
     /// Blocks lost.
@@ -39,21 +39,21 @@ pub struct FaultyHub<H> {
     rates: FaultRates,
     counts: FaultCounts,
     random: SplitMix,
-    /// Requests held back, with the number of receives they still wait.
+    /// Delayed requests, with the number of receives until each is delivered.
     held: VecDeque<(u32, Request, Box<FromWorkerBlock>)>,
-    /// Tickets we made up for doubled requests: an answer goes to the original, once.
+    /// Additional tickets of doubled requests: an answer goes to the original, once.
     doubles: BTreeMap<Ticket, Ticket>,
     next: u64,
 }
 
 impl<H: HubPort> FaultyHub<H> {
-    /// A faulty hub over a sound one.
+    /// A faulty hub around a correct one.
     pub fn new(inner: H, rates: FaultRates, seed: u64) -> Self {
         let (held, doubles) = (VecDeque::new(), BTreeMap::new());
         Self { inner, rates, counts: FaultCounts::default(), random: SplitMix(seed), held, doubles, next: 1 << 63 }
     }
 
-    /// Faults done so far.
+    /// Number of faults so far.
     pub fn counts(&self) -> FaultCounts {
         self.counts
     }

@@ -11,7 +11,7 @@ use bladeoff_protocol::transport::{HubPort, PeerId, PortError, Request, Ticket, 
 struct State {
     requests: VecDeque<(Request, Box<FromWorkerBlock>)>,
     answers: BTreeMap<Ticket, Box<ToWorkerBlock>>,
-    /// Requests with the hub.
+    /// Requests that the hub has received.
     open: BTreeMap<Ticket, PeerId>,
     next: u64,
     woken: bool,
@@ -30,18 +30,18 @@ impl Shared {
     }
 }
 
-/// Hands out connections to one [`MemoryHub`].
+/// Creates connections to one [`MemoryHub`].
 #[derive(Clone, Default)]
 pub struct MemoryNet(Arc<Shared>);
 
 impl MemoryNet {
-    /// The orchestrator's end; one per net.
+    /// The orchestrator's end; one per network.
     #[must_use]
     pub fn hub(&self) -> MemoryHub {
         MemoryHub(self.0.clone())
     }
 
-    /// A new worker's end.
+    /// The end of a new worker.
     #[must_use]
     pub fn worker(&self) -> MemoryWorker {
         let mut state = self.0.lock();
@@ -109,7 +109,7 @@ pub struct MemoryWorker {
 
 impl Drop for MemoryWorker {
     fn drop(&mut self) {
-        // Like a dead process: what it sent stays readable, what it waited for can no longer be answered.
+        // As for a dead process: sent requests stay readable, and answers to them are not delivered any more.
         let mut state = self.shared.lock();
         state.open.retain(|_, peer| *peer != self.peer);
     }

@@ -5,9 +5,9 @@ use super::reader::Reader;
 use crate::machine::bearing_table::{BearingTable, COEFFICIENTS, Interpolation};
 use bladeoff_text::document::units::format_digits;
 
-/// Least ratio of the highest speed of a table to the largest speed of a run: an unbalance makes the speed swing.
+/// Smallest ratio of a table's highest speed to the largest speed of a run: an unbalance makes the speed fluctuate.
 const MARGIN: f64 = 1.05;
-/// Keys of the coefficients, and whether a table needs them.
+/// Keys of the coefficients, and whether a table requires them.
 const KEYS: [(&str, bool); COEFFICIENTS] = [
     ("kxx", true),
     ("kxy", false),
@@ -19,11 +19,11 @@ const KEYS: [(&str, bool); COEFFICIENTS] = [
     ("cyy", false),
 ];
 
-/// The table of a bearing; `None`: something was reported.
+/// The table of a bearing; `None`: a problem was reported.
 pub(super) fn bearing_table(reader: &mut Reader<'_>, bearing: &str) -> Option<BearingTable> {
     let (table, file) = (below(bearing, "coefficients"), below(bearing, "table"));
     let table = &*table;
-    // who reads machine files puts the lists in the place of the file's name
+    // readers of machine files replace the file's name by the lists
     if reader.text(&file).is_some() {
         reader.fail(
             &file,
@@ -69,7 +69,7 @@ pub(super) fn bearing_table(reader: &mut Reader<'_>, bearing: &str) -> Option<Be
     Some(BearingTable::new(speeds, values, interpolation))
 }
 
-/// A list of the table; empty: not given; `None`: reported.
+/// A list of the table; empty: not given; `None`: invalid, which has been reported.
 fn list(reader: &mut Reader<'_>, table: &str, key: &'static str, is_needed: bool) -> Option<Vec<f64>> {
     let path = below(table, key);
     let found = reader.list(&path)?;
@@ -80,8 +80,8 @@ fn list(reader: &mut Reader<'_>, table: &str, key: &'static str, is_needed: bool
     Some(found)
 }
 
-/// The table covers the speeds of the run, which falls from its initial speed to its end speed. A problem is placed at the speed of the
-/// run: the lists of a table in a file of its own are not in the machine file that the user sees.
+/// Checks that the table covers the speeds of the run, from the initial speed down to the end speed. A problem is reported at the speed of the
+/// run, because the lists of a separate table file are not in the machine file that the user sees.
 fn check_range(reader: &mut Reader<'_>, bearing: &str, speeds: &[f64]) -> Option<()> {
     let (low, high) = (speeds[0], speeds[speeds.len() - 1]);
     let shown = |speed: f64| format_digits(speed, "rad/s", 6);

@@ -17,7 +17,7 @@ pub(super) fn braking(reader: &mut Reader<'_>) -> Option<Braking> {
     })
 }
 
-/// Points of the table; empty: none is given. `None`: something was reported.
+/// Points of the table; empty: not given. `None`: a problem was reported.
 fn table(reader: &mut Reader<'_>) -> Option<Vec<[f64; 2]>> {
     match (reader.is_given(SPEEDS), reader.is_given(TORQUES)) {
         (false, false) => return Some(Vec::new()),

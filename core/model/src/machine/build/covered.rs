@@ -1,5 +1,5 @@
-//! Coverage of the exponential engine; a machine outside of it is refused here, by name and place, where that engine is asked for, and decides
-//! where `run.engine = "auto"` asks for none.
+//! Coverage of the exponential engine. A machine outside of it is rejected with name and position where the file requests that engine; with
+//! `run.engine = "auto"`, the coverage determines the engine.
 
 use super::path::joined;
 use super::reader::Reader;
@@ -11,15 +11,15 @@ use bladeoff_text::document::units::format_quantity;
 /// Group of the tables of torques.
 const TORQUES: &str = "torques";
 
-/// The engine of a machine, and why; `None`: it is not known what the file wants.
+/// The engine of a machine and the reason; `None`: `run.engine` is invalid.
 pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
     let word = reader.word(ENGINE)?;
     let (engine, reason) = match Engine::from_word(word) {
         Some(engine) => (engine, EngineReason::Named),
-        // whether it can be is asked by `check`
+        // `check` checks the coverage
         None if reader.number(CONTACT_STEP).is_some() => (Engine::Exponential, EngineReason::ContactStep),
         None if reader.number(STEP).is_some() => (Engine::Reduced, EngineReason::Step),
-        // what it neglects of torsional vibration may change loads by per cents: who accepts that names it
+        // neglected effects of torsional vibration may change loads by per cents, so a user who accepts them has to name the engine
         None if !reader.layout.group(TORQUES).is_empty() && reader.is_point_mass() == Some(false) => {
             (Engine::Reduced, EngineReason::NotCovered(neglected()))
         }
@@ -31,7 +31,7 @@ pub(in crate::machine) fn choose(reader: &Reader<'_>) -> Option<EngineChoice> {
     Some(EngineChoice { engine, reason })
 }
 
-/// Part of the model that the engine neglects where torques excite torsional vibration.
+/// Effect that the engine neglects where torques excite torsional vibration.
 fn neglected() -> NotCovered {
     NotCovered { path: TORQUES.to_owned(), what: "gyroscopic moments of torsional vibration".to_owned() }
 }
@@ -40,7 +40,7 @@ pub(super) fn check(reader: &mut Reader<'_>) {
     let Some(EngineChoice { engine, reason }) = choose(reader) else { return };
     if engine != Engine::Exponential {
         if reader.number(CONTACT_STEP).is_some() {
-            // that engine is no advice where it is refused in turn
+            // the message does not suggest an engine that would be rejected in turn
             let is_covered = gaps(reader).is_empty() && reader.number(STEP).is_none();
             let allowed = if is_covered { "run.step, or run.engine = \"exponential\"" } else { "run.step" };
             reader.fail(CONTACT_STEP, "only the engine \"exponential\" has a contact step", allowed);
@@ -54,7 +54,7 @@ pub(super) fn check(reader: &mut Reader<'_>) {
         reader.fail(CONTACT_STEP, "longer than the whole run", allowed);
     }
     let has_step = reader.number(CONTACT_STEP).is_some();
-    // a study has settled the engine of its samples, for the same reason as a machine alone
+    // a study has set the engine of its samples, for the same reason as for a single machine
     let is_settled = reader.is_default(ENGINE);
     let (asked, otherwise) = match reason {
         EngineReason::Named if has_step && !is_settled => ("", "run.engine = \"reduced\" and no run.contact_step"),
@@ -72,13 +72,13 @@ pub(super) fn check(reader: &mut Reader<'_>) {
     }
 }
 
-/// Something that is not covered, and what would be.
+/// An uncovered property of a machine, and the covered alternative.
 struct Gap {
     not_covered: NotCovered,
     instead: &'static str,
 }
 
-/// All that is not covered, in the order in which it is told. Each follows from one value, so that who varies values can ask of each alone.
+/// All uncovered properties, in the order of reporting. Each follows from one value, so that a study that varies values can check each alone.
 fn gaps(reader: &Reader<'_>) -> Vec<Gap> {
     let mut gaps = Vec::new();
     let mut gap = |path: &str, what: &str, instead: &'static str| {

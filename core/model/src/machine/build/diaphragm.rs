@@ -10,7 +10,7 @@ use crate::machine::model::{
 };
 use bladeoff_text::document::units::format_digits;
 
-/// Largest number of diaphragms: each has some 60 result columns of its own, and a message between processes carries a limited number.
+/// Largest number of diaphragms: each has some 60 result columns, and a message between processes has limited space.
 const MOST: usize = 12;
 
 pub(super) fn diaphragms(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Diaphragm>> {
@@ -42,15 +42,15 @@ fn diaphragm(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Opti
     Some(Diaphragm { name: name.to_owned(), kind: kind?, angle, contact: contact? })
 }
 
-/// The rotor stands inside its diaphragm at t = 0: beyond the ring there is no rub. With gravity the place of the rotor includes its sag, which takes the
-/// matrices of the shaft: the solver then judges the start, before the first step.
+/// Checks that the rotor is inside the diaphragm at t = 0: there is no rub outside the ring. With gravity, the position of the rotor includes the
+/// sag, which requires the matrices of the shaft: the solver then checks the start, before the first step.
 fn check_inside(reader: &mut Reader<'_>, name: &str, contact: &Contact) {
     const START: &str = "rotor.initial.displacement";
     let Some(start) = reader.vector(START) else { return };
     if reader.vector("rotor.gravity").is_none_or(|gravity| gravity != [0.0; 2]) {
         return;
     }
-    // a radial spring may start pressed beyond its radius: only where it stands is looked at
+    // a radial spring may be compressed beyond its radius at the start, so only the position of its centre is checked
     let spring = reader.word(&joined(&["diaphragms.", name, ".kind"])) == Some("radial-spring");
     let start = if spring { [0.0; 2] } else { start };
     let away = [0, 1].map(|axis| start[axis] - contact.offset[axis]);
@@ -142,15 +142,15 @@ fn ring(reader: &mut Reader<'_>, table: &str) -> Option<Ring> {
     })
 }
 
-/// The contact surface, `R_i = rotor_radius + gap`, lies where the ring has one. Varying the gap moves it alone, so it may
-/// leave the inner face of the ring's section, `mean_radius - thickness/2`: inwards by one thickness (a seal on the ring),
-/// outwards to the mean line. Beyond that radius and gap are those of another ring.
+/// Checks that the contact surface, `R_i = rotor_radius + gap`, is within the ring. A study may vary the gap alone, so the surface may differ from
+/// the inner face of the ring's section, `mean_radius - thickness/2`: inwards by one thickness (a seal on the ring), outwards up to the mean
+/// line. Beyond, radius and gap belong to another ring.
 fn check_fit(reader: &mut Reader<'_>, table: &str, mean: f64, thickness: f64) {
     let (radius_path, gap_path) = (below(table, "contact.rotor_radius"), below(table, "contact.gap"));
     let (Some(radius), Some(gap)) = (reader.number(&radius_path), reader.number(&gap_path)) else { return };
     let (surface, face) = (radius + gap, mean - thickness / 2.0);
     let (least, most) = (face - thickness, mean);
-    // 1.9 mm + 50.1 mm is 52 mm, whatever the last digit
+    // 1.9 mm + 50.1 mm must count as 52 mm despite rounding
     let slack = 1e-9 * mean;
     if (least - slack..=most + slack).contains(&surface) {
         return;
@@ -171,12 +171,12 @@ fn check_fit(reader: &mut Reader<'_>, table: &str, mean: f64, thickness: f64) {
         metres(least.max(0.0)),
         metres(most)
     );
-    // A radius that fits by itself leaves the gap to blame.
+    // If the radius alone fits, the gap is reported as wrong.
     let path = if (least..=face).contains(&radius) { gap_path } else { radius_path };
     reader.fail(&path, message, allowed);
 }
 
-/// Blades; inner `None`: a free ring, outer `None`: not known.
+/// Blades; inner `None`: a free ring, outer `None`: invalid.
 fn blades(reader: &mut Reader<'_>, table: &str) -> Option<Option<Blades>> {
     const MOST_ELEMENTS: usize = 600;
     let path = |key: &str| joined(&[table, ".blades.", key]);

@@ -1,7 +1,7 @@
-//! Cholesky factors of the matrices that a check asks of: narrow bands and small dense ones.
+//! Cholesky factors of the matrices of checks: narrow bands and small dense matrices.
 
-/// Lower triangle of a symmetric matrix whose rows reach `below` places back; dense with all of them. A study asks of every
-/// sample, so a band has to cost nothing beside the matrices of a run.
+/// Lower triangle of a symmetric matrix with `below` subdiagonals; dense if `below` includes all of them. A study checks every sample, so a band
+/// must be cheap compared with the matrices of a run.
 pub(super) struct Symmetric {
     size: usize,
     below: usize,
@@ -21,7 +21,7 @@ impl Symmetric {
         self.size
     }
 
-    /// `column <= row <= column + below`.
+    /// Index of an entry with `column <= row <= column + below`.
     fn at(&self, row: usize, column: usize) -> usize {
         row * (self.below + 1) + self.below + column - row
     }
@@ -37,7 +37,7 @@ impl Symmetric {
         self.entries[at] += value;
     }
 
-    /// `A = L L^T`; `None` if A is not positive definite.
+    /// Factorises `A = L L^T`; `None` if A is not positive definite.
     pub fn factor(&self) -> Option<Factor> {
         let mut l = Self { entries: self.entries.clone(), ..*self };
         for i in 0..l.size {
@@ -61,11 +61,11 @@ impl Symmetric {
     }
 }
 
-/// L of `A = L L^T`.
+/// The factor L of `A = L L^T`.
 pub(super) struct Factor(Symmetric);
 
 impl Factor {
-    /// `C^T A^-1 C` of the columns C.
+    /// `C^T A^-1 C`, where C has these columns.
     pub fn between(&self, columns: &[Vec<f64>]) -> Symmetric {
         let solved: Vec<Vec<f64>> = columns.iter().map(|column| self.forward(column)).collect();
         let mut product = Symmetric::dense(columns.len());
@@ -77,7 +77,7 @@ impl Factor {
         product
     }
 
-    /// Rows and columns of `A^-1` at these places.
+    /// Rows and columns of `A^-1` with these indices.
     pub fn inverse_at(&self, places: impl IntoIterator<Item = usize>) -> Symmetric {
         let unit = |place: usize| {
             let mut column = vec![0.0; self.0.size];
@@ -103,7 +103,7 @@ impl Factor {
 mod tests {
     use super::*;
 
-    /// Entries that are whole numbers, dominated by the diagonal; those beyond the band are zero.
+    /// Entries of a test matrix: whole numbers, dominated by the diagonal; zero outside the band.
     fn entry(i: usize, j: usize, below: usize) -> f64 {
         let (row, column) = (i.max(j), i.min(j));
         match row - column {

@@ -1,4 +1,4 @@
-//! How the mass of a shaft element is shared by its ends.
+//! Mass matrices of a shaft element.
 //!
 //! ```text
 //! M = rho S L/(840 (1+Phi)^2) M_t + rho I/(30 L (1+Phi)^2) M_r     in [w1, s1, w2, s2], deflection and slope of both ends      (1)
@@ -13,7 +13,7 @@
 use crate::machine::model::ShaftElement;
 use crate::machine::section::GAUSS5;
 
-/// (1) [kg, kg m, kg m2]; of a tapered element by quadrature.
+/// Mass matrix (1) [kg, kg m, kg m2]; for a tapered element by quadrature.
 pub(super) fn element_mass(element: &ShaftElement) -> [[f64; 4]; 4] {
     let (l, rho) = (element.length, element.density);
     let phi = element.shear_parameter();
@@ -38,14 +38,14 @@ pub(super) fn element_mass(element: &ShaftElement) -> [[f64; 4]; 4] {
     let ww = t * (312.0 + 588.0 * phi + 280.0 * squared) + r * 36.0;
     let ws = (t * (44.0 + 77.0 * phi + 35.0 * squared) + r * (3.0 - 15.0 * phi)) * l;
     let ss = (t * (8.0 + 14.0 * phi + 7.0 * squared) + r * (4.0 + 5.0 * phi + 10.0 * squared)) * l * l;
-    // between the ends
+    // coupling of the two ends
     let w_w = t * (108.0 + 252.0 * phi + 140.0 * squared) - r * 36.0;
     let w_s = (-t * (26.0 + 63.0 * phi + 35.0 * squared) + r * (3.0 - 15.0 * phi)) * l;
     let s_s = (-t * (6.0 + 14.0 * phi + 7.0 * squared) + r * (-1.0 - 5.0 * phi + 5.0 * squared)) * l * l;
     [[ww, ws, w_w, w_s], [ws, ss, -w_s, s_s], [w_w, -w_s, ww, -ws], [w_s, s_s, -ws, ss]]
 }
 
-/// (2) \[kg m2\]; of a tapered element by quadrature.
+/// Torsional mass matrix (2) \[kg m2\]; for a tapered element by quadrature.
 pub(super) fn element_torsional_mass(element: &ShaftElement) -> [[f64; 2]; 2] {
     if element.is_tapered() {
         let mut mass = [[0.0; 2]; 2];

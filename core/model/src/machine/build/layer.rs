@@ -6,7 +6,7 @@ use super::reader::Reader;
 use super::shaft::Form;
 use crate::machine::model::{Layer, ShaftElement};
 
-/// One layer; `elements`: those of the shaft, which end at its nodes.
+/// Reads one layer; `elements`: those of the shaft, which end at its nodes.
 pub(super) fn layer(
     reader: &mut Reader<'_>,
     nodes: Option<&Nodes>,

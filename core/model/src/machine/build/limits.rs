@@ -1,4 +1,4 @@
-//! `[run.limit.NAME]`: each limit, and whether the machine has what it compares.
+//! `[run.limit.NAME]`: the limits of the model, and whether the machine has the quantity of each.
 
 use super::reader::Reader;
 use crate::machine::model::{Diaphragm, DiaphragmKind, Machine, ModelLimit, OnExceed, Rotor, RotorKind};
@@ -22,7 +22,7 @@ pub(super) fn limits(reader: &Reader<'_>) -> Option<[ModelLimit; Limit::ALL.len(
 
 const NO_RING: &str = "a diaphragm with a flexible ring";
 
-/// The part or the key that a machine needs for a limit to be judged; `None`: it is judged.
+/// The part or key that a machine needs so that a limit can be checked; `None`: the limit is checked.
 fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'static str> {
     let of_rings = |has: &dyn Fn(bool, Option<f64>) -> bool| {
         diaphragms.iter().any(|diaphragm| match &diaphragm.kind {
@@ -34,7 +34,7 @@ fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'stat
     let (has_rings, has_blades) = (of_rings(&|_, _| true), of_rings(&|blades, _| blades));
     let (has, needed) = match limit {
         Limit::RingDisplacement => (has_rings, NO_RING),
-        // a part that the machine does not have has no stress
+        // a missing part has no stress
         Limit::RingYield if !has_rings => (false, NO_RING),
         Limit::BladeYield if !has_blades => (false, "a diaphragm with blades"),
         Limit::ShaftYield if is_point => (false, "a shaft"),
@@ -56,14 +56,14 @@ fn lacks(limit: Limit, rotor: &Rotor, diaphragms: &[Diaphragm]) -> Option<&'stat
 }
 
 impl Machine {
-    /// The part or the key that this machine needs for a limit to be judged; `None`: the limit is judged.
+    /// The part or key that this machine needs so that a limit can be checked; `None`: the limit is checked.
     #[must_use]
     pub fn lacks(&self, limit: Limit) -> Option<&'static str> {
         lacks(limit, &self.rotor, &self.diaphragms)
     }
 }
 
-/// Rejects a limit that the file sets although the machine lacks its quantity: it would be ignored.
+/// Rejects a limit that the file sets although the machine lacks its quantity; the limit would have no effect.
 pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: Option<&[Diaphragm]>) {
     let (Some(rotor), Some(diaphragms)) = (rotor, diaphragms) else { return };
     for limit in Limit::ALL {
@@ -76,7 +76,7 @@ pub(super) fn check(reader: &mut Reader<'_>, rotor: Option<&Rotor>, diaphragms: 
     }
 }
 
-/// Path of a value of a limit that is not its default. A written-out default changes nothing, with or without its quantity.
+/// Path of a limit's value that differs from its default. A written default has no effect, with or without the quantity.
 fn set_path(reader: &Reader<'_>, limit: Limit) -> Option<String> {
     ["value", "on_exceed"].into_iter().map(|key| path(limit, key)).find(|path| match default_of(path) {
         Some(Need::Number(default)) => reader.number(path).is_some_and(|value| value != default),

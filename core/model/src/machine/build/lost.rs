@@ -1,4 +1,4 @@
-//! Whether what a rotor loses is there: lost masses against the mass and the inertia at their nodes.
+//! Check that lost masses do not exceed the mass and inertia at their nodes.
 //!
 //! ```text
 //! 2T = x'^T M x' + psi'^T J psi' + sum m |p'|^2,  p' = (u' - d psi' sin a, v' + d psi' cos a),  m < 0 of a lost mass
@@ -6,38 +6,39 @@
 //! one mass after the other:  share = m lambda_max(B A^-1 B^T) < 1,  A: (1) with the added masses and those lost before    (2)
 //! one lost mass alone:       share = m/M_k + m d^2/J_t                                                                    (3)
 //! ```
-//! K are the nodes of the unbalances: of M where they pull, of J those they turn with. M_k and J_t are what a node has when its
-//! neighbours follow as they like, less than the sum of what is lumped there. Of a rigid body (3) says that what is left has a positive moment of inertia about its own centre.
-//! Without (1) a torque accelerates against its own direction: a brake drives the rotor. Close to it the frequency of what is left
-//! governs the step, and from a share of 0.99 on the rounds of a step need not settle (they contract by `share/(2 - share)` squared at
-//! worst), so [`MOST_LOST`] bounds the share.
+//! K is the set of nodes of the unbalances: of M the nodes at which their forces act, of J those with which they rotate. M_k and J_t are the
+//! condensed mass and inertia of a node whose neighbours follow freely, less than the sum lumped there. For a rigid body, (3) requires the
+//! remaining body to have a positive moment of inertia about its own centre.
+//! Without (1), a torque accelerates against its own direction: a brake drives the rotor. Close to that limit, the frequency of the
+//! remaining rotor determines the step, and from a share of 0.99 on the iterations of a step may not converge (their worst contraction is
+//! `share/(2 - share)` squared), so [`MOST_LOST`] bounds the share.
 //!
-//! It is a check of the file and not of the solver: a machine that breaks it is none, so that whoever builds one is told, together with
+//! The file is checked, not the solver: a machine that violates the limit is not built, and the violation is reported together with
 //! every other mistake of the file. M and J are the masses of the shaft's elements ([`super::inertia`]).
-//! Source: Schur complements of T. Verified by `tests/rotor/lost_masses.rs` of the core, which also has it side by side with the matrices of a run.
+//! Source: Schur complements of T. Verified by `tests/rotor/lost_masses.rs` of the core, which also compares with the matrices of a run.
 
 use super::factor::Symmetric;
 use super::inertia::{element_mass, element_torsional_mass};
 use crate::machine::model::{Rotor, RotorKind, Shaft, Unbalance};
 
-/// Largest share of what is there that may be lost.
+/// Largest allowed share of a lost mass in the present mass and inertia \[-\].
 pub const MOST_LOST: f64 = 0.98;
 
-/// A lost mass that is not there.
+/// A lost mass that exceeds the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overdrawn {
-    /// Its place in the machine's list of unbalances.
+    /// Index in the machine's list of unbalances.
     pub unbalance: usize,
-    /// What its node has for it \[kg\].
+    /// Condensed mass of its node \[kg\].
     pub mass: f64,
-    /// Moment of inertia about Z of what it turns with [kg m2].
+    /// Condensed moment of inertia about Z of the node it rotates with [kg m2].
     pub polar_inertia: f64,
-    /// Share (2).
+    /// Share by (2) \[-\].
     pub share: f64,
 }
 
-/// The first lost mass, in the order of the file, that takes more than [`MOST_LOST`] of what is there; `None` if none does, or if the
-/// rotor itself is no positive definite one.
+/// The first lost mass, in the order of the file, with a share above the limit [`MOST_LOST`]; `None` if every mass is within the limit, or if the
+/// matrices of the rotor itself are not positive definite.
 #[must_use]
 pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
     let sites = &rotor.unbalances;
@@ -62,7 +63,7 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
             (0..=i).for_each(|j| all.add(first + i, first + j, part.get(i, j)));
         }
     }
-    // The rows of B: the velocity of a site in X and Y, where its node moves and turns.
+    // Rows of B: the velocity of the unbalance mass in X and Y, from the translation and rotation of its nodes.
     let place = |site: &Unbalance| nodes.binary_search(&site.node).unwrap_or(0);
     let turn = |site: &Unbalance| 2 * count + turning.binary_search(&site.torsional_node).unwrap_or(0);
     let rows = |site: &Unbalance| {
@@ -77,7 +78,7 @@ pub fn overdrawn(rotor: &Rotor) -> Option<Overdrawn> {
             }
         }
     };
-    // an added mass that is released later may come after the loss
+    // an added mass with a release may appear after the loss
     let carries = |site: &&Unbalance| site.signed_mass() > 0.0 && site.release.is_none();
     sites.iter().filter(carries).for_each(|site| add(&mut all, site));
     for (unbalance, site) in sites.iter().enumerate().filter(|(_, site)| site.signed_mass() < 0.0) {
@@ -106,7 +107,7 @@ fn single(value: f64) -> Symmetric {
     matrix
 }
 
-/// M_K of one plane, and J_K of the nodes that turn.
+/// M_K of one plane, and J_K of the nodes that rotate with unbalances.
 fn condensed(shaft: &Shaft, nodes: &[usize], turning: &[usize]) -> Option<(Symmetric, Symmetric)> {
     let size = shaft.nodes.len();
     let (mut lateral, mut torsion) = (Symmetric::banded(2 * size, 3), Symmetric::banded(size, 1));

@@ -1,5 +1,5 @@
-//! From slots to the validated [`Machine`]: missing keys, and every check across keys. All problems are gathered, so a
-//! check runs as far as the values it needs are known.
+//! Builds the validated [`Machine`] from slots: checks missing keys, and values against each other. All problems are collected, so each check
+//! runs as far as the values it needs are valid.
 
 mod bearing_table;
 mod braking;
@@ -29,7 +29,7 @@ use super::layout::{Layout, State};
 use super::model::Machine;
 use bladeoff_text::document::{Collector, Problems};
 
-/// Builds the machine; `problems` holds what reading the file has already found.
+/// Builds the machine; `problems` has the problems found while reading the file.
 pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Collector<'a>) -> Result<Machine, Problems> {
     let mut reader = Reader::new(layout, states, problems);
     reader.check_presence();
@@ -50,7 +50,7 @@ pub(super) fn build<'a>(layout: &'a Layout, states: &'a [State], problems: Colle
         }
         _ => {
             if problems.is_empty() {
-                // A value is unknown only if it was reported; should that ever fail, say so rather than panic.
+                // A value is missing only if it was reported; if that ever fails, this problem avoids a panic.
                 problems.add(0..0, "", "the machine is incomplete");
             }
             Err(problems.into_problems())

@@ -1,11 +1,11 @@
-//! `[monitors.NAME]`: places of the shaft that are watched.
+//! `[monitors.NAME]`: places of the shaft whose displacement is monitored.
 
 use super::path::below;
 use super::places::{self, Nodes};
 use super::reader::Reader;
 use crate::machine::model::Monitor;
 
-/// Largest number of monitors: each has result columns of its own, and a message between processes carries a limited number.
+/// Largest number of monitors: each has result columns, and a message between processes has limited space.
 const MOST: usize = 20;
 
 pub(super) fn monitors(reader: &mut Reader<'_>, nodes: Option<&Nodes>) -> Option<Vec<Monitor>> {

@@ -1,9 +1,9 @@
-//! Paths put together to be looked up. A study builds a million machines of a hundred look-ups each: on the heap the paths
-//! would cost more than all checks.
+//! Paths composed for look-ups. A study builds a million machines with a hundred look-ups each; paths on the heap would cost more than all
+//! checks.
 
 use std::ops::Deref;
 
-/// Room for the longest path: `diaphragms.NAME.material.young_modulus` with a name of 64 letters, and more.
+/// Longest path \[bytes\], with a margin: `diaphragms.NAME.material.young_modulus` with a name of 64 letters.
 const ROOM: usize = 160;
 
 /// A path of a parameter, on the stack.
@@ -12,17 +12,17 @@ pub(super) struct Path {
     length: usize,
 }
 
-/// A key of a table.
+/// Path of a key in a table.
 pub(super) fn below(table: &str, key: &str) -> Path {
     joined(&[table, ".", key])
 }
 
-/// A path of its pieces.
+/// Concatenates the pieces of a path.
 pub(super) fn joined(pieces: &[&str]) -> Path {
     let mut path = Path { bytes: [0; ROOM], length: 0 };
     for piece in pieces {
         let end = path.length + piece.len();
-        // Names have at most 64 letters (`load.rs`), so it always has room; should that fail, no parameter is found.
+        // Names have at most 64 letters (`load.rs`), so there is always room; if that ever fails, no parameter is found.
         let Some(room) = path.bytes.get_mut(path.length..end) else { break };
         room.copy_from_slice(piece.as_bytes());
         path.length = end;

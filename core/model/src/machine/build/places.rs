@@ -1,14 +1,14 @@
-//! Places along the shaft: what stands between two nodes makes a node there, by splitting the element.
+//! Positions along the shaft: a disc, bearing or contact between two nodes splits the element and creates a node.
 
 use super::path::{Path, below, joined};
 use super::reader::Reader;
 use crate::machine::model::ShaftElement;
 use bladeoff_text::document::units::format_digits;
 
-/// Bound on all sections together: matrices are dense, eigenvalue problems cost the cube.
+/// Most elements of all sections together: matrices are dense, and eigenvalue problems cost the cube.
 pub(super) const MOST_ELEMENTS: usize = 500;
 
-/// Nodes that a place may mean.
+/// Nodes that a position may refer to.
 pub(super) enum Nodes {
     /// The one node of a mass point.
     Point,
@@ -18,18 +18,17 @@ pub(super) enum Nodes {
 
 pub(super) struct Line {
     pub nodes: Vec<f64>,
-    /// `None`: the nodes are known, some cross-section is not.
+    /// `None`: the nodes are known, but a cross-section is invalid.
     pub elements: Option<Vec<ShaftElement>>,
 }
 
-/// A place within this part of the shaft's length of a node is that node: rounding of what people write.
+/// Largest distance from a node, as a share of the shaft's length, at which a position refers to that node; allows for rounding in files.
 const TOLERANCE: f64 = 1e-6;
-/// The shortest piece of an element that is split, as a part of the shaft's length. The square of the highest frequency
-/// grows as the square of 1/length, and rounding with it: at 1e-3 of a slender shaft the lowest frequency keeps six digits, at
-/// 1e-4 three.
+/// Shortest part of a split element, as a share of the shaft's length. The square of the highest frequency grows as the square of 1/length, and
+/// rounding grows with it: at 1e-3 of a slender shaft, the lowest frequency keeps six digits, at 1e-4 three.
 const SHORTEST: f64 = 1e-3;
 
-/// Tables whose `position` is a place on the shaft.
+/// Tables whose `position` is on the shaft.
 fn tables(reader: &Reader<'_>) -> Vec<Path> {
     let groups = [
         ("rotor.discs", ""),
@@ -45,13 +44,13 @@ fn tables(reader: &Reader<'_>) -> Vec<Path> {
     members.collect()
 }
 
-/// Where a layer begins and ends \[m\], as far as the file says it.
+/// Positions of the two ends of a layer \[m\], as far as the file gives them.
 pub(super) fn layer_ends(reader: &Reader<'_>, table: &str) -> [Option<f64>; 2] {
     let start = reader.number(&below(table, "position"));
     [start, start.and_then(|start| Some(start + reader.number(&below(table, "length"))?))]
 }
 
-/// Splits the elements in which something stands. The nodes do not depend on the order in which a file names things.
+/// Splits the elements that contain a position. The nodes do not depend on the order of the file.
 pub(super) fn split(reader: &Reader<'_>, line: &mut Line) {
     let mut places: Vec<f64> =
         tables(reader).iter().filter_map(|table| reader.number(&below(table, "position"))).collect();
@@ -74,13 +73,13 @@ pub(super) fn split(reader: &Reader<'_>, line: &mut Line) {
     }
 }
 
-/// Where a place is.
+/// Location of a position.
 enum Where {
     /// At this node.
     Node(usize),
     /// In the element that ends at this node.
     Between(usize),
-    /// So near to this node that an element between them would be too short.
+    /// So close to this node that an element between them would be too short.
     Near(usize),
     Outside,
 }
@@ -103,7 +102,7 @@ fn find(nodes: &[f64], place: f64) -> Where {
     }
 }
 
-/// The node of the table's `position`, after [`split`]; reports a place that cannot be one. `None`: not known.
+/// The node of the table's `position`, after [`split`]; reports an invalid position. `None`: unknown.
 pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) -> Option<usize> {
     let nodes = match nodes? {
         Nodes::Point => return Some(0),
@@ -114,7 +113,7 @@ pub(super) fn node(reader: &mut Reader<'_>, nodes: Option<&Nodes>, table: &str) 
     node_at(reader, nodes, &path, place)
 }
 
-/// The node at a place \[m\] that a key determines; reports a place that cannot be one.
+/// The node at a position \[m\] that a key determines; reports an invalid position.
 pub(super) fn node_at(reader: &mut Reader<'_>, nodes: &[f64], path: &str, place: f64) -> Option<usize> {
     let length = nodes[nodes.len() - 1];
     let metres = |z: f64| format_digits(z, "m", 10);

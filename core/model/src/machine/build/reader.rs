@@ -1,4 +1,4 @@
-//! Reads slots by path and reports problems where they stand.
+//! Reads slots by path and reports problems at their positions.
 
 use super::path::joined;
 use crate::machine::layout::{Layout, Origin, Scalar, State};
@@ -17,7 +17,7 @@ impl<'a> Reader<'a> {
         Self { layout, problems, states }
     }
 
-    /// Required keys that are absent, and keys that do not belong to a machine of this kind.
+    /// Reports missing required keys and keys that do not belong to a machine of this kind.
     pub fn check_presence(&mut self) {
         let layout = self.layout;
         for ((slot, state), condition) in layout.slots.iter().zip(self.states).zip(&layout.conditions) {
@@ -25,7 +25,7 @@ impl<'a> Reader<'a> {
                 let kind_state = self.states[kind];
                 let Scalar::Word(present) = kind_state.scalar else { continue };
                 if present != word {
-                    // A kind that was set leaves what the file says for the other kind unused.
+                    // After `set` has changed a kind, keys of the file for the other kind are unused, not wrong.
                     let unused = state.origin == Origin::File && kind_state.origin == Origin::Set;
                     if state.origin != Origin::Default && !unused {
                         let shown = self.shown(&slot.path);
@@ -53,7 +53,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reports a key that is absent.
+    /// Reports a missing key.
     pub fn missing(&mut self, path: &str, key: &'static Key) {
         let span = self.layout.table_span(path);
         let words = key.range.words(key.unit());
@@ -76,7 +76,7 @@ impl<'a> Reader<'a> {
         self.layout.find(path).map(|index| self.states[index])
     }
 
-    /// A number that is known.
+    /// Value of a numeric slot; `None` if it is absent or invalid.
     pub fn number(&self, path: &str) -> Option<f64> {
         match self.state(path)?.scalar {
             Scalar::Number(number) => Some(number),
@@ -84,7 +84,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A word that is known.
+    /// Value of a choice; `None` if it is absent or invalid.
     pub fn word(&self, path: &str) -> Option<&'static str> {
         match self.state(path)?.scalar {
             Scalar::Word(word) => Some(word),
@@ -92,13 +92,13 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What a text names, where the file has one; `Some(None)`: reported as wrong.
+    /// Value of a text; `None`: the file has none, `Some(None)`: reported as wrong.
     pub fn text(&self, path: &str) -> Option<Option<&'a str>> {
         let layout: &'a Layout = self.layout;
         layout.texts.get(path).map(|text| text.value.as_deref())
     }
 
-    /// A whole number that is known; its range was checked.
+    /// Value of a whole number, whose range was checked; `None` if it is absent or invalid.
     pub fn count(&self, path: &str) -> Option<usize> {
         self.number(path).map(|number| number as usize)
     }
@@ -108,12 +108,12 @@ impl<'a> Reader<'a> {
         Some([self.number(&joined(&[path, "[0]"]))?, self.number(&joined(&[path, "[1]"]))?])
     }
 
-    /// Values along X and Y, one by one or the same.
+    /// Values along X and Y, given as a vector or as one value for both.
     pub fn diagonal(&self, path: &str) -> Option<[f64; 2]> {
         if self.layout.find(path).is_some() { self.number(path).map(|value| [value; 2]) } else { self.vector(path) }
     }
 
-    /// A matrix, written out or isotropic.
+    /// A 2x2 matrix, written in full or as one value for its diagonal.
     pub fn matrix(&self, path: &str) -> Option<[[f64; 2]; 2]> {
         if self.layout.find(path).is_some() {
             let k = self.number(path)?;
@@ -123,7 +123,7 @@ impl<'a> Reader<'a> {
         Some([[cell("[0][0]")?, cell("[0][1]")?], [cell("[1][0]")?, cell("[1][1]")?]])
     }
 
-    /// A list; `None`: not known, empty: not given.
+    /// A list; `None`: invalid, empty: not given.
     pub fn list(&self, path: &str) -> Option<Vec<f64>> {
         match self.layout.lengths.get(path) {
             None => Some(Vec::new()),
@@ -132,7 +132,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether something is given there, right or wrong.
+    /// Whether a value or list is present, valid or not. A default value counts as present.
     pub fn is_given(&self, path: &str) -> bool {
         self.state(path).is_some_and(|state| state.scalar != Scalar::Absent) || self.layout.lengths.contains_key(path)
     }
@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         self.layout.lengths.get(path) == Some(&0)
     }
 
-    /// Whether neither file nor `set` says a value.
+    /// Whether the value is the format's default.
     pub fn is_default(&self, path: &str) -> bool {
         self.state(path).is_some_and(|state| state.origin == Origin::Default)
     }
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reports a problem of a value, where it stands.
+    /// Reports a problem at the position of a value.
     pub fn fail(&mut self, path: &str, message: impl Into<String>, allowed: impl Into<String>) -> &mut Problem {
         let span = match self.layout.find(path) {
             Some(index) => self.layout.slots[index].span.clone(),
@@ -176,7 +176,7 @@ impl<'a> Reader<'a> {
         problem
     }
 
-    /// Whether the rotor is a mass point; `None`: not known.
+    /// Whether the rotor is a mass point; `None`: `rotor.kind` is invalid.
     pub fn is_point_mass(&self) -> Option<bool> {
         self.word("rotor.kind").map(|kind| kind == "point-mass")
     }

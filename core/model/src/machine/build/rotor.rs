@@ -1,4 +1,4 @@
-//! `[rotor]`: what the rotor is made of, what it carries, how it starts.
+//! `[rotor]`: model of the rotor, its bearings and unbalances, initial state.
 
 use super::bearing_table::bearing_table;
 use super::layer::layer;
@@ -21,9 +21,9 @@ use bladeoff_text::document::units::format_digits;
 const MOST_SUPPORTS: usize = 50;
 
 pub(super) struct BuiltRotor {
-    /// `None`: something was reported.
+    /// `None`: a problem was reported.
     pub rotor: Option<Rotor>,
-    /// Where contacts may stand; known also if other things are wrong.
+    /// Nodes at which contacts may be; also available if other values are wrong.
     pub nodes: Option<Nodes>,
 }
 
@@ -87,7 +87,7 @@ pub(super) fn rotor(reader: &mut Reader<'_>, run: Option<&RunSettings>) -> Built
     BuiltRotor { rotor, nodes }
 }
 
-/// Each bearing and each pedestal has result columns of its own, and a message between processes carries a limited number.
+/// Limits the number of supports: each bearing and each pedestal has its own result columns, and a message between processes has limited space.
 fn check_pedestals(reader: &mut Reader<'_>, bearings: &[Bearing]) {
     let pedestals = bearings.iter().filter(|bearing| bearing.pedestal.is_some()).count();
     if pedestals > 0 && bearings.len() + pedestals > MOST_SUPPORTS {
@@ -96,7 +96,7 @@ fn check_pedestals(reader: &mut Reader<'_>, bearings: &[Bearing]) {
     }
 }
 
-/// What is lost was there: more would leave a rotor without mass or inertia, which a brake accelerates.
+/// Reports lost masses that exceed the mass or inertia at their node: a brake would accelerate such a rotor.
 fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
     let Some(found) = overdrawn(rotor) else { return };
     let unbalance = &rotor.unbalances[found.unbalance];
@@ -118,7 +118,7 @@ fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
         100.0 * found.share,
         if carried { "is there" } else { "the node has" }
     );
-    // of one mass alone; others at the node leave less
+    // limit for this mass alone; other lost masses at the node reduce it
     let radius = ((MOST_LOST / mass - 1.0 / found.mass) * found.polar_inertia).max(0.0).sqrt();
     let allowed = if radius > 0.0 {
         format!("{most}, here a radius up to {}{}", shown(radius, "m"), disc_hint(rotor, found.unbalance))
@@ -128,12 +128,12 @@ fn check_lost(reader: &mut Reader<'_>, rotor: &Rotor) {
     reader.fail(&path, message, allowed);
 }
 
-/// A part of a disc is lost from its inertia, which includes it.
+/// Suggests a disc for a lost mass: a part of a disc is lost from the inertia of the disc.
 fn disc_hint(rotor: &Rotor, index: usize) -> String {
     let RotorKind::Shaft(shaft) = &rotor.kind else { return String::new() };
     let unbalance = &rotor.unbalances[index];
     let away = |disc: &&Disc| (shaft.nodes[disc.node] - shaft.nodes[unbalance.torsional_node]).abs();
-    // whether the disc has what is lost, whatever the masses after it lose
+    // whether the disc has enough inertia for this mass, whatever later masses take
     let bears = |disc: &Disc| {
         let mut carried = rotor.clone();
         carried.unbalances[index].torsional_node = disc.node;
@@ -162,7 +162,7 @@ fn disc_hint(rotor: &Rotor, index: usize) -> String {
     }
 }
 
-/// Every member of a group of named tables; `None` if one of them is not known.
+/// All members of a group of named tables; `None` if one of them is invalid.
 fn each<T>(
     reader: &mut Reader<'_>,
     group: &str,
@@ -181,7 +181,7 @@ pub(super) fn rayleigh(reader: &Reader<'_>, table: &str) -> Option<Rayleigh> {
     })
 }
 
-/// Where the file does not say, the torsion is damped as the shaft's bending is.
+/// Torsional damping; by default the stiffness-proportional damping of bending.
 fn torsional(reader: &Reader<'_>) -> Option<f64> {
     const OWN: &str = "rotor.damping.torsional";
     reader.number(if reader.is_given(OWN) { OWN } else { "rotor.damping.stiffness_proportional" })
@@ -226,7 +226,7 @@ fn bearing(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str, table: &s
     })
 }
 
-/// `None`: something is wrong; `Some(None)`: rigid ground.
+/// `None`: invalid; `Some(None)`: rigid ground.
 #[expect(clippy::option_option, reason = "an optional part that may be wrong")]
 fn pedestal(reader: &mut Reader<'_>, table: &str) -> Option<Option<Pedestal>> {
     let is_given = |reader: &Reader<'_>, key: &str| {
@@ -257,7 +257,7 @@ fn unbalance(
     let place = below(table, "position");
     let placed = reader.is_point_mass() == Some(true) || reader.is_given(&place);
     let own = places::node(reader, nodes, table);
-    // its node and the one it turns with
+    // the node of its force and the node it rotates with
     let (node, torsional_node) = match reader.text(&below(table, "disc")) {
         Some(disc) if reader.is_point_mass() != Some(true) => {
             let carrier = carrier(reader, discs, table, disc?);
@@ -311,7 +311,7 @@ fn release(reader: &mut Reader<'_>, table: &str) -> Option<Release> {
     Some(release)
 }
 
-/// The node of the disc that an unbalance names; `None`: not known.
+/// The node of the disc that an unbalance names; `None`: invalid.
 fn carrier(reader: &mut Reader<'_>, discs: Option<&[Disc]>, table: &str, name: &str) -> Option<usize> {
     let names: Vec<&str> = reader.layout.group("rotor.discs").iter().map(|disc| disc.name.as_str()).collect();
     if !names.contains(&name) {
@@ -326,11 +326,11 @@ fn carrier(reader: &mut Reader<'_>, discs: Option<&[Disc]>, table: &str, name: &
     discs?.iter().find(|disc| disc.name == name).map(|disc| disc.node)
 }
 
-/// The mass point, which must have mass and inertia with its unbalances.
+/// The mass point, which must have positive mass and inertia including its unbalances.
 fn mass_point(reader: &mut Reader<'_>, unbalances: Option<&[Unbalance]>) -> Option<PointMass> {
     let (mass, polar_inertia) = (reader.number("rotor.mass"), reader.number("rotor.polar_inertia"));
     if let Some(unbalances) = unbalances {
-        // an added mass that is released later does not carry the run before
+        // before its release, an added mass does not contribute
         let least =
             |one: &Unbalance| if one.release.is_some() { one.signed_mass().min(0.0) } else { one.signed_mass() };
         let total = mass.map(|mass| mass + unbalances.iter().map(least).sum::<f64>());

@@ -7,17 +7,17 @@ use crate::machine::model::{Engine, ForceLocation, Guard, RunSettings, SpeedLaw}
 use crate::machine::schema::{CONTACT_STEP, END_TIME, NORMAL_WORK, PENETRATION, STEP, STEP_LIMIT, TWIN, TWIN_LIMIT};
 use bladeoff_text::document::units::format_quantity;
 
-/// Largest energy error of a run that may be believed, where the machine names none: central differences keep the balance, impulses on exact propagation keep it to
-/// second order in the step, at their default step to 2e-6 (docs/theory/08-exponential-engine.md).
+/// Default guard on the energy error. Central differences preserve the balance; impulses with exact propagation preserve it to second order in the
+/// step, at their default step to 2e-6 (docs/theory/08-exponential-engine.md).
 const BALANCE: f64 = 1e-6;
 const BALANCE_OF_EXPONENTIAL: f64 = 1e-5;
 
-/// Fewest equivalent steps of a contact phase, where the machine names none: below, the step changes impulse and filtered force by more than about 5 %
-/// (docs/theory/convergence.md). Impulses on exact propagation need a third of the steps of central differences.
+/// Default guard on the equivalent steps of a contact phase: with fewer, the step changes impulse and filtered force by more than about 5 %
+/// (docs/theory/convergence.md). Impulses with exact propagation need a third of the steps of central differences.
 const IMPACT_STEPS: f64 = 32.0;
 const IMPACT_STEPS_OF_EXPONENTIAL: f64 = 20.0;
 
-/// The guards of a machine that names none.
+/// Default guards for an engine.
 pub(in crate::machine) fn guard_of(engine: Engine) -> Guard {
     let (energy_balance, impact_steps) = match engine {
         Engine::Exponential => (BALANCE_OF_EXPONENTIAL, IMPACT_STEPS_OF_EXPONENTIAL),
@@ -74,7 +74,7 @@ pub(super) fn run(reader: &mut Reader<'_>) -> Option<RunSettings> {
     })
 }
 
-/// Smallest shift of the initial speed that is not lost in its rounding.
+/// Smallest shift of the initial speed that exceeds rounding.
 const LEAST_TWIN: f64 = 1e-12;
 
 fn twin(reader: &mut Reader<'_>) {
@@ -89,7 +89,7 @@ fn twin(reader: &mut Reader<'_>) {
     }
 }
 
-/// The prescribed speed. Outer `None`: not known.
+/// The prescribed speed. Outer `None`: invalid.
 pub(super) fn speed_law(reader: &mut Reader<'_>, end_time: Option<f64>) -> Option<Option<SpeedLaw>> {
     const ACCELERATION: &str = "rotor.speed_law.acceleration";
     const TIMES: &str = "rotor.speed_law.times";

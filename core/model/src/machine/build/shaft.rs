@@ -1,4 +1,4 @@
-//! `[[rotor.shaft]]`: sections to nodes and elements.
+//! `[[rotor.shaft]]`: nodes and elements from sections.
 
 use super::path::{below, joined};
 use super::places::{self, Line, MOST_ELEMENTS};
@@ -6,7 +6,7 @@ use super::reader::Reader;
 use crate::machine::model::ShaftElement;
 use bladeoff_text::document::units::format_digits;
 
-/// All sections; `None`: not even the nodes are known.
+/// All sections; `None`: even the nodes are unknown.
 pub(super) fn line(reader: &mut Reader<'_>) -> Option<Line> {
     let sections = reader.layout.group("rotor.shaft").len();
     if sections == 0 {
@@ -77,7 +77,7 @@ impl Lengths {
         }
     }
 
-    /// Length of the first `count` elements; of the whole section exactly its length.
+    /// Length of the first `count` elements; for all elements exactly the section's length.
     fn up_to(&self, count: usize) -> f64 {
         match self {
             Lengths::Equal { length, count: all } => length * (count as f64) / (*all as f64),
@@ -153,7 +153,7 @@ impl Form {
             if let [Some(outer), Some(inner)] = ends
                 && inner >= outer
             {
-                // where the key is that makes it so: an end may have the bore or the diameter of the start
+                // reported at the key that causes the mistake: an end may have the bore or the diameter of the start
                 let at = if reader.is_given(&path(names[1])) { names[1] } else { names[0] };
                 let allowed = if at == names[1] {
                     format!("below {} = {}", names[0], format_digits(outer, "m", 10))
@@ -189,7 +189,7 @@ impl Form {
         Some(Self { ends, young_modulus, poisson_ratio, density, yield_strength, shear })
     }
 
-    /// An element between two fractions of the length, of a given length \[m\], that belongs to a section. Its shear coefficient is that of its middle.
+    /// An element between two fractions of the length, with a given length \[m\], of a section. Its shear coefficient is that of its middle.
     pub(super) fn part(&self, [from, to]: [f64; 2], length: f64, section: usize) -> ShaftElement {
         let at = |xi: f64| [0, 1].map(|i| self.ends[0][i] + xi * (self.ends[1][i] - self.ends[0][i]));
         let ([diameter, inner_diameter], [end_diameter, end_inner_diameter]) = (at(from), at(to));

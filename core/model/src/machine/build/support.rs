@@ -1,13 +1,13 @@
-//! Whether the bearings hold the rotor.
+//! Check that the bearings hold the rotor.
 
 use super::places::Nodes;
 use super::reader::Reader;
 use crate::machine::model::Bearing;
 
-/// Stiffnesses that differ by more than this count as none.
+/// A ratio of smallest to largest stiffness below this counts as zero.
 const SINGULAR: f64 = 1e-12;
 
-/// At least one bearing holds the shaft along Z.
+/// Checks that at least one bearing holds the shaft along Z.
 pub(super) fn check_axial(reader: &mut Reader<'_>, bearings: &[Bearing]) {
     if bearings.iter().any(|bearing| bearing.axial_stiffness > 0.0) {
         return;
@@ -23,7 +23,7 @@ pub(super) fn check_axial(reader: &mut Reader<'_>, bearings: &[Bearing]) {
     );
 }
 
-/// The bearings hold the rigid rotor in X and Y, and a shaft also against tilt.
+/// Checks that the bearings hold the rigid rotor in X and Y, and a shaft also against tilt.
 pub(super) fn check_lateral(reader: &mut Reader<'_>, bearings: &[Bearing], nodes: Option<&Nodes>) {
     let Some(nodes) = nodes else { return };
     let (held, allowed) = match nodes {
@@ -55,7 +55,7 @@ fn holds_line(bearings: &[Bearing], nodes: &[f64]) -> bool {
     if low >= high || bearings.is_empty() {
         return false;
     }
-    // Stiffness of the rigid shaft for X, Y and tilt about both, with z from -1 to 1 between the outermost bearings.
+    // Stiffness of the rigid shaft for X, Y and tilt about both axes, with z from -1 to 1 between the outermost bearings.
     let mut sum = [[0.0; 4]; 4];
     for (bearing, z) in bearings.iter().zip(places) {
         let arm = (2.0 * z - low - high) / (high - low);
@@ -73,18 +73,18 @@ fn holds_line(bearings: &[Bearing], nodes: &[f64]) -> bool {
     least > SINGULAR * most && determinant > 0.0
 }
 
-/// Largest size of an entry.
+/// Largest absolute value of an entry.
 fn largest<const N: usize>(matrix: &[[f64; N]; N]) -> f64 {
     matrix.iter().flatten().fold(0.0, |most: f64, entry| most.max(entry.abs()))
 }
 
-/// Singular values, and the determinant.
+/// Singular values and determinant of a 4x4 matrix.
 ///
-/// One-sided Jacobi: rows are turned in pairs until each is orthogonal to every other; their lengths are the singular values, whose
-/// ratio keeps its digits, and the turns leave the determinant.
+/// One-sided Jacobi method: rows are rotated in pairs until all are orthogonal to each other; their lengths are the singular values. The
+/// method keeps the relative accuracy of small singular values, and rotations preserve the determinant.
 /// Source: Hestenes, J. SIAM 6 (1958), 51-90. Verified by `singular_values_are_those_of_the_factors`.
 fn singular_values(mut rows: [[f64; 4]; 4]) -> ([f64; 4], f64) {
-    /// It converges quadratically, after five rounds or so.
+    /// Most sweeps; convergence is quadratic and takes about five.
     const ROUNDS: usize = 30;
     let dot = |a: &[f64; 4], b: &[f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     for _ in 0..ROUNDS {
@@ -108,7 +108,7 @@ fn singular_values(mut rows: [[f64; 4]; 4]) -> ([f64; 4], f64) {
             break;
         }
     }
-    // Laplace, by the minors of the upper and of the lower two rows
+    // Laplace expansion by the minors of the upper and the lower two rows
     let minor = |row: usize, a: usize, b: usize| rows[row][a] * rows[row + 1][b] - rows[row][b] * rows[row + 1][a];
     let pairs = [
         (0, 1, 2, 3, 1.0),
@@ -153,7 +153,7 @@ mod tests {
         assert!(!holds_line(&[], &nodes));
     }
 
-    /// Turns about 0.3 and 1.1 rad in two planes each, on both sides of known values.
+    /// Rotations by about 0.3 and 1.1 rad in two planes each, on both sides of a diagonal of known values.
     #[test]
     fn singular_values_are_those_of_the_factors() {
         let turn = |mut rows: [[f64; 4]; 4], (p, q): (usize, usize), angle: f64| {
@@ -185,7 +185,7 @@ mod tests {
                 assert!((found - expected).abs() < 1e-15 + 1e-14 * expected, "{values:?}: {found:e} {expected:e}");
             }
             let expected = sign * values.iter().product::<f64>();
-            // the rounding of the turns is that of the least value
+            // the rotations' rounding affects the smallest value most
             let rounding = 1e-14 * sorted[..3].iter().product::<f64>();
             assert!((determinant - expected).abs() < rounding, "{determinant:e} {expected:e}");
         }
@@ -206,7 +206,7 @@ mod tests {
         let mut one = bearing(0, [[3.0, 0.0], [0.0, 6.0]]);
         one.pedestal = pedestal([6.0, 3.0]);
         assert_eq!(one.stiffness_to_ground(), [[2.0, 0.0], [0.0, 2.0]]);
-        // K_p (K + K_p)^-1 K of a journal bearing, by hand
+        // K_p (K + K_p)^-1 K of a journal bearing, calculated by hand
         one.stiffness = [[1.0, 2.0], [-1.0, 1.0]];
         one.pedestal = pedestal([1.0, 3.0]);
         let (found, expected) = (one.stiffness_to_ground(), [[0.6, 0.6], [-0.3, 1.2]]);

@@ -7,15 +7,15 @@ use crate::machine::model::{Braking, ShortCircuit, Torque};
 use crate::machine::schema::FLAG;
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
-/// Largest number of torques: each costs its part of every step.
+/// Largest number of torques: each adds to the cost of every step.
 const MOST: usize = 20;
-/// Largest sum of all torques at t = 0 that counts as none, as a share of the largest torque.
+/// Largest sum of all torques at t = 0 that counts as equilibrium, as a share of the largest torque.
 const ROUNDED: f64 = 1e-6;
 
-/// Keys of a short circuit: start, frequency, amplitude and decay are required in it.
+/// Keys of a short circuit; start, frequency, amplitude and decay are required.
 const SHORT_CIRCUIT: [&str; 6] = ["start", "frequency", "amplitude", "decay", "double_amplitude", "double_decay"];
 
-/// All torques; `None`: something was reported.
+/// All torques; `None`: a problem was reported.
 pub(super) fn torques(
     reader: &mut Reader<'_>,
     nodes: Option<&Nodes>,
@@ -42,7 +42,7 @@ pub(super) fn torques(
     let given: f64 = torques.iter().map(Torque::before).sum();
     match balances.first() {
         Some(&at) => {
-            // its values are factors so far, 1 at t = 0
+            // its values are still factors, with 1 at t = 0
             let lacking = -(given - torques[at].before() + slowing);
             torques[at].values.iter_mut().for_each(|factor| *factor *= lacking);
         }
@@ -55,7 +55,7 @@ fn is_balance(reader: &Reader<'_>, name: &str) -> bool {
     reader.word(&joined(&["torques.", name, ".balance"])) == Some(FLAG[1])
 }
 
-/// A free shaft line turns steadily before t = 0, so that nothing is left of all torques. A drive takes what is left otherwise.
+/// A free shaft line rotates steadily before t = 0, so the sum of all torques must be zero. A drive compensates any remainder.
 fn check_sum(reader: &mut Reader<'_>, torques: &[Torque], slowing: f64) -> Option<()> {
     let is_driven = reader.is_given("rotor.speed_law.acceleration") || reader.is_given("rotor.speed_law.speeds");
     let sum = torques.iter().map(Torque::before).sum::<f64>() + slowing;
@@ -71,7 +71,7 @@ fn check_sum(reader: &mut Reader<'_>, torques: &[Torque], slowing: f64) -> Optio
     None
 }
 
-/// One torque; the values of one with `balance = true` are its factors.
+/// Reads one torque; with `balance = true`, its values are factors.
 fn torque(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Option<Torque> {
     let table = &*below("torques", name);
     let node = places::node(reader, nodes, table);
@@ -85,7 +85,7 @@ fn torque(reader: &mut Reader<'_>, nodes: Option<&Nodes>, name: &str) -> Option<
     Some(Torque { name: name.to_owned(), node, times, values, short_circuit })
 }
 
-/// Times and values, or factors; both empty where the file gives none.
+/// Times and values, or factors; both empty if the file gives none.
 fn course(reader: &mut Reader<'_>, table: &str, is_balance: bool) -> Option<(Vec<f64>, Vec<f64>)> {
     let [times, values, factors] = ["times", "values", "factors"].map(|key| below(table, key));
     if is_balance && reader.is_given(&values) {
@@ -136,7 +136,7 @@ fn entry(list: &Path, at: usize) -> String {
     format!("{}[{at}]", &**list)
 }
 
-/// Inner `None`: none is given; outer: something was reported.
+/// Inner `None`: not given; outer: a problem was reported.
 fn short_circuit(reader: &mut Reader<'_>, torque: &str) -> Option<Option<ShortCircuit>> {
     let path = |key: &str| joined(&[torque, ".short_circuit.", key]);
     if !SHORT_CIRCUIT.iter().any(|key| reader.is_given(&path(key))) {

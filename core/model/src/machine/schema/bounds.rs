@@ -1,12 +1,12 @@
-//! How small and how large a quantity of a machine may be, by its unit.
+//! Bounds of the quantities of a machine, by unit.
 //!
-//! Far beyond any machine, and far within what the arithmetic takes: products of several such numbers, and their squares,
-//! stay finite and above zero, counts of steps and entries stay whole numbers. Without them a file could ask for a rotor of
-//! 1e300 rad/s, whose first square is infinite.
+//! The bounds are far outside the values of any machine, and far inside the range of the arithmetic: products of several such numbers and their
+//! squares stay finite and above zero, and counts of steps and entries stay whole numbers. Without bounds, a file could have a rotor of
+//! 1e300 rad/s, whose square is infinite.
 //!
 //! Verified by `extremes_end_with_a_word` (`core/tests/runs/extremes.rs`).
 
-/// Smallest number above zero, and largest.
+/// Unit, smallest number above zero, largest number.
 const BOUNDS: &[(&str, f64, f64)] = &[
     ("", 1e-30, 1e15),
     ("s", 1e-10, 1e6),
@@ -28,10 +28,10 @@ const BOUNDS: &[(&str, f64, f64)] = &[
     ("N m s2", 1e-12, 1e15),
 ];
 
-/// Smallest number above zero, and largest, of a quantity in this SI unit.
+/// Smallest number above zero and largest number of a quantity in this SI unit.
 ///
 /// # Panics
-/// A unit without bounds: while the table of keys is compiled.
+/// The unit has no bounds; then the table of keys does not compile.
 pub(super) const fn of(unit: &str) -> (f64, f64) {
     let mut i = 0;
     while i < BOUNDS.len() {
@@ -43,7 +43,7 @@ pub(super) const fn of(unit: &str) -> (f64, f64) {
     panic!("a unit of a key has bounds here")
 }
 
-/// `a == b`, for constants.
+/// `a == b` in constant expressions.
 const fn same(a: &[u8], b: &[u8]) -> bool {
     if a.len() != b.len() {
         return false;

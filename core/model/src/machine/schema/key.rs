@@ -1,4 +1,4 @@
-//! One key of the format: what it holds, what holds without it, where it belongs.
+//! One key of the format: type, default, condition.
 
 use super::range::Range;
 
@@ -7,72 +7,72 @@ use super::range::Range;
 pub struct Key {
     /// Path with `NAME` for a named table and `[i]` for a section.
     pub path: &'static str,
-    /// What it holds.
+    /// Type.
     pub kind: Kind,
-    /// What holds when it is absent.
+    /// Default.
     pub need: Need,
     /// Allowed numbers.
     pub range: Range,
-    /// Machines it belongs to.
+    /// Machines that have this key.
     pub when: When,
     /// Meaning in one sentence.
     pub meaning: &'static str,
 }
 
-/// What a key holds. Units are SI symbols.
+/// Type of a key. Units are SI symbols.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The format's version.
+    /// Version of the format.
     Schema,
     /// Free text.
     Text,
     /// A quantity.
     Number(&'static str),
-    /// A quantity or one of some words.
+    /// A quantity or one of these words.
     NumberOr(&'static str, &'static [&'static str]),
     /// A whole number.
     Count,
-    /// One of some words.
+    /// One of these words.
     Choice(&'static [&'static str]),
     /// `[x, y]`.
     Vector(&'static str),
-    /// A quantity (times the unit matrix) or `[[xx, xy], [yx, yy]]`; the range is that of the scalar.
+    /// A quantity (times the identity matrix) or `[[xx, xy], [yx, yy]]`; the range applies to the scalar.
     Matrix(&'static str),
-    /// A quantity (the same along X and Y) or `[x, y]`.
+    /// A quantity (for both X and Y) or `[x, y]`.
     Diagonal(&'static str),
     /// A list of quantities.
     List(&'static str),
 }
 
-/// What holds when a key is absent.
+/// Default of a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Need {
-    /// It may not be absent.
+    /// No default: the key is required.
     Required,
     /// A number (for vectors: both components).
     Number(f64),
     /// A word.
     Word(&'static str),
-    /// Nothing; says what then happens.
+    /// No value; the text describes the effect.
     Optional(&'static str),
 }
 
-/// Machines a key belongs to.
+/// Machines that have a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
-    /// All.
+    /// All machines.
     Always,
     /// `rotor.kind = "shaft"`.
     Shaft,
     /// `rotor.kind = "point-mass"`.
     PointMass,
-    /// `kind = "flexible"` of its diaphragm.
+    /// `kind = "flexible"` in the table of the diaphragm.
     Flexible,
-    /// `kind = "radial-spring"` of its diaphragm.
+    /// `kind = "radial-spring"` in the table of the diaphragm.
     RadialSpring,
-    /// `kind = "linear"` of its bearing.
+    /// `kind = "linear"` in the table of the bearing.
     LinearBearing,
-    /// `kind = "table"` of its bearing.
+    /// `kind = "table"` in the table of the bearing.
     TableBearing,
 }
 

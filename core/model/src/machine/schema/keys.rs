@@ -1,10 +1,10 @@
-//! The table. Order: as a file is written; within a table plain keys before sub-tables.
+//! The table of keys, in the order of a file; within a table plain keys before subtables.
 
 use super::key::{Key, Kind, Need, When};
 use super::range::Range;
 use crate::machine::model::{Detection, Engine};
 
-// Paths that others set or ask for.
+// Paths that other modules use.
 
 /// Path of the end of a run.
 pub const END_TIME: &str = "run.end_time";
@@ -14,11 +14,11 @@ pub const ENGINE: &str = "run.engine";
 pub const STEP: &str = "run.step";
 /// Path of the contact step of the exponential engine.
 pub const CONTACT_STEP: &str = "run.contact_step";
-/// Path of the one parameter that is no part of a machine's identity.
+/// Path of the only parameter without influence on a machine's identity.
 pub const STEP_LIMIT: &str = "run.step_limit";
-/// Path of the shift of a second run's initial speed.
+/// Path of the relative shift of a twin's initial speed.
 pub const TWIN: &str = "run.twin";
-/// Path of the largest change between a run and its twin that does not make the run sensitive.
+/// Path of the largest change between a run and its twin; above it the run is sensitive.
 pub const TWIN_LIMIT: &str = "run.twin_limit";
 
 /// Default of [`TWIN_LIMIT`].
@@ -34,7 +34,7 @@ const ON_EXCEED: [&str; 2] = ["beyond", "note"];
 pub const FLAG: [&str; 2] = ["false", "true"];
 
 const POISSON: Range = Range::between(-1.0, 0.5);
-/// Bounds on counts keep any file from asking for gigabytes.
+/// Bounds on counts limit the memory that a file can request.
 const ELEMENTS: Range = Range::from_to(1.0, 500.0);
 const RING_ELEMENTS: Range = Range::from_to(4.0, 600.0);
 const BLADE_ELEMENTS: Range = Range::from_to(1.0, 1_000.0);
@@ -47,7 +47,7 @@ const STEPS: Range = Range::from_to(1.0, 1e15);
 const FRICTION: Range = Range::from_to(0.0, 100.0);
 const SHEAR: Range = Range::from_to(1e-3, 1e3);
 
-/// A key; where its range has no end it ends where its unit does ([`super::bounds`]).
+/// A key; infinite ends of its range are replaced by the bounds of its unit ([`super::bounds`]).
 const fn key(path: &'static str, kind: Kind, need: Need, range: Range, when: When, meaning: &'static str) -> Key {
     let range = match kind {
         Kind::Number(unit)

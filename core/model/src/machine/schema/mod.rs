@@ -1,5 +1,5 @@
-//! The machine file's format as data: one table of every key. Unknown-key and missing-key checks, value checks,
-//! nearest names, parameter paths and the template all come from it.
+//! The format of machine files as data: one table of every key. The checks of unknown keys, missing keys and values use this table, as do nearest
+//! names, parameter paths and the template.
 
 mod bounds;
 mod key;
@@ -15,5 +15,5 @@ pub use keys::{
 pub use range::Range;
 pub(super) use tree::{Branch, Segment, root};
 
-/// The version of the format this program reads.
+/// Version of the format that this program reads.
 pub const SCHEMA: i128 = 1;

@@ -1,4 +1,4 @@
-//! Which numbers a key allows.
+//! Allowed numbers of a key.
 
 use super::bounds;
 
@@ -35,8 +35,8 @@ impl Range {
         Self::new(low, true, high, true)
     }
 
-    /// The same interval where it ends; an end that it lacks is that of its unit. Above zero then means from the unit's
-    /// smallest number on.
+    /// Replaces infinite ends by the limits of the unit; an interval with a finite high end stays as it is. An open lower end becomes the
+    /// smallest number of the unit.
     pub(super) const fn bounded(self, unit: &str) -> Self {
         if self.high < f64::INFINITY {
             return self;
@@ -58,7 +58,7 @@ impl Range {
         Self::new(-self.high, self.high_allowed, self.high, self.high_allowed)
     }
 
-    /// Smallest and largest number of the interval, or their limits where they are not allowed themselves.
+    /// Smallest and largest number of the interval; for an open end its limit.
     #[must_use]
     pub const fn ends(self) -> [f64; 2] {
         [self.low, self.high]
@@ -72,7 +72,7 @@ impl Range {
         value.is_finite() && above && below
     }
 
-    /// In words, with the SI unit: "> 0 m", "2 to 10000".
+    /// Description with the SI unit: "> 0 m", "2 to 10000".
     #[must_use]
     pub fn words(self, unit: &str) -> String {
         let with_unit = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
@@ -89,7 +89,7 @@ impl Range {
     }
 }
 
-/// A limit as a person writes it.
+/// A limit in short notation.
 fn short(number: f64) -> String {
     let size = number.abs();
     if size == 0.0 || (1e-3..1e6).contains(&size) { number.to_string() } else { format!("{number:e}") }

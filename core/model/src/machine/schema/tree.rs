@@ -1,11 +1,11 @@
-//! The table of keys as nested tables, for walking beside a file.
+//! The table of keys as nested tables, for reading a file.
 
 use std::sync::OnceLock;
 
 use super::key::Key;
 use super::keys::KEYS;
 
-/// How a step of a path is written.
+/// Kind of a path segment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Segment {
     /// A fixed name.
@@ -19,11 +19,11 @@ pub enum Segment {
 /// A table of the format.
 #[derive(Debug)]
 pub struct Branch {
-    /// How it is reached from the table above.
+    /// Segment of this table in the table above.
     pub segment: Segment,
-    /// Its plain keys.
+    /// Plain keys of the table.
     pub keys: Vec<&'static Key>,
-    /// Its sub-tables.
+    /// Subtables.
     pub branches: Vec<Branch>,
 }
 
@@ -49,7 +49,7 @@ impl Branch {
         self.branches[at].insert(key, rest);
     }
 
-    /// Every name that may stand in this table; a table of named tables has none.
+    /// Every name allowed in this table; none for a table of named tables.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         let tables = self.branches.iter().filter_map(|branch| match branch.segment {
             Segment::Fixed(name) | Segment::Array(name) => Some(name),
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn every_key_has_a_known_unit_and_a_default_that_is_allowed() {
         for key in KEYS {
-            // A unit outside the table of symbols would panic here.
+            // A unit that is not in the table of symbols panics here.
             let _ = parse_quantity("1 x", key.unit());
             assert_ne!(examples(key.unit()), "a number with its unit", "{}", key.path);
             assert!(!key.meaning.is_empty() && !key.meaning.ends_with('.'), "{}", key.path);

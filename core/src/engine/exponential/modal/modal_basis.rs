@@ -8,7 +8,7 @@
 //! condition  = |R|_2 |L|_2
 //! ```
 //!
-//! | symbol | quantity, of `n` lateral coordinates and so many modal planes |
+//! | symbol | quantity, for `n` lateral coordinates and n modal planes |
 //! |---|---|
 //! | `y` | modal state, 2n: entries k and n + k belong to plane k; scaled as the state vector x, so `|y|^2` is of the size of the energy |
 //! | `R`, `L` | right vectors (columns) and left vectors (rows) of the basis, 2n x 2n |
@@ -16,8 +16,8 @@
 //! | `Z`, `O` | rows from y to the motion and to the outputs |
 //! | `N` | gyroscopic momentum as a quadratic form of y \[kg m2/s\] |
 //!
-//! Limits: a basis is refused above a condition of 1e4, where a state of the size of the rotor's energy is a difference of modal states 1e4 times larger. It is also
-//! refused if (1) leaves more than rounding between two planes, because planes that are not invariant are propagated wrongly.
+//! Limits: a basis is rejected above a condition of 1e4, where a state of the size of the rotor's energy is a difference of modal states 1e4 times
+//! larger. A basis is also rejected if (1) leaves more than rounding between two planes, because planes that are not invariant are propagated wrongly.
 //! Verified by `a_continued_basis_equals_that_of_its_eigenvalue_problem` (`continuation.rs`) and `tests/exponential/exponential.rs`.
 
 use super::bearing_tables::TableChanges;
@@ -198,7 +198,7 @@ impl CheckedBasis {
         Ok(refined.unwrap_or(solved))
     }
 
-    /// Checked basis with these right vectors; refused if it is ill-conditioned or its planes are coupled.
+    /// Checked basis with these right vectors; rejected if it is ill-conditioned or its planes are coupled.
     fn of(right: Matrix, a: &Matrix, speed: f64) -> Result<Self, ExponentialError> {
         let left = inverse(&right).ok_or(ExponentialError::NoBasis { speed })?;
         // product of Frobenius norms: an upper bound, cheap

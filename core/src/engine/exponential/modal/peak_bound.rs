@@ -45,7 +45,7 @@ pub(crate) struct WatchedPeak {
     limit: f64,
     /// Whether the run ends at the first exceedance.
     ends: bool,
-    /// Whether its peaks limit the step.
+    /// Whether the peaks of this quantity limit the step.
     pub limits_step: bool,
 }
 

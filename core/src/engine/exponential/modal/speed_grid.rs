@@ -38,7 +38,7 @@ const MAX_SPEED_JUMP: f64 = 48.0;
 const MAX_LOAD_JUMP: f64 = 0.25;
 /// Rounding error of a nodal velocity, relative to the velocity of the fastest coordinate.
 const ROUNDING: f64 = 1e-14;
-/// One in so many planes, the slowest ones, counts as slow motion.
+/// Share of slow planes: one in this many planes, the slowest ones, counts as slow motion.
 const SLOW_SHARE: usize = 2;
 /// Largest number of intervals that are kept for other runs, from the second run on; about 25 kB each with 24 planes.
 ///
@@ -68,7 +68,7 @@ pub(crate) struct SpeedGrid {
 #[derive(Debug, Default)]
 struct Computed {
     bases: BTreeMap<i64, Arc<ModalBasis>>,
-    /// By the index of the lower basis.
+    /// Basis changes, by the index of the lower basis.
     basis_changes: BTreeMap<i64, Arc<BasisChange>>,
     intervals: BTreeMap<i64, Arc<SpeedInterval>>,
 }

@@ -39,13 +39,13 @@ pub(crate) struct SpeedInterval {
     /// Basis change from the lower to the upper basis.
     pub(super) basis_change: Arc<BasisChange>,
     unbalances: usize,
-    /// By the number of doublings of the contact step.
+    /// Propagators, by the number of doublings of the contact step.
     propagators: [OnceLock<Propagator>; MAX_DOUBLINGS + 1],
     /// First output row and first input vector of each diaphragm's node.
     contacts: Vec<[usize; 2]>,
     /// First rows of the outputs whose peaks are watched: loads of the bearings, then displacements of the diaphragms' nodes.
     watched_rows: Vec<usize>,
-    /// By diaphragm.
+    /// Impulse responses, one per diaphragm.
     impulse_responses: Vec<OnceLock<ImpulseResponse>>,
     step_bounds: OnceLock<StepBounds>,
     forced_dissipation: OnceLock<ForcedDissipation>,

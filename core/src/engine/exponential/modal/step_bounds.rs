@@ -34,9 +34,9 @@ pub(crate) struct StepBounds {
     rows: Vec<[Lane; 4]>,
     /// First output row of each diaphragm's node: the last watched quantities.
     contacts: Vec<usize>,
-    /// By diaphragm and the number of doublings of the contact step.
+    /// Bounds by diaphragm and by the number of doublings of the contact step.
     displacement_bounds: Vec<[OnceLock<DisplacementBound>; MAX_DOUBLINGS + 1]>,
-    /// By the number of doublings of the contact step.
+    /// Bounds by the number of doublings of the contact step.
     peak_bounds: [OnceLock<PeakBound>; MAX_DOUBLINGS + 1],
 }
 

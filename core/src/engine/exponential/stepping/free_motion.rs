@@ -43,7 +43,7 @@ pub struct FreeMotion {
     pub(super) shared: Arc<SharedModel>,
     /// Speed interval that contains the spin.
     pub(super) interval: Arc<SpeedInterval>,
-    /// Tables of the interval for what is observed of the motion.
+    /// Tables of the interval for observing the motion.
     pub(super) tables: IntervalTables,
     /// Modal state y at n: first coordinates of all modal planes, then their second ones. And a buffer of its size.
     pub(super) modal_state: Vec<f64>,

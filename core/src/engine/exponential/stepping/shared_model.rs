@@ -1,6 +1,6 @@
 //! Modal bases, speed intervals and ring points that runs of one model share, because they take longer to compute than a run.
 //!
-//! A structure keeps those of the last few models. A run finds in them what it would have computed alone: they depend only on
+//! A structure keeps those of the last few models. A run finds the same values in them as it would compute alone: they depend only on
 //! their key, not on earlier runs or on the order of the runs.
 
 use crate::engine::exponential::ExponentialError;

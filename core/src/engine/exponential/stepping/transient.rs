@@ -452,7 +452,7 @@ fn journal_peaks(machine: &Machine, supports: usize, free_motion: &FreeMotion) -
 /// Checks that this engine covers the contact of a machine.
 ///
 /// # Errors
-/// [`ExponentialError::NotCovered`] with the name of what is not covered.
+/// [`ExponentialError::NotCovered`] with the name of the uncovered property.
 fn check_covered(machine: &Machine) -> Result<(), ExponentialError> {
     if !machine.diaphragms.is_empty() && machine.run.force_location != ForceLocation::Next {
         return Err(ExponentialError::NotCovered {

@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-/// Why a text is not a quantity of the expected unit. In words the unit most likely meant comes last ([`QuantityError::parts`]
-/// has it apart).
+/// Reason for rejecting a text as a quantity of the expected unit. The message ends with the unit most likely meant;
+/// [`QuantityError::parts`] returns that unit separately.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum QuantityError {
     /// No number at the start.
@@ -11,7 +11,7 @@ pub enum QuantityError {
     NotANumber {
         /// The text.
         given: String,
-        /// What would be right.
+        /// Examples of valid text.
         examples: &'static str,
     },
     /// A decimal comma.
@@ -33,10 +33,10 @@ pub enum QuantityError {
         given: String,
         /// SI unit.
         expected: &'static str,
-        /// What would be right.
+        /// Examples of valid text.
         examples: &'static str,
     },
-    /// A symbol that the table does not have.
+    /// A symbol that is not in the table of units.
     #[error("unknown unit `{unit}`{}", did_you_mean(nearest))]
     UnknownUnit {
         /// The symbol.
@@ -57,10 +57,10 @@ pub enum QuantityError {
     Malformed {
         /// The unit.
         unit: String,
-        /// What is wrong with it.
+        /// Reason.
         reason: &'static str,
     },
-    /// A unit of something else.
+    /// A unit of another dimension.
     #[error(
         "the unit `{unit}` does not fit: {}{}",
         if expected.is_empty() { format!("{examples} is expected") } else { format!("{expected} is expected, such as {examples}") },
@@ -71,7 +71,7 @@ pub enum QuantityError {
         unit: String,
         /// SI unit.
         expected: &'static str,
-        /// What would be right.
+        /// Examples of valid text.
         examples: &'static str,
         /// The unit most likely meant.
         nearest: Option<String>,
@@ -83,7 +83,7 @@ fn did_you_mean(nearest: &Option<String>) -> String {
 }
 
 impl QuantityError {
-    /// What is wrong, and apart from it the unit most likely meant.
+    /// The message without the suggestion, and the unit most likely meant.
     #[must_use]
     pub fn parts(mut self) -> (String, Option<String>) {
         let meant = match &mut self {

@@ -1,8 +1,8 @@
-//! From an SI number to what a person reads.
+//! Formats SI numbers in readable units.
 
 use std::f64::consts::PI;
 
-/// `value` in SI unit `si` with a sensible unit and at most six significant digits: 0.008 m is "8 mm".
+/// `value` in the SI unit `si`, with a suitable unit and at most six significant digits: 0.008 m is "8 mm".
 #[must_use]
 pub fn format_quantity(value: f64, si: &str) -> String {
     format_digits(value, si, 6)
@@ -16,7 +16,7 @@ pub fn format_digits(value: f64, si: &str, digits: usize) -> String {
     if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
-/// The number in the unit a person would choose.
+/// The number in a suitable unit.
 fn readable<'a>(value: f64, si: &'a str) -> (f64, &'a str) {
     let size = value.abs();
     let pick = |steps: &[(f64, f64, &'static str)], otherwise: &'a str| {
@@ -57,7 +57,7 @@ fn significant(value: f64, digits: usize) -> String {
     if !(-3..5).contains(&exponent) {
         return format!("{mantissa}e{exponent}");
     }
-    // The rounded decimal read back and printed: shortest form without an exponent.
+    // The rounded decimal is parsed and printed again: shortest form without an exponent.
     scientific.parse::<f64>().expect("written just above").to_string()
 }
 

@@ -1,27 +1,27 @@
-//! From text to an SI number.
+//! Conversion of text to an SI number.
 
 use crate::document::cut;
 
 use super::error::QuantityError;
 use super::symbols::{Dimension, Unit, examples, look_up, similar};
 
-/// Reads a number with its unit; a pure number (`expected` empty) needs none.
+/// Reads a number with its unit; a pure number (`expected` empty) needs no unit.
 ///
 /// # Errors
-/// [`QuantityError`]: no number, no or an unknown unit, another dimension than `expected`, not finite.
+/// [`QuantityError`]: no number, missing or unknown unit, dimension other than `expected`, not finite.
 pub fn parse_quantity(text: &str, expected: &'static str) -> Result<f64, QuantityError> {
     parse(text, expected, false)
 }
 
-/// Reads a number with its unit, or a bare number, which is SI (as on the command line, where there are no quotes).
+/// Reads a number with its unit, or a bare number in SI units (as on the command line, where there are no quotes).
 ///
 /// # Errors
-/// As [`parse_quantity`], except that a missing unit is none.
+/// As [`parse_quantity`], but a missing unit is allowed.
 pub fn parse_bare_or_quantity(text: &str, expected: &'static str) -> Result<f64, QuantityError> {
     parse(text, expected, true)
 }
 
-/// Reads a number with any unit, or a bare number: of a variable nobody knows which dimension it has.
+/// Reads a number with any unit, or a bare number; for variables, whose dimension is not known.
 ///
 /// # Errors
 /// [`QuantityError`]: no number, an unknown unit, not finite.
@@ -55,7 +55,7 @@ pub fn parse_any_quantity(text: &str) -> Result<f64, QuantityError> {
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: cut(given, 60) })
 }
 
-/// The unit that a quantity is written with, "" for none.
+/// The unit of a quantity as written; "" for a bare number.
 #[must_use]
 pub fn unit_of(text: &str) -> &str {
     let given = text.trim();
@@ -94,7 +94,7 @@ fn parse(text: &str, expected: &'static str, bare_is_si: bool) -> Result<f64, Qu
     number.in_si(unit).ok_or_else(|| QuantityError::NotFinite { given: given_shown() })
 }
 
-/// A unit in which pounds are taken for a force, where it is right with that: `lb/in` is `lbf/in`.
+/// The unit with pounds read as a force, if it fits then: `lb/in` becomes `lbf/in`.
 fn as_force(unit_text: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String> {
     let pounds = unit_text.find("lb").filter(|_| unit_text.len() <= 60)?;
     let (before, after) = (&unit_text[..pounds], &unit_text[pounds + 2..]);
@@ -106,19 +106,19 @@ fn as_force(unit_text: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String>
     parse_unit(&meant).is_ok_and(|found| fits(found.dimension)).then_some(meant)
 }
 
-/// The unit of a fitting dimension that was most likely meant by one of another: `lbf` by `lb`, `kN` by `kg`.
+/// The unit of a fitting dimension most likely meant by `unit`: `lbf` for `lb`, `kN` for `kg`.
 #[must_use]
 pub fn nearest_unit(unit: &str, fits: &dyn Fn(Dimension) -> bool) -> Option<String> {
     let is_right = |candidate: &String| Dimension::of_unit(candidate).is_some_and(fits);
     as_force(unit, fits).or_else(|| similar(unit).into_iter().find(is_right))
 }
 
-/// Adds to an unknown symbol the likeliest known one with which the unit would be right, and to Hz the units that are accepted.
+/// Adds a suggestion to the error: to an unknown symbol the likeliest known one that gives a fitting unit, to Hz the accepted units.
 fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -> QuantityError {
     let fits = |text: &str| parse_unit(text).is_ok_and(|found| dimension_of(expected).accepts(found.dimension));
     match error {
         QuantityError::UnknownUnit { unit, .. } => {
-            // revolutions per second: by its letters it would be taken for rpm, a factor of 60
+            // revolutions per second: by spelling the nearest symbol would be rpm, a factor of 60
             let meant = (unit == "rps").then(|| "rev/s".to_owned());
             let nearest = meant
                 .into_iter()
@@ -139,18 +139,18 @@ fn with_nearest(error: QuantityError, unit_text: &str, expected: &'static str) -
     }
 }
 
-/// Units that Hz may stand for.
+/// Units that a user who writes Hz may mean.
 const INSTEAD_OF_HERTZ: [&str; 4] = ["rpm", "rad/s", "rev/s", "1/s"];
 
 impl Dimension {
-    /// That of a unit as in files, "" for none; `None`: no such unit.
+    /// Dimension of a unit as written in files; "" means no unit. `None`: unknown unit.
     #[must_use]
     pub fn of_unit(text: &str) -> Option<Self> {
         parse_unit(text).ok().map(|unit| unit.dimension)
     }
 }
 
-/// Dimension of one of our own SI units.
+/// Dimension of an SI unit of the schema.
 fn dimension_of(si: &'static str) -> Dimension {
     if si.is_empty() {
         return Dimension::default();
@@ -158,7 +158,7 @@ fn dimension_of(si: &'static str) -> Dimension {
     parse_unit(si).expect("the SI units of the schema are in the table of symbols").dimension
 }
 
-/// A decimal literal: its digits with the point, and its power of ten.
+/// A decimal literal: its digits with the decimal point, and its power of ten.
 struct Decimal<'a> {
     digits: &'a str,
     ten: i64,
@@ -175,8 +175,8 @@ impl<'a> Decimal<'a> {
         Some(Self { digits, ten })
     }
 
-    /// Digits, powers of ten and the numerator of the unit go through the decimal parser together, which rounds once:
-    /// "0.36 mm" is the double nearest to 0.00036. `None`: not finite, or a number that is not zero became zero.
+    /// The value in SI. Digits, powers of ten and the numerator of the unit go through the decimal parser together, which rounds once: "0.36 mm" is
+    /// the double nearest to 0.00036. `None`: not finite, or a value that is not zero became zero.
     fn in_si(&self, unit: Unit) -> Option<f64> {
         let zero = !self.digits.bytes().any(|byte| (b'1'..=b'9').contains(&byte));
         let ten = self.ten.checked_add(i64::from(unit.ten))?;
@@ -191,7 +191,7 @@ impl<'a> Decimal<'a> {
         (value.is_finite() && (zero || value != 0.0)).then_some(value)
     }
 
-    /// Sign, the digits as a whole number times `num`, and the number of decimals; `None` if that is too long.
+    /// Sign, digits as a whole number times `num`, and number of decimals; `None` if the product overflows.
     fn whole_times(&self, num: u64) -> Option<(&'static str, u128, i64)> {
         let unsigned = self.digits.trim_start_matches(['+', '-']);
         let (whole, decimals) = unsigned.split_once('.').unwrap_or((unsigned, ""));
@@ -200,7 +200,7 @@ impl<'a> Decimal<'a> {
     }
 }
 
-/// Where the decimal literal at the start of the text ends.
+/// End of the decimal literal at the start of the text.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits_from = |mut at: usize| {
@@ -240,7 +240,7 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
                 need_factor = true;
                 rest = &rest[first.len_utf8()..];
             }
-            // Between two symbols a hyphen is a product sign, as tables of bearing coefficients have it.
+            // Between two symbols a hyphen is a product sign, as in tables of bearing coefficients.
             '-' if !need_factor && unit != Unit::ONE && rest[1..].starts_with(char::is_alphabetic) => {
                 need_factor = true;
                 rest = &rest[1..];
@@ -264,7 +264,7 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
                 rest = &rest[1..];
             }
             _ => {
-                // After "N/m" a further factor could belong above or below the line.
+                // After "N/m", a further factor could belong to the numerator or to the denominator.
                 if divided && !dividing {
                     return Err(malformed("write all factors before the division sign, or N/(m s)"));
                 }
@@ -291,7 +291,7 @@ fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     Ok(unit)
 }
 
-/// One symbol with its exponent (`None`: not a usable exponent) and what follows; `None`: no symbol here.
+/// One symbol with its exponent (`None`: an invalid exponent) and the rest of the text; `None`: no symbol here.
 fn read_factor(text: &str) -> Option<(&str, Option<i32>, &str)> {
     let is_symbol = |c: char| c.is_alphabetic() || c == '%' || c == '°';
     let end = text.find(|c: char| !is_symbol(c)).unwrap_or(text.len());

@@ -1,4 +1,4 @@
-//! The table of unit symbols and what products of them mean.
+//! The table of unit symbols, and products of units.
 
 use crate::document::cut;
 
@@ -13,7 +13,7 @@ pub struct Dimension {
     pub kg: i32,
     /// Time.
     pub s: i32,
-    /// Angle: kept only to tell rpm and deg from 1/s and pure numbers.
+    /// Angle: distinguishes rpm and deg from 1/s and pure numbers.
     pub rad: i32,
 }
 
@@ -22,10 +22,10 @@ impl Dimension {
         Self { m, kg, s, rad }
     }
 
-    /// Whether a quantity of dimension `given` may stand where `self` is expected.
+    /// Whether a quantity of dimension `given` is allowed where `self` is expected.
     ///
-    /// An angle is not a pure number here ("5 1/s" is no spin speed, "0.5 deg" no friction coefficient), except below
-    /// a torque or stiffness, where "N m/rad" and "N m" are the same thing.
+    /// An angle is not a pure number here ("5 1/s" is not a spin speed, "0.5 deg" not a friction coefficient), except in the denominator of a
+    /// torque or stiffness, where "N m/rad" and "N m" are equivalent.
     #[must_use]
     pub fn accepts(self, given: Dimension) -> bool {
         let same_but_angle = (self.m, self.kg, self.s) == (given.m, given.kg, given.s);
@@ -47,7 +47,7 @@ pub(super) struct Unit {
 impl Unit {
     pub const ONE: Unit = Unit { dimension: Dimension::new(0, 0, 0, 0), ten: 0, num: 1, den: 1, pi: 0 };
 
-    /// `self * other^power`; `None` if the numbers leave their range.
+    /// `self * other^power`; `None` if the numbers overflow.
     pub fn times(self, other: Unit, power: i32) -> Option<Unit> {
         let steps = power.unsigned_abs();
         let (up, down) = if power >= 0 { (other.num, other.den) } else { (other.den, other.num) };
@@ -65,7 +65,7 @@ impl Unit {
 
 struct Symbol {
     name: &'static str,
-    /// SI prefixes that may stand before it.
+    /// SI prefixes that the symbol may have.
     prefixes: &'static str,
     unit: Unit,
 }
@@ -103,7 +103,7 @@ const SYMBOLS: &[Symbol] = &[
     ratio("in", "", [1, 0, 0, 0], -4, [254, 1], 0),
     ratio("ft", "", [1, 0, 0, 0], -4, [3048, 1], 0),
     ratio("mil", "", [1, 0, 0, 0], -7, [254, 1], 0),
-    // The pound is 0.45359237 kg, its weight that times 9.80665 m/s2, both exactly (NIST SP 811, B.8).
+    // The pound is 0.45359237 kg, its weight this times 9.80665 m/s2, both exactly (NIST SP 811, B.8).
     ratio("lb", "", [0, 1, 0, 0], -8, [45_359_237, 1], 0),
     ratio("lbm", "", [0, 1, 0, 0], -8, [45_359_237, 1], 0),
     ratio("lbf", "", [1, 1, -2, 0], -13, [44_482_216_152_605, 1], 0),
@@ -135,7 +135,7 @@ fn prefix(letter: char) -> Option<(char, i32)> {
     })
 }
 
-/// The unit of one symbol, prefix included.
+/// The unit of one symbol, including a prefix.
 pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
     // Whole symbols before prefixed ones: "min" is a minute, "m" a metre.
     if let Some(found) = SYMBOLS.iter().find(|symbol| symbol.name == name) {
@@ -154,14 +154,14 @@ pub(super) fn look_up(name: &str) -> Result<Unit, QuantityError> {
     Err(QuantityError::UnknownUnit { unit: cut(name, 60), nearest: None })
 }
 
-/// Whether a symbol is the hertz, in any case and with any prefix.
+/// Whether a symbol is the hertz, in any letter case and with any prefix.
 fn is_hertz(name: &str) -> bool {
     let is_plain = |name: &str| name.eq_ignore_ascii_case("hz");
     let mut letters = name.chars();
     is_plain(name) || letters.next().and_then(prefix).is_some() && is_plain(letters.as_str())
 }
 
-/// Whether `name` is `spelling` with another prefix, or one that `spelling` does not have: another size, never a typing mistake.
+/// Whether `name` is `spelling` with another or an additional prefix: a unit of another size, not a misspelling.
 fn is_another_size(name: &str, spelling: &str) -> bool {
     let symbol_behind_prefix = |text: &str| {
         let mut letters = text.chars();
@@ -172,7 +172,7 @@ fn is_another_size(name: &str, spelling: &str) -> bool {
         .is_some_and(|symbol| spelling == symbol || symbol_behind_prefix(spelling) == Some(symbol))
 }
 
-/// Names that people write where a symbol is expected; in lower case and without the s of a plural.
+/// Names in common use for symbols; in lower case and singular.
 const NAMES: &[(&str, &str)] = &[
     ("meter", "m"),
     ("metre", "m"),
@@ -211,7 +211,7 @@ const NAMES: &[(&str, &str)] = &[
 const PREFIXES: [(&str, &str); 7] =
     [("milli", "m"), ("micro", "u"), ("nano", "n"), ("centi", "c"), ("kilo", "k"), ("mega", "M"), ("giga", "G")];
 
-/// The symbols of a unit written as a word: "inches", "kilogram", "usec".
+/// The symbols of a unit given as a word: "inches", "kilogram", "usec".
 fn named(name: &str) -> Vec<String> {
     let lower = name.to_lowercase();
     let single = lower.strip_suffix('s').filter(|rest| !rest.is_empty()).unwrap_or(&lower);
@@ -225,7 +225,7 @@ fn named(name: &str) -> Vec<String> {
     symbols.filter(|symbol| look_up(symbol).is_ok()).collect()
 }
 
-/// Symbols that `name` may stand for, the likeliest first: a word ("inches"), another case ("mpa", "RPM"), then one edit away.
+/// Symbols that `name` may mean, the likeliest first: a word ("inches"), another letter case ("mpa", "RPM"), then one edit away.
 pub(super) fn similar(name: &str) -> Vec<String> {
     if name.len() > 16 {
         return Vec::new();
@@ -237,7 +237,7 @@ pub(super) fn similar(name: &str) -> Vec<String> {
         .filter_map(|spelling| {
             let rank = match (spelling.eq_ignore_ascii_case(name), strsim::damerau_levenshtein(&spelling, name)) {
                 (true, _) => 0,
-                // every letter is one edit away from every other
+                // a single letter is one edit away from every other letter
                 (false, 1) if name.chars().count() > 1 && !is_another_size(name, &spelling) => {
                     1 + spelling.len().abs_diff(name.len())
                 }
@@ -250,7 +250,7 @@ pub(super) fn similar(name: &str) -> Vec<String> {
     named(name).into_iter().chain(ranked.into_iter().map(|(_, spelling)| spelling)).collect()
 }
 
-/// Spellings to show where a quantity of this SI unit is expected.
+/// Examples of quantities in this SI unit, for messages.
 #[must_use]
 pub fn examples(si: &str) -> &'static str {
     match si {

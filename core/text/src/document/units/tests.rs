@@ -1,4 +1,4 @@
-//! The accepted and the refused spellings.
+//! Accepted and rejected spellings.
 
 use std::f64::consts::PI;
 
@@ -101,12 +101,12 @@ fn spellings_give_exact_si_values() {
     ];
     for &(text, si, value) in table {
         match parse_quantity(text, si) {
-            // The inch and the pound are products here; all others are the nearest number exactly.
+            // Inch and pound involve a product and may be rounded twice; all others must give the nearest double exactly.
             Ok(found) if ["lb", "si", "slug"].iter().any(|unit| text.contains(unit)) => {
                 assert!((found / value - 1.0).abs() < 4.0 * f64::EPSILON, "{text}: {found}");
             }
             Ok(found) => assert_eq!(found, value, "{text}"),
-            // Nested division is not read: refused rather than guessed.
+            // Nested division is ambiguous, so it is rejected.
             Err(error) => {
                 assert!(value.is_nan() && matches!(error, QuantityError::Malformed { .. }), "{text}: {error}")
             }
@@ -172,7 +172,7 @@ fn wrong_quantities_are_refused_with_their_reason() {
     assert_eq!(nearest("210 gpa", "Pa").as_deref(), Some("GPa"));
     assert_eq!(nearest("1500 RPM", "rad/s").as_deref(), Some("rpm"));
     assert_eq!(nearest("600 n s/m", "N s/m").as_deref(), Some("N"));
-    // Not "mN", which is no length.
+    // Not "mN", which is not a length.
     assert_eq!(nearest("8 mn", "m").as_deref(), Some("mm"));
     assert_eq!(nearest("8 furlong", "m"), None);
 }
@@ -209,18 +209,18 @@ fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
         let (message, nearest) = error.clone().parts();
         assert_eq!(nearest.as_deref(), Some(meant), "{text}");
         assert_eq!(error.to_string(), format!("{message}; did you mean `{meant}`?"));
-        // What is proposed is right.
+        // The suggestion must be accepted.
         let unit = text.split_once(' ').expect("a unit").1;
         let wrong = message.split('`').nth(1).expect("quoted");
         assert!(parse_quantity(&format!("3 {}", unit.replacen(wrong, meant, 1)), si).is_ok(), "{text}");
     }
-    // No unit of another size.
+    // No suggestion of a unit of another size.
     for (text, si) in
         [("3 Mrpm", "rad/s"), ("3 kdeg", "rad"), ("3 Mbar", "Pa"), ("3 klbf", "N"), ("3 cN", "N"), ("3 ks", "s")]
     {
         assert_eq!(parse_quantity(text, si).expect_err(text).parts().1, None, "{text}");
     }
-    // No word of another dimension.
+    // No suggestion of a unit of another dimension.
     for (text, si) in [("3 inch", "kg"), ("2 lb", "m"), ("2 slug/in", "N/m"), ("1500 U", "rad/s")] {
         assert_eq!(parse_quantity(text, si).expect_err(text).parts().1, None, "{text}");
     }
@@ -229,7 +229,7 @@ fn a_unit_as_people_write_it_is_told_as_it_is_written_here() {
     assert!(told("3\"", "m").ends_with("inches are written `in`"));
 }
 
-/// Every unit that the message advises is accepted where the message came from.
+/// Every unit that the message suggests is accepted in the same place.
 #[test]
 fn what_is_advised_instead_of_hertz_is_accepted() {
     for (text, si, advised) in [

@@ -8,10 +8,10 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of these axis lengths; no axis gives the one empty combination.
+    /// A grid with these axis lengths; without axes there is one empty combination.
     ///
     /// # Errors
-    /// The number of combinations (at most `u128::MAX` is shown) where it exceeds `limit`.
+    /// The number of combinations (at most `u128::MAX`) if it exceeds `limit`.
     pub fn new(lengths: &[u64], limit: u64) -> Result<Self, u128> {
         let count = lengths.iter().fold(1u128, |product, &length| product.saturating_mul(u128::from(length)));
         match u64::try_from(count) {

@@ -1,4 +1,4 @@
-//! Which combinations a study holds and in which order: pure functions of (axis lengths, seed, index).
+//! The combinations of a study and their order: pure functions of (axis lengths, seed, index).
 //!
 //! ```text
 //! axis lengths  n_0, n_1, ..., n_m          as the study file gives them; the first axis is the slowest
@@ -7,7 +7,7 @@
 //!   shuffle     a permutation of the indices, pure in (seed, count); `--limit N` takes its first N
 //!   selection   sample 0..n of the present study -> index; ascending, so that the table reads like the grid
 //! ```
-//! Nothing here holds the samples themselves: a sample is computed from its number whenever it is asked for.
+//! The samples themselves are not stored: each is computed from its number when needed.
 
 mod grid;
 mod thin;
@@ -25,7 +25,7 @@ pub struct Combinations {
     selected: Option<Vec<u64>>,
 }
 
-/// Why a design cannot be made.
+/// Reason for rejecting a set of combinations.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CombinationError {
     /// The product of the axis lengths is too large.
@@ -39,7 +39,7 @@ pub enum CombinationError {
     /// A scale factor outside (0, 1].
     #[error("the scale is {value}; it must be above 0 and at most 1")]
     Scale {
-        /// What was given.
+        /// Scale as given.
         value: f64,
     },
     /// A limit of 0.
@@ -48,10 +48,10 @@ pub enum CombinationError {
 }
 
 impl Combinations {
-    /// Most samples of one study: those of a million core-hours, half a minute each.
+    /// Most samples of one study: a million core-hours at half a minute each.
     pub const LIMIT: u64 = 100_000_000;
 
-    /// The design of axes of these lengths (each >= 1), thinned by `scale`, of which `limit` samples are taken.
+    /// Combinations of axes with these lengths (each >= 1), thinned by `scale` and limited to `limit` samples.
     ///
     /// # Errors
     /// More than [`Combinations::LIMIT`] samples after thinning, a scale outside (0, 1], or a limit of 0.
@@ -76,7 +76,7 @@ impl Combinations {
         Ok(Self { axes, grid, selected })
     }
 
-    /// `points` of a design of uncertain parameters as the slowest axis, which is taken as it is, before axes of these lengths, thinned.
+    /// Combinations with the `points` of a design of uncertain parameters as the slowest axis, not thinned, and axes with these lengths, thinned.
     ///
     /// # Errors
     /// As [`Combinations::new`].
@@ -95,7 +95,7 @@ impl Combinations {
         self.selected.as_ref().map_or(self.grid.count(), |selected| selected.len() as u64)
     }
 
-    /// Number of points that are left of each axis.
+    /// Number of kept points of each axis.
     #[must_use]
     pub fn kept(&self) -> Vec<u64> {
         self.axes.iter().map(|axis| axis.kept()).collect()

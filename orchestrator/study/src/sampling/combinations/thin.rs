@@ -1,6 +1,6 @@
-//! `--scale F`: fewer points of an axis, its end points kept.
+//! `--scale F`: fewer points of an axis, including its end points.
 
-/// An axis of which some points are kept.
+/// An axis with a part of its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thinned {
     length: u64,
@@ -11,7 +11,7 @@ impl Thinned {
     /// Keeps `max(2, round(length * factor))` points, spread evenly; an axis of one point stays.
     #[must_use]
     pub fn new(length: u64, factor: f64) -> Self {
-        // Axis lengths are far below 2^53; a longer axis is refused by the limit on samples anyway.
+        // Axis lengths are far below 2^53; the limit on samples rejects longer axes.
         let wanted = (length as f64 * factor).round() as u64;
         Self { length, kept: wanted.clamp(2.min(length), length) }
     }
@@ -28,7 +28,7 @@ impl Thinned {
         if self.kept < 2 {
             return 0;
         }
-        // round(position * (length - 1) / (kept - 1)) in integers: the last point is exactly the last.
+        // round(position * (length - 1) / (kept - 1)) in integers: the last point is kept exactly.
         let (span, parts) = (u128::from(self.length - 1), u128::from(self.kept - 1));
         let rounded = (2 * u128::from(position) * span + parts) / (2 * parts);
         u64::try_from(rounded).expect("at most length - 1, a u64")

@@ -1,24 +1,24 @@
-//! `[design]` as it is written, and what is wrong with it.
+//! `[design]` as written, and its possible mistakes.
 
 use crate::sampling::combinations::Combinations;
 use thiserror::Error;
 
-/// Most points of a layout: a study has no more samples.
+/// Most points of a layout, the same as the most samples of a study.
 pub const MOST_POINTS: u64 = Combinations::LIMIT;
 /// Most uncertain parameters.
 pub const MOST_PARAMETERS: usize = 128;
 /// Most replicates.
 pub const MOST_REPLICATES: u64 = 1024;
-/// Fewest replicates of which an interval is made.
+/// Fewest replicates for an interval.
 pub const FEWEST_REPLICATES: u64 = 16;
 /// Most quantiles of a one-at-a-time design.
 pub const MOST_QUANTILES: usize = 100;
 /// Most levels of a Morris design.
 pub const MOST_LEVELS: u64 = 64;
-/// Levels where none are given.
+/// Default number of levels.
 pub const LEVELS: u64 = 4;
 
-/// How points are placed.
+/// Placement of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayoutKind {
     /// Independent points.
@@ -38,7 +38,7 @@ pub enum LayoutKind {
 }
 
 impl LayoutKind {
-    /// All of them with their words in a file.
+    /// All kinds with their words in a file.
     pub const ALL: [(&'static str, LayoutKind); 7] = [
         ("monte-carlo", LayoutKind::MonteCarlo),
         ("latin-hypercube", LayoutKind::LatinHypercube),
@@ -49,25 +49,25 @@ impl LayoutKind {
         ("saltelli", LayoutKind::Saltelli),
     ];
 
-    /// By its word.
+    /// The kind with this word.
     #[must_use]
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().find(|(known, _)| *known == word).map(|(_, kind)| *kind)
     }
 
-    /// Its word.
+    /// Word of this kind.
     #[must_use]
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(word, _)| *word)
     }
 
-    /// Whether a replicate is what it should be at powers of two only.
+    /// Whether a replicate has its properties only at powers of two.
     #[must_use]
     pub fn needs_powers_of_two(self) -> bool {
         matches!(self, LayoutKind::LatinHypercube | LayoutKind::Sobol | LayoutKind::Saltelli)
     }
 
-    /// Whether points differ from others in one parameter alone, which no dependent parameter can.
+    /// Whether points differ in one parameter alone, which is impossible for dependent parameters.
     #[must_use]
     pub fn moves_one_parameter(self) -> bool {
         matches!(self, LayoutKind::OneAtATime | LayoutKind::Morris | LayoutKind::Saltelli)
@@ -77,14 +77,14 @@ impl LayoutKind {
 /// The base point of a one-at-a-time design.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Base {
-    /// Medians; of words the most probable.
+    /// Medians; for words, the most probable one.
     #[default]
     Median,
-    /// Present values of the machine; `None`: there is none. Of words the place in their list.
+    /// Present values of the machine; `None`: the machine has no value. For words, the position in their list.
     Nominal(Vec<Option<f64>>),
 }
 
-/// `[design]` as it is written.
+/// `[design]` as written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayoutDef {
     /// `kind`.
@@ -108,7 +108,7 @@ pub struct LayoutDef {
 }
 
 impl LayoutDef {
-    /// Of a kind, with nothing else given.
+    /// A design of this kind with all other keys missing.
     #[must_use]
     pub fn new(kind: LayoutKind) -> Self {
         Self {
@@ -125,10 +125,10 @@ impl LayoutDef {
     }
 }
 
-/// A mistake in `[design]`; [`LayoutError::key`] is where it stands.
+/// A mistake in `[design]`; [`LayoutError::key`] returns the key at fault.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LayoutError {
-    /// A key is not there.
+    /// A required key is missing.
     #[error("`{key}` is missing; allowed: {allowed}")]
     Missing {
         /// The key.
@@ -141,12 +141,12 @@ pub enum LayoutError {
     Surplus {
         /// The key.
         key: &'static str,
-        /// Not of this.
+        /// Kind without this key.
         kind: LayoutKind,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// A value that cannot be.
+    /// A value outside the allowed range.
     #[error("`{key}` = {given}; allowed: {allowed}")]
     Value {
         /// The key.
@@ -156,7 +156,7 @@ pub enum LayoutError {
         /// Allowed values.
         allowed: String,
     },
-    /// A value of a list that cannot be.
+    /// An invalid value in a list.
     #[error("`{key}`, value {} = {given}; allowed: {allowed}", position + 1)]
     Element {
         /// The key.
@@ -168,13 +168,13 @@ pub enum LayoutError {
         /// Allowed values.
         allowed: String,
     },
-    /// More uncertain parameters than there may be, or none.
+    /// No uncertain parameters, or too many.
     #[error("the design has {given} uncertain parameters; allowed: 1 to {MOST_PARAMETERS}")]
     Parameters {
         /// Number found.
         given: usize,
     },
-    /// A first point at the ends of laws that have none.
+    /// A first point at the ends of distributions with infinite ends.
     #[error(
         "`scramble` = false puts the first point at the lowest value of every parameter, and {name} has none; allowed: `scramble` = true, or distributions with a `lower`"
     )]
@@ -194,10 +194,10 @@ pub enum LayoutError {
         kind.word()
     )]
     Correlated {
-        /// Not with this.
+        /// Kind that requires independent parameters.
         kind: LayoutKind,
     },
-    /// The machine gives no value to start from.
+    /// The machine has no value for the base point.
     #[error("`base` = \"nominal\": the machine gives {name} no value; allowed: `base` = \"median\"")]
     NoNominal {
         /// The parameter.

@@ -1,11 +1,11 @@
-//! What is wrong with the keys of `[design]`, whatever the laws are.
+//! Mistakes in the keys of `[design]` that do not depend on the distributions.
 
 use super::def::{
     Base, LEVELS, LayoutDef, LayoutError, LayoutKind, MOST_LEVELS, MOST_POINTS, MOST_QUANTILES, MOST_REPLICATES,
 };
 use super::saltelli;
 
-/// Every mistake in the keys themselves, for so many parameters.
+/// All mistakes in the keys, for this number of parameters.
 pub(super) fn mistakes(def: &LayoutDef, parameters: usize) -> Vec<LayoutError> {
     let mut errors = Vec::new();
     let kind = def.kind;
@@ -64,7 +64,7 @@ fn level_mistake(def: &LayoutDef) -> Option<LayoutError> {
     (!is_sound).then(|| LayoutError::Value { key: "levels", given: levels.to_string(), allowed: allowed() })
 }
 
-/// `rows`: points of a block.
+/// Mistakes in the size of the design; `rows`: points of a block.
 fn size_mistakes(def: &LayoutDef, rows: u64) -> Vec<LayoutError> {
     let mut errors = Vec::new();
     let is_single = matches!(def.kind, LayoutKind::MonteCarlo | LayoutKind::Morris | LayoutKind::Saltelli);

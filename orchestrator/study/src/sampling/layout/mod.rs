@@ -1,16 +1,17 @@
-//! Where the points of `[design]` lie: a pure function of (seed, index), so that each is made alone, in any order.
+//! Points of a `[design]`: a pure function of (seed, index), so that each point can be computed alone, in any order.
 //!
 //! ```text
 //! point `index` = R j + r: point j of replicate r of R                  monte-carlo and one-at-a-time: R = 1
 //! column `replicate` = r, column `block` = j; one-at-a-time: see steps.rs
-//! morris, saltelli: points in blocks of which each is of use only as a whole, R = 1: see morris.rs, saltelli.rs
+//! morris, saltelli: points in blocks that are useful only as a whole, R = 1: see morris.rs, saltelli.rs
 //! ```
-//! More samples, or more parameters behind the others (but of morris and saltelli), move no coordinate. Replicates are interleaved, so that the first points of
-//! all are done first; another number of replicates is another design, though each replicate stays what it is.
+//! More samples, or more parameters after the others (except for morris and saltelli), change no coordinate. Replicates are interleaved, so
+//! that the first points of all replicates are computed first; another number of replicates is another design, though each replicate stays
+//! the same.
 //!
-//! A block is the smallest set of points that is of use only as a whole: a point of each replicate. A replicate of a hypercube or of
-//! Sobol's sequence is what it should be at powers of two only; between them there is no interval ([`SamplingLayout::standing`]), and no limit
-//! cuts there ([`SamplingLayout::limited`]).
+//! A block is the smallest set of points that is useful only as a whole: one point of each replicate. A replicate of a Latin hypercube or
+//! of Sobol's sequence has its properties only at powers of two; other numbers of points have no interval ([`SamplingLayout::standing`]),
+//! and no limit cuts there ([`SamplingLayout::limited`]).
 
 mod def;
 mod mistakes;
@@ -48,31 +49,31 @@ pub struct SamplingLayout {
 enum Points {
     MonteCarlo(Source),
     Hypercubes(Vec<Hypercube>),
-    /// Keys of the scrambling of each replicate; none: as the sequence stands.
+    /// Scrambling keys of each replicate; empty: not scrambled.
     Sobol(Sobol, Vec<Vec<u64>>),
-    /// The primes of the parameters, and the scrambling of each replicate; none: as the sequence stands.
+    /// Primes of the parameters, and scrambling of each replicate; empty: not scrambled.
     Halton(Vec<u64>, Vec<Vec<Scramble>>),
     Steps(Steps),
     Trajectories(Trajectories),
     Saltelli(Saltelli),
 }
 
-/// What an interval may be made of.
+/// Basis for a confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
     /// Independent points: exact methods.
     Independent,
-    /// So many independent replicates.
+    /// This number of independent replicates.
     Replicates(u64),
-    /// Nothing, for this reason.
+    /// No interval is possible, for this reason.
     NoInterval(&'static str),
 }
 
 impl SamplingLayout {
-    /// The points of a design of these parameters.
+    /// The points of a design with these parameters.
     ///
     /// # Errors
-    /// Every mistake.
+    /// All mistakes.
     pub fn new(
         def: &LayoutDef,
         seed: u64,
@@ -132,13 +133,13 @@ impl SamplingLayout {
         Ok(Self { kind, samples, replicates, points })
     }
 
-    /// How points are placed.
+    /// Placement of the points.
     #[must_use]
     pub fn kind(&self) -> LayoutKind {
         self.kind
     }
 
-    /// Whether its points are random where the kind has a plain form.
+    /// Whether the points are random, for kinds that can also be deterministic.
     #[must_use]
     pub fn is_scrambled(&self) -> bool {
         match &self.points {
@@ -164,7 +165,7 @@ impl SamplingLayout {
         }
     }
 
-    /// Points of a block; of a one-at-a-time design, whose blocks differ, 1.
+    /// Number of points of a block; 1 for a one-at-a-time design, whose blocks differ.
     #[must_use]
     pub fn rows(&self) -> u64 {
         match &self.points {
@@ -174,8 +175,8 @@ impl SamplingLayout {
         }
     }
 
-    /// The first points of each replicate, a part `factor` (0 .. 1] of them, at least one: a power of two where the kind needs it.
-    /// A one-at-a-time design stays whole.
+    /// Keeps a fraction `factor` (0 .. 1] of the points of each replicate, from the first on, at least one: a power of two where the kind needs
+    /// one. A one-at-a-time design stays whole.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         let wanted = (libm::round(self.samples as f64 * factor) as u64).clamp(1, self.samples);
@@ -183,8 +184,8 @@ impl SamplingLayout {
         self
     }
 
-    /// How many points the first `limit` points are, in whole blocks; the first block in any case. A replicate of a hypercube or of
-    /// Sobol's sequence is cut at a power of two: it would be nothing that an interval can be made of.
+    /// Number of points within the first `limit` that form whole blocks; at least the first block. A replicate of a Latin hypercube or of Sobol's
+    /// sequence is cut at a power of two, because no interval can be computed otherwise.
     #[must_use]
     pub fn limited(&self, limit: u64) -> u64 {
         let limit = limit.clamp(1, self.count());
@@ -213,7 +214,7 @@ impl SamplingLayout {
         }
     }
 
-    /// The largest beginning of the first `count` points of which an interval can be made as far as its shape goes.
+    /// The largest number of points, at most `count` from the first on, whose shape allows an interval.
     #[must_use]
     pub fn whole(&self, count: u64) -> u64 {
         let each = count / self.rows();
@@ -226,7 +227,7 @@ impl SamplingLayout {
         }
     }
 
-    /// What an interval may be made of from the first `count` points.
+    /// Basis for an interval from the first `count` points.
     #[must_use]
     pub fn standing(&self, count: u64) -> Standing {
         match self.kind {
@@ -246,7 +247,7 @@ impl SamplingLayout {
         }
     }
 
-    /// Why the first `count` points have no interval, in words.
+    /// The reason why the first `count` points have no interval, in words.
     #[must_use]
     pub fn without_interval(&self, count: u64) -> Option<String> {
         let Standing::NoInterval(reason) = self.standing(count) else { return None };
@@ -255,7 +256,7 @@ impl SamplingLayout {
                 let s = if self.replicates == 1 { "" } else { "s" };
                 format!("answers have no interval: {} replicate{s}, {FEWEST_REPLICATES} are needed", self.replicates)
             }
-            // those of a bootstrap of its blocks
+            // the interval of a sensitivity is a bootstrap of the blocks
             reason if matches!(self.kind, LayoutKind::Saltelli | LayoutKind::Morris) => {
                 format!("answers other than sensitivities have no interval: {reason}")
             }
@@ -263,7 +264,7 @@ impl SamplingLayout {
         })
     }
 
-    /// What `check` says beside the numbers.
+    /// Notes of `check` about the design.
     #[must_use]
     pub fn notes(&self, copula: &Copula) -> Vec<String> {
         let mut notes: Vec<String> = self.without_interval(self.count()).into_iter().collect();
@@ -285,7 +286,7 @@ impl SamplingLayout {
         }
     }
 
-    /// The trajectories of a Morris design: which parameter a point moves, and how far.
+    /// The trajectories of a Morris design: the parameter that each point changes, and the size of the change.
     #[must_use]
     pub fn trajectories(&self) -> Option<&Trajectories> {
         match &self.points {
@@ -294,7 +295,7 @@ impl SamplingLayout {
         }
     }
 
-    /// The layout of a Saltelli design: what a point is to its base point.
+    /// The layout of a Saltelli design: the relation of each point to its base point.
     #[must_use]
     pub fn saltelli(&self) -> Option<&Saltelli> {
         match &self.points {
@@ -303,9 +304,9 @@ impl SamplingLayout {
         }
     }
 
-    /// A warning where the first `count` points of a sequence are too few for so many parameters: of a Saltelli design every
-    /// parameter whose values in A and in B are correlated, the largest correlation first; of a replicate the pair of
-    /// parameters with the largest correlation.
+    /// Warning if the first `count` points of a sequence are too few for this number of parameters. For a Saltelli design, it lists every
+    /// parameter whose values in A and in B are correlated, the largest correlation first; for a replicate, the pair of parameters with the
+    /// largest correlation.
     #[must_use]
     pub fn related(&self, count: u64, names: &[&str]) -> Option<String> {
         if matches!(self.kind, LayoutKind::Sobol | LayoutKind::Halton) {
@@ -325,7 +326,7 @@ impl SamplingLayout {
         })
     }
 
-    /// Warning of the first points of the first replicate.
+    /// Warning about the first points of the first replicate.
     fn related_in_replicate(&self, points: u64, names: &[&str]) -> Option<String> {
         let d = names.len();
         let fill = |j: u64, point: &mut [f64]| self.fill(j * self.replicates, point);
@@ -341,7 +342,7 @@ impl SamplingLayout {
         ))
     }
 
-    /// The coordinates of a point `index` < count of any kind but one-at-a-time (which leaves them as they are).
+    /// The coordinates of point `index` < count, for every kind except one-at-a-time (whose `point` is left unchanged).
     pub fn fill(&self, index: u64, point: &mut [f64]) {
         let (j, r) = (index / self.replicates, (index % self.replicates) as usize);
         match &self.points {

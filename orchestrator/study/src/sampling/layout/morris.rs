@@ -1,26 +1,26 @@
-//! Trajectories of Morris: from a random point on a grid of levels, each parameter moves once, in random order.
+//! Morris trajectories: from a random point on a grid of levels, each parameter changes once, in random order.
 //!
 //! ```text
 //! point (d + 1) t + s: trajectory t after s moves                                       block t
-//! start     each parameter at one of p levels l = 0 .. p - 1, all as probable
-//! a move    by p/2 levels, up from the lower half, down from the upper: delta = p/(2 (p - 1)) of the whole course
-//! level -> coordinate u, by the law of the parameter:
+//! start     each parameter at one of p levels l = 0 .. p - 1, with equal probability
+//! a move    by p/2 levels, up from the lower half, down from the upper: delta = p/(2 (p - 1)) of the whole range
+//! level -> coordinate u, depending on the distribution of the parameter:
 //!   both ends finite   u = l/(p - 1): from end to end
-//!   an end missing     u = 0.005 + 0.99 l/(p - 1): the middle 99 %, since a level at an end would be infinite
-//!   periodic           u = l/p: both ends are the same value, so p different ones, and a move is half a turn
+//!   an infinite end    u = 0.005 + 0.99 l/(p - 1): the middle 99 %, since a level at an end would be infinite
+//!   periodic           u = l/p: both ends are the same value, so there are p different levels, and a move is half a turn
 //! ```
-//! Every start is as probable and every direction follows from it, so each elementary effect of the grid is drawn with the same
-//! probability, as in Morris's own construction. A trajectory depends on (seed, t, d, p) alone: more trajectories move none.
+//! All starts have the same probability, and the direction of a move follows from the start. So each elementary effect of the grid is drawn
+//! with the same probability, as in Morris's own construction. A trajectory depends on (seed, t, d, p) alone: more trajectories change none.
 //!
 //! Source: M. D. Morris, "Factorial sampling plans for preliminary computational experiments" (1991).
 
 use crate::sampling::sequence::random::Source;
 use crate::uncertain::Uncertain;
 
-/// Probability beyond the outer levels of a law that has no end on one side or both.
+/// Probability outside the outer levels of a distribution with an infinite end.
 const TAIL: f64 = 0.005;
 
-/// Which coordinates the levels of a parameter are.
+/// Coordinates of the levels of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Course {
     Whole,
@@ -36,17 +36,17 @@ pub struct Trajectories {
     courses: Vec<Course>,
 }
 
-/// The move that leads to a point.
+/// The move from the previous point to this one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Move {
-    /// The parameter that differs from the point before.
+    /// The parameter that differs from the previous point.
     pub parameter: usize,
-    /// Whether its coordinate is larger than there.
+    /// Whether the coordinate of that parameter increases.
     pub up: bool,
 }
 
 impl Trajectories {
-    /// Of parameters with these laws, on an even number of levels.
+    /// Trajectories of parameters with these distributions, on an even number of levels.
     pub(super) fn new(source: Source, levels: u64, laws: &[Uncertain]) -> Self {
         let course = |law: &Uncertain| match law {
             Uncertain::Periodic(..) => Course::Around,
@@ -56,19 +56,19 @@ impl Trajectories {
         Self { source, levels, courses: laws.iter().map(course).collect() }
     }
 
-    /// Points of a trajectory.
+    /// Number of points of a trajectory.
     #[must_use]
     pub fn rows(&self) -> u64 {
         self.courses.len() as u64 + 1
     }
 
-    /// How far a move goes, as a part of a parameter's course.
+    /// Size of a move as a fraction of the range of a parameter.
     #[must_use]
     pub fn delta(&self) -> f64 {
         self.levels as f64 / (2.0 * (self.levels - 1) as f64)
     }
 
-    /// Levels at which a trajectory starts, and the order in which its parameters move.
+    /// Starting levels of a trajectory, and the order of its moves.
     fn drawn(&self, trajectory: u64) -> (Vec<u64>, Vec<usize>) {
         let parameters = self.courses.len();
         let mut numbers = vec![0.0; 2 * parameters];
@@ -84,7 +84,7 @@ impl Trajectories {
         level < self.levels / 2
     }
 
-    /// The move that leads to a point; none to the start of a trajectory.
+    /// The move to a point; `None` for the start of a trajectory.
     #[must_use]
     pub fn moved(&self, index: u64) -> Option<Move> {
         let (trajectory, step) = (index / self.rows(), index % self.rows());
@@ -94,7 +94,7 @@ impl Trajectories {
         Some(Move { parameter, up: self.is_low(starts[parameter]) })
     }
 
-    /// Coordinates of the levels of a parameter, in order; a move leads from one to that half of their number further on, or back.
+    /// Coordinates of the levels of a parameter, in order. A move goes to the level half of their number further up or down.
     pub(crate) fn levels(&self, parameter: usize) -> Vec<f64> {
         (0..self.levels).map(|level| self.coordinate(level, self.courses[parameter])).collect()
     }

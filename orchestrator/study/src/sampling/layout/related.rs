@@ -1,5 +1,5 @@
-//! Columns of a design that are correlated because it has too few points for so many columns: one rule for the values of a parameter in
-//! A and in B of a Saltelli design, and for pairs of parameters in a replicate of a sequence.
+//! Correlation of columns of a design that has too few points for its number of columns: the same rule for the values of a parameter in A and
+//! in B of a Saltelli design, and for pairs of parameters in a replicate of a sequence.
 //!
 //! ```text
 //! largest correlation of two parameters in a replicate of    64         256         1024        4096 points
@@ -10,12 +10,12 @@
 
 /// Smallest correlation that is reported.
 pub(super) const LEAST: f64 = 0.1;
-/// Points that are examined at most: of more, no correlation is as large.
+/// Most points that are examined: with more points, no correlation is as large.
 pub(super) const EXAMINED: u64 = 8192;
 
 /// Pairs of columns with a correlation of at least [`LEAST`] over the first `count` points, the largest first.
 ///
-/// * `columns` - their number; `fill` - the coordinates of a point.
+/// * `columns` - their number; `fill` - writes the coordinates of a point.
 pub(super) fn related(
     count: u64,
     columns: usize,

@@ -5,8 +5,8 @@
 //! its points, in order   A, AB_1 .. AB_d, [BA_1 .. BA_d], B       d + 2 of them, 2 d + 2 with second_order
 //! AB_i = A with parameter i of B; BA_i = B with parameter i of A
 //! ```
-//! The sequence is that of `sobol.rs`, scrambled unless `scramble` = false, from index 0 on. A base point depends on (seed, j, d)
-//! alone: more base points move none; another number of parameters moves B.
+//! The sequence is that of `sobol.rs`, scrambled unless `scramble` = false, from index 0 on. A base point depends on (seed, j, d) alone: more
+//! base points change none; another number of parameters changes B.
 //!
 //! Sources: A. Saltelli, "Making best use of model evaluations to compute sensitivity indices" (2002); A. Saltelli et al., "Variance
 //! based sensitivity analysis of model output" (2010).
@@ -14,17 +14,17 @@
 use super::related::related;
 use crate::sampling::sequence::sobol::Sobol;
 
-/// The base points of a design, and what is made of them.
+/// The base points of a design, and the points derived from them.
 #[derive(Debug, Clone)]
 pub struct Saltelli {
     sobol: Sobol,
-    /// Of the scrambling; none: as the sequence stands.
+    /// Scrambling keys; `None`: not scrambled.
     keys: Option<Vec<u64>>,
     parameters: usize,
     second_order: bool,
 }
 
-/// What a point is to its base point.
+/// Relation of a point to its base point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// The first half of the coordinates.
@@ -38,30 +38,30 @@ pub enum Role {
 }
 
 impl Saltelli {
-    /// Of so many parameters; `keys` of twice as many dimensions.
+    /// Layout for this number of parameters; `keys` has twice as many dimensions.
     pub(super) fn new(parameters: usize, keys: Option<Vec<u64>>, second_order: bool) -> Self {
         Self { sobol: Sobol::new(2 * parameters), keys, parameters, second_order }
     }
 
-    /// Points of a base point.
+    /// Number of points per base point.
     #[must_use]
     pub fn rows(&self) -> u64 {
         rows(self.parameters, self.second_order)
     }
 
-    /// Whether every BA_i is there.
+    /// Whether the layout has the points BA_i.
     #[must_use]
     pub fn has_second_order(&self) -> bool {
         self.second_order
     }
 
-    /// Whether its points are random.
+    /// Whether the points are random.
     #[must_use]
     pub fn is_scrambled(&self) -> bool {
         self.keys.is_some()
     }
 
-    /// What a point is.
+    /// Relation of a point to its base point.
     #[must_use]
     pub fn role(&self, index: u64) -> Role {
         let place = index % self.rows();
@@ -75,8 +75,8 @@ impl Saltelli {
         if of < self.parameters { Role::Ab(of) } else { Role::Ba(of - self.parameters) }
     }
 
-    /// Parameters whose values in A and in B are correlated over the first `count` base points, the largest correlation r first. Their total
-    /// index is biased by a factor of about 1 - r, since E (a - b)^2/2 = V (1 - r): too low for r > 0, too high for r < 0.
+    /// Parameters whose values in A and in B are correlated over the first `count` base points, the largest correlation r first. The total index
+    /// of such a parameter is biased by a factor of about 1 - r, since E (a - b)^2/2 = V (1 - r): too low for r > 0, too high for r < 0.
     #[must_use]
     pub fn related(&self, count: u64) -> Vec<(usize, f64)> {
         let d = self.parameters;
@@ -111,7 +111,7 @@ impl Saltelli {
     }
 }
 
-/// Points of a base point.
+/// Number of points per base point.
 pub(super) fn rows(parameters: usize, second_order: bool) -> u64 {
     let each = if second_order { 2 } else { 1 };
     each * parameters as u64 + 2

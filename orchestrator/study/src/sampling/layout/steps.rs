@@ -1,29 +1,29 @@
-//! One parameter at a time: a base point, then each parameter at other values while the others stay.
+//! One-at-a-time design: a base point, then each parameter at other values while the others stay.
 //!
 //! ```text
-//! point 0                 the base point: medians (of words the most probable), or present values of the machine      block 0
+//! point 0                 the base point: medians (for words the most probable), or present values of the machine    block 0
 //! then                    each other value of the discrete parameters, parameter by parameter                         block 1
 //! then for each quantile  every other parameter at that quantile, parameter by parameter                              one more each
 //! ```
-//! A quantile added at the end of the list adds points at the end and moves none. A block is what is of use only as a whole: all
-//! parameters at one quantile. By default 10 % and 90 %, as in a tornado diagram.
+//! A quantile added at the end of the list adds points at the end and changes none. A block is the smallest set that is useful only as a
+//! whole: all parameters at one quantile. By default 10 % and 90 %, as in a tornado diagram.
 
 use super::def::{Base, LayoutDef, LayoutError};
 use crate::uncertain::{Uncertain, Values};
 
-/// Quantiles where none are given.
+/// Default quantiles.
 const QUANTILES: [f64; 2] = [0.1, 0.9];
 
 /// A one-at-a-time design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steps {
     base: Vec<f64>,
-    /// Of each further point: its parameter, that one's value, its block.
+    /// For each point after the base point: the changed parameter, its value, the block.
     changes: Vec<(usize, f64, u64)>,
 }
 
 impl Steps {
-    /// Of keys that are sound.
+    /// The design of valid keys.
     pub(super) fn new(def: &LayoutDef, names: &[String], laws: &[Uncertain]) -> Result<Self, Vec<LayoutError>> {
         let mut errors = Vec::new();
         let median = |law: &Uncertain| match law {
@@ -72,7 +72,7 @@ impl Steps {
         1 + self.changes.len() as u64
     }
 
-    /// The parameter that a point changes; the base point changes none.
+    /// The parameter that a point changes; `None` for the base point.
     #[must_use]
     pub fn changed(&self, index: u64) -> Option<usize> {
         self.change(index).map(|(parameter, ..)| *parameter)
@@ -86,7 +86,7 @@ impl Steps {
         self.change(index).map_or(0, |(.., block)| *block)
     }
 
-    /// The values of a point, added to `values`.
+    /// Appends the values of a point to `values`.
     pub(crate) fn values(&self, index: u64, values: &mut Vec<f64>) {
         let first = values.len();
         values.extend(&self.base);
@@ -97,7 +97,7 @@ impl Steps {
 }
 
 impl Values {
-    /// Whether they are words.
+    /// Whether the values are words.
     #[must_use]
     pub fn is_words(&self) -> bool {
         matches!(self, Values::Words(_))

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! scrambled: first digit   a P(digit) + c mod prime    P: a random permutation of the digits
-//!            others        a digit + c mod prime       a, c: random numbers of the node of the tree that the digits above lead to
+//! others        a digit + c mod prime       a, c: random numbers of the tree node given by the digits above
 //! ```
 //! With linear permutations alone, two primes above the number of points give nearly straight lines: columns of 109 and 113 had a
 //! correlation of 0.99 over 64 points. The random permutation of the first digit removes this; the shift c makes each point uniform.
@@ -13,7 +13,7 @@
 use super::random::mixed;
 use crate::sampling::shuffle::Network;
 
-/// Cells of a coordinate at most: the middle of one and its complement are exact.
+/// Most cells of a coordinate: the middle of a cell and its complement are exact.
 const MOST_CELLS: u64 = 1 << 52;
 
 /// The primes of the first dimensions.
@@ -30,7 +30,7 @@ pub fn primes(count: usize) -> Vec<u64> {
     primes
 }
 
-/// The coordinate as it stands in the sequence: 0 is its first.
+/// The coordinate without scrambling; index 0 is the first point.
 #[must_use]
 pub fn plain(mut index: u64, prime: u64) -> f64 {
     let (mut mirrored, mut cells) = (0u64, 1u64);
@@ -51,23 +51,23 @@ pub struct Scramble {
 }
 
 impl Scramble {
-    /// The scrambling of a prime that belongs to a key.
+    /// The scrambling of a prime with a key.
     #[must_use]
     pub fn new(prime: u64, key: u64) -> Self {
         Self { prime, key, first_digits: Network::new(prime) }
     }
 
-    /// The scrambled coordinate: the middle of its cell.
+    /// The scrambled coordinate, in the middle of its cell.
     #[must_use]
     pub fn coordinate(&self, mut index: u64) -> f64 {
         let Self { prime, key, first_digits } = *self;
         let (mut mirrored, mut cells, mut node) = (0u64, 1u64, 0u64);
-        // apart from all nodes, whose level is a number of cells
+        // separate from all nodes, whose level is a number of cells
         let round = |number: u8, half: u64| mixed(key, mixed(0, u64::from(number) << 32 | half));
         while cells <= MOST_CELLS / prime {
             let digit = index % prime;
             let placed = if cells == 1 { first_digits.apply(digit, round) } else { digit };
-            // the node that the digits above lead to: their own number, apart for each level
+            // the node given by the digits above: their own number, separate for each level
             let bits = mixed(key, mixed(cells, node));
             let (factor, shift) = (1 + (bits >> 32) % (prime - 1), (bits & 0xffff_ffff) % prime);
             mirrored = mirrored * prime + (factor * placed + shift) % prime;
@@ -152,7 +152,7 @@ mod tests {
                         }
                     }
                 }
-                // of independent points the largest of 1770 pairs is above 4.8 standard deviations once in 350 times
+                // for independent points, the largest of 1770 pairs exceeds 4.8 standard deviations once in 350 cases
                 assert!(worst.0 < 5.0 / (points as f64).sqrt(), "{dimensions}, {points}: {worst:?}");
             }
         }
@@ -173,7 +173,7 @@ mod tests {
         for dimensions in [2, 5, 10] {
             let independent = ((1.0f64 + 1.0 / 12.0).powi(dimensions as i32) - 1.0).sqrt();
             let found = [64, 512, 4096].map(|points| error(dimensions, points));
-            // those of independent points fall by 2.8
+            // errors of independent points decrease by a factor of 2.8
             assert!(found.windows(2).all(|pair| pair[0] > 4.0 * pair[1]), "{dimensions}: {found:?}");
             assert!(found[2] < independent / 64.0 / 5.0, "{dimensions}: {found:?}, {}", independent / 64.0);
         }

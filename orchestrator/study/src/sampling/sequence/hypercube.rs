@@ -1,12 +1,12 @@
-//! Latin hypercube that grows by doubling: of the first 2^k points one is in each of 2^k equal slices of every dimension, for every k.
+//! Latin hypercube that grows by doubling: for every k, the first 2^k points have one point in each of 2^k equal slices of every dimension.
 //!
 //! ```text
 //! doubling k: points 2^k .. 2^(k+1)     (point 0 before the first)
 //! coordinate of point i in dimension d = scrambled mirror image of the bits of pi_(d,k)(i)
 //! ```
-//! pi is a random permutation within the doubling, a fresh one for each dimension: the set of coordinates in a dimension is that of
-//! a scrambled van der Corput sequence, which has the slices, and how dimensions are paired is random. Separately scrambled sequences
-//! alone would fill two of four quadrants with every two points.
+//! pi is a random permutation within the doubling, a separate one for each dimension. So the coordinates in a dimension are those of a
+//! scrambled van der Corput sequence, which has the slices, and the pairing of dimensions is random. Without the permutation, separately
+//! scrambled sequences would fill two of four quadrants with every two points.
 //! Sources: M. D. McKay, R. J. Beckman, W. J. Conover (1979); growth by doubling: C. J. Sallaberry, J. C. Helton, S. C. Hora (2008).
 
 use super::owen::scrambled;
@@ -16,12 +16,12 @@ use crate::sampling::shuffle::Shuffle;
 /// One replicate.
 #[derive(Debug, Clone)]
 pub struct Hypercube {
-    /// Of each dimension: the key of its scrambling and its permutation in each doubling.
+    /// For each dimension: its scrambling key and its permutation in each doubling.
     dimensions: Vec<(u64, Vec<Shuffle>)>,
 }
 
 impl Hypercube {
-    /// Of so many dimensions, for at most `samples` points; more points leave the first ones where they are.
+    /// A hypercube of this number of dimensions, for at most `samples` points; more points do not change the first ones.
     #[must_use]
     pub fn new(source: &Source, dimensions: usize, samples: u64) -> Self {
         let doublings = u64::BITS - samples.saturating_sub(1).leading_zeros();
@@ -32,7 +32,7 @@ impl Hypercube {
         Self { dimensions: (0..dimensions).map(one).collect() }
     }
 
-    /// A point.
+    /// The coordinates of a point.
     pub fn fill(&self, index: u64, point: &mut [f64]) {
         for (coordinate, (key, permutations)) in point.iter_mut().zip(&self.dimensions) {
             let placed = match index.checked_ilog2() {
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn two_dimensions_are_paired_at_random() {
-        // four points over many replicates: every pattern of quadrants comes, and the correlation is that of a random pairing
+        // four points over many replicates: every pattern of quadrants occurs, and the correlation is that of a random pairing
         let (mut quadrants, mut products) = (std::collections::BTreeSet::new(), 0.0);
         let replicates = 2000;
         for replicate in 0..replicates {
@@ -84,7 +84,7 @@ mod tests {
             quadrants.insert(pattern);
             products += four.iter().map(|p| (p[0] - 0.5) * (p[1] - 0.5)).sum::<f64>();
         }
-        // each dimension halves the first two and the last two points: 2 x 2 ways, each dimension on its own
+        // each dimension halves the first two and the last two points: 2 x 2 ways per dimension, independently
         assert!(quadrants.len() >= 16);
         let mean = products / (4.0 * replicates as f64) * 12.0;
         assert!(mean.abs() < 5.0 / (4.0 * replicates as f64).sqrt(), "{mean}");

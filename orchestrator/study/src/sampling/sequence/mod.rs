@@ -1,4 +1,4 @@
-//! Sequences of points in the unit cube: independent ([`random`]), or even over the cube ([`hypercube`], [`sobol`], [`halton`]; scrambled by `owen`
+//! Sequences of points in the unit cube: independent ([`random`]), or evenly distributed ([`hypercube`], [`sobol`], [`halton`]; scrambled by `owen`
 //! and by permutations of digits). Each point is a pure function of (seed, replicate, index).
 
 pub mod halton;

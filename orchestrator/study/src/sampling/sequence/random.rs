@@ -1,31 +1,31 @@
-//! Random bits as a pure function of (seed, replicate, purpose, index): any point of a design is made alone, in any order.
+//! Random bits as a pure function of (seed, replicate, purpose, index): any point of a design can be computed alone, in any order.
 //!
 //! Keys are derived by BLAKE3; the points of a Monte Carlo design are its output. Where a design needs a bit for each node of a
 //! tree (scrambling), the key is mixed with the node by the finaliser of SplitMix64 (D. Lea, G. L. Steele, C. H. Flood, "Fast
 //! splittable pseudorandom number generators", 2014), twice.
 //!
-//! A number of 53 bits stands for the middle of its cell of width 2^-52, so that no coordinate is 0 or 1 and `1 - u` is exact.
+//! A number of 53 bits represents the middle of its cell of width 2^-52, so that no coordinate is 0 or 1 and `1 - u` is exact.
 
 use bladeoff_system::random::finaliser;
 use blake3::Hasher;
 
-/// Bits of a coordinate.
+/// Number of bits of a coordinate.
 pub const BITS: u32 = 53;
 
-/// The coordinate of so many bits: the middle of its cell.
+/// The coordinate of these bits: the middle of its cell.
 #[must_use]
 pub fn unit(bits: u64) -> f64 {
     (bits | 1) as f64 * (1.0 / (1u64 << BITS) as f64)
 }
 
-/// What the random bits of a replicate depend on.
+/// Source of the random bits of a replicate.
 #[derive(Debug, Clone)]
 pub struct Source {
     key: [u8; 32],
 }
 
 impl Source {
-    /// Of a replicate of a study's design; `purpose` keeps designs of different kinds apart.
+    /// The source for a replicate of a study's design; `purpose` separates designs of different kinds.
     #[must_use]
     pub fn new(seed: u64, purpose: &str, replicate: u64) -> Self {
         let mut hasher = Hasher::new_derive_key("bladeoff design v1");
@@ -45,7 +45,7 @@ impl Source {
         }
     }
 
-    /// A key of its own, for a dimension.
+    /// A separate key for a dimension.
     #[must_use]
     pub fn key(&self, dimension: usize) -> u64 {
         let hash =
@@ -54,7 +54,7 @@ impl Source {
     }
 }
 
-/// Random bits of a node under a key.
+/// Random bits of a tree node under a key.
 #[inline]
 #[must_use]
 pub fn mixed(key: u64, node: u64) -> u64 {
@@ -69,7 +69,7 @@ mod tests {
     fn points_are_pinned_and_no_coordinate_is_0_or_1() {
         let mut point = [0.0; 3];
         Source::new(1, "monte-carlo", 0).fill(7, &mut point);
-        // recorded once from this implementation: a change here would move the points of every study
+        // recorded once from this implementation: a change here would change the points of every study
         assert_eq!(point, [0.05063335233323596, 0.14429030368154871, 0.2791994361209932]);
         let mut again = [0.0; 5];
         Source::new(1, "monte-carlo", 0).fill(7, &mut again);
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn mixed_bits_of_neighbouring_nodes_are_independent() {
-        // every output bit of 64 over 2^16 nodes: half set, and agreeing with its neighbour's half the time
+        // each of the 64 output bits over 2^16 nodes: set in half of them, and equal to that of the next node half the time
         let count = 1u64 << 16;
         for bit in 0..64 {
             let (mut set, mut alike) = (0i64, 0i64);

@@ -6,25 +6,25 @@
 //! point i: the v_k of the bits k that are set in i ^ (i >> 1), added without carry
 //! ```
 //! Source: S. Joe, F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections" (2008); the table is theirs
-//! (BSD licence beside it). 2^m points from index 0 on are a net: take powers of two, never skip the first.
+//! (BSD licence beside it). 2^m points from index 0 on form a net: use powers of two, never skip the first.
 
 use super::owen::scrambled;
 use super::random::{BITS, Source, unit};
 
 const TABLE: &str = include_str!("joe-kuo-6.1000.txt");
-/// Dimensions of the table.
+/// Number of dimensions in the table.
 pub const MOST_DIMENSIONS: usize = 1000;
 const COLUMNS: usize = BITS as usize;
 
 /// The first dimensions of the sequence.
 #[derive(Debug, Clone)]
 pub struct Sobol {
-    /// v_k of each dimension, as numbers of [`BITS`] bits.
+    /// Direction numbers v_k of each dimension, as numbers of [`BITS`] bits.
     directions: Vec<[u64; COLUMNS]>,
 }
 
 impl Sobol {
-    /// Of so many dimensions, at most [`MOST_DIMENSIONS`].
+    /// The first `dimensions` dimensions, at most [`MOST_DIMENSIONS`].
     #[must_use]
     pub fn new(dimensions: usize) -> Self {
         assert!(dimensions <= MOST_DIMENSIONS, "the table has {MOST_DIMENSIONS} dimensions");
@@ -48,14 +48,14 @@ impl Sobol {
         bits
     }
 
-    /// A point as it stands in the sequence: 0 is its first.
+    /// The coordinates of a point without scrambling; index 0 is the first point.
     pub fn plain(&self, index: u64, point: &mut [f64]) {
         for (dimension, coordinate) in point.iter_mut().enumerate() {
             *coordinate = self.bits(index, dimension) as f64 * (1.0 / (1u64 << BITS) as f64);
         }
     }
 
-    /// The same scrambled, with the keys of its dimensions.
+    /// The coordinates of a point, scrambled with one key per dimension.
     pub fn scrambled(&self, index: u64, keys: &[u64], point: &mut [f64]) {
         for (dimension, (coordinate, &key)) in point.iter_mut().zip(keys).enumerate() {
             *coordinate = unit(scrambled(self.bits(index, dimension), key));
@@ -63,13 +63,13 @@ impl Sobol {
     }
 }
 
-/// Keys of the dimensions of a replicate.
+/// Scrambling keys of the dimensions of a replicate.
 #[must_use]
 pub fn keys(source: &Source, dimensions: usize) -> Vec<u64> {
     (0..dimensions).map(|dimension| source.key(dimension)).collect()
 }
 
-/// m_k of a line of the table: dimension, degree, polynomial, initial numbers.
+/// Numbers m_k of a line of the table: dimension, degree, polynomial, initial numbers.
 fn numerators(line: &str) -> [u64; COLUMNS] {
     let numbers: Vec<u64> =
         line.split_whitespace().map(|word| word.parse().expect("the table holds numbers")).collect();
