@@ -33,7 +33,6 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
         let structure = engine::build(&case.machine)?;
-        let time_step = engine::time_step(&case.machine, &structure)?;
         let path = out.join(format!("{}.mcap", case.detection));
         let settings = Settings {
             path: path.clone(),
@@ -41,7 +40,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
             decimation: Decimation::Every(EVERY),
             csv: CsvStyle::Point,
         };
-        let (_, written) = watched(&case.machine, &structure, &time_step, Some(&settings), false)?;
+        let (_, written) = watched(&case.machine, &structure, Some(&settings), false)?;
         if let Some(written) = written {
             remark(&written);
         }
