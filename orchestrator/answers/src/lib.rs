@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! rows --tables--> results.parquet --tables--> columns --report--> summary as text
-//! history of a run, machine, lines --figures--> SVG, PNG
+//! history of a run, machine, lines --figures--> SVG, PNG, by the elements and axes of drawing
 //! columns of a random design --estimate--> figures with intervals --ask--> answers, --gate--> 0, 4 or 5
 //! columns over two parameters --map--> cells, smoothed where samples are scattered --ask--> answers, --figures--> pictures
 //! columns --sensitivity--> which parameter decides; figures at looks --stop--> whether they are precise enough
@@ -13,6 +13,7 @@
 
 pub mod ask;
 pub mod compare;
+mod drawing;
 pub mod estimate;
 pub mod figures;
 pub mod gate;

@@ -102,10 +102,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let is_worded = args.question.is_none() && args.x.is_some();
     let title = format!("{}: {}", name(&directory, &samples), if is_worded { &maps[0].of } else { &question.name });
     if args.out.extension().is_some_and(|extension| extension == "html") {
-        let page = page(&title, &question.name, &maps, &told(&answering))?;
+        let page = page(&title, &question.name, &maps, &told(&answering));
         replacing(&args.out, || write_whole(&args.out, page.html().as_bytes()))?;
     } else {
-        let figure = figures::maps(&title, &maps)?;
+        let figure = figures::maps(&title, &maps);
         replacing(&args.out, || figure.write(&args.out))?;
     }
     if args.json {
@@ -119,11 +119,11 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
 }
 
 /// The same as a page that needs nothing else: zoom, and the numbers of each cell.
-fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Result<Page, CliError> {
+fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Page {
     let mut blocks = vec![Block::Verbatim(said.to_owned())];
-    blocks.extend(map_figures(name, maps, maps.len())?.into_iter().map(Block::from));
+    blocks.extend(map_figures(name, maps, maps.len()).into_iter().map(Block::from));
     let section = Section { id: "maps", heading: "Maps".to_owned(), blocks };
-    Ok(Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section], reload: None })
+    Page { title: title.to_owned(), lead: Vec::new(), sections: vec![section], reload: None }
 }
 
 fn refuse_other_formats(out: &Path) -> Result<(), CliError> {

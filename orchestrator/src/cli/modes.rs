@@ -119,14 +119,14 @@ fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
     // a machine that neither turns nor has a critical speed
     let top = if top > 0.0 { top } else { 2.0 * PI };
     let followed = engine::followed_modes(machine, &campbell_speeds(top))?;
-    let mut all = vec![("campbell".to_owned(), campbell(machine, &followed, critical, top)?)];
+    let mut all = vec![("campbell".to_owned(), campbell(machine, &followed, critical, top))];
     let drawn = [
-        ("machine", figures::machine(machine)?),
-        ("mode-shapes", rotor_shapes(machine, &structure)?),
-        ("unbalance-response", unbalance_response(machine, critical, top)?),
+        ("machine", figures::machine(machine)),
+        ("mode-shapes", rotor_shapes(machine, &structure)),
+        ("unbalance-response", unbalance_response(machine, critical, top)),
     ];
     all.extend(drawn.into_iter().filter_map(|(name, figure)| Some((name.to_owned(), figure?))));
-    let rings = ring_shapes(machine, &structure, &report)?;
+    let rings = ring_shapes(machine, &structure, &report);
     let several = rings.len() > 1;
     let file = |name: String| if several { format!("ring-modes-{name}") } else { "ring-modes".to_owned() };
     all.extend(rings.into_iter().map(|(name, figure)| (file(name), figure)));

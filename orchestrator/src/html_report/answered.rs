@@ -68,10 +68,7 @@ pub(super) fn answers(
 /// A picture for each panel and difference of a map.
 fn maps(question: &Question, answers: &[&Answer], all: usize) -> Vec<Block> {
     let maps: Vec<Map> = answers.iter().filter_map(|answer| answer.map.as_deref().cloned()).collect();
-    match page::map_figures(&question.name, &maps, all) {
-        Ok(figures) => figures.into_iter().map(Block::from).collect(),
-        Err(error) => vec![Block::Warning(format!("the map could not be drawn: {error}"))],
-    }
+    page::map_figures(&question.name, &maps, all).into_iter().map(Block::from).collect()
 }
 
 /// Estimates of all groups with their intervals.

@@ -280,7 +280,7 @@ fn summary(samples: &Samples, files: &[PathBuf]) -> Result<(String, Option<Strin
 /// The machine of the first sample, drawn, and its assumptions.
 fn machine(samples: &Samples) -> Vec<Block> {
     let first = samples.try_machine(0).ok().flatten().and_then(|machine| machine.build().ok());
-    let drawn = first.and_then(|machine| bladeoff_answers::figures::machine(&machine).ok().flatten());
+    let drawn = first.and_then(|machine| bladeoff_answers::figures::machine(&machine));
     let figure = drawn.map(|drawn| Figure {
         caption: "The machine of sample 0 from the side and its diaphragm from the front.".to_owned(),
         drawing: drawn.svg().to_owned(),

@@ -1,7 +1,7 @@
 //! Unbalance response: displacements with their phases, and bearing loads, over speed. Amplitudes are from zero to peak, on logarithmic axes. A
 //! peak without damping is infinite, and is cut off.
 
-use bladeoff_answers::figures::{COLOURS, Figure, FigureError, GREY, Line, Mark, Panel, Scale, panels_marked};
+use bladeoff_answers::figures::{COLOURS, Figure, GREY, Line, Mark, Panel, Scale, panels_marked};
 use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
 use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_text::document::units::format_digits;
@@ -12,16 +12,10 @@ const SPEEDS: usize = 400;
 const NEAR: i32 = 30;
 
 /// Draws the steady response to all unbalances of the machine up to `top` [rad/s]; `None` without an unbalance.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn unbalance_response(
-    machine: &Machine,
-    critical: &[CriticalSpeed],
-    top: f64,
-) -> Result<Option<Figure>, FigureError> {
+#[must_use]
+pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f64) -> Option<Figure> {
     if machine.rotor.unbalances.iter().all(|unbalance| unbalance.mass * unbalance.radius == 0.0) {
-        return Ok(None);
+        return None;
     }
     let speeds = speeds(critical, top);
     let found = responses(machine, &speeds);
@@ -110,7 +104,7 @@ pub fn unbalance_response(
         .take(MARKS)
         .map(|critical| (rpm(critical.speed), format!("critical {} rpm", format_digits(rpm(critical.speed), "", 4))))
         .collect();
-    panels_marked(&title, "spin speed [rpm]", &all, &marks).map(Some)
+    Some(panels_marked(&title, "spin speed [rpm]", &all, &marks))
 }
 
 /// Critical speeds that are marked, at most.

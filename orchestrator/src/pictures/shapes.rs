@@ -1,6 +1,6 @@
 //! Mode shapes: of the shaft line at rest and without damping, and of the rings.
 
-use bladeoff_answers::figures::{Figure, FigureError, GREY, Line, Mark, Panel, RingShape, panels, rings};
+use bladeoff_answers::figures::{Figure, GREY, Line, Mark, Panel, RingShape, panels, rings};
 use bladeoff_core::modal::{ModeSet, ModesReport};
 use bladeoff_core::rotor::deflection;
 use bladeoff_core::structure::{RingPart, Structure};
@@ -14,11 +14,9 @@ const TWIST: usize = 3;
 const RING: usize = 6;
 
 /// Lateral shapes in the XZ plane and torsional shapes; `None` for a point mass.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<Figure>, FigureError> {
-    let RotorKind::Shaft(shaft) = &machine.rotor.kind else { return Ok(None) };
+#[must_use]
+pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Option<Figure> {
+    let RotorKind::Shaft(shaft) = &machine.rotor.kind else { return None };
     let rotor = &structure.rotor;
     let basis = structure.basis();
     let hertz = |square: f64| square.max(0.0).sqrt() / (2.0 * PI);
@@ -52,7 +50,7 @@ pub fn rotor_shapes(machine: &Machine, structure: &Structure) -> Result<Option<F
     };
     let both = [panel("lateral, X [−]", lines), panel("torsion [−]", torsion.collect())];
     let title = format!("Undamped mode shapes of {} at rest, largest displacement 1", machine.name);
-    panels(&title, "position [m]", &both).map(Some)
+    Some(panels(&title, "position [m]", &both))
 }
 
 /// The deflection between the nodes of one plane, `[u, theta_v]` of each, as the elements have it.
@@ -70,14 +68,8 @@ fn bent(shaft: &Shaft, plane: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// Shapes of each flexible ring, with the nodal diameters that the report counts, and the name of its diaphragm.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn ring_shapes(
-    machine: &Machine,
-    structure: &Structure,
-    report: &ModesReport,
-) -> Result<Vec<(String, Figure)>, FigureError> {
+#[must_use]
+pub fn ring_shapes(machine: &Machine, structure: &Structure, report: &ModesReport) -> Vec<(String, Figure)> {
     let flexible = machine.diaphragms.iter().zip(&structure.rings).filter_map(|(diaphragm, ring)| {
         let DiaphragmKind::Flexible(stator) = &diaphragm.kind else { return None };
         Some((&*diaphragm.name, stator, ring.as_ref()?))
@@ -85,17 +77,11 @@ pub fn ring_shapes(
     // the basis has the modes of the flexible ones alone
     let drawn = flexible
         .zip(&structure.basis().rings)
-        .map(|((name, stator, ring), set)| Ok((name.to_owned(), ring_figure(name, stator, ring, set, report)?)));
+        .map(|((name, stator, ring), set)| (name.to_owned(), ring_figure(name, stator, ring, set, report)));
     drawn.collect()
 }
 
-fn ring_figure(
-    name: &str,
-    stator: &FlexibleStator,
-    ring: &RingPart,
-    set: &ModeSet,
-    report: &ModesReport,
-) -> Result<Figure, FigureError> {
+fn ring_figure(name: &str, stator: &FlexibleStator, ring: &RingPart, set: &ModeSet, report: &ModesReport) -> Figure {
     let diameters: Vec<usize> = report
         .rings
         .iter()

@@ -136,14 +136,13 @@ const LAYERS: [(&str, &[&str]); 13] = [
 ];
 
 /// What the outside world is reached by, and the packages that may depend on it.
-const LIBRARIES: [(&str, &[&str]); 13] = [
+const LIBRARIES: [(&str, &[&str]); 12] = [
     // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
     ("toml", &["core/text", "core/model"]),
     ("nalgebra", &["core/numerics", "core"]),
     ("iceoryx2", &["worker/protocol"]),
     ("iceoryx2-bb-posix", &["worker/protocol"]),
     ("mcap", &["orchestrator"]),
-    ("plotters", &["orchestrator/answers"]),
     ("polars", &["orchestrator/answers"]),
     ("polars-parquet", &["orchestrator/answers"]),
     ("rayon", &["system", "orchestrator/study", "orchestrator", "orchestrator/dev"]),

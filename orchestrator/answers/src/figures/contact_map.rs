@@ -42,7 +42,7 @@ fn tiles(time: &[f64], angle: &[f64], force: &[f64]) -> Option<Tiles> {
 /// Draws the contact force of one diaphragm over the span of time with contact. `None` without its channels.
 ///
 /// # Errors
-/// No contact, or the plotting library failed.
+/// No contact.
 pub fn contact_map(history: &History, name: &str, contact: &Contact) -> Result<Option<Figure>, FigureError> {
     let channel = |field| contact.channel(history, field);
     let (Some(angle), Some(force)) = (channel("angle_rad"), channel("filtered_force_N")) else { return Ok(None) };
@@ -59,7 +59,7 @@ pub fn contact_map(history: &History, name: &str, contact: &Contact) -> Result<O
         title: &title,
         note: &format!(
             "largest of each {degrees:.0}° and {} ms; white: no contact in the records; 0° is the diaphragm's X axis, 90° its Y axis",
-            super::style::tick(milliseconds)
+            crate::drawing::shown(milliseconds)
         ),
         x_label: "time [s]",
         y_label: "angle of the closest place [°]",
@@ -70,7 +70,7 @@ pub fn contact_map(history: &History, name: &str, contact: &Contact) -> Result<O
         columns: &tiles.columns,
         z_range: (0.0, largest * scale.factor),
         lines: &[],
-    })?;
+    });
     Ok(Some(figure))
 }
 

@@ -2,19 +2,12 @@
 
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
-use plotters::drawing::DrawingAreaErrorKind;
 use resvg::usvg;
-use std::io;
 use std::path::PathBuf;
-
-type DrawError = DrawingAreaErrorKind<io::Error>;
 
 /// A figure that cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum FigureError {
-    /// The plotting library.
-    #[error("the figure cannot be drawn")]
-    Draw(#[source] DrawError),
     /// The picture is no SVG that can be rendered.
     #[error("the figure cannot be rendered")]
     Render(#[source] usvg::Error),
@@ -38,12 +31,6 @@ pub enum FigureError {
     /// A file.
     #[error(transparent)]
     File(#[from] FileError),
-}
-
-impl From<DrawError> for FigureError {
-    fn from(error: DrawError) -> Self {
-        FigureError::Draw(error)
-    }
 }
 
 /// A history from which no spectrum can be taken.

@@ -1,38 +1,32 @@
 //! The machine drawn to scale: the shaft line from the side, the diaphragm from the front.
 
-use super::style::{FINE, GREY, SMALL, TEXT, TITLE, tick, to_scale};
-use super::{Area, COLOURS, Figure, FigureError};
-use bladeoff_model::machine::{DiaphragmKind, Disc, Machine, RotorKind, Shaft, ShaftElement};
-use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
-use plotters::prelude::{BLACK, ChartBuilder, Color, IntoFont, RGBAColor, RGBColor, WHITE};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use super::style::{GREY, to_scale};
+use super::{COLOURS, Figure, HEAD};
+use crate::drawing::{Anchor, Axis, BLACK, Frame, INK, Rgb, Ruling, Svg, TEXT, WHITE, shown};
+use bladeoff_model::machine::{
+    Diaphragm, DiaphragmKind, Disc, FlexibleStator, Machine, RotorKind, Shaft, ShaftElement,
+};
 use std::f64::consts::PI;
 
 /// Steel: discs carry mass and inertia only, so that their drawn size is that of a steel disc with both.
 const DENSITY: f64 = 7850.0;
-const SHAFT: RGBColor = RGBColor(190, 200, 210);
+const SHAFT: Rgb = Rgb(190, 200, 210);
 
 /// Draws the machine; `None` for a point mass, which has no shape.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn machine(machine: &Machine) -> Result<Option<Figure>, FigureError> {
-    let RotorKind::Shaft(shaft) = &machine.rotor.kind else { return Ok(None) };
-    let front = machine.diaphragms.iter().any(|diaphragm| matches!(diaphragm.kind, DiaphragmKind::Flexible(_)));
-    let width = if front { 1240 } else { 860 };
-    let figure = Figure::draw((width, 430), |root| {
-        let root = root.titled(
-            &format!("{}, drawn to scale (discs as steel discs of their mass and inertia)", machine.name),
-            TITLE,
-        )?;
-        let (side, rest) = root.split_horizontally(850 * FINE);
-        draw_side(&side, machine, shaft)?;
-        if front {
-            draw_front(&rest, machine)?;
+#[must_use]
+pub fn machine(machine: &Machine) -> Option<Figure> {
+    let RotorKind::Shaft(shaft) = &machine.rotor.kind else { return None };
+    let front = machine.diaphragms.iter().find_map(|diaphragm| match &diaphragm.kind {
+        DiaphragmKind::Flexible(stator) => Some((diaphragm, stator)),
+        _ => None,
+    });
+    let title = format!("{}, drawn to scale (discs as steel discs of their mass and inertia)", machine.name);
+    Some(Figure::draw((if front.is_some() { 1240 } else { 860 }, 430), &title, |svg| {
+        draw_side(svg, machine, shaft);
+        if let Some((diaphragm, stator)) = front {
+            draw_front(svg, diaphragm, stator);
         }
-        Ok(())
-    })?;
-    Ok(Some(figure))
+    }))
 }
 
 /// Radius and thickness of a steel disc with this mass and polar inertia.
@@ -59,49 +53,33 @@ fn outer(machine: &Machine, shaft: &Shaft) -> f64 {
     shafts.chain(discs).chain(unbalances).chain(stators).fold(0.0, f64::max)
 }
 
-fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), FigureError> {
+fn draw_side(svg: &mut Svg, machine: &Machine, shaft: &Shaft) {
     let length = shaft.nodes.last().copied().unwrap_or(1.0);
     let radius = outer(machine, shaft);
     let middle = 0.5 * length;
-    let mut builder = ChartBuilder::on(area);
-    builder.margin(8 * FINE).x_label_area_size(40 * FINE).y_label_area_size(56 * FINE);
-    let plot = builder.build_cartesian_2d(0.0..1.0, 0.0..1.0)?.plotting_area().dim_in_pixel();
+    let corners = [72.0, HEAD + 8.0, 842.0, 382.0];
     // one scale for both axes, whichever direction needs the room
-    let (half_z, half_r) = to_scale(plot, (0.56 * length, 1.55 * radius));
-    let mut chart = builder.build_cartesian_2d(middle - half_z..middle + half_z, -half_r..half_r)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .set_all_tick_mark_size(4 * FINE)
-        .axis_style(BLACK.stroke_width(FINE))
-        .x_labels(9)
-        .y_labels(7)
-        .x_label_formatter(&|value| tick(*value))
-        .y_label_formatter(&|value| tick(*value))
-        .label_style(SMALL.into_font())
-        .axis_desc_style(TEXT.into_font())
-        .x_desc("Z [m]")
-        .y_desc("radius [m]")
-        .draw()?;
+    let (half_z, half_r) = to_scale((corners[2] - corners[0], corners[3] - corners[1]), (0.56 * length, 1.55 * radius));
+    let x = Axis::between("Z [m]", (middle - half_z, middle + half_z)).most(9);
+    let y = Axis::between("radius [m]", (-half_r, half_r));
+    let frame = Frame::new(&x, &y, corners);
+    frame.axes(svg, Ruling::Ticks, 52.0);
     let mut from = 0.0;
     for layer in &shaft.layers {
         for (element, from) in layer.elements.iter().zip(&shaft.nodes[layer.first..]) {
-            draw_taper(&mut chart, element, *from, COLOURS[0].mix(0.2))?;
+            draw_taper(svg, &frame, element, *from, &COLOURS[0].mixed(0.2));
         }
     }
     for element in &shaft.elements {
         let to = from + element.length;
         if element.is_tapered() {
-            draw_taper(&mut chart, element, from, SHAFT.to_rgba())?;
+            draw_taper(svg, &frame, element, from, &SHAFT.fill());
             from = to;
             continue;
         }
         let (r, bore) = (0.5 * element.diameter, 0.5 * element.inner_diameter);
         for (low, high) in if bore > 0.0 { vec![(-r, -bore), (bore, r)] } else { vec![(-r, r)] } {
-            chart.draw_series([
-                Rectangle::new([(from, low), (to, high)], SHAFT.filled()),
-                Rectangle::new([(from, low), (to, high)], GREY.stroke_width(FINE)),
-            ])?;
+            frame.rect(svg, SHAFT.bordered(GREY), [(from, low), (to, high)]);
         }
         from = to;
     }
@@ -109,10 +87,8 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         let (r, thickness) = disc_size(disc);
         let z = shaft.nodes[disc.node];
         let corners = [(z - 0.5 * thickness, -r), (z + 0.5 * thickness, r)];
-        chart.draw_series([
-            Rectangle::new(corners, COLOURS[0].mix(0.45).filled()),
-            Rectangle::new(corners, COLOURS[0].stroke_width(FINE)),
-        ])?;
+        frame.rect(svg, COLOURS[0].mixed(0.45), corners);
+        frame.rect(svg, COLOURS[0].stroke(1.0), corners);
     }
     for diaphragm in &machine.diaphragms {
         let z = shaft.nodes[diaphragm.contact.node];
@@ -120,27 +96,19 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         // the rotor's surface at the contact
         let rim = [(z - 0.012 * length, contact.rotor_radius), (z + 0.012 * length, contact.rotor_radius)];
         for sign in [1.0, -1.0] {
-            chart.draw_series([PathElement::new(rim.map(|(z, r)| (z, sign * r)), BLACK.stroke_width(2 * FINE))])?;
+            frame.line(svg, format!("{INK} stroke-width=\"2\""), rim.map(|(z, r)| (z, sign * r)));
             if let DiaphragmKind::Flexible(stator) = &diaphragm.kind {
                 let (w, t) = (0.5 * stator.ring.width, 0.5 * stator.ring.thickness);
                 let (inner, outer) = (stator.ring.mean_radius - t, stator.ring.mean_radius + t);
-                chart.draw_series([Rectangle::new(
-                    [(z - w, sign * inner), (z + w, sign * outer)],
-                    COLOURS[1].filled(),
-                )])?;
+                frame.rect(svg, COLOURS[1].fill(), [(z - w, sign * inner), (z + w, sign * outer)]);
                 if let Some(blades) = stator.blades {
                     let (half, end) = (0.5 * blades.width, stator.ring.mean_radius + blades.length);
-                    chart.draw_series([Rectangle::new(
-                        [(z - half, sign * outer), (z + half, sign * end)],
-                        COLOURS[1].mix(0.4).filled(),
-                    )])?;
+                    frame.rect(svg, COLOURS[1].mixed(0.4), [(z - half, sign * outer), (z + half, sign * end)]);
                 }
             } else {
                 let r = contact.rotor_radius + contact.gap;
-                chart.draw_series([Rectangle::new(
-                    [(z - 0.01 * length, sign * r), (z + 0.01 * length, sign * 1.08 * r)],
-                    COLOURS[1].filled(),
-                )])?;
+                let casing = [(z - 0.01 * length, sign * r), (z + 0.01 * length, sign * 1.08 * r)];
+                frame.rect(svg, COLOURS[1].fill(), casing);
             }
         }
     }
@@ -150,58 +118,40 @@ fn draw_side(area: &Area<'_>, machine: &Machine, shaft: &Shaft) -> Result<(), Fi
         let r = 0.5 * shaft.elements[node].diameter;
         let (w, h) = (0.018 * length, 0.16 * half_r);
         for sign in [1.0, -1.0] {
-            let triangle = vec![(z, sign * r), (z - w, sign * (r + h)), (z + w, sign * (r + h))];
-            chart.draw_series([Polygon::new(triangle, COLOURS[2].filled())])?;
+            let triangle = [(z, sign * r), (z - w, sign * (r + h)), (z + w, sign * (r + h))];
+            frame.area(svg, COLOURS[2].fill(), triangle);
         }
     }
     for unbalance in &machine.rotor.unbalances {
         let place = (shaft.nodes[unbalance.node], unbalance.radius);
-        chart.draw_series([Circle::new(place, 5 * FINE as i32, COLOURS[3].filled())])?;
-        let style = SMALL.into_font().color(&COLOURS[3]).pos(Pos::new(HPos::Left, VPos::Center));
-        let beside = (place.0 + 0.02 * length, place.1);
-        chart.draw_series([Text::new(unbalance.name.replace('_', " "), beside, style)])?;
+        frame.circle(svg, COLOURS[3].fill(), place, 5.0);
+        if let Some((x, y)) = frame.place((place.0 + 0.02 * length, place.1)) {
+            svg.text(COLOURS[3].fill(), (x, y + TEXT), Anchor::Start, &unbalance.name.replace('_', " "));
+        }
     }
-    label(&mut chart, machine, shaft, (radius, half_r))
+    label(svg, &frame, machine, shaft, (radius, half_r));
 }
 
 /// The walls of an element with different ends, above and below the axis.
-fn draw_taper(
-    chart: &mut Chart<'_, '_>,
-    element: &ShaftElement,
-    from: f64,
-    fill: RGBAColor,
-) -> Result<(), FigureError> {
+fn draw_taper(svg: &mut Svg, frame: &Frame<'_>, element: &ShaftElement, from: f64, fill: &str) {
     let to = from + element.length;
     let radii = [0.0, 1.0].map(|xi| element.diameters_at(xi).map(|diameter| 0.5 * diameter));
     for sign in [1.0, -1.0] {
         let [[outer, inner], [end_outer, end_inner]] = radii.map(|ends| ends.map(|r| sign * r));
-        let corners = vec![(from, inner), (from, outer), (to, end_outer), (to, end_inner)];
-        let outline: Vec<(f64, f64)> = corners.iter().chain(corners.first()).copied().collect();
-        chart.draw_series([Polygon::new(corners, fill.filled())])?;
-        chart.draw_series([PathElement::new(outline, GREY.stroke_width(FINE))])?;
+        let corners = [(from, inner), (from, outer), (to, end_outer), (to, end_inner)];
+        frame.area(svg, fill, corners);
+        frame.line(svg, GREY.stroke(1.0), corners.into_iter().chain([corners[0]]));
     }
-    Ok(())
 }
 
-type Chart<'a, 'b> = plotters::chart::ChartContext<
-    'a,
-    plotters::prelude::SVGBackend<'b>,
-    plotters::prelude::Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
-
 /// Names above and below, in two rows each where neighbours are close.
-fn label(
-    chart: &mut Chart<'_, '_>,
-    machine: &Machine,
-    shaft: &Shaft,
-    (radius, half_r): (f64, f64),
-) -> Result<(), FigureError> {
-    let mut above: Vec<(f64, String, RGBColor)> =
+fn label(svg: &mut Svg, frame: &Frame<'_>, machine: &Machine, shaft: &Shaft, (radius, half_r): (f64, f64)) {
+    let mut above: Vec<(f64, String, Rgb)> =
         shaft.discs.iter().map(|disc| (shaft.nodes[disc.node], disc.name.replace('_', " "), COLOURS[0])).collect();
     above.extend(
         machine.diaphragms.iter().map(|d| (shaft.nodes[d.contact.node], format!("diaphragm {}", d.name), COLOURS[1])),
     );
-    let below: Vec<(f64, String, RGBColor)> = machine
+    let below: Vec<(f64, String, Rgb)> = machine
         .rotor
         .bearings
         .iter()
@@ -212,31 +162,25 @@ fn label(
         for (at, (z, name, colour)) in list.iter().enumerate() {
             let row = (at % 3) as f64;
             let height = sign * (radius + (0.08 + 0.085 * row) * half_r);
-            let anchor = Pos::new(HPos::Center, VPos::Center);
-            let style = SMALL.into_font().color(colour).pos(anchor);
-            chart.draw_series([PathElement::new(
-                [(*z, sign * radius * 0.2), (*z, height - sign * 0.03 * half_r)],
-                colour.mix(0.35).stroke_width(FINE),
-            )])?;
-            chart.draw_series([Text::new(name.clone(), (*z, height), style)])?;
+            let from = (*z, sign * radius * 0.2);
+            let line = format!("{} opacity=\"0.35\"", colour.stroke(1.0));
+            frame.line(svg, line, [from, (*z, height - sign * 0.03 * half_r)]);
+            if let Some((x, y)) = frame.place((*z, height)) {
+                svg.text("", (x, y + TEXT), Anchor::Middle, name);
+            }
         }
     }
-    Ok(())
 }
 
-fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
-    let Some((diaphragm, stator)) = machine.diaphragms.iter().find_map(|diaphragm| match &diaphragm.kind {
-        DiaphragmKind::Flexible(stator) => Some((diaphragm, stator)),
-        _ => None,
-    }) else {
-        return Ok(());
-    };
+fn draw_front(svg: &mut Svg, diaphragm: &Diaphragm, stator: &FlexibleStator) {
     let (ring, contact) = (&stator.ring, &diaphragm.contact);
     let reach = 1.08 * (ring.mean_radius + ring.thickness + stator.blades.map_or(0.0, |blades| blades.length));
-    let caption = format!("diaphragm {} along Z: gap {} mm", diaphragm.name, tick(1e3 * contact.gap));
-    let area = area.margin(8 * FINE, 8 * FINE, 8 * FINE, 8 * FINE).titled(&caption, TEXT)?;
-    let (half_x, half_y) = to_scale(area.dim_in_pixel(), (reach, reach));
-    let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
+    let caption = format!("diaphragm {} along Z: gap {} mm", diaphragm.name, shown(1e3 * contact.gap));
+    svg.text("font-size=\"11\"", (1045.0, HEAD + 24.0), Anchor::Middle, &caption);
+    let corners = [858.0, HEAD + 36.0, 1232.0, 422.0];
+    let (half_x, half_y) = to_scale((corners[2] - corners[0], corners[3] - corners[1]), (reach, reach));
+    let (x, y) = (Axis::between("", (-half_x, half_x)), Axis::between("", (-half_y, half_y)));
+    let frame = Frame::new(&x, &y, corners);
     let circle = |radius: f64| {
         (0..=240).map(move |k| {
             let (sin, cos) = (2.0 * PI * f64::from(k) / 240.0).sin_cos();
@@ -248,21 +192,18 @@ fn draw_front(area: &Area<'_>, machine: &Machine) -> Result<(), FigureError> {
             let (sin, cos) = (diaphragm.angle + 2.0 * PI * blade as f64 / blades.count as f64).sin_cos();
             let (half, from, to) = (0.5 * blades.thickness, ring.mean_radius, ring.mean_radius + blades.length);
             let corners = [(from, -half), (to, -half), (to, half), (from, half)];
-            let turned: Vec<(f64, f64)> = corners.iter().map(|(r, t)| (r * cos - t * sin, r * sin + t * cos)).collect();
-            chart.draw_series([Polygon::new(turned, COLOURS[1].mix(0.4).filled())])?;
+            frame.area(svg, COLOURS[1].mixed(0.4), corners.map(|(r, t)| (r * cos - t * sin, r * sin + t * cos)));
         }
         let end = ring.mean_radius + blades.length;
-        chart.draw_series([PathElement::new(circle(end).collect::<Vec<_>>(), GREY.stroke_width(2 * FINE))])?;
+        frame.line(svg, GREY.stroke(2.0), circle(end));
     }
     // ring and rotor surfaces: rings are drawn as discs, the larger first
     let half = 0.5 * ring.thickness;
-    let disc = |radius: f64, colour: RGBColor| Polygon::new(circle(radius).collect::<Vec<_>>(), colour.filled());
-    chart.draw_series([
-        disc(ring.mean_radius + half, COLOURS[1]),
-        disc((ring.mean_radius - half).max(contact.rotor_radius + contact.gap), WHITE),
-        disc(contact.rotor_radius, SHAFT),
-    ])?;
-    chart
-        .draw_series([PathElement::new(circle(contact.rotor_radius).collect::<Vec<_>>(), BLACK.stroke_width(FINE))])?;
-    Ok(())
+    for (radius, paint) in [
+        (ring.mean_radius + half, COLOURS[1].fill()),
+        ((ring.mean_radius - half).max(contact.rotor_radius + contact.gap), WHITE.fill()),
+        (contact.rotor_radius, SHAFT.bordered(BLACK)),
+    ] {
+        frame.area(svg, paint, circle(radius));
+    }
 }

@@ -3,9 +3,9 @@
 //! ```text
 //! data -> a function of panels, rings, orbit, contact_map, spectrum, waterfall, response_spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
 //! ```
-//! plotters lays out and draws the SVG, resvg renders it to PNG; both measure and draw text with the font embedded here, so
-//! that no font of the system is needed and every machine draws the same picture. Colours tell apart with any kind of colour
-//! vision (Okabe-Ito for lines, viridis for maps).
+//! The elements and axes are those of [`crate::drawing`], as in a page. resvg renders the SVG to PNG with the font embedded here, so that no font of
+//! the system is needed and every machine makes the same PNG. Colours tell apart with any kind of colour vision (Okabe-Ito for lines, viridis for
+//! maps).
 
 mod contact_map;
 mod contacts;
@@ -16,12 +16,12 @@ mod maps;
 mod orbit;
 mod panels;
 mod response_spectrum;
-mod rimmed;
 mod rings;
 mod spectrum;
 mod style;
 mod waterfall;
 
+pub use crate::drawing::Rgb;
 pub use contact_map::contact_map;
 pub use contacts::{CRITICAL_SPEEDS, Contact, contacts, critical_passages};
 pub use error::{FigureError, SpectrumError};
@@ -31,33 +31,27 @@ pub use maps::{MapScales, maps, maps_on, of_in_words};
 pub use orbit::{Ring, orbits, ring_of};
 pub(crate) use orbit::{clearance, last_turn, reach_of};
 pub use panels::{Line, Mark, Panel, panels, panels_marked, tall_panel};
-pub use plotters::style::RGBColor;
 pub use response_spectrum::response_spectrum;
 pub use rings::{RingShape, rings};
 pub use spectrum::{order_map, spectrogram};
+pub(crate) use style::fixed;
 pub use style::{COLOURS, GREY, Scale, plain_name, viridis};
-pub(crate) use style::{digits_of, fixed};
 pub use waterfall::waterfall;
 
-use style::FINE;
-
+use crate::drawing::{Anchor, Svg, WHITE, html};
 use bladeoff_system::files::write_whole;
-use bladeoff_text::document::pictured_lines;
-use plotters::coord::Shift;
-use plotters::prelude::{DrawingArea, FontStyle, IntoDrawingArea, SVGBackend, WHITE};
-use plotters::style::register_font;
 use resvg::{tiny_skia, usvg};
 use std::path::Path;
-use std::sync::{Arc, Once};
+use std::sync::Arc;
 
 /// DejaVu Sans, Latin and Greek (licence beside it).
 const FONT: &[u8] = include_bytes!("font/DejaVuSans-subset.ttf");
-/// Its name, and the name under which everything draws with it.
-const FAMILY: (&str, &str) = ("DejaVu Sans", "sans-serif");
+/// Its name.
+const FAMILY: &str = "DejaVu Sans";
 /// PNG pixels per SVG pixel.
 const PNG_SCALE: f32 = 2.0;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// Height of a title \[px\].
+const HEAD: f64 = 38.0;
 
 /// A picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,28 +61,20 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Draws on a white area.
-    fn draw(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<(), FigureError>) -> Result<Self, FigureError> {
-        static FONTS: Once = Once::new();
-        FONTS.call_once(|| {
-            if register_font(FAMILY.1, FontStyle::Normal, FONT).is_err() {
-                unreachable!("the embedded font is a font");
-            }
-        });
-        let mut svg = String::new();
-        let (width, height) = (size.0 * FINE, size.1 * FINE);
-        {
-            let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
-            area.fill(&WHITE)?;
-            draw(&area.margin(8 * FINE, 0, 0, 0))?;
-            area.present()?;
-        }
-        // shown at its size in pixels; the viewBox keeps the finer units
-        let fine = format!("width=\"{width}\" height=\"{height}\"");
-        let svg = svg.replacen(&fine, &format!("width=\"{}\" height=\"{}\"", size.0, size.1), 1);
-        // Names of files and channels may hold what XML cannot.
-        let svg = pictured_lines(&svg).replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
-        Ok(Self { svg, size })
+    /// Draws on a white ground, below a title.
+    fn draw(size: (u32, u32), title: &str, draw: impl FnOnce(&mut Svg)) -> Self {
+        let (width, height) = size;
+        let mut svg = Svg::default();
+        svg.put(format_args!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" color=\"#000\" fill=\"currentColor\" font-family=\"sans-serif\" font-size=\"10\">\n<title>{}</title>",
+            html(title)
+        ));
+        let (width, height) = (f64::from(width), f64::from(height));
+        svg.rect(format_args!("class=\"ground\" {}", WHITE.fill()), (0.0, 0.0), (width, height));
+        svg.text("font-size=\"14\"", (width / 2.0, 27.0), Anchor::Middle, title);
+        draw(&mut svg);
+        svg.0 += "</svg>\n";
+        Self { svg: svg.0, size }
     }
 
     /// The SVG text.
@@ -104,7 +90,7 @@ impl Figure {
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
         let mut fonts = usvg::fontdb::Database::new();
         fonts.load_font_data(FONT.to_vec());
-        fonts.set_sans_serif_family(FAMILY.0);
+        fonts.set_sans_serif_family(FAMILY);
         let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
         let tree = usvg::Tree::from_str(&self.svg, &options).map_err(FigureError::Render)?;
         let (width, height) = ((self.size.0 as f32 * PNG_SCALE) as u32, (self.size.1 as f32 * PNG_SCALE) as u32);

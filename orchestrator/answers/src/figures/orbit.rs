@@ -4,11 +4,10 @@
 //! the rotor touches where its centre reaches it. Both on one scale: the radii themselves would hide millimetres in metres.
 
 use super::contacts::Contact;
-use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, fixed, tick_within, to_scale};
-use super::{Area, COLOURS, Figure, FigureError};
+use super::style::{GREY, Scale, fixed, to_scale};
+use super::{COLOURS, Figure, HEAD};
+use crate::drawing::{Anchor, Axis, Frame, Ruling, Svg, TEXT, digits_of, number};
 use crate::history::History;
-use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement, WHITE};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::f64::consts::PI;
 
 /// Side of the picture of an instant \[px\], and of a single one.
@@ -38,20 +37,12 @@ pub fn ring_of(history: &History, contact: &Contact) -> Ring {
 
 /// Draws the orbit of the last whole turn before each instant \[s\], in what [`ring_of`] knows of the ring. `None` if the
 /// history has no rotor place at the contact.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn orbits(
-    history: &History,
-    name: &str,
-    contact: &Contact,
-    instants: &[f64],
-) -> Result<Option<Figure>, FigureError> {
-    let places = ["rotor_x_m", "rotor_y_m"].map(|field| contact.channel(history, field));
-    let [Some(x), Some(y)] = places else { return Ok(None) };
-    let (x, y) = (&x.values, &y.values);
+#[must_use]
+pub fn orbits(history: &History, name: &str, contact: &Contact, instants: &[f64]) -> Option<Figure> {
+    let (x, y) = (&contact.channel(history, "rotor_x_m")?.values, &contact.channel(history, "rotor_y_m")?.values);
     let end = |of: fn(f64, f64) -> f64| instants.iter().copied().reduce(of).unwrap_or_default();
-    let span = (end(f64::min), end(f64::max));
+    let (first, last) = (end(f64::min), end(f64::max));
+    let digits = digits_of(first.abs().max(last.abs()), (last - first) / 20.0).max(4);
     let columns = instants.len().clamp(1, 3) as u32;
     let rows = (instants.len().max(1) as u32).div_ceil(columns);
     let gap = contact.gap(history);
@@ -60,21 +51,18 @@ pub fn orbits(
     // four digits of the picture's size
     let decimals = (3 - libm::floor(libm::log10(reach * scale.factor)) as i32).clamp(0, 9) as usize;
     let side = if columns == 1 { ALONE } else { SIZE };
+    let ring = ring_of(history, contact);
+    let shown = match ring {
+        Ring::Deformed => "rotor centre inside the clearance of the deformed ring",
+        Ring::AtRest => "rotor centre and the gap at rest",
+        Ring::Unknown => "rotor centre",
+    };
     let size = (columns * side, 72 + rows * (side - 19));
-    let figure = Figure::draw(size, |root| {
-        let shown = match ring_of(history, contact) {
-            Ring::Deformed => "rotor centre inside the clearance of the deformed ring",
-            Ring::AtRest => "rotor centre and the gap at rest",
-            Ring::Unknown => "rotor centre",
-        };
-        let root = root.titled(&format!("{name}: {shown}{}", contact.of()), TITLE)?;
-        let (strip, root) = root.split_vertically(24 * FINE);
-        legend(&strip, ring_of(history, contact), columns * side)?;
-        for (area, &instant) in root.split_evenly((rows as usize, columns as usize)).iter().zip(instants) {
+    Some(Figure::draw(size, &format!("{name}: {shown}{}", contact.of()), |svg| {
+        legend(svg, ring, columns * side);
+        for (number_of, &instant) in (0..).zip(instants) {
             let turn = last_turn(history, instant);
-            let orbit: Vec<(f64, f64)> = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor)).collect();
-            let is_place = |place: &(f64, f64)| place.0.is_finite() && place.1.is_finite();
-            let orbit: Vec<(f64, f64)> = orbit.into_iter().filter(is_place).collect();
+            let orbit = turn.clone().map(|k| (x[k] * scale.factor, y[k] * scale.factor));
             let at = turn.end.saturating_sub(1);
             let radial: Vec<f64> = contact.radial(history).iter().map(|node| node.values[at]).collect();
             let ring = gap.and_then(|gap| clearance(&radial, gap)).map(|line| scaled(&line, scale.factor));
@@ -82,19 +70,19 @@ pub fn orbits(
             let smallest = smallest.map_or(String::new(), |gap| {
                 format!(", clearance {} {}", fixed(gap * scale.factor, decimals), scale.unit)
             });
-            draw(
-                area,
-                &format!("t = {} s{smallest}", tick_within(instant, span)),
-                &orbit,
-                ring.as_deref(),
-                gap.map(|gap| gap * scale.factor),
-                reach * scale.factor,
-                &scale,
-            )?;
+            let caption = format!("t = {} s{smallest}", number(instant, digits));
+            let place = (f64::from(number_of % columns * side), f64::from(number_of / columns * (side - 19)));
+            let shown = Orbit {
+                caption,
+                line: orbit.collect(),
+                ring,
+                gap: gap.map(|gap| gap * scale.factor),
+                reach: reach * scale.factor,
+                scale: &scale,
+            };
+            draw(svg, (place.0, HEAD + 24.0 + place.1), f64::from(side), &shown);
         }
-        Ok(())
-    })?;
-    Ok(Some(figure))
+    }))
 }
 
 /// Half the extent of a picture of these distances from the middle \[m\], with the gap at rest. Where all are zero and the file has no gap,
@@ -146,54 +134,40 @@ fn scaled(line: &[(f64, f64)], factor: f64) -> Vec<(f64, f64)> {
     line.iter().map(|(x, y)| (x * factor, y * factor)).collect()
 }
 
-fn draw(
-    area: &Area<'_>,
-    caption: &str,
-    orbit: &[(f64, f64)],
-    ring: Option<&[(f64, f64)]>,
+/// The picture of an instant, in shown units.
+struct Orbit<'a> {
+    caption: String,
+    line: Vec<(f64, f64)>,
+    ring: Option<Vec<(f64, f64)>>,
     gap: Option<f64>,
     reach: f64,
-    scale: &Scale,
-) -> Result<(), FigureError> {
-    let area = area.margin(8 * FINE, 8 * FINE, 8 * FINE, 8 * FINE).titled(caption, TEXT)?;
-    let mut builder = ChartBuilder::on(&area);
-    builder.x_label_area_size(38 * FINE).y_label_area_size(46 * FINE);
-    let plot = builder.build_cartesian_2d(0.0..1.0, 0.0..1.0)?.plotting_area().dim_in_pixel();
-    let (half_x, half_y) = to_scale(plot, (reach, reach));
-    let mut chart = builder.build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE)
-        .set_all_tick_mark_size(4 * FINE)
-        .axis_style(BLACK.stroke_width(FINE))
-        .bold_line_style(GRID.stroke_width(FINE))
-        .x_labels(5)
-        .y_labels(5)
-        .x_label_formatter(&|value| tick_within(*value, (-half_x, half_x)))
-        .y_label_formatter(&|value| tick_within(*value, (-half_y, half_y)))
-        .label_style(SMALL.into_font())
-        .axis_desc_style(TEXT.into_font())
-        .x_desc(scale.label("x"))
-        .y_desc(scale.label("y"))
-        .draw()?;
-    if let Some(gap) = gap {
+    scale: &'a Scale,
+}
+
+fn draw(svg: &mut Svg, (left, top): (f64, f64), side: f64, orbit: &Orbit<'_>) {
+    svg.text("font-size=\"11\"", (left + side / 2.0, top + 16.0), Anchor::Middle, &orbit.caption);
+    let corners = [left + 66.0, top + 26.0, left + side - 8.0, top + side - 66.0];
+    let (half_x, half_y) = to_scale((corners[2] - corners[0], corners[3] - corners[1]), (orbit.reach, orbit.reach));
+    let x = Axis::between(orbit.scale.label("x"), (-half_x, half_x));
+    let y = Axis::between(orbit.scale.label("y"), (-half_y, half_y));
+    let frame = Frame::new(&x, &y, corners);
+    frame.axes(svg, Ruling::Grid, 50.0);
+    if let Some(gap) = orbit.gap {
         let circle = (0..=180).map(|k| 2.0 * PI * f64::from(k) / 180.0).map(|a| (gap * a.cos(), gap * a.sin()));
-        chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?;
+        frame.line(svg, GREY.stroke(1.0), circle);
     }
-    if let Some(ring) = ring {
-        let colour = COLOURS[1];
-        chart.draw_series(LineSeries::new(ring.iter().copied(), colour.stroke_width(2 * FINE)))?;
+    if let Some(ring) = &orbit.ring {
+        frame.line(svg, COLOURS[1].stroke(2.0), ring.iter().copied());
     }
-    let colour = COLOURS[0];
-    chart.draw_series(LineSeries::new(orbit.iter().copied(), colour.stroke_width(2 * FINE)))?;
-    if let Some(&last) = orbit.last() {
-        chart.draw_series([Circle::new(last, 4 * FINE as i32, colour.filled())])?;
+    let places: Vec<(f64, f64)> = frame.places(orbit.line.iter().copied()).collect();
+    if let Some(&last) = places.last() {
+        svg.circle(COLOURS[0].fill(), last, 4.0);
     }
-    Ok(())
+    svg.line(COLOURS[0].stroke(2.0), places);
 }
 
 /// What the lines are, once for all pictures, in a strip above them: inside, it would hide an orbit.
-fn legend(strip: &Area<'_>, ring: Ring, width: u32) -> Result<(), FigureError> {
+fn legend(svg: &mut Svg, ring: Ring, width: u32) {
     let mut entries = vec![("orbit of the last turn", COLOURS[0])];
     if ring != Ring::Unknown {
         entries.push(("gap at rest", GREY));
@@ -201,14 +175,10 @@ fn legend(strip: &Area<'_>, ring: Ring, width: u32) -> Result<(), FigureError> {
     if ring == Ring::Deformed {
         entries.push(("clearance at t", COLOURS[1]));
     }
-    let fine = FINE as i32;
-    let pitch = (width as i32 / 3).min(200);
-    let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-    for (at, (name, colour)) in entries.into_iter().enumerate() {
-        let x = (60 + pitch * at as i32) * fine;
-        let y = 8 * fine;
-        strip.draw(&PathElement::new([(x, y), (x + 16 * fine, y)], colour.stroke_width(3 * FINE)))?;
-        strip.draw(&plotters::element::Text::new(name, (x + 21 * fine, y), style.clone()))?;
+    let pitch = (width / 3).min(200);
+    for (at, (name, colour)) in (0..).zip(entries) {
+        let (x, y) = (f64::from(60 + pitch * at), HEAD + 8.0);
+        svg.line(colour.stroke(3.0), [(x, y), (x + 16.0, y)]);
+        svg.text("", (x + 21.0, y + TEXT), Anchor::Start, name);
     }
-    Ok(())
 }

@@ -1,15 +1,8 @@
 //! Lines over a common axis: one panel below the other, each with its own scale, its legend beside it.
 
-use super::rimmed::rimmed;
-use super::style::{FINE, GRID, SMALL, TEXT, TITLE, roomy, tick, tick_within};
-use super::{Area, COLOURS, Figure, FigureError};
-use plotters::coord::types::RangedCoordf64;
-use plotters::element::Circle;
-use plotters::prelude::{
-    BLACK, Cartesian2d, ChartBuilder, ChartContext, Color, DashedLineSeries, EmptyElement, IntoFont, LineSeries,
-    PathElement, RGBColor, SVGBackend, WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use super::style::rimmed;
+use super::{COLOURS, Figure, HEAD};
+use crate::drawing::{Anchor, Axis, BLACK, Frame, Rgb, Ruling, Svg, TEXT, WHITE};
 
 /// How points are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +24,7 @@ pub struct Line {
     /// In the legend; "" for none.
     pub label: String,
     /// Colour; `None`: the next of the palette.
-    pub colour: Option<RGBColor>,
+    pub colour: Option<Rgb>,
     /// Points, in the panel's shown units.
     pub points: Vec<(f64, f64)>,
     /// How they are drawn.
@@ -49,7 +42,7 @@ impl Line {
 
     /// With a mark and a colour of its own.
     #[must_use]
-    pub fn marked(label: &str, points: Vec<(f64, f64)>, mark: Mark, colour: RGBColor) -> Self {
+    pub fn marked(label: &str, points: Vec<(f64, f64)>, mark: Mark, colour: Rgb) -> Self {
         Self { label: label.to_owned(), colour: Some(colour), points, mark, width: 1 }
     }
 }
@@ -65,24 +58,19 @@ pub struct Panel {
     pub y_range: Option<(f64, f64)>,
     /// Draw the smallest and largest value of each column of pixels only.
     pub thin: bool,
-    /// A logarithmic vertical axis over whole decades; values that are not above zero are not drawn.
+    /// A logarithmic vertical axis ; values that are not above zero are not drawn.
     pub is_log: bool,
 }
 
 impl Panel {
-    /// With the powers of ten of its values, over whole decades.
-    fn of_powers(&self) -> Panel {
-        let power = |&(x, y): &(f64, f64)| Some((x, libm::log10(y))).filter(|point| point.1.is_finite());
-        let lines = self
-            .lines
-            .iter()
-            .map(|line| Line { points: line.points.iter().filter_map(power).collect(), ..line.clone() });
-        let lines: Vec<Line> = lines.collect();
-        let values = || lines.iter().flat_map(|line| &line.points).map(|point| point.1);
-        let range = self.y_range.map(|(low, high)| (libm::log10(low), libm::log10(high)));
-        let (low, high) = range.unwrap_or_else(|| roomy(values(), 0.0));
-        let (low, high) = (libm::floor(low + 1e-9), libm::ceil(high - 1e-9));
-        Panel { y_range: Some((low, if high > low { high } else { low + 1.0 })), lines, ..self.clone() }
+    fn axis(&self, most: u32) -> Axis {
+        let values = self.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
+        let axis = if self.is_log { Axis::log(&*self.y_label, values) } else { Axis::numbers(&*self.y_label, values) };
+        match self.y_range {
+            Some((low, high)) => axis.from_to(low, high),
+            None => axis,
+        }
+        .most(most)
     }
 }
 
@@ -93,51 +81,42 @@ const HEIGHT: u32 = 190;
 /// Height of an entry of a legend \[px\].
 const ENTRY: u32 = 18;
 
+/// Sides of a frame \[px\].
+const LEFT: f64 = 80.0;
+const RIGHT: f64 = 878.0;
+/// From the left of a frame to the name of its axis \[px\].
+const BESIDE: f64 = 62.0;
+
 /// Draws panels below one another.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Result<Figure, FigureError> {
+#[must_use]
+pub fn panels(title: &str, x_label: &str, panels: &[Panel]) -> Figure {
     panels_marked(title, x_label, panels, &[])
 }
 
 /// Draws panels with marks: places along x that all panels share, with names in the first panel.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn panels_marked(
-    title: &str,
-    x_label: &str,
-    panels: &[Panel],
-    marks: &[(f64, String)],
-) -> Result<Figure, FigureError> {
-    let below = 44;
-    let height = 48 + below + HEIGHT * panels.len().max(1) as u32;
+#[must_use]
+pub fn panels_marked(title: &str, x_label: &str, panels: &[Panel], marks: &[(f64, String)]) -> Figure {
     let all = panels.iter().flat_map(|panel| &panel.lines).flat_map(|line| &line.points);
-    let x_range = roomy(all.map(|point| point.0), 0.0);
-    Figure::draw((WIDTH + legend_width(panels), height), |root| {
-        let root = root.titled(title, TITLE)?;
-        let mut rest = root;
+    let mut x = Axis::tight(x_label, all.map(|point| point.0)).most(10);
+    let height = 92 + HEIGHT * panels.len().max(1) as u32;
+    Figure::draw((WIDTH + legend_width(panels), height), title, |svg| {
         for (at, panel) in panels.iter().enumerate() {
-            let last = at + 1 == panels.len();
-            let (area, next) = rest.split_vertically((HEIGHT + if last { below } else { 0 }) * FINE);
-            let chart = draw(&area, panel, x_range, last.then_some(x_label), HEIGHT)?;
-            draw_marks(chart, marks, at == 0)?;
-            rest = next;
+            x.has_numbers = at + 1 == panels.len();
+            let y = panel.axis(5);
+            let top = HEAD + 8.0 + f64::from(HEIGHT * at as u32);
+            let frame = Frame::new(&x, &y, [LEFT, top, RIGHT, top + f64::from(HEIGHT) - 18.0]);
+            draw(svg, panel, &frame);
+            draw_marks(svg, &frame, marks, at == 0);
         }
-        Ok(())
     })
 }
 
 /// Draws one tall panel over a range of its own.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn tall_panel(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)) -> Result<Figure, FigureError> {
-    let height = 500;
-    Figure::draw((WIDTH + legend_width(std::slice::from_ref(panel)), height + 60), |root| {
-        let root = root.titled(title, TITLE)?;
-        draw(&root, panel, x_range, Some(x_label), height).map(|_| ())
+#[must_use]
+pub fn tall_panel(title: &str, x_label: &str, panel: &Panel, x_range: (f64, f64)) -> Figure {
+    let (x, y) = (Axis::between(x_label, x_range).most(10), panel.axis(15));
+    Figure::draw((WIDTH + legend_width(std::slice::from_ref(panel)), 560), title, |svg| {
+        draw(svg, panel, &Frame::new(&x, &y, [LEFT, HEAD + 8.0, RIGHT, 516.0]));
     })
 }
 
@@ -147,125 +126,68 @@ fn legend_width(panels: &[Panel]) -> u32 {
     labels.max().filter(|longest| *longest > 0).map_or(0, |longest| 40 + 7 * longest)
 }
 
-fn draw<'a>(
-    area: &Area<'a>,
-    panel: &Panel,
-    x_range: (f64, f64),
-    x_label: Option<&str>,
-    height: u32,
-) -> Result<Chart<'a>, FigureError> {
-    let powers = panel.is_log.then(|| panel.of_powers());
-    let panel = powers.as_ref().unwrap_or(panel);
-    let (area, beside) = area.split_horizontally(WIDTH * FINE);
-    let values = panel.lines.iter().flat_map(|line| &line.points).map(|point| point.1);
-    let (low, high) = panel.y_range.unwrap_or_else(|| roomy(values, 0.06));
-    let mut chart = ChartBuilder::on(&area)
-        .margin_right(22 * FINE)
-        .margin_top(8 * FINE)
-        .margin_left(6 * FINE)
-        .x_label_area_size(if x_label.is_some() { 44 * FINE } else { 10 * FINE })
-        .y_label_area_size(74 * FINE)
-        .build_cartesian_2d(x_range.0..x_range.1, low..high)?;
-    let x_text = |value: &f64| if x_label.is_some() { tick_within(*value, x_range) } else { String::new() };
-    let y_text = |value: &f64| match panel.is_log {
-        true if libm::rint(*value) == *value => tick(libm::exp10(*value)),
-        true => String::new(),
-        false => tick_within(*value, (low, high)),
-    };
-    let y_labels = if panel.is_log { (high - low) as usize + 1 } else { (height / 32) as usize };
-    let mut mesh = chart.configure_mesh();
-    mesh.light_line_style(WHITE)
-        .set_all_tick_mark_size(4 * FINE)
-        .axis_style(BLACK.stroke_width(FINE))
-        .bold_line_style(GRID.stroke_width(FINE))
-        .x_labels(10)
-        .y_labels(y_labels)
-        .x_label_formatter(&x_text)
-        .y_label_formatter(&y_text)
-        .label_style(SMALL.into_font())
-        .axis_desc_style(TEXT.into_font())
-        .y_desc(&panel.y_label);
-    if let Some(label) = x_label {
-        mesh.x_desc(label);
-    }
-    mesh.draw()?;
+fn draw(svg: &mut Svg, panel: &Panel, frame: &Frame<'_>) {
+    frame.axes(svg, Ruling::Grid, BESIDE);
     let mut legend = Vec::new();
     for (at, line) in panel.lines.iter().enumerate() {
         let colour = line.colour.unwrap_or(COLOURS[at % COLOURS.len()]);
-        let points =
-            if panel.thin { thinned(&line.points, x_range, (WIDTH - 100) as usize) } else { line.points.clone() };
-        let dots =
-            |radius: u32, style| points.iter().map(move |point| Circle::new(*point, (radius * FINE) as i32, style));
-        match line.mark {
-            Mark::Line => chart.draw_series(LineSeries::new(points, colour.stroke_width(line.width * FINE)))?,
-            Mark::Dashed => {
-                let style = colour.stroke_width(line.width * FINE);
-                chart.draw_series(DashedLineSeries::new(points, 6 * FINE, 4 * FINE, style))?
-            }
-            Mark::Dots(radius) => chart.draw_series(dots(radius, colour.filled()))?,
-            Mark::Rings(radius) => chart.draw_series(dots(radius, colour.stroke_width(2 * FINE)))?,
-        };
+        let points = if panel.thin { thinned(&line.points, frame.x.range, 800) } else { line.points.clone() };
+        let places = frame.places(points.into_iter().filter(|point| !panel.is_log || point.1 > 0.0));
+        mark(svg, line.mark, colour, f64::from(line.width), places.collect());
         if !line.label.is_empty() {
             legend.push((line.label.as_str(), line.mark, colour));
         }
     }
-    draw_legend(&beside, &legend, height)?;
-    Ok(chart)
+    draw_legend(svg, frame, &legend);
 }
 
-type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-
-/// Upright lines within the range, their names in rows so that neighbours do not overlap.
-fn draw_marks(mut chart: Chart<'_>, marks: &[(f64, String)], has_names: bool) -> Result<(), FigureError> {
-    let (x, y) = (chart.x_range(), chart.y_range());
-    let within = |at: &f64| x.contains(at);
-    let (_, pixels) = chart.plotting_area().dim_in_pixel();
-    let row = f64::from(15 * FINE) / f64::from(pixels.max(1)) * (y.end - y.start);
-    for (number, (at, name)) in marks.iter().filter(|mark| within(&mark.0)).enumerate() {
-        let line = [(*at, y.start), (*at, y.end)];
-        chart.draw_series(DashedLineSeries::new(line, 3 * FINE, 3 * FINE, BLACK.stroke_width(FINE)))?;
-        if has_names {
-            let is_left = at - x.start < 0.7 * (x.end - x.start);
-            let (side, off) = if is_left { (HPos::Left, 4) } else { (HPos::Right, -4) };
-            let place = (*at, y.end - row * (number % 4) as f64);
-            rimmed(name, (off, 1), Pos::new(side, VPos::Top), [WHITE, BLACK], |text| {
-                chart.draw_series([EmptyElement::at(place) + text])?;
-                Ok(())
-            })?;
+fn mark(svg: &mut Svg, mark: Mark, colour: Rgb, width: f64, places: Vec<(f64, f64)>) {
+    match mark {
+        Mark::Line | Mark::Dashed if places.is_empty() => {}
+        Mark::Line => svg.line(colour.stroke(width), places),
+        Mark::Dashed => svg.line(colour.dashed(width, [6, 4]), places),
+        Mark::Dots(radius) => {
+            places.into_iter().for_each(|place| svg.circle(colour.fill(), place, f64::from(radius)));
+        }
+        Mark::Rings(radius) => {
+            places.into_iter().for_each(|place| svg.circle(colour.stroke(2.0), place, f64::from(radius)));
         }
     }
-    Ok(())
+}
+
+/// Upright lines within the range, their names in rows so that neighbours do not overlap.
+fn draw_marks(svg: &mut Svg, frame: &Frame<'_>, marks: &[(f64, String)], has_names: bool) {
+    let within = marks.iter().filter_map(|(at, name)| Some((frame.x.share(*at)?, name)));
+    for (number, (share, name)) in within.filter(|(share, _)| (0.0..=1.0).contains(share)).enumerate() {
+        let x = frame.left + share * frame.width;
+        svg.line(BLACK.dashed(1.0, [3, 3]), [(x, frame.top), (x, frame.top + frame.height)]);
+        if has_names {
+            let (anchor, off) = if share < 0.7 { (Anchor::Start, 4.0) } else { (Anchor::End, -4.0) };
+            let y = frame.top + 12.0 + 15.0 * (number % 4) as f64;
+            rimmed(svg, (x + off, y), anchor, [WHITE, BLACK], name);
+        }
+    }
 }
 
 /// Entries below one another; those that find no room are counted.
-fn draw_legend(area: &Area<'_>, entries: &[(&str, Mark, RGBColor)], height: u32) -> Result<(), FigureError> {
-    let fine = FINE as i32;
-    let room = ((height - 20) / ENTRY) as usize;
+fn draw_legend(svg: &mut Svg, frame: &Frame<'_>, entries: &[(&str, Mark, Rgb)]) {
+    let room = (frame.height / f64::from(ENTRY)) as usize;
     let shown = if entries.len() > room { room - 1 } else { entries.len() };
-    let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-    let at = |row: usize| (18 + ENTRY as i32 * row as i32) * fine;
-    for (row, (label, mark, colour)) in entries.iter().take(shown).enumerate() {
+    let (left, top) = (f64::from(WIDTH), frame.top + 10.0);
+    let at = |row: usize| top + f64::from(ENTRY * row as u32);
+    for (row, (label, kind, colour)) in entries.iter().take(shown).enumerate() {
         let y = at(row);
-        match mark {
-            Mark::Line => area.draw(&PathElement::new([(0, y), (18 * fine, y)], colour.stroke_width(3 * FINE)))?,
-            Mark::Dashed => {
-                for from in [0, 11] {
-                    let dash = [(from * fine, y), ((from + 7) * fine, y)];
-                    area.draw(&PathElement::new(dash, colour.stroke_width(2 * FINE)))?;
-                }
-            }
-            Mark::Dots(radius) => area.draw(&Circle::new((9 * fine, y), (radius * FINE) as i32, colour.filled()))?,
-            Mark::Rings(radius) => {
-                area.draw(&Circle::new((9 * fine, y), (radius * FINE) as i32, colour.stroke_width(2 * FINE)))?;
-            }
-        }
-        area.draw(&plotters::element::Text::new((*label).to_owned(), (24 * fine, y), style.clone()))?;
+        let places = match kind {
+            Mark::Line | Mark::Dashed => vec![(left, y), (left + 18.0, y)],
+            Mark::Dots(_) | Mark::Rings(_) => vec![(left + 9.0, y)],
+        };
+        mark(svg, *kind, *colour, 3.0, places);
+        svg.text("", (left + 24.0, y + TEXT), Anchor::Start, label);
     }
     if shown < entries.len() {
         let more = format!("and {} more", entries.len() - shown);
-        area.draw(&plotters::element::Text::new(more, (24 * fine, at(shown)), style))?;
+        svg.text("", (left + 24.0, at(shown) + TEXT), Anchor::Start, &more);
     }
-    Ok(())
 }
 
 /// First, smallest, largest and last point of every column of pixels: the picture of all points.
@@ -292,15 +214,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_logarithmic_axis_has_whole_decades() {
+    fn a_logarithmic_axis_has_its_decades_and_no_zero() {
         let points = vec![(0.0, 0.0), (1.0, 0.02), (2.0, 30.0), (3.0, -1.0)];
         let panel = Panel { y_label: "y".into(), lines: vec![Line::new("", points)], is_log: true, ..Panel::default() };
-        let powers = panel.of_powers();
-        assert_eq!(powers.y_range, Some((-2.0, 2.0)));
-        assert_eq!(powers.lines[0].points.len(), 2, "zero and below have no place");
-        let svg = panels("t", "x", &[panel]).expect("drawn").svg().to_owned();
-        let ticks = svg.lines().filter(|line| ["0.01", "0.1", "1", "10", "100"].contains(&line.trim())).count();
-        assert!(ticks >= 5 && !svg.contains("NaN"), "{svg}");
+        let svg = panels("t", "x", &[panel]).svg().to_owned();
+        assert!([">0.1<", ">1<", ">10<"].iter().all(|tick| svg.contains(tick)) && !svg.contains("NaN"), "{svg}");
+        let line = svg.lines().find(|line| line.starts_with("<polyline")).expect("a line");
+        assert_eq!(line.matches(',').count(), 2, "zero and below have no place: {line}");
     }
 
     #[test]

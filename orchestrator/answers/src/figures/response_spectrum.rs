@@ -42,7 +42,7 @@ fn largest_response(force: &[f64], interval: f64, w: f64, damping: f64) -> f64 {
 /// Response spectra of channels of one history, up to `top` \[Hz\] (by default a twentieth of the record rate), for oscillators of one damping ratio below 1.
 ///
 /// # Errors
-/// Too few records, or the plotting library failed.
+/// Too few records.
 pub fn response_spectrum(
     history: &History,
     name: &str,
@@ -73,7 +73,7 @@ pub fn response_spectrum(
     let panel =
         Panel { y_label: scale.label("equivalent static force"), lines: lines.collect(), y_range, ..Panel::default() };
     let title = format!("{name}: response spectrum, damping ratio {damping}");
-    panels(&title, "frequency of the oscillator [Hz]", &[panel])
+    Ok(panels(&title, "frequency of the oscillator [Hz]", &[panel]))
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! Shapes of a ring beside one another, each over the ring at rest.
 
-use super::style::{FINE, GREY, SMALL, TEXT, TITLE, to_scale};
-use super::{Area, COLOURS, Figure, FigureError};
-use plotters::prelude::{BLACK, ChartBuilder, Circle, Color, IntoFont, LineSeries, PathElement};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use super::style::{GREY, to_scale};
+use super::{COLOURS, Figure, HEAD};
+use crate::drawing::{Anchor, Axis, Frame, Svg};
 use std::f64::consts::PI;
 
 /// Pictures beside one another.
@@ -20,35 +19,32 @@ pub struct RingShape {
     pub marks: Vec<[(f64, f64); 2]>,
 }
 
+/// Side of a picture \[px\].
+const SIDE: f64 = 300.0;
+
 /// Draws shapes in rows of three, with a note above them.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn rings(title: &str, note: &str, shapes: &[RingShape]) -> Result<Figure, FigureError> {
+#[must_use]
+pub fn rings(title: &str, note: &str, shapes: &[RingShape]) -> Figure {
     let rows = shapes.len().div_ceil(COLUMNS);
-    Figure::draw((900, 66 + 300 * rows as u32), |root| {
-        let root = root.titled(title, TITLE)?;
-        let (strip, root) = root.split_vertically(26 * FINE);
-        let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Center, VPos::Top));
-        strip.draw(&plotters::element::Text::new(note, (450 * FINE as i32, 2 * FINE as i32), style))?;
-        for (area, shape) in root.split_evenly((rows, COLUMNS)).iter().zip(shapes) {
-            draw(area, shape)?;
+    Figure::draw((900, 66 + 300 * rows as u32), title, |svg| {
+        svg.text("", (450.0, HEAD + 12.0), Anchor::Middle, note);
+        for (at, shape) in shapes.iter().enumerate() {
+            draw(svg, (SIDE * (at % COLUMNS) as f64, HEAD + 26.0 + SIDE * (at / COLUMNS) as f64), shape);
         }
-        Ok(())
     })
 }
 
-fn draw(area: &Area<'_>, shape: &RingShape) -> Result<(), FigureError> {
-    let reach = 1.33;
-    let area = area.margin(6 * FINE, 6 * FINE, 6 * FINE, 6 * FINE).titled(&shape.caption, TEXT)?;
-    let (half_x, half_y) = to_scale(area.dim_in_pixel(), (reach, reach));
-    let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
+fn draw(svg: &mut Svg, (left, top): (f64, f64), shape: &RingShape) {
+    svg.text("font-size=\"11\"", (left + SIDE / 2.0, top + 18.0), Anchor::Middle, &shape.caption);
+    let corners = [left + 6.0, top + 28.0, left + SIDE - 6.0, top + SIDE - 6.0];
+    let (half_x, half_y) = to_scale((corners[2] - corners[0], corners[3] - corners[1]), (1.33, 1.33));
+    let (x, y) = (Axis::between("", (-half_x, half_x)), Axis::between("", (-half_y, half_y)));
+    let frame = Frame::new(&x, &y, corners);
     let circle = (0..=120).map(|k| (2.0 * PI * f64::from(k) / 120.0).sin_cos()).map(|(s, c)| (c, s));
-    chart.draw_series(LineSeries::new(circle, GREY.stroke_width(FINE)))?;
-    chart.draw_series(LineSeries::new(shape.line.iter().copied(), COLOURS[0].stroke_width(2 * FINE)))?;
-    for &[from, to] in &shape.marks {
-        chart.draw_series([PathElement::new([from, to], COLOURS[1].stroke_width(FINE))])?;
-        chart.draw_series([Circle::new(to, 3 * FINE as i32, COLOURS[1].filled())])?;
+    frame.line(svg, GREY.stroke(1.0), circle);
+    frame.line(svg, COLOURS[0].stroke(2.0), shape.line.iter().copied());
+    for ends in &shape.marks {
+        frame.line(svg, COLOURS[1].stroke(1.0), *ends);
+        frame.circle(svg, COLOURS[1].fill(), ends[1], 3.0);
     }
-    Ok(())
 }

@@ -155,7 +155,7 @@ pub(super) fn even(time: &[f64]) -> usize {
 /// Spectrogram of a channel, up to `top` \[Hz\] (by default what the signal contains, and 1x at least).
 ///
 /// # Errors
-/// Too few records or uneven ones, a constant signal, or the plotting library failed.
+/// Too few records or uneven ones or a constant signal.
 pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     let (records, interval) = even_records(history, &[channel], 256)?;
     let speed = history.channel("rotor.speed_rad_s").map_or(&[][..], |speed| &speed.values);
@@ -168,8 +168,8 @@ pub fn spectrogram(history: &History, name: &str, channel: &Series, top: Option<
     let top = bins as f64 * resolution;
     let lines = synchronous(history, x_range, top);
     let title = format!("{name}: spectrogram of {}", plain_name(&channel.name, &channel.unit));
-    let note = format!("Blackman-Harris windows of {} s", super::style::tick(window as f64 * interval));
-    draw(&stft, channel, (bins, largest), (&title, &note, "frequency [Hz]", 8), x_range, top, &lines)
+    let note = format!("Blackman-Harris windows of {} s", crate::drawing::shown(window as f64 * interval));
+    Ok(draw(&stft, channel, (bins, largest), (&title, &note, "frequency [Hz]", 8), x_range, top, &lines))
 }
 
 /// The lines 1x, 2x, 3x of the spin over time.
@@ -192,7 +192,7 @@ fn synchronous(history: &History, (from, to): (f64, f64), top: f64) -> Vec<(Stri
 /// Order map of a channel, up to order `top` (by default what the signal contains, 3 to 10).
 ///
 /// # Errors
-/// No spin angle, too few or too many turns for the records, a constant signal, or the plotting library failed.
+/// No spin angle, too few or too many turns for the records or a constant signal.
 pub fn order_map(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     /// Samples per turn: orders up to a quarter of it are clean.
     const PER_TURN: f64 = 64.0;
@@ -246,32 +246,25 @@ pub fn order_map(history: &History, name: &str, channel: &Series, top: Option<f6
     let title = format!("{name}: orders of {}", plain_name(&channel.name, &channel.unit));
     let note = format!("Blackman-Harris windows of {TURNS} turns");
     // a number at each order, as far as there is room
-    draw(
-        &even,
-        channel,
-        (bins, largest),
-        (&title, &note, "order [events per turn]", 12),
-        x_range,
-        bins as f64 / per_order,
-        &[],
-    )
+    let named = (&*title, &*note, "order [events per turn]", 12);
+    Ok(draw(&even, channel, (bins, largest), named, x_range, bins as f64 / per_order, &[]))
 }
 
 fn draw(
     stft: &Stft,
     channel: &Series,
     (bins, largest): (usize, f64),
-    (title, note, y_label, y_labels): (&str, &str, &str, usize),
+    (title, note, y_label, y_labels): (&str, &str, &str, u32),
     x_range: (f64, f64),
     top: f64,
     lines: &[(String, Vec<(f64, f64)>)],
-) -> Result<Figure, FigureError> {
+) -> Figure {
     let scale = Scale::of(&channel.unit, largest);
     let decibel = |value: f64| 20.0 * (value / largest).max(1e-12).log10();
     let columns: Vec<Vec<f64>> =
         stft.columns.iter().map(|column| column[..bins].iter().map(|value| decibel(*value)).collect()).collect();
     let full = largest * scale.factor;
-    let z_label = format!("amplitude [dB re {} {}]", super::style::tick(full), scale.unit);
+    let z_label = format!("amplitude [dB re {} {}]", crate::drawing::shown(full), scale.unit);
     map(&Map {
         title,
         note,
@@ -363,7 +356,7 @@ mod tests {
         let figure = order_map(&history, "run", &channel, None).expect("enough turns");
         assert!(figure.svg().contains("order [events per turn]"));
         // order 3 with its room: numbers up to 4
-        let is_tick = |figure: &Figure, tick: &str| figure.svg().lines().any(|line| line.trim() == tick);
+        let is_tick = |figure: &Figure, tick: &str| figure.svg().contains(&format!(">{tick}</text>"));
         assert!(is_tick(&figure, "4") && !is_tick(&figure, "5"), "{}", figure.svg());
         assert!(spectrogram(&history, "run", &channel, None).expect("enough records").svg().contains("frequency [Hz]"));
     }

@@ -1,36 +1,31 @@
 //! Colours, numbers on axes, and the unit a reader wants to see.
 
+use crate::drawing::{Anchor, Rgb, Svg};
 pub use crate::estimate::input::plain_name;
-use plotters::style::RGBColor;
 
 /// Okabe-Ito, without its yellow, which is too light for lines.
-pub const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 0, 0),
+pub const COLOURS: [Rgb; 7] = [
+    Rgb(0, 114, 178),
+    Rgb(213, 94, 0),
+    Rgb(0, 158, 115),
+    Rgb(204, 121, 167),
+    Rgb(86, 180, 233),
+    Rgb(230, 159, 0),
+    Rgb(0, 0, 0),
 ];
 /// Grid and quiet lines.
-pub const GREY: RGBColor = RGBColor(150, 150, 150);
-/// Bold grid lines.
-pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
+pub const GREY: Rgb = Rgb(150, 150, 150);
 
-/// Units of the drawing per SVG pixel: the library rounds places to whole units, and whole pixels make curves jagged.
-pub(super) const FINE: u32 = 4;
-/// Text sizes.
-pub(super) const TITLE: (&str, u32) = ("sans-serif", 17 * FINE);
-pub(super) const TEXT: (&str, u32) = ("sans-serif", 13 * FINE);
-pub(super) const SMALL: (&str, u32) = ("sans-serif", 12 * FINE);
+/// Draws small text with a rim, so that it is read on any ground.
+pub(super) fn rimmed(svg: &mut Svg, place: (f64, f64), anchor: Anchor, [rim, ink]: [Rgb; 2], text: &str) {
+    let rim = format!("{} stroke=\"{rim}\" stroke-width=\"3\" paint-order=\"stroke\"", ink.fill());
+    svg.text(rim, place, anchor, text);
+}
 
-/// Half the extents of both axes on one scale: those asked for, one of them widened to the plotting area's shape.
+/// Half the extents of both axes on one scale: those asked for, one of them widened to the shape of the frame.
 ///
-/// The area is the one of the chart itself (`ChartContext::plotting_area`), without margins, labels and caption: reckoned from what
-/// surrounds it, circles were up to 4 % off round. Verified by `what_is_drawn_to_scale_is_round`.
-pub(super) fn to_scale((width, height): (u32, u32), (half_x, half_y): (f64, f64)) -> (f64, f64) {
-    let (width, height) = (f64::from(width.max(1)), f64::from(height.max(1)));
+/// Verified by `what_is_drawn_to_scale_is_round`.
+pub(super) fn to_scale((width, height): (f64, f64), (half_x, half_y): (f64, f64)) -> (f64, f64) {
     let pixels = (width / half_x).min(height / half_y);
     (width / pixels, height / pixels)
 }
@@ -72,77 +67,15 @@ impl Scale {
     }
 }
 
-/// A number in a picture: four significant digits at most, no trailing zeros.
-pub(super) fn tick(value: f64) -> String {
-    with_digits(value, 4, 2)
-}
-
-/// A number on an axis from `low` to `high`: as [`tick`], with more digits where numbers of a short range differ in those.
-pub(super) fn tick_within(value: f64, (low, high): (f64, f64)) -> String {
-    let step = (high - low).abs() / MOST_TICKS;
-    if value.abs() < 1e-6 * step {
-        return "0".to_owned();
-    }
-    let digits = digits_of(low.abs().max(high.abs()), step);
-    with_digits(value, digits.max(4), digits.max(2))
-}
-
-/// Numbers on an axis at most.
-const MOST_TICKS: f64 = 20.0;
-
-/// Significant digits in which numbers of this size differ that are a step apart.
-pub(crate) fn digits_of(size: f64, step: f64) -> usize {
-    let digits = libm::ceil(libm::log10(size / step) - 1e-9) + 1.0;
-    if digits.is_finite() { digits.clamp(1.0, 15.0) as usize } else { 1 }
-}
-
-/// A number with so many significant digits at most, and with so many where it has a power of ten.
-fn with_digits(value: f64, digits: usize, of_powers: usize) -> String {
-    if value.abs() < 1e-12 {
-        return "0".to_owned();
-    }
-    let size = value.abs();
-    if !(1e-3..1e6).contains(&size) {
-        let text = format!("{value:.*e}", of_powers - 1);
-        let (number, power) = text.split_once('e').unwrap_or((&text, "0"));
-        let number = if number.len() > number.find('.').map_or(0, |dot| dot + 2) {
-            let short = number.trim_end_matches('0');
-            if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
-        } else {
-            number.to_owned()
-        };
-        return format!("{number}e{power}").replace('-', "−");
-    }
-    let decimals = (digits as i32 - 1 - size.log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.*}", decimals.min(digits + 2));
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    text.replace('-', "−")
-}
-
 /// A number with so many decimals, and a minus of a number's width; no negative zero.
 pub fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     if text.parse() == Ok(0.0) { text.replace('-', "") } else { text.replace('-', "\u{2212}") }
 }
 
-/// A range with some room around the values; never empty.
-pub(super) fn roomy(values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for value in values.filter(|value| value.is_finite()) {
-        low = low.min(value);
-        high = high.max(value);
-    }
-    if low > high {
-        return (0.0, 1.0);
-    }
-    let width = high - low;
-    let pad = if width > 1e-9 * high.abs().max(low.abs()) { room * width } else { 0.5 * high.abs().max(1e-9) };
-    (low - pad, high + pad)
-}
-
 /// Viridis at 0..=1.
 #[must_use]
-pub fn viridis(share: f64) -> RGBColor {
+pub fn viridis(share: f64) -> Rgb {
     const STOPS: [(f64, f64, f64); 9] = [
         (68.0, 1.0, 84.0),
         (71.0, 44.0, 122.0),
@@ -159,42 +92,12 @@ pub fn viridis(share: f64) -> RGBColor {
     let t = place - from as f64;
     let mix = |a: f64, b: f64| (a + t * (b - a)).round() as u8;
     let (a, b) = (STOPS[from], STOPS[from + 1]);
-    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+    Rgb(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_on_axes_are_short() {
-        for (value, text) in [
-            (0.30000000000000004, "0.3"),
-            (1500.0, "1500"),
-            (-0.25, "−0.25"),
-            (0.0, "0"),
-            (2.5e-7, "2.5e−7"),
-            (12.0, "12"),
-        ] {
-            assert_eq!(tick(value), text);
-        }
-    }
-
-    #[test]
-    fn numbers_of_a_short_range_differ() {
-        for (from, step) in [(3.0012, 1e-4), (1.2e6, 2.5e4), (-1e6, 1e2), (7.2e-9, 1e-11), (0.0, 0.1), (-0.5, 0.1)] {
-            let range = (from, from + 10.0 * step);
-            let texts: Vec<String> = (0..=10).map(|k| tick_within(from + f64::from(k) * step, range)).collect();
-            let number = |text: &String| text.replace('−', "-").parse::<f64>().expect("a number");
-            assert!(texts.windows(2).all(|pair| pair[0] != pair[1]), "{texts:?}");
-            for (k, text) in (0..).zip(&texts) {
-                let value = from + f64::from(k) * step;
-                assert!((number(text) - value).abs() < 0.01 * step, "{text} is not {value}");
-            }
-        }
-        assert_eq!([0.3, 1500.0].map(|value| tick_within(value, (0.0, 2000.0))), ["0.3", "1500"]);
-        assert_eq!(tick_within(2e6, (0.0, 4e6)), "2.0e6");
-    }
 
     #[test]
     fn fixed_decimals_have_no_negative_zero() {

@@ -7,15 +7,11 @@
 //! Verified by `spectra_are_those_of_their_speeds`.
 
 use super::contacts::critical_passages;
-use super::rimmed::rimmed;
 use super::spectrum::{Content, Stft, content, even_records, stft, window_of};
-use super::style::{FINE, GREY, GRID, SMALL, Scale, TEXT, TITLE, tick, tick_within};
-use super::{COLOURS, Figure, FigureError, SpectrumError, plain_name};
+use super::style::{GREY, Scale, rimmed};
+use super::{COLOURS, Figure, FigureError, HEAD, SpectrumError, plain_name};
+use crate::drawing::{Anchor, Axis, BLACK, Frame, Ruling, TEXT, WHITE, shown};
 use crate::history::{History, Series};
-use plotters::prelude::{
-    BLACK, ChartBuilder, Color, DashedLineSeries, EmptyElement, IntoFont, LineSeries, PathElement, Polygon, Text, WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::f64::consts::PI;
 
 /// Spectra at most.
@@ -50,7 +46,7 @@ fn spectra(stft: &Stft, speed: &[f64]) -> Result<Vec<Spectrum>, SpectrumError> {
 /// Draws the waterfall of a channel up to `top` \[Hz\] (by default what the signal contains), with the critical speeds that are marked in the file.
 ///
 /// # Errors
-/// No speed, a steady speed, too few records, a constant signal, or the plotting library failed.
+/// No speed, a steady speed, too few records or a constant signal.
 pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f64>) -> Result<Figure, FigureError> {
     let speed = history.channel("rotor.speed_rad_s").ok_or(SpectrumError::NoSpeed)?;
     let (records, interval) = even_records(history, &[channel, speed], 256)?;
@@ -65,30 +61,12 @@ pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f6
     let top = (bins - 1) as f64 * resolution;
     let scale = Scale::of(&channel.unit, largest);
     let title = format!("{name}: waterfall of {}", plain_name(&channel.name, &channel.unit));
-    Figure::draw((900, 560), |root| {
-        let root = root.titled(&title, TITLE)?;
-        let (left, right) = root.split_horizontally(800 * FINE);
-        let range = (last - 0.06 * (first - last), first + 1.05 * height);
-        let mut chart = ChartBuilder::on(&left)
-            .margin(8 * FINE)
-            .x_label_area_size(44 * FINE)
-            .y_label_area_size(66 * FINE)
-            .build_cartesian_2d(0.0..top, range.0..range.1)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE)
-            .bold_line_style(GRID.stroke_width(FINE))
-            .set_all_tick_mark_size(4 * FINE)
-            .axis_style(BLACK.stroke_width(FINE))
-            .x_labels(10)
-            .y_labels(10)
-            .x_label_formatter(&|value| tick_within(*value, (0.0, top)))
-            .y_label_formatter(&|value| tick_within(*value, range))
-            .label_style(SMALL.into_font())
-            .axis_desc_style(TEXT.into_font())
-            .x_desc("frequency [Hz]")
-            .y_desc("spin speed [rpm]")
-            .draw()?;
+    let range = (last - 0.06 * (first - last), first + 1.05 * height);
+    let x = Axis::between("frequency [Hz]", (0.0, top)).most(10);
+    let y = Axis::between("spin speed [rpm]", range).most(10);
+    let frame = Frame::new(&x, &y, [74.0, HEAD + 8.0, 792.0, 508.0]);
+    let figure = Figure::draw((900, 560), &title, |svg| {
+        frame.axes(svg, Ruling::Grid, 58.0);
         // the slowest in front
         for (speed, amplitudes) in &spectra {
             let base = rpm(*speed);
@@ -98,60 +76,43 @@ pub fn waterfall(history: &History, name: &str, channel: &Series, top: Option<f6
                 .map(|(bin, amplitude)| (bin as f64 * resolution, base + height * (amplitude / largest).min(1.0)))
                 .collect();
             let ends = [(top, range.0.max(base)), (0.0, range.0.max(base))];
-            chart.draw_series([Polygon::new(line.iter().copied().chain(ends).collect::<Vec<_>>(), WHITE.filled())])?;
-            chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(FINE)))?;
+            frame.area(svg, WHITE.fill(), line.iter().copied().chain(ends));
+            frame.line(svg, COLOURS[0].stroke(1.0), line);
         }
         for order in [1.0, 2.0, 3.0] {
             let end = first.min(60.0 * top / order);
             if end > last {
                 let line = [(last * order / 60.0, last), (end * order / 60.0, end)];
-                chart.draw_series(DashedLineSeries::new(line, 6 * FINE, 4 * FINE, BLACK.stroke_width(FINE)))?;
-                let below = Pos::new(HPos::Center, VPos::Top);
-                rimmed(&format!("{order}×"), (0, 5), below, [WHITE, BLACK], |text| {
-                    chart.draw_series([EmptyElement::at(line[0]) + text])?;
-                    Ok(())
-                })?;
+                frame.line(svg, BLACK.dashed(1.0, [6, 4]), line);
+                if let Some((x, y)) = frame.place(line[0]) {
+                    rimmed(svg, (x, y + 16.0), Anchor::Middle, [WHITE, BLACK], &format!("{order}×"));
+                }
             }
         }
         let criticals = critical_passages(history).into_iter().map(|(_, w)| rpm(w));
-        let mut shown = Vec::new();
-        for critical in criticals.filter(|critical| (last..=first).contains(critical)) {
-            let line = [(0.0, critical), (top, critical)];
-            chart.draw_series(DashedLineSeries::new(line, 3 * FINE, 3 * FINE, GREY.stroke_width(FINE)))?;
-            shown.push(critical);
-        }
+        let mut shown_at: Vec<f64> = criticals.filter(|critical| (last..=first).contains(critical)).collect();
+        shown_at.sort_by(|a, b| b.total_cmp(a));
         // what the height of a line means
-        let (_, pixels) = chart.plotting_area().dim_in_pixel();
-        let bar = (f64::from(pixels) * height / (range.1 - range.0)) as i32;
-        let (x, y, fine) = (10 * FINE as i32, 30 * FINE as i32, FINE as i32);
-        for line in [
-            [(x, y), (x, y + bar)],
-            [(x - 4 * fine, y), (x + 4 * fine, y)],
-            [(x - 4 * fine, y + bar), (x + 4 * fine, y + bar)],
-        ] {
-            right.draw(&PathElement::new(line, BLACK.stroke_width(FINE)))?;
+        let right = 800.0;
+        let bar = frame.height * height / (range.1 - range.0);
+        let (x, y) = (right + 10.0, HEAD + 30.0);
+        svg.path(BLACK.stroke(1.0), format_args!("M{x},{y}v{bar:.1}m-4,0h8M{},{y}h8", x - 4.0));
+        let amplitude = format!("{} {}", shown(largest * scale.factor), scale.unit);
+        for (text, off) in [("amplitude", -8.0), (&amplitude, 8.0)] {
+            svg.text("", (x + 8.0, y + bar / 2.0 + off + TEXT), Anchor::Start, text);
         }
-        let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
         // beside the line, and below what is there already
-        let mut free = y + bar + 24 * fine;
-        shown.sort_by(|a: &f64, b| b.total_cmp(a));
-        for critical in shown {
-            let at = (8 * FINE as i32) + (f64::from(pixels) * (range.1 - critical) / (range.1 - range.0)) as i32;
-            let at = at.max(free);
-            for (line, text) in
-                ["critical speed".to_owned(), format!("{} rpm", critical.round())].into_iter().enumerate()
-            {
-                right.draw(&Text::new(text, (0, at + (15 * line as i32 - 7) * fine), style.clone()))?;
+        let mut free = y + bar + 24.0;
+        for critical in shown_at {
+            frame.line(svg, GREY.dashed(1.0, [3, 3]), [(0.0, critical), (top, critical)]);
+            let at = frame.up(critical).unwrap_or(free).max(free);
+            for (text, off) in [("critical speed", -7.0), (&*format!("{} rpm", critical.round()), 8.0)] {
+                svg.text("", (right, at + off + TEXT), Anchor::Start, text);
             }
-            free = at + 34 * fine;
+            free = at + 34.0;
         }
-        let amplitude = format!("{} {}", tick(largest * scale.factor), scale.unit);
-        for (line, text) in ["amplitude", amplitude.as_str()].into_iter().enumerate() {
-            let place = (x + 8 * fine, y + bar / 2 + (16 * line as i32 - 8) * fine);
-            right.draw(&Text::new(text.to_owned(), place, style.clone()))?;
-        }
-        Ok(())
-    })
+    });
+    Ok(figure)
 }
 
 #[cfg(test)]

@@ -1,30 +1,7 @@
 //! Escaping of text for HTML, XML, chart labels and scripts.
 
+pub(crate) use crate::drawing::html;
 use serde_json::Value;
-
-/// Text of an HTML or XML element or quoted attribute. Characters that neither can hold, control characters and those that change the
-/// direction of text become U+FFFD.
-#[must_use]
-pub fn html(text: &str) -> String {
-    let mut out = String::with_capacity(text.len() + 16);
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            '\n' | '\t' => out.push(c),
-            c if c.is_control()
-                || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}') =>
-            {
-                out.push('\u{fffd}');
-            }
-            c => out.push(c),
-        }
-    }
-    out
-}
 
 /// Text for a name, title or label of a [`super::Plot`]: Plotly reads `<b>`, `<a href>` and entities as markup.
 #[must_use]
@@ -46,7 +23,7 @@ mod tests {
     #[test]
     fn markup_stays_text() {
         let hostile = "</script><img src=x onerror='alert(1)'>\"&\u{202e}\u{7}";
-        let shown = "&lt;/script&gt;&lt;img src=x onerror=&#39;alert(1)&#39;&gt;&quot;&amp;\u{fffd}\u{fffd}";
+        let shown = "&lt;/script&gt;&lt;img src=x onerror=&#39;alert(1)&#39;&gt;&quot;&amp;\u{fffd}\u{2407}";
         assert_eq!(html(hostile), shown);
         assert_eq!(plain("<a href='x'>$y$</a>"), "&lt;a href='x'&gt;\u{ff04}y\u{ff04}&lt;/a&gt;");
         let text = json(&value!({ "<!--": "</script>" }));

@@ -7,9 +7,9 @@
 //! for any history; the page prints how many of the instants it shows.
 //! Verified by `an_animation_has_the_instants_and_marks_of_its_history`.
 
-use super::chart::{Axis, shown};
 use super::escape::{html, json};
 use super::figure::short;
+use crate::drawing::{Anchor, Axis, Frame, Ruling, Svg, shown};
 use crate::figures::{Contact, Ring, Scale, clearance, critical_passages, fixed, last_turn, reach_of, ring_of};
 use crate::history::{History, Series};
 use serde_json::{Value, json as value};
@@ -30,7 +30,7 @@ const MOST_CRITICAL: usize = 6;
 const HALF: f64 = 4000.0;
 const ROOM: f64 = 900.0;
 /// The strip of the clearance over time: width, height, left and lower edge of its frame.
-const STRIP: [f64; 4] = [600.0, 150.0, 58.0, 114.0];
+const STRIP: [f64; 4] = [600.0, 160.0, 62.0, 114.0];
 
 /// An instant that is marked.
 struct Mark {
@@ -238,7 +238,7 @@ impl Film<'_> {
         );
         let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("writing to a String cannot fail");
         let reach = HALF / self.unit * self.length.factor;
-        let axis = Axis::numbers("", std::iter::empty()).from_to(-reach, reach);
+        let axis = Axis::between("", (-reach, reach));
         let ticks = axis.ticks();
         for (value, text) in ticks.iter().step_by(if ticks.len() > 7 { 2 } else { 1 }) {
             let at = value / reach * HALF;
@@ -296,62 +296,32 @@ impl Film<'_> {
     /// The smallest clearance between shown instants over time, with the marks.
     fn strip(&self, first: usize) -> String {
         let [width, height, left, bottom] = STRIP;
-        let mut out = format!(
-            "<svg class=\"film strip\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"smallest clearance over time\">\n"
-        );
-        let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("writing to a String cannot fail");
         let right = width - 8.0;
         let time = |at: usize| self.history.time[self.frames[at]];
         let last = self.frames.len() - 1;
-        let x_axis =
-            Axis::numbers("", std::iter::empty()).from_to(time(0), if last > 0 { time(last) } else { time(0) + 1.0 });
+        let x_axis = Axis::between("time [s]", (time(0), if last > 0 { time(last) } else { time(0) + 1.0 }));
         let smallest: Vec<Option<f64>> = (0..=last).map(|at| self.smallest(at)).collect();
-        let y_axis = Axis::numbers("", smallest.iter().flatten().copied().chain([0.0]));
-        let across = |value: f64| x_axis.share(value).map(|share| left + (right - left) * share);
-        let up = |value: f64| y_axis.share(value).map(|share| bottom - (bottom - 8.0) * share);
-        for (value, text) in x_axis.ticks() {
-            if let Some(x) = across(value) {
-                put(format_args!(
-                    "<path class=\"grid\" d=\"M{x:.1},8V{bottom}\"/>\n<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{text}</text>\n",
-                    bottom + 15.0
-                ));
-            }
-        }
-        for (value, text) in y_axis.ticks().iter().step_by(2) {
-            if let Some(y) = up(*value) {
-                put(format_args!(
-                    "<path class=\"grid\" d=\"M{left},{y:.1}H{right}\"/>\n<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{text}</text>\n",
-                    left - 5.0,
-                    y + 4.0
-                ));
-            }
-        }
-        put(format_args!("<path class=\"frame\" d=\"M{left},8V{bottom}H{right}\"/>\n"));
-        put(format_args!(
-            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">time [s]</text>\n",
-            0.5 * (left + right),
-            height - 6.0
+        let values = smallest.iter().flatten().copied().chain([0.0]);
+        let y_axis = Axis::numbers(self.length.label("clearance"), values).most(4);
+        let frame = Frame::new(&x_axis, &y_axis, [left, 8.0, right, bottom]);
+        let mut svg = Svg::default();
+        svg.put(format_args!(
+            "<svg class=\"film strip\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"smallest clearance over time\">"
         ));
-        put(format_args!(
-            "<text transform=\"translate(11 {}) rotate(-90)\" text-anchor=\"middle\">clearance [{}]</text>\n",
-            0.5 * bottom + 4.0,
-            html(&self.length.unit)
-        ));
-        let point = |at: usize| Some((across(time(at))?, up(smallest[at]?)?));
-        let points: Vec<String> = (0..=last).filter_map(point).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        put(format_args!("<polyline class=\"curve\" points=\"{}\"/>\n", points.join(" ")));
+        frame.axes(&mut svg, Ruling::Grid, left - 11.0);
+        frame.line(&mut svg, "class=\"curve\"", (0..=last).filter_map(|at| Some((time(at), smallest[at]?))));
         let mut free = f64::NEG_INFINITY;
         for (number, mark) in self.marks.iter().enumerate() {
-            let Some(x) = across(time(mark.frame)) else { continue };
-            put(format_args!("<path class=\"mark\" d=\"M{x:.1},8V{bottom}\"/>\n"));
+            let Some(x) = frame.across(time(mark.frame)) else { continue };
+            svg.path("class=\"mark\"", format_args!("M{x:.1},8V{bottom}"));
             if x > free {
-                put(format_args!("<text x=\"{:.1}\" y=\"18\">{}</text>\n", (x + 3.0).min(right - 7.0), number + 1));
+                svg.text("", ((x + 3.0).min(right - 7.0), 18.0), Anchor::Start, &(number + 1).to_string());
                 free = x + 12.0;
             }
         }
-        let x = across(time(first)).unwrap_or(left);
-        put(format_args!("<path class=\"now\" id=\"now\" d=\"M{x:.1},8V{bottom}\"/>\n"));
-        out + "</svg>\n"
+        let x = frame.across(time(first)).unwrap_or(left);
+        svg.path("class=\"now\" id=\"now\"", format_args!("M{x:.1},8V{bottom}"));
+        svg.0 + "</svg>\n"
     }
 
     /// The smallest clearance since the frame before, as it is shown.

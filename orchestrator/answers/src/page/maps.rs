@@ -2,13 +2,12 @@
 
 use super::escape::plain;
 use super::figure::{Figure, Plot, short};
+use crate::drawing::Rgb;
 use crate::figures::{
-    COLOURS, Colours, FigureError, Layers, MapScales, Picture, STEPS, Scale, UNKNOWN, maps_on, marks, pictures_of,
-    stepped,
+    COLOURS, Colours, Layers, MapScales, Picture, STEPS, Scale, UNKNOWN, maps_on, marks, pictures_of, stepped,
 };
 use crate::map::{Axis, Cell, Map};
 use bladeoff_text::document::cut;
-use plotters::style::RGBColor;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -20,15 +19,13 @@ const MOST_PLACES: usize = 8000;
 
 /// A figure of a page for each panel and difference of a question of this name; `of`: maps of the whole page. Of a large grid evenly chosen
 /// values are drawn, as the caption reports. All of them have the scales of colour of the picture with all panels.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn map_figures(name: &str, maps: &[Map], of: usize) -> Result<Vec<Figure>, FigureError> {
+#[must_use]
+pub fn map_figures(name: &str, maps: &[Map], of: usize) -> Vec<Figure> {
     let scales = MapScales::of(maps);
     maps.iter().map(|map| map_figure(name, map, of, &scales)).collect()
 }
 
-fn map_figure(name: &str, map: &Map, of: usize, scales: &MapScales) -> Result<Figure, FigureError> {
+fn map_figure(name: &str, map: &Map, of: usize, scales: &MapScales) -> Figure {
     let every = (1..).find(|every| places(map, *every) <= MOST_PLACES / of.max(1)).unwrap_or(1);
     let thin = (every > 1).then(|| thinned(map, every));
     let map = thin.as_ref().unwrap_or(map);
@@ -46,9 +43,9 @@ fn map_figure(name: &str, map: &Map, of: usize, scales: &MapScales) -> Result<Fi
         caption += &format!("; one of {every} values along each axis is drawn, `bladeoff map --out F.png` draws all");
     }
     // the caption says what it is
-    let drawing = maps_on("", std::slice::from_ref(map), scales)?.svg().to_owned();
+    let drawing = maps_on("", std::slice::from_ref(map), scales).svg().to_owned();
     let plot = (!map.cells.is_empty()).then(|| plot(map, scales));
-    Ok(Figure { caption, drawing, plot, table: None })
+    Figure { caption, drawing, plot, table: None }
 }
 
 /// Places of a map of which one of so many values is drawn along each axis; at least one.
@@ -145,7 +142,7 @@ fn scale_of(colours: &Colours) -> Vec<Value> {
     (0..=STEPS).map(|at| json!([step(at), css(colours.at(step(at)))])).collect()
 }
 
-fn css(RGBColor(red, green, blue): RGBColor) -> String {
+fn css(Rgb(red, green, blue): Rgb) -> String {
     format!("rgb({red},{green},{blue})")
 }
 

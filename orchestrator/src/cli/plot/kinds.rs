@@ -165,7 +165,7 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
         // none of the default channels was recorded
         return Err(unknown_in(&histories[0].history, TIME_CHANNELS[0]).into());
     }
-    Ok(panels_marked(&title(histories), "time [s]", &shown, &marks(histories))?)
+    Ok(panels_marked(&title(histories), "time [s]", &shown, &marks(histories)))
 }
 
 /// First contacts and critical speeds of a single history: when, and what.
@@ -230,7 +230,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Pictures<Figure>, CliError>
             instants = [0.25, 0.5, 1.0].iter().map(|share| first + share * (last - first)).collect();
         }
         for contact in contacts_of(named, "contact.rotor_x_m")? {
-            let figure = orbits(&named.history, &named.name, &contact, &instants)?
+            let figure = orbits(&named.history, &named.name, &contact, &instants)
                 .ok_or_else(|| unknown_in(&named.history, "contact.rotor_x_m"))?;
             warn_of_ring(named, &contact);
             figures.push((name(named, "orbit", &contact), figure));

@@ -1,7 +1,7 @@
 //! The scale of colour of a kind of pictures, and the levels that are marked on it.
 
-use super::super::style::{Scale, tick, tick_within, viridis};
-use plotters::style::RGBColor;
+use super::super::style::{Scale, viridis};
+use crate::drawing::{Rgb, digits_of, number};
 
 /// What pictures share a scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +86,8 @@ impl Colours {
     /// A level as it is marked.
     pub fn mark(&self, level: f64) -> String {
         let of = |value: f64| value * self.scale.factor;
-        if self.is_logarithmic { tick(of(level)) } else { tick_within(of(level), (of(self.low), of(self.high))) }
+        let digits = digits_of(of(self.high).abs().max(of(self.low).abs()), (of(self.high) - of(self.low)) / 20.0);
+        number(of(level), if self.is_logarithmic { 4 } else { digits.max(4) })
     }
 
     /// The place of a value on the scale, 0 to 1.
@@ -100,14 +101,14 @@ impl Colours {
     }
 
     /// The colour at a place on the scale.
-    pub fn at(&self, share: f64) -> RGBColor {
+    pub fn at(&self, share: f64) -> Rgb {
         let share = stepped(share);
         if self.kind != Kind::Difference {
             return viridis(share);
         }
         let (end, part) = if share < 0.5 { (BELOW, 1.0 - 2.0 * share) } else { (ABOVE, 2.0 * share - 1.0) };
         let mix = |at: usize| (MIDDLE[at] + part * (end[at] - MIDDLE[at])).round() as u8;
-        RGBColor(mix(0), mix(1), mix(2))
+        Rgb(mix(0), mix(1), mix(2))
     }
 }
 

@@ -11,14 +11,14 @@ mod colour;
 mod layers;
 mod picture;
 
-use super::style::{FINE, SMALL, TITLE, plain_name};
-use super::{Area, Figure, FigureError};
+use super::style::plain_name;
+use super::{Figure, HEAD};
+use crate::drawing::{Anchor, Rgb};
 use crate::map::{Cell, Map, Shows};
 use bladeoff_text::document::cut;
 pub use colour::{Colours, Kind, STEPS, stepped};
 pub use layers::{Layers, Picture};
 use picture::draw;
-use plotters::prelude::{BLACK, IntoFont, RGBColor, Text};
 
 /// Size of a picture, and of the lines that explain \[px\].
 const WIDTH: u32 = 470;
@@ -28,7 +28,7 @@ const LINE: u32 = 18;
 const NAME: usize = 70;
 
 /// A cell of which something is not known.
-pub const UNKNOWN: RGBColor = RGBColor(190, 190, 190);
+pub const UNKNOWN: Rgb = Rgb(190, 190, 190);
 
 /// The scales of colour of maps, one for all pictures of a kind: the same colour is the same value.
 #[derive(Debug, Clone)]
@@ -64,33 +64,31 @@ impl MapScales {
 }
 
 /// Draws the maps of one question.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn maps(title: &str, maps: &[Map]) -> Result<Figure, FigureError> {
+#[must_use]
+pub fn maps(title: &str, maps: &[Map]) -> Figure {
     maps_on(title, maps, &MapScales::of(maps))
 }
 
 /// Draws maps on scales that others share.
-///
-/// # Errors
-/// The plotting library failed.
-pub fn maps_on(title: &str, maps: &[Map], scales: &MapScales) -> Result<Figure, FigureError> {
+#[must_use]
+pub fn maps_on(title: &str, maps: &[Map], scales: &MapScales) -> Figure {
     let pictures: Vec<Picture<'_>> = maps.iter().flat_map(pictures_of).collect();
     let doubled = maps.iter().any(|map| map.is_smoothed() || map.shows == Shows::Median);
     let columns = if doubled { 2 } else { pictures.len().clamp(1, 3) };
     let rows = pictures.len().max(1).div_ceil(columns);
     let told = explanation(maps);
     let size = (WIDTH * columns as u32, 40 + HEIGHT * rows as u32 + LINE * told.len() as u32 + 16);
-    Figure::draw(size, |root| {
-        let root = root.titled(&cut(title, 2 * NAME), TITLE)?;
-        let (upper, lower) = root.split_vertically((HEIGHT * rows as u32) * FINE);
-        for (area, picture) in upper.split_evenly((rows, columns)).iter().zip(&pictures) {
+    Figure::draw(size, &cut(title, 2 * NAME), |svg| {
+        for (at, picture) in pictures.iter().enumerate() {
+            let (column, row) = ((at % columns) as u32, (at / columns) as u32);
             if let Some(colours) = scales.get(picture.kind) {
-                draw(area, picture, colours)?;
+                draw(svg, (f64::from(WIDTH * column), HEAD + f64::from(HEIGHT * row)), picture, colours);
             }
         }
-        explain(&lower, &told)
+        for (at, line) in told.iter().enumerate() {
+            let y = HEAD + f64::from(HEIGHT * rows as u32 + LINE * at as u32) + 18.0;
+            svg.text("", (16.0, y), Anchor::Start, line);
+        }
     })
 }
 
@@ -271,12 +269,4 @@ fn has_unknown(map: &Map) -> bool {
 /// Whether a cell has numbers, and bad runs leave them open.
 fn has_open(map: &Map) -> bool {
     !map.is_smoothed() && map.cells.iter().any(|cell| map.is_unsure(cell))
-}
-
-fn explain(area: &Area<'_>, told: &[String]) -> Result<(), FigureError> {
-    for (at, line) in told.iter().enumerate() {
-        let place = (16 * FINE as i32, ((LINE * at as u32 + 10) * FINE) as i32);
-        area.draw(&Text::new(line.clone(), place, SMALL.into_font().color(&BLACK)))?;
-    }
-    Ok(())
 }

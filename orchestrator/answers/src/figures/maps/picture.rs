@@ -1,135 +1,90 @@
 //! One picture: its layers, and its scale beside it.
 
-use super::super::rimmed::rimmed;
-use super::super::style::{FINE, GREY, SMALL, TEXT, tick_within};
-use super::super::{Area, COLOURS, FigureError};
+use super::super::COLOURS;
+use super::super::style::{GREY, rimmed};
 use super::colour::{Colours, STEPS};
 use super::layers::{Layers, Picture};
 use super::{HEIGHT, UNKNOWN, WIDTH};
-use plotters::prelude::{
-    BLACK, ChartBuilder, Color, EmptyElement, IntoFont, PathElement, Polygon, RGBColor, Rectangle, Text, WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use crate::drawing::{Anchor, Axis, BLACK, Frame, INK, Rgb, Ruling, Svg, TEXT, WHITE};
 
 /// The hatching of what has no sample.
-const HATCH: RGBColor = RGBColor(225, 225, 225);
+const HATCH: Rgb = Rgb(225, 225, 225);
 /// Room for the scale, labels of x and y, the title \[px\].
-const BAR: u32 = 96;
-const BELOW: u32 = 38;
-const LEFT: u32 = 58;
-/// Left of the name of an axis, which would touch the edge.
-const ROOM: u32 = 4;
-const ABOVE: u32 = 26;
+const BAR: f64 = 96.0;
+const BELOW: f64 = 40.0;
+const LEFT: f64 = 62.0;
+const ABOVE: f64 = 26.0;
 
-pub(super) fn draw(area: &Area<'_>, picture: &Picture<'_>, colours: &Colours) -> Result<(), FigureError> {
-    let (title, rest) = area.split_vertically(ABOVE * FINE);
-    let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-    title.draw(&Text::new(picture.title.clone(), ((LEFT * FINE) as i32, (ABOVE * FINE / 2) as i32), style))?;
-    let (left, right) = rest.split_horizontally((WIDTH - BAR) * FINE);
+pub(super) fn draw(svg: &mut Svg, (left, top): (f64, f64), picture: &Picture<'_>, colours: &Colours) {
+    svg.text("", (left + LEFT, top + ABOVE / 2.0 + TEXT), Anchor::Start, &picture.title);
+    let (right, bottom) = (left + f64::from(WIDTH) - BAR, top + f64::from(HEIGHT) - BELOW);
     if picture.map.cells.is_empty() {
-        let style = TEXT.into_font().color(&BLACK).pos(Pos::new(HPos::Center, VPos::Center));
-        let middle = (((WIDTH - BAR) * FINE / 2) as i32, ((HEIGHT - ABOVE) * FINE / 2) as i32);
-        left.draw(&Text::new("no cell is drawn: no samples, or too few", middle, style))?;
-        return Ok(());
+        let middle = ((left + right) / 2.0, (top + ABOVE + bottom) / 2.0);
+        svg.text("font-size=\"11\"", middle, Anchor::Middle, "no cell is drawn: no samples, or too few");
+        return;
     }
     let layers = Layers::new(picture, colours);
     let ((x0, x1), (y0, y1)) = (layers.x.ends(), layers.y.ends());
-    let mut chart = ChartBuilder::on(&left)
-        .margin_right(4 * FINE)
-        .x_label_area_size(BELOW * FINE)
-        .margin_left(ROOM * FINE)
-        .y_label_area_size((LEFT - ROOM) * FINE)
-        .build_cartesian_2d(x0..x1, y0..y1)?;
-    strokes(&mut chart, &layers.hatching, &[(HATCH, FINE)])?;
+    let (x, y) = (Axis::between(&*layers.x.label, (x0, x1)), Axis::between(&*layers.y.label, (y0, y1)));
+    let frame = Frame::new(&x, &y, [left + LEFT, top + ABOVE, right - 4.0, bottom]);
+    strokes(svg, &frame, &layers.hatching, &[(HATCH, 1.0)]);
     // a little over the next cell: edges that only touch show as hairlines
     let over = (0.4 * (x1 - x0) / f64::from(WIDTH), 0.4 * (y1 - y0) / f64::from(HEIGHT));
-    let colour = |share: Option<f64>| share.map_or(UNKNOWN, |share| colours.at(share));
+    let colour = |share: Option<f64>| share.map_or(UNKNOWN, |share| colours.at(share)).fill();
     for tile in &layers.tiles {
         let to = ((tile.to.0 + over.0).min(x1), (tile.to.1 + over.1).min(y1));
-        chart.draw_series([Rectangle::new([tile.from, to], colour(tile.harmless).filled())])?;
+        frame.rect(svg, colour(tile.harmless), [tile.from, to]);
         if let Some(harmful) = tile.harmful {
-            chart.draw_series([Polygon::new(tile.upper_half(to).to_vec(), colour(harmful).filled())])?;
+            frame.area(svg, colour(harmful), tile.upper_half(to));
         }
     }
-    strokes(&mut chart, &layers.contours, &[(WHITE, 2 * FINE + 2), (BLACK, FINE)])?;
-    strokes(&mut chart, &layers.boundaries, &[(WHITE, 5 * FINE), (COLOURS[1], 3 * FINE)])?;
-    let size = (0.012 * (x1 - x0), 0.016 * (y1 - y0));
-    for (u, v) in layers.diamonds {
-        let corners = [(u - size.0, v), (u, v + size.1), (u + size.0, v), (u, v - size.1)];
-        let sides = [0, 1, 2, 3].map(|at| [corners[at], corners[(at + 1) % 4]]);
-        strokes(&mut chart, &sides, &[(WHITE, 4 * FINE), (BLACK, 2 * FINE)])?;
+    strokes(svg, &frame, &layers.contours, &[(WHITE, 2.5), (BLACK, 1.0)]);
+    strokes(svg, &frame, &layers.boundaries, &[(WHITE, 5.0), (COLOURS[1], 3.0)]);
+    let marks = |places: &[(f64, f64)], mark: &str| {
+        let place = |(x, y): (f64, f64)| format!("M{x:.1},{y:.1}{mark}");
+        frame.places(places.iter().copied()).map(place).collect::<String>()
+    };
+    for path in [marks(&layers.diamonds, "m-4,0l4,-4l4,4l-4,4z"), marks(&layers.crosses, "m-4,-4l8,8m0,-8l-8,8")] {
+        if !path.is_empty() {
+            svg.path(WHITE.stroke(4.0), &path);
+            svg.path(BLACK.stroke(2.0), &path);
+        }
     }
-    for (u, v) in layers.crosses {
-        let arms = [
-            [(u - size.0, v - size.1), (u + size.0, v + size.1)],
-            [(u - size.0, v + size.1), (u + size.0, v - size.1)],
-        ];
-        strokes(&mut chart, &arms, &[(WHITE, 4 * FINE), (BLACK, 2 * FINE)])?;
+    for (name, place) in &layers.names {
+        if let Some((x, y)) = frame.place(*place) {
+            rimmed(svg, (x, y + TEXT), Anchor::Middle, [WHITE, BLACK], name);
+        }
     }
-    for (name, place) in layers.names {
-        let middle = Pos::new(HPos::Center, VPos::Center);
-        rimmed(&name, (0, 0), middle, [WHITE, BLACK], |text| {
-            chart.draw_series([EmptyElement::at(place) + text])?;
-            Ok(())
-        })?;
-    }
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .set_all_tick_mark_size(4 * FINE)
-        .axis_style(BLACK.stroke_width(FINE))
-        .x_labels(7)
-        .y_labels(8)
-        .x_label_formatter(&|value| tick_within(*value, layers.x.ends()))
-        .y_label_formatter(&|value| tick_within(*value, layers.y.ends()))
-        .label_style(SMALL.into_font())
-        .axis_desc_style(SMALL.into_font())
-        .x_desc(&layers.x.label)
-        .y_desc(&layers.y.label)
-        .draw()?;
-    bar(&right, &colours.label(&picture.name), colours)
+    frame.axes(svg, Ruling::Ticks, 46.0);
+    bar(svg, (right + 4.0, top + ABOVE, bottom), &colours.label(&picture.name), colours);
 }
 
-type Chart<'a, 'b> = plotters::prelude::ChartContext<
-    'a,
-    plotters::prelude::SVGBackend<'b>,
-    plotters::prelude::Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
-
 /// Lines, each colour over all of the one before.
-fn strokes(
-    chart: &mut Chart<'_, '_>,
-    lines: &[impl AsRef<[(f64, f64)]>],
-    strokes: &[(RGBColor, u32)],
-) -> Result<(), FigureError> {
-    for (colour, width) in strokes {
-        let style = colour.stroke_width(*width);
-        chart.draw_series(lines.iter().map(|line| PathElement::new(line.as_ref().to_vec(), style)))?;
+fn strokes(svg: &mut Svg, frame: &Frame<'_>, lines: &[impl AsRef<[(f64, f64)]>], strokes: &[(Rgb, f64)]) {
+    let line = |line: &[(f64, f64)]| {
+        let places = frame.places(line.iter().copied()).enumerate();
+        places.map(|(at, (x, y))| format!("{}{x:.1},{y:.1}", if at == 0 { 'M' } else { 'L' })).collect::<String>()
+    };
+    let path: String = lines.iter().map(|of| line(of.as_ref())).collect();
+    for (colour, width) in strokes.iter().filter(|_| !path.is_empty()) {
+        svg.path(colour.stroke(*width), &path);
     }
-    Ok(())
 }
 
 /// The scale: colours, marks at the levels of the lines, its name along it.
-fn bar(area: &Area<'_>, name: &str, colours: &Colours) -> Result<(), FigureError> {
-    let fine = FINE as i32;
-    let height = (HEIGHT - ABOVE - BELOW) as i32 * fine;
-    let (left, right) = (4 * fine, 18 * fine);
-    let at = |share: f64| ((1.0 - share) * f64::from(height)) as i32;
+fn bar(svg: &mut Svg, (left, top, bottom): (f64, f64, f64), name: &str, colours: &Colours) {
+    let right = left + 14.0;
+    let at = |share: f64| bottom - share * (bottom - top);
     for step in 0..STEPS {
         let (low, high) = (step as f64 / STEPS as f64, (step as f64 + 1.0) / STEPS as f64);
-        let colour = colours.at(0.5 * (low + high));
         // from the upper edge a little over the next
-        area.draw(&Rectangle::new([(left, at(high)), (right, (at(low) + 2).min(height))], colour.filled()))?;
+        svg.rect(colours.at(0.5 * (low + high)).fill(), (left, at(high)), (right, (at(low) + 0.5).min(bottom)));
     }
-    area.draw(&Rectangle::new([(left, 0), (right, height)], GREY.stroke_width(FINE)))?;
-    let style = SMALL.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+    svg.rect(GREY.stroke(1.0), (left, top), (right, bottom));
     for level in &colours.levels {
         let y = at(colours.share(*level));
-        area.draw(&PathElement::new(vec![(left, y), (right + 4 * fine, y)], BLACK.stroke_width(FINE)))?;
-        area.draw(&Text::new(colours.mark(*level), (right + 6 * fine, y), style.clone()))?;
+        svg.line(INK, [(left, y), (right + 4.0, y)]);
+        svg.text("", (right + 6.0, y + TEXT), Anchor::Start, &colours.mark(*level));
     }
-    let turned = SMALL.into_font().transform(plotters::style::FontTransform::Rotate270);
-    let style = turned.color(&BLACK).pos(Pos::new(HPos::Center, VPos::Bottom));
-    area.draw(&Text::new(name.to_owned(), ((BAR as i32 - 14) * fine, height / 2), style))?;
-    Ok(())
+    svg.turned((left + 78.0, (top + bottom) / 2.0), name);
 }

@@ -3,13 +3,12 @@
 //! Colours are classes of the page's style, so that a drawing is light, dark and printed as the page is. An interval that has no limit on a side
 //! goes to the edge of the frame there, dashed.
 
-mod axis;
 mod drawing;
 mod labels;
 mod parallel;
 mod traces;
 
-pub use axis::{Axis, shown};
+pub use crate::drawing::{Axis, shown};
 pub use parallel::{Coordinate, parallel};
 
 use super::figure::{Figure, Plot};

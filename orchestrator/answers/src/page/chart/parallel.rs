@@ -1,9 +1,9 @@
 //! Parallel coordinates, which the chart library has not: one upright axis for each coordinate, one line for each run. Bad ones stand out.
 
-use super::axis::share_of;
-use super::drawing::{WIDTH, cut, legend};
+use super::drawing::{WIDTH, legend, whole};
 use super::{COLOURS, Series, Shape, shown};
-use crate::page::escape::html;
+use crate::drawing::{Anchor, LETTER, Svg, share_of};
+use bladeoff_text::document::cut;
 use std::fmt::Write;
 
 const TOP: f64 = 44.0;
@@ -11,8 +11,6 @@ const HEIGHT: f64 = 300.0;
 const SIDE: f64 = 70.0;
 /// Distance of titles from the edge.
 const EDGE: f64 = 4.0;
-/// Width of a letter.
-const LETTER: f64 = 7.0;
 
 /// An axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,11 +26,10 @@ pub struct Coordinate {
 /// Draws runs; `kinds`: names of what a run may be, the first one `ok`; `kind`: which each is. A run without a value on an axis has a gap there.
 #[must_use]
 pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) -> String {
-    let mut out = String::new();
+    let mut svg = Svg::default();
     let step = (WIDTH - 2.0 * SIDE) / (coordinates.len().max(2) - 1) as f64;
     let ranges: Vec<(f64, f64)> = coordinates.iter().map(range).collect();
     let letters = ((step / LETTER) as usize).clamp(6, 40);
-    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("writing to a String cannot fail");
     // good ones below, rare ones on top
     for of in 0..kinds.len() {
         let mut path = String::new();
@@ -48,23 +45,23 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
                 pen = 'L';
             }
         }
-        put(format_args!("<path class=\"run {}\" d=\"{path}\"/>\n", class(of)));
+        svg.path(format_args!("class=\"run {}\"", class(of)), path);
     }
     for (at, (coordinate, (low, high))) in coordinates.iter().zip(&ranges).enumerate() {
         let x = SIDE + step * at as f64;
         // two rows where they are many
         let y = if coordinates.len() > 4 && at % 2 == 1 { 12.0 } else { 28.0 };
         let bottom = TOP + HEIGHT;
-        put(format_args!("<path class=\"frame\" d=\"M{x:.1},{TOP}V{bottom}\"/>\n"));
+        svg.path("class=\"frame\"", format_args!("M{x:.1},{TOP}V{bottom}"));
         let is_edge = at == 0 || at + 1 == coordinates.len();
-        let label = html(&cut(&coordinate.label, letters_of(step, coordinates.len(), is_edge)));
+        let label = cut(&coordinate.label, letters_of(step, coordinates.len(), is_edge) - 3);
         // what stands at the edge stays inside
         let (x_label, anchor) = match at {
-            0 => (EDGE, "start"),
-            _ if at + 1 == coordinates.len() => (WIDTH - EDGE, "end"),
-            _ => (x, "middle"),
+            0 => (EDGE, Anchor::Start),
+            _ if at + 1 == coordinates.len() => (WIDTH - EDGE, Anchor::End),
+            _ => (x, Anchor::Middle),
         };
-        put(format_args!("<text x=\"{x_label:.1}\" y=\"{y}\" text-anchor=\"{anchor}\">{label}</text>\n"));
+        svg.text("", (x_label, y), anchor, &label);
         let ends = match &coordinate.words[..] {
             [] => [(shown(*high), TOP - 3.0 + 14.0), (shown(*low), bottom + 15.0)].to_vec(),
             words => {
@@ -73,7 +70,7 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
             }
         };
         for (text, y) in ends {
-            put(format_args!("<text class=\"end\" x=\"{:.1}\" y=\"{y:.1}\">{}</text>\n", x + 5.0, html(&text)));
+            svg.text("class=\"end\"", (x + 5.0, y), Anchor::Start, &text);
         }
     }
     let series: Vec<Series> = kinds
@@ -82,10 +79,8 @@ pub fn parallel(coordinates: &[Coordinate], kind: &[usize], kinds: &[String]) ->
         .filter(|(of, _)| kind.contains(of))
         .map(|(of, name)| Series { name: name.clone(), colour: class(of), shape: Shape::Line(Vec::new(), false) })
         .collect();
-    let bottom = legend(&mut out, &series, TOP + HEIGHT + 34.0, SIDE);
-    format!(
-        "<svg class=\"chart\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {bottom:.0}\">\n{out}</svg>\n"
-    )
+    let bottom = legend(&mut svg, &series, TOP + HEIGHT + 34.0, SIDE);
+    whole(&svg, bottom)
 }
 
 /// Letters of a title that keep it from its neighbours in its row. A title at the edge begins outside of its axis and has half of the room.

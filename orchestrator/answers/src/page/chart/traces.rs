@@ -1,10 +1,11 @@
 //! A chart for the chart library.
 
-use super::drawing::{MOST_LETTERS, cut};
 use super::labels::Corner;
 use super::{Axis, Chart, Series, Shape, Symbol};
+use crate::drawing::MOST_LETTERS;
 use crate::page::escape::plain;
 use crate::page::figure::short;
+use bladeoff_text::document::cut;
 use serde_json::{Value, json};
 
 /// Room above the frame, where the library has its tools.

@@ -4,7 +4,7 @@ use super::runs::Case;
 use bladeoff::cli::{CliError, remark, replacing, watched};
 use bladeoff::engine;
 use bladeoff::history::{Decimation, Settings, read};
-use bladeoff_answers::figures::{COLOURS, Figure, FigureError, Line, Panel, Scale, panels};
+use bladeoff_answers::figures::{COLOURS, Figure, Line, Panel, Scale, panels};
 use bladeoff_answers::history::History;
 use bladeoff_answers::tables::CsvStyle;
 use bladeoff_model::machine::Engine;
@@ -33,7 +33,6 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
         let structure = engine::build(&case.machine)?;
-        let time_step = engine::time_step(&case.machine, &structure)?;
         let path = out.join(format!("{}.mcap", case.detection));
         let settings = Settings {
             path: path.clone(),
@@ -41,7 +40,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
             decimation: Decimation::Every(EVERY),
             csv: CsvStyle::Point,
         };
-        let (_, written) = watched(&case.machine, &structure, &time_step, Some(&settings), false)?;
+        let (_, written) = watched(&case.machine, &structure, Some(&settings), false)?;
         if let Some(written) = written {
             remark(&written);
         }
@@ -55,7 +54,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
     }
     let mut section = "\n## Figures\n".to_owned();
     for picture in pictures(&histories, &format!("our turbine, {engine} engine")) {
-        let (figure, png) = (figure(&histories, &picture)?, out.join(format!("{}.png", picture.file)));
+        let (figure, png) = (figure(&histories, &picture), out.join(format!("{}.png", picture.file)));
         replacing(&png, || figure.write_both(out, picture.file))?;
         remark(&shown(&png));
         section.push_str(&format!("\n![{}]({}.png)\n", picture.title, picture.file));
@@ -123,7 +122,7 @@ fn worst_bearing(histories: &[Named]) -> String {
     worst.map_or_else(String::new, |series| series.name.clone())
 }
 
-fn figure(histories: &[Named], picture: &Picture) -> Result<Figure, FigureError> {
+fn figure(histories: &[Named], picture: &Picture) -> Figure {
     let (from, to) = picture.range;
     let shown = |history: &History| -> Vec<(f64, f64)> {
         let values = history.channel(&picture.channel).map_or(&[][..], |series| &series.values);

@@ -1,6 +1,5 @@
 //! Axes: what range they show and where their ticks are.
 
-use crate::figures::digits_of;
 use bladeoff_text::document::units::format_digits;
 
 /// Of a letter of a label, as part of the width of a chart.
@@ -12,33 +11,57 @@ pub struct Axis {
     /// With unit.
     pub label: String,
     /// What it shows; of a logarithmic one the powers of ten.
-    pub(super) range: (f64, f64),
+    pub(crate) range: (f64, f64),
     /// Whether it is logarithmic.
-    pub(super) log: bool,
+    pub(crate) log: bool,
     /// Names at 0, 1, ... from the top; none: numbers.
-    pub(super) words: Vec<String>,
+    pub(crate) words: Vec<String>,
     /// Where ticks are; none: where they are round.
-    pub(super) at: Vec<f64>,
+    pub(crate) at: Vec<f64>,
+    /// Ticks of round numbers, about.
+    pub(crate) most: u32,
+    /// Whether its numbers and its name are drawn.
+    pub(crate) has_numbers: bool,
 }
 
 impl Axis {
+    fn new(label: String, range: (f64, f64)) -> Self {
+        Self { label, range, log: false, words: Vec::new(), at: Vec::new(), most: 7, has_numbers: true }
+    }
+
+    /// Of numbers, from the smallest to the largest of these values.
+    pub(crate) fn tight(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
+        Self::new(label.into(), roomy(values, 0.0))
+    }
+
+    /// Of numbers between these.
+    pub(crate) fn between(label: impl Into<String>, range: (f64, f64)) -> Self {
+        Self::new(label.into(), range)
+    }
+
+    /// The same with about so many ticks.
+    pub(crate) fn most(self, most: u32) -> Self {
+        Self { most, ..self }
+    }
+
     /// Of numbers, with room around these values.
     #[must_use]
     pub fn numbers(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
-        Self { label: label.into(), range: roomy(values), log: false, words: Vec::new(), at: Vec::new() }
+        Self::new(label.into(), roomy(values, 0.04))
     }
 
     /// Of numbers above zero, by their powers of ten.
     #[must_use]
     pub fn log(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         let powers = values.filter(|value| *value > 0.0).map(libm::log10);
-        Self { label: label.into(), range: roomy(powers), log: true, words: Vec::new(), at: Vec::new() }
+        Self { log: true, ..Self::new(label.into(), roomy(powers, 0.04)) }
     }
 
     /// Of names, the first at the top.
     #[must_use]
     pub fn words(words: Vec<String>) -> Self {
-        Self { label: String::new(), range: (words.len() as f64 - 0.4, -0.6), log: false, words, at: Vec::new() }
+        let range = (words.len() as f64 - 0.4, -0.6);
+        Self { words, ..Self::new(String::new(), range) }
     }
 
     /// The same showing exactly this.
@@ -64,7 +87,7 @@ impl Axis {
     }
 
     /// Ends of the range as values.
-    pub(super) fn ends(&self) -> (f64, f64) {
+    pub(crate) fn ends(&self) -> (f64, f64) {
         if self.log { (libm::exp10(self.range.0), libm::exp10(self.range.1)) } else { self.range }
     }
 
@@ -106,10 +129,11 @@ impl Axis {
             let all = (libm::floor(low) as i32..=last).flat_map(mantissas);
             return all
                 .filter(|value| (low..=high).contains(&libm::log10(*value)))
-                .map(|value| (value, shown(value)))
+                .map(|value| (value, number(value, 4)))
                 .collect();
         }
-        let rough = high / 7.0 - low / 7.0;
+        let most = f64::from(self.most);
+        let rough = high / most - low / most;
         let size = libm::exp10(libm::floor(libm::log10(rough)));
         let step = size * [1.0, 2.0, 5.0, 10.0].into_iter().find(|step| step * size >= rough).unwrap_or(10.0);
         let first = libm::ceil(low / step - 1e-9);
@@ -117,7 +141,7 @@ impl Axis {
         let digits = digits_of(low.abs().max(high.abs()), step).max(4);
         (0..=(count.clamp(-1.0, 20.0) as i64))
             .map(|at| (first + at as f64) * step)
-            .map(|value| (value, with_digits(value, digits)))
+            .map(|value| (value, number(value, digits)))
             .collect()
     }
 }
@@ -136,27 +160,34 @@ fn power_of_ten(power: i32) -> String {
         1 => "10".to_owned(),
         2 => "100".to_owned(),
         3 => "1000".to_owned(),
-        _ => format!("1e{power}"),
+        _ => format!("1e{power}").replace('-', "\u{2212}"),
     }
 }
 
-/// A number of a chart, four digits.
+/// A number of a chart in a text, four digits.
 #[must_use]
 pub fn shown(value: f64) -> String {
-    with_digits(value, 4)
+    if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", 4) }
 }
 
-fn with_digits(value: f64, digits: usize) -> String {
-    if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", digits) }
+/// A number in a picture, with a minus of a number's width.
+pub(crate) fn number(value: f64, digits: usize) -> String {
+    if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", digits).replace('-', "\u{2212}") }
+}
+
+/// Significant digits in which numbers of this size differ that are a step apart.
+pub(crate) fn digits_of(size: f64, step: f64) -> usize {
+    let digits = libm::ceil(libm::log10(size / step) - 1e-9) + 1.0;
+    if digits.is_finite() { digits.clamp(1.0, 15.0) as usize } else { 1 }
 }
 
 /// Share of the way from a low value to a high one, also where their distance is no number that a computer has.
-pub(super) fn share_of(value: f64, (low, high): (f64, f64)) -> f64 {
+pub(crate) fn share_of(value: f64, (low, high): (f64, f64)) -> f64 {
     (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low)
 }
 
-/// A range with some room around the values; never empty, and of finite numbers.
-fn roomy(values: impl Iterator<Item = f64>) -> (f64, f64) {
+/// A range with some room around the values, as a share of it; never empty, and of finite numbers.
+fn roomy(values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
     let (low, high) = values
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
@@ -165,7 +196,7 @@ fn roomy(values: impl Iterator<Item = f64>) -> (f64, f64) {
     }
     let half = 0.5 * high - 0.5 * low;
     let largest = high.abs().max(low.abs());
-    let room = if half > 5e-10 * largest { 0.08 * half } else { 0.5 * largest.max(1e-9) };
+    let room = if half > 5e-10 * largest { 2.0 * room * half } else { 0.5 * largest.max(1e-9) };
     ((low - room).max(f64::MIN), (high + room).min(f64::MAX))
 }
 
@@ -177,7 +208,7 @@ mod tests {
     fn ticks_are_round_and_within() {
         let texts = |axis: &Axis| axis.ticks().into_iter().map(|(_, text)| text).collect::<Vec<_>>();
         assert_eq!(texts(&Axis::numbers("", [0.0, 10.0].into_iter())), ["0", "2", "4", "6", "8", "10"]);
-        assert_eq!(texts(&Axis::log("", [1e-4, 1.0].into_iter())), ["1e-4", "0.001", "0.01", "0.1", "1"]);
+        assert_eq!(texts(&Axis::log("", [1e-4, 1.0].into_iter())), ["1e−4", "0.001", "0.01", "0.1", "1"]);
         assert_eq!(texts(&Axis::log("", [0.12, 0.7].into_iter())), ["0.2", "0.5"]);
         assert_eq!(texts(&Axis::words(vec!["a".into(), "b".into()])), ["a", "b"]);
         for axis in [
