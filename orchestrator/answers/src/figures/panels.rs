@@ -135,7 +135,7 @@ fn draw(svg: &mut Svg, panel: &Panel, frame: &Frame<'_>) {
         let places = frame.places(points.into_iter().filter(|point| !panel.is_log || point.1 > 0.0));
         mark(svg, line.mark, colour, f64::from(line.width), places.collect());
         if !line.label.is_empty() {
-            legend.push((line.label.as_str(), line.mark, colour));
+            legend.push((line.label.as_str(), line.mark, colour, line.width));
         }
     }
     draw_legend(svg, frame, &legend);
@@ -170,18 +170,19 @@ fn draw_marks(svg: &mut Svg, frame: &Frame<'_>, marks: &[(f64, String)], has_nam
 }
 
 /// Entries below one another; those that find no room are counted.
-fn draw_legend(svg: &mut Svg, frame: &Frame<'_>, entries: &[(&str, Mark, Rgb)]) {
+fn draw_legend(svg: &mut Svg, frame: &Frame<'_>, entries: &[(&str, Mark, Rgb, u32)]) {
     let room = (frame.height / f64::from(ENTRY)) as usize;
     let shown = if entries.len() > room { room - 1 } else { entries.len() };
     let (left, top) = (f64::from(WIDTH), frame.top + 10.0);
     let at = |row: usize| top + f64::from(ENTRY * row as u32);
-    for (row, (label, kind, colour)) in entries.iter().take(shown).enumerate() {
+    for (row, (label, kind, colour, width)) in entries.iter().take(shown).enumerate() {
         let y = at(row);
         let places = match kind {
             Mark::Line | Mark::Dashed => vec![(left, y), (left + 18.0, y)],
             Mark::Dots(_) | Mark::Rings(_) => vec![(left + 9.0, y)],
         };
-        mark(svg, *kind, *colour, 3.0, places);
+        // wider than in the panel, in the same order
+        mark(svg, *kind, *colour, f64::from(*width) + 1.0, places);
         svg.text("", (left + 24.0, y + TEXT), Anchor::Start, label);
     }
     if shown < entries.len() {
