@@ -34,17 +34,15 @@ impl RowBatch {
     }
 
     /// Products of one block of eight rows with y.
-    #[inline]
     pub fn multiply_block(&self, block: usize, y: &[f64]) -> [f64; LANES] {
         rows_times(&self.entries[block * self.columns..(block + 1) * self.columns], y)
     }
 
     /// Products of all rows with y, with zeros up to a multiple of eight.
     pub fn multiply(&self, y: &[f64], products: &mut Vec<f64>) {
-        let blocks = self.entries.chunks_exact(self.columns.max(1));
-        products.resize(LANES * blocks.len(), 0.0);
-        for (products, block) in products.as_chunks_mut::<LANES>().0.iter_mut().zip(blocks) {
-            *products = rows_times(block, y);
+        products.clear();
+        for block in self.entries.chunks_exact(self.columns.max(1)) {
+            products.extend_from_slice(&rows_times(block, y));
         }
     }
 }
