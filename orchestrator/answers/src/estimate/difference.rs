@@ -8,11 +8,11 @@
 //! Probabilities and quantiles combine two pairs of limits by [`reach`], each at the full level.
 //!
 //! * Probabilities of independent points: the smallest coverage over all outcomes, computed on a grid of p_10 and p_01, is 0.953 for 95 %
-//! and 0.990 for 99 % (n = 10, 20, 50, 100, 200).
+//!   and 0.990 for 99 % (n = 10, 20, 50, 100, 200).
 //! * Quantiles are approximate; `tests/uncertainty/paired.rs` measures the coverage. Quantiles without a common point use limits that hold
-//! with 1 - alpha/2 each.
+//!   with 1 - alpha/2 each.
 //! * Bad runs: the estimates count those of both values as harmless, or those of both as harmful. The lower limit counts those of a as
-//! harmless and those of b as harmful, the upper limit the reverse, so that the interval contains every combination.
+//!   harmless and those of b as harmful, the upper limit the reverse, so that the interval contains every combination.
 
 use super::figures::{Figures, Method, ratio_of_counts};
 use super::known::{Truths, Values};
