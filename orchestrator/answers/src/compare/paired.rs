@@ -153,7 +153,7 @@ pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'
     Judged { tolerance: text, column, compared, out, one_sided, empty, first_one_sided, first_empty, worst }
 }
 
-/// Changes of a text column; `None` if there are none.
+/// Changes of a text column; `None` without changes.
 pub(super) fn words(head: &ColumnHead, a: &[u32], b: &[u32], pairs: &Pairs<'_>, words: &Words) -> Option<WordChange> {
     let mut counts: BTreeMap<(u32, u32), u64> = BTreeMap::new();
     let mut first = None;

@@ -34,7 +34,7 @@ impl<'a> Nature<'a> {
         }
     }
 
-    /// The same nature with those cells replaced, for a subset of the rows.
+    /// Replaces the cells of [`Nature::held`], for a subset of the rows.
     #[must_use]
     pub fn with(self, held: impl Fn(&'a [Option<f64>]) -> &'a [Option<f64>]) -> Self {
         match self {

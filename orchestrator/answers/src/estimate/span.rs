@@ -3,7 +3,7 @@
 //! A span contains every possible value of a number. It also records whether the number may be missing: because an event did not happen
 //! (`empty`), or because a formula has no value (`lost`; the logarithm of a negative number). [`super::truth`] treats the two differently.
 //! The bounds of a result are the operation applied to the bounds of its operands. Plain operations round monotonically, so no value lies
-//! outside; functions of `libm` are only accurate to the last digit, and their bounds are widened by [`OUT`]. An infinite bound is no bound.
+//! outside; functions of `libm` are only accurate to the last digit, and their bounds are widened a little. An infinite bound is no bound.
 //! Source: R. E. Moore, "Interval analysis" (1966). Verified by `tests/uncertainty/spans.rs`: values drawn inside stay inside.
 
 use bladeoff_text::formula::{Function, call};
