@@ -5,7 +5,7 @@ use crate::schedule::RunLimits;
 use bladeoff_study::{SampleLimits, parse_duration, parse_memory};
 use std::time::Duration;
 
-/// What a run and its samples may take.
+/// Limits of a run and of its samples.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Budget")]
 pub struct BudgetArgs {

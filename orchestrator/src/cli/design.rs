@@ -164,7 +164,7 @@ fn exported(parameter: &Parameter) -> String {
     Variable { short: None, ..parameter.variable() }.column()
 }
 
-/// SALib's name of a distribution and its numbers, or the reason why there is none.
+/// SALib's name of a distribution and its numbers, or the reason why SALib has none.
 fn distribution(law: &Uncertain) -> Result<(&'static str, Vec<f64>), &'static str> {
     match law.plain() {
         Some(Plain::Uniform(from, to)) => Ok(("unif", vec![from, to])),

@@ -257,7 +257,7 @@ fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
     about
 }
 
-/// Critical speeds that unbalance excites, to five digits, for marks in pictures; `None` if there are none or the modes cannot be
+/// Critical speeds that unbalance excites, to five digits, for marks in pictures; `None` without any, or if the modes cannot be
 /// computed.
 fn critical_speeds(machine: &Machine) -> Option<String> {
     let report = crate::engine::modes(machine, &[]).ok()?;

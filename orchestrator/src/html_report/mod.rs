@@ -4,7 +4,7 @@
 //! table or parts --rows--> counts, the worst, some rows of every kind      questions --answering--> answers, curves, interim answers
 //!   --answered, failing, worst, provenance--> sections --bladeoff_answers::page--> HTML
 //! ```
-//! The same directory gives the same bytes at any time.
+//! A report is reproducible: the same directory gives the same bytes at any time.
 
 mod answered;
 mod assumed;
@@ -89,7 +89,7 @@ pub struct Ahead {
     pub short: Vec<String>,
 }
 
-/// A recomputed sample, or the reason why there is none.
+/// A recomputed sample, or the reason why it could not be recomputed.
 pub type Again = Result<Computed, String>;
 
 /// A recomputed sample.
@@ -292,7 +292,7 @@ fn machine(samples: &Samples) -> Vec<Block> {
     figure.map(Block::from).into_iter().chain(lines).collect()
 }
 
-/// History of the worst run, or the reason why there is none.
+/// History of the worst run, or the reason why it is missing.
 fn history(seen: &Seen, again: impl FnOnce(u64) -> Option<Again>) -> Vec<Block> {
     let Some((name, worst)) = worst_history::worst_run(seen) else { return Vec::new() };
     match again(worst.sample) {

@@ -127,7 +127,8 @@ struct Passed {
     is_known: bool,
 }
 
-/// Answers questions from a stream of the rows of a finished table; `None` if there is none, so that rows have to be collected.
+/// Answers questions from a stream of the rows of a finished table; `None` without such a table, so that
+/// rows have to be collected.
 fn pass(
     directory: &Path,
     samples: &Samples,

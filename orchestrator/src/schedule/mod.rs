@@ -33,7 +33,7 @@
 //! **Feeding.** A fed run gets its samples in portions: it requests more shortly before the waiting ones are done, and is complete when there
 //! are no more (`feeding`).
 //!
-//! **Ending.** When all samples are done, idle workers are told to stop. After a signal, or at a limit of the run ([`RunLimits`]: time, clock,
+//! **Ending.** When all samples are done, idle workers get the order to stop. After a signal, or at a limit of the run ([`RunLimits`]: time, clock,
 //! failures), no more samples are assigned, reports are answered by the order to stop, and workers that are not finished after `grace` are
 //! killed.
 

@@ -69,11 +69,11 @@ pub enum Effect {
 /// Reason of a kill.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KillReason {
-    /// Its sample takes longer than the time limit.
+    /// The worker's sample takes longer than the time limit.
     TimeLimit,
-    /// No heartbeat came from it.
+    /// The worker sent no heartbeat.
     Silent,
-    /// It waits although it has samples: a message was lost.
+    /// The worker waits although it has samples: a message was lost.
     Lost,
     /// The run ends.
     Ending,
@@ -93,7 +93,7 @@ pub struct Death {
 pub struct Trouble {
     /// Attempts that ended without a result.
     pub attempts: u32,
-    /// Attempts in which the worker had only this sample and ended by itself or because of the sample.
+    /// Attempts in which the worker had only this sample and crashed or was killed because of the sample.
     pub crashes: u32,
     /// Attempts in which the worker had only this sample and was killed by another process.
     pub kills: u32,

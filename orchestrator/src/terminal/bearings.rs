@@ -7,7 +7,7 @@ use bladeoff_text::document::units::format_digits;
 
 /// Share of a bearing's flexibility in truncated modes, or in motions faster than the step, above which its load under a sudden force is inaccurate by as much.
 const WITHOUT: f64 = 0.05;
-/// The same limit for the flexibility of the shaft at a damper: up to here loads of rubs are off by 2 % (`docs/theory/05-reduction.md`).
+/// Limit of the same share for the flexibility of the shaft at a damper: up to here loads of rubs are off by 2 % (`docs/theory/05-reduction.md`).
 const HELD: f64 = 0.1;
 
 /// Kind of inaccuracy.
