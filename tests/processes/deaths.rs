@@ -122,7 +122,7 @@ fn a_suspect_is_tried_last_and_until_the_first_kill() {
     assert_eq!((report.ended, run.fired("running")), (Ended::Complete, 1));
     table.assert_undisturbed_except(SAMPLES, &[17]);
     assert_eq!(table.outcome(17).cause, Some(Cause::WorkerKilled));
-    // a crash does not end the run of a suspect
+    // a crash is not a kill: the suspect is tried again
     let run = Run::with_fault(1, 2000, "who=worker,at=running,sample=17,do=abort");
     let (report, table, _) = run.play(todo());
     assert_eq!((report.ended, report.worker_deaths, run.fired("running")), (Ended::Complete, 1, 1));

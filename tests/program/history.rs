@@ -137,7 +137,7 @@ fn the_last_instant_is_the_end_of_the_row() {
         (&[("run.end_speed", "2990 rpm")], "end_speed"),
         (&[("braking.constant", "40 N m")], "stopped"),
         (&[("run.step_limit", "4321")], "failure"),
-        // no force balances this damping: the state grows beyond the limits
+        // strong negative damping, set below: the state diverges
         (&[("run.end_time", "5 s"), ("run.step", "3.4 us")], "failure"),
         (&[("contact.gap", "0.1 mm")], "end_time"),
     ];

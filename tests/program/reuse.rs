@@ -91,7 +91,7 @@ fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
     let [short, long] = [&steps[0], &steps[1]].map(|steps| steps.parse::<u64>().expect("a count"));
     assert!(short > 100 && long > short + 100, "{steps:?}");
     fs::remove_dir_all(bench.folder.path("out")).expect("removed");
-    // the limit is exact to the step: a run that needs all of them ends normally
+    // the limit is exact: one step less ends every run early, `short` steps complete the short ones
     bench.goes_on(&set(short - 1), &[]);
     assert_eq!(bench.causes(), [true; 4]);
     let why = say(&["why", &bench.folder.name("out"), "1"]);
