@@ -33,7 +33,7 @@ pub fn upper_limit(k: u64, n: u64, alpha: f64) -> f64 {
     beta_quantile((k + 1) as f64, (n - k) as f64, 1.0 - alpha, alpha).0
 }
 
-/// Rank (from 1) of the largest order statistic that is a lower limit of the u-quantile at level 1 - alpha; `None` if there is none.
+/// Rank (from 1) of the largest order statistic that is a lower limit of the u-quantile at level 1 - alpha; `None` if no order statistic is.
 #[must_use]
 pub fn lower_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     // P(x_(j) > x_u) = P(fewer than j of n below) = 1 - I_u(j, n - j + 1), which grows with j
@@ -45,7 +45,7 @@ pub fn lower_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     (low > 0).then_some(low)
 }
 
-/// Rank of the smallest order statistic that is an upper limit of the u-quantile at level 1 - alpha; `None` if there is none.
+/// Rank of the smallest order statistic that is an upper limit of the u-quantile at level 1 - alpha; `None` if no order statistic is.
 #[must_use]
 pub fn upper_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     lower_order(1.0 - u, n, alpha).map(|j| n + 1 - j)
