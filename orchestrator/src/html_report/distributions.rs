@@ -219,7 +219,7 @@ pub(super) fn results(
     drawn.collect()
 }
 
-/// Values with which questions and gates compare a column by itself, without repetition.
+/// Values in comparisons of the column alone (no product or sum with another one) in questions and gates; each value once.
 fn limits_in(of: &Coordinate, questions: &[Question], gates: &[Gate]) -> Vec<f64> {
     let of_question = questions.iter().filter_map(|question| match &question.ask {
         Ask::One(Figure::Probability(formula))
