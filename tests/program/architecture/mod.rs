@@ -137,7 +137,7 @@ const LAYERS: [(&str, &[&str]); 13] = [
 
 /// External libraries, and the packages that may depend on each.
 const LIBRARIES: [(&str, &[&str]); 12] = [
-    // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
+    // parser of the input files, and matrices: packages that read use no matrices, packages that compute do not read
     ("toml", &["core/text", "core/model"]),
     ("nalgebra", &["core/numerics", "core"]),
     ("iceoryx2", &["worker/protocol"]),

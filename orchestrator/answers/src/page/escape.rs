@@ -3,7 +3,6 @@
 pub(crate) use crate::drawing::html;
 use serde_json::Value;
 
-/// Text of an HTML or XML element or quoted attribute. Invalid characters, control characters and marks of writing direction become U+FFFD.
 /// Text for a name, title or label of a [`super::Plot`]: Plotly reads `<b>`, `<a href>` and entities as markup.
 #[must_use]
 pub fn plain(text: &str) -> String {
