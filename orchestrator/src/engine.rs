@@ -1,4 +1,4 @@
-//! The calls into the solver, in one place.
+//! All calls of the orchestrator into the solver.
 
 use bladeoff_core::engine::{self, StartError, TimeStep};
 use bladeoff_core::modal::{self, Basis, BasisError, ModesError, ModesReport, SpeedModes, UnstableRange};
@@ -8,21 +8,22 @@ use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_model::outcome::{Column, Outcome};
 use bladeoff_text::document::units::format_digits;
 
-/// Why the solver refuses a machine before the first step.
+/// Reason why the solver rejects a machine before the first step.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
-    /// Matrices or modes.
+    /// The matrices or modes of the machine cannot be computed.
     #[error("the model of the machine cannot be built")]
     Build(#[source] BasisError),
-    /// The run's settings do not fit the model.
+    /// The settings of the run do not fit the model.
     #[error("{}", start_in_words(.0))]
     Start(StartError),
-    /// Whirl frequencies.
+    /// The whirl frequencies cannot be computed.
     #[error("the modes cannot be computed")]
     Modes(#[source] ModesError),
 }
 
-/// A speed without a basis in the unit of all output, and its condition where it has one; all else as the solver says it.
+/// Message for a run that cannot start. A speed without a basis is given in the unit of all output, with the condition number if it has one; other
+/// messages are those of the solver.
 fn start_in_words(error: &StartError) -> String {
     let StartError::NoBasis { speed, condition, limit } = error else { return error.to_string() };
     let condition = condition.is_finite().then(|| format!(" (condition {condition:.1e}, at most {limit:.0e})"));
@@ -37,7 +38,7 @@ fn start_in_words(error: &StartError) -> String {
 /// The structure of a machine: matrices and modes.
 ///
 /// # Errors
-/// A mode problem failed.
+/// An eigenvalue problem failed.
 pub fn build(machine: &Machine) -> Result<Structure, EngineError> {
     Structure::build(machine, None).map_err(EngineError::Build)
 }
@@ -53,16 +54,16 @@ pub fn build_with(machine: &Machine, basis: &Basis) -> Result<Structure, EngineE
 /// Time step and its limit.
 ///
 /// # Errors
-/// The step is too large, or the like.
+/// The step is too large, or another setting of the run does not fit.
 pub fn time_step(machine: &Machine, structure: &Structure) -> Result<TimeStep, EngineError> {
     TimeStep::new(machine, structure).map_err(EngineError::Start)
 }
 
-/// Sets the step that resolves the impacts of a run, so that a follower can be made for it. Simulates the run, unless its step is given; the follower
-/// only sees how far that is.
+/// Sets the step that resolves the impacts of a run, so that an observer can be made for it. Unless the step is given, this simulates the run; the
+/// observer then only receives the progress.
 ///
 /// # Errors
-/// The step is too large, or the like.
+/// The step is too large, or another setting of the run does not fit.
 pub fn resolve_step(
     machine: &mut Machine,
     structure: &Structure,
@@ -75,15 +76,15 @@ pub fn resolve_step(
     Ok(time_step)
 }
 
-/// One transient.
+/// Simulates one transient.
 ///
 /// # Errors
-/// The step is too large, or the like.
+/// The step is too large, or another setting of the run does not fit.
 pub fn simulate(machine: &Machine, structure: &Structure) -> Result<Outcome, EngineError> {
     engine::simulate(machine, structure, &mut NoHistory).map_err(EngineError::Start)
 }
 
-/// One transient, followed.
+/// Simulates one transient with an observer.
 ///
 /// # Errors
 /// The step is too large, or the like.
@@ -95,17 +96,17 @@ pub fn simulate_watched(
     engine::simulate(machine, structure, follower).map_err(EngineError::Start)
 }
 
-/// Whether a run can start: everything before its first step.
+/// Checks whether a run can start: does everything that precedes its first step.
 ///
 /// # Errors
-/// The step is too large, the rotor begins inside the diaphragm, or the like.
+/// The step is too large, the rotor begins inside the diaphragm, or another setting does not fit.
 pub fn try_start(machine: &Machine, structure: &Structure) -> Result<(), EngineError> {
     let mut machine = machine.clone();
     machine.run.step_limit = Some(0);
     simulate(&machine, structure).map(drop)
 }
 
-/// Whirl, critical speeds and ring frequencies.
+/// Whirl modes, critical speeds and ring frequencies.
 ///
 /// # Errors
 /// An eigenvalue problem failed, or the modes cannot be followed.
@@ -113,7 +114,7 @@ pub fn modes(machine: &Machine, speeds: &[f64]) -> Result<ModesReport, EngineErr
     modal::report(machine, speeds).map_err(EngineError::Modes)
 }
 
-/// Modes at speeds \[rad/s\], followed from rest by their shapes.
+/// Modes at speeds \[rad/s\], followed from rest by their mode shapes.
 ///
 /// # Errors
 /// An eigenvalue problem failed, or the modes cannot be followed.
@@ -121,7 +122,7 @@ pub fn followed_modes(machine: &Machine, speeds: &[f64]) -> Result<Vec<SpeedMode
     modal::followed_modes(machine, speeds).map_err(EngineError::Modes)
 }
 
-/// Ranges of speeds \[rad/s\] in which a whirl mode is unstable, between two speeds.
+/// Ranges of speeds \[rad/s\] between two speeds in which a whirl mode is unstable.
 ///
 /// # Errors
 /// An eigenvalue problem failed.
@@ -139,13 +140,13 @@ pub fn columns(machine: &Machine) -> Vec<Column> {
     bladeoff_core::record::columns(machine)
 }
 
-/// Which of an outcome's values is its number of steps.
+/// Index of the number of steps among an outcome's values.
 #[must_use]
 pub fn place_of_steps(machine: &Machine) -> usize {
     bladeoff_core::record::place_of_steps(machine)
 }
 
-/// Word of the contact detection that all diaphragms have; `None` without one, or where they differ.
+/// Word for the contact detection that all diaphragms use; `None` without a diaphragm, or if they use different ones.
 #[must_use]
 pub fn detection(machine: &Machine) -> Option<&'static str> {
     let mut words = machine.diaphragms.iter().map(|diaphragm| diaphragm.contact.detection.word());

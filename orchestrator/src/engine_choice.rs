@@ -1,5 +1,5 @@
-//! Engine of `run.engine = "auto"` where the file alone does not determine it: the exponential engine cannot start the machine, or a result directory has
-//! been begun.
+//! Engine of `run.engine = "auto"` if the file alone does not determine it: the exponential engine cannot start the machine, or a result
+//! directory has been begun.
 
 use crate::engine::{self, EngineError};
 use crate::start_check::{StartError as NoStart, check_starts};
@@ -12,7 +12,7 @@ use bladeoff_text::document::units::format_digits;
 use bladeoff_worker::job_spec::planned_engine;
 use std::path::Path;
 
-/// `reduced` instead of what `auto` came to, where that cannot start this machine; `None`: it can, or what keeps it keeps every engine.
+/// `reduced`, if `auto` chose the exponential engine and only that engine cannot start this machine; otherwise `None`.
 #[must_use]
 pub fn instead(choice: &EngineChoice, machine: &Machine, structure: &Structure) -> Option<EngineChoice> {
     if !may_be_another(choice) {
@@ -22,12 +22,12 @@ pub fn instead(choice: &EngineChoice, machine: &Machine, structure: &Structure) 
     Some(EngineChoice { engine: Engine::Reduced, reason: EngineReason::NoStart(why) })
 }
 
-/// Whether `auto` came to the exponential engine for what it covers; a contact step asks for it.
+/// Whether `auto` chose the exponential engine because the engine covers the model; not if a contact step requires it.
 fn may_be_another(choice: &EngineChoice) -> bool {
     choice.is_auto() && choice.engine == Engine::Exponential && choice.reason == EngineReason::Covered
 }
 
-/// What keeps the exponential engine alone from starting.
+/// Reason why the exponential engine cannot start, if it does not apply to the other engines.
 fn unable(error: &EngineError) -> Option<String> {
     match error {
         EngineError::Start(StartError::NotCovered { what }) => Some(format!("it does not cover {what}")),
@@ -38,7 +38,8 @@ fn unable(error: &EngineError) -> Option<String> {
     }
 }
 
-/// Settles a study by the starts that [`check_starts`] tries, of the whole study, whatever part of it is computed: one that the exponential engine cannot begin
+/// Settles the engine of a study by the starts that [`check_starts`] tries, for the whole study even if only a part is computed. If the
+/// exponential engine cannot start one of them, all samples use the reduced engine. Returns whether all of the starts succeeded.
 /// has all samples computed by the reduced one. Gives whether all of these have begun.
 pub fn by_starts(samples: &mut Samples) -> bool {
     let Some(choice) = samples.study().engine().filter(|choice| may_be_another(choice)).cloned() else { return false };
@@ -67,7 +68,7 @@ pub fn by_starts(samples: &mut Samples) -> bool {
     }
 }
 
-/// The same of a machine alone; gives what it came to, with matrices and modes of an engine that can start.
+/// Settles the engine of a single machine. Returns the matrices and modes, and the engine if it was changed.
 ///
 /// # Errors
 /// A mode problem failed.
@@ -87,7 +88,7 @@ pub fn machine_alone(
     }
 }
 
-/// Settles a study as it is frozen in a directory: by the engine that the plan there has.
+/// Settles a study to the engine of the plan that was frozen in its directory.
 pub fn as_planned(study: &mut Study, directory: &Path) {
     if let Some(engine) = Folder::open(directory).ok().and_then(|folder| planned_engine(&folder)) {
         study.settle(EngineChoice { engine, reason: EngineReason::Begun });

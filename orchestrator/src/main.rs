@@ -1,4 +1,4 @@
-//! The one binary: the tool, and its own worker processes as `bladeoff worker`.
+//! The only released binary: the tool, and its worker processes as `bladeoff worker`.
 
 use bladeoff_worker::fault::NoFaults;
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
-//! Plausibility of a machine's numbers: values beyond any machine of metal are most often in another unit than was meant.
+//! Plausibility checks of a machine's numbers: a value outside the range of metal machines is usually in another unit than intended.
 //!
-//! A warning changes no result and no exit code. Ranges are wide: rubber and ceramics, watch and hydro turbine lie within them.
+//! A warning changes no result and no exit code. The ranges are wide: they include rubber and ceramics, watches and hydro turbines.
 
 #[path = "plausible_torques.rs"]
 mod torques;
@@ -11,13 +11,13 @@ use bladeoff_study::{Chosen, Samples};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 use std::f64::consts::PI;
 
-/// One quantity and its plausible range, both ends included, in the SI unit.
+/// One quantity and its plausible range in the SI unit, both ends included.
 #[derive(Debug)]
 struct Rule {
     quantity: &'static str,
     range: [f64; 2],
     unit: &'static str,
-    /// Likely cause of a value outside.
+    /// Likely cause of a value outside the range.
     hint: &'static str,
 }
 
@@ -85,7 +85,7 @@ static BLADE_THICKNESS: Rule =
     rule("blade thickness over length", [1e-3, 1.0], "", "are thickness and length of the blades in the same unit?");
 
 impl Rule {
-    /// The warning about a value of `subject`, if it is not plausible; `beside`: what else helps to judge it.
+    /// The warning about a value of `subject` if it is implausible; `beside`: additional information for the reader's judgement.
     fn judge(&'static self, subject: &str, value: f64, beside: &str) -> Option<Finding> {
         let [least, most] = self.range;
         if (least..=most).contains(&value) {
@@ -120,7 +120,7 @@ struct Finding {
 }
 
 impl Finding {
-    /// Whether both are about the same quantity of the same part, whatever its value.
+    /// Whether both warnings concern the same quantity of the same part; their values may differ.
     fn is_like(&self, other: &Self) -> bool {
         match (&self.of, &other.of) {
             (Some((subject, rule, _)), Some((others, of_other, _))) => {
@@ -131,7 +131,7 @@ impl Finding {
     }
 }
 
-/// Warnings about a machine, in the order of its file; empty where all is plausible.
+/// Warnings about a machine, in the order of its file; empty if all values are plausible.
 #[must_use]
 pub fn implausible(machine: &Machine) -> Vec<String> {
     findings(machine).into_iter().map(|finding| finding.text).collect()
@@ -153,7 +153,7 @@ fn findings(machine: &Machine) -> Vec<Finding> {
             let mut seen = Vec::new();
             for element in &shaft.elements {
                 let value = of(element);
-                // sections of one material say the same
+                // sections of the same material would give the same warning
                 if !seen.contains(&value.to_bits()) {
                     see(rule, &format!("rotor.shaft[{}]", element.section), value, "");
                     seen.push(value.to_bits());
@@ -200,7 +200,7 @@ fn findings(machine: &Machine) -> Vec<Finding> {
                 .map(|value| format_digits(value, "", 3));
             let beside = format!(" ({hertz} Hz at {rpm} rpm)");
             see(&FREQUENCY, "rotor", weight.frequency / rotor.initial_speed, &beside);
-            // zeta = b w/2
+            // zeta = b w/2 for damping proportional to stiffness
             see(&CRITICAL_DAMPING, "rotor.damping", 0.5 * rotor.damping.stiffness_proportional * weight.frequency, "");
         }
         for unbalance in &rotor.unbalances {
@@ -242,7 +242,7 @@ fn findings(machine: &Machine) -> Vec<Finding> {
     found
 }
 
-/// Notes on releases and torques that are not expected to act in a run: they are results, not errors.
+/// Notes on releases and torques that are not expected to act during a run: they do not make the machine invalid.
 #[must_use]
 pub fn unreleased(machine: &Machine) -> Vec<String> {
     releases(machine).into_iter().chain(torques::notes(machine)).collect()
@@ -263,8 +263,8 @@ fn releases(machine: &Machine) -> Vec<String> {
     unbalances.filter_map(note).collect()
 }
 
-/// Notes of [`unreleased`] on a study's machine, where no release varies: otherwise they are results of the samples. Notes on torques are those of
-/// samples at corners of its axes, too.
+/// Notes of [`unreleased`] on a study's machine. Notes on releases only if no release varies, because otherwise they depend on the sample; notes on
+/// torques also for samples at corners of its axes.
 #[must_use]
 pub fn unreleased_of(samples: &Samples) -> Vec<String> {
     let Some(machine) = samples.study().machine().and_then(|subject| subject.def.build().ok()) else {
@@ -297,21 +297,21 @@ pub fn unreleased_of(samples: &Samples) -> Vec<String> {
     found
 }
 
-/// Adds the warning about a value, unless it is there already.
+/// Adds the warning about a value, unless the list already contains it.
 fn add(found: &mut Vec<Finding>, rule: &'static Rule, subject: &str, value: f64, beside: &str) {
     let finding = rule.judge(subject, value, beside);
     found.extend(finding.filter(|finding| !found.iter().any(|other| other.text == finding.text)));
 }
 
-/// A warning without a range.
+/// A warning that belongs to no range.
 fn alone(text: String) -> Finding {
     Finding { text, of: None }
 }
 
-/// Samples at corners of what varies that are looked at.
+/// Largest number of samples at corners of the varied parameters that are checked.
 const MOST_SAMPLES: u64 = 32;
 
-/// Warnings about a study's machine, and about samples at corners of its axes: one for each quantity, with its range over them.
+/// Warnings about a study's machine and about samples at corners of its axes: one for each quantity, with its range over the samples.
 #[must_use]
 pub fn implausible_of(samples: &Samples) -> Vec<String> {
     let Some(subject) = samples.study().machine() else { return Vec::new() };
@@ -323,11 +323,11 @@ pub fn implausible_of(samples: &Samples) -> Vec<String> {
     let chosen = Chosen::new(samples, MOST_SAMPLES);
     let mut groups: Vec<Group> = Vec::new();
     let mut looked_at: Vec<String> = Vec::new();
-    // corners stand at the end
+    // the samples at corners come last
     for at in (0..chosen.count()).rev().take(MOST_SAMPLES as usize) {
         let Ok(machine) = chosen.machine(at).build() else { continue };
         let described = chosen.describe(at);
-        // a small study has fewer samples than corners
+        // a small study has fewer samples than corners, so that a sample can occur twice
         if looked_at.contains(&described) {
             continue;
         }
@@ -340,7 +340,7 @@ pub fn implausible_of(samples: &Samples) -> Vec<String> {
             }
         }
     }
-    // the range over the samples includes what the machine's own value shows
+    // a warning about the samples includes the machine's own value
     let is_alone = |finding: &&Finding| !groups.iter().any(|group| group.worst.is_like(finding));
     let mut found: Vec<String> = of_machine.iter().filter(is_alone).map(text).collect();
     found.extend(groups.iter().map(|group| group.text(looked_at.len(), &chosen.describe(group.at))));
@@ -376,7 +376,7 @@ impl Group {
         }
     }
 
-    /// The warning; `described`: the values of the worst sample.
+    /// The warning in words; `described`: the values of the worst sample.
     fn text(&self, looked_at: usize, described: &str) -> String {
         let of = format!("{} of {looked_at} samples that were checked", self.samples);
         match &self.worst.of {
@@ -413,7 +413,7 @@ mod tests {
         }
     }
 
-    /// Each slip, and the beginning of its warning, which has the value in the unit of an engineer.
+    /// Unit errors, each with the beginning of its warning, which gives the value in the usual engineering unit.
     #[test]
     fn a_unit_slip_is_reported_with_its_value() {
         for (from, to, expected) in [

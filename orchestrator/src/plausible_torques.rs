@@ -31,7 +31,7 @@ static OVERSPEED: Rule = rule(
     "",
     "machines are tested at 1.2: are the units and signs of the torques right?",
 );
-/// Margin of a torsional mode.
+/// Relative margin of a torsional mode.
 const MARGIN: f64 = 0.1;
 
 /// Warnings about the torques of a machine.
@@ -66,20 +66,20 @@ pub(super) fn findings(machine: &Machine) -> Vec<Finding> {
     found
 }
 
-/// Last time \[s\] and highest speed \[rad/s\] that are expected without contact.
+/// Expected last time \[s\] and highest speed \[rad/s\] without contact.
 fn course(machine: &Machine) -> [f64; 2] {
     let course = expected_course(machine);
     let last = course.last().map_or(0.0, |[time, _]| *time);
     [last, course.iter().map(|[_, speed]| *speed).fold(machine.rotor.initial_speed, f64::max)]
 }
 
-/// Upper bound of the departure of a torque from its value at the start \[N m\].
+/// Upper bound of the change of a torque from its value at the start \[N m\].
 fn changes(torque: &Torque) -> f64 {
     let steps = torque.values.iter().map(|value| (value - torque.before()).abs()).fold(0.0, f64::max);
     steps + torque.short_circuit.map_or(0.0, |one| one.amplitudes[0].abs() + one.amplitudes[1].abs())
 }
 
-/// Section modulus against torsion \[m3\] of diameters at one place.
+/// Torsional section modulus \[m3\] for the diameters at one position.
 fn modulus([outer, inner]: [f64; 2]) -> f64 {
     PI * (outer.powi(4) - inner.powi(4)) / (16.0 * outer)
 }
@@ -91,7 +91,7 @@ fn elements(machine: &Machine) -> &[ShaftElement] {
     }
 }
 
-/// Section modulus of the stouter of the elements at a node; `None` for a mass point.
+/// Larger torsional section modulus of the elements at a node; `None` for a point mass.
 fn modulus_at(machine: &Machine, node: usize) -> Option<f64> {
     let elements = elements(machine);
     let left = node.checked_sub(1).and_then(|at| elements.get(at));
@@ -100,7 +100,7 @@ fn modulus_at(machine: &Machine, node: usize) -> Option<f64> {
     at_left.into_iter().chain(at_right).map(modulus).reduce(f64::max)
 }
 
-/// Largest shear stress of the torques at t = 0 \[Pa\]: each element carries the sum of the torques on its left.
+/// Largest shear stress of the torques at t = 0 \[Pa\]: each element carries the sum of the torques to its left.
 fn static_stress(machine: &Machine) -> f64 {
     let stress = |(at, one): (usize, &ShaftElement)| {
         let carried: f64 = machine.torques.iter().filter(|torque| torque.node <= at).map(Torque::before).sum();
@@ -110,7 +110,7 @@ fn static_stress(machine: &Machine) -> f64 {
     elements(machine).iter().enumerate().map(stress).fold(0.0, f64::max)
 }
 
-/// Torsional modes within the margin (3) of a short circuit that begins in the run and lasts for a period or more.
+/// Torsional modes within the margin (3) of a short circuit that begins during the run and lasts for at least a period.
 fn resonances(machine: &Machine) -> Vec<String> {
     let rings = |torque: &Torque| {
         let one = torque.short_circuit.filter(ShortCircuit::acts)?;
@@ -225,7 +225,7 @@ mod tests {
         }
     }
 
-    /// Torques that cancel at one place load no shaft; two that add up do.
+    /// Torques that cancel at one position do not load the shaft; two torques of the same sign add up.
     #[test]
     fn torques_are_judged_by_their_sum() {
         let with = |torques: &str| {

@@ -1,8 +1,8 @@
-//! Runs that cannot start (a step beyond the stability limit, a rotor that begins inside its diaphragm) are found before
-//! the study does.
+//! Detection of runs that cannot start (a step beyond the stability limit, a rotor that begins inside its diaphragm) before the study
+//! begins.
 //!
-//! The solver is asked up to its first step, for every sample of a small study, for the corners and edges of a larger
-//! one. What that misses ends in its row with status failed.
+//! The solver runs up to its first step, for every sample of a small study, and for corners and edges of a larger one. Other runs that
+//! cannot start get the status failed in their rows.
 
 use crate::engine::{self, EngineError};
 use crate::terminal::with_word;
@@ -17,12 +17,12 @@ use bladeoff_text::document::units::format_digits;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Most runs that are started.
+/// Largest number of runs that are started.
 const MOST_STARTS: u64 = 300;
-/// Most structures that are built for it: samples that share one cost nothing more.
+/// Largest number of structures that are built; samples that share a structure need no further one.
 const MOST_STRUCTURES: usize = 16;
 
-/// Why the samples of a study cannot be run.
+/// Reason why the samples of a study cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
     /// A machine that cannot be built, or whose rotor begins outside its ring.
@@ -31,18 +31,18 @@ pub enum StartError {
     /// A sample whose run cannot start.
     #[error("the run with {shown} cannot start")]
     Start {
-        /// What varies in it.
+        /// Values of the varied parameters of the sample.
         shown: String,
-        /// Why.
+        /// Error of the solver.
         #[source]
         source: EngineError,
     },
     /// Samples whose tables would have different columns.
     #[error("the run with {shown} has result columns that differ from those of the first: {column}")]
     Columns {
-        /// What varies in it.
+        /// Values of the varied parameters of the sample.
         shown: String,
-        /// The first column that only one of them has.
+        /// The first column that only one of the samples has.
         column: String,
     },
 }
@@ -50,7 +50,7 @@ pub enum StartError {
 /// Starts runs of the study, each up to its first step.
 ///
 /// # Errors
-/// The first run that cannot start, or whose result would have other columns.
+/// The first run that cannot start, or that has different result columns.
 pub fn check_starts(samples: &Samples) -> Result<(), StartError> {
     let built = AtomicUsize::new(0);
     let what = || match built.load(Ordering::Relaxed) {
@@ -60,7 +60,7 @@ pub fn check_starts(samples: &Samples) -> Result<(), StartError> {
     with_word(what, || start_all(samples, &built))
 }
 
-/// A run to be started, and its structure by its place in a list.
+/// A run to be started, with the index of its structure.
 struct Candidate {
     definition: MachineDef,
     machine: Machine,
@@ -71,7 +71,7 @@ struct Candidate {
 fn start_all(samples: &Samples, built: &AtomicUsize) -> Result<(), StartError> {
     let mut structures = Vec::new();
     let mut listed = Vec::new();
-    // the runs before the one that ends the list come first, whatever is wrong with it
+    // runs listed before an error come first, whatever the error is
     let whole = list(samples, built, &mut structures, &mut listed);
     let refused = |one: &Candidate| {
         let error = engine::try_start(&one.machine, &structures[one.structure]).err()?;
@@ -82,7 +82,7 @@ fn start_all(samples: &Samples, built: &AtomicUsize) -> Result<(), StartError> {
     found.map_or(whole, Err)
 }
 
-/// Lists the runs to be started and builds their structures, up to one that has none.
+/// Lists the runs to be started and builds their structures, up to the first run without a structure.
 fn list(
     samples: &Samples,
     built: &AtomicUsize,
@@ -93,7 +93,7 @@ fn list(
     for (definition, shown) in candidates(samples) {
         let machine = definition.build()?;
         let mut own = engine::columns(&machine);
-        // samples may differ in what their machines lack: a twin run, a detection
+        // samples may differ in the columns their machines lack: a twin run, a detection
         own.iter_mut().for_each(|column| column.lacks = None);
         let first = columns.get_or_insert_with(|| own.clone());
         if *first != own {
@@ -116,7 +116,7 @@ fn list(
     Ok(())
 }
 
-/// Why a sample cannot start: a problem of one of its values, where it is one.
+/// Error for a sample that cannot start: reported as a problem of one of its values, if possible.
 fn refusal(
     samples: &Samples,
     (definition, machine, shown): (&MachineDef, &Machine, &String),
@@ -130,7 +130,7 @@ fn refusal(
     }
 }
 
-/// Names the sample that cannot start.
+/// Adds the sample that cannot start to the messages.
 fn with(mut problems: Problems, shown: Option<&String>) -> Problems {
     if let Some(shown) = shown {
         problems
@@ -141,8 +141,8 @@ fn with(mut problems: Problems, shown: Option<&String>) -> Problems {
     problems
 }
 
-/// A step that is too large, as a problem of its value; a rotor that begins where its ring is, as one of the value that puts it there: one that
-/// varies, where one of them does.
+/// Reports a step that is too large as a problem of its value, and a rotor that begins inside its diaphragm as a problem of the value that
+/// places it there: of a varied value, if one of them is varied.
 #[must_use]
 pub fn placed(
     error: &EngineError,
@@ -166,7 +166,7 @@ pub fn placed(
     let contact = &machine.diaphragms.iter().find(|known| known.name == *diaphragm)?.contact;
     let largest = |vector: [f64; 2]| usize::from(vector[1].abs() > vector[0].abs());
     let displacement = machine.rotor.initial.displacement;
-    // What is farther off than the gap is wide is what is wrong; otherwise it may be all of them together.
+    // A displacement larger than the gap is the error; otherwise all of them together may be.
     let beyond = |vector: [f64; 2]| vector[0].hypot(vector[1]) >= contact.gap;
     let gap = format!("diaphragms.{diaphragm}.contact.gap");
     let offset = format!("diaphragms.{diaphragm}.contact.offset[{}]", largest(contact.offset));
@@ -201,7 +201,7 @@ fn candidates(samples: &Samples) -> Vec<(MachineDef, String)> {
         return (0..samples.count()).map(|sample| (samples.machine(sample), samples.describe(sample))).collect();
     }
     let chosen = Chosen::new(samples, MOST_STARTS);
-    // The corners stand at the end: a surplus is taken from the values along the first axes.
+    // the corners are last: surplus samples along the first axes are dropped
     let begin = chosen.count().saturating_sub(MOST_STARTS);
     (begin..chosen.count()).map(|at| (chosen.machine(at), chosen.describe(at))).collect()
 }

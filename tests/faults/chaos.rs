@@ -1,4 +1,4 @@
-//! The storm of `bladeoff-dev chaos`, once around; and short runs, which leave nothing behind.
+//! One pass of the storm of `bladeoff-dev chaos`; and short runs, which must leave no files behind.
 
 use crate::running::{Running, left_behind};
 use crate::support::{Folder, say, write_script};
@@ -14,7 +14,7 @@ fn a_study_in_a_storm_equals_the_undisturbed_one() {
     assert!(said.out.contains("1 studies of 20 samples, every table equal"), "{}", said.out);
 }
 
-/// A program that takes the place of `bladeoff run STUDY --out OUT`.
+/// Runs a storm with a script in place of `bladeoff run STUDY --out OUT`.
 fn storm_of(folder: &Path, script: &str) -> Result<(), ChaosError> {
     let program = folder.join("program");
     write_script(&program, &format!("#!/bin/sh\nmkdir -p \"$4\"\n: > \"$4/workers.log\"\n{script}\n"));
@@ -43,7 +43,7 @@ fn a_storm_finds_what_is_wrong() {
     assert!(matches!(failed, ChaosError::Failed { .. }), "{failed}");
 }
 
-/// Short runs: a file left by one run in thirty is found with a probability of 99.9 %.
+/// Number of short runs: a file that one run in thirty leaves is detected with a probability of 99.9 %.
 const SHORT_RUNS: u32 = 200;
 
 #[test]

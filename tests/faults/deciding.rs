@@ -1,5 +1,5 @@
-//! Which parameter decides an output: questions end to end, from the study file to the terminal, `answers.json` and refusals, with
-//! formulas whose indices are known exactly.
+//! Sensitivity questions end to end, from the study file to the terminal, `answers.json` and error messages, with formulas whose indices are
+//! known exactly.
 
 use crate::running::{Running, wait_until};
 use crate::support::{Folder, say};
@@ -9,7 +9,7 @@ use std::fs;
 /// The Ishigami function, a = 7, b = 0.1.
 const ISHIGAMI: &str = "y = \"sin(a) + 7 * sin(b)^2 + 0.1 * c^4 * sin(a)\"";
 
-/// Parts of its variance in closed form: first, total.
+/// Its indices in closed form: first order, total.
 const EXACT: [(&str, f64, f64); 3] = [
     ("a", 0.313905191147811, 0.557588855209959),
     ("b", 0.442411144790041, 0.442411144790041),
@@ -36,7 +36,7 @@ fn json(path: &std::path::Path) -> Value {
     serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
 }
 
-/// Runs a study; what was said, and its answers.
+/// Runs a study; returns its output and its answers.
 fn answered(folder: &Folder, name: &str, text: &str) -> (String, Vec<Value>) {
     let study = folder.write(&format!("{name}.toml"), text);
     let run = say(&["run", &study, "--out", &folder.name(name), "--workers", "2"]);
@@ -53,7 +53,7 @@ fn holds(index: &Value, exact: f64) -> bool {
     number(&index["low"]) <= exact && exact <= number(&index["high"])
 }
 
-/// SALib 1.6.0 on the same rows: plain Joe-Kuo points from index 0, 1024 base points, second orders included.
+/// Reference: SALib 1.6.0 on the same rows: plain Joe-Kuo points from index 0, 1024 base points, second orders included.
 #[test]
 fn sobol_gives_the_estimates_of_salib_to_the_digit() {
     let folder = Folder::new();
@@ -74,7 +74,7 @@ fn sobol_gives_the_estimates_of_salib_to_the_digit() {
         (&"sensitivity".into(), &1024.into(), &"bootstrap".into(), &true.into())
     );
     assert_eq!((&answer["output"], &answer["estimator"]), (&"y".into(), &"sobol".into()));
-    // a and c together: 0.2437 of the variance; the other pairs none
+    // interaction of a and c: 0.2437 of the variance; of the other pairs 0
     let pairs = answer["second_order"].as_array().expect("pairs");
     let exact = [0.0, 0.243683664062148, 0.0];
     assert!(pairs.iter().zip(exact).all(|(pair, exact)| holds(&pair["second"], exact)), "{pairs:?}");
@@ -86,7 +86,7 @@ fn sobol_gives_the_estimates_of_salib_to_the_digit() {
     assert!(out.contains("a with c") && out.contains("1024 base points"), "{out}");
 }
 
-/// Errors against exact values, and that intervals hold them: of base points that are scrambled, as studies have them.
+/// Errors against exact values, and coverage of the intervals, for scrambled base points as in studies.
 #[test]
 fn errors_of_sobol_indices_fall_with_the_base_points() {
     let folder = Folder::new();
@@ -107,12 +107,12 @@ fn errors_of_sobol_indices_fall_with_the_base_points() {
         );
         worst.push(errors);
     }
-    // of 256 base points 0.063 and 0.084, of 4096 0.0079 and 0.0024
+    // 256 base points: 0.063 and 0.084; 4096: 0.0079 and 0.0024
     assert!(worst[0].iter().all(|error| *error < 0.1), "{worst:?}");
     assert!(worst[1][0] < 0.012 && worst[1][1] < 0.004, "{worst:?}");
 }
 
-/// Exact over all elementary effects of four levels: mu* 7.704, 7.875, 6.249; sigma 6.249, 7.875, 8.837.
+/// Exact values over all elementary effects of four levels: mu* 7.704, 7.875, 6.249; sigma 6.249, 7.875, 8.837.
 #[test]
 fn morris_gives_the_effects_of_the_whole_grid_within_its_intervals() {
     let folder = Folder::new();
@@ -122,7 +122,7 @@ fn morris_gives_the_effects_of_the_whole_grid_within_its_intervals() {
         [("a", 7.7040541116, 6.2487961033), ("b", 7.875, 7.875), ("c", 6.2487961033, 8.8371321978)]
     {
         let of = &answers[0]["indices"][name];
-        // of b every effect has one size: an interval of no width, beside rounding
+        // every effect of b has the same size: an interval of zero width, apart from rounding
         let is_near = |index: &Value, exact: f64| {
             holds(index, exact) || (number(&index["estimate"]) - exact).abs() < 0.01 * exact
         };
@@ -144,7 +144,7 @@ fn any_sample_tells_of_first_orders_ranks_and_dependence() {
         assert!((number(&of["first"]["estimate"]) - first).abs() < 0.05 && holds(&of["first"], first), "{name}: {of}");
         assert!(of["total"].is_null(), "no sample of this kind tells of it");
     }
-    // a moves y one way, b and c both ways; b and c are found by what is no correlation
+    // y is monotonic in a but not in b and c, whose effects only the dependence shows
     let of = |name: &str, key: &str| number(&answer["indices"][name][key]["estimate"]);
     assert!(of("a", "spearman") > 0.35 && of("b", "spearman").abs() < 0.05, "{answer}");
     assert!(number(&answer["indices"]["c"]["hsic"]["p_value"]) < 1e-6, "{answer}");
@@ -270,7 +270,8 @@ fn what_cannot_be_asked_is_refused_at_its_place() {
     assert!(asked.code == 0 && asked.out.contains("who: sensitivity of y by sobol (confidence 95 %)"), "{}", asked.out);
 }
 
-/// Of many parameters and few base points two dimensions of Sobol's sequence follow each other, and bootstrap does not see it: it is told.
+/// With many parameters and few base points, two dimensions of Sobol's sequence are correlated, which the bootstrap does not show: a note
+/// names the parameter.
 #[test]
 fn a_parameter_that_follows_itself_in_a_and_b_is_named() {
     let folder = Folder::new();
@@ -294,7 +295,7 @@ fn a_parameter_that_follows_itself_in_a_and_b_is_named() {
     let (_, answers) = answered(&folder, "many", &text);
     let notes = answers[0]["notes"].to_string();
     assert!(notes.contains(&format!("values of the same parameter in A and in B are correlated, {name} ")), "{notes}");
-    // every part is 1/40: the one that is named is off by more than its interval says
+    // every exact index is 1/40: the error of the named one exceeds its interval
     let total = &answers[0]["indices"][&name]["total"];
     assert!(!holds(total, 1.0 / 40.0) && (number(&total["estimate"]) * 40.0 - 1.0).abs() > 0.4, "{total}");
     let (_, answers) = answered(&folder, "few", &of(4, 1024));

@@ -1,4 +1,4 @@
-//! `[stop]`: studies that end when they are precise enough, at so many points or after a time, whoever computes them.
+//! `[stop]`: studies that end by precision, by a number of points or by time, with any number of workers and interruptions.
 
 use crate::running::{Running, left_behind};
 use crate::support::{Folder, say};
@@ -6,7 +6,7 @@ use bladeoff_answers::tables::count_sound_rows;
 use serde_json::Value;
 use std::fs;
 
-/// A tenth of the points are events.
+/// Study in which a tenth of the points are events.
 const STUDY: &str = r#"schema = 1
 name = "stopping"
 model = "function"
@@ -53,7 +53,7 @@ fn run(folder: &Folder, study: &str, out: &str, more: &[&str]) -> crate::support
     say(&[&["run", study, "--out", &out], more].concat())
 }
 
-/// Points and why of an end, as the manifest tells it.
+/// Points, samples and reason of the end, from the manifest.
 fn end(folder: &Folder, out: &str) -> (u64, String, String) {
     let manifest = json(folder, out, "manifest.json");
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
@@ -74,7 +74,7 @@ fn a_study_that_is_precise_enough_has_the_same_table_on_one_and_three_workers_an
     assert!(one.out.contains(&format!("precise enough at {points} of 20000 points ([stop])")), "{}", one.out);
     assert_eq!(run(&folder, &study, "three", &["--workers", "3"]).code, 0);
     assert!(table(&folder, "one") == table(&folder, "three"), "another table on three workers");
-    // killed while samples are computed, with rows aside for a look, at the end of the last stage; then the same command again
+    // killed while computing samples, while collecting rows for an interim analysis, and at the end of the last stage; then the same command again
     for (at, sample) in [("recorded", 700), ("looking", 512), ("looking", 2 * points), ("writing", 0)] {
         let out = format!("killed-{at}-{sample}");
         let fault = format!("who=orchestrator,at={at},sample={sample},do=kill");
@@ -108,7 +108,7 @@ fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_t
     let (estimate, low, high) = (&answer["estimate"], &answer["low"], &answer["high"]);
     let [estimate, low, high] = [estimate, low, high].map(|value| value.as_f64().expect("a number"));
     assert!(0.5 * (high - low) <= 0.25 * estimate && low < 0.1 && 0.1 < high, "{answer}");
-    // the limits of a study that was planned with as many points, called approximate
+    // limits of a study planned with as many points, reported as approximate
     let events = answer["events"].as_u64().expect("a number");
     let limits = [
         bladeoff_answers::estimate::limits::lower_limit(events, points, 0.5 * (1.0 - 0.95)),
@@ -125,7 +125,7 @@ fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_t
         (&points.into(), Some(true))
     );
     let out = folder.name("out");
-    // asked again: the same, and nothing is written anew
+    // second call: same answer, nothing is written
     let again = say(&["answer", &out]);
     let note = "one of several interim analyses of [stop]: the limits are those of this analysis alone, about 95 %";
     assert!(again.code == 0 && again.out.contains(note) && again.out.contains(" (about 95 %: "), "{}", again.out);
@@ -141,7 +141,7 @@ fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_t
     let gate = say(&["gate", &out]);
     assert!(gate.code == 0 && gate.out.contains("passed, at most"), "{}{}", gate.out, gate.err);
     assert!(gate.out.contains(&format!("Gates, of {points} points")), "{}", gate.out);
-    // its error at analysis k: alpha/2^(k+1)
+    // error level of analysis k: alpha/2^(k+1)
     let alpha = 0.05 / (points / 256 * 2) as f64;
     let limit = bladeoff_answers::estimate::limits::upper_limit(events, points, alpha);
     let (_, at_most) = gate.out.split_once("passed, at most ").expect("a limit");
@@ -159,7 +159,7 @@ fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_t
     assert!(why.code == 0 && why.out.contains("status"), "{}{}", why.out, why.err);
     let beyond = say(&["why", &out, &(2 * points).to_string()]);
     assert!(beyond.code == 0 && beyond.out.contains("beyond the end of the table"), "{}{}", beyond.out, beyond.err);
-    // the same command: nothing to do, nothing changed
+    // same command: nothing to compute, nothing changed
     let before = table(&folder, "out");
     let nothing = run(&folder, &study, "out", &[]);
     assert!(
@@ -168,7 +168,7 @@ fn answers_have_plain_limits_gates_spend_the_error_and_commands_know_where_the_t
         nothing.err
     );
     assert!(before == table(&folder, "out") && nothing.out.contains("precise enough"), "{}", nothing.out);
-    // what is lost of it is made again, as it was
+    // a lost file is restored with the same content
     fs::remove_file(folder.path("out/manifest.json")).expect("removed");
     assert_eq!(run(&folder, &study, "out", &[]).code, 0);
     assert!(before == table(&folder, "out"));
@@ -187,14 +187,14 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     };
     let (_, found) = run_with("\n[stop]\nsamples = 3000\n");
     assert_eq!(found, (3000, "samples".to_owned(), "stop".to_owned()));
-    // an easier rule: the surplus stays in the record
+    // an easier rule: surplus samples stay in the record
     let (said, (points, ..)) = run_with(TENTH);
     assert!(points < 3000 && said.err.contains("6000 of 40000 samples are already finished"), "{}", said.err);
     let fresh = folder.write("fresh.toml", &with(TENTH));
     assert_eq!(run(&folder, &fresh, "fresh", &[]).code, 0);
     let rows = |out: &str| crate::support::table(&folder.name(out));
     assert_eq!(rows("out"), rows("fresh"));
-    // the surplus counts apart, also where the last word was lost
+    // surplus samples are counted separately, also without the last report
     let table_has = 2 * points;
     let counted = |value: &Value| {
         let number = |key: &str| value[key].as_u64().expect("a number");
@@ -211,7 +211,7 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     assert!(status.contains(&format!("done       {table_has} of 40000")) && status.contains(&more), "{status}");
     assert_eq!(run(&folder, &study, "out", &[]).code, 0);
     counted(&json(&folder, "out", "status.json"));
-    // what differs from the other end is said in words, and so is it in a page to hand over
+    // the difference of the ends is reported as text, also in the page
     folder.write("s.toml", &with("\n[stop]\nsamples = 3000\n"));
     assert_eq!(run(&folder, &study, "longer", &[]).code, 0);
     let compared = say(&["compare", &folder.name("longer"), &folder.name("out")]);
@@ -225,7 +225,7 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     assert!(
         page.contains(&format!("<td>end of the table</td><td>{ended}</td>")) && !page.contains("&quot;share&quot;")
     );
-    // back, and then to the whole design
+    // an earlier end, then the whole design
     let (said, found) = run_with("\n[stop]\nsamples = 3000\n");
     assert!(found.0 == 3000 && said.err.contains("6000 of 40000 samples are already finished"), "{}", said.err);
     folder.write("s.toml", STUDY);
@@ -234,7 +234,7 @@ fn another_rule_ends_the_table_elsewhere_and_computes_what_is_missing_alone() {
     assert_eq!((rows("out").1.len(), &json(&folder, "out", "manifest.json")["stop"]), (40_000, &Value::Null));
 }
 
-/// Points that no machine computes in the seconds of this test.
+/// More points than a machine can compute within this test.
 const ENDLESS: u64 = 2_000_000;
 
 #[test]
@@ -250,7 +250,7 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     let rows = count_sound_rows(&folder.path("out/results.parquet")).expect("a table");
     assert_eq!(rows as u64, 2 * points);
     let study = folder.write("s.toml", &format!("{endless}\n[stop]\nrelative = 1e-9\nwall = \"1 h\"\n"));
-    // as long as it takes until there are answers and a pace to forecast from: the time of the command begins with the program
+    // long enough for answers and a measured pace: --wall begins with the program
     let answers = [2, 4, 8, 16, 32, 64, 128].into_iter().find_map(|seconds| {
         let open = run(&folder, &study, "open", &["--wall", &format!("{seconds} s")]);
         assert_eq!(open.code, 5, "{}{}", open.out, open.err);
@@ -261,7 +261,7 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     assert!(!folder.path("open/results.parquet").exists());
     assert_eq!(json(&folder, "open", "manifest.json")["state"], "wall");
     assert!(!answer.contains("about 95 %"), "so far no interval ended it: {answer}");
-    // it is open: what another hour brings is told, of what was measured
+    // incomplete: the forecast for another hour is printed
     let status = say(&["status", &folder.name("open")]);
     assert!(status.out.contains("forecast") && status.out.contains(": half of its interval is "), "{}", status.out);
     let told: Value = serde_json::from_str(&say(&["status", &folder.name("open"), "--json"]).out).expect("JSON");
@@ -270,7 +270,7 @@ fn a_time_ends_a_study_at_its_last_look_and_wall_of_the_command_leaves_it_open()
     let (later, halves) = (list(&told["forecast"]["later"]), list(&of["later"]));
     let (now, end) =
         (of["half_width"].as_f64().expect("a number"), halves[later.len() - 1].as_f64().expect("a number"));
-    // however fast the machine is, nothing is forecast beyond the design
+    // no forecast exceeds the design, at any speed of the machine
     assert!(later.iter().all(|later| later["points"].as_u64() <= Some(ENDLESS)), "{told}");
     assert!(end < 0.5 * now && told["forecast"]["points_per_hour"].as_f64() > Some(1e4), "{told}");
 }
@@ -324,7 +324,7 @@ fn what_no_further_point_makes_precise_is_named_at_the_first_look_and_at_the_end
     let page = folder.name("page.html");
     assert_eq!(say(&["report", &folder.name("out"), "--out", &page]).code, 0);
     assert!(fs::read_to_string(page).expect("written").contains("<h3>Not as precise as [stop] asks</h3>"));
-    // alone it is 0: the rule waits for a part of that
+    // the estimate is 0: a relative width cannot be reached
     let never = folder
         .write("never.toml", &(STUDY.replace("g > 0.9", "g > 2").replace("samples = 20000", "samples = 600") + TENTH));
     let said = run(&folder, &never, "never", &[]);
@@ -345,7 +345,7 @@ fn sensitivities_stop_a_study_of_blocks() {
     let said = run(&folder, &study, "out", &[]);
     assert_eq!(said.code, 0, "{}", said.err);
     let (points, why, _) = end(&folder, "out");
-    // base points of A, AB_x, AB_z, B
+    // base points consist of A, AB_x, AB_z, B
     assert!(points.is_multiple_of(4) && (points / 4).is_power_of_two() && why == "precision", "{points} {why}");
     let answers = json(&folder, "out", "answers.json");
     for answer in
@@ -400,7 +400,7 @@ fn what_cannot_stop_a_study_is_refused() {
     assert!(asked.code == 0 && asked.out.contains("interim analyses after 256, 512, 1024"), "{}", asked.out);
 }
 
-/// What is forecast is what may be computed, not the whole design.
+/// The printed time is that of the samples that may be computed, not of the whole design.
 #[test]
 fn check_prints_the_time_to_the_first_interim_analysis_and_to_the_end_by_stop() {
     let folder = Folder::new();
@@ -419,7 +419,7 @@ fn check_prints_the_time_to_the_first_interim_analysis_and_to_the_end_by_stop() 
             ],
         ),
         ("\n[stop]\nsamples = 3000\n", &["the whole study, 6000 samples by [stop]: about "]),
-        // more than there are
+        // more samples than the study has
         ("\n[stop]\nsamples = 30000\n", &["the whole study: about "]),
         (
             "\n[stop]\nrelative = 0.1\nsamples = 1000\nwall = \"8 h\"\n",

@@ -1,4 +1,4 @@
-//! Studies of formulas (`model = "function"`) through the command line: real workers, record, table.
+//! Formula studies (`model = "function"`) through the command line, with real workers, record and table.
 
 use crate::running::{Running, left_behind, lives, wait_until};
 use crate::support::{Folder, bladeoff, json, said, say, table};
@@ -62,14 +62,14 @@ name = "d"
 formula = "bb / 3"
 "#;
 
-/// Cells of a row by their columns.
+/// Rows as maps from column to cell.
 fn rows(directory: &str) -> (Vec<String>, Vec<BTreeMap<String, String>>) {
     let (header, rows) = table(directory);
     let named = |row: Vec<String>| header.iter().cloned().zip(row).collect();
     (header.clone(), rows.into_iter().map(named).collect())
 }
 
-/// A number of a row; `None` is null.
+/// A number in a row; `None` for null.
 fn number(row: &BTreeMap<String, String>, column: &str) -> Option<f64> {
     Some(row[column].as_str()).filter(|cell| !cell.is_empty()).map(|cell| cell.parse().expect("a number"))
 }
@@ -114,10 +114,10 @@ fn a_grid_of_a_function_is_a_table_of_its_values_with_failed_rows_where_it_has_n
     let line = |start: &str| run.out.lines().find(|line| line.starts_with(start)).expect("a line").to_owned();
     assert_eq!(line("g ").split_whitespace().collect::<Vec<_>>(), ["g", "-2", "1", "8"], "{}", run.out);
     assert!(run.out.contains("Not included: 7 (7 non_finite)."), "{}", run.out);
-    // Nothing of a machine.
+    // no files of a machine
     let there = |name: &str| folder.path("out").join(name).exists();
     assert!(there("study.toml") && there("plan.json") && !there("machine.toml") && !there("basis.bin"));
-    // The same failures are not computed again.
+    // failed samples are not computed again
     let again = say(&["run", &study, "--out", &out]);
     assert!(again.code == 4 && again.err.contains("nothing to compute"), "{}", again.err);
 }
@@ -155,7 +155,7 @@ fn a_random_function_study_has_the_same_bytes_whoever_computes_it_and_whatever_h
     }
     assert!(left_behind(&out).is_empty() && left_behind(&folder.name("worker")).is_empty());
 
-    // Each row is what its formulas say of its variables, to the last bit; both groups have the same points.
+    // each row equals its formulas to the last bit; both groups have the same points
     let (header, rows) = rows(&folder.name("one"));
     let columns = "sample,replicate,block,a,bb,k,d,status,cause,causes,end_cause,g,h";
     assert_eq!(header.join(","), columns);
@@ -268,7 +268,7 @@ fn mistakes_of_a_function_study_are_told_all_at_once_with_their_places() {
     }
 }
 
-/// How many samples a second a busy machine does is no matter of right and wrong; it is shown (`--nocapture`).
+/// The number of samples per second is shown (`--nocapture`) but not checked, because it depends on the machine.
 #[test]
 fn a_hundred_thousand_samples_run_through_workers_record_and_table() {
     let folder = Folder::new();
@@ -282,7 +282,7 @@ fn a_hundred_thousand_samples_run_through_workers_record_and_table() {
     println!("100000 samples of two formulas in {seconds:.1} s: {:.0} a second", 1e5 / seconds);
 }
 
-/// The Ishigami function, with this design.
+/// The Ishigami function with this design.
 fn ishigami(design: &str) -> String {
     let parameter = |name: &str| {
         format!(
@@ -297,7 +297,7 @@ fn ishigami(design: &str) -> String {
     )
 }
 
-/// Published: plain Joe-Kuo points from index 0, rows A, AB_i, B of 1024 base points; first order (Saltelli 2010), total (Jansen).
+/// Published reference: plain Joe-Kuo points from index 0, rows A, AB_i, B of 1024 base points; first order (Saltelli 2010), total (Jansen).
 #[test]
 fn a_saltelli_study_has_the_rows_of_the_published_estimates() {
     let folder = Folder::new();
@@ -318,7 +318,7 @@ fn a_saltelli_study_has_the_rows_of_the_published_estimates() {
         assert!((over(&|y| y[4] * (y[i] - y[0])) - first).abs() < 1e-11, "{i}");
         assert!((over(&|y| 0.5 * (y[0] - y[i]) * (y[0] - y[i])) - total).abs() < 1e-11, "{i}");
     }
-    // its rows depend on one another: an estimate, and no interval
+    // dependent rows: an estimate without interval
     assert!(run.out.contains("P(y > 8) = ") && run.out.contains("(no interval)"), "{}", run.out);
 }
 
@@ -343,7 +343,7 @@ fn a_morris_study_grows_by_trajectories_and_is_limited_to_whole_ones() {
     }
     folder.write("ishigami.toml", &design(30));
     let grown = say(&["run", &study, "--out", &out, "--workers", "2"]);
-    // points of a grid come again, and are not computed again
+    // points of the previous grid are not computed again
     let there = grown.err.lines().find_map(|line| line.split_once(" of 120 samples are already finished"));
     let there: u32 = there.and_then(|(count, _)| count.parse().ok()).unwrap_or_else(|| panic!("{}", grown.err));
     assert!(grown.code == 0 && (80..120).contains(&there), "{}", grown.err);

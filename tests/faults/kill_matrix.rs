@@ -1,5 +1,5 @@
-//! {worker, orchestrator} x {claimed, running, sent, recorded} x {KILL, STOP}, through `bladeoff run`. Every cell asserts that its
-//! fault happened, by the file it leaves, and that results.parquet is the undisturbed one, byte for byte.
+//! {worker, orchestrator} x {claimed, running, sent, recorded} x {KILL, STOP}, through `bladeoff run`. Every cell asserts that its fault occurred, by
+//! the file that it writes, and that results.parquet is byte for byte equal to that of an undisturbed run.
 
 use crate::running::{Running, SAMPLES, STUDY, handed_out, left_behind, lives, signal, state, wait_until};
 use crate::support::Folder;
@@ -9,14 +9,14 @@ use std::os::unix::process::ExitStatusExt;
 use std::time::Duration;
 
 const STATES: [&str; 4] = ["claimed", "running", "sent", "recorded"];
-/// Longer than the silence after which a worker is called stale.
+/// Longer than the silence after which a worker is reported as stale.
 const STOPPED_FOR: Duration = Duration::from_secs(6);
 
 struct Matrix {
     folder: Folder,
     study: String,
     calm: Vec<u8>,
-    /// At which faults happen: handed out early, so that there is a rest.
+    /// Sample at which faults occur: one that is dispatched early, so that other samples remain.
     sample: u64,
 }
 
@@ -34,7 +34,7 @@ impl Matrix {
         Running::start(&self.folder, &self.study, &self.folder.name(out), fault)
     }
 
-    /// All cells of a row at once: most of their time they wait.
+    /// Runs all cells of a row at the same time, because they mostly wait.
     fn each_state(&self, cell: impl Fn(&str) + Sync) {
         std::thread::scope(|scope| {
             let cells: Vec<_> = STATES.map(|at| (at, scope.spawn(|| cell(at)))).into_iter().collect();
@@ -57,20 +57,20 @@ impl Matrix {
     fn worker_fault(&self, at: &str, what: &str) -> String {
         let sample = self.sample;
         match at {
-            // The worker does not know when its result is durable.
+            // A worker does not know when its result is durable.
             "recorded" => format!("who=orchestrator,at=recorded,sample={sample},do={what}-worker"),
             at => format!("who=worker,at={at},sample={sample},do={what}"),
         }
     }
 }
 
-/// The worker with this process.
+/// Number of the worker whose process has this id.
 fn number_of(run: &Running, pid: u32) -> serde_json::Value {
     let started = run.events().into_iter().find(|event| event["event"] == "worker_started" && event["pid"] == pid);
     started.expect("it was started")["worker"].clone()
 }
 
-/// Events of this name about this worker so far.
+/// Number of events of this name about this worker so far.
 fn of_worker(run: &Running, name: &str, worker: &serde_json::Value) -> usize {
     run.events().iter().filter(|event| event["event"] == name && event["worker"] == *worker).count()
 }
@@ -97,10 +97,10 @@ fn a_stopped_worker_is_shown_and_goes_on_or_is_replaced_and_changes_no_byte() {
         let mut run = matrix.start(&out, &matrix.worker_fault(at, "stop"));
         wait_until("the worker stops", || run.fired() == 1 && stopped(&run).is_some());
         let worker = number_of(&run, stopped(&run).expect("stopped"));
-        // Of this one: on a busy machine others may be silent, too, for a moment.
+        // Events of this worker only: on a busy machine other workers may be silent for a moment, too.
         let stale = |run: &Running| of_worker(run, "worker_stale", &worker);
         wait_until("it is called stale", || stale(&run) == 1);
-        // One cell waits for the replacement, the others go on.
+        // One cell waits until the worker is replaced, in the others the worker continues.
         if at != "running" {
             let pid = stopped(&run).expect("still stopped");
             assert!(signal(pid, "CONT"));
@@ -132,7 +132,7 @@ fn a_killed_orchestrator_is_continued_and_changes_no_byte() {
     });
 }
 
-/// Heartbeats come every half second; the orchestrator's hook must find a sample of a millisecond running all the same.
+/// Heartbeats come every half second; nevertheless the orchestrator's fault must find a sample that runs for a millisecond.
 #[test]
 fn an_orchestrator_is_killed_while_a_short_sample_runs() {
     let folder = Folder::new();
@@ -152,7 +152,7 @@ fn a_stopped_orchestrator_goes_on_calls_nobody_stale_and_changes_no_byte() {
         let mut run = matrix.start(&out, &format!("who=orchestrator,at={at},sample={},do=stop", matrix.sample));
         let pid = run.child.id();
         wait_until("it stops", || run.fired() == 1 && state(pid) == Some('T'));
-        // Not to wait for anything: this is how long it is gone.
+        // This is the duration of the stop, not a wait for a condition.
         std::thread::sleep(STOPPED_FOR);
         assert!(signal(pid, "CONT"));
         matrix.assert_undisturbed(&mut run, &out);
@@ -175,7 +175,7 @@ fn an_orchestrator_killed_before_its_tables_is_continued() {
 fn an_orchestrator_killed_while_a_grown_study_takes_over_its_record_is_continued() {
     let matrix = Matrix::new();
     let small = matrix.folder.write("small.toml", &STUDY.replace("count = 5", "count = 3"));
-    // The first and the last sample that are taken over.
+    // The first and the last sample that are reused.
     for sample in [0, 19] {
         let out = format!("grown-{sample}");
         let mut run = Running::start(&matrix.folder, &small, &matrix.folder.name(&out), "");

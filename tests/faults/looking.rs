@@ -1,5 +1,5 @@
-//! What is said of a result directory is so: states and counts of runs that could not tell their end, refusals that touch
-//! nothing, directories that cannot be written, files that are lost beside the record.
+//! Status of result directories: states and counts of runs that could not report their end, rejected commands that change nothing, directories
+//! that cannot be written, files lost besides the record.
 
 use crate::running::{Running, STUDY, signal, wait_until};
 use crate::support::read_only::ReadOnly;
@@ -24,7 +24,7 @@ fn status_text(out: &str) -> String {
     say(&["status", out]).out
 }
 
-/// Samples in the record, whatever `status` says.
+/// Number of samples in the record, independent of `status`.
 fn recorded(out: &str) -> u64 {
     Reader::open(Path::new(out).join("ledger.redb")).and_then(|record| record.len()).expect("a whole record")
 }
@@ -46,7 +46,7 @@ fn files(out: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
     let _alone = alone();
     let folder = Folder::new();
-    // Long enough that it is not over at the first commit.
+    // long enough that it is not complete at the first commit
     let long = STUDY.replace("0.1 s", "0.4 s");
     let study = folder.write("s.toml", &long);
     let out = folder.name("out");
@@ -60,14 +60,14 @@ fn a_killed_run_is_counted_by_its_record_also_without_its_lock_file() {
         assert!(text.contains(&format!("outcome    ok {done}")), "{text}");
     };
     is_right(&status_text(&out), "state      killed: process ");
-    // Whoever empties the lock file, a refused run too, takes the name of the holder away and nothing else.
+    // a run that empties the lock file, even a rejected one, removes only the name of the holder
     folder.write("other.toml", &long.replace("0.9 mm", "0.8 mm"));
     assert_eq!(run(&folder.name("other.toml"), &out, &[]).code, 3);
     assert!(!fs::read_to_string(folder.path("out/run.lock")).expect("there").contains("pid"));
     is_right(&status_text(&out), "state      killed or failed: it could not record its end");
     let seen = status(&out);
     assert_eq!((&seen["state"], &seen["done"], &seen["left"]), (&"killed".into(), &done.into(), &(20 - done).into()));
-    // Without a last word the record is left.
+    // without status.json, the record is counted
     fs::remove_file(folder.path("out/status.json")).expect("there");
     let text = status_text(&out);
     assert!(text.contains(&format!("done       {done} of 20 samples")), "{text}");
@@ -86,7 +86,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
     wait_until("the fault", || run_there.fired() == 1);
     fs::rename(&out, &moved).expect("renamed");
     wait_until("the run is stopped", || status(&moved)["state"] == "stopped");
-    // Counts of a run that lives are those of its last word, and all that is counted is on disk.
+    // counts of a live run are those of its last report, and all counted samples are durable
     let told = status(&moved)["done"].as_u64().expect("a count");
     fs::copy(folder.path("moved/ledger.redb"), folder.path("copy.redb")).expect("copied");
     let durable = Reader::peek(folder.path("copy.redb")).and_then(|record| record.len()).expect("readable");
@@ -108,7 +108,7 @@ fn a_directory_that_was_moved_under_its_run_tells_the_truth() {
 fn the_budget_that_ended_a_run_is_named_and_parts_only_where_they_are() {
     let _alone = alone();
     let folder = Folder::new();
-    // Samples that end long after their run.
+    // samples that take much longer than the run
     let endless = STUDY.replace("[set]", "[set]\n\"run.step\" = \"1e-9 s\"");
     assert_ne!(endless, STUDY);
     let study = folder.write("s.toml", &endless);
@@ -145,14 +145,14 @@ fn a_refused_run_changes_no_byte() {
             assert_eq!(run(&other, out, more).code, 3);
         }
         let mut after = files(Path::new(out));
-        // The lock file is the one that every run writes to.
+        // every run writes to the lock file
         let lock = format!("{out}/run.lock");
         assert!(before.remove(&lock).is_some() && after.remove(&lock).is_some());
         assert!(before == after, "{:?} {:?}", before.keys(), after.keys());
     }
     assert_eq!(run(&study, &killed, &[]).code, 0);
     assert!(!folder.path("killed/manifest.json.tmp").exists());
-    // Neither does a run that has nothing to do touch the record.
+    // a run with nothing to compute does not change the record
     let record = || fs::read(folder.path("whole/ledger.redb")).expect("the record");
     let before = record();
     assert_eq!(run(&study, &whole, &[]).code, 0);
@@ -216,7 +216,7 @@ fn what_is_lost_beside_a_complete_record_is_made_again() {
         fs::remove_file(folder.path(&format!("out/{name}"))).expect(name);
         runs_again(if name.starts_with(['t', 'm']) && !name.ends_with("toml") { name } else { "" });
     }
-    // Cut, the timings are no reason for `why` to end with an error.
+    // truncated timings are no error for `why`
     folder.write("out/manifest.json", "{");
     fs::write(folder.path("out/timings.parquet"), &timings[..timings.len() / 2]).expect("written");
     let why = say(&["why", &out, "3"]);

@@ -1,4 +1,4 @@
-//! What a night needs: budgets, signals, events for programs, an answer to whoever asks.
+//! Unattended runs: budgets, signals, events for programs, status queries.
 
 use crate::running::{Running, SAMPLES, STUDY, handed_out, signal, state, wait_until};
 use crate::support::{Folder, RUNTIME_VARIABLE, Said, bladeoff, runtime, said};
@@ -7,7 +7,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A study of long samples, so that no run gets through before it is ended.
+/// A study with long samples, so that no run completes before it is ended.
 fn long(folder: &Folder) -> String {
     folder.write("long.toml", &STUDY.replace("0.1 s", "0.4 s").replace("count = 5", "count = 50"))
 }
@@ -34,7 +34,7 @@ fn assert_stopped(said: &Said, out: &str, why: &str) {
 fn a_run_ends_with_its_time_and_says_how_to_go_on() {
     let folder = Folder::new();
     let study = long(&folder);
-    // As long as it takes until something is finished; machines that run tests are busy.
+    // repeated with longer times until a sample is finished on a busy machine
     let in_time = |option: &str, value: &dyn Fn(u32) -> String| {
         let ran = [4, 16, 64, 256].into_iter().find_map(|seconds| {
             let out = folder.name(&format!("{}-{seconds}", &option[2..]));
@@ -61,7 +61,7 @@ fn a_run_ends_with_its_time_and_says_how_to_go_on() {
     }
 }
 
-/// One core alone prepares this for a minute.
+/// Preparing this study takes one core a minute.
 #[test]
 fn a_preparation_that_lasts_longer_than_the_run_may_is_ended() {
     let folder = Folder::new();
@@ -78,7 +78,7 @@ fn a_preparation_that_lasts_longer_than_the_run_may_is_ended() {
         assert_eq!(ended.code, 5, "{}", ended.err);
         let word = format!("ended by {option} before the first sample was assigned");
         assert!(ended.err.contains(&word), "{}", ended.err);
-        // the limit, 5 s more, and whatever a busy machine adds
+        // the limit, 5 s more, and the delay of a busy machine
         assert!(begun.elapsed() < Duration::from_secs(40), "{:?}", begun.elapsed());
         let status = said(bladeoff(&["status", &out]).output().expect("it starts"));
         assert!(!status.out.contains("killed"), "{}", status.out);
@@ -95,14 +95,14 @@ fn limits_end_a_run_or_quarantine_a_sample() {
     let out = folder.name("failures");
     let said = run(&study, &out, &["--max-failures", "1"], Some(&fault("any,do=panic")));
     assert_stopped(&said, &out, "--max-failures");
-    // The failures of the study count, whenever they happened; until they are taken out.
+    // failures of earlier runs count until they are removed from the record
     let recorded = |said: &Said| said.err.lines().find(|line| line.contains("samples are recorded")).map(str::to_owned);
     let again = run(&study, &out, &["--max-failures", "1"], None);
     assert_stopped(&again, &out, "--max-failures");
     assert!(recorded(&said).is_some() && recorded(&again) == recorded(&said), "{}", again.err);
     let taken_out = run(&study, &out, &["--max-failures", "1", "--rerun", "failed"], None);
     assert_eq!(taken_out.code, 0, "{}", taken_out.err);
-    // A limit of the study, one of the command line; both by a sample that never ends or takes all memory.
+    // limits of the study and of the command line; a sample that never ends, and one that takes all memory
     let limited = folder.write("limited.toml", &format!("{STUDY}\n[limits]\nmax_failed = 1\ntime_limit = \"20 s\"\n"));
     for (name, study, more, what, cause) in [
         ("time", &limited, &["--crash-limit", "1"][..], "3,do=hang", "time_limit"),
@@ -123,7 +123,7 @@ fn limits_end_a_run_or_quarantine_a_sample() {
     assert!(said.err.contains("limits.time_limit") && said.err.contains("limits.memory_limit"), "{}", said.err);
 }
 
-/// Deaths by others count apart, cost the row only when they come again and again, and are no matter of the table for good.
+/// Kills by other processes are counted separately from crashes; many are needed to quarantine a sample, and later runs try it again.
 #[test]
 fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_run() {
     let folder = Folder::new();
@@ -131,13 +131,13 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
     let (calm, out) = (folder.name("calm"), folder.name("out"));
     assert_eq!(run(&study, &calm, &[], None).code, 0);
     let bytes = |out: &str| fs::read(format!("{out}/results.parquet")).expect("the table");
-    // Each fault has a folder that counts its firings.
+    // each fault counts its firings in its own folder
     let fault = |name: &str, what: &str| {
         fs::create_dir(folder.path(name)).expect("created");
         format!("who=worker,at=running,sample=3,{what},dir={}", folder.name(name))
     };
     let fired = |name: &str| fs::read_dir(folder.path(name)).expect("readable").count();
-    // Twice used to be enough. In a batch, the first does not count.
+    // two kills used to be enough; in a batch, the first kill does not count
     let said = run(&study, &out, &["--kill-limit", "5"], Some(&fault("twice", "do=kill,times=4")));
     assert_eq!((said.code, fired("twice")), (0, 4), "{}", said.err);
     assert!(bytes(&out) == bytes(&calm));
@@ -148,7 +148,7 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
     let at = |name: &str| header.iter().position(|column| column == name).expect("the column");
     assert_eq!((rows[3][at("status")].as_str(), rows[3][at("cause")].as_str()), ("quarantined", "worker_killed"));
     let given_up = bytes(&out);
-    // The same again: one more try, one more kill, the same table.
+    // same command: one more try, one more kill, the same table
     let said = run(&study, &out, &[], Some(&fault("once", "do=kill,times=99")));
     assert_eq!((said.code, fired("once")), (4, 1), "{}", said.err);
     assert!(
@@ -157,12 +157,12 @@ fn a_sample_whose_worker_is_killed_again_and_again_is_tried_once_by_every_later_
         said.err
     );
     assert!(said.err.contains("19 of 20 samples are already finished, 1 is computed"), "{}", said.err);
-    // Nobody kills any more: the row is the one it would have been, and then nothing else is computed.
+    // without kills the row is the undisturbed one, and then nothing is computed
     let said = run(&study, &out, &[], Some(&fault("over", "do=kill,times=0")));
     assert!(said.code == 0 && bytes(&out) == bytes(&calm), "{}", said.err);
     let said = run(&study, &out, &[], None);
     assert!(said.code == 0 && said.err.contains("nothing to compute"), "{}", said.err);
-    // A crash stays: the sample is to blame.
+    // a crash is attributed to the sample
     let out = folder.name("crashed");
     let said = run(&study, &out, &[], Some(&fault("crash", "do=abort,times=99")));
     assert!(said.code == 4 && (2..=3).contains(&fired("crash")), "{}", said.err);
@@ -203,7 +203,7 @@ fn events_tell_programs_the_whole_story() {
 #[test]
 fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run_finds() {
     let folder = Folder::new();
-    // Samples that fail at once, so many that their record exceeds the limit.
+    // samples that fail immediately, so many that their record exceeds the limit
     let text = STUDY.replace("count = 5", "count = 5000").replace("[set]", "[set]\n\"run.step_limit\" = 1");
     let study = folder.write("s.toml", &format!("{text}\n[limits]\nmax_failed = \"100 %\"\n"));
     let out = folder.name("out");
@@ -232,12 +232,12 @@ fn events_of_a_run_whose_record_fails_are_those_of_the_samples_that_the_next_run
     assert!(told.is_disjoint(&rest) && told.len() + rest.len() == 20_000, "{} and {}", told.len(), rest.len());
 }
 
-/// A stop of the orchestrator at this state of the second sample that is handed out.
+/// Fault that stops the orchestrator at this state of the second assigned sample.
 fn stop_at(state: &str) -> String {
     format!("who=orchestrator,at={state},sample={},do=stop", handed_out(SAMPLES, 1))
 }
 
-/// A run whose orchestrator is stopped at a known state, is sent these signals, and goes on.
+/// A run whose orchestrator is stopped at a known state, receives these signals, and continues.
 fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
     let folder = Folder::new();
     let study = folder.write("s.toml", STUDY);
@@ -254,11 +254,11 @@ fn signalled(fault: &str, signals: &[&str]) -> (Folder, Running) {
 #[test]
 fn a_signal_ends_a_run_in_order() {
     for (name, code, why) in [("INT", 130, "interrupted"), ("TERM", 143, "terminated"), ("HUP", 143, "terminated")] {
-        // As the first samples are handed out: later the others might all be done before the signal is seen.
+        // at the first assignment: later, all samples might be done before the signal is handled
         let (folder, mut run) = signalled(&stop_at("claimed"), &[name]);
         assert_eq!(run.end().code(), Some(code), "{name}: {}", run.said());
         assert_eq!(run.count("stopping"), 1);
-        // One word for it, whoever tells it.
+        // one word for the reason in every event
         let told = |event: &str| run.events().into_iter().find(|told| told["event"] == event).expect("told");
         assert_eq!((&told("stopping")["why"], &told("finished")["why"]), (&why.into(), &why.into()));
         let read = |name: &str| fs::read(folder.path(&format!("out/{name}"))).expect("there");
@@ -270,7 +270,7 @@ fn a_signal_ends_a_run_in_order() {
         let status = said(bladeoff(&["status", &folder.name("out"), "--json"]).output().expect("it starts"));
         assert_eq!(json(status.out.as_bytes())["ended"], why);
         assert!(run.said().contains(&format!("{why}: ")), "{}", run.said());
-        // On a busy machine no sample may have come to its end within the grace.
+        // on a busy machine no sample may have finished within the grace time
         let finished = json(status.out.as_bytes())["done"].as_u64().expect("a number") > 0;
         assert_eq!(folder.path("out/parts/part-000001.parquet").exists(), finished);
     }
@@ -282,12 +282,12 @@ fn a_signal_while_tables_are_written_is_answered_and_the_second_ends_it() {
     let (folder, mut run) = signalled(at_tables, &["TERM"]);
     assert_eq!(run.end().code(), Some(0), "{}", run.said());
     assert!(folder.path("out/results.parquet").exists());
-    // Ended by a first signal before; the one at the tables is the second.
+    // ended by a first signal; the signal while tables are written is the second
     let (folder, mut run) = signalled(&format!("{};{at_tables}", stop_at("claimed")), &["INT"]);
     let pid = run.child.id();
     wait_until("it stops again", || run.fired() == 2 && state(pid) == Some('T'));
     assert!(signal(pid, "INT") && signal(pid, "CONT"));
-    // Whether the signal or the table comes first is the system's to say; both are an end of 130 with nothing half written.
+    // either the signal or the table may come first; both give exit code 130 and no incomplete file
     assert_eq!(run.end().code(), Some(130), "{}", run.said());
     assert!(!folder.path("out/results.parquet").exists());
 }

@@ -1,4 +1,4 @@
-//! The rows finished so far, as parts: whenever one looks, each finished row is in one of them, as it will be in the table.
+//! Parts with the rows finished so far: at any time each finished row is in exactly one part, with its final content.
 
 use crate::running::{Running, STUDY, signal, state};
 use crate::support::{Folder, bladeoff, said, say};
@@ -11,7 +11,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 
-/// Two seconds of samples, at least.
+/// A study whose samples take at least two seconds.
 fn long() -> String {
     STUDY.replace("count = 5", "count = 12")
 }
@@ -36,21 +36,21 @@ impl Calm {
         Running::start_with(&self.folder, &self.study, out, fault, &["--refresh", "200 ms"])
     }
 
-    /// Runs to a fault that kills the orchestrator.
+    /// Runs up to a fault that kills the orchestrator.
     fn kill(&self, out: &str, fault: &str) {
         let mut run = self.run(out, &format!("who=orchestrator,{fault},do=kill"));
         assert_eq!((run.end().signal(), run.fired()), (Some(9), 1), "{fault}: {}", run.said());
     }
 }
 
-/// Runs a study undisturbed: the bytes of its table and its rows.
+/// Runs a study without faults: bytes of its table, and its rows.
 fn calm(study: &str, out: &str) -> (Vec<u8>, BTreeMap<u64, Vec<String>>) {
     let said = say(&["run", study, "--out", out, "--workers", "2"]);
     assert_eq!(said.code, 0, "{}", said.err);
     (fs::read(format!("{out}/results.parquet")).expect("the table"), rows(&[Path::new(out).join("results.parquet")]))
 }
 
-/// The cells of all rows; asserts that no row comes twice and that rows ascend within each file.
+/// Cells of all rows; asserts that no row occurs twice and that rows ascend within each file.
 fn rows(files: &[PathBuf]) -> BTreeMap<u64, Vec<String>> {
     read(files).expect("readable")
 }
@@ -75,7 +75,7 @@ fn read(files: &[PathBuf]) -> Result<BTreeMap<u64, Vec<String>>, bladeoff_answer
     Ok(all)
 }
 
-/// What is in the parts now: rows of the final table.
+/// Rows in the present parts, after a comparison with the final table.
 fn parts(out: &str, table: &BTreeMap<u64, Vec<String>>) -> BTreeSet<u64> {
     let found = read_current(Path::new(out), row_files, read).expect("readable");
     for (sample, row) in &found {
@@ -104,7 +104,7 @@ fn assert_complete(calm: &Calm, out: &str) {
 fn finished_rows_are_in_one_part_each_during_a_run_after_a_kill_and_after_going_on() {
     let calm = Calm::new(&long());
     let out = calm.folder.name("out");
-    // Stopped after the first and the second, so that both are seen.
+    // stopped after the first and the second part, so that both can be read
     let stop = |part: u32| format!("who=orchestrator,at=parted,sample={part},do=stop");
     let mut run = calm.run(&out, &format!("{};{};who=orchestrator,at=parted,sample=3,do=kill", stop(1), stop(2)));
     let (mut seen, mut bytes, mut looks) = (BTreeSet::new(), BTreeMap::<PathBuf, Vec<u8>>::new(), 0);
@@ -130,7 +130,7 @@ fn finished_rows_are_in_one_part_each_during_a_run_after_a_kill_and_after_going_
     assert!(killed.is_superset(&seen) && row_files(Path::new(&out)).len() == 3);
     let told = run.count("sample");
     assert!(killed.len() <= calm.rows.len() && !killed.is_empty() && told >= killed.len(), "{told} {}", killed.len());
-    // All that was recorded is in the fresh parts that the next run begins with.
+    // all recorded rows are in the new parts with which the next run begins
     let mut again = calm.run(&out, &stop(1));
     let mut seen = killed;
     let mut is_fresh = false;
@@ -141,7 +141,7 @@ fn finished_rows_are_in_one_part_each_during_a_run_after_a_kill_and_after_going_
             let files = row_files(Path::new(&out));
             let now = read_current(Path::new(&out), row_files, read).expect("readable");
             let now: BTreeSet<u64> = now.into_keys().collect();
-            // The parts go when the table has come.
+            // the parts are removed when the table exists
             if !Path::new(&out).join("results.parquet").exists() {
                 assert!(now.is_superset(&seen), "rows are gone");
                 is_fresh |= files.len() == 1 && now.len() >= seen.len();
@@ -170,7 +170,7 @@ fn a_kill_at_any_step_of_writing_parts_leaves_none_that_is_wrong() {
     calm.kill(&out, "at=parted,sample=2");
     let before = parts(&out, &calm.rows);
     assert!(before.len() > 1 && row_files(Path::new(&out)).len() == 2 && !names(&out).contains("parts.aside"));
-    // The old ones stay until the fresh ones are whole.
+    // the old parts stay until the new ones are complete
     calm.kill(&out, "at=swapping,sample=0");
     assert_eq!(parts(&out, &calm.rows), before);
     calm.kill(&out, "at=retiring,sample=0");
@@ -185,9 +185,9 @@ fn a_kill_at_any_step_of_writing_parts_leaves_none_that_is_wrong() {
 fn a_run_that_is_ended_leaves_all_that_is_finished_in_parts() {
     let calm = Calm::new(&long());
     let out = calm.folder.name("out");
-    // Whether parts are written meanwhile makes no difference.
+    // parts do not affect the result
     for refresh in ["0", "0.2"] {
-        // a busy machine takes longer until a sample is finished
+        // a busy machine needs longer until a sample is finished
         let run = |attempt: u32| {
             let wall = format!("{}.8 s", attempt / 2);
             let mut command = bladeoff(&["run", &calm.study, "--out", &out, "--workers", "2"]);
@@ -211,7 +211,7 @@ fn a_run_that_is_ended_leaves_all_that_is_finished_in_parts() {
     assert_eq!(part.get("bladeoff.incomplete").map(String::as_str), Some("true"));
     whole.extend([("bladeoff.incomplete", "true"), ("bladeoff.part", "1")].map(|(k, v)| (k.into(), v.into())));
     assert_eq!(part, whole, "the rest says the same");
-    // Every reader takes them.
+    // every command that reads rows accepts parts
     let some = *parts(&out, &calm.rows).iter().next_back().expect("rows");
     let why = say(&["why", &out, &some.to_string()]);
     assert!(why.code == 0 && why.out.contains("computed by"), "{}{}", why.out, why.err);
@@ -227,7 +227,7 @@ fn a_run_that_is_ended_leaves_all_that_is_finished_in_parts() {
 
 #[test]
 fn a_growth_replaces_the_parts_of_other_numbers() {
-    // An axis with one more point before the others: every sample has another number.
+    // one more value of an axis before the others: every sample has another number
     let gaps = "from = \"0.5 mm\"\nto = \"0.9 mm\"\ncount = 4";
     let small = long().replace(gaps, "values = [\"0.5 mm\", \"0.7 mm\", \"0.9 mm\"]");
     let grown = long().replace(gaps, "values = [\"0.6 mm\", \"0.5 mm\", \"0.7 mm\", \"0.9 mm\"]");
@@ -237,8 +237,8 @@ fn a_growth_replaces_the_parts_of_other_numbers() {
     calm.kill(&out, "at=parted,sample=2");
     let before = parts(&out, &small_rows);
     calm.folder.write("s.toml", &grown);
-    // Killed while the new record is made, the directory is that of the small study; before the fresh parts have their
-    // place, there are none; then there are those of the grown one.
+    // killed while the new record is created: the directory of the small study; before the new parts are in place: no parts; then the parts of
+    // the grown study
     calm.kill(&out, "at=growing,sample=any");
     assert_eq!(parts(&out, &small_rows), before);
     calm.kill(&out, "at=swapping,sample=0");
@@ -262,7 +262,7 @@ fn many_rows_are_cut_into_parts() {
     let counts: Vec<usize> = files.iter().map(|file| Table::read(file).expect("readable").rows()).collect();
     assert_eq!(counts, [65_536, 4_463]);
     assert_eq!(rows(&files).len(), 69_999);
-    // Found by its number, by a look at the column of one part, or not at all.
+    // found by its number, by reading the column of one part, or not at all
     for (sample, place) in [(7, Some(0)), (65_535, Some(0)), (65_536, Some(1)), (69_998, Some(1)), (69_999, None)] {
         let found = Table::row(&files, sample).expect("readable");
         assert_eq!(found.as_ref().map(|(_, path)| path), place.map(|place: usize| &files[place]));

@@ -1,4 +1,4 @@
-//! `[refine]`: samples where a map changes, chosen by results, whoever computes them and however often they are killed.
+//! `[refine]`: samples where a map changes, chosen by results, with any number of workers and interruptions.
 
 use crate::running::{Running, left_behind, signal, wait_until};
 use crate::support::{Folder, Said, json, say, table};
@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 
-/// A quarter of a disc of radius 0.7, on a grid of steps of 1/32.
+/// A quarter of a disc of radius 0.7, on a grid with steps of 1/32.
 const DISC: &str = r#"schema = 1
 name = "disc"
 model = "function"
@@ -33,7 +33,7 @@ map = ["x", "y"]
 of = "P(g < 0.49)"
 "#;
 
-/// A border of the same place that points of a design blur, and a mean.
+/// A boundary at the same place, blurred by the points of a design, and a mean.
 const BLURRED: &str = r#"schema = 1
 name = "blurred"
 model = "function"
@@ -99,7 +99,7 @@ fn rows(folder: &Folder, out: &str) -> Vec<(u64, f64, f64)> {
     rows.iter().map(|row| (number(&row[sample]) as u64, number(&row[x]), number(&row[y]))).collect()
 }
 
-/// Why a table ends, as manifest and status tell it.
+/// Reason and number of samples of the end, from manifest and status.
 fn why(folder: &Folder, out: &str) -> (String, u64) {
     let manifest = of_file(folder, out, "manifest.json");
     assert_eq!((&manifest["state"], &manifest["ended"]), (&"complete".into(), &"stop".into()));
@@ -121,13 +121,13 @@ fn the_border_of_a_disc_is_found_whole_with_a_fifth_of_the_grid() {
     assert_eq!(why(&folder, "out"), ("refined".to_owned(), some.len() as u64));
     let words = format!("{} samples, chosen where the map changes; as fine as its values", some.len());
     assert!(said.out.contains(&words), "{}", said.out);
-    // each combination within a step of the border is there, and a third of all are such: five times the part of the plain grid
+    // every combination within a step of the boundary is computed, and these are a third of all: five times the share of the plain grid
     let near = |(_, x, y): &&(u64, f64, f64)| (x.hypot(*y) - 0.7).abs() <= 1.0 / 32.0;
     let [of_all, of_some] = [&all, &some].map(|rows| rows.iter().filter(near).count());
     assert!(of_all > 60 && of_some == of_all, "{of_some} of {of_all}");
     let share = |near: usize, rows: &[_]| near as f64 / rows.len() as f64;
     assert!(share(of_some, &some) > 4.5 * share(of_all, &all), "{}", share(of_some, &some));
-    // every square that the border crosses is there with its four corners
+    // every square crossed by the boundary has its four corners
     let there: BTreeSet<u64> = some.iter().map(|row| row.0).collect();
     let is_in = |x: u64, y: u64| (x * x + y * y) as f64 / 1024.0 < 0.49;
     let mut crossed = 0;
@@ -139,7 +139,7 @@ fn the_border_of_a_disc_is_found_whole_with_a_fifth_of_the_grid() {
         }
     }
     assert!(crossed > 40, "{crossed}");
-    // what they have in common with the plain study is the same
+    // common samples have the same values as in the plain study
     let compared = say(&["compare", &folder.name("out"), &folder.name("plain")]);
     assert!(compared.code == 0 && compared.out.contains("The same in every pair: g"), "{}", compared.out);
 }
@@ -156,7 +156,7 @@ fn the_table_is_the_same_on_one_and_three_workers_and_after_kills() {
     let first = all.iter().filter(|row| is_first(row.0)).count();
     assert_eq!(first, 81);
     let added = all.iter().map(|row| row.0).find(|sample| !is_first(*sample)).expect("one that was added");
-    // the first look adds the middles of every square of 4 x 4 steps whose corners differ: those rows are there at the second one
+    // the first round adds the middles of every square of 4 x 4 steps whose corners differ: those rows exist in the second round
     let is_in = |(x, y): (u64, u64)| (x * x + y * y) as f64 / 1024.0 < 0.49;
     let squares = (0..32).step_by(4).flat_map(|x| (0..32).step_by(4).map(move |y| (x, y)));
     let halved =
@@ -188,7 +188,7 @@ fn the_table_is_the_same_on_one_and_three_workers_and_after_kills() {
         assert_eq!(left_behind(&folder.name(&out)), Vec::<PathBuf>::new(), "{when}");
         assert!(!folder.path(&out).join("look.parquet").exists(), "{when}");
     }
-    // a worker dies on a sample that was added
+    // a worker dies on an added sample
     let fault = format!("who=worker,at=running,sample={added},do=kill");
     let mut killed = Running::start(&folder, &study, &folder.name("worker"), &fault);
     assert!(killed.end().success(), "{}", killed.said());
@@ -204,7 +204,7 @@ fn a_map_that_changes_nowhere_is_left_as_it_is_and_says_so() {
     assert_eq!(why(&folder, "out"), ("unchanged".to_owned(), 81));
     assert!(said.out.contains("81 samples: the map changes nowhere between its first combinations"), "{}", said.out);
     assert_eq!(rows(&folder, "out").len(), 81);
-    // the first combinations are all there are: nothing was left out, whatever the map does
+    // the first combinations are all combinations: nothing was omitted
     let whole = DISC.replace("count = 33", "count = 2") + ALL;
     let said = run(&folder, &folder.write("s2.toml", &whole), "whole", &[]);
     assert_eq!(why(&folder, "whole"), ("refined".to_owned(), 4));
@@ -222,7 +222,7 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     run_with(&(DISC.to_owned() + ALL));
     let all = rows(&folder, "out");
     let there = all.len();
-    // fewer: the surplus stays in the record
+    // fewer: surplus samples stay in the record
     let fewer = DISC.to_owned() + "\n[refine]\nmax_samples = 150\n";
     let said = run_with(&fewer);
     assert!(said.err.contains(&format!("{there} of 1089 samples are already finished")), "{}", said.err);
@@ -237,12 +237,12 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     let fresh = folder.write("fresh.toml", &fewer);
     run(&folder, &fresh, "fresh", &[]);
     assert_eq!(table(&folder.name("out")), table(&folder.name("fresh")));
-    // other first combinations, another border
+    // other first combinations, another boundary
     let coarser =
         DISC.replace("g < 0.49", "g < 1.21") + "\n[refine]\nof = \"disc\"\nmax_samples = 5000\nfirst = [3, 5]\n";
     let said = run_with(&coarser);
     assert!(said.err.contains(&format!("{there} of 1089 samples are already finished")), "{}", said.err);
-    // the study grows: twice as fine
+    // the study grows to twice the resolution
     let finer = (DISC.to_owned() + ALL).replace("count = 33", "count = 65");
     let status = of_file(&folder, "out", "status.json");
     let before = ["done", "surplus"].iter().map(|key| status[key].as_u64().expect("a count")).sum::<u64>();
@@ -250,7 +250,7 @@ fn another_rule_chooses_others_and_drops_nothing_that_was_finished() {
     assert!(said.err.contains(&format!("{before} of 4225 samples are already finished")), "{}", said.err);
     run(&folder, &folder.write("finer.toml", &finer), "finer", &[]);
     assert_eq!(rows(&folder, "out"), rows(&folder, "finer"));
-    // and to the whole grid, without [refine]
+    // then to the whole grid, without [refine]
     folder.write("s.toml", &DISC.replace("count = 33", "count = 65"));
     run(&folder, &study, "out", &[]);
     assert_eq!(rows(&folder, "out").len(), 65 * 65);
@@ -271,7 +271,7 @@ fn every_command_knows_that_combinations_were_chosen() {
     let out = folder.name("out");
     let (_, count) = why(&folder, "out");
     assert!(count.is_multiple_of(20) && (500..3000).contains(&count), "{count}");
-    // whole designs in each combination, and no share of the map
+    // complete designs in each combination, and no share of the map
     let notes = "[refine] chose the combinations by their results";
     assert!(
         said.out.contains(notes) && said.out.contains("limits hold for a combination that was named beforehand"),
@@ -316,7 +316,7 @@ fn every_command_knows_that_combinations_were_chosen() {
     let page = folder.name("report.html");
     let report = say(&["report", &out, "--out", &page]);
     assert!(report.code == 0 && fs::read_to_string(&page).expect("written").contains(notes), "{}", report.err);
-    // the same command: nothing to do, nothing changed, and what is lost is made again as it was
+    // same command: nothing to compute, nothing changed; lost files are restored with the same content
     let before = bytes(&folder, "out");
     let nothing = run(&folder, &study, "out", &[]);
     assert!(nothing.err.contains("every sample that [refine] has chosen is already finished"), "{}", nothing.err);

@@ -1,5 +1,5 @@
-//! The durable record: studies that are killed, continued, grown, changed; one orchestrator per directory; damaged and
-//! full disks. Whatever happens, the table is the one of an undisturbed run.
+//! The durable record: studies that are killed, continued, extended, changed; one orchestrator per directory; damaged and full disks. In every case
+//! the table is equal to that of an undisturbed run.
 
 use crate::running::handed_out;
 use crate::support::read_only::ReadOnly;
@@ -46,7 +46,7 @@ fn bytes(directory: &str) -> Vec<u8> {
     fs::read(format!("{directory}/results.parquet")).expect("the table")
 }
 
-/// Runs with a fault of the orchestrator; asserts that it happened and ended the process by this signal.
+/// Runs with a fault of the orchestrator; asserts that the fault occurred and ended the process by this signal.
 fn run_killed(folder: &Folder, study: &str, out: &str, fault: &str) {
     let fired = tempfile::tempdir_in(folder.path("")).expect("a folder");
     let mut command = bladeoff(&["run", study, "--out", out, "--workers", "2"]);
@@ -61,7 +61,7 @@ fn run_killed(folder: &Folder, study: &str, out: &str, fault: &str) {
 fn a_study_killed_five_times_equals_the_undisturbed_one() {
     let _alone = alone();
     let folder = Folder::new();
-    // Long enough that no run gets through before its kill.
+    // Long enough that no run ends before it is killed.
     let study = folder.write("s.toml", &STUDY.replace("0.03 s", "0.12 s"));
     let (calm, killed) = (folder.name("calm"), folder.name("killed"));
     run_well(&study, &calm, &[]);
@@ -100,7 +100,7 @@ fn a_complete_study_is_not_computed_again() {
     assert_eq!(first.out, second.out, "the summary again");
     assert!(second.err.contains("nothing to compute"), "{}", second.err);
     assert!(files() == before);
-    // A lost table comes from the record.
+    // A deleted table is written again from the record.
     fs::remove_file(format!("{out}/results.parquet")).expect("removed");
     run_well(&study, &out, &[]);
     assert!(bytes(&out) == before[0].1);
@@ -113,7 +113,7 @@ fn a_grown_study_equals_a_fresh_run_of_it() {
     let out = folder.name("grown");
     let small = folder.write("s.toml", STUDY);
     run_well(&small, &out, &["--limit", "7"]);
-    // More of the same, a finer axis, an axis that was fixed before, other limits, a remark in the machine: reused each time.
+    // More samples, a finer axis, an axis that was fixed before, other limits, a comment in the machine file: results are reused each time.
     let finer = STUDY.replace("count = 8", "count = 15").replace("\"0.9 mm\"]", "\"0.9 mm\", \"1.1 mm\", \"0.4 mm\"]");
     let friction = format!("{finer}\n[[vary]]\npath = \"contact.friction\"\nvalues = [0.1, 0.15]\n");
     let mut there = 7;
@@ -175,7 +175,7 @@ fn a_growth_that_is_killed_half_way_is_done_again() {
     let out = folder.name("out");
     let study = folder.write("s.toml", STUDY);
     run_well(&study, &out, &["--limit", "5"]);
-    // As a kill before the new record has its name leaves it: new inputs, half a record aside, unfinished files.
+    // The state after a kill before the new record is renamed: new inputs, a partial record in a separate file, unfinished files.
     fs::write(format!("{out}/study.toml"), STUDY.replace("0.9 mm", "0.8 mm")).expect("written");
     fs::write(format!("{out}/ledger.redb.new"), "half a record").expect("written");
     fs::write(format!("{out}/manifest.json.tmp"), "{").expect("written");
@@ -203,7 +203,7 @@ fn samples_that_failed_or_killed_their_worker_are_computed_again_when_asked() {
     let (header, rows) = table(&out);
     let cause = header.iter().position(|name| name == "cause").expect("cause");
     assert_eq!(rows[5][cause], "worker_crashed");
-    // Continued without --rerun it stays; another cause is not touched.
+    // Continued without --rerun, the sample remains failed; --rerun with another cause does not affect it.
     assert_eq!(run(&study, &out, &[]).code, 4);
     assert_eq!(run(&study, &out, &["--rerun", "cause=time_limit,diverged"]).code, 4);
     let again = run_well(&study, &out, &["--rerun", "cause=worker_crashed"]);
@@ -212,7 +212,7 @@ fn samples_that_failed_or_killed_their_worker_are_computed_again_when_asked() {
     assert_eq!(run(&study, &out, &["--rerun", "cause=nonsense"]).code, 2);
 }
 
-/// The single file of a fault, once the process has come to that state.
+/// The file that a fault writes, once the process has reached the state of the fault.
 fn wait_for_fault(folder: &Path) {
     wait_until("the fault", || fs::read_dir(folder).expect("readable").count() > 0);
 }
@@ -250,7 +250,7 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     let mut holder =
         command.env("BLADEOFF_FAULT", fault).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
     wait_for_fault(&fired);
-    // Stopped, it lives: its directory is not taken, and nothing in it is touched.
+    // A stopped process is alive: another run may not use its directory and changes nothing in it.
     let second = run(&study, &out, &[]);
     assert_eq!(second.code, 3, "{}", second.err);
     assert!(second.err.contains(&format!("process {}", holder.id())), "{}", second.err);
@@ -263,10 +263,10 @@ fn a_stopped_run_keeps_its_directory_and_a_killed_one_leaves_it_to_the_next() {
     assert_eq!((seen["state"].as_str(), seen["total"].as_u64()), (Some("killed"), Some(24)));
     let shown = say(&["status", &out]).out;
     assert!(shown.contains(&format!("resume     {} run {study} --out {out}", crate::support::BINARY)), "{shown}");
-    // A lock file that only looks like one, of a process that does not exist: stale, not ours to respect.
+    // A lock file of a process that does not exist is stale and ignored.
     let third = run_well(&study, &out, &[]);
     assert!(third.err.contains(&format!("process {}", holder.id())), "{}", third.err);
-    // One sample or several, as many as were recorded together.
+    // Singular or plural, depending on how many samples were recorded together.
     assert!(third.err.contains(" already finished, "), "{}", third.err);
     assert!(bytes(&out) == bytes(&calm));
     let seen = status(&out);
@@ -389,14 +389,14 @@ fn a_record_cut_or_changed_anywhere_gives_the_same_table() {
 fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     let _alone = alone();
     let folder = Folder::new();
-    // Samples that fail at once, so many that their record exceeds the limit.
+    // Samples that fail at their first step, so many that their record exceeds the limit.
     let text = STUDY.replace("count = 8", "count = 7000").replace("[set]", "[set]\n\"run.step_limit\" = 1");
     let study = folder.write("s.toml", &format!("{text}\n[limits]\nmax_failed = \"100 %\"\n"));
     let (calm, out) = (folder.name("calm"), folder.name("out"));
     run_well(&study, &calm, &[]);
     let size = fs::metadata(format!("{calm}/ledger.redb")).expect("the record").len();
     assert!(size > 12_288 << 10, "{size} bytes of record are enough for this test");
-    // In blocks of 1024 bytes: too little for shared memory; enough for it, too little for the record.
+    // In blocks of 1024 bytes: 1 is too little for shared memory; 12288 is enough for it, but too little for the record.
     const FULL: &str = "File too large";
     let bounded = |blocks: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" run \"$1\" --out \"$2\" --workers 2");
@@ -413,7 +413,7 @@ fn a_full_disk_is_exit_6_and_the_next_run_goes_on() {
     }
     let seen = status(&out);
     assert_eq!((seen["state"].as_str(), seen["ended"].as_str()), (Some("ended"), Some("failed")));
-    // Only what was recorded was counted, and all of it counts.
+    // The count contains only recorded samples, and none of them is lost.
     let done = seen["done"].as_u64().expect("a count");
     assert!(done > 0 && done < 21_000, "{done}");
     let ran = run_well(&study, &out, &[]);

@@ -10,7 +10,7 @@ use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
-/// One `bladeoff run` under way.
+/// A running `bladeoff run`.
 pub struct Running(chaos::Running);
 
 impl Deref for Running {
@@ -32,12 +32,12 @@ impl Running {
         Self::start_with(folder, study, out, faults, &[])
     }
 
-    /// The same with more options.
+    /// Starts a run with these faults and further options.
     pub fn start_with(folder: &Folder, study: &str, out: &str, faults: &str, more: &[&str]) -> Self {
         let scratch = tempfile::tempdir_in(folder.path("")).expect("a folder").keep();
         let run = ["run", study, "--out", out, "--workers", "2", "--json-events"];
         let direct = bladeoff(&[&run, more].concat());
-        // Whoever runs the tests may ignore SIGHUP (nohup, CI), and children inherit that; `env` becomes the program.
+        // the test process may ignore SIGHUP (nohup, CI), which children inherit; `env` is replaced by the program
         let mut command = Command::new("env");
         command.arg("--default-signal=HUP").arg(direct.get_program()).args(direct.get_args());
         command.envs(direct.get_envs().filter_map(|(key, value)| Some((key, value?))));
@@ -47,23 +47,23 @@ impl Running {
         Self(chaos::Running::start(command, &scratch, faults).expect("it starts"))
     }
 
-    /// How many faults have fired.
+    /// Number of fired faults.
     pub fn fired(&self) -> usize {
         self.0.fired().len()
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the run.
     pub fn end(&mut self) -> ExitStatus {
         self.0.end(|_| {}).expect("it ends")
     }
 }
 
-/// The sample that a study of `count` hands out as this one, from 0.
+/// The sample that a study of `count` samples assigns at this place, from 0.
 pub fn handed_out(count: u64, place: usize) -> u64 {
     order::shuffled(Todo::from(count)).take(place + 1)[place]
 }
 
-/// What the runs of a result directory have left in shared memory and in /tmp, by its log.
+/// Files that the runs of a result directory have left in shared memory and in /tmp, according to the log.
 pub fn left_behind(out: &str) -> Vec<PathBuf> {
     chaos::left_behind(Path::new(out))
 }

@@ -1,4 +1,4 @@
-//! Studies in shards: whatever happens to the attempts, the table is, byte for byte, that of one machine.
+//! Studies in shards: after any fault of the attempts the table is byte for byte equal to that of one machine.
 
 use crate::running::{signal, state, wait_until};
 use crate::support::{Folder, Said, bladeoff, said, say};
@@ -43,7 +43,7 @@ name = "low"
 probability = "g < 0"
 "#;
 
-/// A directory with a study, its table by one machine in `one`, and a folder for scratch.
+/// A directory with a study, its table computed by one machine in `one`, and a scratch directory.
 struct World {
     folder: Folder,
     study: String,
@@ -74,13 +74,13 @@ impl World {
         [&own, more].concat()
     }
 
-    /// Runs a shard to its end.
+    /// Runs a shard until it ends.
     fn shard(&self, out: &str, shard: &str, more: &[&str]) -> Said {
         let (out, scratch) = (self.folder.name(out), self.folder.name("scratch"));
         say(&self.args(&out, shard, &scratch, more))
     }
 
-    /// Starts a shard in which the orchestrator does `what` at a state.
+    /// Starts a shard in which a fault does `what` at a state.
     fn disturbed(&self, out: &str, shard: &str, more: &[&str], fault: &str) -> (Child, std::path::PathBuf) {
         let (out, scratch) = (self.folder.name(out), self.folder.name("scratch"));
         let fired = tempfile::tempdir_in(self.folder.path("")).expect("a folder").keep();
@@ -99,7 +99,7 @@ impl World {
         fs::read(self.folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// Merges, and compares the tables byte for byte.
+    /// Merges, and asserts that the table is byte for byte equal to that of one machine.
     fn merged_is_that_of_one_machine(&self, out: &str) -> Said {
         let merged = self.merge(out);
         assert_eq!(merged.code, 0, "{}", merged.err);
@@ -139,15 +139,15 @@ fn shards_make_the_table_of_one_machine_whatever_their_number_and_order() {
         let merged = world.merged_is_that_of_one_machine(out);
         assert!(merged.out.contains("small: 12 of 12 samples"), "{}", merged.out);
     }
-    // The first shard helps until nothing is missing; the others find everything there.
+    // The first shard computes all chunks, also those of the others; the other shards find nothing to do.
     let manifest: Value = serde_json::from_slice(&world.bytes("a/manifest.json")).expect("JSON");
     assert_eq!(manifest["shards"]["chunks"], 6);
     assert_eq!(manifest["shards"]["attempts"][0]["shard"], "2/3");
     assert_eq!(manifest["shards"]["attempts"][0]["samples"], 12);
-    // Once more changes nothing.
+    // A second merge changes nothing.
     let again = world.merge("a");
     assert!(again.code == 0 && again.err.contains("already merged"), "{}", again.err);
-    // The merged directory is one like any other.
+    // The merged directory can be used as any other.
     let replay = say(&["replay", &world.folder.name("a"), "--sample", "3"]);
     assert!(replay.code == 0 && replay.out.contains("bit for bit"), "{}{}", replay.out, replay.err);
 }
@@ -180,13 +180,13 @@ fn what_is_there_half_way_is_looked_at_as_ever_and_a_merge_says_what_is_missing(
     assert!(why.code == 0 && why.out.contains("computed by"), "{}{}", why.out, why.err);
     let why = say(&["why", &out, "35"]);
     assert!(why.code == 0 && why.out.contains("not finished"), "{}{}", why.out, why.err);
-    // The complete beginning of the points: samples 0 to 29 are points 0 to 14 in both groups.
+    // Answers use the points that are complete in both groups: samples 0 to 29 are points 0 to 14.
     let answer = say(&["answer", &out]);
     assert!(answer.code == 0 && answer.out.contains("15 of 60 points"), "{}{}", answer.out, answer.err);
     assert!(!world.folder.path("d/answers.json").exists());
     let gate = say(&["gate", &out, "--require", "P(g < 0) < 0.99"]);
     assert!([0, 5].contains(&gate.code), "{}{}", gate.out, gate.err);
-    // Nothing is left of the looks.
+    // The intermediate merges leave no temporary directories.
     let left = fs::read_dir(std::env::temp_dir()).expect("read").flatten();
     let ours = |name: String| name.starts_with("bladeoff-look-");
     let alive = |name: &str| {
@@ -197,7 +197,7 @@ fn what_is_there_half_way_is_looked_at_as_ever_and_a_merge_says_what_is_missing(
         .filter(|name| ours(name.clone()) && !alive(name))
         .collect();
     assert!(left.is_empty(), "{left:?}");
-    // Another number of shards computes the rest, and only that.
+    // A run with another number of shards computes only the missing chunks.
     let rest = world.shard("d", "1/5", &[]);
     assert!(rest.code == 0 && rest.err.contains("3 of 12 chunks published here"), "{}", rest.err);
     world.merged_is_that_of_one_machine("d");
@@ -208,7 +208,7 @@ fn what_is_there_half_way_is_looked_at_as_ever_and_a_merge_says_what_is_missing(
 #[test]
 fn a_killed_attempt_loses_an_unfinished_chunk_at_most_and_one_on_the_same_node_not_even_that() {
     let world = World::rig();
-    // In the order of the chunks, 3 samples each: the second chunk stays where its last sample hangs.
+    // Chunks of 3 samples, in their order: the second chunk stays incomplete, because its last sample hangs.
     let (mut child, hangs) = world.disturbed("d", "0/1", &["--chunk", "3"], "who=worker,at=running,sample=5,do=hang");
     wait_until("the first chunk is there, the second hangs", || fired(&hangs) == 1 && world.chunk("d", 0).exists());
     child.kill().expect("it is there");
@@ -217,7 +217,7 @@ fn a_killed_attempt_loses_an_unfinished_chunk_at_most_and_one_on_the_same_node_n
     assert!(!world.chunk("d", 1).exists());
     let replay = say(&["replay", &world.folder.name("d"), "--sample", "1"]);
     assert!(replay.code == 0 && replay.out.contains("bit for bit"), "{}{}", replay.out, replay.err);
-    // The same shard ignores the hint of its dead predecessor, and takes up its record.
+    // The same shard ignores the hint of its killed predecessor and continues its record.
     let run = world.shard("d", "0/1", &[]);
     assert!(run.code == 0 && run.err.contains("of an earlier attempt on this node"), "{}", run.err);
     assert!(run.err.contains("3 of 4 chunks published here"), "{}", run.err);
@@ -251,7 +251,7 @@ fn an_attempt_that_comes_back_after_another_did_its_work_drops_its_own() {
 fn many_attempts_at_once_compute_every_sample_once_in_the_table() {
     let world = World::function();
     let (out, scratch) = (world.folder.name("d"), world.folder.name("scratch"));
-    // None of them finds the directory begun.
+    // The shards start at the same time, so that each finds no directory.
     let start = |shard: &str| {
         let mut command = bladeoff(&world.args(&out, shard, &scratch, &["--chunk", "7"]));
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts")
@@ -270,7 +270,7 @@ fn many_attempts_at_once_compute_every_sample_once_in_the_table() {
 fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
     let world = World::function();
     assert_eq!(world.shard("d", "0/1", &["--chunk", "10"]).code, 0);
-    // One bit; and the chunk of another place.
+    // One chunk with a changed bit, and one with the contents of another chunk.
     let mut bytes = fs::read(world.chunk("d", 2)).expect("there");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 4;
@@ -285,7 +285,7 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
         let file = fs::File::create(world.folder.path("d").join(name)).expect("made");
         file.set_modified(SystemTime::now() - Duration::from_secs(age)).expect("dated");
     }
-    // no file at all
+    // A path that is not a regular file.
     fs::remove_file(world.chunk("d", 9)).expect("there");
     fs::create_dir(world.chunk("d", 9)).expect("made");
     let verified = say(&["status", &world.folder.name("d"), "--verify"]);
@@ -309,21 +309,21 @@ fn damaged_and_foreign_chunks_are_put_aside_and_computed_again() {
 fn nothing_is_begun_over_chunks_and_a_signal_ends_patience() {
     let world = World::function();
     assert_eq!(world.shard("d", "0/1", &["--chunk", "10"]).code, 0);
-    // chunks without what says whose they are: nothing is begun over them
+    // Without shards.json the study of the chunks is unknown: no new run starts in this directory.
     fs::rename(world.folder.path("d/shards.json"), world.folder.path("kept.json")).expect("moved");
     let lost = world.shard("d", "0/1", &[]);
     assert!(lost.code == 6 && lost.err.contains("missing although its chunks exist"), "{}: {}", lost.code, lost.err);
     fs::rename(world.folder.path("kept.json"), world.folder.path("d/shards.json")).expect("moved");
-    // what is missing is computed, not merged
+    // A missing chunk has to be computed; merging does not help.
     let absent = fs::read(world.chunk("d", 3)).expect("there");
     fs::remove_file(world.chunk("d", 3)).expect("there");
     let why = say(&["why", &world.folder.name("d"), "35"]);
     assert!(why.out.contains("--shard 0/1") && !why.out.contains(" merge "), "{}{}", why.out, why.err);
     fs::write(world.chunk("d", 3), absent).expect("back");
-    // an old directory that is none is refused before a new one is begun
+    // A path that is not a result directory is rejected before the new directory is made.
     let none = world.shard("new", "0/1", &["--reuse", &world.folder.name("nowhere")]);
     assert!(none.code == 3 && !world.folder.path("new").exists(), "{}: {}", none.code, none.err);
-    // the directory is away, and the shard is told to end: not only after its ten minutes of patience
+    // The chunk directory is inaccessible and the shard receives a signal: it ends before its ten minutes of retries are over.
     fs::remove_file(world.chunk("d", 0)).expect("it was there");
     fs::rename(world.folder.path("d/chunks"), world.folder.path("chunks")).expect("moved");
     fs::write(world.folder.path("d/chunks"), "none").expect("written");
@@ -366,7 +366,7 @@ fn what_cannot_be_meant_is_refused_and_nothing_is_touched() {
     refused(3, "mine.txt", world.shard("g", "0/1", &[]));
     refused(3, "neither a directory of shards", say(&["merge", &world.folder.name("one")]));
     assert!(world.bytes("d/shards.json") == shards);
-    // Whoever may write there.
+    // Write permission for everybody is rejected.
     let mode = |mode: u32| {
         fs::set_permissions(world.folder.path("d"), fs::Permissions::from_mode(mode)).expect("own");
     };
@@ -375,7 +375,7 @@ fn what_cannot_be_meant_is_refused_and_nothing_is_touched() {
     refused(3, "--trust-dir", world.shard("d", "0/1", &[]));
     assert_eq!(world.shard("d", "0/1", &["--trust-dir"]).code, 0);
     refused(3, "--trust-dir", world.merge("d"));
-    // A group is usual on clusters: a word.
+    // Write permission for the group is usual on clusters: only a warning.
     if rustix::process::geteuid().is_root() {
         std::os::unix::fs::chown(world.folder.path("d"), None, Some(12_345)).expect("root may");
         mode(0o775);
@@ -413,7 +413,7 @@ fn a_shared_directory_that_is_away_is_waited_for_with_a_word_and_not_for_ever() 
 #[test]
 fn a_grown_study_takes_over_what_is_there_of_a_run_or_of_shards() {
     let world = World::rig();
-    // One friction more: of 18 samples 12 are in the old ones.
+    // One more value of friction: 12 of 18 samples are in the old results.
     let grown = crate::support::SMALL_STUDY
         .replace("count = 2", "values")
         .replace("from = 0.1\nto = 0.2\nvalues", "values = [0.1, 0.2, 0.15]");
@@ -437,7 +437,7 @@ fn a_grown_study_takes_over_what_is_there_of_a_run_or_of_shards() {
     assert!(none.code == 3 && none.err.contains("neither a directory of shards"), "{}", none.err);
 }
 
-/// Many points, an event in three of ten.
+/// A study with many points, in three of ten of which the event occurs.
 fn stopping(stop: &str) -> World {
     let folder = Folder::new();
     let study = FUNCTION.replace("samples = 60", "samples = 20000").replace("mean = 3", "mean = 2.5");
@@ -458,7 +458,7 @@ fn where_a_study_ends_by_its_precision_is_decided_at_merge_by_the_looks_of_one_m
     assert!((512..20000).contains(&points), "{points}");
     let run = world.shard("d", "0/1", &["--chunk", "100"]);
     assert!(run.code == 0 && run.err.contains("`bladeoff merge` determines where [stop] ends"), "{}", run.err);
-    // Only what is before the look counts; without it there is none.
+    // Only the chunks before the evaluation that ends the study count; without one of them there is no end.
     let last = 2 * points / 100;
     for chunk in last + 1..400 {
         fs::remove_file(world.chunk("d", chunk)).expect("it was there");

@@ -1,5 +1,5 @@
-//! A study on a real Slurm of four nodes on this host (`scripts/slurm-on-one-host`), while nodes die, are cut off, the controller is killed, tasks
-//! are cancelled. Each asserts that it happened, and that the table is, byte for byte, that of one machine.
+//! A study on a real Slurm with four nodes on this host (`scripts/slurm-on-one-host`), while nodes fail or are disconnected, the controller is
+//! killed, and tasks are cancelled. Each case asserts that the fault happened, and that the table equals that of one machine byte for byte.
 
 #![expect(clippy::print_stdout, reason = "says what happened to nodes and tasks")]
 
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-/// Nothing here takes as long.
+/// Longest duration of a case.
 const WATCHDOG: Duration = Duration::from_secs(420);
 
 /// 60 samples of a tenth of a second.
@@ -36,7 +36,7 @@ from = "3 g"
 to = "10 g"
 count = 10
 "#;
-/// Samples of a chunk.
+/// Samples per chunk.
 const CHUNK: u64 = 3;
 
 fn script(folder: &Path, words: &[&str]) -> Output {
@@ -44,7 +44,7 @@ fn script(folder: &Path, words: &[&str]) -> Output {
     command.args(words).env("SLURM_DIR", folder).env("CPUS", "2").env("NODES", "4").output().expect("bash runs it")
 }
 
-/// A Slurm, ended and removed in the end.
+/// A Slurm installation, ended and removed when dropped.
 struct Slurm {
     world: Folder,
     study: String,
@@ -88,7 +88,7 @@ impl Slurm {
         command.output().expect("timeout is there")
     }
 
-    /// Submits the study; `faults` as of `BLADEOFF_FAULT`, without their folder, which is given back. The number of the array.
+    /// Submits the study; `faults` as in `BLADEOFF_FAULT`, without their folder. Returns the id of the array and the folder of the faults.
     fn submit(&self, out: &str, shards: &str, faults: &[String]) -> (String, PathBuf) {
         self.submit_with(out, &["--shards", shards, "--cpus", "1", "--time", "20min"], faults)
     }
@@ -102,7 +102,7 @@ impl Slurm {
         let mut command = bladeoff(&[&own, more].concat());
         command.env("SLURM_CONF", self.dir().join("slurm.conf")).env_remove("BLADEOFF_RUNTIME_DIR");
         let faults: Vec<String> = faults.iter().map(|fault| format!("{fault},dir={}", fired.display())).collect();
-        // Slurm splits what it is told to export at commas, but not what it finds.
+        // Slurm splits the values of --export at commas, but not inherited variables
         if !faults.is_empty() {
             command.env("BLADEOFF_FAULT", faults.join(";"));
         }
@@ -131,7 +131,7 @@ impl Slurm {
         }
     }
 
-    /// What `status` says of chunks, and of what the scheduler says.
+    /// Output of `status`, including chunks and scheduler.
     fn status(&self, out: &str) -> String {
         let mut command = bladeoff(&["status", &self.world.name(out)]);
         let output = command.env("SLURM_CONF", self.dir().join("slurm.conf")).output().expect("it starts");
@@ -156,7 +156,7 @@ impl Slurm {
         entries.filter_map(|entry| serde_json::from_slice(&fs::read(entry.path()).ok()?).ok()).collect()
     }
 
-    /// The shard whose orchestrator is stopped: the chunk's own, or one that has come first and helps.
+    /// The shard whose orchestrator is stopped: the owner of the chunk, or a helping shard that was faster.
     fn held(&self, out: &str) -> String {
         let folder = self.world.name(out);
         self.wait(out, "one orchestrator is stopped", || stopped(&folder).len() == 1);
@@ -166,7 +166,7 @@ impl Slurm {
         shard.split('\0').next().expect("its number").to_owned()
     }
 
-    /// The node of the attempt at a shard.
+    /// Node of the attempt at a shard.
     fn node_of(&self, out: &str, shard: &str) -> String {
         let attempts = self.attempts(out);
         let found = attempts.iter().find(|attempt| attempt["shard"] == shard).expect("it has begun");
@@ -180,12 +180,12 @@ impl Slurm {
     }
 }
 
-/// The orchestrator that has this sample's result stops, once: its attempt is held in the middle of that chunk.
+/// Fault that stops the orchestrator once when it has the result of this sample, so that the attempt is held within that chunk.
 fn holding(sample: u64) -> String {
     format!("who=orchestrator,at=sent,sample={sample},do=stop")
 }
 
-/// The worker that begins this sample hangs, once.
+/// Fault that makes the worker hang once when it begins this sample.
 fn hanging(sample: u64) -> String {
     format!("who=worker,at=running,sample={sample},do=hang")
 }
@@ -194,7 +194,7 @@ fn fired(folder: &Path) -> usize {
     fs::read_dir(folder).map_or(0, Iterator::count)
 }
 
-/// Orchestrators of a directory that are stopped, by their numbers on this host.
+/// Process ids of the stopped orchestrators of a directory.
 fn stopped(out: &str) -> Vec<u32> {
     let pids =
         fs::read_dir("/proc").expect("Linux").flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok());
@@ -210,7 +210,7 @@ fn stopped(out: &str) -> Vec<u32> {
 fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_controller_and_tasks() {
     let Some(slurm) = Slurm::start() else { return };
     as_the_page_says(&slurm);
-    // It takes a minute, of which the next one makes use.
+    // the time limit takes a minute, during which the next case runs
     let over = time_is_over(&slurm);
     half_is_cancelled(&slurm);
     is_requeued(&slurm, &over);
@@ -219,7 +219,7 @@ fn a_study_on_a_real_slurm_is_that_of_one_machine_whatever_happens_to_nodes_cont
     controller_is_killed(&slurm);
 }
 
-/// The command of docs/cluster.md as it is written there, with other paths. The Slurm has its partition.
+/// The command of docs/cluster.md as written, with other paths. This Slurm has the same partition.
 fn as_the_page_says(slurm: &Slurm) {
     let written = blocks("docs/cluster.md", "--scheduler slurm");
     let [written] = &written[..] else { panic!("{written:?}") };
@@ -242,16 +242,16 @@ fn as_the_page_says(slurm: &Slurm) {
     println!("the command of docs/cluster.md: {attempts} attempts at 16 shards");
 }
 
-/// A task whose time is over in the middle of a chunk. Where its fault fires.
+/// A task whose time limit expires within a chunk. Returns the folder of the fault.
 fn time_is_over(slurm: &Slurm) -> PathBuf {
-    // One worker, which hangs: nothing but the time ends it.
+    // one worker that hangs: only the time limit ends it
     let more = ["--shards", "2", "--cpus", "1", "--time", "1min"];
     let (_, fires) = slurm.submit_with("over", &more, &[hanging(CHUNK + 1)]);
     slurm.wait("over", "shard 1 is in the middle of a chunk", || fired(&fires) == 1);
     fires
 }
 
-/// It has ended a little before that, and was requeued.
+/// The task has ended shortly before its time limit, and was requeued.
 fn is_requeued(slurm: &Slurm, fires: &Path) {
     slurm.is_merged_and_that_of_one_machine("over");
     assert_eq!(fired(fires), 1, "once");
@@ -263,7 +263,7 @@ fn is_requeued(slurm: &Slurm, fires: &Path) {
     println!("time over in mid-chunk: requeued, {attempts} attempts at 2 shards");
 }
 
-/// Power failure of a node in mid-shard: Slurm gives its tasks to others.
+/// A node fails within a shard: Slurm gives its tasks to other nodes.
 fn node_dies(slurm: &Slurm) {
     let (_, fires) = slurm.submit("dies", "8", &[holding(2 * CHUNK + 1)]);
     slurm.wait("dies", "a shard is in the middle of a chunk", || fired(&fires) == 1);
@@ -279,7 +279,7 @@ fn node_dies(slurm: &Slurm) {
     slurm.does(&["revive", &node]);
 }
 
-/// A node that is cut off computes on while others do its work again: who comes second drops his.
+/// A disconnected node continues while other nodes repeat its work: the second writer discards its copy.
 fn node_is_cut_off(slurm: &Slurm) {
     let (_, fires) = slurm.submit("cut", "8", &[holding(3 * CHUNK + 1)]);
     slurm.wait("cut", "a shard is in the middle of a chunk", || fired(&fires) == 1);
@@ -299,12 +299,12 @@ fn node_is_cut_off(slurm: &Slurm) {
     slurm.does(&["heal", &node]);
 }
 
-/// Half of the array is cancelled; the merge names what is missing; another number of shards does it.
+/// Half of the array is cancelled; the merge names the missing chunks; an array with another number of shards computes them.
 fn half_is_cancelled(slurm: &Slurm) {
-    // Before it knows what a sample costs it takes no second chunk, which another one might wait for.
+    // as long as the cost of a sample is unknown, a shard takes no second chunk, for which another one might wait
     let (job, fires) = slurm.submit("half", "2", &[hanging(CHUNK)]);
     slurm.wait("half", "shard 1 is in the middle of a chunk", || fired(&fires) == 1);
-    // As long as the other one computes it would help.
+    // the other shard would help as long as it runs
     let ended = || slurm.attempts("half").iter().any(|attempt| attempt["state"] == "ended");
     slurm.wait("half", "the other one has done its work", ended);
     let cancelled = slurm.asks("scancel", &[&format!("{job}_1")]);
@@ -318,7 +318,7 @@ fn half_is_cancelled(slurm: &Slurm) {
     let status = slurm.status("half");
     assert!(status.contains(&format!("{kept} of 20 of 3 samples")) && status.contains("cancelled"), "{status}");
     assert_eq!(kept, 19, "the other one has published all that it could");
-    // Whole nodes, as where nobody says how many cores.
+    // whole nodes, as without a number of cores
     slurm.submit_with("half", &["--shards", "3"], &[]);
     slurm.is_merged_and_that_of_one_machine("half");
     let attempts = slurm.attempts("half");
@@ -328,7 +328,7 @@ fn half_is_cancelled(slurm: &Slurm) {
     println!("half of the array cancelled: {kept} chunks kept, the rest by {other} of 3 shards");
 }
 
-/// The controller is killed and forgets some of what it knew; what is on disk counts.
+/// The controller is killed and loses part of its state; the files on disk count.
 fn controller_is_killed(slurm: &Slurm) {
     let (_, fires) = slurm.submit("controller", "8", &[holding(5 * CHUNK + 1)]);
     slurm.wait("controller", "shard 5 is in the middle of a chunk", || fired(&fires) == 1);
@@ -339,7 +339,7 @@ fn controller_is_killed(slurm: &Slurm) {
     stopped(&slurm.world.name("controller")).iter().for_each(|pid| assert!(signal(*pid, "CONT")));
     let all = (60 / CHUNK) as usize;
     slurm.does(&["start"]);
-    // No task that it has forgotten is started again: then the study is submitted again, as its user would.
+    // if it starts no lost task again, the study is submitted again, as its user would do
     let begun = Instant::now();
     let is_idle = || {
         let queue = slurm.asks("squeue", &["--noheader", "--states=PENDING,RUNNING,COMPLETING", "--format=%A"]);
@@ -351,14 +351,14 @@ fn controller_is_killed(slurm: &Slurm) {
         idle = if is_idle() { idle + 1 } else { 0 };
     }
     for node in 1..=4 {
-        // Drained for tasks that it did not know any more.
+        // drained because of tasks that it no longer knew
         slurm.asks("scontrol", &["update", &format!("nodename=node{node}"), "state=resume"]);
     }
     let before = slurm.chunks("controller");
     let merged = || slurm.world.path("controller/manifest.json").is_file();
     if !merged() {
         slurm.submit("controller", "8", &[]);
-        // It gives numbers again that it has forgotten. A node that remembers one refuses the task, and Slurm holds it for its user.
+        // it reuses lost job ids; a node that remembers one rejects the task, and Slurm holds the task for its user
         slurm.wait("controller", "the merge after it was submitted again", || {
             let pending = slurm.asks("squeue", &["--noheader", "--states=PENDING", "--format=%A"]);
             for job in String::from_utf8_lossy(&pending.stdout).split_whitespace() {

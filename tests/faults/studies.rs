@@ -228,7 +228,7 @@ fn a_study_cannot_name_a_folder_or_file_elsewhere() {
     assert!(said.code == 3 && said.err.contains("is outside the folders"), "{}", said.err);
 }
 
-/// Names of this run's shared memory: its workers' command lines say them.
+/// Prefix of the names of this run's shared memory, from the command lines of its workers.
 fn shared_memory_prefix(pid: u32) -> String {
     let children = crate::support::processes::children(pid);
     let child = children.first().expect("a worker runs");
@@ -249,13 +249,13 @@ fn ctrl_c_while_a_study_is_prepared_ends_it_with_a_word() {
         let mut command = bladeoff(&["run", &study, "--out", &out]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
         let mut err = BufReader::new(child.stderr.take().expect("piped")).lines().map(|line| line.expect("UTF-8"));
-        // said before the keys of all samples are computed
+        // printed before the keys of all samples are computed
         err.find(|line| line.contains("9000000 samples")).expect("a first line");
         assert!(Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().expect("kill").success());
         let rest: Vec<String> = err.collect();
         assert_eq!(child.wait().expect("it ends").code(), Some(code), "{rest:?}");
         assert!(rest.iter().any(|line| line.contains("ended before the first sample was assigned")), "{rest:?}");
-        // in order: where its lock was taken already, the run gave it back
+        // in order: if the run already had the lock, it has released it
         let status = say(&["status", &out]);
         assert!(!status.out.contains("killed"), "{}{}", status.out, status.err);
     }
@@ -274,7 +274,7 @@ fn ctrl_c_ends_cleanly_and_keeps_what_is_finished() {
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
         let mut err = BufReader::new(child.stderr.take().expect("piped")).lines();
         let says_progress = |line: &String| line.contains("/1200") && line.contains("left");
-        // The first progress line that tells of finished samples.
+        // The first progress line that reports finished samples.
         err.by_ref().map(|line| line.expect("UTF-8")).find(says_progress).expect("progress before the end");
         let prefix = shared_memory_prefix(child.id());
         assert!(Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().expect("kill").success());

@@ -1,5 +1,4 @@
-//! Whether a finished table is as it was written: any changed bit is found before a row is read, and the record gives the
-//! table back.
+//! Integrity of a finished table: any changed bit is detected before a row is read, and the table can be written again from the record.
 
 use crate::running::{Running, STUDY};
 use crate::support::{Folder, Said, say};
@@ -8,7 +7,7 @@ use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 
-/// A complete directory.
+/// A complete result directory.
 struct Complete {
     folder: Folder,
     study: String,
@@ -36,7 +35,7 @@ impl Complete {
         fs::read(self.path(name)).expect(name)
     }
 
-    /// Changes one bit of a file, for as long as `look` takes.
+    /// Changes one bit of a file while `look` runs.
     fn with_bit_changed(&self, name: &str, at: usize, look: impl FnOnce()) {
         let whole = self.bytes(name);
         let mut changed = whole.clone();
@@ -60,7 +59,7 @@ fn any_changed_bit_of_a_table_is_found_before_a_row_is_read() {
         assert_eq!(complete.told(name), Some(hash), "as `b3sum` says");
     }
     assert!(refuse_changed(Path::new(&complete.out)).expect("whole"));
-    // As long as a disk, and empty: known by its length.
+    // A sparse file of the size of a disk: detected by its length.
     let whole = complete.bytes("results.parquet");
     fs::File::options()
         .write(true)
@@ -131,7 +130,7 @@ fn a_changed_table_is_refused_by_all_that_read_it_and_made_again_by_run() {
         let quiet = complete.run();
         assert!(quiet.code == 0 && !quiet.err.contains("rewriting"), "{}", quiet.err);
     });
-    // Its footer, so that nothing can be read of it.
+    // A bit in the footer, so that no part of the table can be read.
     complete.with_bit_changed("results.parquet", results.len() - 9, || {
         let again = complete.run();
         assert!(again.code == 0 && again.err.contains("rewriting it from the record"), "{}", again.err);
@@ -154,7 +153,7 @@ fn a_changed_copy_of_study_or_machine_is_refused_by_all_that_read_rows() {
     let page = complete.folder.path("page.html");
     for name in ["study.toml", "machine.toml"] {
         let text = String::from_utf8(complete.bytes(name)).expect("text");
-        // the last letter of its name, so that the file can still be read
+        // the last letter of the machine's name, so that the file can still be read
         let start = text.find("name = \"").expect("has a name") + 8;
         let last = start + text[start..].find('"').expect("ends") - 1;
         complete.with_bit_changed(name, last, || {
@@ -176,7 +175,7 @@ fn a_changed_copy_of_study_or_machine_is_refused_by_all_that_read_rows() {
         });
         assert!(!page.exists());
         assert_eq!(say(&["why", out, "3"]).code, 0);
-        // without a manifest the hashes in the table's metadata count
+        // without a manifest the checksums in the table's metadata are used
         let manifest = complete.bytes("manifest.json");
         fs::remove_file(complete.path("manifest.json")).expect("removed");
         complete.with_bit_changed(name, last, || {
@@ -185,7 +184,7 @@ fn a_changed_copy_of_study_or_machine_is_refused_by_all_that_read_rows() {
         });
         assert_eq!(say(&["export", out, "--csv"]).code, 0);
         fs::write(complete.path("manifest.json"), manifest).expect("written");
-        // the run that made it reports the change and writes the copy again
+        // the next run reports the change and writes the copy again
         complete.with_bit_changed(name, last, || {
             let again = complete.run();
             let told = format!("{name} in {out} was changed after it was written");
@@ -208,7 +207,7 @@ fn verify_looks_at_record_inputs_and_parts_as_well() {
     for name in ["study.toml", "machine.toml", "basis.bin", "plan.json"] {
         complete.with_bit_changed(name, complete.bytes(name).len() / 2, || damaged(name));
     }
-    // Entries of the record, found by their magic, and changed behind it.
+    // The entries of the record are found by their magic number, and a byte after it is changed.
     let record = complete.bytes("ledger.redb");
     let mut changed = record.clone();
     let entries: Vec<usize> = (0..record.len() - 4).filter(|&at| record[at..].starts_with(b"bOfL")).collect();
@@ -217,7 +216,7 @@ fn verify_looks_at_record_inputs_and_parts_as_well() {
     fs::write(complete.path("ledger.redb"), changed).expect("written");
     damaged("ledger.redb");
     fs::write(complete.path("ledger.redb"), record).expect("written");
-    // Of a study that is under way there are parts.
+    // A study that is still running has partial tables.
     let out = complete.folder.name("parts");
     let long = complete.folder.write("long.toml", &STUDY.replace("count = 5", "count = 12"));
     let fault = "who=orchestrator,at=parted,sample=1,do=kill";
@@ -255,7 +254,7 @@ fn a_table_without_a_checksum_is_made_again_and_said_to_be_unknown() {
     assert_eq!(told["program"]["numerics_version"], bladeoff_core::NUMERICS_VERSION);
     assert_eq!(told["program"]["exponential_revision"], bladeoff_core::engine::exponential::EXPONENTIAL_REVISION);
     assert!(told["program"]["commit"].as_str().is_some_and(|commit| !commit.is_empty()));
-    // Killed between the tables and the manifest that has their checksums.
+    // Killed after the tables were written and before the manifest that contains their checksums.
     let out = complete.folder.name("killed");
     let mut run =
         Running::start(&complete.folder, &complete.study, &out, "who=orchestrator,at=retiring,sample=0,do=kill");
@@ -265,7 +264,7 @@ fn a_table_without_a_checksum_is_made_again_and_said_to_be_unknown() {
     assert!(refuse_changed(Path::new(&out)).expect("whole"), "it has its checksum now");
 }
 
-/// The basis has its hash in plan and record: with a flipped bit it is not the basis of another study.
+/// The plan and the record contain the hash of the basis: a changed bit is reported as damage and not as the basis of another study.
 #[test]
 fn a_changed_basis_or_manifest_is_made_again_and_nothing_is_refused() {
     let complete = Complete::new();
@@ -352,7 +351,7 @@ fn verify_finds_any_changed_bit_of_answers_and_curves_and_answer_writes_them_ane
         assert!(gone.code == 6 && gone.out.contains("missing"), "{name}: {}", gone.out);
         assert_eq!(say(&["answer", &out]).code, 0);
     }
-    // b3sum --check reads the file, whose lines are ours alone
+    // `b3sum --check` reads the file; lines with other names are damage
     let sums = Path::new(&out).join("answers.b3sum");
     let text = fs::read_to_string(&sums).expect("text");
     let hash = blake3::hash(&fs::read(Path::new(&out).join("answers.json")).expect("there")).to_hex().to_string();
@@ -367,7 +366,7 @@ fn verify_finds_any_changed_bit_of_answers_and_curves_and_answer_writes_them_ane
             verified.err
         );
     }
-    // without a line of the answers they are not known
+    // without a line for the answers their checksum is unknown
     fs::write(&sums, "").expect("written");
     let empty = say(&["status", &out, "--verify"]);
     assert!(empty.code == 6 && empty.out.contains("it has no line of answers.json"), "{}", empty.out);

@@ -21,15 +21,15 @@ fn the_paper_s_table_is_computed_and_claims_nothing_without_a_range() {
         assert!(said.out.contains(part), "{part:?} in\n{}", said.out);
     }
     assert_figure(&out, "fig07-speed", &["hyp1", "hyp2", "hyp2-frozen", "speed [rpm]"]);
-    // The three agree to a hair here: each has a panel of its own, or two would be hidden.
+    // The three results are almost equal here, so each has its own panel; in one panel two of them would be hidden.
     let svg = fs::read_to_string(out.join("fig07-speed.svg")).expect("the figure");
     assert_eq!(svg.matches("speed [rpm]").count(), 3, "a panel for each detection");
     let runs = fs::read_to_string(out.join("runs.csv")).expect("the runs");
     assert_eq!(runs.lines().count(), 4);
 }
 
-/// Every command of the page, as written but for its length: in the page's order, in one folder. What the page shows of
-/// their output they print, and the figures it shows they draw.
+/// Every command of the page, as written except for its duration, in the order of the page and in one directory. The commands print the output that the
+/// page shows, and draw its figures.
 #[test]
 fn the_commands_of_the_walk_through_run() {
     let page = fs::read_to_string(root().join("docs/from-blade-off-to-answer.md")).expect("the page");
@@ -48,7 +48,7 @@ fn the_commands_of_the_walk_through_run() {
             ("sh", command) => {
                 let mut words = split(&command.replace("cargo run --release -p bladeoff-dev --", "bladeoff"));
                 assert_eq!(words[0], "bladeoff", "{command}");
-                // as long as the rub needs to begin, at 3.05 s
+                // long enough for the rub to begin, at 3.05 s
                 let scaled: &[&str] = match (words[1].as_str(), words.get(2).map(String::as_str)) {
                     ("table1", _) => &["--scatter", "2", "--end-time", "3.15 s"],
                     ("run", Some("studies/sensitivity.toml")) => &["--limit", "2"],
@@ -82,7 +82,7 @@ fn the_commands_of_the_walk_through_run() {
     assert!(table.contains("](fig13-gap-first-impacts.png)") && !table.contains("There is no contact"), "{table}");
 }
 
-/// Words of a line of the shell; quotes as the page uses them.
+/// Words of a shell line, with quotes as the page uses them.
 fn split(line: &str) -> Vec<String> {
     let (mut words, mut word, mut quoted) = (Vec::new(), String::new(), false);
     for letter in line.chars() {
@@ -100,8 +100,8 @@ fn split(line: &str) -> Vec<String> {
     words
 }
 
-/// The study behind `table1` is one that `run` takes: three engines, three detections, five starts of which the first is the
-/// machine's own.
+/// The study for `table1` is accepted by `run`: three engines, three detections, five starts, the first of which is that of the machine
+/// file.
 #[test]
 fn the_study_of_the_paper_s_table_is_an_ordinary_study() {
     use bladeoff::run::own_columns;

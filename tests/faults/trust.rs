@@ -1,5 +1,5 @@
-//! No name in a result directory is trusted: links, pipes, directories and huge files in the place of any file of it, folders
-//! that no run began, directories of others, and those that are taken away under a run. Every command is under a watchdog.
+//! No name in a result directory is trusted: links, pipes, directories and huge files in place of any of its files, folders that no run began,
+//! directories of other users, and directories that are removed during a run. Every command has a time limit.
 
 use crate::running::{Running, STUDY, WATCHDOG, handed_out, signal, wait_until};
 use crate::support::shared_studies::two_samples;
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Address space of a command; a huge file that is read whole does not fit.
+/// Address space of a command \[kB\]; a huge file that is read completely does not fit.
 const MEMORY_KB: u64 = 8 << 20;
 const HUGE: u64 = 1 << 40;
 
-/// Runs a command that may neither hang nor take gigabytes.
+/// Runs a command with limits of time and memory.
 fn tried(args: &[&str]) -> Said {
     let direct = bladeoff(args);
     let mut command = Command::new("sh");
@@ -37,7 +37,7 @@ fn tried(args: &[&str]) -> Said {
     crate::support::said(output)
 }
 
-/// Every file below a directory: its bytes, or what it is.
+/// Every file below a directory: its content, or its type.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("readable").flatten() {
@@ -60,7 +60,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// What stands under a name of the run.
+/// Object that occupies the name of a file of the run.
 #[derive(Debug, Clone, Copy)]
 enum Trap {
     Link,
@@ -74,7 +74,7 @@ enum Trap {
 impl Trap {
     const ALL: [Trap; 6] = [Trap::Link, Trap::FolderLink, Trap::HardLink, Trap::Pipe, Trap::Huge, Trap::Folder];
 
-    /// Sets it; `mine`: a file and a folder of the user, which nobody may touch.
+    /// Creates the trap; `mine`: a file and a folder of the user that must stay unchanged.
     fn set(self, path: &Path, mine: &Path) {
         let _ = fs::remove_file(path);
         match self {
@@ -91,7 +91,7 @@ impl Trap {
     }
 }
 
-/// A complete study of two samples, and what is the user's.
+/// A complete study of two samples, and files of the user.
 struct Case {
     folder: Folder,
     study: String,
@@ -109,7 +109,7 @@ impl Case {
         Self { folder, study, mine }
     }
 
-    /// Every command over a directory with a trap under a name.
+    /// Runs every command on a directory with a trap in place of a file.
     fn try_all(&self, name: &str, trap: Trap, is_incomplete: bool) {
         let out = self.folder.path("out");
         let _ = fs::remove_dir_all(&out);
@@ -223,7 +223,7 @@ fn what_stands_in_the_place_of_the_parts_of_a_complete_study_is_no_matter_and_st
         assert!(said.err.contains("every sample is already finished"), "{}", said.err);
         let told = format!("{name} (");
         assert!(said.err.contains(&told) && said.err.contains("kept unchanged"), "{name}: {}", said.err);
-        // Where rows are missing in the table it would be needed.
+        // needed if rows of the table are missing
         fs::remove_file(out.join("results.parquet")).expect("there");
         let said = run();
         assert!(said.code == 6 && said.err.contains(name), "{name} {trap:?}: {}: {}", said.code, said.err);
@@ -251,7 +251,7 @@ fn a_link_in_the_way_of_a_history_is_not_followed() {
             symlink(mine.join("letter.txt"), folder.path(&in_the_way)).expect("linked");
             assert!(recorded(&format!("a.{end}")) == alone, "{in_the_way}");
             assert!(files(&mine) == before, "{in_the_way} was followed");
-            // What nobody has asked to be replaced stays.
+            // files that the user did not ask to replace stay
             let is_left = fs::symlink_metadata(folder.path(&in_the_way)).expect("there").is_symlink();
             assert_eq!(is_left, in_the_way.ends_with("tmp"), "{in_the_way}");
             fs::remove_file(folder.path(&format!("a.{end}"))).expect("there");
@@ -293,7 +293,7 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
             fs::remove_dir_all(&out).expect("removed");
         }
     }
-    // What a run began is its own: killed before it wrote anything, or with all but the record.
+    // a directory that a run began belongs to it: killed before it wrote anything, or with everything but the record
     fs::create_dir(&out).expect("created");
     assert_eq!(run().code, 0, "an empty folder");
     let lock = fs::read_to_string(out.join("run.lock")).expect("there");
@@ -303,10 +303,10 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
     }
     let said = run();
     assert!(said.code == 0 && !said.err.contains("are already finished"), "{}", said.err);
-    // Of an earlier build, whose lock was empty after an orderly end.
+    // a directory of an earlier build, whose lock file was empty after a normal end
     fs::write(out.join("run.lock"), "").expect("written");
     assert!(run().err.contains("every sample is already finished"));
-    // Cut by a power failure, or emptied, before there was a record: beside the inputs, and what a run begins.
+    // lock file truncated by a power failure, or empty, before there was a record; with inputs and other initial files
     let empty = |others: &[&str]| {
         for entry in fs::read_dir(&out).expect("readable").flatten() {
             let is_input = ["study.toml", "machine.toml", "points.csv"].iter().any(|name| entry.file_name() == *name);
@@ -323,7 +323,7 @@ fn a_folder_that_no_run_began_is_never_taken_over_for_its_names() {
     empty(&["notes.txt"]);
     let said = run();
     assert!(said.code == 3 && said.err.contains("it contains \"notes.txt\""), "{}", said.err);
-    // Inputs of another study, or no study at all, under the same names.
+    // inputs of another study, or other files with the same names
     fs::remove_file(out.join("notes.txt")).expect("there");
     fs::write(out.join("study.toml"), "my study").expect("written");
     let said = run();
@@ -345,7 +345,7 @@ fn a_directory_that_others_could_write_in_is_refused_unless_they_are_trusted() {
     assert_eq!(fs::read_dir(&out).expect("readable").count(), 0);
     assert_eq!(run(&["--trust-dir"]).code, 0);
     assert_eq!(run(&[]).code, 3, "each time");
-    // The command that goes on says so, too.
+    // the command to resume contains the option, too
     let (study, part) = (endless(&case.folder), case.folder.name("part"));
     fs::create_dir(&part).expect("created");
     fs::set_permissions(&part, fs::Permissions::from_mode(0o777)).expect("own");
@@ -354,7 +354,7 @@ fn a_directory_that_others_could_write_in_is_refused_unless_they_are_trusted() {
     assert!(said.code == 5 && said.err.contains(&command), "{}", said.err);
     assert!(say(&["status", &part]).out.contains(&command));
     assert_eq!(say(&["why", &out, "0"]).code, 0, "to be read it needs no trust");
-    // What a run makes is its user's alone to write, whatever the umask.
+    // only the user can write what a run creates, for any umask
     let made = case.folder.name("made/by/run");
     let direct = bladeoff(&["run", &case.study, "--out", &made, "--workers", "1"]);
     let mut open = Command::new("sh");
@@ -384,7 +384,7 @@ fn a_directory_of_somebody_else_is_refused_unless_they_are_trusted() {
     assert_eq!(run(&["--trust-dir"]).code, 0);
 }
 
-/// 16 samples that are computed at once and 4 that end in no night.
+/// 16 samples that take no time and 4 that take longer than a night.
 fn endless(folder: &Folder) -> String {
     let text =
         STUDY.replace("0.1 s", "0.02 s").replace("from = \"3 g\"\nto = \"10 g\"\ncount = 5\n", "values = [\"3 g\"]\n");
@@ -393,7 +393,7 @@ fn endless(folder: &Folder) -> String {
     folder.write("endless.toml", &text)
 }
 
-/// A run of which some samples are recorded and that does not end by itself.
+/// A run in progress with recorded samples that will not end on its own.
 fn under_way(folder: &Folder, study: &str, out: &str) -> Running {
     let run = Running::start(folder, study, out, "");
     let done = || serde_json::from_str::<serde_json::Value>(&say(&["status", out, "--json"]).out).ok();
@@ -411,13 +411,13 @@ fn assert_stops(run: &mut Running, words: &str) -> String {
     said
 }
 
-/// That the study goes on where it is told to, from what was recorded.
+/// Asserts that the printed command resumes the study from the recorded samples.
 fn assert_goes_on(study: &str, out: &Path, said: &str) {
     let out = out.to_str().expect("UTF-8");
     assert!(said.contains(&format!("bladeoff-dev run {study} --out {out}\n")), "{said}");
     let again = say(&["run", study, "--out", out, "--workers", "1", "--wall", "0.1 s"]);
     assert_eq!(again.code, 5, "{}", again.err);
-    // One or several, as many as there was time for.
+    // the number of samples depends on the time available
     assert!(again.err.contains(" of 20 samples ") && again.err.contains(" already finished, "), "{}", again.err);
 }
 
@@ -435,7 +435,7 @@ fn a_directory_that_is_removed_under_its_run_is_noticed_and_what_was_finished_is
     assert!(status.code == 0 && status.out.contains(" of 20 samples"), "{}{}", status.out, status.err);
     assert!(!Path::new(&out).exists(), "no half a directory is made again");
     assert_goes_on(&study, &kept, &said);
-    // A second time: the first one stays.
+    // second time: the rescued record of the first one stays
     let mut run = under_way(&folder, &study, &out);
     for entry in fs::read_dir(&out).expect("readable").flatten().filter(|entry| entry.path().is_file()) {
         let _ = fs::remove_file(entry.path());
@@ -452,7 +452,7 @@ fn a_directory_that_is_moved_under_its_run_stops_it_whole() {
     let (out, moved) = (folder.name("out"), folder.path("moved"));
     let mut run = under_way(&folder, &study, &out);
     fs::rename(&out, &moved).expect("renamed");
-    // Another one in its place is not written to.
+    // a new directory of the same name is not written to
     fs::create_dir(&out).expect("created");
     let said = assert_stops(&mut run, "was moved during the run, to ");
     assert_eq!(fs::read_dir(&out).expect("readable").count(), 0);

@@ -1,5 +1,5 @@
-//! Several users of one host: who may read a run stops it by no lock, is told what can be known of it and nothing else, and goes on with
-//! nobody's run; who keeps a lock is named.
+//! Several users of one host: a user with read permission cannot block a run with a lock, gets the public part of its status, and cannot resume
+//! it; the holder of a lock is named.
 
 use crate::running::{Running, STUDY, handed_out, signal, wait_until};
 use crate::support::skipped::skipped;
@@ -10,7 +10,7 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A user that nobody is.
+/// A user id that is not in use.
 const OTHER: u32 = 54_323;
 
 fn set(path: &Path, mode: u32) {
@@ -21,7 +21,7 @@ fn mode(path: &Path) -> u32 {
     fs::metadata(path).expect("there").mode() & 0o777
 }
 
-/// Somebody else, with a program that they may read, and a folder and sockets of their own.
+/// Another user, with a readable copy of the program, and a folder and sockets of their own.
 struct Other {
     folder: Folder,
     study: String,
@@ -29,7 +29,7 @@ struct Other {
 }
 
 impl Other {
-    /// `None`, and a word of it, where nobody else can be played.
+    /// Prepares the other user; `None`, with a report, if the test cannot run as another user.
     fn new(what: &str) -> Option<Self> {
         if fs::metadata("/proc/self").expect("Linux").uid() != 0 {
             skipped(what, "takes root, to be somebody else");
@@ -58,7 +58,7 @@ impl Other {
         command
     }
 
-    /// What they are told.
+    /// Runs a command as the other user.
     fn say(&self, args: &[&str]) -> Said {
         said(self.command(args).output().expect("it starts"))
     }
@@ -69,7 +69,7 @@ impl Other {
         serde_json::from_str(&said.out).expect("JSON")
     }
 
-    /// Whether they can lock a file, with a lock that others share.
+    /// Whether the other user can take a shared lock on a file.
     fn locks(&self, name: &str) -> bool {
         let mut command = Command::new("flock");
         command.args(["--shared", "--nonblock"]).arg(self.out.join(name)).arg("true");
@@ -87,7 +87,7 @@ fn who_may_read_a_run_cannot_lock_it() {
         assert!(mode(&other.out.join(name)) == 0o600 && !other.locks(name), "{name}");
     }
     assert!(mode(&other.out.join("results.parquet")) == 0o644 && other.locks("results.parquet"));
-    // As earlier builds made them.
+    // file modes of earlier builds
     for name in ["run.lock", "ledger.redb"] {
         set(&other.out.join(name), 0o644);
         assert!(other.locks(name), "{name}");
@@ -116,7 +116,7 @@ fn who_reads_a_complete_run_of_somebody_else_is_told_all_of_it() {
     assert_eq!(other.say(&["export", other.out(), "--csv"]).out.lines().count(), 21);
     let replay = other.say(&["replay", other.out(), "--sample", "3"]);
     assert!(replay.code == 0 && replay.out.contains("bit for bit"), "{}{}", replay.out, replay.err);
-    // Nothing is left to compute; where something is, it is not theirs to do.
+    // nothing is left to compute; otherwise the other user may not compute it
     let run = ["run", &other.study, "--out", other.out(), "--workers", "1"];
     let again = other.say(&run);
     assert!(again.code == 0 && again.err.contains("every sample is already finished"), "{}", again.err);
@@ -125,7 +125,7 @@ fn who_reads_a_complete_run_of_somebody_else_is_told_all_of_it() {
     let refused = other.say(&run);
     assert!(refused.code == 3 && refused.err.contains("contains a run of another user (uid 0)"), "{}", refused.err);
     fs::rename(&away, &table).expect("renamed");
-    // Of a directory that they may not enter nothing is said but that.
+    // for an inaccessible directory only that is reported
     for closed in [0o700, 0o744] {
         set(&other.out, closed);
         for words in
@@ -151,7 +151,7 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     assert!(refused.code == 3 && refused.err.contains(&format!("process {} (", run.child.id())), "{}", refused.err);
     assert!(signal(run.child.id(), "CONT"));
     assert_eq!((run.end().signal(), run.fired()), (Some(9), 2), "{}", run.said());
-    // By its last word it is running.
+    // the last report says that the run is in progress
     let seen = other.status();
     assert_eq!((&seen["state"], &seen["last_state"]), (&"unknown".into(), &"running".into()), "{seen}");
     assert!(seen["unknown"].as_str().is_some_and(|why| why.contains("only its owner (uid 0)")), "{seen}");
@@ -166,7 +166,7 @@ fn of_a_run_whose_lock_is_closed_nothing_is_claimed_that_is_not_known() {
     let sample = handed_out(20, 19).to_string();
     let why = other.say(&["why", other.out(), &sample]);
     assert!(why.code == 0 && why.out.contains("unknown whether a run is alive"), "{}{}", why.out, why.err);
-    // Its user knows more.
+    // the owner gets more details
     let own = say(&["status", other.out()]);
     assert!(own.out.contains("state      killed: process "), "{}", own.out);
     let told = other.say(&["run", &other.study, "--out", other.out(), "--workers", "1"]);
@@ -216,7 +216,7 @@ fn who_keeps_a_lock_is_named_and_no_dead_process() {
         assert!(error.contains(&own) && error.contains(name), "{name}: {error}");
         assert!(!error.contains(&format!("process {dead} ")) && !error.contains("another run"), "{name}: {error}");
     }
-    // A run that ends in order takes its name out of the file; one that was refused, too.
+    // a run that ends normally, or is rejected, removes its name from the lock file
     let lock = fs::File::open(folder.path("out/run.lock")).expect("own");
     lock.lock().expect("free");
     let status = say(&["status", &out]).out;
@@ -232,7 +232,7 @@ fn a_directory_that_is_closed_during_a_run_is_said_to_keep_what_is_finished() {
     let folder = Folder::new();
     let study = folder.write("s.toml", &STUDY.replace("0.1 s", "0.02 s"));
     let is_root = fs::metadata("/proc/self").expect("Linux").uid() == 0;
-    // Root may enter everything: somebody else runs then.
+    // root can enter every directory: another user runs instead
     let other = if is_root { Other::new("unreachable") } else { None };
     let (home, study) = match &other {
         Some(other) => (other.folder.path("home"), other.study.clone()),

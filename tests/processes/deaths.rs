@@ -1,5 +1,5 @@
-//! Real worker processes that compute nothing, and what befalls them: killed, stopped, out of memory, stuck, orphaned.
-//! Every test of a fault asserts that the fault happened, by the file it leaves.
+//! Real worker processes with trivial samples that are killed, stopped, out of memory, stuck or orphaned. Every test of a fault asserts
+//! by a file that the fault happened.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -39,8 +39,8 @@ fn ranges_are_computed_and_nothing_else() {
     assert_eq!(table.0.into_keys().collect::<Vec<_>>(), [5, 6, 7, 8, 100, 101, 102]);
 }
 
-/// States of a sample, and workers. What is sent is no loss: of two workers on a busy machine, the other may have done all the rest by then, and
-/// the end of a worker that is not needed any more is no death.
+/// States of a sample, and numbers of workers. A sent result is not lost: with two workers on a busy machine, the other one may have finished all
+/// the rest by then, and the end of a worker that is no longer needed is not counted as a death.
 const STATES: [(&str, usize); 3] = [("claimed", 2), ("running", 2), ("sent", 1)];
 
 #[test]
@@ -58,7 +58,7 @@ fn a_killed_worker_changes_no_result() {
 #[test]
 fn a_stopped_worker_is_shown_replaced_and_changes_no_result() {
     let _alone = alone();
-    // At once: most of their time they wait for a silence that no busy machine makes.
+    // in parallel: most of the time is spent waiting for a silence that no busy machine causes
     std::thread::scope(|scope| {
         for (at, workers) in STATES {
             scope.spawn(move || {
@@ -106,12 +106,12 @@ fn a_sample_that_kills_its_worker_alone_is_quarantined_and_no_other() {
         table.assert_undisturbed_except(SAMPLES, &[17]);
         let outcome = table.outcome(17);
         assert_eq!((outcome.status, outcome.cause), (Status::Quarantined, Some(cause)));
-        // So often alone, and once before if it was in a batch.
+        // this many kills alone, and one before if it was in a batch
         assert!((limit..=limit + 1).contains(&run.fired("running")), "{what}: {}", run.fired("running"));
     }
 }
 
-/// What an earlier run gave up because of kills has one more, after all others.
+/// A sample that an earlier run gave up because of kills has one more try, after all other samples.
 #[test]
 fn a_suspect_is_tried_last_and_until_the_first_kill() {
     let _alone = alone();
@@ -122,12 +122,12 @@ fn a_suspect_is_tried_last_and_until_the_first_kill() {
     assert_eq!((report.ended, run.fired("running")), (Ended::Complete, 1));
     table.assert_undisturbed_except(SAMPLES, &[17]);
     assert_eq!(table.outcome(17).cause, Some(Cause::WorkerKilled));
-    // A crash is none.
+    // a crash is not a kill: the suspect is tried again
     let run = Run::with_fault(1, 2000, "who=worker,at=running,sample=17,do=abort");
     let (report, table, _) = run.play(todo());
     assert_eq!((report.ended, report.worker_deaths, run.fired("running")), (Ended::Complete, 1, 1));
     table.assert_undisturbed_except(SAMPLES, &[]);
-    // Alone they are a run, too.
+    // suspects alone are a run, too
     let (report, table, _) = Run::new(2, 0).play(suspects(Todo::default()));
     assert_eq!((report.done, table.0.len()), (2, 2));
 }
@@ -167,7 +167,7 @@ fn a_panic_fails_its_sample_without_a_death() {
 fn workers_that_cannot_start_end_the_run_with_their_words() {
     let _alone = alone();
     let mut run = Run::new(2, 0);
-    // A real worker then, and there is no plan.
+    // a real worker, without a plan
     run.options.noop = None;
     let (mut table, mut watcher) = (Table::default(), Watcher::default());
     let error = dispatch::run(&run.options, &Numbers, SAMPLES, &mut table, &mut watcher).expect_err("no plan");
@@ -180,7 +180,7 @@ fn workers_that_cannot_start_end_the_run_with_their_words() {
 fn the_words_of_a_worker_that_cannot_start_are_not_those_of_one_that_can() {
     let _alone = alone();
     let mut run = Run::new(2, 100_000);
-    // The first one to come becomes a worker, which is killed when the run is given up.
+    // the first process becomes a worker, which is killed when the run is given up
     let script = format!("mkdir {}/first || {{ echo no luck >&2; exit 9; }}; exec \"$@\"", run.dir.path().display());
     let command = std::mem::take(&mut run.options.worker_command);
     run.options.worker_command = ["sh", "-c", &script, "sh"].map(OsString::from).into_iter().chain(command).collect();
@@ -265,7 +265,7 @@ fn two_runs_at_once_do_not_disturb_each_other() {
 fn a_second_signal_waits_for_nobody() {
     let _alone = alone();
     let mut run = Run::with_fault(1, 2000, "who=worker,at=running,sample=3,do=hang");
-    // Without the second signal the run would last as long as this.
+    // without the second signal the run would last this long
     run.options.schedule.grace = Duration::from_secs(3600);
     struct Impatient(u32);
     impl Observer for Impatient {
@@ -294,7 +294,7 @@ fn after_a_killed_orchestrator_workers_leave_and_the_next_run_goes_on() {
     let _alone = alone();
     for at in ["claimed", "running", "sent", "recorded"] {
         let dir = tempfile::tempdir().expect("temporary directory");
-        // Stopped first: of a killed one, workers may have left before anybody has seen them.
+        // stopped first: the workers of a killed orchestrator may leave before the test sees them
         let fault = format!("who=orchestrator,at={at},sample=any,do=stop");
         let mut orchestrator = orchestrate(dir.path(), Some(&fault)).spawn().expect("started");
         wait_until("the orchestrator stops", || state(orchestrator.id()) == Some('T'));
@@ -310,7 +310,7 @@ fn after_a_killed_orchestrator_workers_leave_and_the_next_run_goes_on() {
         assert!(!dir.path().join("ended").exists() && !roots(dir.path()).is_empty());
         assert!(!workers.is_empty(), "{at}: nobody was seen at work");
         wait_until("workers leave", || workers.iter().all(|&pid| !lives(pid)));
-        // What was flushed counts; the next run computes the rest and removes what the dead one left.
+        // flushed results count; the next run computes the rest and removes the files of the dead one
         let before = recorded(dir.path());
         let left: BTreeSet<u64> = (0..SAMPLES).filter(|sample| !before.contains(sample)).collect();
         assert!(!left.is_empty(), "killed too late");
@@ -329,7 +329,7 @@ fn signals_end_a_run_in_order() {
         [("INT", "Signalled(Interrupt)"), ("TERM", "Signalled(Terminate)"), ("HUP", "Signalled(Terminate)")]
     {
         let dir = tempfile::tempdir().expect("temporary directory");
-        // Stopped at a known state, so that the signal comes in the middle.
+        // stopped at a known state, so that the signal comes within the run
         let fault = "who=orchestrator,at=recorded,sample=0,do=stop";
         let mut orchestrator = orchestrate(dir.path(), Some(fault)).spawn().expect("started");
         wait_until("the orchestrator stops", || {

@@ -1,5 +1,5 @@
-//! Worker processes whose orchestrator is this test program. A program of its own: each run removes what killed runs of its user have
-//! left in shared memory, and these tests look at what is left.
+//! Tests of worker processes whose orchestrator is this test program. It is a separate program because each run removes what killed runs of the same
+//! user have left in shared memory, and these tests check what is left.
 
 mod deaths;
 mod names_taken;

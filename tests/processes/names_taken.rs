@@ -1,4 +1,4 @@
-//! Somebody who watches /dev/shm takes the names of a run as soon as its first file betrays them.
+//! Another user watches /dev/shm and occupies the names of a run as soon as its first file reveals them.
 
 use std::collections::BTreeSet;
 use std::mem::MaybeUninit;
@@ -13,16 +13,16 @@ use crate::support::skipped::skipped;
 use crate::workers::OWN_UMASK;
 use rustix::fs::inotify::{self, CreateFlags, Reader, WatchFlags};
 
-/// A user that nobody is.
+/// A user id that is not in use.
 const NOBODY: u32 = 54_322;
-/// What the first file of a run in /dev/shm ends with, and the one that iceoryx2 makes first.
+/// Ending of the first file of a run in /dev/shm, and of the first file of iceoryx2.
 const OWNER: &str = "_owner";
 const COUNTER: &str = ".global_mgmt";
 const SHM: &str = "/dev/shm";
-/// Runs at most until a name was taken in time: about every second one is.
+/// Largest number of runs until a name was occupied in time, which happens in about every second run.
 const RUNS: usize = 30;
 
-/// Calls `see` with every name that is made in /dev/shm, until `is_over`; `watches` is set before the first.
+/// Calls `see` with every name created in /dev/shm, until `is_over`; `watches` is set before the first.
 fn watch(watches: &AtomicBool, is_over: &AtomicBool, mut see: impl FnMut(&str)) {
     let watcher = inotify::init(CreateFlags::NONBLOCK | CreateFlags::CLOEXEC).expect("inotify");
     inotify::add_watch(&watcher, SHM, WatchFlags::CREATE | WatchFlags::MOVED_TO).expect("watched");
@@ -66,7 +66,7 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
         command.env("BLADEOFF_RUNTIME_DIR", folder.path("r")).current_dir(folder.path("home"));
         crate::support::said(command.uid(NOBODY).gid(NOBODY).output().expect("it starts"))
     };
-    // What comes behind the id in the name that is taken.
+    // part after the id of the occupied name
     let (watches, over) = (AtomicBool::new(false), AtomicBool::new(false));
     let behind = std::thread::scope(|scope| {
         let seen = scope.spawn(|| {
@@ -98,7 +98,7 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
                     else {
                         return;
                     };
-                    // Of this run alone: other tests have theirs, of other users.
+                    // only names of this run: other tests use other users
                     let owner = std::fs::symlink_metadata(format!("{SHM}/{name}"));
                     if owner.is_ok_and(|owner| owner.uid() == NOBODY) && ids.len() < 3 && ids.insert(prefix.to_owned())
                     {
@@ -118,7 +118,7 @@ fn whoever_takes_the_names_of_a_run_does_not_stop_it() {
         for prefix in &ids {
             let _ = std::fs::remove_file(format!("{SHM}/{prefix}{behind}"));
         }
-        // Another name was tried: the first one was taken in time.
+        // another name was tried: the first one was occupied in time
         taken += usize::from(ids.len() > 1);
         if taken > 1 {
             break;

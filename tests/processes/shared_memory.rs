@@ -1,5 +1,5 @@
-//! Shared memory of real runs: closed to others, there before it is needed, removed by whoever comes next; and what a run says that finds no
-//! threads and no files.
+//! Shared memory of real runs: inaccessible to other users, reserved before it is needed, removed by the next run; and errors of runs without
+//! free threads or file descriptors.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -15,7 +15,7 @@ use crate::support::skipped::skipped;
 use crate::workers::*;
 use bladeoff::dispatch::{self, Observer, Snapshot};
 
-/// Everything a run has in /dev/shm and below its root.
+/// Files of a run in /dev/shm and below its root.
 fn files(root: &Path) -> Vec<PathBuf> {
     let prefix = format!("bladeoff_{}_", root.file_name().expect("an id").to_string_lossy());
     let mut all: Vec<PathBuf> = std::fs::read_dir("/dev/shm").expect("readable").flatten().map(|e| e.path()).collect();
@@ -57,7 +57,7 @@ fn no_file_of_a_run_is_open_to_others_and_all_of_its_memory_is_there() {
             self.looks += 1;
         }
     }
-    // The first batches take long enough to be seen.
+    // the first batches take long enough to be observed
     let run = Run::new(2, 50_000);
     let (mut table, mut observer) =
         (Table::default(), Looking { dir: run.dir.path().to_owned(), looks: 0, without_memory: 0 });
@@ -77,7 +77,7 @@ fn memory_of_a_killed_run_is_removed_when_its_root_is_gone() {
     let root = roots(dir.path()).pop().expect("a root");
     std::fs::remove_dir_all(&root).expect("removed");
     let memory = || files(&root).iter().filter(|path| path.starts_with("/dev/shm")).count();
-    // Of another run it is not touched as long as this one lives.
+    // another run does not touch the files of a live one
     Run::new(1, 0).play(1);
     assert!(memory() >= 10 && lives(orchestrator.id()));
     orchestrator.kill().expect("killed");
@@ -88,7 +88,7 @@ fn memory_of_a_killed_run_is_removed_when_its_root_is_gone() {
     assert_nothing_left(dir.path());
 }
 
-/// An orchestrator with a /dev/shm of its own, of 2 MB, removed when dropped; `None` where that is not allowed.
+/// An orchestrator with its own /dev/shm of 2 MB, removed when dropped; `None` if that is not permitted.
 struct SmallMemory(std::process::Child);
 
 impl SmallMemory {
@@ -107,7 +107,7 @@ impl SmallMemory {
         Some(Self(own(orchestrate(dir, None)).spawn().expect("started")))
     }
 
-    /// Takes all memory that is left.
+    /// Fills the remaining shared memory.
     fn fill(&self) {
         let path = format!("/proc/{}/root/dev/shm/filler", self.0.id());
         let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
@@ -121,7 +121,7 @@ impl SmallMemory {
 
 impl Drop for SmallMemory {
     fn drop(&mut self) {
-        // Has ended, unless the test fails.
+        // already ended, unless the test fails
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -147,7 +147,7 @@ fn a_run_under_way_does_not_mind_that_shared_memory_fills_up() {
 #[test]
 fn a_worker_that_finds_no_shared_memory_says_so_and_the_run_ends_in_order() {
     let _alone = alone();
-    // What the dead worker gives back may be taken by its replacement before it is by us: then the run is complete, in order too.
+    // the replacement may take the memory that the dead worker freed before the test does: then the run is complete, and that is correct
     let found = (0..20).any(|_| {
         let dir = tempfile::tempdir().expect("temporary directory");
         let Some(mut orchestrator) = SmallMemory::orchestrate(dir.path()) else { return true };
@@ -166,10 +166,10 @@ fn a_worker_that_finds_no_shared_memory_says_so_and_the_run_ends_in_order() {
     assert!(found, "every replacement found memory");
 }
 
-/// A user that nobody is.
+/// A user id that is not in use.
 const NOBODY: u32 = 54_321;
 
-/// A folder in which that user has a study, the program and a `home`; `None` where tests may not be somebody else.
+/// A folder in which that user has a study, the program and a `home`; `None` if the test cannot run as another user.
 fn folder_of_nobody(what: &str) -> Option<(Folder, String)> {
     if std::fs::metadata("/proc/self").expect("Linux").uid() != 0 {
         skipped(what, "takes root, to be somebody else");
@@ -190,12 +190,12 @@ fn folder_of_nobody(what: &str) -> Option<(Folder, String)> {
     Some((folder, study))
 }
 
-/// Ended when dropped.
+/// A process that is killed when dropped.
 struct Ending(std::process::Child);
 
 impl Drop for Ending {
     fn drop(&mut self) {
-        // Has ended, unless the test fails.
+        // already ended, unless the test fails
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -208,7 +208,7 @@ fn what_others_make_in_shared_memory_costs_no_run_its_table() {
     let (out, fired, log) = (folder.name("home/out"), folder.name("home/fired"), folder.path("log"));
     std::fs::create_dir(&fired).expect("created");
     chown(&fired, Some(NOBODY), None).expect("given away");
-    // In a /dev/shm of its own: a FIFO of somebody else there stopped every run of earlier builds, for ever.
+    // in its own /dev/shm: a FIFO of another user there blocked every run of earlier builds
     let script = "mount -t tmpfs -o size=16m,mode=1777 tmpfs /dev/shm && mkfifo -m 666 /dev/shm/bladeoff_cccccccccc_owner && \
                   umask 022 && exec setpriv --reuid 54321 --regid 54321 --clear-groups \"$@\"";
     let mut command = Command::new("unshare");
@@ -233,14 +233,14 @@ fn what_others_make_in_shared_memory_costs_no_run_its_table() {
     let id = root.file_name().expect("an id").to_string_lossy();
     let shm = PathBuf::from(format!("/proc/{}/root/dev/shm", run.0.id()));
     assert!(shm.join(format!("bladeoff_{id}_owner")).exists());
-    // Names that come first and last, whatever the order.
+    // names that sort first and last
     for name in ["0_foreign", "zz_foreign"] {
         std::fs::write(shm.join(format!("bladeoff_{id}_{name}")), b"x").expect("written");
     }
     let fifo = rustix::fs::FileType::Fifo;
     let pipe = shm.join(format!("bladeoff_{id}_pipe"));
     rustix::fs::mknodat(rustix::fs::CWD, &pipe, fifo, 0o666.into(), 0).expect("a FIFO");
-    // It stops once for every sample.
+    // the run stops once for every sample
     wait_until("it ends", || {
         if state(run.0.id()) == Some('T') {
             assert!(signal(run.0.id(), "CONT"));
@@ -254,7 +254,7 @@ fn what_others_make_in_shared_memory_costs_no_run_its_table() {
     assert_eq!(left, 3, "{}", said());
 }
 
-/// What a run of that user says that may have so much of something.
+/// Output of a run of that user with this resource limit.
 fn run_limited(folder: &Folder, study: &str, limit: &str) -> crate::support::Said {
     let out = tempfile::tempdir_in(folder.path("home")).expect("a folder");
     std::fs::set_permissions(out.path(), std::fs::Permissions::from_mode(0o700)).expect("set");
@@ -281,7 +281,7 @@ fn whoever_may_start_no_threads_is_told_so() {
     let mut refused = 0;
     for processes in 1..=9 {
         let said = run_limited(&folder, &study, &format!("--nproc={processes}"));
-        // the system's word, or what it means where the threads of the table library are the first that there are not
+        // the system's message, or its explanation if the threads of Polars are the first that cannot start
         let names_cause =
             ["Resource temporarily unavailable", "(ulimit -u"].iter().any(|cause| said.err.contains(cause));
         assert!(said.code == 0 || names_cause, "{processes}: {}", said.err);
@@ -299,6 +299,6 @@ fn whoever_may_open_no_files_is_told_so() {
         let names_cause = ["Too many open files", "(ulimit -n)"].iter().any(|cause| said.err.contains(cause));
         assert!(said.code == 6 && names_cause, "{files}: {}", said.err);
     }
-    // What may be raised is raised.
+    // a soft limit that may be raised is raised
     assert_eq!(run_limited(&folder, &study, "--nofile=40:4096").code, 0);
 }

@@ -1,4 +1,4 @@
-//! Real worker processes that compute nothing, started by this program or by this program as a process of its own.
+//! Real worker processes without computation, started by this program, or by this program as a separate orchestrator process.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -21,15 +21,15 @@ pub use crate::support::processes::children;
 use crate::support::processes::lives;
 use crate::support::runtime;
 
-/// Nothing here takes as long on any machine; what hangs fails.
+/// Longer than any of these tests takes on any machine; a test that hangs fails after this time.
 pub const WATCHDOG: Duration = Duration::from_secs(120);
-/// Arguments of `sh` that start the command after them with a usual umask.
+/// Arguments of `sh` that start the command that follows with a usual umask.
 ///
-/// iceoryx2 sets the umask of a test program for moments while a test in it runs a study, and a command that another test starts
-/// then inherits it. Root does not notice; another user cannot enter the directories that the command creates.
+/// iceoryx2 sets the umask of a test program for a moment while a test in it runs a study, and a command that another test starts inherits it. Root is
+/// not affected; another user cannot enter the directories that the command creates.
 pub const OWN_UMASK: [&str; 3] = ["-c", "umask 022 && exec \"$@\"", "sh"];
 
-/// Tells this test program to be an orchestrator, and in which directory.
+/// Environment variable that makes this test program an orchestrator; its value is the directory.
 pub const ORCHESTRATE: &str = "BLADEOFF_TEST_ORCHESTRATE";
 pub const SAMPLES: u64 = 40;
 
@@ -59,7 +59,7 @@ impl Sink for Table {
 }
 
 impl Table {
-    /// Every sample is there and right, except these.
+    /// Asserts that every sample except `except` is present and correct.
     pub fn assert_undisturbed_except(&self, count: u64, except: &[u64]) {
         assert_eq!(self.0.len() as u64, count);
         for (sample, result) in self.0.iter().filter(|(sample, _)| !except.contains(sample)) {
@@ -71,7 +71,7 @@ impl Table {
     }
 }
 
-/// Sees workers come and go.
+/// Observer of starting and ending workers.
 #[derive(Default)]
 pub struct Watcher {
     pub pids: BTreeSet<u32>,
@@ -91,14 +91,14 @@ pub struct Run {
 }
 
 impl Run {
-    /// A run of samples that keep a worker busy for so many microseconds.
+    /// A run of samples that keep a worker busy for a given number of microseconds.
     pub fn new(workers: usize, micros: u64) -> Self {
         let dir = tempfile::tempdir().expect("temporary directory");
         let options = options(dir.path(), workers, micros, None);
         Self { dir, options }
     }
 
-    /// With a fault in its workers; `dir` is added.
+    /// A run with a fault in its workers; `dir` is added to the fault.
     pub fn with_fault(workers: usize, micros: u64, fault: &str) -> Self {
         let mut run = Self::new(workers, micros);
         run.options = options(run.dir.path(), workers, micros, Some(fault));
@@ -126,7 +126,7 @@ impl Run {
     }
 }
 
-/// Worker faults go through `env`, so that tests do not share an environment; it becomes the worker by exec.
+/// Worker faults are passed by `env`, so that tests do not share an environment; `env` is replaced by the worker through exec.
 pub fn options(dir: &Path, workers: usize, micros: u64, fault: Option<&str>) -> DispatchOptions {
     let mut command: Vec<OsString> = Vec::new();
     if let Some(fault) = fault {
@@ -139,7 +139,7 @@ pub fn options(dir: &Path, workers: usize, micros: u64, fault: Option<&str>) -> 
     options
 }
 
-/// Where the runs of a directory had their shared memory, by its log.
+/// Shared memory directories of the runs of a result directory, according to its log.
 pub fn roots(dir: &Path) -> Vec<PathBuf> {
     let log = std::fs::read_to_string(dir.join("workers.log")).unwrap_or_default();
     log.lines().filter_map(|line| line.split_once("shared memory in ")).map(|(_, root)| PathBuf::from(root)).collect()
@@ -165,12 +165,12 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// This program as an orchestrator of its own, where [`orchestrate`] has started it as one.
+/// This program as a separate orchestrator, if [`orchestrate`] has started it as one.
 #[test]
 fn orchestrator_process() {
     let Some(dir) = std::env::var_os(ORCHESTRATE).map(PathBuf::from) else { return };
     let mut options = options(&dir, 2, 250_000, None);
-    // As the test that started this says.
+    // The runtime directory is set by the test that started this process.
     options.runtime = None;
     options.faults = bladeoff_dev::faults::EnvironmentFaults::of_process(bladeoff_dev::faults::Who::Orchestrator)
         .expect("valid faults");
@@ -185,7 +185,7 @@ fn orchestrator_process() {
     std::fs::write(dir.join("ended"), ended).expect("written");
 }
 
-/// Sample numbers, appended when flushed.
+/// Sink that appends sample numbers to a file at each flush.
 struct File {
     path: PathBuf,
     waiting: Vec<u64>,
@@ -206,7 +206,7 @@ impl Sink for File {
 }
 
 pub fn orchestrate(dir: &Path, fault: Option<&str>) -> Command {
-    // Whoever runs the tests may ignore SIGHUP, and children inherit that; `env` becomes the program.
+    // The process that runs the tests may ignore SIGHUP, which children inherit; `env` resets it and is replaced by the program.
     let mut command = Command::new("env");
     command.arg("--default-signal=HUP").arg(std::env::current_exe().expect("this program"));
     command

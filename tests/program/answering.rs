@@ -1,4 +1,4 @@
-//! Questions and gates of studies, end to end: what is asked, answered, written and refused.
+//! Questions and gates of studies, end to end: parsing, answers, output files and rejected studies.
 
 use crate::support::shared_studies::NORMAL_STUDY;
 use crate::support::{Folder, json, say};
@@ -49,11 +49,11 @@ fn questions_are_answered_at_the_end_of_a_run_and_later() {
     assert_eq!((&first["n"], &first["group"]["w"], &first["bad"]), (&2000.into(), &1.0.into(), &0.into()));
     let [low, high] = ["low", "high"].map(|key| first[key].as_f64().expect("a number"));
     assert!(low < 0.0228 && 0.0228 < high && high - low < 0.02, "{low} to {high}");
-    // every figure of g is the same in both groups: they saw the same points
+    // every figure of g is the same in both groups, because both have the same points
     assert_eq!(first["events"], list[1]["events"]);
     let curve = bladeoff_answers::tables::read_numbers(&folder.path("one/answers/curve.parquet")).expect("a curve");
     assert!(curve.0.iter().any(|column| column.name == "level" && column.values.len() > 1000), "{:?}", curve.0.len());
-    // the same again, by another number of workers, and by `answer`
+    // the same study again with a different number of workers, and through `answer`
     assert_eq!(say(&["run", &study, "--out", &two, "--workers", "2"]).code, 0);
     for name in ["answers.json", "answers/curve.parquet", "results.parquet"] {
         let read = |directory: &str| fs::read(folder.path(directory).join(name)).expect("written");
@@ -75,7 +75,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let record = fs::read(folder.path("out/timings.parquet")).expect("written");
     let others = "\n[[question]]\nname = \"other\"\nquantile = 0.9\nof = \"h\"\n";
-    // those of another file: nothing is written
+    // questions from another file are answered, but no file is written
     let before = fs::read(folder.path("out/answers.json")).expect("written");
     let other = folder.write("other.toml", others);
     let answered = say(&["answer", &out, "--study", &other]);
@@ -93,7 +93,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     assert!(told.contains("other") && !told.contains("fails"), "{told}");
     assert!(!folder.path("out/answers").exists(), "the curve of a question that is gone");
     assert_eq!(fs::read(folder.path("out/timings.parquet")).expect("written"), record, "nothing was computed");
-    // none: no answers are left
+    // a study without questions: the earlier answers are removed
     let study = folder.write("s.toml", NORMAL_STUDY);
     let ran = say(&["run", &study, "--out", &out]);
     assert!(ran.code == 0 && !ran.out.contains("Answers"), "{}", ran.out);
@@ -104,7 +104,7 @@ fn other_questions_compute_nothing_and_are_taken_over() {
     assert!(asked.code == 3 && asked.err.contains("--require"), "{} {}", asked.code, asked.err);
 }
 
-/// Ten of hundred points fail.
+/// A study in which ten of a hundred points fail.
 fn failing(folder: &Folder) -> String {
     let text =
         NORMAL_STUDY.replace("h = \"x * w\"", "h = \"sqrt(1.28 - x)\"").replace("samples = 2000", "samples = 20000");
@@ -125,13 +125,13 @@ fn half_way_the_first_points_answer_and_nothing_is_written() {
     let said = say(&["answer", &out]);
     assert!(said.out.contains(&format!("Answers so far, of the first {n} of 20000 points:")), "{}", said.out);
     assert!(!folder.path("out/answers.json").exists() && !folder.path("out/answers").exists());
-    // at the last look: 256, 512, ...
+    // the gate is judged at the last evaluation: 256, 512, ... points
     let judged = say(&["gate", &out]);
     let look = 1u64 << n.ilog2();
     if look >= 256 {
         assert!(judged.out.contains(&format!(" of {look}")), "{n}: {}", judged.out);
     }
-    // failed runs are no failure of a study with questions: its answers carry them
+    // failed runs do not make a study with questions fail, because its answers account for them
     let ran = say(&["run", &study, "--out", &out]);
     assert_eq!(ran.code, 0, "{}", ran.err);
     let answers = json(&fs::read_to_string(folder.path("out/answers.json")).expect("written"));
@@ -161,7 +161,7 @@ fn a_gate_is_an_exit_code_and_a_file_for_build_servers() {
     assert_eq!(open.code, 5, "{}", open.out);
     let text = fs::read_to_string(&xml).expect("written again");
     assert!(text.contains("failures=\"0\" errors=\"2\"") && text.contains("type=\"undecided\""), "{text}");
-    // one group fails, the other passes; of several gates a failed one goes first
+    // one group fails, the other passes; a failed gate determines the exit code of several gates
     assert_eq!(gate("P(h > 2) < 0.1").code, 4);
     assert_eq!(say(&["gate", &out, "--require", "P(h > 0) < 0.5", "--require", "P(h > 2) < 0.1"]).code, 4);
     assert_eq!(say(&["gate", &out, "--require", "P(g < 0) < 3 %", "--confidence", "0.5"]).code, 0);
@@ -173,7 +173,7 @@ fn a_gate_is_an_exit_code_and_a_file_for_build_servers() {
         let said = say(&[&["gate", &out][..], &words[..]].concat());
         assert!(said.code == code && said.err.contains(part), "{words:?}: {} {}", said.code, said.err);
     }
-    // a table that is not as it was written is not believed
+    // a table that was changed after it was written is rejected
     let table = folder.path("out/results.parquet");
     let mut bytes = fs::read(&table).expect("there");
     let middle = bytes.len() / 2;
@@ -228,7 +228,7 @@ require = "P(hh > 1) < 2"
     let told = say(&["check", &folder.write("s.toml", &text)]);
     assert_eq!(told.code, 3);
     all.iter().for_each(|part| assert!(told.err.contains(part), "{part}\nin\n{}", told.err));
-    // with another mistake as well: names that are there are not blamed
+    // if another table has a mistake, too, existing names are not reported as unknown
     let other = text.replace("sd = 1\n", "sd = -1\n");
     let told = say(&["check", &folder.write("s.toml", &other)]);
     assert!(told.err.contains("uncertain[0].sd"), "{}", told.err);
@@ -239,12 +239,12 @@ require = "P(hh > 1) < 2"
     let sound = sound.split("\n[[question]]").next().expect("the study").to_owned() + QUESTIONS;
     let told = say(&["check", &folder.write("s.toml", &sound)]);
     assert!(told.err.contains("1 problem") || told.err.matches("  × ").count() == 1, "{}", told.err);
-    // what has no random points is asked nothing
+    // a study without random points can have no questions
     let grid = "schema = 1\nmachine = \"machines/rig.toml\"\n[[vary]]\npath = \"contact.gap\"\nvalues = [\"0.5 mm\", \"0.9 mm\"]\n\
                 [[question]]\nname = \"q\"\nmean = \"max_bearing_load_N\"\n";
     let told = say(&["check", &folder.write("grid.toml", grid)]);
     assert!(told.code == 3 && told.err.contains("questions and gates need random points"), "{}", told.err);
-    // exact limits are those of independent points
+    // exact limits require independent points
     let sobol = NORMAL_STUDY.replace("monte-carlo", "sobol").replace("2000", "2048") + QUESTIONS;
     let told = say(&["check", &folder.write("sobol.toml", &sobol)]);
     assert!(told.code == 3 && told.err.contains("gate[0].require"), "{}", told.err);
@@ -298,7 +298,7 @@ probability = "max_bearing_load_N > 0"
     let list = answers["answers"].as_array().expect("a list");
     let groups: Vec<String> = list.iter().map(|answer| answer["group"].to_string()).collect();
     let gap = "diaphragms.seal.contact.gap_m";
-    // the order of keys is not kept by the reader of this test
+    // the JSON reader of this test does not keep the order of keys
     assert_eq!(groups[0], format!("{{\"detection\":\"hyp1\",\"{gap}\":0.0005}}"));
     assert_eq!(groups[4..6], ["{\"detection\":\"hyp1\"}", "{\"detection\":\"hyp2\"}"]);
     assert_eq!(groups[6..], [format!("{{\"{gap}\":0.0005}}"), format!("{{\"{gap}\":0.0009}}")]);
@@ -307,7 +307,7 @@ probability = "max_bearing_load_N > 0"
     assert!(ran.out.contains("0.0009 less 0.0005"), "{}", ran.out);
 }
 
-/// Runs that fail are what they had reached while all guards held: the energy balance of these breaks.
+/// Failed runs count with the values that they reached while all guards held: in these runs the energy balance fails.
 #[test]
 fn a_failed_run_counts_by_what_it_had_reached() {
     let folder = Folder::new();
@@ -348,7 +348,7 @@ probability = "max_bearing_load_N > 1 GN"
         let answer = &answers["answers"][at];
         ["bad", "events", "estimate", "estimate_if_bad_harmful"].map(|key| answer[key].as_f64().expect("a number"))
     };
-    // certain by what was reached; what would have come is not known
+    // the first question is decided by the values reached; for the second the rest of the run is unknown
     assert_eq!(figures(0), [4.0, 4.0, 1.0, 1.0]);
     assert_eq!(figures(1), [4.0, 0.0, 0.0, 1.0]);
 }
@@ -416,7 +416,7 @@ probability = "max_bearing_load_N >= 0"
     };
     let n = bins("f.parquet", "n");
     assert!(n.len() == 2 && n[0] > 0.0 && n[1] > 0.0 && n[0] + n[1] == 6.0, "{n:?}");
-    // a word that is never drawn has a bin without a number
+    // the bin of a word that is never drawn has no estimate
     assert_eq!(bins("engine.parquet", "n"), [6.0, 0.0]);
     let share = bins("engine.parquet", "estimate");
     assert!(share[0] == 1.0 && !share[1].is_finite(), "{share:?}");

@@ -39,7 +39,7 @@ fn check_prints_assumptions_and_the_contact_that_is_expected() {
     assert!(other.out.contains("are taken at rest by sag and offset"), "{}", other.out);
     let limit = other.out.lines().find(|line| line.starts_with("  ring_displacement")).expect("in the table of limits");
     assert!(limit.contains(" (0.05 of mean radius)  default") && limit.ends_with("beyond"), "{limit}");
-    // its run may touch at any time, whatever the linear response
+    // an unstable machine may come into contact at any time, so no forecast is made from the linear response
     let unstable = rig().replace("stiffness = \"2e6 N/m\"", "stiffness = [[2e6, 3e6], [-3e6, 2e6]]");
     let unstable = say(&["check", &folder.write("unstable.toml", &unstable)]);
     assert!(unstable.out.contains("Contact:\n  no forecast: unstable between "), "{}", unstable.out);
@@ -47,7 +47,7 @@ fn check_prints_assumptions_and_the_contact_that_is_expected() {
     assert!(say(&["new", "machine"]).out.contains("gravity = [0.0, -9.81]"));
 }
 
-/// One of two equal runs has a guard that nothing passes: it is invalid from its first step on, and in every list.
+/// One of two equal runs has a guard that no run passes: it is invalid from its first step on, and appears in every list.
 #[test]
 fn a_run_that_is_not_ok_is_in_every_list_of_summary_and_report() {
     let folder = Folder::new();

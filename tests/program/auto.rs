@@ -1,9 +1,10 @@
-//! `run.engine = "auto"`: one engine for all samples of a study, the exponential one where it covers every sample; `check` says which and why.
+//! `run.engine = "auto"`: one engine for all samples of a study, the exponential one if it covers every sample; `check` prints the choice and the
+//! reason.
 
 use crate::support::{Folder, json, say, table};
 use std::fs;
 
-/// The rig with 13 g lost and a narrow gap, which touches after 19 ms, up to 30 ms; its file names no engine.
+/// The rig with 13 g lost and a narrow gap, with contact after 19 ms, up to 30 ms; the file names no engine.
 const STUDY: &str = r#"schema = 1
 name = "auto"
 machine = "machines/auto.toml"
@@ -48,7 +49,7 @@ fn run(study: &str, out: &str, more: &[&str]) -> crate::support::Said {
     said
 }
 
-/// What is checked is on one line.
+/// The line of `check` about the engine.
 fn engine_of(study: &str) -> String {
     let said = say(&["check", study]);
     assert_eq!(said.code, 0, "{}", said.err);
@@ -70,7 +71,7 @@ fn a_study_that_is_covered_is_exponential_with_the_same_bytes_whoever_computes_i
     assert_eq!(table(&one).0.last().expect("columns"), "engine", "behind all others");
     let bytes = |out: &str| fs::read(format!("{out}/results.parquet")).expect("the table");
     assert!(bytes(&one) == bytes(&two), "the same bytes");
-    // each row is that of the engine that a study names
+    // each row equals that of the same engine given explicitly
     let named = folder.write("named.toml", &STUDY.replace("[set]", "[set]\n\"run.engine\" = \"exponential\""));
     let third = folder.name("third");
     run(&named, &third, &[]);
@@ -80,7 +81,7 @@ fn a_study_that_is_covered_is_exponential_with_the_same_bytes_whoever_computes_i
         assert_eq!(replay.code, 0, "{}", replay.err);
         assert!(replay.out.contains("equal to the row in all"), "{}", replay.out);
     }
-    // and not that of the other
+    // and differs from that of the other engine
     let other = folder.write("other.toml", &STUDY.replace("[set]", "[set]\n\"run.engine\" = \"reduced\""));
     let fourth = folder.name("fourth");
     run(&other, &fourth, &[]);
@@ -106,7 +107,7 @@ fn a_study_with_another_force_location_is_reduced_whatever_part_of_it_is_compute
     let why = "Engine: reduced (run.engine = \"auto\": \"exponential\" does not cover forces at the place of step n \
                (run.force_location))";
     assert_eq!(engine_of(&study), why);
-    // the first sample alone is covered
+    // only the first sample is covered
     let said = say(&["check", &study, "--limit", "1"]);
     assert!(said.out.contains(why), "{}", said.out);
     let (whole, part) = (folder.name("whole"), folder.name("part"));
@@ -127,7 +128,7 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     let out = folder.name("out");
     let study = folder.write("s.toml", STUDY);
     run(&study, &out, &["--limit", "2"]);
-    // grown along what it had
+    // grown along the existing axis
     let grown = folder.write("s.toml", &STUDY.replace("[0.1, 0.2]", "[0.1, 0.2, 0.3]"));
     let said = run(&grown, &out, &[]);
     assert!(said.err.contains("2 of 6 samples are already finished"), "{}", said.err);
@@ -136,7 +137,7 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     let fresh = folder.name("fresh");
     run(&grown, &fresh, &[]);
     assert!(fs::read(folder.path("fresh/results.parquet")).expect("the table") == whole);
-    // grown by what the engine does not cover
+    // grown by a value that the engine does not cover
     let mixed = folder.write("s.toml", &format!("{STUDY}{LOCATIONS}"));
     let said = say(&["run", &mixed, "--out", &out]);
     assert_eq!(said.code, 3, "{}", said.err);
@@ -144,7 +145,7 @@ fn a_study_goes_on_with_its_engine_and_is_refused_with_another() {
     assert!(fs::read(folder.path("out/results.parquet")).expect("the table") == whole, "nothing is touched");
 }
 
-/// Each thing that is not covered, alone; and what asks for an engine by its own key.
+/// Each feature that is not covered, alone; and keys that require an engine.
 #[test]
 fn check_names_the_first_thing_that_is_not_covered() {
     let folder = folder();
@@ -175,13 +176,13 @@ fn check_names_the_first_thing_that_is_not_covered() {
         assert_eq!(said.code, 3, "{set}: {}", said.out);
         assert!(said.err.contains(path) && said.err.contains("the engine \"exponential\""), "{}", said.err);
     }
-    // where the location varies, too
+    // the same if the location varies
     let mixed = STUDY.replace("[set]", &format!("[set]\n{wanted}")) + LOCATIONS;
     let mixed = folder.write("s.toml", &mixed);
     let said = say(&["check", &mixed]);
     assert_eq!(said.code, 3, "{}", said.out);
     assert!(said.err.contains("does not cover forces at the place of step n"), "{}", said.err);
-    // one engine for all is not one of several
+    // a varied engine has no `auto`
     let several = format!("{STUDY}\n[[vary]]\npath = \"run.engine\"\nvalues = [\"reduced\", \"auto\"]\n");
     let said = say(&["check", &folder.write("s.toml", &several)]);
     assert_eq!(said.code, 3, "{}", said.out);
@@ -224,7 +225,7 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     let why =
         "the engine \"exponential\", which run.contact_step asks for, does not cover forces at the place of step n";
     assert!(said.err.contains(why), "{}", said.err);
-    // a study says the same, and each advice is one that is taken
+    // the same in a study; each piece of advice is accepted
     let one = "[set]\n\"run.force_location\" = \"current\"\n";
     let study = |set: &str| folder.write("s.toml", &STUDY.replace("[set]\n", &format!("{one}{set}")));
     let said = say(&["check", &study("\"run.contact_step\" = \"1.5 us\"\n")]);
@@ -238,7 +239,7 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     let said = say(&["check", &study(&exponential.replace("exponential", "reduced"))]);
     assert!(said.code == 3 && said.err.contains("allowed: run.step"), "{}", said.err);
     assert!(!said.err.contains("or run.engine"), "the location is refused there, too: {}", said.err);
-    // --set and an option of the same thing
+    // --set and an option for the same parameter
     for (set, option) in [
         ("engine=reduced", ["--engine", "exponential"]),
         ("run.step=3 us", ["--step", "2 us"]),
@@ -265,7 +266,7 @@ fn a_machine_alone_is_computed_by_what_covers_it() {
     );
 }
 
-/// The bench in a short form, here and against this very binary as another program.
+/// The benchmark in a short form, in this program and with this binary as another program.
 #[test]
 fn the_bench_of_engines_tells_both_and_their_ratios() {
     let short = ["bench", "engines", "--repeats", "1", "--part", "0.01"];
@@ -315,10 +316,10 @@ fn what_steps_are_wrong_is_said_at_their_lines() {
         assert_eq!(said.code, 3, "{}", said.err);
         said.err
     };
-    // both, of which each engine has one
+    // both keys, of which each engine has one
     let told = refused("\"run.step\" = \"3 us\"\n\"run.contact_step\" = \"3 us\"\n");
     assert!(told.contains("s.toml:6:1: run.step = 3 us") && told.contains("has no equal steps"), "{told}");
-    // too large
+    // too large a step
     let told = refused("\"run.contact_step\" = \"3 ms\"\n");
     assert!(told.contains("s.toml:6:1: run.contact_step = 3 ms") && told.contains("largest allowed "), "{told}");
     assert!(told.contains("without run.contact_step the program chooses the step"), "{told}");
@@ -344,7 +345,7 @@ fn check_says_whose_bases_are_their_own() {
     let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}"))]).out;
     assert!(told.contains("Structure: all samples share one;"), "{told}");
     assert!(told.contains("Bases of the exponential engine: rotor.unbalances.blade_off.mass changes them;"), "{told}");
-    // `reduced` has none
+    // `reduced` has no bases
     let told = say(&["check", &folder.write("s.toml", &format!("{study}{masses}{LOCATIONS}"))]).out;
     assert!(told.contains("Structure:") && !told.contains("Bases of"), "{told}");
 }
@@ -379,7 +380,7 @@ fn a_matrix_is_not_set_but_its_entries_are() {
     assert!(said.err.contains("one value is set at a time") && said.err.contains("machine file"), "{}", said.err);
 }
 
-/// A bearing whose damping leaves the whirl states no basis, at one of its values: all samples are computed by `reduced`, whatever part of them.
+/// A bearing whose damping leaves no basis of whirl modes at one of its values: all samples use `reduced`, for any part of the study.
 #[test]
 fn a_study_of_which_one_run_cannot_begin_is_reduced_whatever_part_of_it_is_computed() {
     let folder = folder();
@@ -394,14 +395,14 @@ fn a_study_of_which_one_run_cannot_begin_is_reduced_whatever_part_of_it_is_compu
         (cells(&all, "engine"), cells(&some, "engine")),
         (vec!["reduced".to_owned(); 8], vec!["reduced".to_owned()])
     );
-    // asked for by name it is refused
+    // rejected if the engine is given explicitly
     let named =
         folder.write("n.toml", &(STUDY.replace("[set]\n", "[set]\n\"run.engine\" = \"exponential\"\n") + varied));
     let refused = say(&["check", &named]);
     assert!(refused.code == 3 && refused.err.contains("very strong bearing damping"), "{}", refused.err);
 }
 
-/// Isotropic stiffness with cross stiffness on one side has no basis; of 500 samples 20 inside the study are such, which no corner and no edge shows.
+/// Isotropic stiffness with cross stiffness on one side has no basis. Of 500 samples, 20 inside the study have it, but no corner or edge.
 #[test]
 fn a_run_without_a_basis_is_a_row_with_that_cause() {
     let folder = folder();

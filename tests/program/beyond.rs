@@ -1,10 +1,10 @@
-//! Studies with runs beyond the model: their exit codes, and every printer of a status.
+//! Studies with runs beyond the model: their exit codes, and every output of the status.
 
 use crate::support::{Folder, json, root, say};
 use bladeoff_model::outcome::Status;
 use std::fs;
 
-/// A study of the lab rig; some of its runs push the ring beyond a limit that is set low.
+/// A study of the lab rig; in some of its runs the ring exceeds a limit that is set low.
 fn study(folder: &Folder, limits: &str) -> String {
     let text = format!(
         "schema = 1\nname = \"s\"\nmachine = \"machines/rig.toml\"\nseed = 1\n\
@@ -34,7 +34,7 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     assert!(within.err.contains("beyond 4 (4 ring_displacement)"), "{}", within.err);
     let head = within.out.lines().find(|line| line.starts_with("detection")).expect("a table");
     assert!(head.find(" ok").zip(head.find("beyond")).is_some_and(|(ok, beyond)| ok < beyond), "{head}");
-    // whether a limit was exceeded is decided by every run
+    // whether the limit was exceeded is known for every run
     let answers = json(&fs::read_to_string(folder.path("out/answers.json")).expect("written"));
     let shares: Vec<_> = answers["answers"].as_array().expect("a list").iter().collect();
     for (at, answer) in shares.iter().enumerate() {
@@ -57,7 +57,7 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
     ] {
         assert!(why.out.contains(part), "{part}: {}", why.out);
     }
-    // more of them than the study allows, of the same results
+    // the study allows fewer runs beyond the model than the same results contain
     let above = run("[limits]\nmax_beyond = 3\n", &out);
     assert_eq!(above.code, 4, "{}", above.err);
     assert!(
@@ -79,7 +79,7 @@ fn runs_beyond_the_model_are_counted_printed_and_limited() {
         assert!(said.err.contains("the study allows 3 ([limits] max_beyond)"), "{word}: {}", said.err);
     }
     assert_eq!(run("[limits]\nmax_beyond = \"50 %\"\n", &out).code, 0);
-    // with another limit the run goes on; both are printed, nothing is written
+    // a replay with another limit does not end at it; both results are printed, and no file is written
     let before = fs::read(folder.path("out/results.parquet")).expect("the table");
     let said = say(&["replay", &out, "--sample", "7", "--set", "run.limit.ring_displacement.value=0.05"]);
     assert_eq!(said.code, 0, "{}", said.err);
@@ -108,7 +108,7 @@ fn every_status_is_explained_on_the_pages_that_list_them() {
     }
 }
 
-/// The heaviest runs end at a limit; a comparison sees what they reached, and counts the pairs that it cannot compare.
+/// The heaviest runs end at a limit; a comparison uses the values that they reached, and counts the pairs that cannot be compared.
 #[test]
 fn runs_beyond_the_model_are_compared_by_what_they_reached() {
     let folder = Folder::new();
@@ -158,7 +158,7 @@ fn a_single_run_beyond_the_model_is_a_warning() {
     assert!(said.out.contains("a limit of the model was exceeded"), "{}", said.out);
 }
 
-/// A gate, a question and a map of a quantity that nothing in the machine judges are refused; nothing is computed.
+/// A gate, a question and a map of a quantity that is empty in every run of the machine are rejected, and no sample is computed.
 #[test]
 fn a_quantity_that_nothing_judges_is_refused_by_name() {
     let folder = Folder::new();
@@ -180,33 +180,33 @@ fn a_quantity_that_nothing_judges_is_refused_by_name() {
         assert!(said.code == 3 && said.err.contains(why), "{added}: {}\n{}", said.code, said.err);
         assert!(!folder.path("out").exists(), "{added}: nothing is computed");
     }
-    // a study with another mistake gives the key as a parameter: that mistake alone is printed
+    // a study that varies the missing key and has a mistake there: only this mistake is reported
     let given = "[[question]]\nname = \"q\"\nprobability = \"limit_ratio_ring_yield > 1\"\n\
                  [[uncertain]]\npath = \"diaphragms.seal.material.yield_strength\"\ndistribution = \"uniform\"\n\
                  lower = \"-1 MPa\"\nupper = \"300 MPa\"\n";
     let said = say(&["check", &study(&folder, given)]);
     assert!(said.code == 3 && said.err.contains("values that are not allowed"), "{}", said.err);
     assert!(said.err.contains("error: 1 problem in"), "{}", said.err);
-    // a twin of some of the samples: the others decide nothing
+    // with twins of only some of the samples the condition is accepted; samples without a twin do not count for it
     let some = "[[gate]]\nrequire = \"P(twin_bearing_load_change > 0.05) < 0.9\"\n";
     let text = fs::read_to_string(study(&folder, some)).expect("written");
     let shared = folder.write("shared.toml", &text.replace("seed = 1\n", "seed = 1\ntwin_share = 0.5\n"));
     let said = say(&["check", &shared]);
     assert_eq!(said.code, 0, "{}", said.err);
-    // in a directory the same rule holds
+    // for a result directory the same rule holds
     assert_eq!(say(&["run", &study(&folder, ""), "--out", &out, "--workers", "1"]).code, 0);
     let gate = say(&["gate", &out, "--require", "P(limit_ratio_ring_yield > 1) < 0.2"]);
     assert!(gate.code != 0 && gate.err.contains(limit), "{}: {}", gate.code, gate.err);
-    // ok runs have no guarded value: the quantity itself is to be asked for
+    // ok runs have no guarded value: the message suggests the quantity itself
     let gate = say(&["gate", &out, "--require", "P(guarded_max_bearing_load_N > 1 N) < 0.2"]);
     let own = "`guarded_max_bearing_load_N` is empty in ok runs: use `max_bearing_load_N`";
     assert!(gate.code == 3 && gate.err.contains(own), "{}: {}", gate.code, gate.err);
-    // stresses that the runs have are asked for, with or without a yield strength
+    // stresses that the runs have can be used with or without a yield strength
     let gate = say(&["gate", &out, "--require", "P(max_ring_stress_Pa > 1 Pa) < 0.2"]);
     assert_eq!(gate.code, 4, "{}: {}", gate.out, gate.err);
 }
 
-/// Runs of which all fail decide nothing; runs that end at their end time decide nothing about later times.
+/// Failed runs decide nothing about a gate; runs that end at their end time decide nothing about later times.
 #[test]
 fn runs_that_fail_and_times_after_the_end_leave_a_gate_open() {
     let folder = Folder::new();

@@ -8,18 +8,18 @@ use std::process::Stdio;
 fn impossible_combinations_are_found_before_anything_runs() {
     let folder = Folder::new();
     let vary = |text: &str| folder.write("s.toml", &format!("schema = 1\nmachine = \"machines/rig.toml\"\n{text}"));
-    // Each value is allowed by itself; a bore as wide as its shaft is not.
+    // Each value is allowed by itself; a bore as wide as its shaft is rejected.
     let file = vary("[[vary]]\npath = \"shaft[0].inner_diameter\"\nvalues = [\"10 mm\", \"25 mm\"]\n");
     let said = say(&["run", &file, "--out", &folder.name("out")]);
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("1 of 2 combinations"), "{}", said.err);
     assert!(said.err.contains(&format!("{file}:4:")), "{}", said.err);
-    // A step that is stable for no model of this machine.
+    // A step with which no model of this machine is stable.
     let file = vary("[[vary]]\npath = \"run.step\"\nvalues = [1e-6, 1e-3]\n");
     let said = say(&["check", &file]);
     assert_eq!(said.code, 3, "{}", said.err);
     assert!(said.err.contains("too large"), "{}", said.err);
-    // An offset beyond the gap: the rotor begins in contact.
+    // An offset larger than the gap: the rotor starts in contact.
     let file = vary("[[vary]]\npath = \"contact.offset[0]\"\nvalues = [\"0 mm\", \"0.7 mm\"]\n");
     let said = say(&["check", &file]);
     assert_eq!(said.code, 3, "{}", said.err);
@@ -87,7 +87,7 @@ fn json_of_a_run_has_the_columns_of_a_table_as_keys() {
         object.as_object().expect("an object").keys().map(String::as_str).collect();
     assert_eq!(header[0], "sample");
     assert_eq!(header[1..].iter().map(String::as_str).collect::<std::collections::BTreeSet<_>>(), keys);
-    // Compared as text: serde_json reads a number to the last bit but one.
+    // Compared as text, because serde_json may read a number with an error in the last bit.
     let written = |name: &str| {
         let start = format!("  \"{name}\": ");
         let line = said.out.lines().find_map(|line| line.strip_prefix(&start)).expect("one line per key");

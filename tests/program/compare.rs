@@ -1,4 +1,4 @@
-//! `bladeoff compare`, end to end: studies of formulas whose difference is known, tables of earlier builds, whatever else is named.
+//! `bladeoff compare`, end to end: studies of formulas with a known difference, tables of earlier builds, and arguments that are neither.
 
 use crate::support::{Folder, root, say, table};
 use serde_json::Value;
@@ -35,7 +35,7 @@ kind = "monte-carlo"
 samples = 1000
 "#;
 
-/// Runs a study of this text; 4: some of its samples failed.
+/// Runs a study with this text; exit code 4 is accepted, because some samples of these studies fail.
 fn run(folder: &Folder, name: &str, text: &str) -> String {
     let (study, out) = (folder.write(&format!("{name}.toml"), text), folder.name(name));
     let ran = say(&["run", &study, "--out", &out]);
@@ -43,7 +43,7 @@ fn run(folder: &Folder, name: &str, text: &str) -> String {
     out
 }
 
-/// A study of formulas without random points: one number `x`, 1 to 3.
+/// A study of formulas without random points: one number `x` from 1 to 3.
 fn grid(folder: &Folder, name: &str, formula: &str) -> String {
     let vary = "[[vary]]\nname = \"x\"\nvalues = [1, 2, 3]\n";
     run(folder, name, &format!("schema = 1\nmodel = \"function\"\n[function]\ng = \"{formula}\"\n{vary}"))
@@ -64,7 +64,7 @@ fn column<'a>(found: &'a Value, list: &str, name: &str) -> &'a Value {
 fn the_interval_of_paired_differences_holds_the_known_one() {
     let folder = Folder::new();
     let a = run(&folder, "a", STUDY);
-    // E(B - A) = 0.3, far less than g varies; the values of w the other way round: other numbers of samples
+    // E(B - A) = 0.3, much smaller than the scatter of g; the values of w in reverse order give other sample numbers
     let text = STUDY.replace("10*x\"", "10*x + 0.3 + 0.2*y\"").replace("[1, 2]", "[2, 1]");
     let b = run(&folder, "b", &text);
     let (code, found) = compared(&[&a, &b]);
@@ -74,11 +74,11 @@ fn the_interval_of_paired_differences_holds_the_known_one() {
     let g = column(&found, "paired", "g");
     let [low, high] = ["low", "high"].map(|end| g["mean"][end].as_f64().expect("a limit"));
     assert!(low < 0.3 && 0.3 < high && high - low < 0.03, "{low} to {high}");
-    // both rows of a point moved alike: as wide as 1000 pairs, t 0.2/sqrt(1000), not as 2000
+    // both rows of a point changed by the same amount: the interval is that of 1000 pairs, t 0.2/sqrt(1000), and not that of 2000
     assert!(high - low > 0.023, "{low} to {high}");
     let h = column(&found, "paired", "h");
     assert_eq!(h["same"], h["pairs"]);
-    // the farthest pair is the one that the tables have
+    // the pair with the largest difference is that of the tables
     let (header, rows) = table(&a);
     let at = |name: &str| header.iter().position(|column| column == name).expect("there");
     let first = &g["largest_changes"][0];
@@ -123,7 +123,7 @@ fn rows_that_changed_their_status_are_counted_and_named_and_never_a_difference()
     let first = change["pairs"][0]["inputs"]["x"].as_str().expect("told").parse::<f64>().expect("a number");
     assert!(first > 2.0 && first <= 2.5, "{first}");
     assert_eq!(column(&found, "paired", "g")["pairs"], 2000 - after);
-    // a change of status is out of tolerance whatever the tolerance is of
+    // a change of status is out of tolerance, whichever column the tolerance is for
     let said = say(&["compare", &a, &b, "--tolerance", "g 0"]);
     assert_eq!(said.code, 4, "{}", said.out);
     for part in ["ok in A, failed: non_finite in B", "of another status count as out of tolerance", "g 0: within in "] {
@@ -144,7 +144,7 @@ fn the_bound_of_a_tolerance_is_within_and_of_zero_only_zero_is() {
     assert_eq!(exit(&seven, &bound, "g 0"), 4);
     let beyond = grid(&folder, "beyond", "0.7071");
     assert_eq!(exit(&seven, &beyond, "g 1 %"), 4);
-    // all of several have to hold
+    // of several tolerances all have to hold
     let both = say(&["compare", &seven, &bound, "--tolerance", "g 1 %", "--tolerance", "g 1e-3"]);
     assert_eq!(both.code, 4, "{}", both.out);
     assert!(
@@ -173,11 +173,11 @@ fn other_points_are_two_samples() {
     };
     for (figure, wide) in [("mean", 1.9), ("median", 3.2)] {
         let [low, high] = limits(&found, figure);
-        // one pair of studies: within twice the 95 % interval
+        // the result of one pair of studies: the known value must be within twice the 95 % interval
         let half = 0.5 * (high - low);
         assert!(low - half < 8.0 && 8.0 < high + half && high - low < wide, "{figure}: {low} to {high}");
     }
-    // other inputs from the same numbers, and no run that fails: every point differs by 5
+    // different inputs from the same random numbers, and no run fails: every point differs by 5
     let whole = STUDY.replace("sqrt(2.5 - x)", "x");
     let of_whole = run(&folder, "whole", &whole);
     let alike = run(&folder, "alike", &whole.replacen("mean = 0", "mean = 0.5", 1));
@@ -186,7 +186,7 @@ fn other_points_are_two_samples() {
         let [low, high] = limits(&of_alike, figure);
         assert!(low < 5.0 + 1e-9 && 5.0 - 1e-9 < high && high - low < wide, "{figure}: {low} to {high}");
     }
-    // nothing was compared, and nothing is within
+    // if no row is compared, the tolerance is not met
     let said = say(&["compare", &a, &b, "--tolerance", "g 1000 %"]);
     assert_eq!(said.code, 4, "{}", said.out);
     for part in
@@ -194,7 +194,7 @@ fn other_points_are_two_samples() {
     {
         assert!(said.out.contains(part), "{part}\nin\n{}", said.out);
     }
-    // an input of one alone
+    // an input of only one of the studies
     let c = run(&folder, "c", &STUDY.replace("[[vary]]\nname = \"w\"\nvalues = [1, 2]\n", "").replace("x * w", "x"));
     let said = say(&["compare", &a, &c]);
     assert!(said.out.contains("w is an input only in A: rows match only with --ignore w"), "{}", said.out);
@@ -274,7 +274,7 @@ fn what_is_named_wrongly_is_told_all_at_once() {
         }
     }
     assert_eq!(say(&["compare", &a]).code, 2);
-    // numbers that nobody computed are not compared
+    // a table that was changed after it was written is not compared
     let path = folder.path("a/results.parquet");
     let mut bytes = fs::read(&path).expect("there");
     let middle = bytes.len() / 2;
@@ -288,7 +288,7 @@ fn what_is_named_wrongly_is_told_all_at_once() {
 fn names_and_values_from_outside_stay_in_their_line() {
     let folder = Folder::new();
     let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
-    // a mark that turns the direction of writing; the loader refuses line feeds
+    // the id contains a character that changes the writing direction; the loader rejects line feeds
     folder.write("points.csv", "contact.gap,id\n0.5 mm,\"a\u{202e}b\"\n0.9 mm,c\n");
     let out = |name: &str, end: &str| {
         folder.write("rig.toml", &rig.replace("\"0.17 s\"", end));
@@ -310,7 +310,7 @@ fn names_and_values_from_outside_stay_in_their_line() {
     assert!(gone.code == 3 && gone.err.contains("gone\\u{a}INJECTED"), "{} {}", gone.code, gone.err);
 }
 
-/// A result directory of the present format, copied.
+/// A copy of a result directory of the present format.
 fn fixture(folder: &Folder, name: &str) -> String {
     let from = root().join("tests/fixtures/0.1.0-b748399").join(name);
     copy(&from, &folder.path(name));
@@ -340,10 +340,10 @@ fn a_table_alone_and_a_study_half_done_are_compared_for_what_they_are() {
     assert_eq!((code, &found["differs"], &found["beyond"]), (0, &serde_json::json!([]), &false.into()), "{found}");
     assert_eq!(found["matched"]["pairs"], found["a"]["rows"]);
     let all = found["a"]["rows"].as_u64().expect("a number");
-    // a run is empty where nothing touched: as little a difference as a move
+    // runs without contact have no value in this column, which is not a difference
     let empty = column(&found, "paired", "first_contact_s")["empty"].as_u64().expect("a number");
     assert!(empty > 0, "some do not touch");
-    // what the half lacks is not within
+    // samples that the unfinished study does not have make the comparison out of tolerance
     let said = say(&[&["compare", whole.as_str(), &half], &load[..]].concat());
     assert!(said.code == 4 && said.err.contains("warning: B: the study is incomplete"), "{} {}", said.code, said.err);
     let (code, found) = compared(&[&[half.as_str(), &whole], &load[..]].concat());

@@ -1,13 +1,13 @@
-//! How often intervals hold, over repeated small studies of which the answer is known: points of the designs of studies, put to the
-//! estimators. The table of so many studies of each kind (1000: about five minutes):
+//! Coverage of the intervals over repeated small studies with known answers: points of the designs of studies, evaluated by the
+//! estimators. The table for this number of studies of each kind (1000: about five minutes):
 //! `COVERAGE_STUDIES=1000 cargo test --release --workspace --test program coverage:: -- --nocapture`.
 //!
 //! ```text
-//! y = -ln u1 - ln u2        P(y > x) = e^-x (1 + x), mean 2; given u1 = u it is min(1, e^-x/u)
+//! y = -ln u1 - ln u2        P(y > x) = e^-x (1 + x), mean 2; given u1 = u: min(1, e^-x/u)
 //! z = -ln u1 - 0.8 ln u2    P(z > x) = (1.25 e^-x - e^(-1.25 x))/0.25, mean 1.8
 //! ```
-//! Failing runs: half of those where y is above 4 fail, and one in a hundred of the others: damage is worst where runs fail. Of most
-//! of them (in a second kind, of all) it is known what had been reached with the guards held.
+//! Failing runs: half of the runs with y above 4 fail, and one in a hundred of the others, so that failures correlate with damage. Most of
+//! them (in a second kind, all) have the value reached while the guards held.
 
 #[path = "../../orchestrator/answers/tests/uncertainty/support/mod.rs"]
 #[allow(dead_code, reason = "made for the tests of the answers")]
@@ -29,7 +29,7 @@ use made_tables::{asked, less, names};
 struct Line {
     name: String,
     approximate: bool,
-    /// Studies with a limit, how many of them hold, and those with neither.
+    /// Studies whose limits contain the truth, studies with limits, and studies without.
     held: u32,
     of: u32,
     without: u32,
@@ -38,7 +38,7 @@ struct Line {
     method: Method,
 }
 
-/// P(y > x), P(z > x).
+/// P(y > x).
 fn y_above(x: f64) -> f64 {
     (-x).exp() * (1.0 + x)
 }
@@ -46,7 +46,7 @@ fn z_above(x: f64) -> f64 {
     (1.25 * (-x).exp() - (-1.25 * x).exp()) / 0.25
 }
 
-/// The level that is exceeded with p.
+/// Level with the exceedance probability p.
 fn level(above: fn(f64) -> f64, p: f64) -> f64 {
     let (mut low, mut high) = (0.0, 100.0);
     for _ in 0..200 {
@@ -56,7 +56,7 @@ fn level(above: fn(f64) -> f64, p: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Points of a design of two variables.
+/// Points of a design with two variables.
 fn points_of(kind: DesignKind, seed: u64, replicates: usize, samples: usize) -> Vec<[f64; 2]> {
     let def = LayoutDef {
         samples: Some(samples as u64),
@@ -77,7 +77,7 @@ fn points_of(kind: DesignKind, seed: u64, replicates: usize, samples: usize) -> 
     (0..layout.count()).map(point).collect()
 }
 
-/// A study of y, or of y and z by turns; `failing`: with failing runs, of which such a part has a value that is held.
+/// A study of y, or of y and z alternately; `failing`: with failing runs, of which this share has a reached value.
 fn study(kind: DesignKind, seed: u64, replicates: usize, samples: usize, paired: bool, failing: Option<f64>) -> Made {
     let points = points_of(kind, seed, replicates, samples);
     let mut cells = Vec::new();
@@ -105,7 +105,7 @@ fn study(kind: DesignKind, seed: u64, replicates: usize, samples: usize, paired:
             let value = made.columns[0].cells[row].expect("a value");
             if draw[0] < if value > 4.0 { 0.5 } else { 0.01 } {
                 made.fail(row, "diverged");
-                // lost, but for what was reached with the guards held, of some
+                // lost, but some with the value reached while the guards held
                 made.columns[0].cells[row] = Some(1e9 * draw[1]);
                 made.columns[0].held[row] = (draw[1] < part).then_some(value * draw[1]);
             }
@@ -121,7 +121,7 @@ struct Counter<'a> {
 }
 
 impl Counter<'_> {
-    /// Counts how often `holds` says that the answer holds.
+    /// Counts how often `holds` is true for the answer.
     fn count(&mut self, name: &str, make: impl Fn(u64) -> Made, def: QuestionDef, holds: impl Fn(&Answered) -> bool) {
         let question = asked(def);
         let (mut held, mut without, mut width, mut wide, mut first) = (0, 0, 0.0, 0u32, None::<Answer>);
@@ -156,7 +156,7 @@ impl Counter<'_> {
     }
 }
 
-/// The limits of the first answer hold a number; a limit that is missing holds any.
+/// Whether the limits of the first answer contain a number; a missing limit contains any.
 fn within(truth: f64) -> impl Fn(&Answered) -> bool {
     move |answered| {
         let one = &answered.answers[0];
@@ -164,7 +164,7 @@ fn within(truth: f64) -> impl Fn(&Answered) -> bool {
     }
 }
 
-/// The limits of a curve hold at all levels, or at the one next to `probe`.
+/// Whether the limits of a curve hold at all levels, or at the level next to `probe`.
 fn at_levels(all: bool, probe: f64) -> impl Fn(&Answered) -> bool {
     move |answered| {
         let curve = answered.curve.as_ref().expect("a curve");
@@ -180,9 +180,9 @@ fn at_levels(all: bool, probe: f64) -> impl Fn(&Answered) -> bool {
     }
 }
 
-/// The limits of the bin next to `probe` hold P(y > x) over it.
+/// Whether the limits of the bin next to `probe` contain P(y > x) over the bin.
 fn in_bin(x: f64, probe: f64) -> impl Fn(&Answered) -> bool {
-    // of u below e^-x all, above it e^-x/u
+    // for u below e^-x all, above it e^-x/u
     let below = move |u: f64| {
         let edge = (-x).exp();
         if u < edge { u } else { edge * (1.0 + (u / edge).ln()) }
@@ -201,7 +201,7 @@ fn probability(x: f64) -> QuestionDef {
     QuestionDef { probability: Some(format!("y > {x}")), ..QuestionDef::default() }
 }
 
-/// All kinds, each over so many studies; `each`: called with every line as it is done.
+/// All kinds, each over this number of studies; `each` is called with every finished line.
 fn table(repeats: u32, each: &mut dyn FnMut(&Line)) -> Vec<Line> {
     let mut counter = Counter { lines: Vec::new(), repeats, each };
     let quantile = |u| QuestionDef { quantile: Some(u), of: Some("y".into()), ..QuestionDef::default() };
@@ -218,7 +218,7 @@ fn table(repeats: u32, each: &mut dyn FnMut(&Line)) -> Vec<Line> {
                 let x = level(y_above, p);
                 counter.count(&format!("{word}: probability {p}"), make(false), probability(x), within(p));
             }
-            // of one variable, next to a boundary of the strata: replicates hardly scatter
+            // one variable, next to a boundary of the strata: replicates hardly scatter
             let edge = 31.97 / 64.0;
             let def = QuestionDef { probability: Some(format!("u < {edge}")), ..QuestionDef::default() };
             counter.count(&format!("{word}: probability of one variable"), make(false), def, within(edge));
@@ -258,8 +258,8 @@ fn table(repeats: u32, each: &mut dyn FnMut(&Line)) -> Vec<Line> {
     counter.lines
 }
 
-/// False decisions of a gate at its bound's edge: (passed, failed) half-way, and with the complete study after all looks, of so many
-/// studies of 2^13 points that are looked at every 256.
+/// Wrong decisions of a gate at the edge of its bound: (passed, failed) in an incomplete study, and with the complete study after all interim
+/// analyses, over this number of studies of 2^13 points analysed every 256.
 fn gates(repeats: u32) -> ([u32; 2], [u32; 2]) {
     let bound = 0.05;
     let x = level(y_above, bound);
@@ -296,7 +296,7 @@ fn gates(repeats: u32) -> ([u32; 2], [u32; 2]) {
             }
             break;
         }
-        // at the bound a pass is false, and just below it (nothing tells them apart) a failure is
+        // at the bound a pass is wrong, and just below it (practically the same study) a failure
         for at in 0..2 {
             looked[at] += u32::from(seen[at]);
         }
@@ -334,7 +334,7 @@ fn intervals_hold_as_often_as_they_say() {
     });
     assert_eq!(lines.len(), 4 * 2 * 15, "four kinds of design, without and with failing runs");
     for line in &lines {
-        // 95 % (about: 92 %) less three standard deviations of so many studies
+        // 95 % (approximate: 92 %) less three standard deviations for this number of studies
         let share = if line.approximate { 0.92 } else { 0.95 };
         let of = f64::from(line.of);
         let least = share * of - 3.0 * (share * (1.0 - share) * of).sqrt();

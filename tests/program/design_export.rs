@@ -102,12 +102,12 @@ fn a_design_is_written_as_salib_and_dakota_have_it() {
             .collect()
     };
     assert_eq!((bounds(0), bounds(1), bounds(2)), (vec![-1.0, 3.0], vec![2.0, 0.5], vec![-1.0, 4.0, 0.0, 1.0]));
-    // median 2: the mean of ln x is ln 2; cv 0.3: its variance is ln 1.09
+    // median 2: the mean of ln x is ln 2; coefficient of variation 0.3: the variance of ln x is ln 1.09
     let log = bounds(3);
     assert!((log[0] - 2f64.ln()).abs() < 1e-15 && (log[1] - 1.09f64.ln().sqrt()).abs() < 1e-15, "{log:?}");
-    // the peak as a part of the width
+    // the peak as a fraction of the width
     assert_eq!(bounds(4), [1.0, 5.0, 0.25]);
-    // shape and scale; of the exponential law 1 and its mean
+    // shape and scale; for the exponential distribution 1 and its mean
     assert_eq!((bounds(5), bounds(6), bounds(7)), (vec![2.0, 3.0], vec![1.0, 4.0], vec![0.1, 10.0]));
     let csv = fs::read_to_string(folder.path("design/salib-points.csv")).expect("written");
     let lines: Vec<&str> = csv.lines().collect();
@@ -121,7 +121,7 @@ fn a_design_is_written_as_salib_and_dakota_have_it() {
         "{}",
         rows[1]
     );
-    // nothing is overwritten, and what has no points has none
+    // no file is overwritten, and a study without points is rejected
     let again = say(&["design", "export", &study, "--out", &out]);
     assert!(again.code == 3 && again.err.contains("already exists"), "{} {}", again.code, again.err);
     let grid = folder.small_study();

@@ -1,4 +1,4 @@
-//! Formulas of study files know the units of columns and parameters: what differs in dimension is refused, at its place.
+//! Formulas of study files know the units of columns and parameters: a difference in dimension is an error at its place in the file.
 
 use crate::support::{Folder, say};
 
@@ -56,7 +56,7 @@ require = "P(1 mm + 1 kg > max_bearing_load_N) < 0.5"
     ] {
         assert!(told.err.contains(part), "{part}\nin\n{}", told.err);
     }
-    // what a formula gives is what the parameter takes; a variable fits anything
+    // a formula must have the dimension of its parameter; a variable has any dimension
     for (formula, part) in [
         ("1 kg*mu", "the formula is in kg, and `diaphragms.seal.contact.gap` is in m"),
         ("1 kg", "the formula is in kg, and `diaphragms.seal.contact.gap` is in m"),

@@ -1,15 +1,15 @@
-//! Escape sequences from files, their names, logs and the command line never reach a terminal: all that a command says is free
-//! of control characters and marks of writing direction, and shows that they were there.
+//! Escape sequences from files, file names, logs and the command line never reach a terminal: all output is free of control characters and
+//! marks of writing direction, and shows that they were there.
 
 use crate::support::{Folder, bladeoff, say};
 use bladeoff_text::document::is_hidden;
 use std::fs;
 use std::path::Path;
 
-/// Clears the screen, sets the title, begins a C1 sequence, turns the direction of writing.
+/// Clears the screen, sets the title, begins a C1 sequence, changes the writing direction.
 const EVIL: &str = "\u{1b}[2J\u{1b}]0;owned\u{7}\u{9b}31m\u{202e}";
 
-/// What a command says, on both streams; asserts that nothing in it acts on a terminal.
+/// Output of a command on both streams; asserts that it contains nothing that controls a terminal.
 fn harmless(args: &[&str]) -> String {
     let output = bladeoff(args).output().expect("it starts");
     let both = [output.stdout, output.stderr].concat();
@@ -20,7 +20,7 @@ fn harmless(args: &[&str]) -> String {
     text
 }
 
-/// The same of a command that quotes what it does not like; it shows the escape.
+/// Output of a command that quotes the argument; asserts that the escape is shown.
 fn shown(args: &[&str]) -> String {
     let text = harmless(args);
     assert!(text.contains("\\u{1b}"), "{args:?}: {text}");
@@ -32,7 +32,7 @@ fn names_keys_values_and_excerpts_of_input_files() {
     let folder = Folder::new();
     let rig = fs::read_to_string(folder.path("machines/rig.toml")).expect("the rig");
     let study = |text: &str| folder.write("s.toml", &format!("schema = 1\nmachine = \"machines/rig.toml\"\n{text}"));
-    // The name of a file, on the command line and in a study.
+    // file name, on the command line and in a study
     let name = format!("m{EVIL}.toml");
     let machine = folder.write(&name, &rig.replace("diameter", "diamter"));
     for command in ["simulate", "modes", "paths"] {
@@ -44,7 +44,7 @@ fn names_keys_values_and_excerpts_of_input_files() {
     let named = "schema = 1\nmachine = \"m\\u001b[2J\\nerror: all is well.toml\"\n";
     let said = shown(&["check", &folder.write("named.toml", named)]);
     assert!(!said.contains("\nerror: all is well"), "{said}");
-    // Keys and values; as escapes of TOML, and raw where TOML allows it (C1, marks of direction), which excerpts show.
+    // keys and values: as escapes of TOML, and raw where TOML allows it (C1, marks of direction), shown in excerpts
     let escaped = "\\u001b[2J\\u001b]0;x\\u0007";
     shown(&["check", &study(&format!("\"k{escaped}\" = 1\n"))]);
     shown(&["check", &study(&format!("name = \"n{escaped}\"\n"))]);
@@ -57,10 +57,10 @@ fn names_keys_values_and_excerpts_of_input_files() {
     shown(&["simulate", &folder.write("k.toml", &format!("{rig}\n[\"{escaped}\"]\n\"a{escaped}\" = 1\n"))]);
     harmless(&["simulate", &folder.write("n.toml", &rig.replace("name = \"", &format!("name = \"{escaped}")))]);
     shown(&["simulate", &folder.write("u.toml", &rig.replace("\"0.5 mm\"", &format!("\"0.5 {escaped}\"")))]);
-    // Raw control characters are no TOML: the excerpt shows them.
+    // raw control characters are invalid TOML: the excerpt shows them
     let raw = harmless(&["simulate", &folder.write("raw.toml", &format!("{rig}\nx = \"{EVIL}\"\n"))]);
     assert!(raw.contains("␛[2J"), "{raw}");
-    // Points.
+    // points
     for (at, points) in
         [format!("contact.gap{EVIL}\n0.5\n"), format!("contact.gap\n0.5{EVIL}\n"), format!("contact.gap\n{EVIL},1\n")]
             .iter()
@@ -108,13 +108,13 @@ fn whatever_a_result_directory_holds() {
     shown(&["run", &study, "--out", foreign]);
     let first = say(&["run", &study, "--out", &out]);
     assert_eq!(first.code, 0, "{}", first.err);
-    // What workers wrote, in the log of a build before this.
+    // output of workers in the log of an earlier build
     let log = folder.path("out/workers.log");
     let mut text = fs::read_to_string(&log).expect("the log");
     text.push_str(&format!("worker 1: sample 3: {EVIL}\n"));
     fs::write(&log, text).expect("written");
     shown(&["why", &out, "3"]);
-    // What is read back as JSON.
+    // JSON files that are read back
     let json = |name: &str, change: &dyn Fn(&mut serde_json::Value)| {
         let path = folder.path(&format!("out/{name}"));
         let mut told = serde_json::from_slice(&fs::read(&path).expect(name)).expect("JSON");
@@ -134,7 +134,7 @@ fn whatever_a_result_directory_holds() {
     let holder = serde_json::json!({ "host": EVIL, "pid": 1, "started": EVIL });
     fs::write(folder.path("out/run.lock"), format!("{holder}\n")).expect("written");
     shown(&["status", &out]);
-    // Frozen inputs.
+    // frozen inputs
     let frozen = folder.path("out/study.toml");
     fs::write(&frozen, format!("{}\n\"{EVIL}\" = 1\n", fs::read_to_string(&frozen).expect("text"))).expect("written");
     harmless(&["why", &out, "3"]);
@@ -151,7 +151,7 @@ fn a_figure_of_a_file_with_such_a_name_is_valid_xml() {
     harmless(&["plot", &history, "--out", &figure]);
     let svg = fs::read_to_string(&figure).expect("a figure");
     assert!(svg.contains('␛') && !svg.contains(|c| is_hidden(c) && c != '\n' && c != '\t'));
-    // The PNG is rendered from the same text by a strict reader.
+    // a strict reader renders the PNG from the same text
     let png = folder.name("f.png");
     harmless(&["plot", &history, "--out", &png]);
     assert!(fs::read(&png).expect("a figure").starts_with(b"\x89PNG"));

@@ -33,7 +33,7 @@ fn a_run_its_history_and_its_pictures_from_one_command_each() {
     assert_figure(&figures, "rig-time", &["time [s]", "speed [rpm]", "gap [µm]", "bearing left"]);
     assert_figure(&figures, "rig-orbit", &["x [µm]", "clearance at t", "gap at rest", "orbit of the last turn"]);
     assert_figure(&figures, "rig-spectrogram-bearing-left-y", &["frequency [Hz]", "dB re"]);
-    // 8 turns are too few for order tracking: said, not drawn
+    // 8 turns are too few for order tracking: this is reported instead of drawn
     let said = say(&["plot", &history, "--kind", "order", "--out", &out]);
     assert_eq!(said.code, 3);
     assert!(said.err.contains("turns"), "{}", said.err);
@@ -63,7 +63,7 @@ fn a_machine_is_drawn() {
         "unbalance-response",
         &["bearing load, 0 to peak", "spin speed [rpm]", "without contact\n"],
     );
-    // without damping the peaks would be infinite: they are cut off, and the rest is seen
+    // without damping the peaks would be infinite: they are cut off, and the rest of the response is visible
     let rig = std::fs::read_to_string(folder.path("machines/rig.toml")).expect("there");
     let rig = ["600 N s/m", "5 1/s", "2e-5 s"].iter().fold(rig, |rig, value| rig.replace(&format!("\"{value}\""), "0"));
     let figures = folder.path("undamped");
@@ -72,7 +72,7 @@ fn a_machine_is_drawn() {
     assert_figure(&figures, "unbalance-response", &["; undamped peaks cut off\n", "amplitude, 0 to peak [mm]"]);
 }
 
-/// Two discs on a bearing that is softer along Y: the first critical speeds are of modes that are neither forward nor backward.
+/// Two discs on a bearing that is softer along Y: the modes of the first critical speeds are neither forward nor backward.
 #[test]
 fn mixed_and_planar_modes_are_named_listed_and_drawn() {
     let folder = Folder::new();
@@ -95,7 +95,7 @@ fn mixed_and_planar_modes_are_named_listed_and_drawn() {
     assert_eq!(report["unstable"].as_array().map(Vec::len), Some(0));
 }
 
-/// Modes of the machine at a speed between its critical speeds.
+/// The modes of the machine at a speed between its critical speeds.
 #[test]
 fn critical_speeds_near_the_running_speed_are_named_and_marked() {
     let folder = Folder::new();
@@ -117,7 +117,7 @@ fn critical_speeds_near_the_running_speed_are_named_and_marked() {
     assert!((number("required_separation_margin") - 0.16).abs() < 1e-12, "{first}");
 }
 
-/// Cross-coupled stiffness at that bearing makes a mode unstable from 281 rad/s on.
+/// Cross-coupled stiffness at this bearing makes a mode unstable above 281 rad/s.
 #[test]
 fn unstable_speeds_are_said_by_every_command() {
     let folder = Folder::new();
@@ -135,7 +135,7 @@ fn unstable_speeds_are_said_by_every_command() {
     let said = say(&["modes", &machine, "--json"]);
     let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
     let range = &report["unstable"][0];
-    // the finite-element model has the limit at 281 rad/s
+    // the finite-element model has the stability limit at 281 rad/s
     assert!(range["from_rad_s"].as_f64().is_some_and(|from| (from - 281.2).abs() < 0.5), "{range}");
     assert!(range["damping_ratio"].as_f64().is_some_and(|ratio| (-7e-4..-4e-4).contains(&ratio)), "{range}");
     let said = say(&["simulate", &machine, "--json"]);
@@ -144,7 +144,7 @@ fn unstable_speeds_are_said_by_every_command() {
     assert!(row["least_damping_at_rad_s"].as_f64().is_some_and(|speed| (speed - 314.16).abs() < 0.1), "{row}");
 }
 
-/// Dampers of half the bearings' stiffness at the running speed: their own motions are no whirl, in the list and in the diagram.
+/// Dampers of half the bearings' stiffness at the running speed: the modes of the dampers themselves are neither listed nor drawn as whirl modes.
 #[test]
 fn overdamped_motions_are_listed_apart_and_not_drawn() {
     let folder = Folder::new();
@@ -187,8 +187,8 @@ fn a_history_that_cannot_be_written_is_a_warning() {
     assert_eq!(said.code, 3, "{}", said.err);
 }
 
-/// The disk is full (a small one of its own) or a limit on file sizes is reached: in the middle of the run, after
-/// something was written.
+/// A full disk (a small file system made for the test) or the limit on file sizes, reached in the middle of a run after part of the history was
+/// written.
 #[test]
 fn a_full_disk_fails_the_history_alone() {
     let folder = Folder::new();
@@ -229,7 +229,7 @@ fn a_full_disk_fails_the_history_alone() {
     }
     let said = say(&["recover", &text(&folder.path("limited.mcap.tmp"))]);
     assert_eq!(said.code, 0, "{}", said.err);
-    // The table library has words of its own for a full disk; the system's are told.
+    // The table library has its own message for a full disk; the message of the operating system is printed.
     let said = limited("limited.parquet");
     assert!(said.code == 0 && said.out == alone.out, "{}", said.err);
     assert!(said.err.contains("limited.parquet\n  because: File too large"), "{}", said.err);
@@ -264,8 +264,8 @@ fn energies_that_are_zero_all_the_time_are_not_drawn() {
     );
 }
 
-/// A writer that is killed leaves a file from which everything up to the cut comes back, equal to what an undisturbed run
-/// records.
+/// From the file that a killed writer leaves, everything up to its last complete part is recovered, and is equal to the history of an undisturbed
+/// run.
 #[test]
 fn a_history_whose_writer_is_killed_is_recovered() {
     const LEAST: u64 = 200_000;
@@ -289,7 +289,7 @@ fn a_history_whose_writer_is_killed_is_recovered() {
         crate::support::bladeoff(&words)
     };
     let (killed, temporary) = (folder.path("killed.mcap"), folder.path("killed.mcap.tmp"));
-    // long enough to be caught in the act
+    // long enough for the test to kill the process while it writes
     let mut child = record(&killed, "5 s").stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("starts");
     while fs::metadata(&temporary).map_or(0, |about| about.len()) < LEAST {
         assert_eq!(child.try_wait().expect("its state"), None, "it ended before it was killed");
@@ -304,7 +304,7 @@ fn a_history_whose_writer_is_killed_is_recovered() {
     assert_eq!(said.code, 0, "{}", said.err);
     let recovered = read(&killed).expect("a whole file");
     let undisturbed = folder.path("undisturbed.mcap");
-    // up to a little after the cut
+    // up to shortly after the last recovered record
     let end = format!("{} s", recovered.time.last().expect("messages") + 1e-3);
     assert_eq!(say_of(record(&undisturbed, &end)).code, 0);
     let undisturbed = read(&undisturbed).expect("a whole file");

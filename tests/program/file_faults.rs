@@ -1,5 +1,5 @@
-//! Shared directories and file systems that are not as they should be: no locks, damaged or missing published files, chunks of any
-//! length, what killed merges leave. No finished sample is lost, and the message names the file and what to do.
+//! Faults of shared directories and file systems: no locks, damaged or missing published files, chunks of any length, remains of killed merges. No
+//! finished sample is lost, and the message names the file and the remedy.
 
 use crate::support::{Folder, Said, bladeoff, root, said, say};
 use std::fs;
@@ -41,13 +41,13 @@ impl Shards {
         fs::read(self.path(name)).expect(name)
     }
 
-    /// Chunks that have their name.
+    /// Number of chunks that have their final name.
     fn chunks(&self) -> usize {
         (0..4).filter(|chunk| self.path(&format!("chunks/000/chunk-{chunk:06}.bin")).exists()).count()
     }
 }
 
-/// One bit of a byte in the middle changes, or, of text, one digit.
+/// The bytes with one bit of the middle byte changed; in text, one digit.
 fn flipped(bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     let middle = bytes.len() / 2;
@@ -89,7 +89,7 @@ fn a_damaged_or_missing_published_file_is_named_and_restored_byte_for_byte() {
             fs::remove_file(shards.path("results.parquet")).expect("merged");
         }
     }
-    // the study has changed since: nothing to restore it from, and nothing is lost
+    // the study file has changed since: the copy cannot be restored from it, and no sample is lost
     let whole = shards.bytes("study.toml");
     fs::write(shards.path("study.toml"), flipped(&whole)).expect("written");
     let study = fs::read_to_string(&shards.study).expect("text");
@@ -98,7 +98,7 @@ fn a_damaged_or_missing_published_file_is_named_and_restored_byte_for_byte() {
         assert!(refused.code == 6 && refused.err.contains("study.toml"), "{}: {}", refused.code, refused.err);
         assert!(refused.err.contains("no finished sample is lost"), "{}", refused.err);
     }
-    // it is the same study again, and the directory is another's for a changed one
+    // the copy is correct again: the directory then belongs to a study other than the changed one
     fs::write(shards.path("study.toml"), whole).expect("written");
     let other = shards.shard();
     assert!(other.code == 3 && other.err.contains("was begun with another study"), "{}: {}", other.code, other.err);
@@ -154,7 +154,7 @@ fn a_list_of_shards_without_a_checksum_is_damaged_and_puts_no_chunk_aside() {
     let expected = "shards.json: it is damaged: it has no checksum; no finished sample is lost";
     assert!(merged.code == 6 && merged.err.contains(expected), "{}", merged.err);
     assert_eq!(shards.chunks(), 4);
-    // The list of another run of the study, in order by itself: the chunks name theirs.
+    // The list of another run of the study, valid in itself: the chunks name the list to which they belong.
     fields["study_file"] = "smell.toml".into();
     let checksum = blake3::hash(fields.to_string().as_bytes()).to_hex().to_string();
     fields["checksum"] = checksum.into();
@@ -165,7 +165,7 @@ fn a_list_of_shards_without_a_checksum_is_damaged_and_puts_no_chunk_aside() {
     assert_eq!(shards.chunks(), 4);
 }
 
-/// Seed and number of samples are in the metadata of the table, too.
+/// Seed and number of samples are also in the metadata of the table.
 #[test]
 fn a_manifest_that_contradicts_its_table_is_reported() {
     let folder = Folder::new();
@@ -191,7 +191,7 @@ fn a_manifest_that_contradicts_its_table_is_reported() {
         assert_eq!(status.code, 6, "{}", status.out);
         let line = status.out.lines().find(|line| line.starts_with("manifest.json")).unwrap_or_default();
         assert!(line.contains("damaged: ") && line.contains(message), "{to}: {}", status.out);
-        // the next run writes it again
+        // the next run writes the manifest again
         assert_eq!(say(&["run", &study, "--out", &out]).code, 0, "{to}");
         let status = say(&["status", &out, "--verify"]);
         assert_eq!(status.code, 0, "{to}: {}", status.out);
@@ -208,7 +208,7 @@ fn a_chunk_that_is_too_long_is_put_aside_and_computed_again() {
     assert!(merged.code == 5 && merged.err.contains("1 put aside, damaged: 1"), "{}: {}", merged.code, merged.err);
     let run = shards.shard();
     assert!(run.code == 0 && run.err.contains("1 of 4 chunks published here"), "{}", run.err);
-    // it has measured times, whose digits differ
+    // the chunk contains measured times, whose number of digits varies
     assert!(fs::read(&chunk).expect("there").len().abs_diff(whole.len()) < whole.len() / 10);
     assert_eq!(shards.merge().code, 0);
 }
@@ -219,7 +219,7 @@ fn what_killed_merges_of_this_system_leave_goes_with_the_next_one() {
     let start = fs::read_to_string("/proc/sys/kernel/random/boot_id").expect("Linux has it");
     let container = fs::read_link("/proc/self/ns/pid").expect("Linux has it");
     let system = format!("{} {}", start.trim(), container.display());
-    // a process that has ended, and one that lives under another number of its start
+    // a process that has ended, and a live process whose start time differs from the recorded one
     let mut child = Command::new("true").spawn().expect("it starts");
     let dead = child.id();
     child.wait().expect("it ends");
@@ -243,7 +243,7 @@ fn what_killed_merges_of_this_system_leave_goes_with_the_next_one() {
     assert!(!there(ours) && !there(alive), "their processes are gone");
     assert!(there(far) && there("machine.toml") && Path::new(&shards.study).exists());
     assert!(!there("merge.0000000a.tmp") && there("merge.0000000c.tmp"));
-    // a merge that has nothing to do cleans up, too
+    // a merge without work removes the remains, too
     fs::write(shards.path(ours), "begun").expect("written");
     fs::write(shards.path("merge.0000000a.tmp"), note(&system, dead, &[ours])).expect("written");
     let again = shards.merge();
@@ -251,7 +251,7 @@ fn what_killed_merges_of_this_system_leave_goes_with_the_next_one() {
     assert!(!there(ours));
 }
 
-/// The library that takes the locks away, compiled here.
+/// Compiles the library that makes lock calls fail.
 fn no_locks(folder: &Folder) -> String {
     let library = folder.name("no_locks.so");
     let source = root().join("tests/program/no_locks.c");
@@ -272,7 +272,7 @@ fn a_file_system_without_locks_is_named_and_the_printed_way_out_works() {
         said(command.output().expect("it starts"))
     };
     let out = shared.join("out").to_str().expect("UTF-8").to_owned();
-    // ENOLCK, ENOSYS, EOPNOTSUPP, as NFS says it, EBADF
+    // ENOLCK, ENOSYS, EOPNOTSUPP, the error 524 of NFS, EBADF
     for error in [37, 38, 95, 524, 9] {
         let run = without_locks(error, &["run", &study, "--out", &out]);
         assert_eq!(run.code, 6, "{}", run.err);
@@ -287,7 +287,7 @@ fn a_file_system_without_locks_is_named_and_the_printed_way_out_works() {
     assert_eq!(shard.code, 0, "{}", shard.err);
     let merged = without_locks(37, &["merge", &out]);
     assert_eq!(merged.code, 0, "{}", merged.err);
-    // the other way: computed on a local disk, and copied
+    // the alternative: computed on a local disk and copied
     let local = folder.name("elsewhere");
     assert_eq!(say(&["run", &study, "--out", &local]).code, 0);
     let copy = shared.join("copy").to_str().expect("UTF-8").to_owned();

@@ -1,4 +1,4 @@
-//! Files and units of other programs: spreadsheets, Dakota, SALib, ROSS, tables of bearing coefficients. And numbers in a wrong unit.
+//! Files and units of other programs: spreadsheets, Dakota, SALib, ROSS, tables of bearing coefficients; and numbers in a wrong unit.
 
 use crate::support::{Folder, say};
 use std::fs;
@@ -6,7 +6,7 @@ use std::fs;
 const STUDY: &str = "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"1 ms\"\n[points]\nfile = \"points.csv\"\n";
 const TWO_SAMPLES: [&str; 2] = ["0\t0.0004\t0.1", "1\t0.0007\t0.25"];
 
-/// `check --list` of points, with more lines of `[points]`: exit code, lines of the samples, messages.
+/// `check --list` of points, with additional lines in `[points]`: exit code, lines of the samples, messages.
 fn listed(folder: &Folder, points: &str, more: &str) -> (i32, Vec<String>, String) {
     folder.write("points.csv", points);
     let said = say(&["check", &folder.write("s.toml", &format!("{STUDY}{more}")), "--list"]);
@@ -24,7 +24,7 @@ fn a_spreadsheet_has_line_breaks_in_cells_and_units_in_its_header() {
     let csv = say(&["export", &out, "--csv", "--decimal-comma"]).out;
     assert!(csv.starts_with("sample;diaphragms.seal.contact.gap_m;"), "{csv}");
     assert!(csv.contains("\n0;0,0004;0,1;\"a;b\";") && csv.contains("\n1;0,0007;0,25;\"two\nlines\";"), "{csv}");
-    // What is exported with decimal commas is read back.
+    // A file that was exported with decimal commas can be read again.
     let parameters: Vec<String> = csv
         .lines()
         .filter(|line| line.starts_with(|c: char| c == 's' || c.is_ascii_digit()))
@@ -60,7 +60,7 @@ fn points_as_dakota_writes_them_are_read() {
         let (code, rows, err) = listed(&folder, points, more);
         assert_eq!((code, rows.as_slice()), (0, &TWO_SAMPLES.map(str::to_owned)[..]), "{more}: {err}");
     }
-    // numpy's text has no header
+    // a text file of numpy has no header
     let (code, _, err) = listed(&folder, "4e-4 1e-1\n7e-4 2.5e-1\n", "");
     assert!(code == 3 && err.contains("a header line with the name of each column is missing"), "{err}");
     let (code, _, err) = listed(&folder, "contact.gap contact.friction\n0.4 mm 0.1\n0.7 mm 0.25\n", "");
@@ -176,7 +176,8 @@ fn a_number_in_a_wrong_unit_is_a_warning_and_changes_no_exit_code() {
     assert!(clean.code == 0 && !clean.err.contains("plausible"), "{}", clean.err);
 }
 
-/// A drop without spin onto a rigid ring: the cause says why no step helps. The start includes the sag, as the ring may be put around it.
+/// A drop without spin onto a rigid ring: the message says why no time step helps. The start position includes the static sag, because the ring may be
+/// centred around it.
 #[test]
 fn a_drop_onto_a_rigid_ring_says_why_it_is_invalid() {
     let folder = Folder::new();
@@ -184,7 +185,7 @@ fn a_drop_onto_a_rigid_ring_says_why_it_is_invalid() {
         initial_speed = 0\ngravity = [0.0, \"-9.81 m/s2\"]\n[rotor.initial]\ndisplacement = [\"0 mm\", \"0.3 mm\"]\n\
         [rotor.bearings.spring]\nstiffness = \"1e2 N/m\"\n[diaphragms.ring]\nkind = \"rigid\"\n\
         [diaphragms.ring.contact]\nrotor_radius = \"50 mm\"\ngap = \"0.5 mm\"\nfriction = 0.1\noffset = [\"0 mm\", \"-97.6 mm\"]\n";
-    // the sag is 98.1 mm: the rotor is 0.2 mm off the centre of its ring and falls to its other side
+    // the sag is 98.1 mm: the rotor starts 0.2 mm off the centre of its ring and falls to its other side
     let said = say(&["simulate", &folder.write("drop.toml", drop)]);
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(!said.err.contains("outside"), "{}", said.err);

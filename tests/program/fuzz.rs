@@ -1,5 +1,5 @@
-//! Input from anywhere: an error, never a panic, a hang or a huge allocation. Valid files with pieces changed, doubled, moved and cut,
-//! and bytes of no meaning. The documented long run is `PROPTEST_CASES=25000 cargo test --release --test program fuzz::` (four times that many
+//! Arbitrary input gives an error, never a panic, a hang or a huge allocation. Valid files with pieces changed, duplicated, moved and cut,
+//! and random bytes. The documented long run is `PROPTEST_CASES=25000 cargo test --release --test program fuzz::` (four times that many
 //! cases); without the variable every test takes 500. Memory and time of every case are bounded. Messages are in
 //! `worker/protocol/tests/messages.rs`.
 
@@ -22,10 +22,10 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
-/// Memory of one case \[bytes\].
+/// Largest memory of a case \[bytes\].
 const MOST: usize = 256 << 20;
 
-/// Pieces that files are made of, and some they should not be.
+/// Valid and invalid pieces of files.
 const PIECES: [&str; 41] = [
     "[[vary]]\n",
     "[set]\n",
@@ -111,7 +111,7 @@ fn changed(bytes: &[u8], changes: &[Change]) -> Vec<u8> {
     bytes
 }
 
-/// A file changed, or bytes of no meaning.
+/// A changed file, or random bytes.
 fn mutant(bytes: Vec<u8>) -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         8 => changes().prop_map(move |changes| changed(&bytes, &changes)),
@@ -139,7 +139,7 @@ const FUNCTION: &str = "schema = 1\nmodel = \"function\"\n[function]\ng = \"max(
     [[vary]]\nname = \"y\"\nvalues = [1, 2.5]\n[[derived]]\nname = \"d\"\nformula = \"x - 1\"\n";
 const POINTS: &str = "contact.gap, id, contact.friction, weight\n# a remark\n0.4 mm, a, 0.1, 1\n\n0.7 mm, b, 0.25, 2\n1e-3, c, 0.3, 0.5\n";
 
-/// A folder with a whole study, in which files are exchanged.
+/// A folder with a complete study, in which files are replaced.
 struct Files(tempfile::TempDir);
 
 impl Files {
@@ -153,7 +153,7 @@ impl Files {
     fn put(&self, name: &str, bytes: &[u8]) {
         fs::write(self.0.path().join(name), bytes).expect("written");
     }
-    /// Loads the study and, if it is one, looks at its first and last sample.
+    /// Loads the study and, if it is valid, its first and last sample.
     fn load(&self) {
         let Ok(study) = load(&self.0.path().join("s.toml"), own_columns) else { return };
         let Ok(samples) = Samples::new(study, None, None) else { return };
@@ -220,14 +220,14 @@ fn any_machine_is_built_or_refused() {
     println!("{}", cap::figures());
 }
 
-/// A complete result directory, and a study that has changed since.
+/// A complete result directory, and a study that was changed afterwards.
 struct Directory {
     folder: Folder,
     out: PathBuf,
     changed: Samples,
 }
 
-/// What the program reads back of it, but the record (cut and changed at any byte in `tests/faults/resume.rs`).
+/// Files of it that the program reads, except the record (cut and changed at any byte in `tests/faults/resume.rs`).
 const READ_BACK: [&str; 9] = [
     "status.json",
     "manifest.json",
@@ -250,7 +250,7 @@ impl Directory {
         let out = folder.name("out");
         let said = say(&["run", &study, "--out", &out, "--workers", "1"]);
         assert_eq!(said.code, 0, "{}", said.err);
-        // As a killed run leaves it, so that the lock is read.
+        // lock file of a killed run, so that it is read
         fs::write(folder.path("out/run.lock"), "{\"host\":\"h\",\"pid\":1,\"started\":\"2026\"}\n").expect("written");
         let study = folder.write("changed.toml", &text.replace("0.002 s", "0.003 s"));
         let changed = Samples::new(load(study.as_ref(), own_columns).expect("a study"), None, None).expect("small");
@@ -261,13 +261,13 @@ impl Directory {
         fs::read(self.out.join(name)).expect("there")
     }
 
-    /// Everything that looks at one of these files, with it as it is.
+    /// Calls every function that reads one of these files.
     fn look(&self, name: &str, bytes: &[u8]) {
         let _ = status_text(&self.out, false);
         let _ = status_text(&self.out, true);
         match name {
             PLAN_FILE => {
-                // With its own hash, so that it is parsed and not refused for being another.
+                // with its own hash, so that it is parsed instead of rejected by its hash
                 let hash = blake3::hash(bytes).to_hex().to_string();
                 match JobSpec::read(&self.out, &hash) {
                     Ok(JobSpec::Machine(job)) => {
@@ -286,7 +286,7 @@ impl Directory {
         }
     }
 
-    /// Whether everything that looks at this file comes back with `bytes` in place of the `whole` ones.
+    /// Whether every function that reads this file returns for `bytes` in place of the `whole` content.
     fn withstands(&self, name: &str, whole: &[u8], bytes: &[u8]) -> bool {
         fs::write(self.out.join(name), bytes).expect("written");
         let looked = catch_unwind(AssertUnwindSafe(|| case(MOST, || self.look(name, bytes))));
@@ -295,7 +295,7 @@ impl Directory {
     }
 }
 
-/// Each key of status and manifest with each of these values: changes of text seldom leave JSON behind.
+/// Each key of status and manifest with each of these values: random changes of the text rarely give valid JSON.
 #[test]
 fn any_value_of_status_or_manifest_is_read_or_refused() {
     let directory = Directory::new();
@@ -391,12 +391,12 @@ fn histories(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
     ["mcap", "parquet", "csv"].map(record).to_vec()
 }
 
-/// Reads a history with these bytes as `plot` does, and saves what can be saved of an MCAP; gives the history.
+/// Reads a history with these bytes as `plot` does, and recovers an MCAP; returns the history.
 fn look_at_history(folder: &Folder, extension: &str, bytes: &[u8]) -> Option<History> {
     let (path, saved) = (folder.path(&format!("h.{extension}")), folder.path("saved.mcap"));
     fs::write(&path, bytes).expect("written");
     case(MOST, || {
-        // it overwrites nothing
+        // recover does not overwrite files
         let _ = fs::remove_file(&saved);
         let _ = recover(&path, &saved);
         read(&path).ok()
@@ -417,21 +417,21 @@ fn any_history_is_read_or_refused() {
     println!("{}", cap::figures());
 }
 
-/// The numbers of an MCAP and of a Parquet history are under a checksum: what is read is what was written.
+/// The numbers of an MCAP and of a Parquet history have a checksum: they are read as written, or not at all.
 #[test]
 fn a_history_that_is_changed_at_any_byte_has_its_numbers_or_is_refused() {
     let folder = Folder::new();
     for (extension, whole) in histories(&folder).into_iter().take(2) {
         let known = look_at_history(&folder, extension, &whole).expect("whole");
         let (mut refused, mut count) = (0, 0);
-        // One change of each byte, of three kinds in turn: a checksum finds each of them.
+        // one change of each byte, of three kinds in turn: a checksum detects each of them
         for (at, flip) in (0..whole.len()).zip([0x01, 0x80, 0xff].into_iter().cycle()) {
             let mut bytes = whole.clone();
             bytes[at] ^= flip;
             count += 1;
             match look_at_history(&folder, extension, &bytes) {
                 None => refused += 1,
-                // messages of an MCAP may be missing, as in a run that was killed
+                // messages of an MCAP may be missing, as after a killed run
                 Some(found) if extension == "parquet" || found.time.len() == known.time.len() => {
                     let values =
                         |history: &History| history.channels.iter().map(|one| one.values.clone()).collect::<Vec<_>>();
@@ -445,7 +445,7 @@ fn a_history_that_is_changed_at_any_byte_has_its_numbers_or_is_refused() {
     }
 }
 
-/// A length of 2^64-1, as the writer leaves it before a chunk that it has begun, in the place of any length.
+/// A length of 2^64-1, as in a chunk that its writer has begun, in place of any length.
 #[test]
 fn no_length_in_an_mcap_is_believed_beyond_its_file() {
     let folder = Folder::new();
@@ -460,7 +460,7 @@ fn no_length_in_an_mcap_is_believed_beyond_its_file() {
     assert!(refused > 100, "{refused}");
 }
 
-/// A small table of fixed content, each byte changed in three ways.
+/// A small table with fixed content, each byte changed in three ways.
 #[test]
 fn a_table_that_is_changed_at_any_byte_is_read_or_refused() {
     let folder = Folder::new();

@@ -1,14 +1,14 @@
-//! Commands of the guides, page after page in one folder, as written but for the length of their studies.
+//! Commands of the guides, page by page in one directory, as written except for the length of their studies.
 
 use crate::support::docs::blocks;
 use crate::support::{BINARY, Folder, RUNTIME_VARIABLE, root, runtime, said, says_the_same};
 use std::fs;
 use std::process::Command;
 
-/// Pages whose commands need the shipped studies and the files of the pages before only.
+/// Pages whose commands need only the shipped studies and the files of earlier pages.
 const PAGES: [&str; 6] = ["uncertainty", "failed-runs", "heavy-rub", "report", "gate", "histories"];
 
-/// Runs a line of a page in the folder; gives what it prints.
+/// Runs a line of a page in the directory; returns its output.
 fn run(folder: &Folder, page: &str, line: &str) -> String {
     let script = format!("bladeoff() {{ '{BINARY}' \"$@\"; }}; COMMIT=4f2a; {line}");
     let mut shell = Command::new("bash");
@@ -29,7 +29,7 @@ fn the_commands_of_the_guides_run() {
     let (mut commands, mut studies) = (0, 0);
     for page in PAGES {
         for line in blocks(&format!("docs/{page}.md"), "").iter().flat_map(|block| block.lines()) {
-            // as many samples as the gate needs; no end at a time of the day
+            // only as many samples as the gate needs; no limit on the time of day
             let is_study = line.starts_with("bladeoff run ");
             let short = if is_study && !line.contains("--limit") {
                 line.replacen(".toml", ".toml --limit 64", 1).replace("--until 06:00", "--wall 10min")
@@ -59,7 +59,7 @@ fn the_commands_of_the_guides_run() {
     }
 }
 
-/// The page shows its studies in full, and what the refined one prints.
+/// The page shows its studies in full, and the output of the refined map.
 #[test]
 fn the_maps_of_the_page_are_drawn_and_the_refined_one_prints_what_it_shows() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Histories: what is recorded is what happened, the run is not changed by being watched, files survive a cut.
+//! Histories: they contain what happened, recording does not change the run, and truncated files can be recovered.
 
 use crate::support::pictures::text;
 use crate::support::processes::{signal, wait_until};
@@ -19,7 +19,7 @@ fn machine() -> Machine {
     machine_with(&[])
 }
 
-/// The same with other values.
+/// The lab rig with changed values.
 fn machine_with(changes: &[(&str, &str)]) -> Machine {
     let path = format!("{}/../studies/machines/lab_rig.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).expect("the machine file");
@@ -29,7 +29,7 @@ fn machine_with(changes: &[(&str, &str)]) -> Machine {
         let value = def.parse_value(&info, value).expect("a value");
         def.set(&info, &value).expect("in range");
     }
-    // of the reference where no change names another
+    // the reference engine, unless a change names one
     if def.engine().is_some_and(|choice| choice.is_auto()) {
         def.settle(Engine::Reduced);
     }
@@ -80,7 +80,7 @@ fn what_is_read_back_is_what_the_run_reports() {
             std::fs::read_dir(directory.path()).expect("list").map(|entry| entry.expect("entry").file_name()).collect();
         assert!(!left.iter().any(|name| name.to_string_lossy().ends_with(".tmp")), "{left:?}");
         let history = read(&path).expect("readable");
-        // every step begins at an instant, and the last one ends at one more
+        // every step begins at an instant, and the last step ends at one more
         assert_eq!(history.time.len() as f64, value(&machine, &outcome, "steps") + 1.0, "{name}");
         let largest = |channel: &str| {
             let series = history.channel(channel).unwrap_or_else(|| panic!("no {channel}"));
@@ -128,7 +128,7 @@ fn a_history_with_decimal_commas_reads_back_the_same() {
     assert!(refused.code != 0 && refused.err.contains("decimal commas are for histories in CSV"), "{}", refused.err);
 }
 
-/// However a run ends and however rarely it is recorded, the last instant is the row's end: its time, its spin, its energies.
+/// For every end of a run and every interval, the last instant is the end of the row: time, speed, energies.
 #[test]
 fn the_last_instant_is_the_end_of_the_row() {
     let directory = tempfile::tempdir().expect("temporary directory");
@@ -137,7 +137,7 @@ fn the_last_instant_is_the_end_of_the_row() {
         (&[("run.end_speed", "2990 rpm")], "end_speed"),
         (&[("braking.constant", "40 N m")], "stopped"),
         (&[("run.step_limit", "4321")], "failure"),
-        // no force holds against so much: the state grows beyond the model
+        // strong negative damping, set below: the state diverges
         (&[("run.end_time", "5 s"), ("run.step", "3.4 us")], "failure"),
         (&[("contact.gap", "0.1 mm")], "end_time"),
     ];
@@ -151,7 +151,7 @@ fn the_last_instant_is_the_end_of_the_row() {
             let mut machine = machine_with(changes);
             let mut channels = vec!["rotor.speed_rad_s", "energy"];
             if end == "failure" && changes.len() > 1 {
-                // the format allows no such bearing; nothing stands in the way
+                // the format does not allow such a bearing; without a diaphragm the motion is unlimited
                 machine.diaphragms.clear();
                 for bearing in &mut machine.rotor.bearings {
                     bearing.damping = [[-3000.0, 0.0], [0.0, -3000.0]];
@@ -166,7 +166,7 @@ fn the_last_instant_is_the_end_of_the_row() {
             let last = |name: &str| *history.channel(name).expect("there").values.last().expect("instants");
             let time = *history.time.last().expect("instants");
             let end_time = value(&machine, &outcome, "end_time_s");
-            // an MCAP keeps whole nanoseconds
+            // an MCAP stores whole nanoseconds
             let apart = if format == "mcap" { 1e-9 } else { 0.0 };
             assert!((time - end_time).abs() <= apart, "{changes:?} {format}: {time} {end_time}");
             assert_eq!(last("rotor.speed_rad_s"), value(&machine, &outcome, "end_speed_rad_s"), "{changes:?} {format}");
@@ -181,7 +181,7 @@ fn the_last_instant_is_the_end_of_the_row() {
     }
 }
 
-/// In flight instants lie within steps; the run is the same whoever looks, the intervals are even, and the last instant is the row's end.
+/// During free motion, instants lie within steps; recording does not change the run, intervals are equal, and the last instant is the end of the row.
 #[test]
 fn a_history_of_the_exponential_engine_is_that_of_its_run() {
     let directory = tempfile::tempdir().expect("temporary directory");
@@ -214,7 +214,7 @@ fn a_history_of_the_exponential_engine_is_that_of_its_run() {
         if end != "end_time" {
             continue;
         }
-        // it touches, the gap is closed where it does, and the ring has moved there
+        // there is contact, the gap is closed where there is, and the ring is displaced
         let (force, gap, ring) =
             (series("contact.normal_force_N"), series("contact.gap_m"), series("contact.eccentricity_m"));
         let pressed: Vec<usize> = (1..force.len()).filter(|&i| force[i] > 0.0 && force[i - 1] > 0.0).collect();
@@ -247,7 +247,7 @@ fn a_cut_file_is_recovered_up_to_the_cut() {
     let reference = read(&whole).expect("readable");
     let mut shorter = 0;
     for share in [0.02, 0.3, 0.5, 0.77, 0.999, 1.0] {
-        // what a killed writer leaves: `NAME.mcap.tmp`, recovered beside itself
+        // a killed writer leaves `NAME.mcap.tmp`, recovered in the same folder
         let cut = directory.path().join("run.mcap.tmp");
         let to = directory.path().join("run.mcap");
         let length = (bytes.len() as f64 * share) as usize;
@@ -306,14 +306,14 @@ fn unknown_channels_are_refused_with_the_nearest_name() {
     assert!(select(all, &[]).expect("defaults").len() > 20);
 }
 
-/// Whether a process catches a signal, by the mask in /proc.
+/// Whether a process catches a signal, from the mask in /proc.
 fn catches(pid: u32, number: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (number - 1) & 1 == 1)
 }
 
-/// Ended by Ctrl-C or a signal, a run says where its history is and how to make it whole; all that was recorded is there.
+/// A run ended by Ctrl-C or a signal prints the path of its history and how to complete it; all recorded instants are there.
 #[test]
 fn a_run_that_is_ended_by_a_signal_says_what_is_left_of_its_history() {
     let folder = Folder::new();
@@ -330,7 +330,7 @@ fn a_run_that_is_ended_by_a_signal_says_what_is_left_of_its_history() {
             .spawn()
             .expect("it starts");
         wait_until("it listens", || catches(child.id(), number));
-        // More than the head of the file.
+        // more than the head of the file
         let is_written = || fs::metadata(&temporary).is_ok_and(|found| found.len() > 100_000);
         wait_until("instants are written", || name.ends_with("parquet") || is_written());
         assert!(signal(child.id(), by), "it was under way");
@@ -382,7 +382,7 @@ fn an_interval_that_the_run_does_not_have_is_refused_with_the_longest_it_has() {
     assert_eq!(read(Path::new(&history)).expect("readable").time.len(), 2, "the first and the last instant");
 }
 
-/// `plot` waited for ever for a named pipe, and `recover` read a file without an end into memory.
+/// `plot` waited forever for a named pipe, and `recover` read an endless file into memory.
 #[test]
 fn what_is_no_regular_file_or_too_large_is_not_read() {
     let folder = Folder::new();
@@ -402,7 +402,7 @@ fn what_is_no_regular_file_or_too_large_is_not_read() {
     assert!(errors.iter().all(|error| error.contains("read")), "{errors:?}");
 }
 
-/// The shipped layouts of Foxglove and PlotJuggler name channels that a history of the shipped turbine has, each in the spelling of its program.
+/// The shipped layouts of Foxglove and PlotJuggler name channels of a history of the shipped turbine, each in the spelling of its program.
 #[test]
 fn layouts_name_channels_of_a_history() {
     let folder = Folder::new();
@@ -425,7 +425,7 @@ fn layouts_name_channels_of_a_history() {
     // /bearing/front.load_N
     let of_foxglove = named.iter().map(|path| path.trim_start_matches('/').replace('/', ".")).collect::<Vec<_>>();
     let juggler = read("plotjuggler.xml");
-    // PlotJuggler looks for this window, and reads as many sizes of a splitter as its count
+    // PlotJuggler requires this window, and reads as many sizes of a splitter as its count
     assert!(juggler.contains("<tabbed_widget name=\"Main Window\""), "{juggler}");
     let splitters: Vec<&str> = juggler.split("<DockSplitter ").skip(1).collect();
     let attribute = |text: &str, name: &str| {
@@ -446,7 +446,7 @@ fn layouts_name_channels_of_a_history() {
     for channel in of_foxglove.iter().chain(&of_juggler) {
         assert!(history.channel(channel).is_some(), "{channel} is no channel of a history");
     }
-    // as docs/histories.md says for another machine: its bearings instead of the turbine's
+    // as described in docs/histories.md for another machine: its bearings instead of the turbine's
     let machine = text(&folder.path("machines/rig.toml"));
     let said = say(&["simulate", &machine, "--set", "run.end_time=0.01 s", "--history", &path]);
     assert_eq!(said.code, 0, "{}", said.err);
@@ -457,7 +457,7 @@ fn layouts_name_channels_of_a_history() {
     }
 }
 
-/// A default step that does not resolve the impacts becomes finer, with or without a history; a given one stays.
+/// A default step that does not resolve the impacts is refined, with or without a history; a given step stays.
 #[test]
 fn a_history_has_the_finer_step_of_its_run() {
     let folder = Folder::new();

@@ -17,12 +17,12 @@ fn a_rotor_of_ross_is_a_machine_at_once() {
     let notes = text.lines().filter(|line| line.starts_with("# - ")).count();
     assert!(notes == 2 && said.err.matches("not converted, or not as in ROSS: ").count() == notes, "{}", said.err);
     assert_eq!(say(&["check", &machine]).code, 0);
-    // values of ROSS 2.3.0: frequency in rad/s over 2 pi, logarithmic decrement
+    // values of ROSS 2.3.0: frequency in rad/s divided by 2 pi, logarithmic decrement
     let modes = say(&["modes", &machine, "--speed", "0", "--speed", "500 rad/s"]).out;
     for found in ["113.01", "0.7410", "118.13", "0.45207"] {
         assert!(modes.contains(found), "{found}: {modes}");
     }
-    // standard output has the same file, and an existing one stays
+    // standard output is the same file, and an existing file is kept
     assert_eq!(say(&["import", "ross", &rotor]).out, text);
     let again = say(&["import", "ross", &rotor, "--out", &machine]);
     assert!(again.code == 3 && again.err.contains("is not overwritten"), "{} {}", again.code, again.err);

@@ -1,4 +1,4 @@
-//! What people hand in: points files of every dialect, mistakes in all files at once, extreme numbers, radii that do not fit.
+//! User input: points files of every dialect, errors in several files at once, extreme numbers, inconsistent radii.
 
 use crate::support::{Folder, Said, say, table};
 use std::fs;
@@ -12,7 +12,7 @@ fn listed(folder: &Folder, points: &[u8], more: &str) -> Said {
     say(&["check", &folder.write("s.toml", &format!("{POINTS_STUDY}{more}")), "--list"])
 }
 
-/// Same, of points that are right: the lines of the samples.
+/// Lines of the samples for valid points.
 fn rows(folder: &Folder, points: &[u8], more: &str) -> Vec<String> {
     let said = listed(folder, points, more);
     assert_eq!(said.code, 0, "{}{}", String::from_utf8_lossy(points), said.err);
@@ -124,7 +124,7 @@ fn other_columns_are_carried_along_left_out_or_named() {
         "an empty cell: {}",
         why.out
     );
-    // One more column: another table, nothing computed again.
+    // an additional column: another table, nothing is computed again
     let more = fs::read_to_string(&study)
         .expect("readable")
         .replace("\"serial\"]", "\"serial\", \"note\"]")
@@ -202,14 +202,14 @@ fn mistakes_of_machine_study_and_points_are_told_at_once() {
     ] {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
-    // a header without its bracket hides none of the other mistakes
+    // a header without its bracket hides no other error
     folder.write("machines/rig.toml", &rig.replace("[run]", "[run"));
     let said = say(&["check", &study]);
     for part in ["unclosed table", "elements = 17", "did you mean `run.end_time`?", "friction = -1", "sed: unknown key"]
     {
         assert!(said.err.contains(part), "{part} is not in\n{}", said.err);
     }
-    // neither does an array without its end
+    // an array without its end hides none either
     folder.write("machines/rig.toml", &rig.replace("schema = 1", "schema = [1"));
     let said = say(&["check", &study]);
     for part in [
@@ -252,7 +252,7 @@ fn extreme_numbers_are_refused_with_what_is_allowed() {
     }
 }
 
-/// Its runs would take days: it comes back within its time, says what it did and as what it tells the rest.
+/// `check` of runs that would take days returns within its time limit, prints what was measured and how the rest was extrapolated.
 #[test]
 fn check_comes_back_from_runs_without_end() {
     let folder = Folder::new();
@@ -271,7 +271,7 @@ fn check_comes_back_from_runs_without_end() {
         assert!(said.out.contains(part), "{part} is not in\n{}", said.out);
     }
     assert!(said.err.contains("timing 1 of 1 sample, at most"), "{}", said.err);
-    // A watchdog, not a measurement: machines that run tests are busy.
+    // an upper bound for busy machines, not a measurement
     assert!(took < Duration::from_secs(300), "{took:?}");
 }
 
@@ -297,7 +297,7 @@ fn a_rotor_that_does_not_fit_its_ring_is_refused_where_it_varies() {
     assert!(said.code != 0 && said.err.contains("there are 20.5 mm"), "{}", said.err);
 }
 
-/// The lines that the note prints, put where it says, are a study without the note; with the phase in `[set]` they were refused.
+/// The lines printed in the note, at the place named there, give a study without the note; with the phase in `[set]` they were rejected.
 #[test]
 fn the_lines_that_vary_a_fixed_angle_go_in_place_of_the_line_that_fixes_it() {
     let folder = Folder::new();

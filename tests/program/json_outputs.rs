@@ -37,7 +37,7 @@ require = "P(max_bearing_load_N > 1 N) < 0.5"
 confidence = 0.9
 "#;
 
-/// Names of the keys that the page has for a command: all words in backquotes below its heading.
+/// Names of the keys that the page documents for a command: all words in backquotes below its heading.
 fn documented(command: &str) -> BTreeSet<&'static str> {
     let page = include_str!("../../docs/json-output.md");
     let (_, after) = page.split_once(&format!("\n## `{command}`\n")).unwrap_or_else(|| panic!("no heading {command}"));
@@ -45,7 +45,7 @@ fn documented(command: &str) -> BTreeSet<&'static str> {
     section.split('`').skip(1).step_by(2).collect()
 }
 
-/// Keys of an object and of the objects in it, but of objects whose keys are columns, paths or words of the study.
+/// Keys of an object and of its nested objects, except objects whose keys are columns, paths or words of the study.
 fn keys(value: &Value, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(object) => {
@@ -132,7 +132,7 @@ fn a_study_has_the_same_values_in_every_json() {
     assert_eq!(why["parameters"]["diaphragms.seal.contact.gap"], 0.0004);
     assert!(why["lines"].as_array().expect("a list").iter().any(|line| line["name"] == "compute it"), "{why}");
 
-    // replay: the same row, computed again
+    // replay: the values of the row, computed again
     let replayed = object(0, &["replay", &out, "--sample", "0", "--json"]);
     assert!(
         replayed["compared"].as_u64() > Some(50) && replayed["differences"] == Value::Array(Vec::new()),

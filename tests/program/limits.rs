@@ -1,5 +1,4 @@
-//! What small files could make the program do: memory for every cell, a search for every mistake. All of it is bounded, and
-//! refusals say where and what.
+//! Limits on the resources that small files can use: memory for every cell, a search for every error. Error messages name place and reason.
 
 use crate::cap::{self, case};
 use crate::support::{Folder, said, say};
@@ -12,7 +11,7 @@ use std::process::Command;
 const HEAD: &str = "schema = 1\nmachine = \"machines/rig.toml\"\n";
 const POINTS: &str = "[points]\nfile = \"points.csv\"\n";
 
-/// The problems of a study that is refused within this memory.
+/// Problems of a study that is rejected within this memory.
 fn refused(most: usize, folder: &Folder, text: &str) -> Vec<Problems> {
     let study = folder.write("s.toml", text);
     match case(most, || load(study.as_ref(), own_columns)) {
@@ -39,8 +38,7 @@ fn a_points_file_costs_its_bytes_and_eight_per_cell() {
     assert_eq!(samples.values(199_999), [ParamValue::Number(0.000_499_999), ParamValue::Number(0.299), word]);
 }
 
-/// The whole check of a study with many points, in a process that may have little memory: one machine per point used to
-/// be kept.
+/// Complete check of a study with many points, in a process with little memory: one machine per point used to be kept in memory.
 #[test]
 fn checking_many_points_takes_no_memory_for_each() {
     let folder = Folder::new();
@@ -82,7 +80,7 @@ fn a_row_of_millions_of_cells_is_counted() {
     let folder = Folder::new();
     let points = format!("contact.gap\n0.5 mm\nx{}\n", ",".repeat(5_000_000));
     folder.write("points.csv", &points);
-    // The text, and once more in the report.
+    // the text, and once more in the report
     let files = refused(2 * points.len() + (4 << 20), &folder, &format!("{HEAD}{POINTS}"));
     assert_eq!(files[0].list[0].message, "has 5000001 cells, the header has 1 (separated by `,`)");
 }
@@ -145,7 +143,7 @@ fn a_machine_of_mistakes_is_refused_quickly() {
         (format!("[rotor.discs]\n{}", lines(40_000, &|i| format!("\"1{i}\"={{x=1}}\n"))), 1_000),
         ("[[rotor.shaft]]\nx=1\n".repeat(990), 990),
     ] {
-        // Keys stand before the first table.
+        // keys come before the first table
         let text = if text.starts_with('k') { format!("{text}{rig}") } else { format!("{rig}\n{text}") };
         let text = if text.contains("[rotor.discs]") {
             text.replacen("[rotor.discs.left]", "[x]", 1).replacen("[rotor.discs.right]", "[y]", 1)
@@ -169,7 +167,7 @@ fn a_byte_order_mark_is_skipped() {
     let study = mark("s.toml", &format!("{HEAD}{POINTS}"));
     let said = say(&["check", &study, "--list"]);
     assert_eq!((said.code, said.out.lines().last()), (0, Some("0\t0.0005\t0.1")), "{}", said.err);
-    // It is no column either.
+    // not a column either
     mark("points.csv", "contact.gpa\n0.5 mm\n");
     mark("machines/rig.toml", &format!("schem = 1\n{rig}"));
     mark("s.toml", &format!("sed = 1\n{HEAD}{POINTS}"));
@@ -191,8 +189,8 @@ fn a_link_in_the_folder_of_a_study_is_followed() {
     assert_eq!(said.code, 0, "{}", said.err);
 }
 
-/// Threads that cannot be started for want of address space were reported as a limit on processes, and a smaller limit ended the
-/// command by SIGABRT.
+/// Threads that could not start for lack of address space were reported as a limit on processes, and a smaller limit ended the command by
+/// SIGABRT.
 #[test]
 fn a_limit_of_the_address_space_is_named_with_the_value_that_is_needed() {
     let folder = Folder::new();

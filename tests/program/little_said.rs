@@ -1,11 +1,11 @@
-//! What is said where there is little to say: sensitivities of few blocks, of no good run, of outputs out of all bounds; ends by blocks;
-//! refusals that name what is allowed; maps of differences with bad runs. Found by strangers, each by a study of formulas.
+//! Messages in unusual cases, found by first-time users: sensitivities of few blocks, without an ok run, or of extreme outputs; ends counted in
+//! blocks; errors that name what is allowed; maps of differences with bad runs. Each case is a formula study.
 
 use crate::support::{Folder, root, say};
 use serde_json::Value;
 use std::fs;
 
-/// Two variables from 0 to 1.
+/// A study with two variables from 0 to 1.
 fn study(y: &str, design: &str, more: &str) -> String {
     let variable =
         |name: &str| format!("[[uncertain]]\nname = \"{name}\"\ndistribution = \"uniform\"\nlower = 0\nupper = 1\n");
@@ -32,7 +32,7 @@ fn monte_carlo(samples: u64) -> String {
     format!("kind = \"monte-carlo\"\nsamples = {samples}")
 }
 
-/// Runs a study; what it says.
+/// Runs a study; returns its output.
 fn told(folder: &Folder, name: &str, text: &str) -> String {
     let run =
         say(&["run", &folder.write(&format!("{name}.toml"), text), "--out", &folder.name(name), "--workers", "1"]);
@@ -40,7 +40,7 @@ fn told(folder: &Folder, name: &str, text: &str) -> String {
     run.out
 }
 
-/// The section of a report on precision.
+/// Section of a report on precision.
 fn precision(folder: &Folder, name: &str) -> String {
     let page = folder.name(&format!("{name}.html"));
     let made = say(&["report", &folder.name(name), "--out", &page]);
@@ -66,12 +66,12 @@ fn a_study_of_sensitivities_alone_shows_how_its_intervals_narrow() {
         }
         assert!(section.contains("half of the interval"), "{name}: {section}");
     }
-    // base points by powers of two: 16, 32, ... of 4 points
+    // base points at powers of two: 16, 32, ... of 4 points
     let section = precision(&folder, "s");
     for look in [">64</td>", ">128</td>", ">512</td>", ">1024</td>"] {
         assert!(section.contains(look), "{look} is not in {section}");
     }
-    // so few have no interval, and that is said
+    // so few have no interval, which is reported
     told(&folder, "few", &study("a*a + 2*b", &morris(2), &who("morris")));
     let section = precision(&folder, "few");
     assert!(section.contains("no interval: 2 trajectories of 10 needed"), "{section}");
@@ -82,7 +82,7 @@ fn a_study_of_sensitivities_alone_shows_how_its_intervals_narrow() {
 fn the_forecast_is_of_the_widest_interval_and_names_it() {
     let folder = Folder::new();
     told(&folder, "m", &study("a*a + 2*b", &morris(100), &who("morris")));
-    // a pace that is as if it had been measured
+    // a status file with an artificial pace
     let status = folder.path("m").join("status.json");
     let mut told_last: Value = serde_json::from_slice(&fs::read(&status).expect("status")).expect("JSON");
     told_last["elapsed_s"] = 3600.into();
@@ -92,7 +92,7 @@ fn the_forecast_is_of_the_widest_interval_and_names_it() {
     assert!(line.is_some_and(|line| line.contains(" with 1200 points")), "{}", answer.out);
     let section = precision(&folder, "m");
     assert!(section.contains("forecast of the widest"), "{section}");
-    // without one that is said, too
+    // without an interval that is reported, too
     told(&folder, "few", &study("a*a + 2*b", &morris(4), &who("morris")));
     let status = folder.path("few").join("status.json");
     let mut told_last: Value = serde_json::from_slice(&fs::read(&status).expect("status")).expect("JSON");
@@ -112,7 +112,7 @@ fn where_every_run_failed_that_is_said_and_no_parameter_is_blamed() {
         assert!(out.contains("sensitivity of y has no number: no run is ok, 0 "), "{out}");
         assert!(!out.contains("does not vary"), "{out}");
     }
-    // one bad run is not all
+    // one bad run is not all runs
     let out = told(&folder, "one", &study("sqrt(0.99 - a)", &saltelli(16), &who("sobol")));
     assert!(!out.contains("no run is ok"), "{out}");
 }
@@ -133,7 +133,7 @@ fn one_of_a_kind_is_counted_as_one() {
     }
 }
 
-/// Squares of 1e200 are no numbers; parts of a variance do not depend on the unit.
+/// Squares of 1e200 overflow; shares of the variance do not depend on the unit.
 #[test]
 fn outputs_out_of_all_bounds_have_the_indices_of_others() {
     let folder = Folder::new();
@@ -163,12 +163,12 @@ fn outputs_out_of_all_bounds_have_the_indices_of_others() {
             assert!((plain - far).abs() < 1e-9 * plain.abs(), "{key}: {plain} and {far}");
         }
     }
-    // what leaves the numbers says so
+    // overflow is reported
     let out = told(&folder, "beyond", &study("1.7e308*(2*a - 1)", &morris(20), &who("morris")));
     assert!(out.contains("effects beyond 1.8e308 have no number"), "{out}");
 }
 
-/// `samples` of `[stop]` counts blocks; so does what is said of the end.
+/// `samples` of `[stop]` counts blocks, and so does the message about the end.
 #[test]
 fn an_end_by_blocks_is_told_in_blocks_and_the_report_keeps_apart_what_the_whole_would_have() {
     let folder = Folder::new();
@@ -212,7 +212,7 @@ fn unknown_names_are_refused_with_what_is_allowed() {
     let map = "[[question]]\nname = \"m\"\nmap = [\"a\", \"gap\"]\nof = \"y\"\n";
     let err = refused(&study("a + b", &monte_carlo(16), map));
     assert!(err.contains("allowed: two parameters of numbers: a, b"), "{err}");
-    // of many those that hold the word come first
+    // of many names, those that contain the given word come first
     let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the rig");
     folder.write("machines/lab_rig.toml", &rig);
     let shipped = fs::read_to_string(root().join("studies/sensitivity.toml")).expect("the study");
@@ -221,7 +221,7 @@ fn unknown_names_are_refused_with_what_is_allowed() {
     let err = refused(&shipped.replace("sensitivity = \"max_bearing_load_N\"", "sensitivity = \"rub_regime\""));
     assert!(err.contains("`rub_regime` is a column of words, not of numbers"), "{err}");
     assert!(err.contains("allowed: a column of numbers: "), "{err}");
-    // the command line, too
+    // the same on the command line
     told(&folder, "g", &study("a + b", &monte_carlo(100), ""));
     let out = folder.name("m.svg");
     let drawn = say(&["map", &folder.name("g"), "--x", "a", "--y", "gap", "--of", "load", "--out", &out]);
@@ -229,7 +229,7 @@ fn unknown_names_are_refused_with_what_is_allowed() {
     assert!(drawn.err.contains("two parameters of numbers: a, b; a column of numbers: y"), "{}", drawn.err);
 }
 
-/// Names of many parameters would lie over one another; intervals of sensitivities are there although other answers have none.
+/// Labels of many parameters would overlap; intervals of sensitivities are shown although other answers have none.
 #[test]
 fn of_many_parameters_the_most_decisive_are_named() {
     let folder = Folder::new();
@@ -249,7 +249,7 @@ fn of_many_parameters_the_most_decisive_are_named() {
     assert!(words.contains("answers other than sensitivities have no interval"), "{words}");
 }
 
-/// Of smoothed maps a cell without limits is grey, and a difference counts pairs.
+/// A cell without limits in a smoothed map is grey, and a difference counts pairs.
 #[test]
 fn grey_cells_of_a_smoothed_map_are_explained() {
     let folder = Folder::new();
@@ -264,7 +264,7 @@ fn grey_cells_of_a_smoothed_map_are_explained() {
     let text = fs::read_to_string(page).expect("a page");
     assert!(text.contains("crosses: pairs with a bad run") && text.contains("grey: no limits"));
     assert!(!text.contains("boundary of the regimes"), "there are none");
-    // far from what failed all of them have limits
+    // far from failed runs all cells have limits
     told(&folder, "good", &study("a + b", &monte_carlo(3000), &map.replace("difference = [2, 1]\nvary = \"k\"\n", "")));
     let file = folder.name("good.svg");
     assert_eq!(say(&["map", &folder.name("good"), "--question", "m", "--out", &file]).code, 0);
@@ -308,20 +308,20 @@ fn a_points_file_is_offered_nothing_that_is_then_refused() {
         assert_eq!(check.code, 3, "{}{}", check.out, check.err);
         check.err
     };
-    // columns that the table has of its own, names that no column can have
+    // columns that the table has already, and names that no column can have
     for name in ["status", "max_bearing_load_N", "Gap [mm]"] {
         let err = refused(&format!("{name},contact.friction"), "");
         assert!(err.contains(&format!("ignore = [\"{name}\"] leaves it out")) && !err.contains("carry ="), "{err}");
     }
     let err = refused("weight,contact.friction", "");
     assert!(err.contains("carry = [\"weight\"] takes the column along"), "{err}");
-    // a parameter that another column names is not meant
+    // a parameter that another column names is not suggested
     let near = "did you mean `diaphragms.seal.contact.gap`?";
     assert!(refused("contact.gapp,x", "ignore = [\"x\"]\n").contains(near));
     assert!(!refused("contact.gapp,contact.gap", "").contains("did you mean"));
 }
 
-/// Differences count pairs; grey is explained where something is grey; keys of a cell are always there.
+/// Differences count pairs; grey is explained if a cell is grey; all keys of a cell are always present.
 #[test]
 fn a_map_of_differences_says_what_it_counts() {
     let folder = Folder::new();
@@ -337,7 +337,7 @@ fn a_map_of_differences_says_what_it_counts() {
         assert_eq!(drawn.code, 0, "{}", drawn.err);
         fs::read_to_string(file).expect("a picture")
     };
-    // a share has both figures, whatever failed
+    // a share has both figures with any failures
     let picture = draw("share");
     assert!(picture.contains("cross: bad runs, lower left") && picture.contains("grey: left open by bad runs"));
     assert!(picture.contains("18 runs, 1 of them bad"));
@@ -354,7 +354,7 @@ fn a_map_of_differences_says_what_it_counts() {
     );
     for name in ["share", "value"] {
         let text = fs::read(folder.path(name).join("answers.json")).unwrap_or_default();
-        // without a design answers are printed
+        // without a design answers are only printed
         let json = if text.is_empty() { say(&["answer", &folder.name(name), "--json"]).out.into_bytes() } else { text };
         let answers: Value = serde_json::from_slice(&json).expect("JSON");
         for answer in answers["answers"].as_array().expect("answers") {

@@ -1,4 +1,4 @@
-//! The program as its users run it: studies, machines, answers, files, messages; and the documents. None of these tests needs a fault hook.
+//! Tests of the program as its users run it (studies, machines, answers, files, messages) and of the documents. None of them needs a fault hook.
 
 mod answering;
 mod architecture;

@@ -1,9 +1,9 @@
-//! Maps of studies, end to end: asked in a file or on the command line, drawn, refused.
+//! Maps of studies, end to end: requested in a file or on the command line, drawn, rejected.
 
 use crate::support::{Folder, json, say};
 use std::fs;
 
-/// A step along x, a plane along y, on a grid without a design; where x is largest nothing has a value.
+/// A step along x, a plane along y, on a grid without a design; the points with the largest x have no value.
 const GRID: &str = r#"schema = 1
 model = "function"
 name = "step"
@@ -117,7 +117,7 @@ fn scattered_points_are_smoothed_and_the_same_on_any_workers() {
     };
     let asked = drawn("a.svg", &["--question", "over"]);
     let worded = drawn("b.svg", &["--x", "x", "--y", "y", "--of", "P(z > 1.5)"]);
-    // all but the words, of which the title differs
+    // everything but the text, because the titles differ
     let body = |svg: &str| svg.lines().filter(|line| line.starts_with("<rect") || line.starts_with("<poly")).count();
     assert!(asked.contains("half width of its limits"));
     assert_eq!(worded.matches("P(z &gt; 1.5)").count(), 2, "the title and what the colours are: {worded}");
@@ -150,12 +150,12 @@ fn what_is_wrong_with_a_map_is_told() {
         }
         all.extend(words);
         let said = say(&all);
-        // the command line itself is one thing, what it asks of this study another
+        // an invalid option has exit code 2; a request that does not fit the study has exit code 3
         let code = if part == "--y" { 2 } else { 3 };
         assert!(said.code == code && said.err.contains(part), "{part}\n{} {}", said.code, said.err);
     }
     assert!(!folder.path("m.svg").exists());
-    // in a file, each at its place
+    // in a file, each error is reported at its place
     let wrong = POINTS.replace("P(z > 1.5)", "P(q > 1.5)").replace("of = \"z\"", "of = \"zz\"");
     let told = say(&["check", &folder.write("w.toml", &wrong)]);
     assert_eq!(told.code, 3, "{}", told.err);
@@ -177,7 +177,7 @@ fn a_hostile_name_stays_text() {
     let study = folder.write("s.toml", &text);
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out, "--workers", "1"]).code, 0);
-    // a condition is shown as it is written
+    // a condition is displayed as it is written
     let file = folder.name("m.svg");
     let of = format!("P(z > 0.5 and `{hostile}` > 1)");
     let refused = say(&["map", &out, "--x", "x", "--y", "y", "--of", &of, "--out", &file]);

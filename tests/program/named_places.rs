@@ -1,10 +1,10 @@
-//! Whole messages that name a place: a cell of a table that a machine names, a speed of the run, a sample, a parameter of `--set`.
+//! Complete messages that name a place: a cell of a table that a machine names, a speed of the run, a sample, a parameter of `--set`.
 
 use crate::printed::{printed, reviewed};
 use crate::support::{Folder, root, say};
 use std::fs;
 
-/// A folder with the shipped turbine and its bearing table, changed by `edit`.
+/// A directory with the shipped turbine and its bearing table, changed by `machine` and `table`.
 fn turbine(machine: impl Fn(String) -> String, table: impl Fn(String) -> String) -> Folder {
     let folder = Folder::new();
     let read = |name: &str| fs::read_to_string(root().join("studies/machines").join(name)).expect(name);
@@ -25,7 +25,7 @@ fn problems_of_a_bearing_table_are_at_their_cells() {
     reviewed("table-cells", &text);
     let units = turbine(same, |csv| csv.replace("kxx [N/m]", "kxx [N/q]").replace("kyy [N/m]", "k_yy [N/m]"));
     reviewed("table-header", &printed(&units, &["check", "t.toml"]));
-    // three lines name the source, then the header and one row
+    // three comment lines about the source, then the header and one row
     let short = turbine(same, |csv| csv.lines().take(5).map(|line| format!("{line}\n")).collect());
     reviewed("table-rows", &printed(&short, &["check", "t.toml"]));
     let study = turbine(same, |csv| csv.replace("5.278e+08", ""));
@@ -33,12 +33,12 @@ fn problems_of_a_bearing_table_are_at_their_cells() {
     reviewed("table-cell-of-a-study", &printed(&study, &["run", "s.toml", "--out", "out"]));
 }
 
-/// The file of the machine has no line of the table's lists: the place is the speed of the run.
+/// The machine file has no line for a value of the table, so the message names the speed of the run.
 #[test]
 fn a_run_beyond_its_bearing_table_is_reported_at_its_speed() {
     let slow = turbine(|machine| machine.replace("end_speed = \"100 rpm\"", "end_speed = \"50 rpm\""), same);
     reviewed("table-begins-above", &printed(&slow, &["check", "t.toml"]));
-    // the last speed is above the largest one of the run, and below 1.05 times that
+    // the last speed of the table is above the largest speed of the run, but below 1.05 times that speed
     let short = turbine(same, |csv| csv.replace("\n170,", "\n160,"));
     let text = printed(&short, &["check", "t.toml"]);
     assert!(text.contains("1.05 times the largest speed of the run, 1500 rpm"), "{text}");
@@ -92,7 +92,7 @@ fn a_syntax_error_hides_no_other_problem() {
     reviewed("syntax-and-others-of-a-machine", &text);
 }
 
-/// One warning for each quantity, not one for each corner.
+/// One warning for each quantity instead of one for each corner.
 #[test]
 fn implausible_values_of_corners_are_one_warning_with_their_range() {
     let folder = Folder::new();
@@ -109,7 +109,7 @@ fn implausible_values_of_corners_are_one_warning_with_their_range() {
     reviewed("implausible-corners", &lines.map(|line| format!("{line}\n")).collect::<String>());
 }
 
-/// `why` and `replay` understand the same forms, and both name the command that is right.
+/// `why` and `replay` accept the same forms, and both name the correct command for an invalid form.
 #[test]
 fn a_sample_is_named_in_the_same_forms_by_why_and_replay() {
     let folder = Folder::new();
@@ -199,7 +199,7 @@ fn replay_set_takes_the_names_of_the_study() {
     let note = "note: derived parameters keep the values of the row; --set changes each alone: rotor.unbalances.blade_off.mass";
     assert!(printed(&folder, &["replay", "k", "1", "--set", "clearance=0.5 mm"]).contains(note));
     assert!(!printed(&folder, &["replay", "k", "1", "--set", "blade_off.mass=9 g"]).contains("note: derived"));
-    // a short name that ends another path
+    // a short name that is also the end of another path
     folder.write(
         "t.toml",
         "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"run.end_time\" = \"20 ms\"\n\

@@ -1,4 +1,4 @@
-//! The page of `report` on a telephone: 390 px wide, nothing scrolls sideways and no text of a chart is cut.
+//! The page of `report` on a telephone: at a width of 390 px nothing scrolls sideways and no text of a chart is cut.
 
 use crate::report::{STUDY, browser, page, run};
 use crate::support::skipped::skipped;
@@ -6,7 +6,7 @@ use crate::support::{Folder, say};
 use std::fs;
 use std::process::Command;
 
-/// Measures the page after the chart library has drawn, and sends one line for the page and one for each cut text.
+/// Script that measures the page after the chart library has drawn, and sends one line for the page and one for each cut text.
 const PROBE: &str = r#"<script>
 const measure = () => {
   if (!document.documentElement.dataset.drawn) return setTimeout(measure, 50);
@@ -32,10 +32,10 @@ measure();
 const FRAME: &str = r#"<!DOCTYPE html><body><iframe src="inner.html" width="390" height="800" style="border: 0"></iframe><pre></pre>
 <script>addEventListener('message', (event) => { document.querySelector('pre').textContent = event.data; });</script>"#;
 
-/// Report of the probe on this page in a frame of 390 px.
+/// Output of the probe for this page in a frame of 390 px.
 fn measured(folder: &Folder, browser: &str, page: &str) -> String {
     let (head, rest) = page.split_once("<meta http-equiv=\"Content-Security-Policy\"").expect("a policy");
-    // it would forbid the probe
+    // the content security policy would block the probe
     let rest = rest.split_once('>').expect("its end").1;
     let (before, _) = rest.rsplit_once("</body>").expect("the end of the page");
     folder.write("inner.html", &format!("{head}{before}{PROBE}</body></html>"));

@@ -1,5 +1,5 @@
-//! Files that commands write: nothing of anybody is removed for them without a word, nothing of anybody stands in their way, and what
-//! is replaced is said when it is.
+//! Output files of commands: no file of the user is removed silently, no file of another user blocks them, and a replaced file is reported
+//! when it is replaced.
 
 use crate::support::processes::STUDY;
 use crate::support::shared_studies::two_samples;
@@ -14,10 +14,10 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::Command;
 
-/// A user that nobody is.
+/// A user id that is not in use.
 const OTHER: u32 = 54_324;
 
-/// With a complete study of two samples, and a history.
+/// A folder with a complete study of two samples, and a history.
 struct Case(Folder);
 
 impl Case {
@@ -63,7 +63,7 @@ fn a_file_with_the_name_of_a_temporary_one_stays() {
     }
 }
 
-/// What a killed run has left of its history wants to be recovered: the next one of that name does not remove it.
+/// The part of a history left by a killed run can be recovered: the next run with that name does not remove it.
 #[test]
 fn what_a_killed_run_has_left_of_its_history_stays_and_is_said() {
     let case = Case::new();
@@ -73,7 +73,7 @@ fn what_a_killed_run_has_left_of_its_history_stays_and_is_said() {
         assert_eq!(fs::read_to_string(&left).expect("it stays"), "of a killed run", "{file}");
         assert!(said.err.contains(&format!("{left} exists and is kept")), "{}", said.err);
         assert_eq!(said.err.contains(&format!(" recover {left})")), recovers, "{}", said.err);
-        // Where it is written meanwhile would be the name of a history without .tmp.
+        // the temporary name without .tmp is a valid name of a history
         let other =
             said.err.split("the history is written to ").nth(1).and_then(|rest| rest.lines().next()).expect("a name");
         let (stem, end) = file.split_once('.').expect("an extension");
@@ -95,13 +95,13 @@ fn what_is_replaced_is_said_when_it_is() {
     let plot = || say(&["plot", &history, "--out", &out]);
     assert!(!plot().err.contains("is replaced"));
     assert_eq!(plot().err.matches("is replaced").count(), 2);
-    // What fails replaces nothing.
+    // a failed output replaces nothing
     fs::remove_file(case.0.path("figures/h-time.svg")).expect("drawn");
     fs::create_dir(case.0.path("figures/h-time.svg")).expect("in the way");
     let failed = plot();
     assert!(failed.code == 6 && !failed.err.contains("is replaced"), "{}: {}", failed.code, failed.err);
     assert_eq!(case.names("figures"), ["h-time.png", "h-time.svg"].map(str::to_owned).into(), "nothing is left");
-    // What is not made again at will is not replaced.
+    // files that cannot easily be regenerated are not replaced
     let table = case.0.write("t.csv", "mine");
     for args in [vec!["export", &case.0.name("runs"), "--csv"], vec!["new", "study"], vec!["recover", &history]] {
         let refused = say(&[&args[..], &["--out", &table]].concat());
@@ -110,7 +110,7 @@ fn what_is_replaced_is_said_when_it_is() {
     assert_eq!(fs::read_to_string(&table).expect("there"), "mine");
 }
 
-/// In a folder for everybody (/tmp) a file may be removed by its owner alone.
+/// In a folder for all users (/tmp) only the owner can remove a file.
 #[test]
 fn whatever_others_have_put_into_a_folder_for_everybody_stops_no_output() {
     if fs::metadata("/proc/self").expect("Linux").uid() != 0 {
@@ -153,7 +153,7 @@ fn rows_without_a_checksum_are_said_to_have_none() {
     assert!(exported.err.contains("Parts have no checksum"), "{}", exported.err);
 }
 
-/// The manifest has the command; it panicked over one that is no text.
+/// The manifest contains the command; it panicked for a command that is not UTF-8.
 #[test]
 fn a_directory_whose_name_is_no_text_is_worked_in() {
     let case = Case::new();

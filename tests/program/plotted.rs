@@ -1,4 +1,4 @@
-//! Pictures of histories: what they show is in the history, and broken histories are refused or drawn without the broken values.
+//! Figures of histories: they show values of the history, and damaged histories are rejected or drawn without the damaged values.
 
 use crate::support::pictures::text;
 use crate::support::{Folder, json, say};
@@ -32,7 +32,7 @@ fn contact_waterfall_and_animation_show_what_the_history_has() {
     };
     let contact = plot("contact", &folder.name("contact.svg"));
     assert!(contact.contains("contact force, 1 ms mean [") && contact.contains("angle of the closest place"));
-    // tiles of contact, beside the steps of the scale
+    // tiles of contact in addition to the steps of the colour scale
     assert!(contact.matches("<rect").count() > 60, "{}", contact.matches("<rect").count());
     let waterfall = plot("waterfall", &folder.name("waterfall.svg"));
     assert!(waterfall.contains("spin speed [rpm]") && waterfall.contains("1×"));
@@ -45,19 +45,19 @@ fn contact_waterfall_and_animation_show_what_the_history_has() {
     let button = page.split("first contact, ").nth(1).and_then(|rest| rest.split(" s<").next()).expect("a mark");
     let marked: f64 = button.parse().expect("a number");
     assert!((marked - first).abs() < 1e-3 * first, "{marked} {first}");
-    // critical speeds that the run passes are marked, others are not
+    // only critical speeds within the speed range of the run are marked
     let speed = &history.channel("rotor.speed_rad_s").expect("recorded").values;
     let known = history.about.get("critical_speeds_rad_s").expect("recorded");
     let critical: Vec<f64> = known.split(' ').map(|text| text.parse().expect("a number")).collect();
     let (from, to) = (speed[0], speed[speed.len() - 1]);
     let passed = critical.iter().filter(|critical| (to..from).contains(*critical)).count();
     assert_eq!(page.matches(">critical speed ").count(), passed, "{critical:?} from {from} to {to}");
-    // an animation is no picture, and a picture no page
+    // an animation cannot be written as an image, nor a figure as a page
     let said = say(&["plot", &path, "--kind", "animation", "--out", &folder.name("a.svg")]);
     assert!(said.code == 3 && said.err.contains("animations are not written as .svg"), "{}", said.err);
     let said = say(&["plot", &path, "--kind", "orbit", "--out", &folder.name("a.html")]);
     assert!(said.code == 3 && said.err.contains("figures are not written as .html"), "{}", said.err);
-    // nothing is drawn empty
+    // a figure without data is not drawn
     let said = say(&["plot", &path, "--kind", "contact", "--to", "0.005", "--out", &folder.name("none.svg")]);
     assert!(said.code == 3 && said.err.contains("there is no contact"), "{}", said.err);
     assert!(!folder.path("none.svg").exists());

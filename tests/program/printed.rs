@@ -1,11 +1,12 @@
-//! Whole outputs as reviewed snapshots in `tests/program/snapshots`: help, checks, summaries, answers, errors.
+//! Complete outputs as reviewed snapshots in `tests/program/snapshots`: help, checks, summaries, answers, errors.
 //!
-//! A folder of its own is the current directory of each command, so that outputs show relative paths. The path of the binary and times are replaced.
+//! Each command runs in a new directory as its current directory, so that outputs show relative paths. The path of the binary and times are
+//! replaced.
 
 use crate::support::{Folder, SMALL_STUDY, bladeoff, root, said};
 use std::fs;
 
-/// 500 points of strength and load at two speeds; the logarithm fails where the load is the larger one.
+/// 500 points of strength and load at two speeds; the logarithm has no value where the load is larger than the strength.
 const STUDY: &str = r#"schema = 1
 name = "strength"
 model = "function"
@@ -48,7 +49,7 @@ of = "margin"
 require = "P(margin < 0) < 10 %"
 "#;
 
-/// The text with `[number]` for the number between two pieces, wherever they enclose one.
+/// The text with `[number]` in place of the number between `before` and `after`, at every occurrence.
 fn without_number(text: &str, before: &str, after: &str) -> String {
     let mut parts = text.split(after);
     let mut shown = parts.next().unwrap_or_default().to_owned();
@@ -63,7 +64,7 @@ fn without_number(text: &str, before: &str, after: &str) -> String {
     shown
 }
 
-/// The text without what depends on folder, processors and time.
+/// The text without the parts that depend on directory, processors and time.
 fn reproducible(text: &str) -> String {
     let text = text.replace(env!("CARGO_BIN_EXE_bladeoff"), "bladeoff");
     [
@@ -79,7 +80,7 @@ fn reproducible(text: &str) -> String {
     .replace("[number] worker:", "[number] workers:")
 }
 
-/// Exit code, standard output and standard error of a command in this folder.
+/// Exit code, standard output and standard error of a command in this directory.
 pub(crate) fn printed(folder: &Folder, args: &[&str]) -> String {
     let mut command = bladeoff(args);
     let said = said(
@@ -99,7 +100,7 @@ pub(crate) fn printed(folder: &Folder, args: &[&str]) -> String {
     text
 }
 
-/// Compares with the snapshot of this name.
+/// Compares a text with the snapshot of this name.
 pub(crate) fn reviewed(name: &str, text: &str) {
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path(root().join("tests/program/snapshots"));
@@ -108,7 +109,7 @@ pub(crate) fn reviewed(name: &str, text: &str) {
     settings.bind(|| insta::assert_snapshot!(name, text));
 }
 
-/// The commands that a help lists.
+/// The commands that a help text lists.
 fn commands(help: &str) -> Vec<String> {
     let Some((_, list)) = help.split_once("\nCommands:\n") else { return Vec::new() };
     let lines = list.lines().take_while(|line| !line.is_empty());

@@ -1,4 +1,4 @@
-//! Probabilities that are known, from the study file to the answer: function studies through real workers, record, table and estimators.
+//! Known probabilities, from the study file to the answer: formula studies through real workers, record, table and estimators.
 //!
 //! ```text
 //! published (events g < 0)
@@ -7,8 +7,8 @@
 //!   R - S           N(4, 1) - N(2, 1), correlation 0.5                                                    2.275013194818e-2
 //!   RP107           5 sqrt 10 - sum of 10 N(0, 1)                                                         2.866515718792e-7
 //! ```
-//! The closed forms of all others stand beside them. Seeds are fixed: the first that was tried. Quantiles of the laws themselves and
-//! exact limits are compared with mpmath elsewhere (`core/numerics`, `orchestrator/answers/tests/uncertainty`).
+//! The closed forms of all other events stand beside them. The seeds are the first ones tried. Quantiles of the distributions and exact limits are
+//! compared with mpmath elsewhere (`core/numerics`, `orchestrator/answers/tests/uncertainty`).
 
 use crate::support::{Folder, json, say};
 use bladeoff_numerics::probability::{gamma_tails, normal_tails};
@@ -21,7 +21,7 @@ fn above(x: f64) -> f64 {
     normal_tails(x).1
 }
 
-/// A condition and how probable it is.
+/// A condition and its probability.
 struct Event {
     condition: &'static str,
     truth: f64,
@@ -31,7 +31,7 @@ fn event(condition: &'static str, truth: f64) -> Event {
     Event { condition, truth }
 }
 
-/// Runs a study to its end and asks it: the answers, and what was said in words.
+/// Runs a study to its end and answers it: the answers, and the printed text.
 fn answers(folder: &Folder, name: &str, text: &str) -> (Vec<Value>, String) {
     let study = folder.write(&format!("{name}.toml"), &format!("schema = 1\nmodel = \"function\"\nseed = 12\n{text}"));
     let out = folder.name(name);
@@ -70,12 +70,12 @@ fn number(answer: &Value, key: &str) -> f64 {
     answer[key].as_f64().unwrap_or_else(|| panic!("no {key}: {answer}"))
 }
 
-/// The limits hold the truth.
+/// Whether the limits contain the truth.
 fn holds(answer: &Value, truth: f64) -> bool {
     number(answer, "low") <= truth && truth <= number(answer, "high")
 }
 
-/// No further than four standard errors of so many independent points.
+/// Asserts an error of at most four standard errors of equally many independent points.
 #[track_caller]
 fn is_near(answer: &Value, truth: f64) {
     let error = (truth * (1.0 - truth) / number(answer, "n")).sqrt();
@@ -85,7 +85,7 @@ fn is_near(answer: &Value, truth: f64) {
 
 const NORMALS: [&str; 10] = ["x1", "x2", "x3", "x4", "x5", "x6", "x7", "x8", "x9", "x10"];
 
-/// The published problems, by this design.
+/// The published problems with this design.
 fn published(design: &str) -> (String, [Event; 4]) {
     let mut text = format!("[design]\n{design}\n");
     NORMALS.iter().for_each(|name| text += &uncertain(name, "normal, mean = 0; sd = 1"));
@@ -123,7 +123,7 @@ fn published_probabilities_are_within_the_exact_limits_of_independent_points() {
             assert!(limits < 0.5 * truth, "{condition}: limits that tell nothing: {answer}");
         }
     }
-    // of an event that is not seen a bound is told, above 0: 1 - 0.025^(1/n)
+    // an event that was not seen has an upper limit above 0: 1 - 0.025^(1/n)
     let rare = &answers[3];
     assert_eq!((rare["events"].as_u64(), number(rare, "low")), (Some(0), 0.0));
     let bound = 1.0 - 0.025f64.powf(1e-5);
@@ -157,7 +157,7 @@ fn replicates_of_even_points_hold_published_probabilities_in_narrower_limits() {
     }
 }
 
-/// Laws and dependences, each in an event that has a closed form.
+/// Distributions and dependences, each in an event with a closed form.
 fn further() -> (String, Vec<Event>) {
     let mut text = String::from("[design]\nkind = \"monte-carlo\"\nsamples = 50000\n");
     let laws = [
@@ -210,17 +210,17 @@ corner = \"u1 + u2\"
     let events = vec![
         event("product > 14", above((14f64 / 2.0).ln() / product)),
         event("ratio > 2.5", above(2.5f64.ln() / ratio)),
-        // both above their medians, whatever their laws: 1/4 + asin(rho)/(2 pi)
+        // both above their medians, for any distributions: 1/4 + asin(rho)/(2 pi)
         event("shape > 5.3481206274 and time > 3.1328789427", 0.25 + behind(0.6).asin() / (2.0 * PI)),
-        // of maxima of two: 1 - F^2
+        // maximum of two: 1 - F^2
         event("largest > 24", 1.0 - (-2.0 * (-7f64).exp()).exp()),
-        // of the weakest of three: 1 - (1 - F)^3
+        // minimum of three: 1 - (1 - F)^3
         event("weakest < 0.1", 1.0 - (-3.0 * (0.1f64 / 3.0).powi(2)).exp()),
         event("swing > 2.9", 0.1 * (2.9f64 / 3.0).acos() / PI),
         event("swing > 1.9", 0.4 * (1.9f64 / 2.0).acos() / PI + 0.1 * (1.9f64 / 3.0).acos() / PI),
-        // two strips and a corner: the strips overlap, the corner is apart
+        // two strips and a corner: the strips overlap, the corner is separate
         event("u1 < 0.002 or u2 < 0.003 or corner > 1.91", 0.002 + 0.003 + 0.5 * 0.09 * 0.09 - 0.002 * 0.003),
-        // branches of other variables: 1 - product
+        // branches with different variables: 1 - product
         event(
             "weakest < 0.1 or largest > 24 or ex > 18",
             1.0 - (-3.0 * (0.1f64 / 3.0).powi(2)).exp() * (-2.0 * (-7f64).exp()).exp() * (1.0 - (-9f64).exp()),
@@ -249,7 +249,7 @@ fn probabilities_of_all_laws_and_of_dependent_ones_are_those_of_their_closed_for
         assert!(holds(wide, *truth), "{condition}: {truth} is not in {wide}");
         held += usize::from(holds(usual, *truth));
     }
-    // of 16 intervals of 95 % three or more miss with 4 %
+    // three or more of 16 intervals of 95 % miss with probability 4 %
     assert!(held + 2 >= events.len(), "{held} of {}", events.len());
 }
 
@@ -262,7 +262,7 @@ fn sums_of_a_hundred_variables_have_the_tails_of_their_sums() {
         let sum = names.join(" + ");
         format!("[design]\n{design}\n{laws}[function]\nsum = \"{sum}\"\n{outputs}\n")
     };
-    // of exponentials: Erlang's law; the largest: 1 - (1 - e^-x)^100
+    // sum of exponentials: Erlang distribution; the largest: 1 - (1 - e^-x)^100
     let (some, others) = names.split_at(50);
     let largest = format!("largest = \"max(max({}), {})\"", some.join(", "), others.join(", "));
     let text = study("kind = \"monte-carlo\"\nsamples = 20000", "exponential, mean = 1", &largest);
@@ -271,7 +271,7 @@ fn sums_of_a_hundred_variables_have_the_tails_of_their_sums() {
         event("sum < 80", gamma_tails(100.0, 80.0).0),
         event("largest > 9", 1.0 - (1.0 - (-9f64).exp()).powi(100)),
     ];
-    // Poisson's sum, as a check of the truth: P(sum > t) = sum of e^-t t^k/k! over k < 100
+    // Poisson's sum, to check the truth: P(sum > t) = sum of e^-t t^k/k! over k < 100
     let poisson: f64 =
         (0..100).map(|k| (-125.0 + (1..=k).map(|i| (125.0 / f64::from(i)).ln()).sum::<f64>()).exp()).sum();
     assert!((events[0].truth / poisson - 1.0).abs() < 1e-12);
@@ -343,7 +343,7 @@ fragility = "k"
 probability = "h > 3"
 "#;
 
-/// The columns of a curve.
+/// Columns of a curve.
 fn curve(folder: &Folder, name: &str) -> Vec<(String, Vec<f64>)> {
     let (columns, _) = bladeoff_answers::tables::read_numbers(&folder.path(name)).expect("a curve");
     columns.into_iter().map(|column| (column.name, column.values)).collect()
@@ -393,14 +393,14 @@ fn quantiles_means_curves_and_paired_differences_hold_their_closed_forms() {
             println!("{name}: {question}: {truth:.4} {found}");
             assert!(holds(found, truth), "{name}: {truth} is not in {found}");
         }
-        // both saw the same points: 2 x - x scatters as x does, where those of other points would as sqrt(5) x
+        // both use the same points: 2 x - x scatters as x does; with other points as sqrt(5) x
         let apart = of("mean-apart")[0];
         assert!(number(apart, "high") - number(apart, "low") < 1.1 * 2.0 * 1.96 * deviation, "{apart}");
         let all = curve(&folder, &format!("{name}/answers/curve.parquet"));
         let [k, level, low, high] = ["k", "level", "low", "high"].map(|name| cells(&all, name));
         assert!(level.len() > 1500);
         let holds = (0..level.len()).filter(|&at| (low[at]..=high[at]).contains(&(-level[at] / k[at]).exp())).count();
-        // a band holds at all levels; limits of replicates are those of each level by itself
+        // a band holds at all levels; limits of replicates hold for each level separately
         let least = if name == "independent" { level.len() } else { level.len() * 9 / 10 };
         assert!(holds >= least, "{name}: {holds} of {} levels", level.len());
     }
@@ -423,7 +423,7 @@ fn quantiles_means_curves_and_paired_differences_hold_their_closed_forms() {
 #[test]
 fn runs_that_fail_where_damage_is_worst_stay_in_and_are_said() {
     let folder = Folder::new();
-    // z > 2.5 is the event; what fails, and the truth of the figures with it harmless and harmful
+    // z > 2.5 is the event; failing runs, and the true figures with them harmless and harmful
     let (event, fail) = (above(2.5), above(2.8));
     for (name, formula, harmless, harmful) in [
         ("worst", "ln(2.8 - z)", event - fail, event),
@@ -463,16 +463,16 @@ exceedance = \"load\"
             assert!((estimate - truth).abs() < 4.0 * (truth / 20000.0).sqrt(), "{name}: {estimate} against {truth}");
         }
         assert!((estimate_harmful - estimate - bad / 20000.0).abs() < 1e-12, "each of them counts");
-        // limits cover every way the bad ones could have gone
+        // the limits cover every possible outcome of the bad runs
         assert!(number(found, "low") < harmless && harmful < number(found, "high") && holds(found, event));
-        // a parameter is known of bad runs as well
+        // a parameter is known for bad runs, too
         assert_eq!(known["estimate"], known["estimate_if_bad_harmful"]);
         assert!(holds(known, event));
         let line = said.lines().find(|line| line.contains("P(load > 2.5)")).expect("a sentence");
         assert!(line.contains(" bad runs undecided (the interval covers all possible outcomes)"), "{line}");
         let note = found["notes"].to_string();
         assert!(note.contains("cause most of the uncertainty"), "{name}: {note}");
-        // infinite either way: the limits of a quantile hold as long as fewer fail than lie beyond it
+        // unbounded both ways: the limits of a quantile hold as long as fewer runs fail than lie beyond it
         let truth = 1.6448536269514722;
         assert!(number(q95, "low") <= truth, "{name}: {q95}");
         if name == "anywhere" {

@@ -1,9 +1,9 @@
-//! docs/first-study.md: the first study, run as written and whole; every number that the page tells of it.
+//! docs/first-study.md: runs the first study as written and compares every number of the page.
 
 use crate::support::{Folder, root, say, says_the_same, table};
 use std::fs;
 
-/// The rows of the study by what the page groups them by.
+/// Rows of the study, selected as on the page.
 struct Rows {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -51,14 +51,14 @@ fn median(sorted: &[f64]) -> f64 {
     if odd { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
 }
 
-/// The number that stands in the page after these words.
+/// The number behind these words in the page.
 fn told_after(page: &str, words: &str) -> f64 {
     let at = page.find(words).unwrap_or_else(|| panic!("docs/first-study.md does not have {words:?}")) + words.len();
     let number: String = page[at..].chars().take_while(|letter| letter.is_ascii_digit() || *letter == '.').collect();
     number.trim_end_matches('.').parse().unwrap_or_else(|_| panic!("no number after {words:?}"))
 }
 
-/// Told numbers hold to 2 %: another machine's last digit of the modes moves single rubs by some tenths of a per cent.
+/// Numbers of the page hold to 2 %: on another machine the last digit of the modes changes single rubs by some tenths of a per cent.
 fn holds(told: f64, computed: f64, what: &str) {
     assert!(
         (told - computed).abs() <= 0.02 * computed.abs(),

@@ -41,7 +41,7 @@ fn a_study_varies_the_time_and_the_speed_of_a_release() {
         let replayed = say(&["replay", &out, "--sample", "1"]);
         assert!(replayed.code == 0 && replayed.out.contains("equal to the row"), "{}{}", replayed.out, replayed.err);
     }
-    // a release in some samples alone would have columns that the others lack
+    // a release in only some of the samples would need columns that the other samples do not have
     let study = folder.write(
         "none.toml",
         "schema = 1\nname = \"none\"\nmachine = \"machines/rig.toml\"\n\

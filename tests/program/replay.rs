@@ -1,10 +1,10 @@
-//! `replay`: a sample of a study again, bit for bit.
+//! `replay`: a sample of a study is computed again, bit for bit.
 
 use crate::support::{Folder, say};
 use bladeoff::history::read;
 use std::fs;
 
-/// Both engines; without contact, with it, invalid, failed: every column of every row, bit for bit.
+/// Both engines; runs without contact, with contact, invalid, failed: every column of every row, bit for bit.
 #[test]
 fn a_replayed_sample_is_equal_to_its_row() {
     let folder = Folder::new();
@@ -27,14 +27,14 @@ fn a_replayed_sample_is_equal_to_its_row() {
     assert!(status.iter().all(|word| ["ok", "invalid", "failed"].contains(word)), "{status:?}");
     let touched = |row: usize| !rows[row][column("first_contact_s")].is_empty();
     assert_eq!((0..9).map(touched).collect::<Vec<_>>(), [true, true, false].repeat(3));
-    // all columns but the sample's number, its parameters and its detection, which go in
+    // all columns except the sample number, the parameters and the detection, which are inputs
     let compared = header.len() - header.iter().position(|name| name == "status").expect("there");
     for sample in 0..9 {
         let said = say(&["replay", &out, "--sample", &sample.to_string()]);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         assert!(said.out.contains(&format!("equal to the row in all {compared} columns")), "{}", said.out);
     }
-    // the worst of the rows that are ok: sample 0, 3 or 6, though 1, 4 and 7 rub harder; rows without a value are passed over
+    // the worst ok row is sample 0, 3 or 6, although 1, 4 and 7 rub harder; rows without a value are skipped
     let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().expect("a number");
     for name in ["max_filtered_contact_force_N", "first_contact_s"] {
         let worst = [0, 3, 6]
@@ -57,7 +57,7 @@ fn a_replayed_sample_is_equal_to_its_row() {
         assert_eq!(said.code, 3, "{asked:?}: {}", said.err);
         assert!(said.err.contains(told), "{asked:?}: {}", said.err);
     }
-    // the advice for a run that failed is a command: it prints both rows, and writes nothing
+    // the advice for a failed run is a command: it prints both rows, and writes no file
     let table = fs::read(folder.path("run/results.parquet")).expect("the table");
     let mut tried = 0;
     for sample in (0..9).filter(|sample| status[*sample] != "ok") {
@@ -77,17 +77,17 @@ fn a_replayed_sample_is_equal_to_its_row() {
     }
     assert!(tried > 0, "{status:?}");
     assert!(table == fs::read(folder.path("run/results.parquet")).expect("the table"));
-    // what is advised is no column of words
+    // the suggested names do not include columns that have words
     let said = say(&["replay", &out, "--worst", "rub_regim"]);
     assert!(said.code == 3 && said.err.contains("has no column") && !said.err.contains("rub_regime"), "{}", said.err);
-    // a plan that is not the one of the table is a damaged file
+    // a plan that does not belong to the table is a damaged file
     let plan = folder.path("run/plan.json");
     let changed = fs::read_to_string(&plan).expect("the plan").replace("0.06", "0.07");
     fs::write(&plan, changed).expect("write");
     assert_eq!(say(&["replay", &out, "--sample", "0"]).code, 6);
 }
 
-/// Columns with short names (`as`), of numbers and of words, and a parameter by a formula.
+/// Columns with short names (`as`), columns of numbers and of words, and a parameter given by a formula.
 #[test]
 fn a_replayed_sample_of_a_design_is_equal_to_its_row() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! `bladeoff report`: one page that needs nothing else, the same for the same results, in a real browser.
+//! `bladeoff report`: a single self-contained page, identical for identical results, tested in a real browser.
 
 use crate::support::processes::signal;
 use crate::support::skipped::skipped;
@@ -7,7 +7,8 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
-/// Runs that fail where the root has no value, every kind of question, two values of what varies. The remark and the folder would be markup.
+/// A study with runs that fail where the square root has no value, every kind of question, and two values of a varied parameter. The comment and the
+/// directory name would be markup if they were not escaped.
 pub const STUDY: &str = r#"# </script><script>document.documentElement.dataset.hostile = 1</script><img src=http://127.0.0.1:9/x>
 schema = 1
 name = "stress"
@@ -66,7 +67,7 @@ of = "P(margin < 0)"
 require = "P(margin < 0) < 0.01"
 "#;
 
-/// A directory whose name would be markup.
+/// A directory name that would be markup if it were not escaped.
 const DIRECTORY: &str = "run <img src=x onerror=alert(1)>";
 
 pub fn run(folder: &Folder, text: &str) -> String {
@@ -84,7 +85,7 @@ pub fn page(folder: &Folder, directory: &str, name: &str) -> String {
     fs::read_to_string(path).expect("UTF-8")
 }
 
-/// The page without its scripts and style.
+/// The page without its scripts and styles.
 pub fn own(page: &str) -> String {
     let (head, rest) = page.split_once("<style>").expect("a style");
     let body = rest.split_once("</style>").expect("its end").1;
@@ -115,7 +116,7 @@ fn a_page_says_what_answer_and_gate_say_and_is_the_same_bytes_again() {
     assert_eq!(gate.code, 4, "{}", gate.err);
     let decision = gate.out.lines().find(|line| line.contains("failed, at least")).expect("a failed gate");
     assert!(shown.contains(decision), "{decision}");
-    // every bad run is there, counted and drawn, and one of them can be asked about
+    // every bad run is counted and drawn, and the page names a command that explains one of them
     let status = say(&["status", &directory, "--json"]);
     let status: serde_json::Value = serde_json::from_str(&status.out).expect("JSON");
     let failed = status["by_cause"]["non_finite"].as_u64().expect("some fail");
@@ -138,7 +139,7 @@ fn hostile_names_and_files_stay_text_and_nothing_is_asked_of_elsewhere() {
     assert!(own.contains("&lt;script&gt;document") && own.contains("onerror=alert(1)&gt;"), "they are shown");
     assert!(!own.contains("<img") && !own.contains("<script>document"));
     assert!(own.contains("default-src 'none'; script-src 'sha256-"), "{}", &own[..600]);
-    // links lead to places of the page
+    // links lead to anchors of the page
     let links: Vec<&str> = own.split("href=\"").skip(1).map(|rest| rest.split('"').next().expect("an end")).collect();
     assert!(links.len() > 10, "{links:?}");
     for link in links {
@@ -156,7 +157,7 @@ fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
     let (quick, _) = STUDY.split_once("[[question]]\nname = \"what-decides\"").expect("questions that take longer");
     let study = folder.write("stress.toml", &quick.replace("samples = 2000", "samples = 2000000"));
     let out = folder.name("half");
-    // as long as it takes until there are rows
+    // runs with increasing time limits until a partial table exists
     let has_rows = [3, 6, 12, 24, 48, 96].into_iter().any(|seconds| {
         let ended = say(&["run", &study, "--out", &out, "--workers", "1", "--wall", &format!("{seconds} s")]);
         assert_eq!(ended.code, 5, "the clock ended it: {}", ended.err);
@@ -189,7 +190,7 @@ fn half_way_it_says_so_and_of_a_grid_it_has_no_answers() {
     assert_eq!(replay.code, 0, "{again}: {}", replay.err);
 }
 
-/// The verdict first; the limit of the gate in the histogram; the history of the worst run, with the peak of its row; the machine.
+/// The verdict comes first; the histogram shows the limit of the gate; the history of the worst run reaches the peak in its row; the machine is shown.
 #[test]
 fn a_page_has_verdict_distributions_and_the_history_of_the_worst_run() {
     let folder = Folder::new();
@@ -236,7 +237,8 @@ fn a_page_has_verdict_distributions_and_the_history_of_the_worst_run() {
     assert!(!short.contains("History of sample") && short.contains("Verdict: "));
 }
 
-/// The page is written while the study runs, with the line that makes a browser load it again, and once more after its end, without.
+/// The page is written while the study runs, with the element that makes a browser reload it, and once more after the end of the study, without
+/// this element.
 #[test]
 fn a_page_is_refreshed_until_the_study_has_ended() {
     let folder = Folder::new();
@@ -257,7 +259,7 @@ fn a_page_is_refreshed_until_the_study_has_ended() {
     let mut refresh = bladeoff();
     refresh.args(["report", &out, "--refresh", "1s", "--out", &path]).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut report = refresh.spawn().expect("it starts");
-    // The study ends when the first page is written, however slow the machine is.
+    // The study ends when the first page has been written, so that the test does not depend on the speed of the computer.
     let mut lines = BufReader::new(report.stderr.take().expect("piped")).lines().map(|line| line.expect("UTF-8"));
     let mut told: Vec<String> = Vec::new();
     while !told.last().is_some_and(|line| line.starts_with("wrote ")) {
@@ -276,7 +278,7 @@ fn a_page_is_refreshed_until_the_study_has_ended() {
     assert!(refused.err.contains("at least 1 s"), "{}", refused.err);
 }
 
-/// Two runs roll backwards in the ring and push it a quarter of its radius out, two rub lightly.
+/// Two runs with backward whirl push the ring outwards by a quarter of its radius; two runs rub lightly.
 #[test]
 fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     let folder = Folder::new();
@@ -299,7 +301,7 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
         "all touch, all are ok: {}",
         run.out
     );
-    // two of the four runs, a quarter of the radius out: more than five times the limit
+    // two of the four runs have a ring displacement of a quarter of the radius: more than five times the limit
     let line = run.out.lines().find(|line| line.contains("ring_displacement ")).expect("a table of limits");
     assert!(line.contains(" mm (0.05 of mean radius)") && line.contains("note         2 of 4 runs  5."), "{line}");
     let unjudged =
@@ -316,7 +318,7 @@ fn limits_are_listed_and_noted_ones_are_reported_wherever_numbers_are() {
     assert!(answer.err.contains(said) && gate.err.contains(said), "{} {}", answer.err, gate.err);
     let page = page(&folder, &out, "whips.html");
     assert!(own(&page).contains(said) && own(&page).contains(warning) && page.contains("Limits of the model"));
-    // What weakens ok is named where numbers are judged, and before the run.
+    // Settings that weaken the meaning of "ok" are reported where results are judged, and before the run.
     let weak = [
         "run.guard.penetration = 0.2 (default 0.02): an ok run may fail the default check",
         "run.limit.ring_displacement.on_exceed = \"note\": a run above this limit stays ok",
@@ -358,11 +360,12 @@ fn bearings_whose_peak_loads_are_not_the_machines_are_said_wherever_loads_are() 
     assert!(answer.err.contains(said) && gate.err.contains(which), "{} {}", answer.err, gate.err);
     assert!(own(&page(&folder, &out, "damped.html")).contains(said));
 
-    // A step that resolves it: 100 times shorter.
+    // A step that resolves the damping: 100 times shorter.
     let fine = damped.replace("\"run.engine\"", "\"run.step\" = \"0.03 us\"\n\"run.engine\"");
     assert!(!say(&["check", &folder.write("fine.toml", &fine)]).err.contains("does not resolve"));
 
-    // So stiff that most of what the bearing yields is in modes left out: of the exponential engine, too, and of every sample.
+    // A bearing so stiff that most of its flexibility is in truncated modes: reported for the exponential engine, too, and for every
+    // sample.
     let stiff = damped
         .replace("reduced", "exponential")
         .replace("right.damping\"\nvalues = [1e6, 10]", "right.stiffness\"\nvalues = [1e12, 1e13]");
@@ -375,7 +378,7 @@ fn bearings_whose_peak_loads_are_not_the_machines_are_said_wherever_loads_are() 
     );
     assert!(!check.err.contains("does not resolve"), "the exponential engine has no such step: {}", check.err);
 
-    // One damping of 200 that is too large, wherever it stands, is found, and the step that is told resolves it.
+    // One excessive damping among 200 values is found at any position, and the step that is suggested resolves it.
     let many = damped.replace("values = [1e6, 10]", "from = 10\nto = 70e3\ncount = 200");
     let check = say(&["check", &folder.write("many.toml", &many)]);
     let line = check.err.lines().find(|line| line.contains("does not resolve")).expect("said");
@@ -385,7 +388,7 @@ fn bearings_whose_peak_loads_are_not_the_machines_are_said_wherever_loads_are() 
     let check = say(&["check", &folder.write("resolved.toml", &resolved)]);
     assert!(check.code == 0 && !check.err.contains("does not resolve"), "{step}: {}", check.err);
 
-    // of a machine alone
+    // a machine without a study
     let alone = fs::read_to_string(crate::support::root().join("studies/machines/lab_rig.toml")).expect("the rig");
     let alone = alone.replacen("damping = \"600 N s/m\"", "damping = \"1e6 N s/m\"", 1);
     let check = say(&["check", &folder.write("alone.toml", &alone)]);
@@ -403,7 +406,7 @@ fn limits_of_the_model_are_those_of_their_page() {
     }
 }
 
-/// A browser that is there.
+/// Path of an installed browser.
 pub fn browser() -> Option<&'static str> {
     ["chromium-headless-shell", "chromium"].into_iter().find(|name| {
         let said = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
@@ -425,7 +428,7 @@ fn a_browser_draws_every_figure_without_a_word_and_asks_nobody() {
     let log = folder.name("net.json");
     let opened = Command::new("timeout")
         .args(["600", browser])
-        // as root there is no sandbox; the network is a wall
+        // the sandbox does not work for root; the proxy address blocks the network
         .args([
             "--headless",
             "--no-sandbox",
@@ -445,10 +448,10 @@ fn a_browser_draws_every_figure_without_a_word_and_asks_nobody() {
     assert!(!dom.contains("data-hostile"), "what the file says was done");
     let console: Vec<&str> = told.lines().filter(|line| line.contains("CONSOLE")).collect();
     assert!(console.is_empty(), "{console:?}");
-    // what the library made of names leads nowhere, either
+    // links that the plotting library made from names stay within the page, too
     let body = own(&dom);
     let links = body.split("href=\"").skip(1).map(|rest| rest.split('"').next().unwrap_or_default());
-    // a heat map is a picture within the page
+    // a heat map is an image within the page
     let away: Vec<&str> = links.filter(|link| !link.starts_with('#') && !link.starts_with("data:image/png;")).collect();
     assert!(away.is_empty(), "{away:?}");
     let asked = fs::read_to_string(&log).expect("a log of the network");

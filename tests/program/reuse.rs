@@ -1,4 +1,4 @@
-//! `run.step_limit` is a budget: a longer one goes on in the same directory, and the table is that of a fresh run.
+//! `run.step_limit` is a budget: with a larger one a study is resumed in the same directory, and the table equals that of a fresh run.
 
 use crate::support::{Folder, Said, say, table};
 use bladeoff_record::{Entry, Reader, Record, RecordError};
@@ -37,7 +37,7 @@ impl Bench {
         Self { folder, rig, fresh: 0 }
     }
 
-    /// Runs a study in the directory that is there; the table must be that of a fresh run.
+    /// Runs a study in the existing directory; asserts that the table equals that of a fresh run.
     fn goes_on(&mut self, text: &str, more: &[&str]) -> Said {
         let said = self.run(text, "out", more);
         assert_eq!(said.code, 0, "{}", said.err);
@@ -91,7 +91,7 @@ fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
     let [short, long] = [&steps[0], &steps[1]].map(|steps| steps.parse::<u64>().expect("a count"));
     assert!(short > 100 && long > short + 100, "{steps:?}");
     fs::remove_dir_all(bench.folder.path("out")).expect("removed");
-    // The limit counts to the step: a run that needs as many ends.
+    // the limit is exact: one step less ends every run early, `short` steps complete the short ones
     bench.goes_on(&set(short - 1), &[]);
     assert_eq!(bench.causes(), [true; 4]);
     let why = say(&["why", &bench.folder.name("out"), "1"]);
@@ -110,7 +110,7 @@ fn a_larger_step_limit_goes_on_and_the_table_is_that_of_a_fresh_run() {
     bench.goes_on(&set(long), &[]);
     assert_eq!(bench.causes(), [false; 4]);
     bench.is_refused(&set(long - 1), "2 of its 4 finished samples");
-    // A limit that changes no sample costs none: larger, in the machine's file, smaller and still enough, none.
+    // a limit that affects no sample keeps all of them: larger, in the machine file, smaller but sufficient, none
     let is_kept = |bench: &mut Bench, text: &str| {
         let again = bench.goes_on(text, &[]);
         assert!(again.err.contains("4 of 4 samples are already finished, 0 are computed"), "{}", again.err);
@@ -129,15 +129,15 @@ fn a_step_limit_that_varies_is_each_samples_own() {
     let mut bench = Bench::new();
     bench.goes_on(STUDY, &[]);
     let long: u64 = bench.column("steps")[1].parse().expect("a count");
-    // An axis whose values hold what was there, and more.
+    // an axis with the existing values and more
     let again = bench.goes_on(&varied(&format!("100, {long}")), &[]);
     assert!(again.err.contains("4 of 8 samples are already finished, 4 are computed"), "{}", again.err);
     assert_eq!(bench.causes(), [true, false, true, false, true, false, true, false]);
-    // Other numbers: each is found under its own limit.
+    // other numbers: each sample is found by its own limit
     let again = bench.goes_on(&varied(&format!("{}, {long}, 100, 200", long + 1)), &[]);
     assert!(again.err.contains("12 of 16 samples are already finished, 4 are computed"), "{}", again.err);
     bench.is_refused(&varied("100, 200"), "8 of its 16 finished samples");
-    // What the longest has done is done for all.
+    // results with the largest limit serve all of them
     let again = bench.goes_on(STUDY, &[]);
     assert!(again.err.contains("4 of 4 samples are already finished, 0 are computed"), "{}", again.err);
 }
@@ -146,7 +146,7 @@ fn a_step_limit_that_varies_is_each_samples_own() {
 fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
     let bench = Bench::new();
     assert_eq!(bench.run(&set(100), "out", &[]).code, 0);
-    // Earlier builds counted the step limit: other keys, of the same study.
+    // earlier builds counted the step limit: other keys for the same study
     let path = bench.folder.path("out/ledger.redb");
     let record = Reader::open(&path).expect("a whole record");
     let mut header = record.header().expect("readable");
@@ -172,8 +172,8 @@ fn a_record_with_the_keys_of_an_earlier_build_is_refused_by_that_reason() {
     }
 }
 
-/// A share of the samples runs twice. Given to a finished study it computes those anew and keeps the rest; in a grown one
-/// whoever is chosen otherwise; one and three workers write the same bytes, and a sample with a twin is replayed to its row.
+/// A share of the samples runs twice. Added to a finished study, it recomputes those samples and keeps the rest; in a grown study, the samples
+/// whose choice differs. One and three workers write the same bytes, and a sample with a twin is replayed to its row.
 #[test]
 fn twins_of_a_share_of_the_samples_change_nothing_else() {
     let mut bench = Bench::new();
@@ -205,7 +205,7 @@ fn twins_of_a_share_of_the_samples_change_nothing_else() {
             (!chosen, if chosen { "ok" } else { "" }),
             "{row:?}"
         );
-        // without rub a load answers in proportion
+        // without rub, loads are linear in the shift
         let moved = row[change].parse::<f64>().map_or(1e-6, f64::abs);
         assert!((1e-9..1e-4).contains(&moved), "{moved}");
         for (name, value) in header.iter().zip(row).filter(|(name, _)| !name.contains("twin") && *name != "sensitive") {
@@ -252,7 +252,7 @@ fn a_share_of_twins_that_is_none_is_refused() {
     }
 }
 
-/// A run looks at a record before it checks it: whatever byte of it is another, that look ends, and so does closing it.
+/// A run opens a record before it checks it: with any byte changed, opening and closing end without a panic.
 #[test]
 fn a_look_at_a_damaged_record_ends_without_a_panic() {
     let folder = Folder::new();

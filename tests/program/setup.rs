@@ -1,4 +1,4 @@
-//! Commands around the installation: completion scripts, manual pages, schemas, the check of the computer.
+//! Commands for the installation: completion scripts, manual pages, schemas, the check of the computer.
 
 use crate::support::{BINARY, Folder, bladeoff, json, said, say};
 use std::fs;

@@ -1,10 +1,10 @@
-//! Studies with questions that are shipped: each answers in one command at a scaled-down size. Studies that the pages show in full.
+//! Shipped studies with questions: each answers in one command at a reduced size. Studies that the pages show in full.
 
 use crate::support::{Folder, json, root, say, table};
 use std::collections::BTreeSet;
 use std::fs;
 
-/// Runs the first points of a study, and says what its questions and its gate come to.
+/// Runs the first points of a study; checks its answers and its gate.
 fn answers_in_one_command(name: &str, points: usize, samples: usize, names: &[&str]) {
     let folder = Folder::new();
     let (study, out) = (format!("studies/{name}.toml"), folder.name("out"));
@@ -39,7 +39,7 @@ fn the_turbine_on_films_and_pedestals_answers() {
     answers_in_one_command("lp-turbine-risk", 1, 1, &names);
 }
 
-/// Weight, bearing tables, pedestals and monitors in a rub: `exponential` against all degrees of freedom.
+/// Weight, bearing tables, pedestals and monitors during a rub: `exponential` against all degrees of freedom.
 #[test]
 fn the_shipped_turbine_has_the_loads_of_full() {
     let machine = root().join("studies/machines/lp_turbine.toml").to_string_lossy().into_owned();
@@ -114,7 +114,7 @@ fn steps(workflow: &str) -> Vec<String> {
     steps
 }
 
-/// The commands of the nightly workflow, in order, with 64 points in the place of five hours; the gate and the page are there.
+/// The commands of the nightly workflow, in order, with 64 points instead of five hours; the gate and the page are included.
 #[test]
 fn the_commands_of_the_nightly_workflow_work() {
     let folder = Folder::new();
@@ -145,7 +145,7 @@ fn the_commands_of_the_nightly_workflow_work() {
         assert_eq!(code, Some(0), "{step}: {err}");
     }
     assert_eq!(fs::read_to_string(&output).expect("the output of the step"), "code=0\n");
-    // an open gate is a warning while the study is incomplete
+    // an undecided gate is a warning while the study is incomplete
     for (gate, study, code, warns) in [(5, "5", 0, true), (5, "0", 5, false), (4, "5", 4, false), (0, "5", 0, false)] {
         let stub = folder.write("stub/bladeoff", &format!("#!/bin/sh\nexit {gate}\n"));
         fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("executable");
@@ -161,7 +161,8 @@ fn the_commands_of_the_nightly_workflow_work() {
     );
 }
 
-/// Every second gap and friction of the map, one angle a cell: where a guard calls a run bad, that is a row like any other. The study's own guard calls none so; a hundredth of it does.
+/// Every second gap and friction of the map, one angle per cell: a bad run is a row like any other. The guard of the study rejects none; a hundredth
+/// of it does.
 #[test]
 fn the_map_of_one_detection_is_drawn_in_one_command() {
     let folder = Folder::new();
@@ -175,7 +176,7 @@ fn the_map_of_one_detection_is_drawn_in_one_command() {
     let (header, rows) = table(&out);
     let column = |name: &str| header.iter().position(|column| column == name).expect("the column");
     let status = column("status");
-    // the last column, as several causes have commas
+    // the last column, because several causes contain commas
     let engine = |row: &Vec<String>| row.last().cloned();
     assert!(rows.len() == 20 && rows.iter().all(|row| engine(row).as_deref() == Some("exponential")), "{header:?}");
     for word in ["ok", "invalid"] {
@@ -188,7 +189,7 @@ fn the_map_of_one_detection_is_drawn_in_one_command() {
     assert!(fs::read_to_string(picture).expect("a picture").contains("cross: bad runs"));
 }
 
-/// Two whole trajectories, and two whole base points, of the rig.
+/// Two complete trajectories, and two complete base points, of the rig.
 #[test]
 fn what_decides_answers_by_trajectories_and_then_by_base_points() {
     let folder = Folder::new();
@@ -211,7 +212,7 @@ fn what_decides_answers_by_trajectories_and_then_by_base_points() {
         assert!(indices.contains_key("gap_m"), "{answer}");
         let found = indices.values().filter(|of| of[index]["estimate"].as_f64().is_some_and(|value| value > 0.0));
         assert!(found.count() >= 3, "{name}: {answer}");
-        // so few say nothing of their scatter
+        // so few do not show their scatter
         assert!(ran.out.contains("no interval: 2 "), "{name}: {}", ran.out);
     }
 }
@@ -237,7 +238,7 @@ fn check_says_what_it_understood_of_the_risk_template() {
     ] {
         assert!(told.out.contains(part), "{part}\nis not in\n{}", told.out);
     }
-    // the release angle is uncertain over the whole turn, which is eight times the angle between two blades
+    // the release angle is uncertain over the whole turn, eight times the angle between two blades
     assert!(!(told.out + &told.err).contains("the same angle"));
 }
 

@@ -1,7 +1,7 @@
-//! How often the interval that ends a study by `[stop]` covers the true value, and how many points the study needs, beside error spending
-//! over the interim analyses. Points of the designs of studies, and the estimators of answers. The table of docs/intervals.md:
+//! How often the interval that ends a study by `[stop]` covers the true value, and how many points the study needs, in comparison with error spending
+//! over the interim analyses. Tested with the points of the designs and the estimators of answers. For the table of docs/intervals.md:
 //! `STOP_STUDIES=1000 cargo test --release -p bladeoff --test program stop_coverage:: -- --nocapture` (about 5 minutes; `STOP_CASES=halton`: only the
-//! kinds with this word).
+//! kinds whose name contains this word).
 
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::estimate::known::Values;
@@ -15,12 +15,12 @@ use bladeoff_study::correlation::Copula;
 use bladeoff_study::sampling::layout::{LayoutDef, LayoutKind, SamplingLayout};
 use bladeoff_study::uncertain::{Distribution, Uncertain, Written};
 
-/// Points of a study at most.
+/// Largest number of points of a study.
 const MOST: u64 = 1 << 16;
-/// Replicates of designs that need them.
+/// Number of replicates for designs that need replicates.
 const REPLICATES: u64 = 16;
 const ALPHA: f64 = 0.05;
-/// A relative half width that the first interim analysis reaches in any case: a study of 256 planned points.
+/// Relative half width that the first interim analysis reaches in any case: a study of 256 planned points.
 const PLANNED: f64 = 1.0;
 
 /// A figure of the output.
@@ -32,7 +32,7 @@ enum Of {
     Mean,
 }
 
-/// The output of a point of two coordinates, by its name in the table.
+/// The output at a point of two coordinates, by its name in the table.
 fn output(name: &str, u: &[f64; 2]) -> f64 {
     let normal = |u: f64| normal_quantile(u, 1.0 - u);
     match name {
@@ -56,7 +56,7 @@ fn layout(kind: LayoutKind, seed: u64) -> SamplingLayout {
     SamplingLayout::new(&def, seed, &names, &[law.clone(), law], &Copula::independent(2)).expect("a design")
 }
 
-/// A kind of study: design, output, figure, its true value and the largest relative half width.
+/// A kind of study: design, output, figure, its true value and the largest permitted relative half width.
 #[derive(Clone, Copy)]
 struct Case {
     kind: LayoutKind,
@@ -107,7 +107,8 @@ impl Case {
         }
     }
 
-    /// Whether the interval at the end of a study covers the true value, and the points of the study; `spends`: by error spending.
+    /// Whether the interval at the end of a study covers the true value, and the number of points of the study; `spends`: with error
+    /// spending.
     fn end(&self, values: &mut Vec<f64>, layout: &SamplingLayout, spends: bool) -> (bool, u64) {
         let rule = StopRule { relative: Some(self.relative), ..StopRule::default() };
         for look in interim_analyses(MOST, ALPHA) {
@@ -202,7 +203,7 @@ fn the_interval_that_ends_a_study_covers_the_true_value_about_as_often_as_it_sta
         let deviation = (least * (1.0 - least) / repeats as f64).sqrt();
         assert!(plain >= least - 3.0 * deviation, "{}: {plain}", case.name());
         assert!(fewer <= more, "{}: {fewer} of {more}", case.name());
-        // of independent points error spending needs two to four times as many, where one analysis is not enough
+        // with independent points error spending needs two to four times as many points, if one analysis is not enough
         if case.kind == LayoutKind::MonteCarlo && more > 256.5 {
             assert!((0.2..=0.6).contains(&(fewer / more)), "{}: {fewer} of {more}", case.name());
         }

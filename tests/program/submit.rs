@@ -1,4 +1,4 @@
-//! `bladeoff submit` without a scheduler of a cluster: GNU parallel over hosts, the script of a task, what is handed in again.
+//! `bladeoff submit` without a cluster scheduler: GNU parallel over hosts, the script of a task, repeated submission.
 
 use crate::support::docs::{blocks, with};
 use crate::support::skipped::skipped;
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// 120 samples.
+/// A study of 120 samples.
 const STUDY: &str = r#"schema = 1
 name = "f"
 model = "function"
@@ -36,18 +36,18 @@ fn executable(path: &Path, text: &str) {
     write_script(path, text);
 }
 
-/// A shell block, with the program of this build.
+/// A shell block that uses the program of this build.
 fn shell(block: &str) -> Command {
     let mut command = Command::new("bash");
     command.args(["-ec", block]).current_dir(root()).env_remove("BLADEOFF_FAULT").env(RUNTIME_VARIABLE, runtime());
     command
 }
 
-/// An ssh that runs what it is told on this host, but where the host is this one.
+/// A replacement for ssh that runs the command on this host; the host `dead` fails.
 fn ssh(path: &Path, dead: &str) {
     executable(
         path,
-        // As sshd does it: the shell of the account is in the environment, whatever this test was started in.
+        // like sshd: the shell of the account is in the environment, for any environment of the test
         &format!(
             "#!/bin/sh\nexport SHELL=/bin/sh\nwhile [ \"${{1#-}}\" != \"$1\" ]; do shift; done\nhost=$1; shift; [ \"$1\" = -- ] && shift\n\
              echo \"$host\" >> \"$0.log\"\n[ \"$host\" = \"{dead}\" ] && exit 255\nexec sh -c \"$*\"\n"
@@ -90,7 +90,7 @@ fn gnu_parallel_computes_on_its_hosts_one_of_which_is_dead() {
     assert!(ended("red", false) + ended("red", true) <= 4 && ended("blue", true) == 4, "{log}");
     same_tables(&folder, "out");
     assert!(out.contains("f: 120 of 120 samples"), "{out}{err}");
-    // Again: nothing is left but the table, which is there.
+    // second time: only the table is left, and it exists
     let again = said(submit(&folder, "parallel", &["--shards", "2"]).output().expect("it starts"));
     assert!(again.code == 0 && again.err.contains("every chunk exists"), "{}", again.err);
 }
@@ -147,7 +147,7 @@ fn what_is_handed_in_again_are_the_shards_that_lack_a_chunk() {
         first.err
     );
     assert!(first.out.contains("\"--dependency=afterany:$job0\""), "{}", first.out);
-    // A task has as many workers as it was given cores.
+    // a task has as many workers as allocated cores
     let mut shard = bladeoff(&["run", &study, "--out", &out, "--shard", "0/1", "--scratch", &scratch]);
     let shard = said(shard.env("SLURM_CPUS_ON_NODE", "1").output().expect("it starts"));
     assert!(shard.code == 0 && shard.err.contains("120 samples of 1 formula, 1 worker"), "{}", shard.err);
@@ -176,7 +176,7 @@ fn a_task_of_slurm_is_requeued_three_times_after_exit_code_6_and_when_its_time_w
     folder.write("f.toml", STUDY);
     let dry = submit(&folder, "slurm", &["--dry-run", "--shards", "2", "--time", "1h"]).output().expect("it starts");
     assert!(dry.status.success(), "{}", String::from_utf8_lossy(&dry.stderr));
-    // A program that ends as it is told, and a scontrol that says what it was told.
+    // a program with a given exit code, and a scontrol that records its arguments
     executable(&folder.path("bin/bladeoff"), "#!/bin/sh\nexit \"$ENDS\"\n");
     executable(&folder.path("bin/scontrol"), "#!/bin/sh\necho \"$*\" >> \"$TOLD\"\nexit \"$ANSWER\"\n");
     let script = fs::read_to_string(folder.path("out/scheduler/shard.sbatch")).expect("written");
@@ -187,7 +187,7 @@ fn a_task_of_slurm_is_requeued_three_times_after_exit_code_6_and_when_its_time_w
     );
     let path = folder.write("shard.sbatch", &script);
     let told = folder.path("told");
-    // Exit code of the task, and how often a requeue was asked for.
+    // exit code of the task, and requests to requeue it
     let task = |ends: &str, task: &str, answer: &str, restarts: &str| {
         let _ = fs::remove_file(&told);
         let mut command = Command::new("bash");
@@ -209,7 +209,7 @@ fn a_task_of_slurm_is_requeued_three_times_after_exit_code_6_and_when_its_time_w
     assert_eq!(task("3", "0", "0", "0"), (3, 0), "a wrong study is wrong again");
 }
 
-/// As users of Slurm write times; 480 alone would be 8 minutes of what was meant as 8 hours.
+/// Times as users of Slurm write them; 480 alone would be 8 minutes instead of the intended 8 hours.
 #[test]
 fn the_time_of_a_task_is_read_as_schedulers_write_it_and_a_bare_number_is_refused() {
     let folder = Folder::new();
@@ -248,7 +248,7 @@ fn a_run_in_a_task_has_as_many_workers_as_the_task_has_cores() {
         let run = said(command.env("SLURM_JOB_ID", "1").env("SLURM_CPUS_ON_NODE", "1").output().expect("it starts"));
         assert!(run.code == 0 && run.err.contains("120 samples of 1 formula, 1 worker,"), "{}", run.err);
     }
-    // nothing that is no number of cores counts, and nothing asks for more than there are
+    // an invalid number of cores is ignored, and never more workers than cores are used
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     for odd in ["24(x2)", "abc", "", "0", "-1", "1e20", "100000"] {
         let out = folder.name(&format!("odd{}", odd.len()));

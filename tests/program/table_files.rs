@@ -1,4 +1,4 @@
-//! Files that a machine names: the result directory holds their content, and results, workers, shards, merge and `replay` never read the file again.
+//! Files that a machine names: the result directory contains their content, and results, workers, shards, merge and `replay` never read the file again.
 
 use crate::support::{Folder, say, table};
 use std::fs;
@@ -57,7 +57,7 @@ fn a_result_directory_needs_no_table_file() {
         assert!(replayed.out.contains("equal to the row"), "{}", replayed.out);
     }
     assert_eq!(say(&["status", &out, "--verify"]).code, 0);
-    // one bit of the content
+    // one bit of the content is changed
     let path = world.folder.path("one/machine.toml");
     let whole = fs::read(&path).expect("there");
     let at = saved.find("kxx = [").expect("the table") + "kxx = [".len();
@@ -89,7 +89,7 @@ fn shards_and_merge_have_the_table_of_one_machine() {
     assert!(replayed.code == 0 && replayed.out.contains("equal to the row"), "{}{}", replayed.out, replayed.err);
 }
 
-/// Another content of the same name is another machine: a run does not resume with it, and a shard does not join.
+/// A file of the same name with other content makes another machine: a run does not resume with it, and a shard does not join.
 #[test]
 fn a_changed_table_file_is_another_machine() {
     let world = World::new();
@@ -100,7 +100,7 @@ fn a_changed_table_file_is_another_machine() {
     let other = world.run("one", &[]);
     assert_eq!(other.code, 3, "{}", other.err);
     assert_eq!(world.run("shared", &["--shard", "1/2", "--chunk", "2"]).code, 3);
-    // a change of what is not read is none
+    // a change that does not affect the values read is no change of the machine
     world.folder.write("machines/film.csv", &TABLE.replace("speed,", " speed,").replace("2e6,3e6", "2.0e6,3e6"));
     let same = world.run("one", &[]);
     assert_eq!(same.code, 0, "{}", same.err);

@@ -1,4 +1,4 @@
-//! What is told can be used: commands work as they are printed, help and progress fit the terminal, a word means one thing.
+//! Output can be used directly: printed commands work, help and progress fit the terminal, one word has one meaning.
 
 use crate::support::processes::{STUDY, wait_until};
 use crate::support::screen::screen;
@@ -31,7 +31,7 @@ fn help_keeps_its_lists_and_fits_at_every_width() {
             assert!(help.out.replace('\n', " ").contains(&called), "{command}: {}", help.out);
             for line in help.out.lines().filter(|line| !line.contains(BINARY)) {
                 assert!(line.chars().count() <= width.min(100), "{command} at {width}: {line:?}");
-                // The columns of a list in the middle of a paragraph: the list was refilled.
+                // columns of a list within a paragraph: the list was refilled
                 assert!(line.starts_with(' ') || !line.contains("   "), "{command} at {width}: {line:?}");
             }
             if command != "run" {
@@ -47,7 +47,7 @@ fn help_keeps_its_lists_and_fits_at_every_width() {
     }
 }
 
-/// Examples of a help, each whole, the lines that a `\\` joins with a line feed between them.
+/// Complete examples of a help; lines joined by `\\` are separated by a line feed.
 fn examples(help: &str) -> Vec<String> {
     let mut examples: Vec<String> = Vec::new();
     let mut goes_on = false;
@@ -128,13 +128,13 @@ fn a_study_away_from_its_machine_is_said() {
     assert!(here.code == 0 && !here.err.contains("hint"), "{}", here.err);
 }
 
-/// What stands behind a mark in a line.
+/// Text behind a mark in a line.
 fn behind<'a>(text: &'a str, mark: &str) -> &'a str {
     let line = text.lines().find(|line| line.contains(mark)).unwrap_or_else(|| panic!("no {mark:?} in\n{text}"));
     line.split_once(mark).expect("found").1.trim()
 }
 
-/// A command as it was printed, in a shell.
+/// Runs a printed command in a shell.
 fn pasted(command: &str, folder: &Path, path: &OsStr) -> Said {
     said(Command::new("sh").args(["-c", command]).current_dir(folder).env("PATH", path).output().expect("a shell"))
 }
@@ -151,20 +151,20 @@ fn printed_commands_work_as_they_are_printed_however_the_program_was_called() {
         std::env::join_paths([tools.clone()].into_iter().chain(std::env::split_paths(&usual))).expect("a path");
     folder.write("a study's.toml", STUDY);
     let run_in = |program: &str, folder: &Path, path: &OsStr, words: &[&str]| {
-        // `env` looks programs up as a shell does, and passes the word on as it is.
+        // `env` looks programs up as a shell does, and passes the name on unchanged
         let mut command = Command::new("env");
         said(command.arg(program).args(words).current_dir(folder).env("PATH", path).output().expect("it starts"))
     };
     let absolute = tools.join("bladeoff").display().to_string();
     for (program, path) in [("./bladeoff", &usual), ("bladeoff", &on_path), (absolute.as_str(), &usual)] {
         let out = format!("out of {}", program.len());
-        // Ended before it is complete: workers have only begun.
+        // ended before it is complete: workers have only begun
         let first = run_in(program, &place, path, &["run", "a study's.toml", "--out", &out, "--wall", "0.05 s"]);
         assert_eq!(first.code, 5, "{}", first.err);
         let go_on = behind(&first.err, "resume with: ");
         assert!(go_on.trim_matches('\'').starts_with(program), "{go_on}");
         if program == "./bladeoff" {
-            // Whoever looks from elsewhere, by another way to the program, is told what works there.
+            // from another folder, with another path of the program, the printed command works there
             let looked = run_in(&absolute, &elsewhere, path, &["status", &format!("../{out}")]);
             assert_eq!(looked.code, 0, "{}", looked.err);
             let there = behind(&looked.out, "resume ");
@@ -188,14 +188,14 @@ fn printed_commands_work_as_they_are_printed_however_the_program_was_called() {
 #[test]
 fn of_a_sample_without_a_row_no_command_is_told_that_needs_one() {
     let folder = Folder::new();
-    // Samples that end long after their run.
+    // samples that take much longer than the run
     let study = folder.write("s.toml", &STUDY.replace("[set]", "[set]\n\"run.step\" = \"1e-9 s\""));
     let out = folder.name("out");
     assert_eq!(say(&["run", &study, "--out", &out, "--wall", "0.1 s"]).code, 5);
     let why = say(&["why", &out, "3"]);
     assert_eq!(why.code, 0, "{}", why.err);
     assert!(why.out.contains("not finished; resume with: ") && !why.out.contains("compute it"), "{}", why.out);
-    // Nor is a table told of that is not there, but how far it is.
+    // a missing table is not mentioned, but the progress
     let replay = say(&["replay", &out, "--sample", "3"]);
     assert_eq!(replay.code, 3, "{}", replay.err);
     let told = pasted(behind(&replay.err, "how to resume: "), &folder.path(""), OsStr::new("/usr/bin:/bin"));
@@ -230,7 +230,7 @@ fn the_last_run_is_taken_where_none_is_named_and_replay_says_what_to_give() {
         let again = pasted(example.trim(), &folder.path(""), OsStr::new("/usr/bin:/bin"));
         assert!(again.code == 0 && again.out.contains("equal to the row"), "{example}: {}", again.err);
     }
-    // The results of a sample are those that `simulate` and `replay` show, in the same groups.
+    // the results of a sample are those of `simulate` and `replay`, in the same groups
     let (why, replay) = (here(&["why", "3"]), here(&["replay", "--sample", "3"]));
     let shown: Vec<&str> = why.out.lines().skip_while(|line| *line != "Course").collect();
     assert!(shown.len() > 30 && shown.contains(&"Bearing loads"), "{}", why.out);
@@ -297,7 +297,7 @@ fn a_study_that_cannot_start_says_so_once_and_what_is_allowed() {
     assert_eq!(said.code, 3, "{}", said.err);
     assert_eq!(said.err.matches("cannot start").count(), 1, "{}", said.err);
     assert!(said.err.contains("s.toml:6:1: run.step = 1 ms: the step 1 ms is too large"), "{}", said.err);
-    // The limit as it is told is one.
+    // the printed limit is accepted
     let limit = said.err.split("largest allowed ").nth(1).and_then(|rest| rest.split(" = ").next()).expect("a limit");
     assert!(limit.ends_with(" us"), "{limit}");
     let rig = folder.name("machines/rig.toml");
@@ -305,7 +305,7 @@ fn a_study_that_cannot_start_says_so_once_and_what_is_allowed() {
     assert!(!said.err.contains("too large"), "{limit}: {}", said.err);
 }
 
-/// Eight blades: half a turn, which a trajectory moves by over the whole turn, is four times the angle between two.
+/// Eight blades: half a turn, the step of a trajectory over the whole turn, is four times the angle between two blades.
 #[test]
 fn levels_of_an_angle_that_are_one_start_are_said() {
     let folder = Folder::new();
@@ -348,11 +348,11 @@ fn a_fixed_release_angle_is_said_and_the_lines_that_are_proposed_vary_it() {
     let varied = check(&format!("{text}\n{proposed}"));
     assert!(!varied.err.contains("in every sample"), "{}", varied.err);
     assert!(varied.out.contains("small: 72 samples"), "{}", varied.out);
-    // An angle elsewhere is as good; where all is the same all round there is nothing to say.
+    // a varied angle elsewhere has the same effect; an axisymmetric machine needs no note
     let turned =
         check(&format!("{text}\n[[vary]]\npath = \"rotor.initial.angle\"\nvalues = [\"0 deg\", \"20 deg\"]\n"));
     assert!(!turned.err.contains("in every sample"), "{}", turned.err);
-    // Angles that are whole periods apart are one.
+    // angles that differ by whole periods are equal
     let again = |values: &str| check(&format!("{text}\n[[vary]]\npath = \"blade_off.phase\"\nvalues = [{values}]\n"));
     let same = again("\"10 deg\", \"370 deg\", \"55 deg\"");
     assert!(same.err.contains("are the same angle: they differ by whole periods of 45 deg"), "{}", same.err);
@@ -401,7 +401,7 @@ fn the_template_of_a_risk_study_is_checked_run_answered_and_judged() {
     assert_eq!(say(&["new", "machine", "--kind", "risk"]).code, 2);
 }
 
-/// A process that is read while it runs.
+/// A process whose output is read while it runs.
 struct Heard {
     child: Child,
     said: Arc<Mutex<Vec<u8>>>,
@@ -463,7 +463,7 @@ fn on_a_terminal_of_60_columns_keys_leave_no_copies_of_the_bar() {
     assert!(run.text().contains("s and Enter: what each worker does"), "{}", run.text());
     for times in 1..=2 {
         keys.write_all(b"s\n").expect("typed");
-        // Both workers are told of, and the bar is drawn again after that.
+        // both workers are listed, and the bar is drawn again after that
         let told = || run.text().matches("worker 2 (process").count() == times;
         wait_until("an answer", told);
         let behind = || run.text().rsplit("worker 2 (process").next().is_some_and(|text| text.contains('░'));

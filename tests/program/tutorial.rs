@@ -1,4 +1,4 @@
-//! docs/tutorial.md: its files and commands as a reader follows them, and every number that the page tells.
+//! Test of docs/tutorial.md: its files and commands in the order of the page, and every number that the page states.
 
 use crate::support::{Folder, bladeoff, root, said, says_the_same};
 use std::collections::BTreeMap;
@@ -6,13 +6,13 @@ use std::fs;
 
 const PAGE: &str = "docs/tutorial.md";
 
-/// A fenced block of the page: its language and its text.
+/// The fenced blocks of the page: language and text.
 fn blocks(page: &str) -> Vec<(&str, &str)> {
     let fenced = page.split("```").skip(1).step_by(2);
     fenced.map(|block| block.split_once('\n').expect("a language and a text")).collect()
 }
 
-/// Words of a command; quotes as the page uses them.
+/// Words of a command, with quotes as the page uses them.
 fn words(line: &str) -> Vec<String> {
     let quoted = line.split('"').enumerate();
     let spaced = quoted.map(|(place, piece)| if place % 2 == 0 { piece.replace(' ', "\n") } else { piece.to_owned() });
@@ -67,12 +67,12 @@ fn the_files_and_commands_of_the_tutorial_give_what_it_shows() {
     numbers_of_the_text(&page);
 }
 
-/// Numbers in the text are those of its blocks, and those of the disc follow from its dimensions.
+/// The numbers in the text are those of its blocks, and the numbers of the disc follow from its dimensions.
 fn numbers_of_the_text(page: &str) {
     let text: String = page.split("```").step_by(2).collect();
     let output: String =
         blocks(page).iter().filter(|(language, _)| *language == "text").map(|(_, text)| *text).collect();
-    // what the text says, the line of the output, and the number there
+    // the text on the page, the line of the output, and the number in it
     for (told, beside, number) in [
         ("critical speed is 5252 rpm", "5251.9  87.532", 5251.9),
         ("log decrement 0.57", "0.56949  forward", 0.569),

@@ -1,4 +1,4 @@
-//! Answers where something is missing: values of bad runs, tables, the study, a place to write to.
+//! Answers if something is missing: values of bad runs, tables, the study, a writable directory.
 
 use crate::support::shared_studies::NORMAL_STUDY;
 use crate::support::{Folder, json, say};
@@ -33,7 +33,7 @@ fn what_is_recorded_and_in_no_table_is_said_to_be_there() {
     assert_eq!(say(&["run", &study, "--out", &out]).code, 0);
     let said = say(&["answer", &out]);
     assert!(said.code == 0 && said.out.contains("Answers, of 2000 points:") && said.err.is_empty(), "{}", said.err);
-    // the study itself is gone: who writes it again
+    // the study itself is missing: the message gives the command that writes it again
     fs::remove_file(folder.path("out/study.toml")).expect("removed");
     let said = say(&["answer", &out]);
     assert!(said.code == 3 && said.err.contains("this writes it there again: "), "{} {}", said.code, said.err);
@@ -82,7 +82,7 @@ fn a_derived_variable_that_does_not_exist_decides_no_gate() {
         let said = say(&["gate", &out, "--require", &format!("P({condition}) < 0.3")]);
         assert!(said.code == 5 && said.out.contains("the bad runs prevent a decision"), "{condition}: {}", said.out);
     }
-    // what decides without it, decides
+    // a condition that is decided without the missing value passes
     assert_eq!(say(&["gate", &out, "--require", "P(x > 1 and v > -1) < 0.3"]).code, 0);
 }
 
@@ -125,11 +125,11 @@ probability = "first_contact_s > 1 s"
     let of = |at: usize, key: &str| answers["answers"][at][key].as_f64().expect("a number");
     let touched = of(1, "events");
     assert!(touched > 0.0 && touched == of(0, "events"), "{answers}");
-    // it stays where it was
+    // the number of later contacts does not change
     assert_eq!((of(2, "events"), of(2, "estimate_if_bad_harmful")), (0.0, (6.0 - touched) / 6.0), "{answers}");
 }
 
-/// The example of a gate names a column that the study has: printed, pasted, judged.
+/// The example of a gate names a column that the study has: the printed command can be copied and judged.
 #[test]
 fn the_example_of_a_gate_can_be_judged_by_a_study_of_formulas() {
     let folder = Folder::new();

@@ -1,9 +1,9 @@
-//! How a study with random points is understood: zipped parameters, units of variables, limits, what differs from an earlier one.
+//! Interpretation of studies with random points: zipped parameters, units of variables, limits, differences from an earlier study.
 
 use crate::support::{Folder, json, say, table};
 use std::fs;
 
-/// A design of `u`, crossed with whatever follows.
+/// A study with a design of `u`, crossed with the given parameters.
 fn study(design: &str, more: &str) -> String {
     format!(
         "schema = 1\nmodel = \"function\"\nseed = 3\n[function]\no = \"u*a + b + c\"\n[design]\n{design}\n\
@@ -30,7 +30,7 @@ fn zipped_parameters_are_compared_along_their_group() {
     let found = json(&fs::read_to_string(folder.path("out/answers.json")).expect("answers"));
     let answers = found["answers"].as_array().expect("a list");
     let of = |name: &str| answers.iter().filter(|answer| answer["name"] == name).collect::<Vec<_>>();
-    // u*2 + 1 less u*1 + 0 is u + 1, whatever c
+    // (u*2 + 1) - (u*1 + 0) = u + 1, for every c
     let (header, rows) = table(&out);
     let place = header.iter().position(|name| name == "u").expect("u");
     let mean = rows.iter().map(|row| row[place].parse::<f64>().expect("a number")).sum::<f64>() / rows.len() as f64;
@@ -40,7 +40,7 @@ fn zipped_parameters_are_compared_along_their_group() {
         assert!((answer["estimate"].as_f64().expect("a number") - mean - 1.0).abs() < 1e-12, "{answer}");
         assert!(answer["notes"].to_string().contains("b goes with a (zip)"), "{answer}");
     }
-    // a value that stands twice is none that is known
+    // a value that occurs twice does not identify a position
     let twice = text.replace("values = [1, 2]", "values = [2, 1, 1]").replace("values = [0, 1]", "values = [0, 1, 2]");
     let refused = say(&["check", &folder.write("twice.toml", &twice)]);
     assert_eq!(refused.code, 3, "{}", refused.out);
@@ -87,7 +87,7 @@ fn numbers_of_a_law_have_one_dimension() {
     }
     let near = law("distribution = \"normal\"\nmean = 2\nsd = 1\nlower = 2\nupper = 2.0000000000001\n");
     assert!(near.code == 0 && near.out.contains("cut at 2 and 2.0000000000001:"), "{}{}", near.out, near.err);
-    // a table with an unknown name has its other mistake told, too
+    // for a table with an unknown name its other mistake is reported, too
     let both =
         law("distribution = \"normal\"\nmean = 2\nsd = 1\n[[correlation]]\nbetween = [\"u\", \"y\"]\nrank = 2\n");
     for part in ["correlation[0].between", "correlation[0].rank: `rank` = 2", "2 problems in"] {
@@ -115,7 +115,7 @@ fn a_limit_leaves_hypercubes_that_have_an_interval() {
         assert!(run.code == 0 && run.err.contains(word), "{}", run.err);
         assert!(!run.out.contains("no interval"), "{}", run.out);
         assert_eq!(table(&out).1.len(), 128);
-        // nothing is said where a limit takes what it says
+        // no message if the limit is exactly kept
         assert!(!say(&["check", &path, "--limit", "128"]).err.contains("--limit"));
     }
 }

@@ -1,6 +1,6 @@
-//! Result directories of this format in tests/fixtures are read and finished, those of an earlier format are rejected (`scripts/add-fixture`
-//! makes one), and words that are at rest by their place. A test that fails here after a change says that users' directories are lost
-//! by it: the change is to be made so that they are not, and no fixture is ever replaced.
+//! Result directories of this format in tests/fixtures are read and completed, those of an earlier format are rejected (`scripts/add-fixture`
+//! creates one), and stored words keep their numbers. A test that fails here after a change means that the directories of users become
+//! unreadable: change the program so that they do not, and never replace a fixture.
 
 use crate::support::{Said, root, say, table};
 use bladeoff_core::NUMERICS_VERSION;
@@ -22,7 +22,7 @@ fn versions() -> Vec<PathBuf> {
     found
 }
 
-/// Those whose numbers this build gives again.
+/// Versions whose numbers this build reproduces.
 fn of_these_numerics() -> Vec<PathBuf> {
     let mut found = versions();
     found.retain(|version| {
@@ -49,7 +49,7 @@ impl Directory {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let (from, to) = (version.join(name), folder.path().join("out"));
         copy(&from, &to);
-        // The inputs as they are frozen in it, under the names that the study has for them.
+        // the frozen inputs, under the names that the study has for them
         for (frozen, name) in [("study.toml", "study.toml"), ("machine.toml", "rig.toml"), ("points.csv", "points.csv")]
         {
             fs::copy(from.join(frozen), folder.path().join(name)).expect("copied");
@@ -100,7 +100,7 @@ impl Directory {
     }
 }
 
-/// With the permissions that a run gives, whatever the repository was checked out with.
+/// Copies a folder, with the permissions that a run sets instead of those of the checkout.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir(to).expect("created");
     fs::set_permissions(to, Permissions::from_mode(0o755)).expect("set");
@@ -147,7 +147,7 @@ fn directories_of_this_format_are_read() {
     }
 }
 
-/// Rows of an earlier format have no limits of the model: nothing of such a directory is read as if it were today's, and nothing in it changes.
+/// Rows of an earlier format have no limits of the model: such a directory is neither read as the present format nor changed.
 #[test]
 fn directories_of_an_earlier_format_are_rejected_by_name() {
     let current = of_these_numerics();
@@ -200,7 +200,7 @@ fn a_directory_begun_by_an_earlier_build_is_finished() {
         assert!(said.err.contains(&format!("{done} of 12 samples are already finished")), "{}", said.err);
         assert!(directory.bytes("basis.bin") == basis, "what is frozen stays frozen");
         assert_eq!(directory.status()["state"], "complete");
-        // The same basis with nothing finished: the last digits of another one may be this processor's.
+        // the same basis without finished samples: the last digits of another basis may depend on the processor
         let fresh = Directory::new(&version, "halfway");
         fresh.remove(&["ledger.redb", "parts", "timings-parts", "status.json", "manifest.json"]);
         assert!(!fresh.run().err.contains("are already finished"));
@@ -218,8 +218,8 @@ fn a_directory_begun_by_an_earlier_build_is_finished() {
     }
 }
 
-/// Compares a table of two builds with one of this build and with one of the earlier build, which may lack the last columns: what rows that are not
-/// `ok` had reached while all guards held, and the engine. Gives the number of rows in which the table of two builds has nothing of it.
+/// Compares a table of two builds with a table of this build and one of the earlier build, which may lack the last columns: values reached by rows
+/// that are not `ok` while all guards held, and the engine. Returns the number of rows in which the table of two builds lacks these values.
 fn rows_without_guarded_values(both: &str, ours: &str, earlier: &str) -> usize {
     let [both, ours, earlier] = [both, ours, earlier].map(|csv| csv.lines().collect::<Vec<_>>());
     assert_eq!([both.len(), ours.len()], [earlier.len(); 2]);
@@ -271,7 +271,7 @@ fn words_at_rest_by_their_place_keep_it() {
         }
     }
     stored.sort_unstable();
-    // A record holds the place of a word: words are added at the end, never moved or removed.
+    // a record stores the number of a word: words are added at the end, never moved or removed
     let wanted: [(&str, &[&str]); 4] = [
         ("rub_regime", &["free", "light", "heavy", "backward-whirl"]),
         ("sensitive", &["no", "yes"]),

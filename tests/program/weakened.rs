@@ -1,10 +1,10 @@
-//! Settings with which `ok` promises less, and what follows the end of the runs: marks of the report.
+//! Settings that weaken the meaning of `ok`, and events after the end of the runs: marks in the report.
 
 use crate::report::{own, page};
 use crate::support::{Folder, say};
 use std::fs;
 
-/// A number of the torsional moment is restricted by modes that the file sets; an approximate detection restricts every number.
+/// The torsional moment is restricted by the number of modes that the file sets; an approximate detection restricts every number.
 #[test]
 fn settings_that_weaken_ok_restrict_the_numbers_that_they_concern() {
     let folder = Folder::new();
@@ -43,7 +43,7 @@ fn settings_that_weaken_ok_restrict_the_numbers_that_they_concern() {
     let hyp1 = text.replace("\"run.torsional_modes\" = 1", "\"contact.detection\" = \"hyp1\"");
     let load = of(&marks("detection", &hyp1), "max_bearing_load_N");
     assert!(load.contains("restricted") && load.contains("see contact detection below"), "{load}");
-    // A run that ends above its critical speed has not seen it.
+    // A run that ends above its critical speed does not pass through it.
     let early = text.replace("\"run.torsional_modes\" = 1", "\"run.end_speed\" = \"2999 rpm\"").replace("10 ms", "2 s");
     let end = of(&marks("speed", &early), "events after the end of the runs");
     assert!(
@@ -51,7 +51,7 @@ fn settings_that_weaken_ok_restrict_the_numbers_that_they_concern() {
             && end.contains("4 of 4 ok runs ended at their end speed, 2999 rpm; what happens at lower speeds"),
         "{end}"
     );
-    // Values that no machine has are on the page, too.
+    // Implausible values are reported on the page, too.
     let odd = text.replace("\"run.torsional_modes\" = 1", "\"seal.material.yield_strength\" = \"300 GPa\"");
     let load = of(&marks("odd", &odd), "answer max_bearing_load_N");
     assert!(load.contains("restricted") && load.contains("see implausible values below"), "{load}");

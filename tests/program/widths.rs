@@ -1,4 +1,4 @@
-//! `BLADEOFF_SIMD`: the row of a run is the same at every width of vectors that the processor has, and a width that cannot be taken is refused.
+//! `BLADEOFF_SIMD`: the row of a run is the same for every vector width that the processor has, and an unavailable width is rejected.
 
 use crate::support::{Folder, bladeoff, json, said};
 use bladeoff_numerics::linalg::lanes::{WIDTH_VARIABLE, Width};
@@ -52,7 +52,7 @@ fn a_rub_on_a_spring_is_the_same_at_every_width() {
     assert!(rows.iter().all(|row| *row == rows[0]), "{rows:?}");
 }
 
-/// Eigenvalues and vectors of all kinds: of undamped and of damped motions at several speeds.
+/// Eigenvalues and eigenvectors of all kinds: undamped and damped, at several speeds.
 #[test]
 fn modes_are_the_same_at_every_width() {
     let folder = Folder::new();
@@ -74,7 +74,7 @@ fn a_width_that_cannot_be_taken_is_refused() {
         assert_eq!(row.code, 2, "{}", row.err);
         assert!(row.err.contains("\"mmx\"") && row.err.contains("\"sse2\", \"avx2\" and \"avx512\""), "{}", row.err);
     }
-    // set to nothing, as scripts do, is not set
+    // an empty value, as scripts set it, is the same as none
     let folder = Folder::new();
     let check = said(
         bladeoff(&["check", &folder.name("machines/rig.toml")])

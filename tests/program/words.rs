@@ -1,4 +1,4 @@
-//! Words that help: names of files stay in their line, and what is wrong is told with its place, its unit and what to do instead.
+//! Error messages: file names stay within their line, and an error has its place, its unit and a remedy.
 
 use crate::support::processes::{state, wait_until};
 use crate::support::{Folder, bladeoff, root, said, say};
@@ -7,10 +7,10 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A file name that would be two lines, the second of which looks like a message of its own.
+/// A file name of two lines, the second of which looks like a message of the program.
 const TWO: &str = "a\nINJECTED";
 
-/// Runs a command; asserts that no name in what it says has begun a line.
+/// Runs a command; asserts that no line of its output begins within a name.
 fn in_its_line(args: &[&str]) -> crate::support::Said {
     let said = say(args);
     let lines = || said.out.lines().chain(said.err.lines());
@@ -19,7 +19,7 @@ fn in_its_line(args: &[&str]) -> crate::support::Said {
     said
 }
 
-/// The same of a command that names the file; with its exit code.
+/// Runs a command that names the file; asserts its exit code.
 fn shown(code: i32, args: &[&str]) -> crate::support::Said {
     let said = in_its_line(args);
     let both = format!("{}{}", said.out, said.err);
@@ -35,7 +35,7 @@ fn a_name_with_a_line_feed_adds_no_line() {
     let short = rig.replace("\"0.17 s\"", "\"0.01 s\"");
     let named = |end: &str| folder.name(&format!("{TWO}{end}"));
     let machine = folder.write("m.toml", &short);
-    // What is not there, is no file, is wrong, is of the other kind.
+    // missing, not a file, invalid, of the other kind
     for command in ["simulate", "modes", "paths", "run", "check"] {
         shown(3, &[command, &named("gone")]);
     }
@@ -48,7 +48,7 @@ fn a_name_with_a_line_feed_adds_no_line() {
         folder.write(&format!("{TWO}-study.toml"), &crate::support::SMALL_STUDY.replace("rig.toml", "gone.toml"));
     shown(3, &["simulate", &study]);
     shown(3, &["run", &study]);
-    // Directories that are none.
+    // not result directories
     for command in [&["status"][..], &["export", "--csv"], &["replay", "--sample", "3"], &["why", "3", "--dir"]] {
         let directory = named("");
         let mut args = command.to_vec();
@@ -57,7 +57,7 @@ fn a_name_with_a_line_feed_adds_no_line() {
     }
     folder.write(&format!("foreign/{TWO}"), "");
     shown(3, &["run", &folder.small_study(), "--out", &folder.name("foreign")]);
-    // Histories and figures.
+    // histories and figures
     shown(3, &["plot", &named(".mcap"), "--out", &folder.name("x.svg")]);
     shown(3, &["recover", &named(".mcap.tmp")]);
     shown(3, &["simulate", &machine, "--history", &named(".txt")]);
@@ -81,12 +81,12 @@ fn a_result_directory_with_a_line_feed_is_named_in_one_line_and_its_commands_wor
     folder.small_study();
     let study = folder.name(&format!("{TWO}.toml"));
     fs::rename(folder.path("small.toml"), &study).expect("renamed");
-    // The end of a name is lost in a command substitution, if it is a line feed.
+    // a command substitution removes a line feed at the end of a name
     let out = folder.name("out\nINJECTED\n");
     let begun = in_its_line(&["run", &study, "--out", &out, "--wall", "1 ms", "--limit", "4"]);
     assert!(begun.err.contains("results in ") && begun.err.contains("out\\u{a}INJECTED\\u{a}"), "{}", begun.err);
     assert_eq!(begun.code, 5, "{}", begun.err);
-    // What goes on is pasted as it stands.
+    // the printed command to resume can be pasted
     let pasted = |text: &str, before: &str| {
         let line = text.lines().find_map(|line| line.split_once(before)).expect("a command").1.to_owned();
         let mut shell = Command::new("bash");
@@ -138,7 +138,7 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
 
 #[test]
 fn paths_are_shown_and_not_displayed() {
-    // What is no text for a person: a variable of the environment, a file that is read back, an instruction for cargo.
+    // not for the user: an environment variable, a file that is read back, an instruction for cargo
     const OTHERWISE: [&str; 3] =
         ["orchestrator/dev/src/chaos/disturbed.rs", "worker/protocol/src/owner.rs", "orchestrator/build.rs"];
     let mut all = Vec::new();
@@ -169,7 +169,7 @@ fn a_file_of_the_other_kind_is_told_with_the_command_for_it() {
         assert!(said.err.contains(&format!(" simulate {}", folder.name("machines/rig.toml"))), "{}", said.err);
         assert!(!said.err.contains("unknown key"), "{}", said.err);
     }
-    // `check` checks a machine, too, unless samples are asked for
+    // `check` accepts a machine, too, unless samples are requested
     for command in [&["run"][..], &["check", "--list"]] {
         let said = say(&[command, &[machine.as_str()]].concat());
         assert_eq!(said.code, 3, "{}", said.err);
@@ -183,7 +183,7 @@ fn a_file_of_the_other_kind_is_told_with_the_command_for_it() {
         "{}",
         said.err
     );
-    // A file with mistakes of its own kind has those.
+    // errors of a machine file are reported first
     let text = fs::read_to_string(&machine).expect("the rig").replace("friction =", "frction =");
     let said = say(&["simulate", &folder.write("m.toml", &text)]);
     assert!(said.code == 3 && said.err.contains("did you mean `friction`"), "{}", said.err);
@@ -209,13 +209,13 @@ fn a_start_beside_the_ring_has_its_place_and_what_is_allowed() {
         &say(&["simulate", &rig, "--set", "rotor.initial.displacement[1]=3 mm"]),
         &["rotor.initial.displacement[1] = 3 mm"],
     );
-    // Gravity bends the shaft by more than a gap that is all but none.
+    // gravity bends the shaft by more than this tiny gap
     let gap = ["--set", "contact.gap=1e-8", "--set", "rotor.gravity[1]=-9.81"];
     let said = say(&[&["simulate", &rig][..], &gap].concat());
     tells(&said, &[&format!("rig.toml:{}:", line(&rig, "gap = ")), "contact.gap = 1e-8 m"]);
     let said = say(&["simulate", &rig, "--set", "contact.offset[0]=40 mm", "--set", "rotor.gravity[1]=-9.81"]);
     tells(&said, &["contact.offset[0] = 40 mm"]);
-    // In a study: where it varies, otherwise in the machine.
+    // in a study: at the varied value, otherwise in the machine
     let text = "schema = 1\nmachine = \"machines/rig.toml\"\n[[vary]]\npath = \"contact.offset[0]\"\nvalues = [\"0 mm\", \"2 mm\"]\n";
     let study = folder.write("s.toml", text);
     for command in ["check", "run"] {
@@ -244,7 +244,7 @@ fn a_key_of_set_is_shown_with_its_value_and_a_text_with_its_place() {
     assert!(said.code == 3 && said.err.contains(where_to), "{}", said.err);
     let said = say(&["simulate", &rig, "--set", "name=d"]);
     assert!(said.code == 3 && said.err.contains("at the top of the machine file"), "{}", said.err);
-    // A column of points may be called so.
+    // a column of points may have this name
     folder.write("p.csv", "name,contact.gap\nx,0.0005\n");
     let points = folder.write("s.toml", "schema = 1\nmachine = \"machines/rig.toml\"\n[points]\nfile = \"p.csv\"\n");
     let said = say(&["check", &points]);
@@ -309,7 +309,7 @@ fn check_says_what_samples_share_and_which_are_computed_twice() {
     assert!(told.contains("larger by 1e-6 of it"), "{told}");
     let told = check(&format!("[set]\n\"run.twin\" = 2e-6\n{gap}"));
     assert!(told.contains("Twins: every sample is computed twice (run.twin)") && told.contains("by 2e-6"), "{told}");
-    // a value that few samples have, none of which is the first, the second, in the middle or the last
+    // a value that few samples have, none of which is the first, the second, the middle or the last
     let rare = "[set]\n\"run.engine\" = \"reduced\"\n[design]\nkind = \"monte-carlo\"\nsamples = 400\n[[uncertain]]\n\
         path = \"bearings.left.damping\"\ndistribution = \"discrete\"\nvalues = [600, 700]\nweights = [0.99, 0.01]\n";
     let told = check(rare);
@@ -346,7 +346,7 @@ fn on_a_terminal_of_60_columns_lines_are_broken_between_words() {
     let wrong =
         "schema = 1\nmachine = \"machines/rig.toml\"\n[set]\n\"contact.gapp\" = \"1 mm\"\n\"contact.friction\" = -1\n";
     folder.write("w.toml", wrong);
-    // What stands on the terminal, escape sequences of colours taken out.
+    // text on the terminal, without the escape sequences of colours
     let on_terminal = |args: &str| {
         let inside = format!("stty cols 60 rows 24 && exec ./bladeoff {args}");
         let mut command = Command::new("script");
@@ -369,11 +369,11 @@ fn on_a_terminal_of_60_columns_lines_are_broken_between_words() {
         for part in parts {
             assert!(text.contains(part), "{args}: {part}: {text}");
         }
-        // A command stays a line, and what is drawn again and again is bounded by itself.
+        // a command stays in one line; the progress bar limits its own length
         let long = |line: &&str| line.chars().count() > 60 && !line.contains("./bladeoff") && !line.contains('\u{1b}');
         assert_eq!(text.lines().find(long), None, "{args}: {text}");
     }
-    // Whoever reads from a pipe has lines as they are.
+    // lines to a pipe are not broken
     let piped = said(bladeoff(&["check", &folder.name("small.toml")]).output().expect("it starts"));
     assert!(piped.out.lines().any(|line| line.chars().count() > 60), "{}", piped.out);
 }
@@ -389,7 +389,7 @@ fn a_structure_that_takes_long_is_told_of() {
     let mut command = bladeoff(&["simulate", &machine]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
     wait_until("it has ended and waits to be asked", || state(child.id()) == Some('Z'));
-    // Nearly all of its CPU time is the structure's, about four seconds. However busy the machine is, it takes as long at least.
+    // nearly all of its CPU time is for the structure, about four seconds, and not less on any busy machine
     let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).expect("not asked yet");
     let words: Vec<&str> = stat.rsplit_once(") ").expect("a name in parentheses").1.split(' ').collect();
     let ticks: u64 = words[11..13].iter().map(|ticks| ticks.parse::<u64>().expect("a number")).sum();
@@ -405,7 +405,7 @@ fn exit_codes_are_those_of_the_table() {
     let gone = |name: &str| folder.name(&format!("gone{name}"));
     folder.write("cut.mcap", "not a history");
     folder.write("cut.parquet", "not a history");
-    // A file that is named and is not there, or is none, is bad input whatever command it is named to.
+    // a missing file, or one of another kind, is invalid input for every command
     for args in [
         &["plot", &gone(".mcap"), "--out", &gone(".svg")][..],
         &["plot", &gone(".csv"), "--out", &gone(".svg")],
@@ -424,13 +424,13 @@ fn exit_codes_are_those_of_the_table() {
     ] {
         assert_eq!(say(args).code, 3, "{args:?}");
     }
-    // What the command line itself cannot mean.
+    // invalid command lines
     for args in
         [&["simulate"][..], &["run", "x.toml", "--workers", "0"], &["plot", "x.mcap", "--kind", "x", "--out", "x"]]
     {
         assert_eq!(say(args).code, 2, "{args:?}");
     }
-    // The help has every code; the page of the reference is generated from them.
+    // the help has every code; the reference page is generated from them
     let help = say(&["--help"]).out;
     for exit in bladeoff::cli::Exit::ALL {
         let code = (exit as u8).to_string();

@@ -1,7 +1,7 @@
-//! What one case of hostile input may take: memory, counted by the allocator of the test program, and time.
+//! Limits of one case of hostile input: memory, counted by the allocator of the test program, and time.
 //!
-//! Memory is that of the thread of the case; of threads that a library starts only single allocations are bounded. Whoever hangs is ended with the program by a
-//! watchdog, whoever asks for more than [`HARDEST`] at once gets nothing, which ends the program, too.
+//! The memory is that of the thread of the case; for threads started by a library only single allocations are limited. A watchdog ends the
+//! program if a case hangs. An allocation above [`HARDEST`] fails, which ends the program, too.
 
 #![expect(unsafe_code, reason = "an allocator is unsafe by its trait; this one only counts")]
 
@@ -13,11 +13,11 @@ use std::sync::{Mutex, Once, PoisonError};
 use std::thread::{self, ThreadId};
 use std::time::{Duration, Instant};
 
-/// Most that is ever given at once.
+/// Largest single allocation \[bytes\].
 const HARDEST: usize = 2 << 30;
-/// Longest CPU time of one case; machines that run tests are slow.
+/// Longest CPU time of one case; test machines are slow.
 const LONGEST: Duration = Duration::from_secs(10);
-/// After this the watchdog ends the program; machines that run tests are busy.
+/// Time after which the watchdog ends the program; test machines are busy.
 const HANGING: Duration = Duration::from_secs(300);
 
 struct Counting;
@@ -31,7 +31,7 @@ thread_local! {
 }
 
 fn count(more: usize, less: usize) {
-    // A thread that ends has no counts any more.
+    // a thread that ends has no counters any more
     let _ = LIVE.try_with(|live| {
         live.set(live.get() + more as isize - less as isize);
         PEAK.with(|peak| peak.set(peak.get().max(live.get())));
@@ -80,7 +80,7 @@ fn under_way<T>(change: impl FnOnce(&mut HashMap<ThreadId, Instant>) -> T) -> T 
     change(UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
 }
 
-/// The case of this thread, until it is dropped.
+/// The case of this thread, until dropped.
 struct UnderWay;
 
 impl UnderWay {
@@ -108,10 +108,10 @@ impl Drop for UnderWay {
     }
 }
 
-/// Does one case, which may allocate `most` bytes on top of what there was.
+/// Runs one case, which may allocate `most` bytes in addition to the present memory.
 ///
 /// # Panics
-/// It took more memory, or too long.
+/// The case took more memory, or too long.
 pub fn case<T>(most: usize, work: impl FnOnce() -> T) -> T {
     let watched = UnderWay::begin();
     LIVE.set(0);
@@ -128,7 +128,7 @@ pub fn case<T>(most: usize, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// What the processor did for this thread: others may have the machine meanwhile.
+/// CPU time of this thread, independent of other load.
 fn cpu_time() -> Duration {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `time` is a valid timespec that outlives the call, which writes to nothing else.
@@ -136,7 +136,7 @@ fn cpu_time() -> Duration {
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
-/// All cases of the program so far, in words.
+/// Counts of all cases of the program so far, as text.
 pub fn figures() -> String {
     let [cases, bytes, micros] = [&CASES, &MOST_BYTES, &MOST_MICROS].map(|figure| figure.load(Ordering::Relaxed));
     format!(

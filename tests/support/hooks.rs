@@ -1,6 +1,6 @@
 //! Words of the fault hooks, which the released binary must not contain.
 
-/// Name of the variable, words of its value, name of the type that reads it. Words that messages to users may contain are left out.
+/// Name of the variable, words of its value, name of the type that reads it. Words that may occur in messages to users are left out.
 pub const HOOKS: [&str; 8] = [
     "BLADEOFF_FAULT",
     "EnvironmentFaults",

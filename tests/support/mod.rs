@@ -1,4 +1,4 @@
-//! What the command-line tests share: the fresh binary, a folder of their own, small studies that take seconds.
+//! Common parts of the command-line tests: the binary, temporary folders, small studies that take seconds.
 
 #![allow(dead_code, reason = "each test program uses its part")]
 
@@ -18,33 +18,33 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// One test at a time holds it: tests that count processes and files, and studies that would only wait for each other's cores.
+/// A lock for tests that count processes and files, or whose studies would only compete for the same cores.
 pub fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The binary that these tests run: that of their own package, `bladeoff` or `bladeoff-dev`.
+/// The binary under test: that of the test's package, `bladeoff` or `bladeoff-dev`.
 pub const BINARY: &str = match (option_env!("CARGO_BIN_EXE_bladeoff-dev"), option_env!("CARGO_BIN_EXE_bladeoff")) {
     (Some(path), _) | (None, Some(path)) => path,
     (None, None) => panic!("the package of this test has no binary that is tested here"),
 };
 
-/// The repository.
+/// Root folder of the repository.
 pub fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.ancestors().find(|folder| folder.join("Cargo.lock").is_file()).expect("the repository").to_path_buf()
 }
 
-/// The binary of this very build, run in the repository.
+/// A command with the binary of this build, run in the repository.
 pub fn bladeoff(args: &[&str]) -> Command {
     let mut command = Command::new(BINARY);
     command.args(args).current_dir(root()).env_remove("BLADEOFF_FAULT").env(RUNTIME_VARIABLE, runtime());
     command
 }
 
-/// Where runs of this test program have their sockets, so that they meet no others, of the user or of other tests. It has a short path; those of
-/// test programs that have ended are removed by the next one.
+/// Folder for the sockets of this test program, separate from those of the user and of other tests. Its path is short; folders of test
+/// programs that have ended are removed by the next one.
 pub fn runtime() -> &'static Path {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     DIRECTORY.get_or_init(|| {
@@ -55,7 +55,7 @@ pub fn runtime() -> &'static Path {
         for entry in fs::read_dir(&all).expect("readable").flatten() {
             let pid: Option<u32> = entry.file_name().to_str().and_then(|name| name.parse().ok());
             if pid.is_some_and(|pid| pid == ours || !processes::lives(pid)) {
-                // Another test program may be as quick.
+                // another test program may remove it first
                 let _ = fs::remove_dir_all(entry.path());
             }
         }
@@ -65,21 +65,21 @@ pub fn runtime() -> &'static Path {
     })
 }
 
-/// Copies the binary of this build. `cp` writes it: of a file that this program has open for writing, a process that another thread starts at
-/// that moment inherits the handle, and a file that is open for writing cannot be executed.
+/// Copies the binary of this build. `cp` writes it: if this program had the file open for writing, a process started by another thread at
+/// that moment would inherit the handle, and a file open for writing cannot be executed.
 pub fn copy_binary(to: &Path) {
     let copied = Command::new("cp").arg(BINARY).arg(to).status().expect("cp runs");
     assert!(copied.success(), "{}", to.display());
 }
 
-/// Writes a script that can be executed; a shell writes it, as `cp` does above.
+/// Writes an executable script; a shell writes it, for the same reason.
 pub fn write_script(to: &Path, text: &str) {
     let mut shell = Command::new("sh");
     shell.args(["-c", "printf %s \"$2\" > \"$1\" && chmod 755 \"$1\"", "sh"]).arg(to).arg(text);
     assert!(shell.status().expect("sh runs").success(), "{}", to.display());
 }
 
-/// What a command said and how it ended.
+/// Output and exit code of a command.
 pub struct Said {
     /// Exit code.
     pub code: i32,
@@ -94,12 +94,12 @@ pub fn say(args: &[&str]) -> Said {
     said(bladeoff(args).output().expect("the binary starts"))
 }
 
-/// A JSON value from its text.
+/// Parses JSON.
 pub fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// The output as text.
+/// Output of an ended process as text.
 pub fn said(output: Output) -> Said {
     Said {
         code: output.status.code().expect("not ended by a signal"),
@@ -108,48 +108,48 @@ pub fn said(output: Output) -> Said {
     }
 }
 
-/// A folder with a machine that is simulated in a fraction of a second, removed at the end.
+/// A folder with a machine that is simulated in a fraction of a second, removed when dropped.
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
-    /// With `machines/rig.toml`: the lab rig, which rubs from 0.15 s on, up to 0.17 s.
+    /// A folder with `machines/rig.toml`: the lab rig, with contact from 0.15 s on, up to 0.17 s.
     pub fn new() -> Self {
         let folder = Self(tempfile::tempdir().expect("a temporary folder"));
         let rig = fs::read_to_string(root().join("studies/machines/lab_rig.toml")).expect("the lab rig");
         assert!(rig.contains("end_time = \"0.6 s\""), "the lab rig as this test knows it");
-        // of one engine, whatever a test has vary; tests/program/auto.rs is about those that name none
+        // one engine for every test; tests/program/auto.rs tests machines without a named engine
         let rig = rig.replace("[run]\n", "[run]\nengine = \"reduced\"\n");
         folder.write("machines/rig.toml", &rig.replace("end_time = \"0.6 s\"", "end_time = \"0.17 s\""));
         folder
     }
 
-    /// Path of a file in it.
+    /// Path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// The same as text.
+    /// Path of a file in the folder, as text.
     pub fn name(&self, name: &str) -> String {
         self.path(name).to_str().expect("UTF-8").to_owned()
     }
 
-    /// Writes a file; gives its path.
+    /// Writes a file; returns its path.
     pub fn write(&self, name: &str, text: &str) -> String {
         let path = self.path(name);
         fs::create_dir_all(path.parent().expect("inside the folder")).expect("created");
         fs::write(&path, text).expect("written");
-        // Runs inside a test program change its umask for moments, and other users read these files.
+        // runs within a test program change its umask temporarily, and other users read these files
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("own");
         self.name(name)
     }
 
-    /// A study of 12 samples, some of which rub.
+    /// A study of 12 samples, some of which have contact.
     pub fn small_study(&self) -> String {
         self.write("small.toml", SMALL_STUDY)
     }
 }
 
-/// Gap x friction (zipped with nothing) x detection: 2 x 2 x 3 samples.
+/// Gap x friction (not zipped) x detection: 2 x 2 x 3 samples.
 pub const SMALL_STUDY: &str = r#"# a remark that is kept
 schema = 1
 name = "small"
@@ -181,7 +181,7 @@ pub fn table(directory: &str) -> (Vec<String>, Vec<Vec<String>>) {
     (header, lines.map(cells).collect())
 }
 
-/// Word for word, numbers within 2 %: they move a little with the numerics.
+/// Whether two lines have equal words and numbers within 2 %, because numbers change slightly with the numerics.
 pub fn says_the_same(line: &str, shown: &str) -> bool {
     let words =
         |line: &str| line.split_whitespace().map(|word| word.trim_end_matches(',').to_owned()).collect::<Vec<_>>();

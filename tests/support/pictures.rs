@@ -1,4 +1,4 @@
-//! Figures that commands write.
+//! Assertions about figures that commands write.
 
 use std::fs;
 use std::path::Path;

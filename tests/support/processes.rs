@@ -1,4 +1,4 @@
-//! Other processes: whether they live, signals, and waiting for a state.
+//! Other processes: whether they are alive, signals, and waiting for a state.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -10,19 +10,19 @@ pub const WATCHDOG: Duration = Duration::from_secs(240);
 /// 20 samples of `machines/rig.toml`, each a tenth of a second.
 pub const STUDY: &str = include_str!("../../orchestrator/dev/src/chaos/study.toml");
 
-/// State letter of a process; `None` if there is no such process.
+/// State letter of a process; `None` if the process does not exist.
 pub fn state(pid: u32) -> Option<char> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     stat.rsplit(')').next()?.trim().chars().next()
 }
 
-/// Whether a process holds files and locks: it is no zombie, or one of its threads has not ended.
+/// Whether a process still holds files and locks: it is not a zombie, or one of its threads has not ended.
 pub fn lives(pid: u32) -> bool {
     let threads = || fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten().count();
     state(pid).is_some_and(|state| state != 'Z' || threads() > 1)
 }
 
-/// Waits for a state of the world.
+/// Waits until a condition holds.
 pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let start = Instant::now();
     while !is_so() {
@@ -31,7 +31,7 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Sends a signal by name; says whether the process was there.
+/// Sends a signal by name; returns whether the process existed.
 pub fn signal(pid: u32, name: &str) -> bool {
     let sent = Command::new("kill").args([&format!("-{name}"), &pid.to_string()]).stderr(Stdio::null()).status();
     sent.expect("kill runs").success()
@@ -40,7 +40,7 @@ pub fn signal(pid: u32, name: &str) -> bool {
 /// The children of a process.
 pub fn children(pid: u32) -> Vec<u32> {
     let mut found: Vec<u32> = Vec::new();
-    // Workers are started by the thread that works: that of the command, or of the test.
+    // Workers are children of the thread that dispatches: that of the command, or of the test.
     for task in fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten() {
         let text = fs::read_to_string(task.path().join("children")).unwrap_or_default();
         found.extend(text.split_whitespace().filter_map(|p| p.parse::<u32>().ok()));

@@ -1,4 +1,4 @@
-//! Result directories that cannot be written.
+//! Result directories without write permission.
 
 use super::{Folder, Said, copy_binary, said};
 use std::fs::{self, Permissions};
@@ -7,14 +7,14 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A result directory without write permission, restored in the end.
+/// A result directory without write permission, which is restored at the end.
 pub struct ReadOnly {
     folder: PathBuf,
     out: String,
 }
 
 impl ReadOnly {
-    /// Takes the write permission of a directory and of its files away.
+    /// Removes the write permission of a directory and of its files.
     pub fn new(folder: &Folder, out: &str) -> Self {
         copy_binary(&folder.path("bladeoff"));
         set(&folder.path(""), 0o755);
@@ -25,7 +25,7 @@ impl ReadOnly {
         Self { folder: folder.path(""), out: out.to_owned() }
     }
 
-    /// Runs a study there. Root may write everywhere: then another user runs it, with a copy of the program.
+    /// Runs a study there. Because root may write everywhere, another user then runs it with a copy of the program.
     pub fn run(&self, study: &str) -> Said {
         let mut command = Command::new(self.folder.join("bladeoff"));
         command.args(["run", study, "--out", &self.out, "--workers", "1"]).current_dir(&self.folder);

@@ -1,7 +1,7 @@
-//! What a terminal makes of what a bar writes: for the unit tests of the bar, and for those of the program on a terminal.
+//! A simulated terminal, for the unit tests of the progress bar and for those of the program on a terminal.
 
-/// What a terminal of so many columns shows: letters, line feeds, and the commands that are used. A letter beyond the right
-/// margin begins a new row.
+/// Screen of a terminal with this number of columns after printing `text`: letters, line feeds, and the commands that are used. A letter beyond
+/// the right margin begins a new row.
 pub fn screen(text: &str, columns: usize) -> Vec<String> {
     let (mut rows, mut row, mut column) = (vec![Vec::new()], 0_usize, 0_usize);
     let mut rest = text;
@@ -11,7 +11,7 @@ pub fn screen(text: &str, columns: usize) -> Vec<String> {
             '\r' => column = 0,
             '\n' => row += 1,
             '\x1b' => {
-                // What is read while it is written may end anywhere.
+                // output read while it is written may end anywhere
                 let Some(end) = rest.find(|c: char| c.is_ascii_alphabetic()) else { break };
                 let (command, after) = rest.split_at(end + 1);
                 rest = after;

@@ -2,7 +2,7 @@
 
 use super::{Folder, say};
 
-/// 2000 points of a standard normal number and its double: P(g < 0) = 0.0228.
+/// 2000 points of a standard normal variable and its double: P(g < 0) = 0.0228.
 pub const NORMAL_STUDY: &str = r#"schema = 1
 model = "function"
 seed = 5
@@ -26,7 +26,7 @@ kind = "monte-carlo"
 samples = 2000
 "#;
 
-/// Runs a study of two samples of the rig into a directory of the folder; returns the study file.
+/// Runs a study of two samples of the rig into a directory within the folder; returns the study file.
 pub fn two_samples(folder: &Folder, out: &str) -> String {
     folder.write("p.csv", "blade_off.mass\n3 g\n5 g\n");
     let study = folder.write(

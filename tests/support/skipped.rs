@@ -1,12 +1,12 @@
-//! Tests that cannot be made here say so below the summary of their program: what a test writes by itself, the harness shows of failing ones only, and
-//! among a hundred lines nobody sees it.
+//! Report of skipped tests below the summary of their program: the harness shows output of failing tests only, and a line among a hundred others
+//! would be overlooked.
 
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
 static SKIPPED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// This was not tested, and why.
+/// Reports a skipped test and the reason.
 #[expect(unsafe_code, reason = "the standard library knows no end of the program")]
 pub fn skipped(what: &str, why: &str) {
     let mut all = SKIPPED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -24,7 +24,7 @@ extern "C" fn tell() {
     let all = SKIPPED.lock().unwrap_or_else(PoisonError::into_inner);
     let mut out = std::io::stdout().lock();
     for line in all.iter() {
-        // Nobody is left to be told of an error.
+        // errors at the end of the program are ignored
         let _ = writeln!(out, "{line}");
     }
     let _ = writeln!(out);

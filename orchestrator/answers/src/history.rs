@@ -1,16 +1,16 @@
-//! A history of one run as it is drawn: instants, channels, what is known of the run. Whoever reads the file makes it.
+//! A history of one run, as drawn: instants, channels, and metadata of the run. The reader of the file builds it.
 
 use std::collections::BTreeMap;
 
-/// What stands in a file beside the numbers: key and value, such as `machine`, `detection`, `contact.gap_m`.
+/// Metadata of a history file: key and value, such as `machine`, `detection`, `contact.gap_m`.
 pub type About = BTreeMap<String, String>;
 
-/// One channel.
+/// One channel of a history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Full name: `contact.gap_m`.
     pub name: String,
-    /// SI unit; "" where the file does not say (CSV) or for a pure number.
+    /// SI unit; "" for a pure number, or if the file has no units (CSV).
     pub unit: String,
     /// One value per instant.
     pub values: Vec<f64>,
@@ -23,20 +23,20 @@ pub struct History {
     pub time: Vec<f64>,
     /// Channels in the order of the file.
     pub channels: Vec<Series>,
-    /// About the run; empty for CSV.
+    /// Metadata of the run; empty for CSV.
     pub about: About,
-    /// The outcome; empty for CSV and for a recovered file.
+    /// Outcome of the run; empty for CSV and for a recovered file.
     pub outcome: About,
 }
 
 impl History {
-    /// A channel by its full name.
+    /// Channel with this full name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&Series> {
         self.channels.iter().find(|channel| channel.name == name)
     }
 
-    /// Channels that fit a pattern: a full name, or one with `*` for any characters, or the beginning before `.` or `_`.
+    /// Channels that match a pattern: a full name, a name with `*` for any characters, or the part of a name before `.` or `_`.
     #[must_use]
     pub fn fitting(&self, pattern: &str) -> Vec<&Series> {
         let fits = |name: &str| {
@@ -45,14 +45,14 @@ impl History {
         self.channels.iter().filter(|channel| fits(&channel.name)).collect()
     }
 
-    /// A number about the run.
+    /// A numeric entry of the metadata.
     #[must_use]
     pub fn number(&self, key: &str) -> Option<f64> {
         self.about.get(key)?.parse().ok()
     }
 }
 
-/// Whether a name fits a pattern in which `*` stands for any characters.
+/// Whether a name matches a pattern in which `*` is any sequence of characters.
 #[must_use]
 pub fn matches(name: &str, pattern: &str) -> bool {
     let mut parts = pattern.split('*');

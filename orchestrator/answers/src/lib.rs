@@ -1,15 +1,15 @@
-//! Answers of a study, from tables and histories alone, never from a run in progress.
+//! Answers from the tables and histories of a study; nothing here depends on a run in progress.
 //!
 //! ```text
 //! rows --tables--> results.parquet --tables--> columns --report--> summary as text
 //! history of a run, machine, lines --figures--> SVG, PNG, by the elements and axes of drawing
 //! columns of a random design --estimate--> figures with intervals --ask--> answers, --gate--> 0, 4 or 5
 //! columns over two parameters --map--> cells, smoothed where samples are scattered --ask--> answers, --figures--> pictures
-//! columns --sensitivity--> which parameter decides; figures at looks --stop--> whether they are precise enough
+//! columns --sensitivity--> importance of parameters; figures at interim analyses --stop--> whether they are precise enough
 //! text, tables, figures --page--> one HTML page
-//! two tables --compare--> what moved between them
+//! two tables --compare--> differences between them
 //! ```
-//! What a study is, its table says: nothing here knows study files, workers or records.
+//! The table describes its study: nothing here depends on study files, workers or records.
 
 pub mod ask;
 pub mod compare;

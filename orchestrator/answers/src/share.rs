@@ -2,7 +2,7 @@
 
 use bladeoff_text::document::units::format_digits;
 
-/// A share as a person reads it: two digits of what it is away from 0 or from 1, whichever is less, so that 0.9963 is not 100 %.
+/// A share in per cent with two significant digits of its distance from 0 or from 1, whichever is less, so that 0.9963 is not printed as 100 %.
 #[must_use]
 pub fn percent(share: f64) -> String {
     percent_with(share, 2)
@@ -18,7 +18,7 @@ pub(crate) fn percent_with(share: f64, digits: usize) -> String {
     format!("{} %", not_all(text.trim_end_matches('0').trim_end_matches('.'), share))
 }
 
-/// The digits of a share in per cent, but for one that they would round to all: that with every digit it has.
+/// Text of a share in per cent, with all digits if rounding would give 100 % for a share below 1.
 fn not_all(text: &str, share: f64) -> String {
     let shortest = format!("{}", share.abs());
     match shortest.strip_prefix("0.").and_then(|digits| digits.split_at_checked(2)) {
@@ -29,7 +29,7 @@ fn not_all(text: &str, share: f64) -> String {
     }
 }
 
-/// A share from a study file, with all its digits: 0.975 is not printed as 98 %.
+/// A share from a study file with all its digits: 0.975 is not printed as 98 %.
 #[must_use]
 pub fn percent_given(share: f64) -> String {
     format!("{} %", not_all(&format_digits(100.0 * share, "", 12), share))

@@ -1,4 +1,4 @@
-//! Where a map is refined, from what is known of it.
+//! Refinement of maps.
 
 use bladeoff_answers::estimate::input::Group;
 use bladeoff_answers::map::refine::{Grid, Kind, Next, Place, kinds};
@@ -60,7 +60,7 @@ fn cell((x, y): Place, regime: Option<usize>, shares: [f64; 2]) -> Cell {
     }
 }
 
-/// What is known when these combinations have been computed; `regime`: of each.
+/// Kinds after these combinations have been computed; `regime` gives the regime of each.
 fn known(places: &BTreeSet<Place>, regime: impl Fn(Place) -> Option<usize>) -> BTreeMap<Place, Kind> {
     let mut map = panel(Shows::Median);
     map.cells = places.iter().map(|&place| cell(place, regime(place), [0.0; 2])).collect();
@@ -68,7 +68,7 @@ fn known(places: &BTreeSet<Place>, regime: impl Fn(Place) -> Option<usize>) -> B
     kinds(&[map], [&all, &all])
 }
 
-/// Every combination that is computed, and after each look those that came next.
+/// All computed combinations, and the combinations added in each step.
 fn refined(grid: &Grid, room: usize, regime: impl Fn(Place) -> Option<usize>) -> (BTreeSet<Place>, Vec<Vec<Place>>) {
     let (mut places, mut looks) = (BTreeSet::new(), Vec::new());
     loop {
@@ -92,7 +92,7 @@ fn crossed(length: usize, regime: impl Fn(Place) -> Option<usize>) -> Vec<[Place
     squares.filter(|corners| corners.iter().any(|place| regime(*place) != regime(corners[0]))).collect()
 }
 
-/// A straight boundary, steep enough to leave rectangles by each side.
+/// A straight boundary, steep enough to cross rectangles through every side.
 fn straight((x, y): Place) -> Option<usize> {
     Some(usize::from(3 * y > 2 * x + 19))
 }
@@ -124,7 +124,7 @@ fn every_square_that_a_boundary_crosses_is_computed_and_little_else() {
         }
         assert!(places.len() < 33 * 33 / 2, "{name}: {} of {}", places.len(), 33 * 33);
         assert_eq!(looks[0].len(), 25, "first every eighth value");
-        // far from the boundary nothing is added
+        // nothing is added far from the boundary
         let is_near =
             |place: &Place| crossed.iter().any(|[a, ..]| a.0.abs_diff(place.0) <= 8 && a.1.abs_diff(place.1) <= 8);
         assert!(looks[1..].iter().flatten().all(is_near), "{name}");
@@ -138,7 +138,7 @@ fn where_nothing_changes_nothing_is_added_and_an_island_between_the_first_values
     assert_eq!((places.len(), looks.len()), (15, 1));
     let island = |(x, y): Place| Some(usize::from((10..15).contains(&x) && (2..7).contains(&y)));
     assert_eq!(refined(&grid, 1000, island).0, places);
-    // one that holds a first combination is found as a whole
+    // an island that contains a first combination is found completely
     let island = |(x, y): Place| Some(usize::from((7..14).contains(&x) && (6..11).contains(&y)));
     let (places, _) = refined(&grid, 1000, island);
     let inside = crossed(17, island);
@@ -148,7 +148,7 @@ fn where_nothing_changes_nothing_is_added_and_an_island_between_the_first_values
 #[test]
 fn a_rectangle_with_like_corners_is_halved_where_a_neighbour_finds_another_regime_on_their_side() {
     let grid = Grid::new([17, 9], [3, 2]).expect("a grid");
-    // a tongue from the left that ends beyond x = 8, between the corners of the right rectangle; a first combination at the left
+    // a tongue from the left, with its end beyond x = 8 between the corners of the right rectangle; it contains a first combination on the left
     let tongue = |(x, y): Place| Some(usize::from(x <= 11 && (3..=5).contains(&y) || (x, y) == (0, 0)));
     let (places, looks) = refined(&grid, 1000, tongue);
     assert!([(8, 0), (8, 8), (16, 0), (16, 8)].iter().all(|place| tongue(*place) == Some(0)), "corners on the right");
@@ -169,7 +169,7 @@ fn less_room_gives_a_part_of_what_more_room_gives() {
         last = places;
     }
     assert_eq!(last, all);
-    // not one corner of the map alone: of forty additions some lie in each half of the boundary
+    // the forty additions are spread over the map, not in one corner
     let (some, looks) = refined(&grid, 25 + 20, rings);
     let added: Vec<&Place> = looks[1..].iter().flatten().collect();
     assert!(added.iter().any(|place| place.0 < 12) && added.iter().any(|place| place.1 < 12), "{some:?}");
@@ -216,7 +216,7 @@ fn bad_runs_that_decide_the_event_and_cells_of_bad_runs_alone_make_no_boundary()
     assert_eq!(next(Shows::Probability, [(Some(0), no), (Some(0), no), (Some(0), no), (Some(0), open)]), 0);
     assert_eq!(next(Shows::Probability, [(Some(0), no), (Some(0), no), (Some(2), no), (Some(0), no)]), 5);
     assert_eq!(next(Shows::Probability, [(Some(0), no), (Some(0), no), (None, no), (Some(0), no)]), 0);
-    // values are no shares, and smoothed cells are not those of runs
+    // differences of values are not differences of shares; smoothed cells are ignored
     assert_eq!(next(Shows::Median, [(Some(0), no), (Some(0), no), (Some(0), no), (Some(0), yes)]), 0);
     assert_eq!(next(Shows::SmoothedProbability, [(Some(0), no), (Some(0), no), (Some(0), no), (Some(0), yes)]), 4);
 }
@@ -231,7 +231,7 @@ fn one_panel_that_changes_is_enough() {
             grid.first().into_iter().zip(regimes).map(|(place, regime)| cell(place, Some(regime), [0.0; 2])).collect();
         map
     };
-    // panels that differ from each other but not along the map
+    // panels that differ from each other, but not along the map
     assert_eq!(grid.next(&kinds(&[of([0; 4]), of([2; 4])], [&all, &all]), 9).places.len(), 0);
     assert_eq!(grid.next(&kinds(&[of([0; 4]), of([2, 2, 1, 2])], [&all, &all]), 9).places.len(), 5);
 }

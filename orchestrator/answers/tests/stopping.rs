@@ -1,4 +1,4 @@
-//! Where a study ends that is to be precise enough.
+//! Stopping rules: end of a study with a required precision.
 
 use bladeoff_answers::estimate::figures::{Figures, Method};
 use bladeoff_answers::estimate::proportion::{Tally, proportion};
@@ -9,13 +9,13 @@ use bladeoff_system::random::{SplitMix, finaliser};
 const ALPHA: f64 = 0.05;
 const RELATIVE: StopRule = StopRule { half_width: None, relative: Some(0.1), samples: None };
 
-/// Of so many events and bad runs in so many points.
+/// Probability with these numbers of events and bad runs.
 fn share(n: u64, events: u64, bad: u64, alpha: f64) -> Figures {
     proportion(&[Tally { n, low: events, high: events + bad }], &Scheme::Independent, alpha)
 }
 
-/// The interim analysis at which a study of these events ends with so many points done, and whether it is precise enough there; `None`:
-/// it continues. Points of the analyses.
+/// The interim analysis at which a study with these events ends after `done` points, and whether it is precise enough there; `None` if it
+/// continues. Second: points of the analyses.
 fn stand(rule: &StopRule, events: &[bool], done: u64) -> (Option<(InterimAnalysis, bool)>, Vec<u64>) {
     let mut seen = Vec::new();
     for look in
@@ -47,7 +47,7 @@ fn looks_double_and_spend_alpha_once() {
     assert_eq!(levels, [0.025, 0.0125, 0.00625, 0.003125, 0.003125]);
     assert!((levels.iter().sum::<f64>() - 0.05).abs() < 1e-15);
     assert!(found.iter().filter(|look| look.is_last).count() == 1 && found[4].is_last);
-    // the end is no look twice
+    // the end is not analysed twice
     assert_eq!(interim_analyses(512, 0.05).iter().map(|look| look.points).collect::<Vec<_>>(), [256, 512]);
     assert_eq!(interim_analyses(100, 0.05), [InterimAnalysis { points: 100, alpha: 0.05, is_last: true }]);
 }
@@ -62,7 +62,7 @@ fn the_first_look_that_is_precise_enough_decides_whatever_is_done_beyond() {
         assert_eq!(found, (done >= end.points).then_some((end, true)), "{done}");
         assert!(seen.iter().all(|points| *points <= end.points), "later looks are not looked at");
     }
-    // the plain 95 % interval is as narrow as asked
+    // the plain 95 % interval meets the requirement
     let of_first = |points: u64| {
         let count = events[..points as usize].iter().filter(|event| **event).count() as u64;
         share(points, count, 0, ALPHA)
@@ -100,7 +100,7 @@ fn bad_runs_and_figures_without_an_interval_are_told_apart() {
     assert_eq!(rule.precision(&Figures::over(100)), Precision::NoInterval);
     let open = Figures { estimate: Some(1.0), statistical: Some(0.01), ..Figures::over(100) };
     assert_eq!(rule.precision(&open), Precision::BadRuns);
-    // a figure of 0 has no part of itself
+    // a relative width is not possible for a figure of 0
     assert!(matches!(RELATIVE.precision(&share(4000, 0, 0, 0.05)), Precision::Wide { wanted: 0.0, .. }));
 }
 
@@ -122,7 +122,7 @@ fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
     // a mean without limits; the same figure without bad runs only has no interval yet
     let mean = Figures { estimate: Some(1.0), statistical: Some(0.5), ..Figures::over(100) };
     assert_eq!(rule.hindrance(&mean, 1, 0.05), Some(Hindrance::BadRuns { open: None, wanted: 0.02, is_sure: true }));
-    // of so few bad runs nobody knows their share: half a per cent in the end would do
+    // the share of so few bad runs is uncertain: half a per cent would suffice
     let strict = StopRule { half_width: Some(0.005), ..StopRule::default() };
     let few = strict.hindrance(&share(512, 0, 4, 0.0125), 4, 0.0125);
     assert!(
@@ -135,7 +135,7 @@ fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
     assert_eq!(rule.hindrance(&mean, 0, 0.05), None);
     assert_eq!(rule.hindrance(&Figures::over(100), 0, 0.05), Some(Hindrance::NoNumber));
     assert_eq!(RELATIVE.hindrance(&share(4000, 0, 0, 0.05), 0, 0.05), Some(Hindrance::Zero));
-    // of a parameter that does nothing an index is 0 in every resample: as precise as can be
+    // a parameter without effect has an index of 0 in every resample: fully precise
     let index = Figures {
         estimate: Some(0.0),
         harmful: Some(0.0),
@@ -150,17 +150,17 @@ fn what_no_further_point_makes_precise_is_told_from_what_is_only_wide() {
 #[test]
 fn a_forecast_is_what_comes_at_the_same_rates() {
     let at = (1024, 1 << 14);
-    // exact limits of as many events more, bad runs as many more
+    // exact limits with proportionally more events and bad runs
     let found = half_width(&share(1024, 30, 0, ALPHA), ALPHA, at).expect("a forecast");
     let real = share(1 << 14, 480, 0, ALPHA);
     assert!((found - 0.5 * (real.high.unwrap() - real.low.unwrap())).abs() < 1e-15);
-    // no event: the limit falls with the points, not with their root
+    // no event: the limit decreases with the number of points, not with its root
     let none = half_width(&share(1024, 0, 0, ALPHA), ALPHA, at).expect("a forecast");
     assert!((none - 0.5 * share(1 << 14, 0, 0, ALPHA).high.unwrap()).abs() < 1e-15);
-    // what bad runs leave open stays
+    // the widening by bad runs remains
     let open = half_width(&share(1024, 30, 100, ALPHA), ALPHA, at).expect("a forecast");
     assert!(open - found > 0.4 * 100.0 / 1024.0, "{open} {found}");
-    // of a mean: the root of the points
+    // a mean: the half width decreases with the root of the number of points
     let mean = Figures {
         estimate: Some(1.0),
         low: Some(0.9),
@@ -188,6 +188,6 @@ fn the_look_that_is_expected_is_about_the_one_that_comes() {
         off.push(libm::log2(found as f64 / end.points as f64).abs());
     }
     assert!(off.iter().all(|off| *off <= 1.0) && off.iter().sum::<f64>() < 15.0, "{off:?}");
-    // never
+    // never reached
     assert_eq!(expected(&RELATIVE, &[(share(now, 100, 900, ALPHA), ALPHA)], now, &analyses), None);
 }

@@ -186,13 +186,13 @@ impl Fault {
         self.at == at && self.sample.is_none_or(|wanted| wanted == sample)
     }
 
-    /// The file that the `n`-th firing for a sample leaves.
+    /// Path of the file that the `n`-th firing for a sample creates.
     fn proof(&self, sample: u64, n: u32) -> PathBuf {
         let at = STATES.iter().find(|(_, at)| *at == self.at).map_or("", |(word, _)| word);
         self.dir.join(format!("fired-{at}-{sample}-{n}"))
     }
 
-    /// Takes one of the allowed firings, if one is left, by creating its file: exact over any number of processes.
+    /// Takes one of the allowed firings, if one is left, by creating its file: the count is exact for any number of processes.
     fn counts(&self, sample: u64) -> bool {
         (1..=self.times).any(|n| OpenOptions::new().write(true).create_new(true).open(self.proof(sample, n)).is_ok())
     }
@@ -222,7 +222,7 @@ impl Fault {
     }
 }
 
-/// Meaning of a word; otherwise the words that are allowed.
+/// Meaning of a word; if the word is unknown, the allowed words.
 fn word<T: Copy>(given: Option<&str>, words: &[(&str, T)]) -> Result<T, String> {
     let found = words.iter().find(|(word, _)| Some(*word) == given).map(|(_, meaning)| *meaning);
     found.ok_or_else(|| words.iter().map(|(word, _)| *word).collect::<Vec<_>>().join(", "))

@@ -1,4 +1,4 @@
-//! `bladeoff answer`: what a study answers to its questions.
+//! `bladeoff answer`: answers of a study to its questions.
 
 use super::error::CliError;
 use super::exit::Exit;
@@ -21,7 +21,7 @@ use bladeoff_system::shown;
 use bladeoff_text::document::Collector;
 use std::path::{Path, PathBuf};
 
-/// Lines of what is not precise enough, at most.
+/// Largest number of lines about insufficient precision.
 const MOST_SHORT: usize = 8;
 
 /// Answer the questions of a study from its results
@@ -87,8 +87,8 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(exit)
 }
 
-/// Prints how many finished samples are in the record of a directory and in none of its tables: a run in progress writes them with the next
-/// part, and a command is named for one that was killed.
+/// Prints how many finished samples are in the record of a directory and in none of its tables. A run in progress writes them with the next
+/// part; for a killed run, the command that writes them is printed.
 pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     if is_unmerged(directory) {
         unread(directory).iter().for_each(|damaged| remark(&format!("warning: {damaged}")));
@@ -124,8 +124,8 @@ pub(super) fn remark_unwritten(directory: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Prints how many ok runs exceed noted limits, whether too many runs are beyond the model, and of which bearings the peak loads are not
-/// those of the machine. Returns the line about too many runs beyond the model.
+/// Prints how many ok runs exceed noted limits, whether too many runs are beyond the model, and notes on bearings with inaccurate peak
+/// loads. Returns the line about too many runs beyond the model.
 pub(super) fn remark_limits(directory: &Path, samples: &Samples) -> Result<Option<String>, CliError> {
     let (noted, too_many) = read_current(directory, row_files, |files| {
         Ok((LimitTable::of(samples, files)?.noted(), too_many_beyond(samples, files)?))
@@ -135,10 +135,9 @@ pub(super) fn remark_limits(directory: &Path, samples: &Samples) -> Result<Optio
     Ok(too_many)
 }
 
-/// What more time would narrow the intervals of these answers to; `None`: no pace is known, or there is no interval.
+/// Forecast of the intervals of these answers with more points; `None` if the pace is unknown or there is no interval.
 pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answering) -> Option<Forecasts> {
-    // what [stop] has ended is precise enough
-    // how many combinations there will be is not known
+    // the final number of combinations of [refine] is unknown; a study that [stop] ended early is precise enough
     if samples.study().refine.is_some() {
         return None;
     }
@@ -147,7 +146,7 @@ pub(super) fn forecast_of(directory: &Path, samples: &Samples, answering: &Answe
     forecasts(answering, pace, samples.groups().len(), awaited.as_ref())
 }
 
-/// What of these answers is not as precise as `[stop]` asks; of a study that is not complete what no further point makes so.
+/// Figures of these answers that are less precise than `[stop]` requires; for an incomplete study, only those that more points cannot improve.
 pub(super) fn short_of(samples: &Samples, answering: &Answering) -> Vec<String> {
     let waiting = waiting(samples).ok().flatten().filter(|_| answering.points > 0);
     let short = waiting.map(|waiting| waiting.short_of(&answering.answers.answers, !answering.answers.complete));
@@ -169,14 +168,14 @@ fn ahead_in_words(ahead: &Forecasts) -> String {
     format!("\n{}:\n{lines}", ahead.head())
 }
 
-/// The same of a directory of which the answers are not asked for: its own questions.
+/// Forecast of the answers to the own questions of a directory.
 pub(super) fn forecast_in(directory: &Path) -> Option<Forecasts> {
     let (samples, _, asked) = asked_of(directory, None).ok()?;
     let answering = answer(directory, &samples, &asked.questions).ok().filter(|_| !asked.questions.is_empty())?;
     forecast_of(directory, &samples, &answering)
 }
 
-/// The study of a directory, and what its file or another one asks of it; the name of that file.
+/// The study of a directory, the questions of its study file or of another file, and the name of that file.
 pub(super) fn asked_of(directory: &Path, other: Option<&Path>) -> Result<(Samples, PathBuf, Meant), CliError> {
     directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let samples = frozen(directory)?;
@@ -191,7 +190,7 @@ pub(super) fn asked_of(directory: &Path, other: Option<&Path>) -> Result<(Sample
     Ok((samples, file, meant))
 }
 
-/// What a file asks of these samples.
+/// Valid questions and gates of a file for these samples.
 pub(in crate::cli) fn understood(samples: &Samples, file: &str, text: &str, asked: &Asked) -> Result<Meant, CliError> {
     if asked.is_empty() {
         return Ok(Meant::default());
@@ -200,13 +199,13 @@ pub(in crate::cli) fn understood(samples: &Samples, file: &str, text: &str, aske
     found.map_err(|problems| StudyError::Problems(vec![problems]).into())
 }
 
-/// Refuses questions and gates that these samples cannot answer.
+/// Rejects questions and gates that these samples cannot answer.
 pub(super) fn check_questions(samples: &Samples) -> Result<(), CliError> {
     let study = samples.study();
     understood(samples, &study.file, &study.text, &study.asked).map(|_| ())
 }
 
-/// What `check` says of the questions and gates of a study.
+/// Text of `check` on the questions and gates of a study.
 pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
     let study = samples.study();
     let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
@@ -238,13 +237,13 @@ pub(super) fn asked_in_words(samples: &Samples) -> Result<String, CliError> {
     Ok(text)
 }
 
-/// Where a study may end before its design does.
+/// Stopping rule of a study, if it has one.
 pub(super) fn waiting(samples: &Samples) -> Result<Option<Waiting>, CliError> {
     let study = samples.study();
     Ok(Waiting::of(samples, &understood(samples, &study.file, &study.text, &study.asked)?))
 }
 
-/// Which samples the map of a study takes that is refined.
+/// Refinement of the map of a study, if it has one.
 pub(super) fn refinement(samples: &Samples) -> Result<Option<Refinement>, CliError> {
     let study = samples.study();
     let meant = understood(samples, &study.file, &study.text, &study.asked)?;
@@ -255,13 +254,13 @@ pub(super) fn refinement(samples: &Samples) -> Result<Option<Refinement>, CliErr
     })
 }
 
-/// Samples that a study needs at most, by its `[stop]`; `None`: all.
+/// Largest number of samples that a study needs, by its `[stop]`; `None`: all samples.
 pub(super) fn last_needed(samples: &Samples) -> Result<Option<u64>, CliError> {
     Ok(waiting(samples)?.and_then(|waiting| Some(waiting.stages().last()?.samples)))
 }
 
-/// What `run` says of the questions of its study at its end; those of a complete one are written into the directory. How `run` ends where
-/// nothing else is to be said.
+/// Text at the end of `run` on the questions of its study; answers of a complete study are written into the directory. Also returns the exit
+/// code, if nothing else determines it.
 pub(super) fn answers_of_run(directory: &Path, samples: &Samples, trusts: bool) -> Result<(String, Exit), CliError> {
     let study = samples.study();
     let Meant { questions, .. } = understood(samples, &study.file, &study.text, &study.asked)?;
@@ -274,8 +273,8 @@ pub(super) fn answers_of_run(directory: &Path, samples: &Samples, trusts: bool) 
     Ok((format!("\n{}{short}{}", told(&answering), files(directory, &answering, is_kept)), exit))
 }
 
-/// Writes the answers of a complete study; says why not. Whether they are written, and how a command ends that has nothing else to say: to
-/// look at what one may not write is no failure.
+/// Writes the answers of a complete study, or prints the reason why not. Returns whether they are written, and the exit code if nothing
+/// else determines it: reading a directory without write permission is no failure.
 fn kept(directory: &Path, answering: &Answering, trusts: bool) -> (bool, Exit) {
     if !answering.answers.complete {
         return (false, Exit::Ok);
@@ -290,7 +289,7 @@ fn kept(directory: &Path, answering: &Answering, trusts: bool) -> (bool, Exit) {
     }
 }
 
-/// Where they were written to.
+/// Text with the paths of the written files.
 fn files(directory: &Path, answering: &Answering, is_kept: bool) -> String {
     if !is_kept {
         return String::new();

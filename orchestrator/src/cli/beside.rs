@@ -1,4 +1,4 @@
-//! `replay --set`: a row of a study beside the outcome of the same sample with changed values.
+//! `replay --set`: a row of a study compared with the outcome of the same sample with changed values.
 
 use super::error::CliError;
 use super::machine::set;
@@ -12,12 +12,12 @@ use bladeoff_text::document::units::{format_digits, format_quantity};
 use bladeoff_text::document::{cut, nearest};
 use bladeoff_worker::core_solver::SolverError;
 
-/// Why a changed sample has no machine.
+/// Reason why a changed sample has no machine.
 #[derive(Debug)]
 pub(super) enum Unchanged {
-    /// An argument of `--set`.
+    /// An argument of `--set` is invalid.
     Argument(CliError),
-    /// The machine that the values make.
+    /// The machine with the changed values is rejected.
     Solver(SolverError),
 }
 
@@ -49,10 +49,10 @@ pub(super) struct StudyNames {
 }
 
 impl StudyNames {
-    /// The path that a word of `--set` names.
+    /// The path for which a word of `--set` stands.
     ///
     /// # Errors
-    /// The reason why it names none, in words.
+    /// The reason, in words, why the word stands for no path.
     fn path(&self, machine: &MachineDef, word: &str) -> Result<String, String> {
         let of_study = self.parameters.iter().find(|(short, _)| short == word).map(|(_, path)| path);
         match (of_study, machine.find(word)) {
@@ -108,7 +108,7 @@ pub(super) fn change(
     Ok(())
 }
 
-/// Every column that either has a value, marked where they differ; the number of columns that differ, and of all.
+/// Every column for which row or outcome has a value, with a mark if they differ; the number of columns that differ, and of all.
 pub(super) fn beside(row: &Table, machine: &Machine, outcome: &Outcome) -> String {
     let mut lines = Lines::default();
     let word = |name: &str| row.words(name).and_then(|words| words[0].clone());

@@ -5,7 +5,7 @@ use crate::schedule::RunLimits;
 use bladeoff_study::{SampleLimits, parse_duration, parse_memory};
 use std::time::Duration;
 
-/// What a run and its samples may take.
+/// Limits of a run and of its samples.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Budget")]
 pub struct BudgetArgs {
@@ -46,7 +46,7 @@ pub struct BudgetArgs {
 }
 
 impl BudgetArgs {
-    /// What one sample may take: as the study says, but for what is given here.
+    /// Limits of one sample: those of the study, replaced by those given here.
     pub fn of_sample(&self, study: SampleLimits) -> SampleLimits {
         SampleLimits {
             time: self.time_limit.or(study.time),
@@ -56,7 +56,7 @@ impl BudgetArgs {
         }
     }
 
-    /// What the run may take, from this moment on.
+    /// Limits of the run, which begins now.
     pub fn of_run(&self) -> RunLimits {
         RunLimits { wall: self.wall, until: self.until.map(next_time_of_day), max_failures: self.max_failures }
     }

@@ -62,7 +62,7 @@ pub struct Args {
 /// Runs the subcommand.
 pub fn main(args: &Args) -> Result<Exit, CliError> {
     let samples = match args.part.load(&args.study) {
-        // nothing of a machine is listed, and it has no parts
+        // a machine file alone has no samples to list and no parts, so it is accepted only without these options
         Err(CliError::Study(StudyError::AMachine { path })) if !args.list && args.part.words().is_empty() => {
             return machine(&path, args.json);
         }
@@ -110,7 +110,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// A machine alone: that it makes a machine whose run can start, and the engine.
+/// Checks a single machine: whether its run can start; prints the engine.
 fn machine(path: &Path, as_json: bool) -> Result<Exit, CliError> {
     let text = with_tables(path, read_input(path, MAX_FILE_BYTES as u64)?)?;
     let mut definition = MachineDef::parse(&path.to_string_lossy(), &text)?;
@@ -140,7 +140,7 @@ fn machine(path: &Path, as_json: bool) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// Sag and reactions before the run; empty where nothing acts on the rotor at rest.
+/// Sag and bearing reactions before the run; empty if no load acts on the rotor at rest.
 fn at_rest(machine: &Machine) -> String {
     let Some(found) = equilibrium(machine) else { return String::new() };
     let place = found.position.map(|z| format!(" at {}", format_digits(z, "m", 4))).unwrap_or_default();
@@ -148,7 +148,7 @@ fn at_rest(machine: &Machine) -> String {
         vec![format!("Static equilibrium: largest displacement {}{place}", format_digits(found.sag, "m", 4))];
     let mut pedestals = found.pedestals.iter();
     let components = |force: &[f64; 2]| {
-        // beside the other component this is rounding
+        // relative to the other component this value is rounding error
         let least = 1e-9 * force[0].abs().max(force[1].abs());
         let [x, y] = force.map(|value| format_digits(if value.abs() < least { 0.0 } else { value }, "N", 4));
         format!("{x} along X, {y} along Y")
@@ -213,7 +213,7 @@ fn describe(samples: &Samples) -> String {
     text
 }
 
-/// The design, and what was understood of each uncertain and each derived parameter.
+/// The design, and the interpretation of each uncertain and each derived parameter.
 fn drawn(samples: &Samples) -> String {
     let study = samples.study();
     let width = width().unwrap_or(usize::MAX);
@@ -232,7 +232,7 @@ fn drawn(samples: &Samples) -> String {
             text.push_str(&format!("; the same points in each of {}", counted(groups, "combination")));
         }
         text.push_str(".\n");
-        // of the points that are taken, not of those in the file
+        // statistics of the points that are used, not of all points in the file
         let whole = study.sampled.values.layout().and_then(|layout| layout.without_interval(layout.count()));
         let others = study.sampled.notes.iter().filter(|note| whole.as_ref() != Some(note));
         for note in layout.without_interval(samples.points()).iter().chain(&related(samples)).chain(others) {

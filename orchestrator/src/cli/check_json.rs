@@ -13,7 +13,7 @@ use bladeoff_study::{Origin, Parameter, Samples, fixed_angle, idle_levels, show}
 use bladeoff_system::shown;
 use serde_json::{Value, json};
 
-/// Everything that `check` prints of a study, apart from the contact forecast. A study of formulas has no estimate.
+/// The output of `check` for a study as JSON, without the contact forecast. A study of formulas has no estimate of its duration.
 pub(super) fn of_study(samples: &Samples) -> Result<String, CliError> {
     let study = samples.study();
     let asked = understood(samples, &study.file, &study.text, &study.asked)?;
@@ -66,7 +66,7 @@ fn parameter(samples: &Samples, (number, parameter): (usize, &Parameter)) -> Val
             let axis = &study.axes[axis];
             let varied = &axis.varied[member];
             let shown = |position| show(&varied.info, &varied.values.at(position));
-            // A long axis by its ends.
+            // A long axis is represented by its ends.
             let places: Vec<u64> =
                 if axis.length <= 100 { (0..axis.length).collect() } else { vec![0, axis.length - 1] };
             ("varied", json!({ "count": axis.length, "values": places.into_iter().map(shown).collect::<Vec<_>>() }))
@@ -81,7 +81,7 @@ fn parameter(samples: &Samples, (number, parameter): (usize, &Parameter)) -> Val
     })
 }
 
-/// Everything that `check` prints of a machine, apart from the contact forecast.
+/// The output of `check` for a machine as JSON, without the contact forecast.
 pub(super) fn of_machine(definition: &MachineDef, machine: &Machine, notes: &[String], warnings: &[String]) -> String {
     let rest = equilibrium(machine).map(|found| {
         let bearings = machine.rotor.bearings.iter().zip(&found.bearings);

@@ -1,4 +1,4 @@
-//! `bladeoff compare`: what moved between two results.
+//! `bladeoff compare`: differences between two results.
 
 use super::compared::{Opened, open};
 use super::error::CliError;
@@ -9,7 +9,7 @@ use crate::run::{STOP, TableEnd, study_changes};
 use bladeoff_answers::compare::{Asked, CompareError, Compared, Differs, Source, compare, told};
 use std::path::PathBuf;
 
-/// How often tables are read again that a run replaced meanwhile.
+/// Largest number of attempts to read tables that a run replaces meanwhile.
 const TRIES: usize = 3;
 
 /// List the differences between two results and check tolerances
@@ -70,7 +70,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(if found.out_of_tolerance == Some(true) { Exit::Failures } else { Exit::Ok })
 }
 
-/// Reads both, again if a run has replaced a file meanwhile.
+/// Reads both tables; repeats if a run replaced a file meanwhile.
 fn compared(args: &Args) -> Result<Compared, CliError> {
     for _ in 0..TRIES {
         let (a, b) = (open(&args.a)?, open(&args.b)?);
@@ -90,7 +90,7 @@ fn compared(args: &Args) -> Result<Compared, CliError> {
     Err(NotCompared::Changing.into())
 }
 
-/// Where `[stop]` ended a table, as a person reads it.
+/// Converts the end of a table by `[stop]` to text.
 fn in_words(one: &mut Differs) {
     one.what = "end by [stop]".to_owned();
     for said in [&mut one.a, &mut one.b].into_iter().flatten() {
@@ -100,7 +100,7 @@ fn in_words(one: &mut Differs) {
     }
 }
 
-/// What directories know beyond their tables: the program's commit, and every parameter.
+/// Provenance that directories have in addition to their tables: commit of the program, and every parameter.
 fn differing(a: &Opened, b: &Opened) -> Vec<Differs> {
     let mut found = Vec::new();
     if let (Some(a), Some(b)) = (&a.commit, &b.commit)

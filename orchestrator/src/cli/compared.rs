@@ -1,4 +1,4 @@
-//! Sides of a comparison: a result directory with its study, or a table alone.
+//! Tables to compare: a result directory with its study, or a table alone.
 
 use super::error::CliError;
 use super::refusals::NotCompared;
@@ -18,25 +18,25 @@ use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// Largest manifest that is read.
+/// Largest manifest that is read \[bytes\].
 const MOST_MANIFEST: u64 = 16 << 20;
 
-/// Which file it is, and when it was written: device, number, size, time.
+/// Identity and time of a file: device, inode, size, modification time.
 type Mark = Option<(u64, u64, u64, i64, i64)>;
 
-/// A table that is about to be read.
+/// A table to compare.
 pub(super) struct Opened {
-    /// Its name.
+    /// Name shown to the reader.
     pub name: String,
-    /// Its files, at least one.
+    /// Files of the table, at least one.
     pub files: Vec<PathBuf>,
-    /// How its rows were drawn.
+    /// Sampling of its rows.
     pub draw: Draw,
-    /// Its study, where it is known.
+    /// Study of the table, if known.
     pub samples: Option<Samples>,
-    /// Commit of the program that made it.
+    /// Commit of the program that wrote the table.
     pub commit: Option<String>,
-    /// What has to be known of it.
+    /// Remarks for the reader.
     pub remarks: Vec<String>,
     marks: Vec<Mark>,
 }
@@ -56,7 +56,7 @@ impl Opened {
         }
     }
 
-    /// Whether its files are still those that were opened.
+    /// Whether the files are still those that were opened.
     pub fn is_as_opened(&self) -> bool {
         self.files.iter().map(|file| mark(file)).eq(self.marks.iter().copied())
     }
@@ -67,7 +67,7 @@ fn mark(file: &Path) -> Mark {
     Some((found.dev(), found.ino(), found.len(), found.mtime(), found.mtime_nsec()))
 }
 
-/// A directory, a table in one, or a table alone.
+/// Opens a result directory, a table in one, or a table alone.
 pub(super) fn open(path: &Path) -> Result<Opened, CliError> {
     if fs::metadata(path).is_ok_and(|found| found.is_dir()) {
         return of_directory(path, path);
@@ -79,7 +79,7 @@ pub(super) fn open(path: &Path) -> Result<Opened, CliError> {
     if path.file_name().is_some_and(|name| name == RESULTS) && directory_status(parent)?.is_some() {
         return of_directory(parent, path);
     }
-    // a link that the user names is followed
+    // a link named by the user is followed
     let file = if path.is_symlink() { fs::canonicalize(path).unwrap_or_else(|_| path.into()) } else { path.into() };
     let opened = Opened::new(path, vec![file]);
     match column_heads(&opened.files[0]) {
@@ -89,7 +89,7 @@ pub(super) fn open(path: &Path) -> Result<Opened, CliError> {
     }
 }
 
-/// `path`: as the user has it.
+/// Opens a result directory; `path`: the name given by the user.
 fn of_directory(directory: &Path, path: &Path) -> Result<Opened, CliError> {
     directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let files = row_files(directory);

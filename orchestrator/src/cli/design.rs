@@ -1,4 +1,4 @@
-//! `bladeoff design export`: the points of a design for other programs.
+//! `bladeoff design export`: points of a design for other programs.
 //!
 //! ```text
 //! SALib   a problem (num_vars, names, bounds, dists) as JSON, and the points as CSV          salib.readthedocs.io
@@ -117,9 +117,9 @@ fn write(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result
     Ok(pending.finish_new()?)
 }
 
-/// What SALib knows of the uncertain parameters.
+/// SALib's description of the uncertain parameters.
 struct Problem {
-    /// Places among the parameters.
+    /// Indices among the parameters of the study.
     places: Vec<usize>,
     names: Vec<String>,
     bounds: Vec<Vec<f64>>,
@@ -159,12 +159,12 @@ impl Problem {
     }
 }
 
-/// The name of a parameter's column: its path, which a points file names, rather than the short name that this study gave it.
+/// Exported name of a parameter: its path, as in a points file, instead of the short name in this study.
 fn exported(parameter: &Parameter) -> String {
     Variable { short: None, ..parameter.variable() }.column()
 }
 
-/// SALib's word for a law, and its numbers; or why it has none.
+/// SALib's name of a distribution and its numbers, or the reason why SALib has none.
 fn distribution(law: &Uncertain) -> Result<(&'static str, Vec<f64>), &'static str> {
     match law.plain() {
         Some(Plain::Uniform(from, to)) => Ok(("unif", vec![from, to])),
@@ -182,7 +182,7 @@ fn distribution(law: &Uncertain) -> Result<(&'static str, Vec<f64>), &'static st
     }
 }
 
-/// The points, once for all combinations of what varies.
+/// Writes the points, once for all combinations of varied values.
 fn points(samples: &Samples, problem: &Problem, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{}", problem.names.join(","))?;
     let groups = samples.count() / samples.points();
@@ -209,7 +209,7 @@ fn dakota(samples: &Samples, responses: &[(String, Vec<f64>)], out: &mut impl Wr
     Ok(())
 }
 
-/// The shortest decimal that reads back as the same bits.
+/// The shortest decimal that parses to the same bits.
 fn cell(value: &ParamValue) -> String {
     match value {
         ParamValue::Number(number) if number.is_nan() => "nan".to_owned(),
@@ -218,7 +218,7 @@ fn cell(value: &ParamValue) -> String {
     }
 }
 
-/// Columns of the results, nan where a run is not ok.
+/// Columns of the results, nan for runs that are not ok.
 fn responses(args: &ExportArgs, samples: &Samples) -> Result<Vec<(String, Vec<f64>)>, CliError> {
     let refused = |column: &String, why: &str| {
         Err(DesignExportError::Response { column: column.clone(), why: why.to_owned() }.into())

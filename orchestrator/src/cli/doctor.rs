@@ -1,4 +1,4 @@
-//! `bladeoff doctor`: the computer as a run finds it, for reports of errors.
+//! `bladeoff doctor`: properties of the computer that matter for a run, for error reports.
 
 use super::bench::host;
 use super::error::CliError;
@@ -125,7 +125,7 @@ fn findings(directory: &Path, workers: usize) -> Vec<Finding> {
     found
 }
 
-/// Files outside /dev/shm without which no worker starts; an empty root directory lacks them.
+/// Files outside /dev/shm without which no worker can start; an empty root directory lacks them.
 const SYSTEM_FILES: [&str; 3] = ["/proc/self/exe", "/dev/null", "/dev/urandom"];
 
 /// The files that cannot be opened, with their reasons.
@@ -135,7 +135,7 @@ fn missing(paths: &[&str]) -> Option<String> {
     (!reasons.is_empty()).then(|| reasons.join("; "))
 }
 
-/// Limits of this process, by their names in `ulimit`; whether they are sizes in bytes.
+/// Limits of this process by their names in `ulimit`, and whether they are sizes in bytes.
 const LIMITS: [(&str, Resource, bool); 7] = [
     ("open files (-n)", Resource::Nofile, false),
     ("processes (-u)", Resource::Nproc, false),
@@ -146,7 +146,7 @@ const LIMITS: [(&str, Resource, bool); 7] = [
     ("CPU seconds (-t)", Resource::Cpu, false),
 ];
 
-/// Variables of the environment that a run reads.
+/// Environment variables that a run reads.
 const VARIABLES: [&str; 7] = [
     "BLADEOFF_RUNTIME_DIR",
     "XDG_RUNTIME_DIR",

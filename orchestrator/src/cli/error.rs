@@ -1,4 +1,4 @@
-//! Every way a subcommand can end badly, with its exit code.
+//! Errors of the subcommands, with their exit codes.
 
 use super::exit::Exit;
 use super::refusals::{DesignExportError, NoDirectory, NotAsked, NotCompared, ReplayError, SampleError, WhyError};
@@ -27,34 +27,34 @@ use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a subcommand did not do what was asked.
+/// Error of a subcommand.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
     /// Problems in a machine file, with the place of each.
     #[error(transparent)]
     Machine(#[from] Problems),
-    /// Problems of a machine of which options say something else than its file.
+    /// Problems of a machine whose file is overridden by options.
     #[error("{problems}")]
     Overridden {
-        /// The problems, at the places of the file.
+        /// The problems, at their places in the file.
         problems: Problems,
-        /// The options.
+        /// Text of the options.
         given: String,
     },
-    /// A study instead of a machine.
+    /// A study file given as a machine file.
     #[error("{} is a study file, not a machine{}", shown(path), of_a_study(path, machine.as_deref()))]
     AStudy {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The machine that it names.
+        /// Machine file named in the study.
         machine: Option<String>,
     },
-    /// A study of formulas where one of a machine was asked for.
+    /// A formula study given where a machine is needed.
     #[error("{what}: {} has model = \"function\" and no machine", shown(path))]
     Formulas {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is asked for.
+        /// Name of the operation.
         what: &'static str,
     },
     /// A study that cannot be run.
@@ -66,17 +66,17 @@ pub enum CliError {
     /// An input file that cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// A value of the command line that the machine does not take.
+    /// A value on the command line that the machine rejects.
     #[error("{argument}: {message}")]
     Argument {
         /// The argument as given.
         argument: String,
-        /// What is wrong with it.
+        /// Description of the error.
         message: String,
-        /// What would be right.
+        /// Allowed values.
         allowed: Option<String>,
     },
-    /// Gates of the command line that are none, each with what is wrong with it.
+    /// Invalid gates on the command line, each with its error.
     #[error("{0}")]
     Gates(String),
     /// The solver refused the machine before the first step.
@@ -85,40 +85,40 @@ pub enum CliError {
     /// A study could not be run to its end.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A run of one machine where shards are.
+    /// A result directory with shards, given for a run without shards.
     #[error(
         "{} holds shards: `run --shard 0/1` computes what is missing there, `merge` makes the table; for a run of its own choose another --out",
         shown(path)
     )]
     OfShards {
-        /// The directory.
+        /// Path of the directory.
         path: PathBuf,
     },
-    /// Options that cannot be meant together.
+    /// Options that contradict each other.
     #[error("{what}")]
     Unmeant {
-        /// Why not.
+        /// Description of the conflict.
         what: String,
     },
-    /// Shards are not handed in.
+    /// Shards that could not be submitted.
     #[error(transparent)]
     Submit(#[from] SubmitError),
-    /// Shards.
+    /// An error of shards.
     #[error(transparent)]
     Shard(#[from] ShardError),
-    /// A table.
+    /// A table that cannot be read or written.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A file.
+    /// A file operation that failed.
     #[error(transparent)]
     File(#[from] FileError),
     /// The record of finished samples.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// A figure.
+    /// A figure that cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
-    /// A history.
+    /// A history that cannot be written or read.
     #[error(transparent)]
     History(#[from] HistoryError),
     /// A sample of a study that cannot be computed again.
@@ -127,13 +127,13 @@ pub enum CliError {
     /// A file that is already there and is not overwritten.
     #[error("{} already exists; it is not overwritten", shown(path))]
     Exists {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A machine has no kinds.
+    /// `--kind` for a machine template.
     #[error("--kind is for studies: new study --kind risk; machines have one template")]
     NoKind,
-    /// A directory without the table that is asked for.
+    /// A directory without a result table.
     #[error(
         "{}",
         if path.join(LEDGER).exists() {
@@ -144,63 +144,63 @@ pub enum CliError {
         }
     )]
     NoResults {
-        /// The directory.
+        /// Path of the directory.
         path: PathBuf,
     },
-    /// A directory that no study ran in.
+    /// A directory that is not a result directory.
     #[error("{}", no_directory(path, "no study was run in it"))]
     NotARun {
-        /// The directory.
+        /// Path of the directory.
         path: PathBuf,
     },
-    /// No directory is named and none is there to be taken.
+    /// No directory is given, and there is no default one.
     #[error(transparent)]
     NoDirectory(#[from] NoDirectory),
-    /// Questions that are not answered.
+    /// Questions that cannot be answered.
     #[error(transparent)]
     Answering(#[from] AnsweringError),
-    /// A design that is not written.
+    /// A design that cannot be exported.
     #[error(transparent)]
     Design(#[from] DesignExportError),
-    /// Nothing is asked.
+    /// A study without questions or gates.
     #[error(transparent)]
     NotAsked(#[from] NotAsked),
-    /// Two tables that are not compared.
+    /// Two tables that cannot be compared.
     #[error(transparent)]
     NotCompared(#[from] NotCompared),
-    /// A sample of which nothing can be said.
+    /// A sample that cannot be described.
     #[error(transparent)]
     Why(#[from] WhyError),
-    /// A command line that names no sample.
+    /// A command line without a valid sample number.
     #[error(transparent)]
     Sample(#[from] SampleError),
-    /// What is computed in parallel.
+    /// Threads that could not be started.
     #[error(transparent)]
     Threads(#[from] ThreadsError),
-    /// A limit of the address space that is too small.
+    /// An address space limit that is too small.
     #[error(transparent)]
     AddressSpace(#[from] AddressSpaceError),
-    /// A run with a history was ended by a signal.
+    /// A run with a history, ended by a signal.
     #[error("{words}")]
     Stopped {
-        /// Which one.
+        /// The signal.
         signal: Signal,
-        /// What is left of the history.
+        /// Text on the remaining part of the history.
         words: String,
     },
-    /// Standard output cannot be written.
+    /// Standard output that cannot be written.
     #[error("cannot write to standard output")]
     Stdout {
-        /// What the system said.
+        /// Error of the operating system.
         #[source]
         source: io::Error,
     },
-    /// Whoever read standard output went away: nothing to complain about.
+    /// The reader of standard output has closed it, which is not reported.
     #[error("the reader of standard output has closed it")]
     ReaderLeft,
 }
 
-/// Says that there is no such directory, or why it is not a result directory.
+/// Message that there is no such directory, or why it is not a result directory.
 fn no_directory(path: &Path, why: &str) -> String {
     let near = meant(path);
     match path.symlink_metadata() {
@@ -217,7 +217,7 @@ impl CliError {
         if source.kind() == io::ErrorKind::BrokenPipe { CliError::ReaderLeft } else { CliError::Stdout { source } }
     }
 
-    /// Of a directory without a table, or one that cannot be entered.
+    /// Error for a directory without a table, or one that cannot be entered.
     #[must_use]
     pub fn no_results(path: &Path) -> Self {
         match path.join(LEDGER).symlink_metadata() {
@@ -228,7 +228,7 @@ impl CliError {
         }
     }
 
-    /// The exit code.
+    /// Exit code of the error.
     #[must_use]
     pub fn exit(&self) -> Exit {
         match self {
@@ -295,7 +295,7 @@ impl CliError {
     }
 }
 
-/// What can be done with a study where a machine was asked for.
+/// Commands for a study that was given as a machine.
 fn of_a_study(path: &Path, machine: Option<&str>) -> String {
     let command = |word: &str, path: &Path| call::command([OsStr::new(word), call::path_word(path).as_os_str()]);
     let mut text = format!("\n  all its runs: {}\n  its content: {}", command("run", path), command("check", path));

@@ -1,4 +1,4 @@
-//! How long a study takes, from a few of its samples: spread over all axes, timed side by side, each within limits.
+//! Estimated computing time of a study, from a few of its samples spread over all axes, measured in parallel and with time limits.
 
 use super::error::CliError;
 use super::extent::{Extent, extents, wall_told};
@@ -20,32 +20,32 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Samples that are timed, of a study that has more. A prime: multiples of a number run through all of them.
+/// Number of timed samples of a larger study. A prime, so that its multiples visit all places of an axis.
 const TIMED: u64 = 7;
-/// Of one sample no more CPU time is taken; its rest is told from its steps.
+/// Largest CPU time of a timed sample; the rest is extrapolated from its steps.
 const LONGEST: Duration = Duration::from_secs(20);
-/// After this time no more is computed.
+/// Total time after which no further sample is timed.
 const PATIENCE: Duration = Duration::from_secs(90);
-/// Steps between two looks at the clock.
+/// Number of steps between two checks of the clock.
 const LOOK_EVERY: u64 = 64;
-/// Samples among which those are searched that lie nearest to the wanted places.
+/// Number of samples among which those nearest to the selected places are searched.
 const CANDIDATES: u64 = 20_000;
-/// What a mean of so few samples may be off by besides their scatter: machines are not equally fast at all times.
+/// Relative error of the mean in addition to the scatter, because the speed of a machine varies.
 const NOISE: f64 = 0.1;
-/// Standard errors on either side of the mean: of seven samples, 95 %.
+/// Standard errors on either side of the mean: 95 % for seven samples.
 const ERRORS: f64 = 2.5;
 
 /// One timed sample.
 struct Timed {
     sample: u64,
-    /// CPU time of the whole run \[s\], as far as known.
+    /// CPU time of the whole run \[s\], extrapolated if it was cut off.
     cpu: f64,
-    /// How it ended; where it was cut off, after which part of its steps.
+    /// End of the run, or the fraction of the steps at which it was cut off.
     words: String,
     cut: bool,
 }
 
-/// Timed samples of a study, and the time that they predict for it.
+/// Timed samples of a study, and the predicted time of the study.
 pub(super) struct Estimate {
     timed: Vec<Timed>,
     /// Whether each sample has matrices of its own.
@@ -74,7 +74,7 @@ impl Estimate {
             for extent in extents(samples)? {
                 let [low, high] = whole(&cpu, extent.samples);
                 let shared = (workers as f64).min(extent.samples as f64);
-                // At the end all wait for the last.
+                // at the end all workers wait for the last sample
                 let wall = [low / shared, high / shared + longest * (1.0 - 1.0 / shared)];
                 found.push((extent, [low, high], wall));
             }
@@ -94,7 +94,7 @@ impl Estimate {
     }
 }
 
-/// Times samples of the study and prints how long all of it will take.
+/// Times samples of the study and prints the predicted time of the whole study.
 ///
 /// # Errors
 /// A sample that cannot be built or started.
@@ -150,13 +150,13 @@ fn range([low, high]: [f64; 2]) -> String {
     if from == to { from } else { format!("{from} to {to}") }
 }
 
-/// CPU time of `count` samples like these \[s\]: from their mean, its standard error and the noise of machines, within the
-/// smallest and the largest of them.
+/// CPU time of `count` samples like these \[s\]: from their mean, its standard error and the noise, within the smallest and the
+/// largest of them.
 fn whole(cpu: &[f64], count: u64) -> [f64; 2] {
     let timed = cpu.len() as f64;
     let mean = cpu.iter().sum::<f64>() / timed;
     let squares: f64 = cpu.iter().map(|one| (one - mean) * (one - mean)).sum();
-    // Nothing is left to chance of a study that was timed whole.
+    // no sampling error if all samples were timed
     let rest = 1.0 - timed / (count as f64).max(timed);
     let error = if cpu.len() > 1 { (squares / (timed - 1.0) / timed * rest).sqrt() } else { 0.0 };
     let (least, most) = cpu.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &one| (low.min(one), high.max(one)));
@@ -165,8 +165,8 @@ fn whole(cpu: &[f64], count: u64) -> [f64; 2] {
     [low, high].map(|one| one * count as f64)
 }
 
-/// Samples at which all axes are looked at from their first to their last point: the `k`th at place `k s` (modulo their
-/// number) of an axis with a step `s` of its own. The first is the study's first, a corner.
+/// Samples that cover every axis from its first to its last value: the `k`th is at index `k s` (modulo the number of samples) of an axis
+/// with its own step `s`. The first is the first sample of the study, a corner.
 fn choose(samples: &Samples) -> Vec<u64> {
     let count = samples.count();
     if count <= TIMED {
@@ -179,7 +179,7 @@ fn choose(samples: &Samples) -> Vec<u64> {
     let wanted = |k: u64, axis: usize| ((k * (1 + axis as u64 % (TIMED - 1))) % TIMED) as f64 / (TIMED - 1) as f64;
     let candidates: Vec<(u64, Vec<f64>)> = (0..count.min(CANDIDATES))
         .map(|i| {
-            // Evenly spread without a period that an axis may have.
+            // evenly spread, without a period that could coincide with that of an axis
             let scattered = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let sample =
                 if count <= CANDIDATES { i } else { ((u128::from(scattered) * u128::from(count)) >> 64) as u64 };
@@ -201,7 +201,7 @@ fn choose(samples: &Samples) -> Vec<u64> {
     chosen
 }
 
-/// Times samples on all cores; those that were not begun in time are left out.
+/// Times samples on all cores; samples not begun before the deadline are omitted.
 fn time_all(
     samples: &Samples,
     chosen: &[u64],
@@ -248,11 +248,11 @@ fn time_all(
     Ok(timed)
 }
 
-/// Where samples have their matrices and modes from.
+/// Source of the matrices and modes of the samples.
 enum Structures {
-    /// All share one.
+    /// One structure for all samples.
     One(Box<Structure>),
-    /// Each has its own; a worker takes from the basis that the run freezes what it can for each of them.
+    /// A structure for each sample; a worker reuses parts of the basis that the run freezes.
     Own(Basis),
 }
 
@@ -264,8 +264,8 @@ fn structures(samples: &Samples) -> Result<Structures, CliError> {
     Ok(if shared { Structures::One(Box::new(structure)) } else { Structures::Own(structure.basis().clone()) })
 }
 
-/// Two runs without a clock: what the exponential engine computes once for all samples of a structure is no cost of one, and of that it keeps some from the second
-/// run on. Not of a study that is timed whole.
+/// Runs the first sample twice without timing it: the exponential engine computes some data once for all samples of a structure, part of it
+/// in the second run. Not needed for a study that is timed completely.
 fn warm_up(samples: &Samples, structure: &Structure, deadline: Instant) -> Result<(), CliError> {
     let machine = samples.machine(0).build()?;
     if machine.run.engine != Engine::Exponential || samples.count() <= TIMED {
@@ -280,7 +280,7 @@ fn warm_up(samples: &Samples, structure: &Structure, deadline: Instant) -> Resul
     Ok(())
 }
 
-/// Times one sample; `None`: it did not come to a step in time.
+/// Times one sample; `None` if no step was finished before the deadline.
 fn time(samples: &Samples, sample: u64, structures: &Structures, deadline: Instant) -> Result<Option<Timed>, CliError> {
     let machine = samples.machine(sample).build()?;
     let before = thread_cpu_time();
@@ -306,15 +306,15 @@ fn time(samples: &Samples, sample: u64, structures: &Structures, deadline: Insta
     }
     let steps = (machine.run.end_time / time_step.step).ceil();
     let steps = machine.run.step_limit.map_or(steps, |limit| steps.min(limit as f64));
-    // the steps of a twin are counted on from those of the first run
+    // the steps of a twin are counted together with those of the first run
     let steps = if machine.run.twin > 0.0 { 2.0 * steps } else { steps };
     let part = (watch.steps as f64 / steps).min(1.0);
-    // A part below a hundredth of a per cent is no "0.00 %".
+    // a fraction below 0.01 % would print as "0.00 %"
     let words = format!("stopped at {:.2e} of {steps:.2e} steps", watch.steps as f64);
     Ok(Some(Timed { sample, cpu: cpu / part + set_up, words, cut: true }))
 }
 
-/// Ends a run that takes too long.
+/// A follower that ends a run at the deadline.
 struct Watch {
     begun: Duration,
     deadline: Instant,
@@ -406,7 +406,7 @@ mod tests {
             .expect("it starts")
             .expect("some steps");
         assert!(one.cut && one.words.ends_with("of 6.00e9 steps") && one.cpu > 1000.0, "{} {}", one.words, one.cpu);
-        // a twin takes as many again, and is cut off as well
+        // a twin doubles the steps, and is cut off as well
         let all = samples("[set]\n\"run.step\" = 1e-10\n\"run.twin\" = 1e-6\n", None);
         let one = time(&all, 0, &structures(&all).expect("buildable"), Instant::now() + Duration::from_secs(3))
             .expect("it starts")

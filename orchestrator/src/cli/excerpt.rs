@@ -1,31 +1,31 @@
-//! The lines around a problem: all that is shown of a file, however large it is and however long its lines are.
+//! The lines around a problem in a file: nothing else of the file is shown, so that large files and long lines do not fill the terminal.
 
 use bladeoff_text::document::{BYTE_ORDER_MARK, Problem, pictured_lines, visible};
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::ops::Range;
 
-/// Lines of a span that are shown; of a longer one the first.
+/// Largest number of lines shown of a span; of a longer span the first lines are shown.
 const MOST_LINES: usize = 20;
-/// Bytes of a line that are shown before and after the place of a problem.
+/// Number of bytes of a line shown before and after the position of a problem.
 const MOST_BEFORE: usize = 60;
 const MOST_AFTER: usize = 180;
 
-/// A piece of a file that knows where in it it stands.
+/// A part of a file with its position in the file.
 #[derive(Debug)]
 pub(super) struct Excerpt {
     name: String,
     text: String,
-    /// Lines of the file before it.
+    /// Number of lines of the file before the part.
     lines_before: usize,
-    /// Bytes of the line before the problem in the file, less those in `text`: cut off at its beginning, or other ones as signs
-    /// for hidden characters.
+    /// Number of bytes before the problem in its line of the file, less those in `text`: bytes cut off at the beginning of the line, and differences in
+    /// length where a hidden character is replaced by a sign.
     missing_before: isize,
-    /// The place in `text`.
+    /// The span of the problem in `text`.
     pub span: Range<usize>,
 }
 
 impl Excerpt {
-    /// The line of a problem of a file with this text, with one line before and one after it.
+    /// The line of a problem in a file with this text, with one line before it and one after it.
     pub fn new(problem: &Problem, text: &str) -> Self {
         let mark = if text.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len_utf8() } else { 0 };
         let at = problem.span.start.max(mark);
@@ -48,7 +48,7 @@ impl Excerpt {
         let before = pictured_lines(&text[from..at.min(shown_end(text, line_end(text, at)))]).len();
         let span_start = shown.len() + before;
         let mut span_end = span_start;
-        // The lines of the span and the one below, each cut.
+        // The lines of the span and the line after it, each shortened to the limits.
         let mut line = from;
         loop {
             let whole = line_end(text, line);
@@ -71,12 +71,12 @@ impl Excerpt {
     }
 }
 
-/// Where what is shown of a line ends: before its carriage return.
+/// End of the shown part of a line: before its carriage return.
 fn shown_end(text: &str, line_end: usize) -> usize {
     if text[..line_end].ends_with('\r') { line_end - 1 } else { line_end }
 }
 
-/// Where the line ends that holds this byte, without its line feed.
+/// End of the line that contains this byte, without its line feed.
 fn line_end(text: &str, at: usize) -> usize {
     text[at..].find('\n').map_or(text.len(), |newline| at + newline)
 }
@@ -88,7 +88,7 @@ fn ceil(text: &str, mut at: usize) -> usize {
     at
 }
 
-/// At most so many bytes of a text.
+/// The first bytes of a text, at most `most`, up to a character boundary.
 fn first(text: &str, most: usize) -> &str {
     let mut end = most.min(text.len());
     while !text.is_char_boundary(end) {
@@ -105,7 +105,7 @@ impl SourceCode for Excerpt {
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let found = self.text.read_span(span, before, after)?;
-        // Without a line before it the contents begin at the place itself.
+        // Without a line before it the part begins in the line of the problem itself.
         let column =
             if before == 0 { found.column().saturating_add_signed(self.missing_before) } else { found.column() };
         Ok(Box::new(MietteSpanContents::new_named(
@@ -132,7 +132,7 @@ mod tests {
         problems.into_problems().list.remove(0)
     }
 
-    /// Line, column and text of a place with its neighbours.
+    /// Line, column and text of a span with its surrounding lines.
     fn read(source: &dyn SourceCode, span: Range<usize>) -> (usize, usize, String) {
         let span = SourceSpan::from(span);
         let place = source.read_span(&span, 0, 0).expect("in the text");

@@ -3,24 +3,24 @@
 use crate::dispatch::Signal;
 use std::process::ExitCode;
 
-/// How the program ends.
+/// Exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// All asked for was done; invalid and beyond samples within the study's limits.
+    /// Everything requested was done; the number of invalid and beyond samples is within the study's limits.
     Ok = 0,
-    /// An internal error, or results that differ although they must not.
+    /// An internal error, or results that differ although they must be equal.
     Bug = 1,
     /// Invalid command line.
     Usage = 2,
-    /// A file, machine, study or result directory that is missing or rejected.
+    /// A file, machine, study or result directory is missing or rejected.
     Input = 3,
-    /// Complete, with more failed, invalid or beyond samples than the study allows; a failed `simulate`; a gate that failed; a
-    /// comparison out of tolerance; a replay that differs from the row of another numerics version.
+    /// Complete, but with more failed, invalid or beyond samples than the study allows; a failed `simulate`; a failed gate; a comparison out of
+    /// tolerance; a replay that differs from the row of another numerics version.
     Failures = 4,
-    /// Not all samples were computed; a gate that is open.
+    /// Some samples have not been computed, or a gate is open.
     Incomplete = 5,
-    /// A file, the disk, shared memory or a process failed.
+    /// An operation on a file, the disk, shared memory or a process failed.
     Io = 6,
     /// Ended by Ctrl-C.
     Interrupted = 130,
@@ -29,7 +29,7 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// Every exit code, in ascending order.
+    /// All exit codes in ascending order.
     pub const ALL: [Exit; 9] = [
         Self::Ok,
         Self::Bug,
@@ -69,7 +69,7 @@ impl Exit {
         }
     }
 
-    /// By the exit code of a merge that another process has made.
+    /// The exit code for the code with which a merge in another process ended.
     #[must_use]
     pub fn of_merge(code: i32) -> Self {
         let known =
@@ -93,7 +93,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Shown by `bladeoff --help`: lines that fit a narrow terminal, because clap would break them without the indentation.
+/// Text at the end of `bladeoff --help`: its lines fit a narrow terminal, because clap would break longer lines without the indentation.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done; all samples ok, or invalid or beyond the model

@@ -59,7 +59,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
             shown(parts)
         ));
     }
-    // Numbers that nobody computed are not written down anywhere else.
+    // changed numbers must not be copied into another file
     let is_known = refuse_changed(&args.directory)?;
     if first.ends_with(RESULTS) && !is_known {
         remark(&format!("warning: {} cannot be verified: {MANIFEST} has no checksum of it", shown(first)));
@@ -88,10 +88,10 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// Keeps the error of a write: behind the table library's own error nobody could tell a reader that left.
+/// Keeps the error of a write: Polars replaces it, so that a closed reader could not be recognised.
 struct Watched<W> {
     inner: W,
-    /// Programs get the values as they are; on a terminal they are made visible.
+    /// Whether standard output is a terminal, where control characters are made visible; other programs get the values unchanged.
     is_terminal: bool,
     error: Option<io::Error>,
 }

@@ -1,11 +1,11 @@
-//! How many samples a study takes that may end before its design does, or takes a part of its grid: what `check` tells the time of.
+//! Numbers of samples for which `check` prints the time, for studies that may end early or that compute a part of their grid.
 
 use super::answer::{refinement, waiting};
 use super::error::CliError;
 use bladeoff_answers::summary::{counted, duration};
 use bladeoff_study::Samples;
 
-/// A number of samples, and what it is: "the whole study".
+/// A number of samples, with a name such as "the whole study".
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Extent {
     pub name: String,
@@ -18,10 +18,11 @@ impl Extent {
     }
 }
 
-/// Extents of which the time is printed: the whole study; with `[stop]` the way to its first interim analysis as well, with `[refine]` its first round.
+/// Extents for which the time is printed: the whole study; with `[stop]` also the samples up to its first interim analysis, with `[refine]` its
+/// first round.
 ///
 /// # Errors
-/// Questions that cannot be understood.
+/// Questions with errors.
 pub(super) fn extents(samples: &Samples) -> Result<Vec<Extent>, CliError> {
     if let Some([first, most]) = refinement(samples)?.map(|refinement| refinement.samples()) {
         let (first_name, most_name) = (
@@ -41,7 +42,7 @@ pub(super) fn extents(samples: &Samples) -> Result<Vec<Extent>, CliError> {
     Ok(vec![Extent::new(&to_first, first), Extent::new(&format!("{whole}, where no interim analysis ends it"), last)])
 }
 
-/// What `[stop]` allows a run of wall time, as a line; empty where it does not.
+/// Line with the largest wall time by `[stop]`; empty without one.
 pub(super) fn wall_told(samples: &Samples) -> String {
     let wall = samples.study().stop.and_then(|stop| stop.wall);
     wall.map_or_else(String::new, |wall| format!("[stop] ends a run after {}\n", duration(wall)))

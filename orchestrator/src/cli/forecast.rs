@@ -6,10 +6,10 @@ use bladeoff_answers::summary::{counted, wrapped};
 use bladeoff_model::machine::{Machine, MachineDef};
 use bladeoff_study::{Chosen, Samples};
 
-/// Samples of a study that are looked at.
+/// Largest number of samples of a study for which a forecast is made.
 const MOST: u64 = 8;
 
-/// Assumptions, limits and forecast of a machine alone.
+/// Assumptions, limits and forecast of a single machine.
 pub(super) fn of_machine(
     definition: &MachineDef,
     machine: &Machine,
@@ -26,7 +26,7 @@ pub(super) fn of_machine(
     text + &block("Contact", &lines, width)
 }
 
-/// Assumptions, limits and forecast of a study: its machine as it is, and samples at its corners.
+/// Assumptions, limits and forecast of a study: its machine as the file defines it, and samples at corners of the varied parameters.
 pub(super) fn of_study(samples: &Samples, width: Option<usize>) -> String {
     block("Assumptions", &assumed(samples), width)
         + &limits_of(samples, width)
@@ -59,17 +59,17 @@ fn forecast(samples: &Samples) -> Vec<String> {
     lines
 }
 
-/// A sample's largest share of a gap, in words.
+/// The largest ratio of amplitude to gap of a sample, in words.
 struct Looked {
     share: f64,
     text: String,
 }
 
-/// Least and most of samples at the ends of the study: corners of axes, evenly spread points of a design.
+/// Smallest and largest result over samples at the extremes of the study: corners of the axes, or evenly spread points of a design.
 fn between(samples: &Samples, stability: &mut Stability) -> Vec<String> {
     let chosen = Chosen::new(samples, MOST);
     let all = chosen.count();
-    // the corners stand at the end
+    // the samples at corners come last
     let corners = 1_u64 << samples.study().axes.len().min(CORNERED);
     let from = if samples.layout().is_some() { 0 } else { all.saturating_sub(corners) };
     let most = (all - from).min(MOST);
@@ -110,5 +110,5 @@ fn between(samples: &Samples, stability: &mut Stability) -> Vec<String> {
     lines
 }
 
-/// Axes whose corners are made, as [`Chosen`] makes them.
+/// Number of axes for which [`Chosen`] makes corners.
 const CORNERED: usize = 12;

@@ -1,4 +1,4 @@
-//! Studies of formulas on the command line: what `check` says of them, and the summary at the end of `run`.
+//! Formula studies on the command line: output of `check`, and the summary at the end of `run`.
 
 use super::error::CliError;
 use super::extent::{extents, wall_told};
@@ -11,25 +11,25 @@ use bladeoff_worker::process::thread_cpu_time;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Samples that are evaluated to tell their cost, evenly spread over the study.
+/// Number of samples evaluated to measure their cost, evenly spread over the study.
 const EVALUATED: u64 = 1000;
-/// CPU time of handing out, taking, recording and writing a sample \[s\], from and to (docs/benchmarks.md).
+/// CPU time to assign, receive, record and write a sample \[s\], lower and upper end (docs/benchmarks.md).
 const RECORDING: [f64; 2] = [10e-6, 40e-6];
-/// Beginning and end of a run \[s\].
+/// Time for begin and end of a run \[s\].
 const START: f64 = 0.5;
 
-/// "2 formulas".
+/// Number of formulas as text: "2 formulas".
 pub(super) fn formulas(model: &FunctionModel) -> String {
     counted(model.outputs.len() as u64, "formula")
 }
 
-/// The formulas, a line for each.
+/// The formulas, one line each.
 pub(super) fn described(model: &FunctionModel) -> String {
     let lines = model.outputs.iter().map(|output| format!("  {} = {}\n", output.name, output.text.trim()));
     format!("\nFormulas:\n{}", lines.collect::<String>())
 }
 
-/// Evaluates some samples and says how long all of them will take with so many workers.
+/// Evaluates some samples and prints the predicted time of all samples with this number of workers.
 ///
 /// # Errors
 /// Standard output cannot be written.
@@ -68,7 +68,7 @@ pub(super) fn estimate(samples: &Samples, model: &FunctionModel, workers: usize)
     tell(&text)
 }
 
-/// The summary of the rows in these files.
+/// Summary of the rows in these files.
 ///
 /// # Errors
 /// A table that cannot be read.

@@ -142,14 +142,14 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// All that is wrong with --require.
+/// All errors in --require.
 fn refused(wrong: Vec<(String, String)>) -> CliError {
     let lines: Vec<String> =
         wrong.into_iter().map(|(text, message)| format!("--require {text:?}: {message}")).collect();
     CliError::Gates(lines.join("\n"))
 }
 
-/// The study's name: a frozen file no longer has its own, by which a study without `name` is called.
+/// Name of the study: a study without `name` is named after its file, and the frozen copy has another file name.
 pub(super) fn name(directory: &Path, samples: &Samples) -> String {
     let report = directory_status(directory).ok().flatten().and_then(|seen| seen.last_report);
     let name = report.as_ref().and_then(|report| report.get("study")).and_then(|name| name.as_str());

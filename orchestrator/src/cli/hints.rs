@@ -1,8 +1,8 @@
-//! Suggestions for a refused word of the command line, where clap has none.
+//! Suggestions for a rejected word of the command line, where clap has none.
 
 use bladeoff_system::call::word;
 
-/// `arguments`: the command line, the program first; `refused`: what of it is not understood.
+/// Suggestion for a rejected word; `arguments`: the command line, beginning with the program; `refused`: the part that clap rejected.
 pub(super) fn hint(command: &clap::Command, arguments: &[String], refused: &str) -> Option<String> {
     let given = arguments.get(1..).unwrap_or_default();
     let mut named = command;
@@ -12,7 +12,7 @@ pub(super) fn hint(command: &clap::Command, arguments: &[String], refused: &str)
     }
     let takes = |option: &str| named.get_arguments().any(|known| known.get_long() == Some(option));
     if refused.starts_with('-') {
-        // Of `-set` clap shows the first letter.
+        // For `-set` clap reports only the first letter.
         let long = |argument: &&String| {
             let option = argument.strip_prefix('-').unwrap_or_default().split('=').next().unwrap_or_default();
             argument.starts_with(refused) && option.len() > 1 && takes(option)

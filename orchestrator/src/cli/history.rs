@@ -1,4 +1,4 @@
-//! A history beside a run, as `simulate` and `replay` take it.
+//! History of a run, as an option of `simulate` and `replay`.
 
 use super::error::CliError;
 use super::output::remark;
@@ -49,10 +49,10 @@ pub struct HistoryArgs {
 }
 
 impl HistoryArgs {
-    /// What is asked for of a run; `None` without `--history`.
+    /// Settings of the history of a run; `None` without `--history`.
     ///
     /// # Errors
-    /// An interval that is no time, or that the run does not have.
+    /// An invalid interval, or one longer than the run.
     pub fn settings(&self, machine: &Machine, time_step: &TimeStep) -> Result<Option<Settings>, CliError> {
         let Some(path) = self.history.clone() else { return Ok(None) };
         let decimation = match (&self.every, self.decimate) {
@@ -65,7 +65,7 @@ impl HistoryArgs {
     }
 }
 
-/// The interval of `--every`, within the run.
+/// Interval of `--every`, at most the length of the run.
 fn interval(text: &str, end_time: f64) -> Result<f64, CliError> {
     let longest = format_quantity(end_time, "s");
     let refused = |message| CliError::Argument {
@@ -76,11 +76,11 @@ fn interval(text: &str, end_time: f64) -> Result<f64, CliError> {
         )),
     };
     let time = parse_bare_or_quantity(text, "s").map_err(|error| refused(error.to_string()))?;
-    // 1 ppm, so that what is shown is allowed
+    // tolerance of 1 ppm, so that the printed limit is accepted
     if time > 0.0 && time <= end_time * (1.0 + 1e-6) { Ok(time) } else { Err(refused("out of range".to_owned())) }
 }
 
-/// The steps of `--decimate`, within the run.
+/// Steps of `--decimate`, at most those of the run.
 fn decimation(steps: u64, end_time: f64, step: f64) -> Result<u64, CliError> {
     let most = (end_time / step).ceil().max(1.0);
     if steps as f64 <= most {
@@ -93,7 +93,7 @@ fn decimation(steps: u64, end_time: f64, step: f64) -> Result<u64, CliError> {
     })
 }
 
-/// A run whose progress is shown, if it is to be.
+/// Simulates a run, with a progress display if `is_shown`.
 fn simulate(
     machine: &Machine,
     structure: &Structure,
@@ -109,7 +109,7 @@ fn simulate(
     outcome
 }
 
-/// The machine with the step that resolves its impacts, which a history of its run has to know, and that step.
+/// The machine with the step that resolves its impacts, and that step, both of which a history contains.
 fn resolved(machine: &Machine, structure: &Structure, is_shown: bool) -> Result<(Machine, TimeStep), EngineError> {
     let mut machine = machine.clone();
     if !is_shown {
@@ -122,10 +122,10 @@ fn resolved(machine: &Machine, structure: &Structure, is_shown: bool) -> Result<
     Ok((machine, time_step?))
 }
 
-/// A run, watched where a history is asked for, its progress on the screen if `is_shown`; what to say about the history.
+/// Simulates a run with its history, if requested, and a progress display if `is_shown`. Also returns the text on the history.
 ///
 /// # Errors
-/// The run cannot start or was stopped, or the history asked for is wrong in itself.
+/// The run cannot start or was stopped, or the settings of the history are invalid.
 pub fn watched(
     machine: &Machine,
     structure: &Structure,
@@ -147,7 +147,7 @@ pub fn watched(
     let mut watching = Stoppable { recorder: &mut recorder, stop: &stop.is_told };
     let outcome = simulate(machine, structure, Some(&mut watching), is_shown)?;
     if let Some(signal) = stop.signal() {
-        // what it holds goes to the file
+        // writes the buffered records to the file
         drop(recorder);
         return Err(CliError::Stopped { signal, words: stopped(signal, temporary.as_deref()) });
     }
@@ -172,7 +172,7 @@ pub fn watched(
     Ok((outcome, Some(said)))
 }
 
-/// Says under which name a history is written because another file has the usual one.
+/// Message that a history has another temporary name because the usual one is occupied.
 fn announced(left: &Path, temporary: &Path) -> String {
     let recover = recovering(left).map(|command| format!(" (if a killed run has left it: {command})"));
     format!(
@@ -183,7 +183,7 @@ fn announced(left: &Path, temporary: &Path) -> String {
     )
 }
 
-/// How long the end of the file took, where that is worth a word.
+/// Text with the time to complete the file, if that is at least 1 s.
 fn slow(started: Instant) -> String {
     let took = started.elapsed();
     if took.as_secs() >= 1 { format!(" (written in {})", duration(took)) } else { String::new() }

@@ -1,4 +1,4 @@
-//! JSON by hand for flat objects: keys in the order of the columns, numbers that read back as the same bits.
+//! JSON writer for flat objects: keys in the order of the columns, numbers that are read back with the same bits.
 
 use bladeoff_answers::tables::{Field, FieldKind, Table};
 
@@ -15,7 +15,7 @@ impl JsonObject {
         self.raw(key, &value);
     }
 
-    /// Adds a number in the way its column stores it, or null. JSON has no NaN and no infinity: null.
+    /// Adds a number in the format of its column, or null. JSON has neither NaN nor infinity; both become null.
     pub fn number(&mut self, field: &Field, value: Option<f64>) {
         let value = match value.filter(|value| value.is_finite()) {
             None => "null".to_owned(),
@@ -28,7 +28,7 @@ impl JsonObject {
         self.raw(&field.name, &value);
     }
 
-    /// Adds a value that is JSON already.
+    /// Adds a value that is already JSON.
     pub fn raw(&mut self, key: &str, value: &str) {
         let comma = if self.text.is_empty() { "" } else { "," };
         self.text.push_str(&format!("{comma}\n  {}: {value}", quoted(key)));
@@ -41,7 +41,7 @@ impl JsonObject {
     }
 }
 
-/// The first row of a table, column by column; `fields` are those whose kind is known.
+/// The first row of a table, column by column; `fields`: the columns whose kind is known.
 #[must_use]
 pub fn row(table: &Table, names: &[String], fields: &[Field]) -> String {
     let mut object = JsonObject::default();
@@ -68,7 +68,7 @@ pub fn quoted(text: &str) -> String {
     serde_json::to_string(text).expect("any string is a JSON string")
 }
 
-/// A finite number in its shortest form that reads back as the same bits; null otherwise.
+/// A finite number in its shortest form that is read back with the same bits; otherwise null.
 #[must_use]
 pub fn number(value: f64) -> String {
     serde_json::to_string(&value).expect("any f64 has a JSON form (null if not finite)")

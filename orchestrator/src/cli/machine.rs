@@ -1,4 +1,4 @@
-//! A machine file and overrides of it, as several subcommands take them.
+//! Machine file and overrides, as used by several subcommands.
 
 use super::error::CliError;
 use bladeoff_model::machine::{Machine, MachineDef, ValueError};
@@ -20,7 +20,7 @@ pub struct MachineArgs {
 }
 
 impl MachineArgs {
-    /// The definition with its overrides.
+    /// The machine definition with its overrides.
     pub fn load(&self) -> Result<MachineDef, CliError> {
         let text = with_tables(&self.machine, read_input(&self.machine, MAX_FILE_BYTES as u64)?)?;
         let parsed = MachineDef::parse(&self.machine.to_string_lossy(), &text);
@@ -40,7 +40,7 @@ impl MachineArgs {
         Ok(machine)
     }
 
-    /// What `--set` made of a machine that has it: path and value, of a path that is set twice the last.
+    /// Parameters changed by `--set`, with their values; the last value of a path that is set several times.
     pub fn changed(&self, machine: &MachineDef) -> Vec<(String, String)> {
         let mut changed: Vec<(String, String)> = Vec::new();
         for (path, value) in self.set.iter().filter_map(|argument| argument.split_once('=')) {
@@ -55,30 +55,30 @@ impl MachineArgs {
         changed
     }
 
-    /// The overrides as given.
+    /// The `--set` options as given.
     pub fn given(&self) -> Vec<String> {
         self.set.iter().map(|argument| format!("--set {}", word(argument))).collect()
     }
 }
 
-/// Sets one parameter; `argument` is what the user wrote.
+/// Sets one parameter; `argument`: text of the option.
 pub fn set(machine: &mut MachineDef, path: &str, value: &str, argument: &str) -> Result<(), CliError> {
     let refused = |message: String, allowed| CliError::Argument { argument: argument.to_owned(), message, allowed };
     let info = machine.resolve(path).map_err(|error| refused(error.to_string(), None))?;
     let value = machine.parse_value(&info, value).map_err(|error| {
-        // The other kinds say it themselves.
+        // other errors name the allowed values themselves
         let allowed = matches!(error, ValueError::Quantity { .. }).then(|| info.allowed.clone());
         refused(error.to_string(), allowed)
     })?;
     machine.set(&info, &value).map_err(|error| refused(error.to_string(), None))
 }
 
-/// The validated machine; `given`: options that stand in place of what its file says.
+/// Builds and validates the machine; `given`: options that override its file.
 pub fn build(machine: &MachineDef, given: &[String]) -> Result<Machine, CliError> {
     machine.build().map_err(|problems| refused(problems, given))
 }
 
-/// Problems of a machine, with the options that stand in place of what its file says.
+/// Error with the problems of a machine, and the options that override its file.
 pub fn refused(problems: Problems, given: &[String]) -> CliError {
     match given {
         [] => problems.into(),

@@ -44,7 +44,7 @@ fn pages() -> Vec<(String, Vec<u8>)> {
     pages
 }
 
-/// The page of a command and those of the commands below it.
+/// Adds the page of a command and the pages of its subcommands.
 fn add(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) {
     let man = Man::new(command.clone());
     let mut page = Vec::new();
@@ -71,7 +71,7 @@ mod tests {
         assert!(page("bladeoff.1").contains("bladeoff\\-run(1)"));
         let run = page("bladeoff-run.1");
         assert!(run.contains("\\-\\-workers") && run.contains("Examples:"), "{run}");
-        // a page of a command below another
+        // the page of a subcommand of a subcommand
         assert!(page("bladeoff-bench-dispatch.1").contains("\\-\\-json"));
     }
 }

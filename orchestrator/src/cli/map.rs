@@ -118,7 +118,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// The same as a page that needs nothing else: zoom, and the numbers of each cell.
+/// The maps as a self-contained page with zoom and the numbers of each cell.
 fn page(title: &str, name: &str, maps: &[Map], said: &str) -> Page {
     let mut blocks = vec![Block::Verbatim(said.to_owned())];
     blocks.extend(map_figures(name, maps, maps.len()).into_iter().map(Block::from));
@@ -138,7 +138,7 @@ fn refuse_other_formats(out: &Path) -> Result<(), CliError> {
     })
 }
 
-/// The question of the command line.
+/// Map defined on the command line.
 fn by_words(samples: &Samples, args: &Args, [x, y]: [&String; 2], of: &str) -> Result<Question, CliError> {
     let def = QuestionDef {
         name: "map".to_owned(),
@@ -166,7 +166,7 @@ fn by_words(samples: &Samples, args: &Args, [x, y]: [&String; 2], of: &str) -> R
     })
 }
 
-/// The map that a study asks for.
+/// Map of the study file.
 fn of_study(questions: &[Question], name: Option<&str>, file: &Path) -> Result<Question, CliError> {
     let maps = || questions.iter().filter(|question| matches!(question.ask, Ask::Map(_)));
     let names: Vec<&str> = maps().map(|question| question.name.as_str()).collect();

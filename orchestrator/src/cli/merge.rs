@@ -58,7 +58,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let (answers, exit_of_answers) = answers_of_run(&args.directory, &samples, args.trust_dir)?;
     text.push_str(&answers);
     match tell(&text) {
-        // The table is written: whoever does not read the summary changes nothing.
+        // The table is written, so a reader that closes the pipe does not change the result.
         Ok(()) | Err(CliError::ReaderLeft) => {}
         Err(error) => return Err(error),
     }

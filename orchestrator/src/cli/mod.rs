@@ -1,4 +1,4 @@
-//! The command line: one file per subcommand, errors and exit codes in one place.
+//! Command line: one file per subcommand, common errors and exit codes.
 
 mod answer;
 mod bench;
@@ -120,7 +120,7 @@ enum Command {
 /// in the binary of the developers' tools.
 #[must_use]
 pub fn main(faults: &'static dyn Faults) -> ExitCode {
-    // Its own worker process: started by `run`, not by people, hence not in the help.
+    // worker process, started by `run` and therefore not in the help
     if std::env::args_os().nth(1).is_some_and(|first| first == "worker") {
         return on_a_stack_of_its_own(move || bladeoff_worker::worker_main(std::env::args_os().skip(2), faults));
     }
@@ -133,14 +133,14 @@ pub fn run_subcommand(work: fn() -> Result<Exit, CliError>) -> ExitCode {
     on_a_stack_of_its_own(move || guarded(work).into())
 }
 
-/// Stack of what a command does, whatever `ulimit -s` leaves the first thread: reading the command line alone takes more than 64 kB.
+/// Stack size of commands, independent of `ulimit -s`: parsing the command line alone takes more than 64 kB.
 const STACK: usize = 8 << 20;
 
 fn on_a_stack_of_its_own(work: impl Fn() -> ExitCode + Copy + Send + 'static) -> ExitCode {
     bladeoff_worker::process::fail_writes_beyond_the_limit();
     match thread::Builder::new().name("main".to_owned()).stack_size(STACK).spawn(work) {
         Ok(working) => working.join().unwrap_or(Exit::Bug.into()),
-        // No thread is to be had (ulimit -u): the first one does as well, nearly always.
+        // no further thread (ulimit -u): the first thread's stack is nearly always sufficient
         Err(_) => work(),
     }
 }
@@ -168,13 +168,13 @@ fn guarded(work: impl FnOnce() -> Result<Exit, CliError>) -> Exit {
     panic::catch_unwind(AssertUnwindSafe(|| concluded(work()))).unwrap_or(Exit::Bug)
 }
 
-/// The command line as clap knows it: commands, options, help texts.
+/// The command line for clap: commands, options, help texts.
 #[must_use]
 pub fn commands() -> clap::Command {
     Cli::command()
 }
 
-/// What is understood, with examples that say how the program is called here, if not as they have it.
+/// The command line, with the name by which the program was called in the examples.
 fn command_line() -> clap::Command {
     let program = bladeoff_system::call::program();
     let understood = numbers_with_a_sign(Cli::command());
@@ -187,10 +187,10 @@ fn command_line() -> clap::Command {
     })
 }
 
-/// Values that are numbers, by their names in the help.
+/// Value names of numeric options in the help.
 const NUMBERS: [&str; 8] = ["N", "F", "NUMBER", "TIME", "HH:MM", "SIZE", "STEP", "SPEED"];
 
-/// A number below zero is no option: what is wrong with it is said where it is read.
+/// Allows negative numbers as option values, so that their own parser reports errors.
 fn numbers_with_a_sign(command: clap::Command) -> clap::Command {
     let is_number = |arg: &clap::Arg| {
         arg.get_value_names().is_some_and(|names| names.iter().any(|name| NUMBERS.contains(&name.as_str())))
@@ -200,12 +200,12 @@ fn numbers_with_a_sign(command: clap::Command) -> clap::Command {
         .mut_subcommands(numbers_with_a_sign)
 }
 
-/// Ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. What it quotes of that may come
-/// from anywhere: `bladeoff check *`.
+/// Prints the error and ends the program as clap does: 0 after --help and --version, 2 after a wrong command line. Quoted arguments may
+/// contain any characters (`bladeoff check *`).
 fn refuse(error: &clap::Error) -> ! {
     let arguments: Vec<String> =
         std::env::args_os().map(|text| visible(&text.to_string_lossy()).into_owned()).collect();
-    // What clap proposes is about options; a number is none, whatever stands before it.
+    // clap's suggestion concerns options; a number is not an option, with or without dashes
     if let (ErrorKind::UnknownArgument, Some(ContextValue::String(word))) =
         (error.kind(), error.get(ContextKind::InvalidArg))
         && let Ok(number) = word.trim_start_matches('-').parse::<u64>()
@@ -227,7 +227,7 @@ fn refuse(error: &clap::Error) -> ! {
     match command_line().try_get_matches_from(arguments) {
         Err(mut same) if same.kind() == error.kind() => {
             let Some(meant) = meant else { same.exit() };
-            // Ours stands in place of clap's.
+            // replaces clap's suggestion
             same.insert(ContextKind::Suggested, ContextValue::None);
             let _ = same.print();
             output::remark(&meant);
@@ -291,7 +291,7 @@ fn dispatch(command: Command, faults: &'static dyn Faults) -> Result<Exit, CliEr
 
 /// Removes temporary files, prints the error, returns the exit code.
 fn concluded(result: Result<Exit, CliError>) -> Exit {
-    // Of shards that are not merged, rows were converted.
+    // removes tables converted from the rows of unmerged shards
     crate::run::shards::forget();
     result.unwrap_or_else(|error| {
         if !matches!(error, CliError::ReaderLeft) {
@@ -310,8 +310,8 @@ mod tests {
         command_line().debug_assert();
     }
 
-    /// clap breaks a line that is wider than the terminal, and its rest loses the indentation: the table of exit codes and a command
-    /// that is to be pasted were broken at 80 columns.
+    /// clap breaks lines wider than the terminal and does not indent the rest: at 80 columns, the table of exit codes and commands to be copied
+    /// were broken.
     #[test]
     fn indented_lines_of_the_help_fit_a_terminal_of_60_columns() {
         fn check(command: &clap::Command) -> usize {

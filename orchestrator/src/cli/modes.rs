@@ -69,9 +69,9 @@ pub struct Args {
     figures: Option<PathBuf>,
 }
 
-/// Relative difference of a speed from the end of a table by its printed digits.
+/// Relative rounding error of a printed speed, for comparison with the end of a table.
 const ROUNDED: f64 = 1e-4;
-/// Highest speed that can be asked for \[rad/s\].
+/// Highest speed that may be requested \[rad/s\].
 const FASTEST: f64 = 1e6;
 
 /// Runs the subcommand.
@@ -103,20 +103,20 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// Highest speed of diagrams, and up to which instability is searched \[rad/s\]: the running speed with some room; where it is below the first
-/// critical speed, up to that.
+/// Highest speed of diagrams and of the search for instability \[rad/s\]: 1.2 times the running speed, or the first critical speed if that
+/// is higher.
 fn highest(machine: &Machine, critical: &[CriticalSpeed]) -> f64 {
     let first = critical.iter().find(|critical| critical.is_excited_by_unbalance()).or(critical.first());
     1.2 * machine.rotor.initial_speed.max(first.map_or(0.0, |critical| critical.speed))
 }
 
-/// The figures of a machine that exist for it.
+/// The figures that exist for a machine.
 fn figures(machine: &Machine) -> Result<Vec<(String, Figure)>, CliError> {
     let structure = engine::build(machine)?;
     let report = engine::modes(machine, &[])?;
     let critical = &report.critical_speeds;
     let top = highest(machine, critical);
-    // a machine that neither turns nor has a critical speed
+    // a machine that neither rotates nor has a critical speed
     let top = if top > 0.0 { top } else { 2.0 * PI };
     let followed = engine::followed_modes(machine, &campbell_speeds(top))?;
     let mut all = vec![("campbell".to_owned(), campbell(machine, &followed, critical, top))];
@@ -151,14 +151,14 @@ fn speeds(args: &Args, machine: &Machine) -> Result<Vec<f64>, CliError> {
     args.speeds.iter().map(read).collect()
 }
 
-/// A line for each bearing table that does not cover all speeds of the report.
+/// One line for each bearing table that does not cover all speeds of the report.
 fn outside_tables(machine: &Machine, report: &ModesReport) -> Vec<String> {
     let rpm = |speed: f64| shown(speed * 30.0 / PI);
     let tables = machine.rotor.bearings.iter().filter_map(|bearing| Some((&bearing.name, bearing.table.as_ref()?)));
     tables
         .filter_map(|(name, table)| {
             let [first, last] = table.range();
-            // a speed in rounded rpm is at the end of the table
+            // a speed in rounded rpm may exceed the end of the table slightly
             let is_outside = |speed: &f64| *speed < first * (1.0 - ROUNDED) || *speed > last * (1.0 + ROUNDED);
             let asked = report.speeds.iter().map(|speed| speed.speed).filter(is_outside);
             let mut outside: Vec<String> = asked.map(|speed| format!("whirl at {} rpm", rpm(speed))).collect();
@@ -262,12 +262,12 @@ fn shown(value: f64) -> String {
     format_digits(value, "", 5)
 }
 
-/// Net share of the sense, with its sign; 0 without one.
+/// Net share of the whirl sense, with its sign; 0 if the sense is undetermined.
 fn share(value: f64) -> String {
     if value.abs() < 0.005 { "0.00".to_owned() } else { format!("{value:+.2}") }
 }
 
-/// Which critical speeds unbalance excites, where it is not the forward ones alone.
+/// Note on the critical speeds that unbalance excites, if they include others than forward ones.
 fn excited(critical: &[CriticalSpeed]) -> &'static str {
     if critical.iter().any(|critical| critical.whirl != Whirl::Forward && critical.is_excited_by_unbalance()) {
         "  Unbalance excites modes of every sense here, except backward ones with share -1.00: do not filter by `forward` alone.\n"
@@ -299,7 +299,7 @@ fn whirl_table(speed: &SpeedModes, count: usize) -> String {
     format!("\nwhirl at {at}{more}\n{}", table.render("  "))
 }
 
-/// What does not whirl; nothing where there is nothing of it.
+/// Table of overdamped motions; empty without any.
 fn overdamped_table(speed: &SpeedModes, count: usize) -> String {
     if speed.overdamped.is_empty() {
         return String::new();
@@ -345,7 +345,7 @@ fn overdamped_critical_table(critical: &[CriticalSpeed], count: usize) -> String
     format!("\noverdamped critical speeds: no peak (damping ratio from {OVERDAMPED}){more}\n{}", table.render("  "))
 }
 
-/// Relative difference of two decays that are one: rounding of a double eigenvalue.
+/// Relative difference of two decay rates that count as equal: rounding of a double eigenvalue.
 const SAME: f64 = 2e-6;
 
 const STRING: &str = "writing to a String cannot fail";

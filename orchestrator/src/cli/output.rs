@@ -1,5 +1,5 @@
-//! Standard output is data, standard error everything else. Neither ever makes the program panic, and neither passes on what
-//! would act on a terminal: whatever came from files, their names and other programs is made visible here.
+//! Standard output carries data, standard error everything else. Neither makes the program panic. Text from files, file names and other
+//! programs is escaped so that it cannot control a terminal.
 
 use super::error::CliError;
 use bladeoff_answers::summary::{counted, fitted};
@@ -8,18 +8,18 @@ use bladeoff_text::document::{visible_json, visible_lines};
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 
-/// Fewest columns of a terminal that lines are broken for.
+/// Smallest terminal width for which lines are broken.
 const NARROWEST: usize = 20;
 
 /// Writes data to standard output.
 ///
 /// # Errors
-/// The reader's disk is full or the like; a reader that went away (`| head`) is [`CliError::ReaderLeft`].
+/// The output cannot be written, for example to a full disk; a closed reader (`| head`) is [`CliError::ReaderLeft`].
 pub fn print(text: &str) -> Result<(), CliError> {
     write(&visible_lines(text))
 }
 
-/// Writes what a person reads to standard output: on a terminal in lines that fit it.
+/// Writes text to standard output; on a terminal in lines that fit it.
 ///
 /// # Errors
 /// As [`print`].
@@ -27,13 +27,13 @@ pub fn tell(text: &str) -> Result<(), CliError> {
     write(&visible_lines(&for_terminal(text, width())))
 }
 
-/// Columns of the terminal that standard output is; `None` where it is none: whoever reads from a pipe wants lines, however long.
+/// Width of the terminal at standard output; `None` if it is not a terminal, where lines are not broken.
 #[must_use]
 pub fn width() -> Option<usize> {
     columns(io::stdout())
 }
 
-/// The same of standard error.
+/// Width of the terminal at standard error, likewise.
 #[must_use]
 pub fn width_of_errors() -> Option<usize> {
     columns(io::stderr())
@@ -41,12 +41,11 @@ pub fn width_of_errors() -> Option<usize> {
 
 fn columns(stream: impl IsTerminal + std::os::fd::AsFd) -> Option<usize> {
     let size = Some(stream).filter(IsTerminal::is_terminal).and_then(terminal_size::terminal_size_of);
-    // A terminal of no width does not know it; in one of a few letters nothing can be done.
+    // a terminal of width 0 does not report its width; a few columns are too few to break lines
     size.map(|(terminal_size::Width(columns), _)| usize::from(columns)).filter(|columns| *columns >= NARROWEST)
 }
 
-/// Lines that are broken between words where they are longer than a terminal is wide; a command stays a line, so that it can be
-/// pasted.
+/// Breaks lines between words at the width of the terminal; a command stays in one line, so that it can be copied.
 pub fn for_terminal(text: &str, width: Option<usize>) -> Cow<'_, str> {
     match width {
         Some(width) => Cow::Owned(fitted(text, width, |line| line.contains(program()))),
@@ -54,7 +53,7 @@ pub fn for_terminal(text: &str, width: Option<usize>) -> Cow<'_, str> {
     }
 }
 
-/// Replaces what a terminal shows by a page: its first lines where the terminal has fewer.
+/// Replaces the screen of a terminal by a page; shows only its first lines if the terminal has fewer.
 ///
 /// # Errors
 /// As [`print`].
@@ -63,12 +62,12 @@ pub fn redraw(page: &str) -> Result<(), CliError> {
         terminal_size::terminal_size_of(io::stdout()).map(|(_, terminal_size::Height(rows))| usize::from(rows));
     let page = fitting(&for_terminal(page, width()), height);
     let mut out = io::stdout().lock();
-    // to the first line, and everything erased
+    // cursor to the first line, and clear the screen
     let written = write!(out, "\u{1b}[H\u{1b}[2J{}", visible_lines(&page));
     written.and_then(|()| out.flush()).map_err(CliError::stdout)
 }
 
-/// The lines that fit a terminal of so many rows.
+/// The lines that fit a terminal with this number of rows.
 fn fitting(text: &str, height: Option<usize>) -> String {
     let lines: Vec<&str> = text.lines().collect();
     let Some(room) = height.map(|height| height.saturating_sub(2)).filter(|room| *room > 0 && *room < lines.len())
@@ -92,12 +91,12 @@ fn write(text: &str) -> Result<(), CliError> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(CliError::stdout)
 }
 
-/// Writes a remark to standard error; if nobody can read it, that is no reason to stop.
+/// Writes a remark to standard error; write errors are ignored.
 pub fn remark(text: &str) {
     let _ = writeln!(io::stderr(), "{}", visible_lines(&for_terminal(text, width_of_errors())));
 }
 
-/// The same for an error as [`super::render::render`] made it, which has colours of its own and nothing else.
+/// Writes an error formatted by [`super::render::render`], which contains no control characters except colours.
 pub fn rendered(text: &str) {
     let _ = writeln!(io::stderr(), "{}", text.trim_end());
 }

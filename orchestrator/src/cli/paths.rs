@@ -58,7 +58,7 @@ fn table(paths: &[PathInfo]) -> String {
     table.render("")
 }
 
-/// The table where it fits into this width; otherwise a few lines for each parameter, all of which do.
+/// The table if it fits into this width; otherwise a few lines for each parameter, which always fit.
 fn fitted(table: &str, paths: &[PathInfo], width: usize) -> String {
     if table.lines().all(|line| line.chars().count() <= width) {
         return table.to_owned();

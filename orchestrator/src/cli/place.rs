@@ -1,4 +1,4 @@
-//! The result directory that is meant where none is named.
+//! Default result directory.
 
 use super::output::remark;
 use super::refusals::NoDirectory;
@@ -10,10 +10,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// The current directory if a study was run there, otherwise the one below runs/ that was written to last; which one is said.
+/// The current directory if a study was run there, otherwise the directory below runs/ that was written last; its name is printed.
 ///
 /// # Errors
-/// Neither is there.
+/// There is no such directory.
 pub fn default_directory() -> Result<PathBuf, NoDirectory> {
     if written(Path::new(".")).is_some() {
         return Ok(PathBuf::from("."));
@@ -25,10 +25,10 @@ pub fn default_directory() -> Result<PathBuf, NoDirectory> {
     Ok(latest)
 }
 
-/// When a run has written to a directory last; `None` where none was.
+/// Time of the last write of a run to a directory; `None` if it is no result directory.
 fn written(directory: &Path) -> Option<SystemTime> {
     let modified = |name: &str| fs::symlink_metadata(directory.join(name)).and_then(|found| found.modified()).ok();
-    // A run that has just begun has its lock before its record; without either `status` and `why` know of no run.
+    // a run that has just begun has its lock before its record; `status` and `why` require one of them
     let begun = [LEDGER, LOCK, SHARDS].into_iter().filter_map(modified).max()?;
     Some(modified(STATUS).map_or(begun, |told| told.max(begun)))
 }

@@ -1,4 +1,4 @@
-//! `bladeoff recover`: a readable history from what a run that was killed left behind.
+//! `bladeoff recover`: a readable history from the file that a killed run left.
 
 use super::error::CliError;
 use super::exit::Exit;

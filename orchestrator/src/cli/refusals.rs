@@ -1,4 +1,4 @@
-//! Why commands about a result directory do not do what is asked.
+//! Errors of commands on result directories.
 
 use bladeoff_answers::compare::CompareError;
 use bladeoff_answers::summary::counted;
@@ -11,24 +11,24 @@ use bladeoff_worker::job_spec::JobSpecError;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-/// There is no result directory to take.
+/// No result directory is given, and there is no default one.
 #[derive(Debug, thiserror::Error)]
 #[error("there is no result directory here nor below runs/; name one")]
 pub struct NoDirectory;
 
-/// Why nothing is answered: nothing is asked.
+/// A study without questions or gates.
 #[derive(Debug, thiserror::Error)]
 pub enum NotAsked {
-    /// No question.
+    /// A study file without questions.
     #[error(
         "{} asks no question; a [[question]] in a study file does, and `--study FILE` takes those of another file",
         shown(file)
     )]
     Questions {
-        /// The study file.
+        /// Path of the study file.
         file: PathBuf,
     },
-    /// No gate.
+    /// A study file without gates, and no `--require`.
     #[error(
         "no gate: {} has none, and no --require is given; such as\n  {}",
         shown(file),
@@ -40,64 +40,64 @@ pub enum NotAsked {
         ])
     )]
     Gates {
-        /// The study file.
+        /// Path of the study file.
         file: PathBuf,
-        /// The result directory.
+        /// Path of the result directory.
         directory: PathBuf,
-        /// A gate that this study can have.
+        /// An example of a gate for this study.
         example: String,
     },
 }
 
-/// Why a design is not written for other programs.
+/// Reason why a design cannot be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum DesignExportError {
-    /// There is none.
+    /// A study without a design.
     #[error("{} has no [design]: there are no random points to write", shown(path))]
     None {
-        /// The study, or the result directory.
+        /// Path of the study file or result directory.
         path: PathBuf,
     },
-    /// A response that the results do not have.
+    /// A response that is not a result of the study.
     #[error("--response {column}: {why}")]
     Response {
-        /// The column.
+        /// Name of the column.
         column: String,
-        /// What is wrong with it.
+        /// Description of the error.
         why: String,
     },
 }
 
-/// Why two tables are not compared.
+/// Reason why two tables cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum NotCompared {
-    /// Nothing stands under the name.
+    /// A path that does not exist.
     #[error("{} does not exist; allowed: a result directory or a result table{}", shown(path), meant(path))]
     Missing {
-        /// The name.
+        /// The path.
         path: PathBuf,
     },
-    /// A file that is no table.
+    /// A file that is not a result table.
     #[error("{} is no result table", shown(path))]
     NoTable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What was found.
+        /// Error of the table reader.
         #[source]
         source: TableError,
     },
-    /// The comparison.
+    /// An error of the comparison.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// Files are replaced again and again.
+    /// Files that were replaced during every attempt to read them.
     #[error("the tables were replaced while they were read, several times: a run is writing them")]
     Changing,
 }
 
-/// Why a command line names no sample.
+/// Reason why a command line has no valid sample number.
 #[derive(Debug, thiserror::Error)]
 pub enum SampleError {
-    /// Not a number.
+    /// A word that is not a number.
     #[error(
         "{word:?} is not the number of a sample: samples are numbered from 0, as in the column `sample` of the table"
     )]
@@ -105,53 +105,53 @@ pub enum SampleError {
         /// Word of the command line.
         word: String,
     },
-    /// Two directories.
+    /// Two directories on one command line.
     #[error("the directory is given twice: {} and {}", shown(first), shown(second))]
     Twice {
-        /// Before the sample.
+        /// Directory before the sample.
         first: PathBuf,
-        /// By --dir.
+        /// Directory of `--dir`.
         second: PathBuf,
     },
-    /// The number before the directory.
+    /// A sample number before the directory.
     #[error("the directory comes first: {}", sample_command(command, directory, sample))]
     Order {
         /// Name of the command.
         command: &'static str,
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
         /// The number.
         sample: String,
     },
-    /// A file in place of a directory.
+    /// A file instead of a directory.
     #[error(
         "{} is a file, not a result directory{}",
         shown(file),
         meant.as_ref().map(|meant| format!("; its directory is {}", shown(meant))).unwrap_or_default()
     )]
     File {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
-        /// Directory of a table.
+        /// Result directory of the table, if the file is one.
         meant: Option<PathBuf>,
     },
-    /// Two samples.
+    /// Two sample numbers on one command line.
     #[error("the sample is given twice: {first} and --sample {second}")]
     Samples {
-        /// After the directory.
+        /// Number after the directory.
         first: u64,
-        /// By --sample.
+        /// Number of `--sample`.
         second: u64,
     },
-    /// A sample and a column.
+    /// A sample number and `--worst`.
     #[error("the sample is given twice: {first} and --worst {column}")]
     SampleAndWorst {
-        /// After the directory.
+        /// Number after the directory.
         first: u64,
-        /// By --worst.
+        /// Column of `--worst`.
         column: String,
     },
-    /// No sample.
+    /// No sample number.
     #[error(
         "which sample of {}? its samples are 0 to {}; for example: {}",
         shown(directory),
@@ -159,22 +159,22 @@ pub enum SampleError {
         sample_command("why", directory, &(count / 2).to_string())
     )]
     Which {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
-        /// Samples of the study.
+        /// Number of samples of the study.
         count: u64,
     },
-    /// No such sample.
+    /// A sample number outside the study.
     #[error("the study in {} has no sample {sample}; its samples are 0 to {}", shown(directory), count - 1)]
     Sample {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
         /// The number.
         sample: u64,
-        /// Samples of the study.
+        /// Number of samples of the study.
         count: u64,
     },
-    /// A sample without a row.
+    /// A sample without a row in the table.
     #[error(
         "sample {sample} has no row in {}, which has {}; its state: {}",
         shown(table),
@@ -182,52 +182,52 @@ pub enum SampleError {
         sample_command("why", directory, &sample.to_string())
     )]
     NoRow {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
-        /// The table, or the folder of its parts.
+        /// Path of the table, or of the folder of its parts.
         table: PathBuf,
         /// The number.
         sample: u64,
-        /// Rows of the table.
+        /// Number of rows of the table.
         rows: usize,
     },
 }
 
-/// The command for a sample.
+/// Command for a sample.
 fn sample_command(command: &str, directory: &Path, sample: &str) -> String {
     call::command([OsStr::new(command), call::path_word(directory).as_ref(), OsStr::new(sample)])
 }
 
-/// Reasons why a sample cannot be described.
+/// Reason why a sample cannot be described.
 #[derive(Debug, thiserror::Error)]
 pub enum WhyError {
-    /// A run that has not written down yet what it computes.
+    /// A run that has not yet written its study to the directory.
     #[error("the run in {} is starting: its study is not written yet", shown(directory))]
     Beginning {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
     },
-    /// The study that was frozen in the directory.
+    /// A frozen study that cannot be read.
     #[error(
         "the frozen study in {} can no longer be read{}",
         shown(directory),
         again.as_ref().map(|command| format!("; this writes it there again: {command}")).unwrap_or_default()
     )]
     Frozen {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
-        /// The command that writes it again, where it is gone.
+        /// Command that restores a missing study.
         again: Option<String>,
-        /// Why.
+        /// Error of the study.
         #[source]
         source: StudyError,
     },
 }
 
-/// Why a sample cannot be computed again.
+/// Reason why a sample cannot be recomputed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// Neither a sample nor a column is named.
+    /// Neither a sample number nor a column.
     #[error(
         "which sample of {}? its samples are up to {last}; --worst COLUMN selects the one with the largest value; for example:\n  {}\n  {}",
         shown(directory),
@@ -235,69 +235,69 @@ pub enum ReplayError {
         replay(directory, "--worst", "max_bearing_load_N")
     )]
     Which {
-        /// Where.
+        /// Path of the directory.
         directory: PathBuf,
-        /// A sample of it.
+        /// Number of an example sample.
         example: u64,
-        /// Its last sample.
+        /// Number of the last sample.
         last: u64,
     },
-    /// No such column of numbers.
+    /// A column that does not exist or is not numeric.
     #[error("{} has no column {column:?} of numbers{}", shown(table), nearest.as_ref().map(|name| format!("; did you mean {name}?")).unwrap_or_default())]
     Column {
-        /// The table.
+        /// Path of the table.
         table: PathBuf,
         /// The name.
         column: String,
-        /// The nearest one.
+        /// Nearest column name.
         nearest: Option<String>,
     },
-    /// A column that has no largest value.
+    /// A column of words, which has no largest value.
     #[error(
         "`{column}` is a column of words, not of numbers ({}); allowed: --worst with a column of numbers",
         shown(table)
     )]
     Words {
-        /// The table.
+        /// Path of the table.
         table: PathBuf,
-        /// The name.
+        /// Name of the column.
         column: String,
     },
-    /// Nothing in the column.
+    /// A column without values in ok rows.
     #[error("no row of {} that is ok has a value in {column}", shown(table))]
     Empty {
-        /// The table.
+        /// Path of the table.
         table: PathBuf,
-        /// The column.
+        /// Name of the column.
         column: String,
     },
-    /// The table does not say which plan it was computed from.
+    /// A table without the hash of its plan.
     #[error("{} does not name the plan it was computed from", shown(table))]
     NoPlan {
-        /// The table.
+        /// Path of the table.
         table: PathBuf,
     },
-    /// There is no transient.
+    /// A formula study, which has no transients.
     #[error(
         "replay computes a transient again: the study in {} has model = \"function\" and has rows only (`why`, `export`)",
         shown(directory)
     )]
     Function {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
     },
-    /// The plan.
+    /// An error of the plan.
     #[error(transparent)]
     Plan(#[from] JobSpecError),
-    /// The sample.
+    /// An error of the solver.
     #[error("the sample cannot be computed")]
     Solver(#[from] SolverError),
-    /// A parameter of the plan without a column.
+    /// A parameter of the plan without a column in the table.
     #[error("{} has no column for the parameter {path}", shown(table))]
     Parameter {
-        /// The table.
+        /// Path of the table.
         table: PathBuf,
-        /// The parameter.
+        /// Path of the parameter.
         path: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Errors as a person reads them: problems of files with the place underlined, everything else as a chain of causes.
+//! Formatting of errors: problems of files with the place underlined, other errors as a chain of causes.
 
 use super::error::CliError;
 use super::excerpt::Excerpt;
@@ -13,7 +13,7 @@ use std::error::Error;
 use std::fmt;
 use std::io::IsTerminal;
 
-/// The text for standard error: what comes from outside made visible, colours our own.
+/// Text for standard error; characters from files are escaped, only colours of this program remain.
 #[must_use]
 pub fn render(error: &CliError) -> String {
     match error {
@@ -48,7 +48,7 @@ fn chain(error: &(dyn Error + 'static)) -> String {
     for_terminal(&visible_lines(&text), width_of_errors()).into_owned()
 }
 
-/// Every problem of every file, then how many there are.
+/// Every problem of every file, followed by the number of problems.
 fn render_problems(files: &[Problems]) -> String {
     let handler = GraphicalReportHandler::new_themed(theme())
         .with_width(width_of_errors().unwrap_or(120))
@@ -61,7 +61,7 @@ fn render_problems(files: &[Problems]) -> String {
         for problem in &problems.list {
             let shown = Shown { problem, source: Excerpt::new(problem, &problems.text) };
             if handler.render_report(&mut text, &shown).is_err() {
-                // The plain line says the same without the picture.
+                // the plain line has the same content without the picture
                 text.push_str(&format!("{problem}\n"));
             }
         }
@@ -81,7 +81,7 @@ fn theme() -> GraphicalTheme {
     if coloured { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() }
 }
 
-/// A problem as miette wants it.
+/// A problem in the form that miette requires.
 #[derive(Debug)]
 struct Shown<'a> {
     problem: &'a Problem,

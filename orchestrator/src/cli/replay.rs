@@ -1,4 +1,4 @@
-//! `bladeoff replay`: one sample of a study again, bit for bit, with its history.
+//! `bladeoff replay`: one sample of a study is computed again, bit for bit, with its history.
 
 use super::beside::{StudyNames, Unchanged, beside, change};
 use super::error::CliError;
@@ -128,7 +128,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     }
     match other {
         _ if compared.differences.is_empty() => Ok(Exit::Ok),
-        // expected, no bug
+        // expected, not a bug
         Some(other) => {
             remark(&format!("note: {other}, so differences are expected"));
             Ok(Exit::Failures)
@@ -150,7 +150,7 @@ fn other_numerics(metadata: &[(String, String)]) -> Option<String> {
     })
 }
 
-/// Computes a sample again and keeps the largest values over the time, for the page of `report`. Prints nothing.
+/// Computes a sample again and keeps its largest values over time, for the page of `report`. Prints nothing.
 pub(super) fn computed_again(directory: &Path, sample: u64) -> Result<Computed, CliError> {
     let rows = read_current(directory, row_files, |files| Table::row(files, sample))?;
     let (row, path) = rows.ok_or_else(|| CliError::no_results(directory))?;
@@ -184,7 +184,7 @@ fn solver_of(directory: &Path, row: &Table, path: &Path) -> Result<(CoreSolver, 
     Ok((solver, params))
 }
 
-/// Sample and table, as every JSON object of this command begins.
+/// Sample and table, with which every JSON object of this command begins.
 fn head(sample: u64, table: &Path) -> JsonObject {
     let mut object = JsonObject::default();
     object.raw("sample", &sample.to_string());
@@ -192,7 +192,7 @@ fn head(sample: u64, table: &Path) -> JsonObject {
     object
 }
 
-/// The sample with the values of `--set`, beside its row.
+/// The sample with the values of `--set`, compared with its row.
 fn changed(
     args: &Args,
     named: &StudyNames,
@@ -233,7 +233,7 @@ fn changed(
     Ok(Exit::Ok)
 }
 
-/// A note of the parameters that formulas of the study computed: a changed input does not change them.
+/// A note on the parameters that formulas of the study computed: a change of an input does not change them.
 fn kept(named: &StudyNames, set: &[&str]) -> Option<String> {
     let kept: Vec<&str> = named.derived.iter().map(String::as_str).filter(|path| !set.contains(path)).collect();
     (!kept.is_empty()).then(|| {
@@ -241,7 +241,7 @@ fn kept(named: &StudyNames, set: &[&str]) -> Option<String> {
     })
 }
 
-/// The row that is asked for, the file it is in, its sample.
+/// The requested row, its file and its sample.
 fn find(
     (asked, column): (Option<u64>, Option<&str>),
     directory: &Path,
@@ -282,7 +282,7 @@ fn find(
     Ok(Err(SampleError::NoRow { directory, table, sample, rows }.into()))
 }
 
-/// The sample with the largest value of a column, the first of several equal ones.
+/// The sample with the largest value of a column; the first one if several are equal.
 fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, ReplayError>, TableError> {
     let names = Table::number_names_in(table)?;
     let mut best: Option<(f64, u64)> = None;
@@ -315,13 +315,13 @@ fn worst(files: &[PathBuf], table: &Path, column: &str) -> Result<Result<u64, Re
     Ok(best.map(|(_, sample)| sample).ok_or(ReplayError::Empty { table, column }))
 }
 
-/// Columns that do not have the name of their parameter: a study may give short ones (`as`), which the plan does not know.
+/// Columns whose name differs from that of their parameter: a study may give short names (`as`), which the plan does not contain.
 fn columns_by_path(directory: &Path) -> BTreeMap<String, String> {
     let Ok(samples) = frozen(directory) else { return BTreeMap::new() };
     samples.parameters().iter().map(|given| (given.info.path.clone(), given.column().name)).collect()
 }
 
-/// Names that the study gives its parameters, and its variables of formulas.
+/// Names that the study gives to its parameters, and its variables of formulas.
 fn names(directory: &Path) -> StudyNames {
     let mut names = StudyNames::default();
     for given in frozen(directory).iter().flat_map(|samples| samples.parameters()) {
@@ -337,7 +337,7 @@ fn names(directory: &Path) -> StudyNames {
     names
 }
 
-/// The parameters of a row, as a worker gets them.
+/// The parameters of a row, in the form that a worker receives.
 fn parameters(
     job: &MachineJob,
     solver: &CoreSolver,
@@ -377,7 +377,7 @@ struct Difference {
 struct Compared {
     columns: usize,
     differences: Vec<Difference>,
-    /// Why nothing is compared.
+    /// Reason why nothing is compared.
     nothing: Option<String>,
 }
 

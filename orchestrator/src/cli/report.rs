@@ -1,4 +1,4 @@
-//! `bladeoff report`: one page about a study, to hand over.
+//! `bladeoff report`: report on a study as one HTML page.
 
 use super::answer::{asked_of, forecast_of, short_of};
 use super::error::CliError;
@@ -63,7 +63,7 @@ pub struct Args {
     refresh: Option<Duration>,
 }
 
-/// A time between two pages: a browser counts whole seconds.
+/// Parses the time between two pages; browsers count whole seconds.
 fn refresh_time(text: &str) -> Result<Duration, String> {
     let time = parse_duration(text)?;
     if time < Duration::from_secs(1) {
@@ -88,7 +88,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     };
     loop {
-        // asked before the page is made: the last page has all rows
+        // checked before the page is made, so that the last page has all rows
         let is_running = is_running(&directory)?;
         if !row_files(&directory).is_empty() {
             write(args, subject, is_running.then_some(every))?;
@@ -114,16 +114,16 @@ fn ended(directory: &Path) -> Option<u64> {
     status.last_report?.get("done")?.as_u64()
 }
 
-/// Writes one page; `again_after`: a browser loads it again after this time.
+/// Writes one page; `again_after`: interval at which a browser reloads it.
 fn write(args: &Args, subject: Subject<'_>, again_after: Option<Duration>) -> Result<(), CliError> {
     let Subject { directory, samples, .. } = subject;
     let is_function = samples.study().function().is_some();
     let ahead = |answering: &Answering| Ahead {
         forecasts: forecast_of(directory, samples, answering),
-        // other questions are not what was waited for
+        // [stop] does not apply to the questions of another file
         short: if args.study.is_none() { short_of(samples, answering) } else { Vec::new() },
     };
-    // a page of a running study takes no processor time from it
+    // the page of a running study takes little processor time from the run
     let wants_history = !args.no_history && !is_function && again_after.is_none();
     let again = |sample| {
         let compute = || computed_again(directory, sample).map_err(|error| error.to_string());
@@ -138,14 +138,14 @@ fn write(args: &Args, subject: Subject<'_>, again_after: Option<Duration>) -> Re
     replacing(&args.out, || write_whole(args.out.as_path(), made.page.html().as_bytes()))?;
     let (rows, of) = made.rows;
     let about = if rows < of { format!("{rows} of {}", counted(of, "run")) } else { counted(of, "run") };
-    // rows come into the tables in parts
+    // rows are added to the tables in parts
     let ended = ended(directory).filter(|ended| rows < of && *ended > rows);
     let ended = ended.map_or(String::new(), |ended| format!("; {ended} have ended, the rows of the newest follow"));
     remark(&format!("wrote {} about {about}{ended}", shown(&args.out)));
     Ok(())
 }
 
-/// A page is no table: whoever names one by mistake keeps it.
+/// Rejects other file formats, so that a table is not overwritten by mistake.
 fn refuse_other_formats(out: &Path) -> Result<(), CliError> {
     let extension = out.extension().and_then(|extension| extension.to_str());
     if matches!(extension, Some("html" | "htm")) && !out.is_dir() {

@@ -1,4 +1,4 @@
-//! `bladeoff run`: a study on all cores.
+//! `bladeoff run`: computes a study on all cores.
 
 use super::answer::{answers_of_run, check_questions, refinement, understood, waiting};
 use super::budget::BudgetArgs;
@@ -35,7 +35,7 @@ use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Long help: as it stands here, paragraphs as one line each, because a list within a doc comment would be filled into one paragraph.
+/// Long help, with one line per paragraph; clap would join a list within a doc comment to one paragraph.
 const ABOUT: &str = "\
 Compute a study on all cores and write its result directory
 
@@ -76,7 +76,7 @@ Ctrl-C does not wait for samples in progress.
 An existing folder that is no result directory is rejected. So is a directory that belongs to another user or that others can write in, unless \
 --trust-dir is given. If the directory is removed during the run, the run stops and keeps the finished samples in DIR.kept.";
 
-/// Examples, and when it fails.
+/// Examples and exit codes of the help.
 const EXAMPLES: &str = "\
 Examples:
   bladeoff run studies/first-look.toml
@@ -167,7 +167,7 @@ fn workers(text: &str) -> Result<NonZeroUsize, String> {
         .map_err(|_| format!("must be a whole number from 1 on; without --workers there is one per core, {all} here"))
 }
 
-/// A whole number from 1 on.
+/// Parses a positive integer.
 pub fn at_least_one(text: &str) -> Result<u64, String> {
     text.parse().ok().filter(|&number| number > 0).ok_or_else(|| "must be a whole number from 1 on".to_owned())
 }
@@ -192,24 +192,24 @@ fn scale(text: &str) -> Result<f64, String> {
 }
 
 impl PartArgs {
-    /// The same options again, each with a blank before it.
+    /// The options of the part as text, each preceded by a blank.
     pub fn words(&self) -> String {
         let scale = self.scale.map(|scale| format!(" --scale {scale}")).unwrap_or_default();
         scale + &self.limit.map(|limit| format!(" --limit {limit}")).unwrap_or_default()
     }
 
-    /// The samples of a study file whose samples were checked when a directory of shards was begun with it.
+    /// Samples of a study file, without the checks made when the directory of shards was begun.
     pub fn load_known(&self, study: &Path) -> Result<Samples, CliError> {
         let mut samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
         by_starts(&mut samples);
         Ok(samples)
     }
 
-    /// The checked samples of a study file.
+    /// Checked samples of a study file.
     pub fn load(&self, study: &std::path::Path) -> Result<Samples, CliError> {
         let mut samples = Samples::new(load_checked(study, own_columns, check_asked)?, self.scale, self.limit)?;
         if self.scale.is_some() {
-            // an axis has lost values, and a question may have named one
+            // a question may use a value that the axis no longer has
             check_questions(&samples)
                 .inspect_err(|_| remark("a part of the values of each axis is left by --scale"))?;
         }
@@ -228,7 +228,7 @@ impl PartArgs {
     }
 }
 
-/// Where a limit takes another number of points than it says: what it takes, and why.
+/// Explanation if `--limit` results in another number of points.
 fn limited(samples: &Samples, limit: u64) -> Option<String> {
     let (layout, points) = (samples.layout()?, samples.points());
     if points == limit.min(layout.count()) {
@@ -244,7 +244,7 @@ fn limited(samples: &Samples, limit: u64) -> Option<String> {
     Some(format!("--limit {limit} takes the first {}{why}", counted(points, "point")))
 }
 
-/// Number of worker processes where none is given: one per core that this process may use, and that a scheduler gave to its task.
+/// Default number of worker processes: one per core available to this process and allocated by a scheduler.
 #[must_use]
 pub fn default_workers() -> usize {
     cores(thread::available_parallelism().map_or(1, NonZeroUsize::get))
@@ -253,14 +253,14 @@ pub fn default_workers() -> usize {
 /// Runs the subcommand.
 pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> {
     let (begun, limits) = (Instant::now(), args.budget.of_run());
-    // a design of millions is prepared for a while
+    // preparing a design of millions of points takes a while
     watch_before(|signal| end_unprepared(Ended::Signalled(signal)));
     limit_preparation(begun, limits, end_unprepared);
     let samples = match args.shard.begun(args.out.as_deref()) {
         true => args.part.load_known(&args.study),
         false => args.part.load(&args.study),
     };
-    // a machine that cannot be read because no file may be opened is no mistake of the study
+    // if too few file descriptors are available, an unreadable machine is not an error of the study
     let samples = samples.map_err(|error| match dispatch::preflight(1) {
         Err(few @ DispatchError::Domain(DomainError::FewDescriptors { .. })) => RunError::from(few).into(),
         _ => error,
@@ -342,7 +342,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
         tell(&text)
     };
     match printed {
-        // The study is done and its table written: whoever does not read the summary changes nothing.
+        // the table is written: a closed reader of the summary changes nothing
         Ok(()) | Err(CliError::ReaderLeft) => {}
         Err(error) => return Err(error),
     }
@@ -356,7 +356,7 @@ pub fn main(args: &Args, faults: &'static dyn Faults) -> Result<Exit, CliError> 
     })
 }
 
-/// Ends the program before a sample was handed out.
+/// Ends the program before the first sample is assigned.
 fn end_unprepared(why: Ended) {
     let by = why.by_option().map(|option| format!(" by {option}")).unwrap_or_default();
     remark(&format!(
@@ -367,7 +367,7 @@ fn end_unprepared(why: Ended) {
     std::process::exit(exit as i32);
 }
 
-/// What the rows so far say.
+/// Summary of the rows so far.
 pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Result<String, CliError> {
     let (study, files) = (samples.study(), row_files(out));
     if let Some(model) = study.function() {
@@ -383,7 +383,7 @@ pub(super) fn summary(samples: &Samples, out: &Path, width: Option<usize>) -> Re
     Ok(warning.unwrap_or_default() + &summary + &horizon + &limits.text(width) + &bearings)
 }
 
-/// Why the run ended before it was complete.
+/// Text with the reason why the run ended early.
 fn why_it_ended(finished: &Finished, total: u64) -> String {
     let why = match (finished.ended, finished.ended.by_option()) {
         (Ended::Complete | Ended::Stop, _) => "complete".to_owned(),
@@ -407,7 +407,7 @@ fn verdict(study: &Study, finished: &Finished, total: u64) -> Exit {
 /// Quantities of the progress line: those of the questions.
 fn watched(samples: &Samples) -> Watched {
     let study = samples.study();
-    // questions with mistakes were rejected before
+    // questions with errors were rejected before
     let asked = understood(samples, &study.file, &study.text, &study.asked).unwrap_or_default();
     let probabilities = asked.questions.iter().filter_map(|question| match &question.ask {
         Ask::One(Figure::Probability(formula)) => Some((question.name.clone(), formula.clone())),
@@ -416,7 +416,7 @@ fn watched(samples: &Samples) -> Watched {
     Watched { columns: columns_asked(samples, &asked.questions, &[]), probabilities: probabilities.collect() }
 }
 
-/// Whether more samples of a complete study failed, were invalid or beyond the model than it allows.
+/// Exit code of a complete study: whether more samples failed, were invalid or beyond the model than the study allows.
 pub(super) fn verdict_of(study: &Study, tally: &Tally, total: u64) -> Exit {
     let failed = tally.failed();
     let invalid = tally.of(Status::Invalid);

@@ -1,4 +1,4 @@
-//! Result directory and sample number of a command line, in the same forms for `why` and `replay`.
+//! Arguments for result directory and sample number, in the same forms for `why` and `replay`.
 //!
 //! ```text
 //! 17                 sample 17 of the study of the present directory, or of the newest one below runs/
@@ -13,10 +13,11 @@ use super::refusals::SampleError;
 use crate::run::directory::RESULTS;
 use std::path::{Path, PathBuf};
 
-/// Reads the words; `known`: whether an option names the sample, so that a lone number is a directory.
+/// Parses the arguments; `known`: whether an option gives the sample number, so that a single number is a
+/// directory.
 ///
 /// # Errors
-/// [`SampleError`]; no directory is given, and none is found.
+/// [`SampleError`]; no directory is given, and no default is found.
 pub(super) fn read(
     command: &'static str,
     words: &[String],
@@ -48,7 +49,7 @@ pub(super) fn read(
     Ok((directory, sample))
 }
 
-/// One word: a number, a directory with or without a number.
+/// Parses one argument: a number, or a directory with or without a number.
 fn of_one(word: &str, known: bool) -> Result<(Option<PathBuf>, Option<u64>), SampleError> {
     let path = PathBuf::from(word);
     if let (false, Ok(sample)) = (known, word.parse()) {
@@ -59,7 +60,7 @@ fn of_one(word: &str, known: bool) -> Result<(Option<PathBuf>, Option<u64>), Sam
     }
     match word.rsplit_once('#') {
         Some((directory, sample)) if !directory.is_empty() => Ok((Some(directory.into()), Some(number(sample)?))),
-        // nothing of a path: a number was meant
+        // without any part of a path: a number was intended
         _ if !known && !word.contains(['/', '.']) && word.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
             number(word).map(|sample| (None, Some(sample)))
         }

@@ -41,7 +41,7 @@ pub struct ShardArgs {
 }
 
 impl ShardArgs {
-    /// Whether a shard is asked for of a directory that was begun: with the study checked whole.
+    /// Whether the requested shard belongs to an existing directory: then the whole study has been checked.
     pub fn begun(&self, out: Option<&Path>) -> bool {
         self.shard.is_some() && out.is_some_and(|out| out.join(SHARDS).is_file())
     }

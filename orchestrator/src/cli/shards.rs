@@ -11,16 +11,16 @@ use serde_json::{Value, json};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// Attempts that are shown.
+/// Largest number of attempts shown.
 const SHOWN: usize = 40;
 
-/// The last interim analysis of `[stop]` that a merge could make: all its samples are there.
+/// The last interim analysis of `[stop]` for which all samples are present.
 pub(super) fn look_at_hand<'a>(seen: &ShardsStatus, stages: &'a [Stage]) -> Option<&'a Stage> {
     let there = seen.first_missing.map_or(seen.samples, |chunk| chunk * seen.chunk);
     stages.iter().rfind(|stage| stage.samples <= there)
 }
 
-/// In words. `ahead`: the last interim analysis of its `[stop]` that a merge could make.
+/// Status as text. `ahead`: the last interim analysis of `[stop]` that a merge could make.
 pub(super) fn as_text(directory: &Path, seen: &ShardsStatus, ahead: Option<&Stage>) -> String {
     let living = seen.attempts.iter().filter(|attempt| attempt.lives).count();
     let state = match (seen.is_merged, seen.there == seen.chunks, living) {
@@ -78,7 +78,7 @@ fn of_attempt(attempt: &AttemptStatus) -> String {
     )
 }
 
-/// For programs.
+/// Status as JSON.
 pub(super) fn as_json(directory: &Path, seen: &ShardsStatus) -> Value {
     let living = seen.attempts.iter().any(|attempt| attempt.lives);
     let state = match (seen.is_merged, living) {
@@ -112,7 +112,7 @@ pub(super) fn as_json(directory: &Path, seen: &ShardsStatus) -> Value {
     })
 }
 
-/// What `--verify` says of chunks: in words, and whether one of them is damaged.
+/// Result of `--verify` for the chunks: text, and whether a chunk is damaged.
 pub(super) fn verified(directory: &Path) -> Result<Option<(String, bool)>, CliError> {
     Ok(verify_chunks(directory)?.map(|(whole, damaged)| {
         let mut text = format!("\n{} {} as written\n", counted(whole, "chunk"), bladeoff_answers::summary::are(whole));

@@ -1,4 +1,4 @@
-//! Cost of a study in `check`: structures that samples share, and samples that are computed twice.
+//! Notes of `check` on structures shared by samples, and on samples that are computed twice.
 
 use bladeoff_answers::summary::counted;
 use bladeoff_core::engine::exponential::same_bases;
@@ -7,14 +7,14 @@ use bladeoff_model::machine::{ENGINE, Engine, Machine, ParamValue, TWIN};
 use bladeoff_study::{Parameter, Samples};
 use bladeoff_text::document::units::format_digits;
 
-/// Samples up to which twins are counted; of more their share is told.
+/// Largest number of samples for which twins are counted; above it their share is printed.
 const COUNTED: u64 = 1_000_000;
 
-/// Different values of a parameter that machines are built with, to see whether it changes what samples share: a number that does so does it with nearly
-/// every value, and no parameter has so many words.
+/// Largest number of values of a parameter for which machines are built to find out whether it changes shared data. A number that changes it
+/// does so with nearly every value, and no parameter has so many words.
 const MOST_TRIED: usize = 16;
 
-/// The parameters that change matrices and modes from sample to sample.
+/// Parameters that change matrices and modes from sample to sample.
 pub(super) fn structural(samples: &Samples) -> Vec<&Parameter> {
     of_structure(samples, &samples.different_values(MOST_TRIED))
 }
@@ -23,7 +23,7 @@ fn of_structure<'a>(samples: &'a Samples, values: &[Vec<ParamValue>]) -> Vec<&'a
     changing(samples, values, |one, other| !same_structure(one, other))
 }
 
-/// Those that leave these as they are, but change the bases of the exponential engine.
+/// Parameters that leave matrices and modes unchanged, but change the bases of the exponential engine.
 fn of_bases<'a>(samples: &'a Samples, values: &[Vec<ParamValue>]) -> Vec<&'a Parameter> {
     let is_engine = |(_, parameter): &(usize, &Parameter)| parameter.info.path == ENGINE;
     let varied = samples.parameters().iter().enumerate().find(is_engine);
@@ -35,7 +35,7 @@ fn of_bases<'a>(samples: &'a Samples, values: &[Vec<ParamValue>]) -> Vec<&'a Par
     })
 }
 
-/// Those of which some value makes a machine that differs so from that of the first sample.
+/// Parameters with a value for which `differ` is true, compared with the machine of the first sample.
 fn changing<'a>(
     samples: &'a Samples,
     values: &[Vec<ParamValue>],
@@ -57,7 +57,7 @@ fn changing<'a>(
     samples.parameters().iter().enumerate().filter(of_its_own).map(|(_, parameter)| parameter).collect()
 }
 
-/// Lines about structures and twins.
+/// Lines on structures and twins.
 pub(super) fn shared(samples: &Samples) -> String {
     let mut text = String::new();
     if samples.count() > 1 {
@@ -80,7 +80,7 @@ pub(super) fn shared(samples: &Samples) -> String {
     text
 }
 
-/// "a, b change"; `None`: nothing does.
+/// Text such as "a, b change"; `None` without parameters.
 fn changed_by(parameters: &[&Parameter]) -> Option<String> {
     let paths: Vec<&str> = parameters.iter().map(|parameter| parameter.info.path.as_str()).collect();
     match paths[..] {

@@ -1,4 +1,4 @@
-//! `bladeoff simulate`: one transient.
+//! `bladeoff simulate`: computes one transient.
 
 use super::error::CliError;
 use super::exit::Exit;
@@ -23,7 +23,7 @@ use bladeoff_system::call::word;
 use bladeoff_text::document::units::format_quantity;
 use std::time::Instant;
 
-/// The long help.
+/// Long help.
 const ABOUT: &str = "\
 Compute one blade-off transient and print its results
 
@@ -123,7 +123,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(verdict(&outcome))
 }
 
-/// What stands in place of the file.
+/// Options that override the file.
 fn given(args: &Args) -> Vec<String> {
     let mut given = args.machine.given();
     for (option, value) in [("--engine", &args.engine), ("--step", &args.step), ("--detection", &args.detection)] {
@@ -155,7 +155,7 @@ fn definition(args: &Args) -> Result<MachineDef, CliError> {
     Ok(machine)
 }
 
-/// Sets what an option gives. `--set` may give it as well, but nothing else: one of the two would be ignored without a word.
+/// Sets the value of an option. `--set` may repeat it, but a different value is an error: one of the two would be ignored silently.
 fn option(
     given: &MachineArgs,
     machine: &mut MachineDef,
@@ -199,7 +199,7 @@ fn verdict(outcome: &Outcome) -> Exit {
     }
 }
 
-/// What is simulated; `changed`: what is not as its file says; `step`: the step of the run, which may be finer than that it began with \[s\].
+/// Description of the run; `changed`: overridden parameters; `step`: time step, which may be smaller than the initial one \[s\].
 fn heading(
     machine: &Machine,
     changed: &[(String, String)],
@@ -217,7 +217,7 @@ fn heading(
     };
     let step = format!("{used} (largest allowed {largest}{finer})");
     let set = changed.iter().map(|(path, value)| ("set", format!("{path} = {value}")));
-    // the word alone where the file says nothing else
+    // only the engine name, if the file does not use `auto`
     let auto = choice.filter(|choice| choice.is_auto()).map(|choice| choice.words("the machine"));
     let engine = auto.unwrap_or_else(|| machine.run.engine.word().to_owned());
     let rest = [("engine", engine), ("detection", detection.to_owned()), ("time step", step)];
@@ -228,7 +228,7 @@ fn heading(
         .collect()
 }
 
-/// Verdict and values of a run, a key for each column.
+/// Verdict and values of a run as JSON, with the column names as keys.
 pub(super) fn json(machine: &Machine, view: OutcomeView<'_>) -> String {
     let outcome = view.outcome;
     let mut object = JsonObject::default();

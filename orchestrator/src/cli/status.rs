@@ -1,4 +1,4 @@
-//! `bladeoff status`: how far a study is, while it runs and afterwards.
+//! `bladeoff status`: progress of a study, during the run and afterwards.
 
 use super::answer::{forecast_in, waiting};
 use super::error::CliError;
@@ -20,7 +20,7 @@ use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The long help.
+/// Long help.
 const ABOUT: &str = "\
 Show the progress of a study
 
@@ -95,13 +95,13 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(exit)
 }
 
-/// What is shown of a directory, in words or as JSON.
+/// Status of a directory, as text or JSON.
 ///
 /// # Errors
-/// No study was run in it, or it cannot be read.
+/// The directory is not a result directory, or cannot be read.
 pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
     let known = samples_of(directory)?;
-    // what is left is told of the samples up to the next look
+    // the remaining time is that up to the next interim analysis
     let stop = known.as_ref().and_then(|samples| samples.study().stop);
     let has_looks = stop.is_some_and(|stop| stop.asks_for_width());
     if let Some(samples) = &known {
@@ -116,7 +116,7 @@ pub fn text(directory: &Path, json: bool) -> Result<String, CliError> {
         }
     }
     let seen = directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
-    // of a complete study it is told with the answers
+    // a complete study has its forecast with the answers
     let ahead = match seen.state {
         RunState::Running { .. } | RunState::Ended | RunState::Killed(_) => forecast_in(directory),
         RunState::Complete | RunState::Unknown { .. } => None,
@@ -143,14 +143,14 @@ fn pretty(value: &Value) -> String {
     text
 }
 
-/// The object with what was found of chunks.
+/// Status with the results for the chunks, as JSON.
 fn chunks_json(status: &str, words: &str) -> String {
     let mut object: Map<String, Value> = serde_json::from_str(status).unwrap_or_default();
     object.insert("chunks".to_owned(), json!(words.trim().lines().collect::<Vec<_>>()));
     pretty(&Value::Object(object))
 }
 
-/// The object with the key `verified`: for each file whether it is whole (null: not known) and the same in words.
+/// Status with the key `verified`: for each file whether it is undamaged (null: unknown), and the text.
 fn verified_json(status: &str, verified: &[Verified]) -> String {
     let mut object: Map<String, Value> = serde_json::from_str(status).unwrap_or_default();
     let files = verified.iter().map(|file| {
@@ -163,7 +163,7 @@ fn verified_json(status: &str, verified: &[Verified]) -> String {
     text
 }
 
-/// The line where more of the samples that are done are beyond the model than the study allows; `None` where the study cannot be read.
+/// Line if more of the finished samples are beyond the model than the study allows; also `None` if the study cannot be read.
 fn too_many_beyond(directory: &Path, report: &Map<String, Value>) -> Option<String> {
     let beyond = report.get("by_status")?.get(Status::Beyond.word())?.as_u64().filter(|beyond| *beyond > 0)?;
     above_max_beyond(&frozen(directory).ok()?, beyond, report.get("done")?.as_u64()?)
@@ -172,7 +172,7 @@ fn too_many_beyond(directory: &Path, report: &Map<String, Value>) -> Option<Stri
 fn as_json(seen: DirectoryStatus, ahead: Option<&Forecasts>, too_many: Option<String>) -> String {
     let mut object = seen.last_report.unwrap_or_default();
     if seen.state == RunState::Ended {
-        // Why it ended is what the run said itself: interrupted, terminated, wall, until, max_failures, failed.
+        // the reason recorded by the run: interrupted, terminated, wall, until, max_failures, failed
         let said = object.get("state").and_then(Value::as_str).map(str::to_owned);
         object.insert("ended".to_owned(), json!(said));
     }
@@ -275,11 +275,11 @@ fn state<'a>(seen: &DirectoryStatus, end: Option<&str>, word: impl Fn(&str) -> O
     }
 }
 
-/// Where the table ends, in words, if `[stop]` says so.
+/// End of the table by `[stop]`, as text.
 fn end_told(seen: &DirectoryStatus, directory: &Path) -> Option<String> {
     let report = seen.last_report.as_ref()?;
     let end = TableEnd::of_json(report.get("stop")?)?;
-    // a directory whose study cannot be read any more is shown all the same
+    // a directory with an unreadable study is shown, too
     Some(match frozen(directory) {
         Ok(samples) => end.words(&samples),
         Err(_) => end.words_of(report.get("points").and_then(Value::as_u64).unwrap_or(0), None),
@@ -289,7 +289,7 @@ fn end_told(seen: &DirectoryStatus, directory: &Path) -> Option<String> {
 fn done(seen: &DirectoryStatus, report: &Map<String, Value>) -> String {
     let (done, total, reused) = (number(report, "done"), number(report, "total"), number(report, "reused"));
     let share = if total > 0.0 { 100.0 * done / total } else { 100.0 };
-    // It may have recorded more than it had time to tell.
+    // the record may contain more samples than the last report
     let is_last = seen.state == RunState::Complete && report.get("state") == Some(&json!("complete"));
     let is_known = seen.is_counted || is_last || matches!(seen.state, RunState::Running { .. });
     let least = match &seen.state {

@@ -1,4 +1,4 @@
-//! Ctrl-C while a history is written: the run ends between two steps, what is recorded goes to the file, and its name is told.
+//! Signals while a history is written: the run ends between two steps, the recorded part is written, and the name of its file is printed.
 
 use super::exit::Exit;
 use super::output::remark;
@@ -13,17 +13,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-/// Ctrl-C and its like while a history is written.
+/// State of a run with a history that a signal may end.
 #[derive(Default)]
 pub(super) struct Stop {
     pub is_told: AtomicBool,
     signal: OnceLock<Signal>,
-    /// Where the history is written.
+    /// Temporary path of the history.
     temporary: OnceLock<PathBuf>,
 }
 
 impl Stop {
-    /// Listens from now on. A run that does not end between two steps (its file is being written) is left to itself.
+    /// Starts to listen for signals. If the run does not end between two steps within [`PATIENCE`] (its file is being written), the program ends.
     pub fn listen() -> Arc<Self> {
         let stop = Arc::new(Self::default());
         let told = Arc::clone(&stop);
@@ -37,21 +37,21 @@ impl Stop {
         stop
     }
 
-    /// A history is written there until it is whole.
+    /// Sets the temporary path of the history.
     pub fn writes(&self, temporary: &Path) {
         let _ = self.temporary.set(temporary.to_path_buf());
     }
 
-    /// The signal, if one came.
+    /// The received signal, if any.
     pub fn signal(&self) -> Option<Signal> {
         self.signal.get().copied()
     }
 }
 
-/// Time that a run has to end between two steps.
+/// Time for a run to end between two steps.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What is said of a run that was stopped, and of its history, which lies there until it is whole.
+/// Message about a stopped run, and about the incomplete history in `temporary`.
 pub(super) fn stopped(signal: Signal, temporary: Option<&Path>) -> String {
     let by = match signal {
         Signal::Interrupt => "Ctrl-C",
@@ -61,7 +61,7 @@ pub(super) fn stopped(signal: Signal, temporary: Option<&Path>) -> String {
     format!("the run was ended by {by} before it was complete\n  {left}")
 }
 
-/// What can be done with the part of a history that is not whole, if there is any.
+/// Message about the part of an incomplete history, if there is one.
 pub(super) fn what_is_left(temporary: &Path) -> Option<String> {
     if !temporary.symlink_metadata().is_ok_and(|found| found.is_file() && found.len() > 0) {
         return None;
@@ -71,13 +71,13 @@ pub(super) fn what_is_left(temporary: &Path) -> Option<String> {
     Some(format!("the part written until then is in {}{whole}", shown(temporary)))
 }
 
-/// The command that makes a whole file of what a run has left, of a format from which one can be made.
+/// The command that recovers an incomplete history, if its format allows that.
 pub(super) fn recovering(left: &Path) -> Option<String> {
     let is_mcap = matches!(Format::of(&left.with_extension("")), Ok(Format::Mcap));
     is_mcap.then(|| call::command([OsStr::new("recover"), call::path_word(left).as_os_str()]))
 }
 
-/// A recorder whose run ends when a signal comes.
+/// A recorder that ends its run on a signal.
 pub(super) struct Stoppable<'a> {
     pub recorder: &'a mut Recorder,
     pub stop: &'a AtomicBool,

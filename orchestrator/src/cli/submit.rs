@@ -1,4 +1,4 @@
-//! `bladeoff submit`: the shards of a study to a scheduler.
+//! `bladeoff submit`: passes the shards of a study to a scheduler.
 
 use super::answer::last_needed;
 use super::error::CliError;
@@ -106,7 +106,7 @@ pub struct Args {
     dry_run: bool,
 }
 
-/// A word that means nothing to a shell or a scheduler.
+/// Accepts a word without special characters for a shell or a scheduler.
 fn plain(text: &str) -> Result<String, String> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.:@/+".contains(c);
     let is_one = !text.is_empty() && !text.starts_with('-') && text.chars().all(is_plain);

@@ -1,4 +1,4 @@
-//! `bladeoff verify`: the solver against the world, on this machine.
+//! `bladeoff verify`: comparison of the solver with reference results, on this machine.
 
 use super::error::CliError;
 use super::exit::Exit;
@@ -77,7 +77,7 @@ fn table(checks: &[Check]) -> String {
     format!("{}\n{verdict}\n", table.render(""))
 }
 
-/// Ten significant digits, which is more than any reference here is compared to.
+/// Ten significant digits, more than any comparison here uses.
 fn digits(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         let places = (9 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 12);

@@ -19,9 +19,9 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// Bins of the histogram.
+/// Number of bins of the histogram.
 const BINS: usize = 10;
-/// Letters of its longest bar.
+/// Number of characters of its longest bar.
 const BAR: usize = 40;
 /// Column of the histogram of a study without questions.
 const DEFAULT_COLUMN: &str = "max_bearing_load_N";
@@ -55,7 +55,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
         return Ok(Exit::Ok);
     }
     let (sender, keys) = channel();
-    // without the thread Ctrl-C still ends it
+    // if the thread cannot be started, Ctrl-C still ends the command
     let _ = std::thread::Builder::new().name("keyboard".into()).spawn(move || read_keys(&sender));
     loop {
         let page = page(&directory)?;
@@ -79,7 +79,7 @@ fn read_keys(sender: &Sender<()>) {
             return;
         }
     }
-    // standard input has ended: the sender stays, so that the page goes on
+    // standard input has ended: the sender is kept, so that the page is still updated
     std::thread::park();
 }
 
@@ -140,7 +140,7 @@ impl Values {
         Ok(found)
     }
 
-    /// Worst value and histogram; one line with the number of rows where there is no value yet.
+    /// Worst value and histogram; one line with the number of rows if no row has a value.
     fn text(&self, column: &str, unit: &str) -> String {
         let show = |value: f64| format_digits(value, unit, 4);
         let Some((largest, sample, status)) = &self.largest else {
@@ -151,7 +151,7 @@ impl Values {
                 rows => format!("\n{column}: no value in {}\n", counted(rows as u64, "row")),
             };
         };
-        // runs that ended a moment ago have no row yet
+        // runs that have just ended have no row yet
         let rows = counted(self.rows as u64, "row");
         let mut text = format!("\n{column}, {rows}: largest so far {} (sample {sample}, {status})\n", show(*largest));
         for (from, to, count) in bins(&self.all) {
@@ -166,7 +166,7 @@ impl Values {
     }
 }
 
-/// Equal bins from the smallest to the largest value, with the number of values in each; one bin where all are equal.
+/// Equal bins from the smallest to the largest value, with the number of values in each; a single bin if all values are equal.
 fn bins(values: &[f64]) -> Vec<(f64, f64, usize)> {
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

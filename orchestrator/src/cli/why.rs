@@ -36,11 +36,11 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Most lines of the workers' log that are shown.
+/// Largest number of lines of the workers' log that are shown.
 const SHOWN_LINES: usize = 20;
-/// Largest manifest that is read.
+/// Largest manifest that is read \[bytes\].
 const MOST_MANIFEST: u64 = 16 << 20;
-/// End of the workers' log that is searched; one run writes 16 MB at most.
+/// Length of the end of the workers' log that is searched \[bytes\]; one run writes at most 16 MB.
 const MOST_LOG: u64 = 64 << 20;
 
 /// Print everything recorded about one sample
@@ -86,7 +86,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// The question which sample is meant, or the error of a directory without samples.
+/// Error of a missing sample number, or of a directory without samples.
 fn which(directory: &Path) -> CliError {
     let samples = match directory_status(directory) {
         Ok(Some(_)) => frozen(directory),
@@ -99,15 +99,15 @@ fn which(directory: &Path) -> CliError {
     }
 }
 
-/// Everything that is known of a sample, in words.
+/// Everything recorded about a sample, as text.
 ///
 /// # Errors
-/// No such directory or sample; files in it that cannot be read.
+/// There is no such directory or sample, or files of the directory cannot be read.
 pub fn text(directory: &Path, sample: u64) -> Result<String, CliError> {
     Ok(known(directory, sample)?.text())
 }
 
-/// Everything that is known of a sample.
+/// Everything recorded about a sample.
 struct Known {
     lines: Lines,
     samples: Samples,
@@ -150,7 +150,7 @@ fn as_json(known: &Known, directory: &Path, sample: u64) -> Result<String, CliEr
     Ok(object.finish())
 }
 
-/// Collects it.
+/// Collects the data of a sample.
 fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
     let seen = directory_status(directory)?.ok_or_else(|| CliError::NotARun { path: directory.to_path_buf() })?;
     let samples = frozen(directory)?;
@@ -194,21 +194,21 @@ fn known(directory: &Path, sample: u64) -> Result<Known, CliError> {
     }
     timing(&mut lines, directory, sample);
     log(&mut lines, directory, sample);
-    // A sample without a row is computed by the study.
+    // the study computes samples without a row
     if row.is_some() && samples.study().function().is_none() {
         lines.push("compute it", compute_it(directory, sample));
     }
     Ok(Known { lines, samples, machine, row })
 }
 
-/// The end of the table, where that is before this sample.
+/// End of the table, if it is before this sample.
 fn end_before(directory: &Path, sample: u64) -> Option<TableEnd> {
     let end = end_of_table(&directory.join(RESULTS)).ok().flatten();
-    // what [refine] has not chosen lies anywhere
+    // samples that [refine] has not chosen have any number
     end.filter(|end| sample >= end.samples || end.is_chosen())
 }
 
-/// `run.twin` of a sample that has a twin, unless it varies and is shown with what does.
+/// Text on `run.twin` of a sample with a twin, unless it varies and is shown as a parameter.
 fn twin(samples: &Samples, sample: u64) -> Option<String> {
     if samples.parameters().iter().any(|varied| varied.info.path == TWIN) {
         return None;
@@ -217,7 +217,7 @@ fn twin(samples: &Samples, sample: u64) -> Option<String> {
     (shift != 0.0).then(|| format!("{} (a second run starts by this part faster)", format_digits(shift, "", 6)))
 }
 
-/// The command that computes a sample again, with its history.
+/// The command that recomputes a sample with its history.
 fn compute_it(directory: &Path, sample: u64) -> String {
     let (number, history) = (sample.to_string(), format!("sample-{sample}.mcap"));
     let directory = call::path_word(directory);
@@ -232,7 +232,7 @@ fn compute_it(directory: &Path, sample: u64) -> String {
     call::command(words)
 }
 
-/// The outcome, as `simulate` prints it; nothing for a row without values or a machine that cannot be built any more.
+/// The outcome as `simulate` prints it; empty for a row without values or a machine that cannot be built.
 fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
     let Some(columns) = columns(samples, machine) else { return String::new() };
     let value = |name: &str, kind: ColumnKind| match kind {
@@ -249,7 +249,7 @@ fn values(row: &Table, samples: &Samples, machine: Option<&Machine>) -> String {
     describe_values(&columns, &values)
 }
 
-/// Columns of the values; `None` of a machine that cannot be built any more.
+/// Columns of the values; `None` if the machine cannot be built.
 fn columns(samples: &Samples, machine: Option<&Machine>) -> Option<Vec<Column>> {
     samples.study().function().map(function_columns).or_else(|| machine.map(engine::columns))
 }
@@ -258,13 +258,13 @@ fn causes(row: &Table) -> Vec<Cause> {
     words_of(row, "causes")
 }
 
-/// The causes in a column of words joined by commas.
+/// Causes in a column of words joined by commas.
 fn words_of(row: &Table, column: &str) -> Vec<Cause> {
     let words = row.words(column).and_then(|words| words[0].as_deref()).unwrap_or_default();
     words.split(',').filter_map(Cause::from_word).collect()
 }
 
-/// Lines of name and text.
+/// Lines with a name and a text.
 #[derive(Default)]
 struct Lines(Vec<(String, String)>);
 
@@ -274,7 +274,7 @@ impl Lines {
     }
 }
 
-/// The study as it is frozen in the directory, with the part of it that was run.
+/// The study as frozen in the directory, with the part of it that was run.
 pub(super) fn frozen(directory: &Path) -> Result<Samples, CliError> {
     if let Some(samples) = samples_of(directory)? {
         return Ok(samples);
@@ -290,10 +290,10 @@ pub(super) fn frozen(directory: &Path) -> Result<Samples, CliError> {
     Ok(Samples::new(study, manifest["scale"].as_f64(), manifest["limit"].as_u64()).map_err(failed)?)
 }
 
-/// Why a frozen study is not there to be read: its run has not come to writing it, or somebody has removed it.
+/// Error for a missing frozen study: the run has not written it yet, or it was removed.
 fn unread(directory: &Path, source: StudyError) -> WhyError {
     let seen = directory_status(directory).ok().flatten();
-    // the record is made when all inputs are written
+    // the record is created after all inputs are written
     let is_beginning = !directory.join(LEDGER).exists();
     let is_gone = matches!(source, StudyError::Input(InputError::Missing { .. }));
     let directory = directory.to_path_buf();
@@ -309,15 +309,15 @@ fn unread(directory: &Path, source: StudyError) -> WhyError {
     }
 }
 
-/// The command that goes on with what is in a directory.
+/// The command that resumes the study of a directory.
 pub(super) fn resume_command(seen: &DirectoryStatus) -> Option<String> {
     seen.last_report.as_ref()?.get("resume").and_then(Value::as_str).map(str::to_owned)
 }
 
-/// The command that computes a sample with a change of its machine and prints both rows; `None`: the step of the run is not known.
+/// The command that recomputes a sample with a changed machine and prints both rows; `None` if the step of the run is unknown.
 fn try_it(machine: &Machine, directory: &Path, sample: u64, change: Change) -> Option<String> {
     let set = match change {
-        // which of several contacts is not recorded
+        // the record does not contain which of several contacts is meant
         Change::Set(path, _) if path.starts_with("contact.") && machine.diaphragms.len() > 1 => return None,
         Change::Set(path, value) => format!("{path}={value}"),
         Change::Step(ratio) => {
@@ -332,7 +332,7 @@ fn try_it(machine: &Machine, directory: &Path, sample: u64, change: Change) -> O
     Some(call::command(words))
 }
 
-/// The properties of a run that advice depends on.
+/// Properties of a run on which the advice depends.
 fn ran(machine: Option<&Machine>, regime: Option<&str>) -> Ran {
     let has_one_point = |diaphragm: &Diaphragm| {
         diaphragm.contact.detection != Detection::Hyp2 || diaphragm.contact.points == ContactPoints::One
@@ -393,7 +393,7 @@ fn finished(
     }
 }
 
-/// The status of a row in words.
+/// Status of a row as text.
 fn status_in_words(status: Status, notes: CauseSet) -> String {
     let words = match status {
         Status::Ok => return ok_in_words(notes),
@@ -448,12 +448,12 @@ fn timing(lines: &mut Lines, directory: &Path, sample: u64) {
         }
         Ok(None) => {}
         Err(error @ TableError::Changed { .. }) => lines.push("computed by", format!("unknown: {error}")),
-        // No more than a remark beside the row.
+        // shown only as a remark beside the row
         Err(error) => lines.push("computed by", format!("unknown: {error} (the command of the study makes it again)")),
     }
 }
 
-/// What the workers' log says of the sample, the latest last.
+/// Lines of the workers' log about the sample, the latest last.
 fn log(lines: &mut Lines, directory: &Path, sample: u64) {
     let Ok(mut file) = Place::from(&directory.join(WORKER_LOG)).open() else { return };
     let length = file.metadata().map_or(0, |found| found.len());

@@ -28,7 +28,7 @@ pub(super) struct Child {
 }
 
 impl Child {
-    /// Starts a worker in a process group of its own, so that Ctrl-C in a terminal reaches only us.
+    /// Starts a worker in its own process group, so that Ctrl-C in a terminal reaches only the orchestrator.
     pub fn start(
         options: &DispatchOptions,
         args: &WorkerArgs,
@@ -59,7 +59,7 @@ impl Child {
 
     /// Kills the process; its end comes as an event.
     pub fn kill(&self) {
-        // Fails when it has ended already.
+        // Fails if the process has already ended.
         let _ = self.kill.send(());
     }
 }
@@ -76,7 +76,7 @@ async fn supervise(
     let words = tokio::spawn(read_lines(worker, stderr, events.clone()));
     let status = tokio::select! {
         status = child.wait() => status,
-        // Also when the loop has dropped the child.
+        // Also if the loop has dropped the child.
         _ = killed.recv() => {
             let _ = child.start_kill();
             child.wait().await
@@ -87,7 +87,7 @@ async fn supervise(
         _ => false,
     };
     beats.abort();
-    // Waiting for an own child cannot fail; if it did, the worker would be as gone.
+    // Waiting for a child of this process cannot fail; if it does, the worker is treated as ended.
     let status = status.unwrap_or_default();
     let death = Death { out_of_memory, from_outside: is_from_outside(status) };
     let _ = events.send(Event::Child(worker, ChildEvent::Exited(status, death)));
@@ -153,7 +153,7 @@ mod tests {
         for outside in [libc::SIGKILL, libc::SIGTERM, libc::SIGINT, libc::SIGHUP, libc::SIGXCPU, libc::SIGUSR1] {
             assert!(is_from_outside(signal(outside)), "{outside}");
         }
-        // The second: an abort that left a core.
+        // The second value: an abort with a core dump.
         for own in [libc::SIGSEGV, libc::SIGABRT | 0x80, libc::SIGBUS, libc::SIGILL, libc::SIGFPE, 0, 6 << 8] {
             assert!(!is_from_outside(signal(own)), "{own}");
         }

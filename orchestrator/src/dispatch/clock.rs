@@ -20,25 +20,25 @@ pub fn next(time: TimeOfDay) -> Until {
     Until::next(time, now(), local)
 }
 
-/// Time until then.
+/// Duration until then.
 #[must_use]
 pub fn left(until: &Until) -> Duration {
     Duration::from_millis(u64::try_from(until.left(now())).unwrap_or(0))
 }
 
-/// Milliseconds since the machine was started, its sleep included.
+/// Milliseconds since the machine was started, including sleep.
 fn boot() -> i64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
     time.tv_sec * 1000 + time.tv_nsec / 1_000_000
 }
 
-/// The moment of a time of the day by the system's time zone, summer time included.
+/// Time of a time of day in the system's time zone, including summer time.
 fn local(wall: i64, days: i32, time: TimeOfDay) -> i64 {
     moment_in(&TimeZone::system(), wall, days, time).unwrap_or(wall)
 }
 
-/// The moment of a time of the day in a zone, so many days after the date of another moment. A time that summer time skips is as long after midnight as on other days, so the clock shows
-/// it an hour later.
+/// Time of a time of day in a zone, a given number of days after the date of another time. A time of day that summer time skips is as long after
+/// midnight as on other days, so the clock shows an hour later.
 fn moment_in(zone: &TimeZone, wall: i64, days: i32, time: TimeOfDay) -> Result<i64, jiff::Error> {
     let date = Timestamp::from_millisecond(wall)?.to_zoned_datetime(zone.clone()).date();
     let of_day = civil::time(time.hour as i8, time.minute as i8, time.second as i8, 0);
@@ -77,7 +77,7 @@ mod tests {
         // 25 hours later; of the two 02:30s the first
         assert_eq!(at("2026-10-24T12:00:00Z", 1, 6), "2026-10-25T05:30:00Z");
         assert_eq!(at("2026-10-24T12:00:00Z", 1, 2), "2026-10-25T00:30:00Z");
-        // the local date counts: 23:30 UTC is tomorrow there
+        // the local date applies: 23:30 UTC is the next day there
         assert_eq!(at("2026-03-28T23:30:00Z", 0, 6), "2026-03-29T04:30:00Z");
     }
 

@@ -84,7 +84,7 @@ impl<'a> Driver<'a> {
         while !self.scheduler.is_over() {
             tokio::select! {
                 event = events.recv() => {
-                    // We hold a sender, so there is always another event to come.
+                    // The driver holds a sender, so the channel stays open.
                     let mut next = event;
                     for _ in 0..EVENTS_AT_ONCE {
                         let Some(event) = next else { break };
@@ -167,7 +167,7 @@ impl<'a> Driver<'a> {
         }
         self.carry_out(&mut effects, results)?;
         self.feed()?;
-        // Shown at once: what it says may be the last sample of all, and by the next tick it has left.
+        // Shown at once: the message may contain the worker's last results, and the worker may have ended by the next tick.
         if heard.is_some_and(|worker| self.stale.contains(&worker.0)) {
             self.show();
         }
@@ -185,7 +185,7 @@ impl<'a> Driver<'a> {
         let mut results = Vec::new();
         let is_answered = match incoming.message.body {
             Body::Hello(hello) if self.parts.options.build.is_some_and(|build| build != hello.build) => {
-                // It dies before it asked, which ends the run when it happens again and again.
+                // The worker ends before it requests work; if this happens repeatedly, the run ends.
                 self.parts.log.line(Some(worker), "rejected: it is another build of the program")?;
                 self.processes.kill(worker);
                 false
@@ -271,7 +271,7 @@ impl<'a> Driver<'a> {
                 Effect::Spawn(worker) => spawned.push(*worker),
                 Effect::Kill { worker, why } => self.kill(*worker, *why)?,
                 Effect::Stopping(why) => stopping = Some(*why),
-                // Taken where the worker's end was told.
+                // Handled where the end of the worker was reported.
                 Effect::GiveUp { .. } | Effect::Record { .. } | Effect::Quarantine { .. } => {}
             }
         }

@@ -116,7 +116,7 @@ fn make_and_serve(
     let _ = ready.send(Ok(link.waker()));
     let served = catch_unwind(AssertUnwindSafe(|| serve(link, received, events)));
     if served.is_err() {
-        // iceoryx2 panics on what it holds for impossible; its message is on standard error.
+        // iceoryx2 panics in states that it considers impossible; its message is on standard error.
         let _ = events.send(Event::Hub(HubEvent::Failed(LinkError::Port(PortError::OrchestratorGone))));
     }
 }
@@ -148,7 +148,7 @@ fn exchange(
     loop {
         match commands.try_recv() {
             Ok(Command::Answer(ticket, worker, message)) => match link.answer(ticket, worker, &message) {
-                // Its process has just ended; the loop will hear of it.
+                // Its process has just ended; the loop will receive this event.
                 Ok(()) | Err(LinkError::Port(PortError::UnknownTicket(_))) => {}
                 Err(error) => return Err(error),
             },
@@ -189,7 +189,7 @@ mod tests {
     use bladeoff_protocol::transport::WorkerPort;
     use std::cell::RefCell;
 
-    /// Damaged ones before, between and after good ones.
+    /// Damaged messages before, between and after valid ones.
     #[test]
     fn every_message_that_is_dropped_is_counted() {
         let (run, net) = (RunId(7), MemoryNet::default());

@@ -1,4 +1,4 @@
-//! Keyboard: `s` and Enter print what each worker does, as SIGUSR1 does.
+//! Keyboard: `s` and Enter print the activity of each worker, as SIGUSR1 does.
 
 use std::io::{BufRead, IsTerminal};
 
@@ -8,8 +8,8 @@ use tokio::sync::mpsc::UnboundedSender;
 
 use super::event::Event;
 
-/// Reads standard input while the receiver lives, if it is a terminal. A background process does not read: reading would stop it
-/// (SIGTTIN).
+/// Reads standard input while the receiver exists, if standard input is a terminal. A background process does not read: reading would
+/// stop it (SIGTTIN).
 pub(super) fn watch(events: &UnboundedSender<Event>) {
     let stdin = std::io::stdin();
     if !stdin.is_terminal() {
@@ -42,16 +42,16 @@ pub(super) fn watch(events: &UnboundedSender<Event>) {
             }
         }
     };
-    // Without the thread there is still the signal.
+    // Without the thread, SIGUSR1 still works.
     let _ = std::thread::Builder::new().name("keyboard".into()).stack_size(64 << 10).spawn(body);
 }
 
-/// Whether the terminal echoes lines, as it does unless somebody has told it otherwise.
+/// Whether the terminal echoes lines, which is its default.
 fn shows_what_is_typed(stdin: &std::io::Stdin) -> bool {
     rustix::termios::tcgetattr(stdin).is_ok_and(|modes| modes.local_modes.contains(LocalModes::ECHO))
 }
 
-/// Whether our process group is the one that the terminal belongs to, by /proc.
+/// Whether this process group is the foreground group of the terminal, from /proc.
 fn is_in_foreground() -> bool {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // After the name in parentheses: state, parent, group, session, terminal, the terminal's foreground group.

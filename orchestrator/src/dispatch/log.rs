@@ -36,9 +36,9 @@ impl Log {
 
     /// Writes a line after the number of its worker.
     pub fn line(&mut self, worker: Option<WorkerId>, text: &str) -> Result<(), DispatchError> {
-        // Whatever a library wrote there: it is read in terminals.
+        // Control characters that a library may have written are replaced, because the log is read in terminals.
         let text = &*visible(text);
-        // The last line of a panic tells only how to see more of it.
+        // The last line of a panic only says how to print a backtrace.
         if let Some(worker) = worker.filter(|_| !text.starts_with("note: ")) {
             self.words.insert(worker, text.to_owned());
         }

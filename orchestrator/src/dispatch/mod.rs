@@ -51,7 +51,7 @@ pub use error::DispatchError;
 pub use preparation::{limit_preparation, nothing_to_compute};
 pub use signals::{watch_afterwards, watch_before};
 
-/// Checks before a study begins whether its workers would have shared memory.
+/// Checks before a study begins whether its workers can use shared memory.
 ///
 /// # Errors
 /// [`DispatchError::Domain`].
@@ -59,11 +59,11 @@ pub fn preflight(workers: usize) -> Result<(), DispatchError> {
     Ok(Domain::check(workers)?)
 }
 
-/// Command that starts this program as a worker. It uses the running file instead of its path, so that late workers are of the
-/// same build even if the path was overwritten.
+/// Command that starts this program as a worker. It uses the running executable instead of its path, so that workers started later are of the same
+/// build even if the file was replaced.
 ///
 /// # Errors
-/// The system does not say what is running.
+/// The system does not report the running executable.
 pub fn self_command() -> Result<Vec<OsString>, DispatchError> {
     let running = "/proc/self/exe";
     std::fs::metadata(running)
@@ -73,9 +73,9 @@ pub fn self_command() -> Result<Vec<OsString>, DispatchError> {
 
 /// Computes samples on worker processes and hands the results to the sink, each sample once.
 ///
-/// `todo`: the samples, a count for all from 0 or a [`Todo`] of ranges. Returns when every sample is done, or when a
-/// signal or a limit ended the run, at once if too many have failed before; then all processes have ended. The shared memory is there until
-/// [`give_back`], or until the report is dropped.
+/// `todo`: the samples, a count for all from 0 or a [`Todo`] of ranges. Returns when every sample is done, or when a signal or a limit ended the run,
+/// immediately if too many have failed before; all processes have then ended. The shared memory exists until [`give_back`], or until the report is
+/// dropped.
 ///
 /// # Errors
 /// See [`DispatchError`].
@@ -95,7 +95,7 @@ pub fn run(
     let n_params = count_params(parameters, first)?;
     let settings = start::settings(options, n_params);
     let mut log = Log::open(&options.worker_log)?;
-    // Made in this order and given back in the other: first processes, with the event loop, then the hub, then the shared memory.
+    // Created in this order and released in reverse order: first processes, with the event loop, then the hub, then the shared memory.
     let (send, events) = unbounded_channel();
     let (domain, mut hub) = start::connect(options, settings.workers, &send)?;
     log.line(None, &format!("run {} with shared memory in {}", domain.run(), shown(&domain.address().root)))?;
@@ -120,7 +120,7 @@ pub fn run(
     Ok(DispatchReport { memory: Some(domain), ..result? })
 }
 
-/// Removes the shared memory of a run. Remaining files are reported and are no error of the run.
+/// Removes the shared memory of a run. Remaining files are reported and are not an error of the run.
 pub fn give_back(memory: Option<Domain>, observer: &mut dyn Observer) {
     for left in memory.map(Domain::close).unwrap_or_default() {
         observer.noticed(&Notice::NotRemoved { what: left.to_string() });

@@ -36,7 +36,7 @@ pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
         let (send, mut events) = unbounded_channel();
         runtime.block_on(async {
-            // where no more files may be opened, the library panics
+            // if no more files can be opened, the library panics
             if !matches!(guarded(|| watch(&send)), Some(Ok(()))) {
                 return;
             }
@@ -48,7 +48,7 @@ pub fn watch_afterwards(on_signal: impl Fn(Signal) + Send + 'static) {
             }
         });
     };
-    // Without the thread signals are ignored, as long as the tables take.
+    // Without the thread signals are ignored until the tables are written.
     let _ = std::thread::Builder::new().name("signals".into()).spawn(body);
     // a signal that arrives after this call finds its handler; the thread drops the sender in every case
     let _ = listens.recv();

@@ -1,7 +1,7 @@
-//! The channels of a history: names with units, what they mean, and how each is read off an instant.
+//! Channels of a history: names with units, meanings, and the evaluation of each channel at an instant.
 //!
-//! A name is `GROUP.QUANTITY_UNIT`, such as `contact.gap_m` or `bearing.front.load_N`; in MCAP the group is the topic
-//! (`/bearing/front`) and the rest the field.
+//! A name is `GROUP.QUANTITY_UNIT`, such as `contact.gap_m` or `bearing.front.load_N`. In MCAP the group is the topic (`/bearing/front`)
+//! and the rest is the field.
 
 use super::HistoryError;
 use bladeoff_answers::history::{History, matches};
@@ -10,7 +10,7 @@ use bladeoff_core::stress::{LargestMoments, ShaftStresses};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Diaphragm, DiaphragmKind, Machine, RotorKind};
 
-/// One scalar over time.
+/// A scalar time series.
 #[derive(Debug, Clone)]
 pub struct Channel {
     /// Group: `rotor`, `bearing.front`, `contact`, ...
@@ -19,14 +19,14 @@ pub struct Channel {
     pub field: String,
     /// SI unit, "" for a pure number.
     pub unit: &'static str,
-    /// What it means.
+    /// Meaning, in one sentence.
     pub meaning: String,
-    /// Recorded unless channels are named.
+    /// Whether it is recorded if no channels are named.
     pub by_default: bool,
     source: Source,
 }
 
-/// Where a value comes from.
+/// Source of a value.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Angle,
@@ -46,13 +46,13 @@ enum Source {
     Ring { diaphragm: usize, place: usize },
 }
 
-/// Contact forces on one diaphragm between the instants.
+/// Contact forces on one diaphragm since the last record.
 pub(super) struct ContactForces {
-    /// Of the last 1 ms \[N\].
+    /// Forces of the last 1 ms \[N\].
     last: LastMillisecond,
-    /// Largest since the last record \[N\].
+    /// Largest force since the last record \[N\].
     peak: f64,
-    /// Contact impulse of the last 1 ms over 1 ms \[N\], as last summed.
+    /// Contact impulse of the last 1 ms divided by 1 ms \[N\], at the last call of `filter`.
     filtered: f64,
 }
 
@@ -61,7 +61,7 @@ impl ContactForces {
         Self { last: LastMillisecond::new(step), peak: 0.0, filtered: 0.0 }
     }
 
-    /// Takes the force of a step.
+    /// Adds the force of a step.
     pub fn see(&mut self, force: f64) {
         self.last.slide(force);
         if force > self.peak {
@@ -69,29 +69,29 @@ impl ContactForces {
         }
     }
 
-    /// Sums up for a record.
+    /// Updates the filtered force before a record.
     pub fn filter(&mut self) {
         self.filtered = self.last.sum().unwrap_or(0.0) / self.last.length() as f64;
     }
 
-    /// A record has been made.
+    /// Resets the peak after a record.
     pub fn recorded(&mut self) {
         self.peak = 0.0;
     }
 }
 
-/// What an instant does not carry itself.
+/// Values that an instant does not contain.
 pub(super) struct Context<'a> {
-    /// Of each diaphragm.
+    /// Contact forces of each diaphragm.
     pub forces: &'a [ContactForces],
-    /// Moments of the shaft.
+    /// Moments of the shaft, if a channel needs them.
     pub shaft: Option<&'a ShaftStresses>,
-    /// Displacements of the shaft with the static ones of truncated modes.
+    /// Displacements of the shaft, including the static ones of the truncated modes.
     pub bent: &'a [f64],
 }
 
 impl Channel {
-    /// Full name.
+    /// Full name, `GROUP.FIELD`.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}.{}", self.group, self.field)
@@ -190,7 +190,7 @@ const CONTACT: [(&str, &str, fn(&ContactFrame<'_>) -> f64, &str); 10] = [
     ("ring_tangential_m", "m", |c| c.ring[1], "tangential displacement of the ring at the point closest to the rotor"),
 ];
 
-/// Every channel of a machine, in the order of the files.
+/// Every channel of a machine, in the order of the file.
 #[must_use]
 pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     let rotor = &structure.rotor;
@@ -300,22 +300,22 @@ pub fn catalogue(machine: &Machine, structure: &Structure) -> Vec<Channel> {
     list.channels
 }
 
-/// Group of one diaphragm, which is named where there are several.
+/// Group of a diaphragm; includes its name if there are several diaphragms.
 pub(super) fn of_ring(group: &str, machine: &Machine, diaphragm: &Diaphragm) -> String {
     if machine.diaphragms.len() > 1 { format!("{group}.{}", plain(&diaphragm.name)) } else { group.to_owned() }
 }
 
-/// A name of the machine file as a part of a topic and of an identifier.
+/// A name of the machine file with characters that are valid in a topic and an identifier.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }
 
-/// The channels that patterns ask for, in the order of the catalogue; all default ones without a pattern.
+/// Channels that match the patterns, in the order of the catalogue; without patterns, the default channels.
 ///
 /// A pattern is a full name, a name without its unit, a group (all of it), either with `*` for any characters, or `all`.
 ///
 /// # Errors
-/// [`HistoryError::Channel`] for a pattern that fits nothing.
+/// [`HistoryError::Channel`] for a pattern that matches no channel.
 pub fn select(catalogue: Vec<Channel>, patterns: &[String]) -> Result<Vec<Channel>, HistoryError> {
     for pattern in patterns {
         if !catalogue.iter().any(|channel| fits(channel, pattern)) {
@@ -328,7 +328,7 @@ pub fn select(catalogue: Vec<Channel>, patterns: &[String]) -> Result<Vec<Channe
     Ok(catalogue.into_iter().filter(wanted).collect())
 }
 
-/// The error for a pattern that fits none of the names: with the nearest one and all of them.
+/// Error for a pattern that matches no channel, with the nearest name and all groups.
 fn unknown(pattern: &str, names: &[String]) -> HistoryError {
     let nearest = names
         .iter()
@@ -339,7 +339,7 @@ fn unknown(pattern: &str, names: &[String]) -> HistoryError {
     HistoryError::Channel { pattern: pattern.to_owned(), nearest, known: groups(names) }
 }
 
-/// The groups with their fields, short enough to be read.
+/// One entry per group with its fields, to keep the message short.
 fn groups(names: &[String]) -> Vec<String> {
     let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
     for name in names {
@@ -368,7 +368,7 @@ fn unit_suffix(unit: &str) -> String {
     format!("_{}", unit.replace(' ', "").replace('/', "_"))
 }
 
-/// The error for a pattern that fits no channel of this history, with the nearest name.
+/// Error for a pattern that matches no channel of this history, with the nearest name.
 #[must_use]
 pub fn unknown_in(history: &History, pattern: &str) -> HistoryError {
     let names: Vec<String> = history.channels.iter().map(|channel| channel.name.clone()).collect();
@@ -381,7 +381,7 @@ mod tests {
     use bladeoff_model::machine::{Detection, MachineDef};
     use std::collections::BTreeSet;
 
-    /// With several diaphragms no channel, picture or word is that of two.
+    /// With several diaphragms, every channel and picture names its diaphragm.
     #[test]
     fn several_rings_carry_their_names() {
         let text = include_str!("../../../studies/machines/lab_rig.toml");

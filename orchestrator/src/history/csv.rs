@@ -1,4 +1,4 @@
-//! CSV: a header of channel names, one line per instant, numbers in their shortest form that reads back as the same bits; with `,` and decimal
+//! CSV: a header of channel names, one line per instant, numbers in their shortest form that is read back with the same bits; with `,` and decimal
 //! points, or with `;` and decimal commas.
 
 use super::channels::Channel;
@@ -14,13 +14,13 @@ use std::path::{Path, PathBuf};
 /// Name of the first column.
 pub(super) const TIME: &str = "time_s";
 
-/// Writes `FILE.csv.tmp`, which becomes `FILE.csv` when it is whole.
+/// Writes `FILE.csv.tmp`, which is renamed to `FILE.csv` when it is complete.
 pub(super) struct CsvSink {
     path: PathBuf,
     file: BufWriter<File>,
     line: String,
     style: CsvStyle,
-    /// Behind the file, which is written when it is dropped.
+    /// Dropped after the file, because dropping the file writes.
     staged: StagedFile,
 }
 

@@ -1,4 +1,4 @@
-//! Errors of a history.
+//! Errors of histories.
 
 use super::version::HISTORY_VERSION;
 use bladeoff_answers::tables::TableError;
@@ -11,79 +11,79 @@ use std::path::{Path, PathBuf};
 /// A history that cannot be written, read or recovered.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
-    /// The extension names no format.
+    /// A file name whose extension is not a history format.
     #[error("{}: the extension of a history is .mcap, .csv or .parquet", shown(path))]
     Extension {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// Decimal commas in a format that has none.
+    /// Decimal commas for a format other than CSV.
     #[error("{}: decimal commas are for histories in CSV; choose a file name that ends in .csv", shown(path))]
     DecimalComma {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// No such file.
+    /// A file that does not exist.
     #[error("there is no file {}{}", shown(path), meant(path))]
     Missing {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A channel that the machine does not have.
     #[error("no channel {pattern:?}{}; the channels are {}", nearest.as_ref().map(|name| format!(" (did you mean {name:?}?)")).unwrap_or_default(), known.join(", "))]
     Channel {
-        /// What was asked for.
+        /// The pattern as entered.
         pattern: String,
-        /// The nearest name.
+        /// Nearest channel name.
         nearest: Option<String>,
-        /// Every name there is.
+        /// Groups of channels that the machine has.
         known: Vec<String>,
     },
-    /// A file operation.
+    /// A file operation that failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The table library.
+    /// An error of the table reader or writer.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The MCAP library.
+    /// An error of the MCAP library.
     #[error("cannot {action} {}", shown(path))]
     Mcap {
         /// "write" or "read".
         action: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it said.
+        /// Error of the library.
         #[source]
         source: mcap::McapError,
     },
-    /// The file is whole but not one of ours.
+    /// A readable file that is not a history of this version.
     #[error("{} is not a history of version {HISTORY_VERSION}: {detail}", shown(path))]
     NotAHistory {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Reason.
         detail: &'static str,
     },
     /// A line of a CSV file that is not numbers.
     #[error("{}, line {line}: {text:?} is not a number", shown(path))]
     Number {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The line, from 1.
+        /// Line number from 1.
         line: usize,
-        /// What stands there.
+        /// Text of the cell.
         text: String,
     },
-    /// Nothing could be recovered.
+    /// A file from which nothing could be recovered.
     #[error("{} holds no complete message", shown(path))]
     NothingToRecover {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
 }
 
 impl HistoryError {
-    /// For `map_err` on what reads a file that somebody named: one that is not there is no fault of the disk.
+    /// For `map_err` on reading a file that the user named: a missing file is not an input/output error.
     pub(super) fn named(path: &Path) -> impl FnOnce(Self) -> Self {
         let path = path.to_path_buf();
         move |error| match &error {
@@ -96,12 +96,12 @@ impl HistoryError {
         }
     }
 
-    /// A file that is whole and no history of ours.
+    /// Error for a readable file that is not a history of this version.
     pub(super) fn not_ours(path: &Path, detail: &'static str) -> Self {
         Self::NotAHistory { path: path.to_path_buf(), detail }
     }
 
-    /// For `map_err` on the MCAP library.
+    /// For `map_err` on calls of the MCAP library.
     pub(super) fn mcap(action: &'static str, path: &Path) -> impl FnOnce(mcap::McapError) -> Self {
         let path = path.to_path_buf();
         move |source| HistoryError::Mcap { action, path, source }

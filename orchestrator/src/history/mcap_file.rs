@@ -13,23 +13,23 @@ use std::io::BufWriter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Uncompressed bytes of a chunk: small, because a writer that dies loses what its last chunk had not handed over.
+/// Uncompressed bytes of a chunk: few, because a killed writer loses the contents of its unfinished chunk.
 const CHUNK: u64 = 64 << 10;
-/// Name of the metadata record about the run, of the one with the units, and of the one about its outcome.
+/// Names of the metadata records about the run, the units, and the outcome.
 pub(super) const ABOUT: &str = "bladeoff";
 pub(super) const UNITS: &str = "units";
 pub(super) const OUTCOME: &str = "outcome";
 /// Key in a channel's metadata that names its group.
 pub(super) const GROUP: &str = "bladeoff.group";
 
-/// Writes `FILE.mcap.tmp`, which becomes `FILE.mcap` when it is whole.
+/// Writes `FILE.mcap.tmp`, which is renamed to `FILE.mcap` when it is complete.
 pub(super) struct McapSink {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     topics: Vec<(u16, Range<usize>)>,
     sequence: u32,
     message: Vec<u8>,
-    /// Behind the writer, which writes when it is dropped.
+    /// Dropped after the writer, because dropping the writer writes.
     staged: StagedFile,
 }
 

@@ -1,11 +1,11 @@
-//! Histories of one run: what is recorded, how often, into which file; and reading them back. The only place that names mcap.
+//! Recording and reading of the history of one run. The only module that uses the mcap crate.
 //!
 //! ```text
 //! simulate -> Recorder (decimates, evaluates channels) -> McapSink | CsvSink | ParquetSink -> FILE.tmp (Aside) -> FILE
 //! FILE -> read -> History (one time axis, named channels with units) -> figures
-//! FILE.mcap.tmp -> recover -> FILE.mcap       after a writer died
+//! FILE.mcap.tmp -> recover -> FILE.mcap       after the writer was killed
 //! ```
-//! A history never fails a run: the recorder keeps its first error, stops writing, and says so at the end.
+//! A failing history never fails a run: the recorder keeps its first error, stops writing, and reports the error at the end.
 //! Format of the files: `docs/histories.md`.
 
 mod channels;
@@ -31,7 +31,7 @@ pub use version::HISTORY_VERSION;
 use bladeoff_answers::history::About;
 use std::path::Path;
 
-/// File formats, by extension.
+/// File format, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// `.mcap`: protobuf messages with their schema, chunks compressed with zstd.
@@ -43,7 +43,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format that a file name asks for.
+    /// Format for the extension of a file name.
     ///
     /// # Errors
     /// [`HistoryError::Extension`].
@@ -57,12 +57,12 @@ impl Format {
     }
 }
 
-/// Where a recorder's instants go.
+/// Output of a recorder.
 trait Sink {
-    /// One instant; one value per channel.
+    /// Writes one instant; one value per channel.
     fn record(&mut self, time: f64, values: &[f64]) -> Result<(), HistoryError>;
-    /// Ends the file; `outcome` is the outcome of the run.
+    /// Completes the file; `outcome`: outcome of the run.
     fn finish(self: Box<Self>, outcome: &About) -> Result<(), HistoryError>;
-    /// Where it lies until then, if it does.
+    /// Path of the incomplete file, if it is on disk.
     fn temporary(&self) -> Option<&Path>;
 }

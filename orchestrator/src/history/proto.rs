@@ -1,4 +1,4 @@
-//! Protobuf by hand: messages of `double` fields, the descriptor that describes them, and reading both back.
+//! Hand-written protobuf: messages of `double` fields, their descriptor, and parsing of both.
 //!
 //! A message is `tag, 8 bytes` for each field in order, tag = number << 3 | 1 (fixed64) as a varint; the descriptor is a
 //! `FileDescriptorSet` of one file with one message type (descriptor.proto of protobuf, syntax "proto3").
@@ -30,7 +30,7 @@ fn varint_field(number: u64, value: u64, out: &mut Vec<u8>) {
     varint(value, out);
 }
 
-/// The descriptor of a message type whose fields, numbered from 1, are doubles.
+/// Descriptor of a message type whose fields, numbered from 1, are doubles.
 #[must_use]
 pub fn descriptor(message: &str, fields: &[String]) -> Vec<u8> {
     let mut kind = Vec::new();
@@ -63,7 +63,7 @@ pub fn message(values: &[f64], out: &mut Vec<u8>) {
     }
 }
 
-/// A field as it stands in the bytes.
+/// A field of a parsed message.
 enum Field<'a> {
     Varint,
     Fixed64(u64),
@@ -71,7 +71,7 @@ enum Field<'a> {
     Fixed32,
 }
 
-/// Splits bytes into fields; `None` where they are no protobuf.
+/// Splits bytes into fields; `None` if they are not protobuf.
 fn fields(mut bytes: &[u8]) -> Option<Vec<(u64, Field<'_>)>> {
     let mut all = Vec::new();
     while !bytes.is_empty() {
@@ -115,8 +115,8 @@ fn take_varint(bytes: &mut &[u8]) -> Option<u64> {
     None
 }
 
-/// Field names of the first message type of a descriptor, in the order of their numbers 1, 2, ...; `None` if it is none of
-/// ours.
+/// Field names of the first message type of a descriptor, in the order of their numbers 1, 2, ...; `None` if this module did not write
+/// the descriptor.
 #[must_use]
 pub fn field_names(descriptor: &[u8]) -> Option<Vec<String>> {
     let inner = |bytes, number| {
@@ -135,7 +135,7 @@ pub fn field_names(descriptor: &[u8]) -> Option<Vec<String>> {
     Some(names)
 }
 
-/// Values of a message of `count` doubles; a field that is not there is zero (proto3). `None` if the bytes are no such message.
+/// Values of a message of `count` doubles; a missing field is zero (proto3). `None` if the bytes are not such a message.
 #[must_use]
 pub fn values(bytes: &[u8], count: usize) -> Option<Vec<f64>> {
     let mut values = vec![0.0; count];

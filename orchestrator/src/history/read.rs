@@ -1,4 +1,4 @@
-//! Reading a history back, whatever its format.
+//! Reader of histories in any format.
 
 use super::csv::TIME;
 use super::mcap_file::{ABOUT, GROUP, OUTCOME, UNITS};
@@ -12,13 +12,13 @@ use mcap::records::Record;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Largest history that is read: it is in memory as a whole.
+/// Largest history that is read: the whole file is held in memory \[bytes\].
 pub(super) const MOST_HISTORY: u64 = 4 << 30;
 
 /// Reads a history.
 ///
 /// # Errors
-/// Not readable, not of a format or version that is known, damaged, or cut (then `bladeoff recover` helps).
+/// The file cannot be read, has an unknown format or version, is damaged, or is cut off (then `bladeoff recover` helps).
 pub fn read(path: &Path) -> Result<History, HistoryError> {
     let format = Format::of(path)?;
     let read = match format {
@@ -34,7 +34,7 @@ pub fn read(path: &Path) -> Result<History, HistoryError> {
     if known { Ok(history) } else { Err(HistoryError::not_ours(path, "it does not say so")) }
 }
 
-/// A topic under way.
+/// A topic that is being read.
 struct Topic {
     names: Vec<String>,
     times: Vec<f64>,
@@ -131,7 +131,7 @@ fn read_csv(path: &Path) -> Result<History, HistoryError> {
     Ok(history)
 }
 
-/// Unit at the end of one of our names, for a format that does not carry it.
+/// Unit at the end of a channel name of this program, for a format that does not store units.
 fn unit_of(name: &str) -> &'static str {
     for (suffix, unit) in
         [("_rad_s", "rad/s"), ("_m_s", "m/s"), ("_Nm", "N m"), ("_rad", "rad"), ("_m", "m"), ("_N", "N"), ("_J", "J")]
@@ -145,7 +145,7 @@ fn unit_of(name: &str) -> &'static str {
 
 fn read_parquet(path: &Path) -> Result<History, HistoryError> {
     let (columns, metadata) = read_numbers(path)?;
-    // damage to the metadata may hit the key: a file of ours without it is damaged as well
+    // damage to the metadata may affect the key: a file of this program without it is damaged, too
     let written = metadata.iter().find(|(key, _)| key == CHECKSUM).map(|(_, value)| value.as_str());
     let is_ours = metadata.iter().any(|(key, _)| is_ours(key));
     if written.map_or(is_ours, |written| written != checksum(&columns, &metadata)) {

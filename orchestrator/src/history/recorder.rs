@@ -1,4 +1,4 @@
-//! The follower of a run that records a history.
+//! Follower of a run that records a history.
 
 use super::channels::{Channel, ContactForces, Context, catalogue, of_ring, select};
 use super::csv::CsvSink;
@@ -18,38 +18,38 @@ use bladeoff_model::outcome::{ColumnKind, Outcome};
 use bladeoff_text::document::units::format_digits;
 use std::path::{Path, PathBuf};
 
-/// Interval between records unless one is asked for \[s\].
+/// Default interval between records \[s\].
 const EVERY: f64 = 1e-4;
-/// Records of a run at most unless an interval is asked for.
+/// Largest number of records of a run at the default interval.
 const RECORDS: f64 = 1e5;
 
-/// How often an instant is recorded.
+/// Interval between recorded instants.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Decimation {
     /// Every 0.1 ms, or a hundred-thousandth of `run.end_time` if that is longer.
     #[default]
     Default,
-    /// Every so many seconds, rounded to whole steps, at least one.
+    /// Interval \[s\], rounded to whole steps, at least one.
     Every(f64),
-    /// Every so many steps.
+    /// Interval in steps.
     Steps(u64),
 }
 
-/// What is asked for.
+/// Settings of a recorder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// File; its extension names the format.
+    /// Path of the file; the extension determines the format.
     pub path: PathBuf,
-    /// Patterns of channels; empty: the default ones.
+    /// Channel patterns; empty for the default channels.
     pub channels: Vec<String>,
-    /// How often.
+    /// Interval between records.
     pub decimation: Decimation,
     /// Separator and decimal sign of a CSV file.
     pub csv: CsvStyle,
 }
 
 impl Settings {
-    /// Format of the file, and the channels that are asked for.
+    /// Format of the file, and the selected channels.
     ///
     /// # Errors
     /// Errors of the request itself: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
@@ -66,46 +66,46 @@ impl Settings {
     }
 }
 
-/// A history that was written.
+/// Summary of a written history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
-    /// File.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Channels.
+    /// Number of channels.
     pub channels: usize,
-    /// Instants.
+    /// Number of recorded instants.
     pub records: u64,
-    /// Interval \[s\].
+    /// Interval between records \[s\].
     pub every: f64,
-    /// Whether it took the place of a file.
+    /// Whether an existing file was replaced.
     pub replaced: bool,
 }
 
-/// Records one run.
+/// Recorder of one run.
 pub struct Recorder {
     path: PathBuf,
     channels: Vec<Channel>,
     shaft: Option<ShaftStresses>,
-    /// Static displacements of the truncated modes, which the moments of the shaft contain.
+    /// Static displacements of the truncated modes, which contribute to the moments of the shaft.
     truncated: Option<Vec<f64>>,
-    /// `None` once it failed.
+    /// `None` after an error.
     sink: Option<Box<dyn Sink>>,
     failed: Option<HistoryError>,
-    /// Where it is written until it is whole.
+    /// Path of the file until it is complete.
     temporary: Option<PathBuf>,
     every_steps: u64,
     step: f64,
-    /// Of each diaphragm.
+    /// Contact forces of each diaphragm.
     forces: Vec<ContactForces>,
     values: Vec<f64>,
     records: u64,
 }
 
 impl Recorder {
-    /// A recorder for a run that is about to start. A file that cannot be opened is told by [`Recorder::finish`].
+    /// A recorder for a run that is about to start. [`Recorder::finish`] reports a file that cannot be opened.
     ///
     /// # Errors
-    /// Errors of the request itself: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
+    /// Errors in the settings: [`HistoryError::Extension`], [`HistoryError::DecimalComma`], [`HistoryError::Channel`].
     pub fn new(
         settings: &Settings,
         machine: &Machine,
@@ -150,23 +150,23 @@ impl Recorder {
         })
     }
 
-    /// Where the file is written until it is whole, and where it stays if it never is.
+    /// Path of the file until it is complete; an incomplete file stays there.
     #[must_use]
     pub fn temporary(&self) -> Option<&Path> {
         self.temporary.as_deref()
     }
 
-    /// What has the name under which it would be written otherwise, and is left.
+    /// Path of an existing file that occupies the usual temporary name and is left unchanged.
     #[must_use]
     pub fn in_its_way(&self) -> Option<PathBuf> {
         let usual = usual(&self.path);
         self.temporary.as_ref().is_some_and(|temporary| *temporary != usual).then_some(usual)
     }
 
-    /// Ends the file.
+    /// Completes the file.
     ///
     /// # Errors
-    /// The first thing that went wrong, at the start, during the run or now. The run's outcome is not touched by it.
+    /// The first error, at the start, during the run or now. It does not affect the outcome of the run.
     pub fn finish(mut self, machine: &Machine, outcome: &Outcome) -> Result<Written, HistoryError> {
         if let Some(error) = self.failed.take() {
             return Err(error);
@@ -221,7 +221,7 @@ fn steps_of(every: f64, step: f64) -> u64 {
     ((every / step).round() as u64).max(1)
 }
 
-/// What a reader needs to know about the run.
+/// Metadata of the run for the reader of the history.
 fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
     let mut about = About::new();
     let mut put = |key: &str, value: String| about.insert(key.to_owned(), value);
@@ -257,7 +257,7 @@ fn about(machine: &Machine, time_step: &TimeStep, every_steps: u64) -> About {
     about
 }
 
-/// The critical speeds that unbalance excites, to five digits, for the marks of pictures; `None` without any, or if the modes cannot be
+/// Critical speeds that unbalance excites, to five digits, for marks in pictures; `None` without any, or if the modes cannot be
 /// computed.
 fn critical_speeds(machine: &Machine) -> Option<String> {
     let report = crate::engine::modes(machine, &[]).ok()?;
@@ -285,7 +285,7 @@ fn outcome_of(machine: &Machine, outcome: &Outcome) -> About {
     about
 }
 
-/// Shortest form that reads back as the same bits.
+/// Shortest decimal that parses to the same bits.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }

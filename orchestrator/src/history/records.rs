@@ -1,4 +1,4 @@
-//! The records of an MCAP file, from bytes that may be damaged.
+//! Reader of the records of an MCAP file whose bytes may be damaged.
 //!
 //! Every length in the file is compared with a limit before memory is allocated for it. The records of a chunk are used
 //! only if its checksum agrees. Only the kinds of records that a history has are parsed.
@@ -12,7 +12,7 @@ use std::path::Path;
 /// Largest record or chunk of a file that is smaller than this: uncompressed, a chunk may be larger than its file \[bytes\].
 const LARGEST_RECORD: usize = 16 << 20;
 
-/// The records of a file in order, those in chunks among them. Nothing follows the first error.
+/// The records of a file in order, including those in chunks. Reading ends at the first error.
 pub(super) struct Records<'a> {
     path: &'a Path,
     rest: &'a [u8],
@@ -20,12 +20,12 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// Reads records of chunks that are whole, and compares their checksums before.
+    /// Reads the records of complete chunks after checking their checksums.
     pub fn checked(path: &'a Path, bytes: &'a [u8]) -> Self {
         Self::new(path, bytes, true)
     }
 
-    /// Reads every record that is whole, also in a chunk that breaks off, which has no checksum.
+    /// Reads every complete record, also in a chunk that is cut off and therefore has no checksum.
     pub fn unchecked(path: &'a Path, bytes: &'a [u8]) -> Self {
         Self::new(path, bytes, false)
     }
@@ -39,12 +39,12 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Whether a history has records of this kind. Others are passed over unparsed.
+/// Whether a history contains records of this kind. Other records are skipped.
 fn is_used(kind: u8) -> bool {
     matches!(kind, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA)
 }
 
-/// Whether the texts of a record end within it: the library reserves memory for a text by the length that it is given.
+/// Whether the texts of a record end within it: the library allocates memory for a text according to the length in the file.
 fn lengths_fit(kind: u8, data: &[u8]) -> bool {
     let mut rest = data;
     let fits = match kind {
@@ -68,12 +68,12 @@ fn length(rest: &mut &[u8]) -> Option<usize> {
     usize::try_from(u32::from_le_bytes(*length)).ok()
 }
 
-/// Passes over texts, each with its length before it.
+/// Skips texts, each preceded by its length.
 fn texts(rest: &mut &[u8], count: usize) -> Option<()> {
     (0..count).try_for_each(|_| length(rest).and_then(|length| skip(rest, length)))
 }
 
-/// Passes over pairs of texts, with the length of all before them.
+/// Skips pairs of texts, preceded by their total length.
 fn table(rest: &mut &[u8]) -> Option<()> {
     let bytes = length(rest)?;
     let end = rest.len().checked_sub(bytes)?;

@@ -1,4 +1,4 @@
-//! A whole MCAP from what a writer that died left behind, or from what precedes the damage in a file.
+//! Recovery of an MCAP file whose writer was killed, or of the part before a damage.
 
 use super::HistoryError;
 use super::mcap_file::options;
@@ -12,36 +12,36 @@ use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Why a recovered history ends where it does.
+/// Reason for the end of a recovered history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecoveredEnd {
-    /// The file ended there, between two records.
+    /// The file ended between two records.
     Whole,
-    /// The file ended in the middle of a record or chunk.
+    /// The file ended within a record or chunk.
     Cut,
-    /// The next record or chunk is damaged; whatever follows it is not read.
+    /// The next record or chunk is damaged; nothing after it is read.
     Damaged,
 }
 
-/// What was saved.
+/// Summary of a recovered history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recovered {
-    /// Messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Time of the last one \[s\].
+    /// Time of the last message \[s\].
     pub last: f64,
-    /// Why it is the last one.
+    /// Reason for the end.
     pub end: RecoveredEnd,
 }
 
-/// The complete records of a damaged or cut file.
+/// Iterator over the complete records of a damaged or cut file.
 struct Salvage<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     records: Records<'a>,
-    /// How many came.
+    /// Number of records returned.
     count: usize,
-    /// Whether the chunk that breaks off is being read, too. It has no checksum.
+    /// Whether the incomplete last chunk is being read, which has no checksum.
     in_last_chunk: bool,
     end: RecoveredEnd,
 }
@@ -67,7 +67,7 @@ impl Iterator for Salvage<'_> {
                     self.in_last_chunk = true;
                     self.end = RecoveredEnd::Cut;
                     self.records = Records::unchecked(self.path, self.bytes);
-                    // these came already
+                    // skip records that were already returned
                     self.records.by_ref().take(self.count).for_each(drop);
                 }
                 Err(_) => {
@@ -81,10 +81,10 @@ impl Iterator for Salvage<'_> {
     }
 }
 
-/// Mark and length before a chunk that its writer has begun; the length is replaced when the chunk is whole.
+/// Opcode and length of a chunk that its writer has begun; the length is replaced when the chunk is complete.
 const BEGUN_CHUNK: [u8; 9] = [op::CHUNK, 255, 255, 255, 255, 255, 255, 255, 255];
 
-/// Whether the file ends too early, or in a chunk that its writer did not finish.
+/// Whether the file ends within a record, or within a chunk that its writer did not complete.
 fn is_cut(error: &HistoryError, bytes: &[u8]) -> bool {
     match error {
         HistoryError::Mcap { source: McapError::UnexpectedEof, .. } => true,
@@ -95,10 +95,10 @@ fn is_cut(error: &HistoryError, bytes: &[u8]) -> bool {
     }
 }
 
-/// Copies every complete record of `from`, up to where it breaks off or is damaged, into a whole new file `to`.
+/// Copies every complete record of `from`, up to its end or a damage, into a complete new file `to`.
 ///
 /// # Errors
-/// `from` is not readable or has nothing in it; `to` is there or cannot be written.
+/// `from` is not readable or contains no complete message; `to` exists or cannot be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
     let read = Place::named(from).read(MOST_HISTORY).map_err(HistoryError::from);
     let bytes = read.map_err(HistoryError::named(from))?;
@@ -107,7 +107,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, HistoryError> {
     let failed = || HistoryError::mcap("write", to);
     let mut writer = options().create(BufWriter::new(pending.file())).map_err(failed())?;
     let mut saved = Recovered { messages: 0, last: 0.0, end: RecoveredEnd::Whole };
-    // ids of the new file by those of the old
+    // ids in the new file by ids in the old one
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
     for record in &mut records {
         match record {

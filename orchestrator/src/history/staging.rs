@@ -1,8 +1,8 @@
-//! The name under which a history is written until it is whole.
+//! Temporary name of a history until it is complete.
 //!
-//! `FILE.tmp`, where `recover` finds what a run that was killed has left. If something has that name, it may be just that, or somebody
-//! else's: it is left, and the history is written under another name, of which nobody can know before (`run-0123abcd.mcap.tmp`); that is
-//! said.
+//! The usual name is `FILE.tmp`, where `recover` finds what a killed run left. An existing file of that name may be such a remainder or
+//! belong to another user: it is left unchanged, the history is written under an unguessable name (`run-0123abcd.mcap.tmp`), and that is
+//! reported.
 
 use bladeoff_system::files::{FileError, unguessable};
 use bladeoff_system::place::{Identity, Place};
@@ -11,20 +11,20 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-/// Names tried.
+/// Largest number of names tried.
 const MOST_NAMES: u32 = 16;
 
-/// A history that is not whole. What was written of it stays when it fails; an empty file does not.
+/// File of an incomplete history. On failure the written part stays; an empty file is removed.
 #[derive(Debug)]
 pub(super) struct StagedFile {
     temporary: Place,
     path: PathBuf,
-    /// Which file it is.
+    /// Identity of the file.
     identity: Identity,
 }
 
 impl StagedFile {
-    /// Makes the file.
+    /// Creates the file.
     ///
     /// # Errors
     /// The directory cannot be written.
@@ -45,15 +45,15 @@ impl StagedFile {
         Err(FileError::at("create", path)(io::ErrorKind::AlreadyExists.into()))
     }
 
-    /// Its name for the time being.
+    /// Temporary path of the file.
     pub fn temporary(&self) -> &Path {
         &self.temporary
     }
 
-    /// Gives the whole file its final name, durably.
+    /// Renames the complete file to its final name, durably.
     ///
     /// # Errors
-    /// Disk full, or the rename failed: it stays under the name it has.
+    /// Disk full, or the rename failed: the file stays under its temporary name.
     pub fn publish(self, file: File) -> Result<(), FileError> {
         file.sync_all().map_err(FileError::at("write", &self.temporary))?;
         drop(file);
@@ -65,7 +65,7 @@ impl StagedFile {
 
 impl Drop for StagedFile {
     fn drop(&mut self) {
-        // Published, it has another name.
+        // After publishing, the file has another name.
         let is_empty = || self.temporary.symlink_metadata().is_ok_and(|found| found.len() == 0);
         if self.temporary.identity().is_ok_and(|found| found == Some(self.identity)) && is_empty() {
             let _ = self.temporary.remove();
@@ -73,14 +73,14 @@ impl Drop for StagedFile {
     }
 }
 
-/// The name under which a history is written where nothing has it.
+/// Usual temporary name of a history.
 pub(super) fn usual(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".tmp");
     name.into()
 }
 
-/// One that nothing has: without `.tmp` it is the name of a history, too.
+/// An unguessable temporary name. Without `.tmp` it is a valid name of a history, too.
 fn unusual(path: &Path) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(format!("-{}", unguessable()));

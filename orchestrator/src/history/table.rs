@@ -7,10 +7,10 @@ use bladeoff_answers::history::About;
 use bladeoff_answers::tables::{NumberColumn, write_numbers};
 use std::path::{Path, PathBuf};
 
-/// Key in the file's metadata before the keys of the run, and before those of its outcome.
+/// Prefixes of the keys of the run and of the keys of its outcome in the file's metadata.
 pub(super) const ABOUT_PREFIX: &str = "bladeoff.history.";
 pub(super) const OUTCOME_PREFIX: &str = "bladeoff.outcome.";
-/// Key of the checksum: the pages of a file in Parquet carry none.
+/// Key of the checksum, which is needed because the pages of a Parquet file have none.
 pub(super) const CHECKSUM: &str = "bladeoff.blake3";
 
 /// BLAKE3 of the names and values of all columns in their order, and of the keys of the run and its outcome.

@@ -1,4 +1,4 @@
 //! The version of histories.
 
-/// Version of what the files contain; a reader refuses one it does not know.
+/// Version of the contents of history files; a reader rejects a version that it does not know.
 pub const HISTORY_VERSION: u32 = 1;

@@ -1,4 +1,4 @@
-//! Answers, decisions, and how they came about.
+//! Answers, decisions, and their development with the number of points.
 
 use super::narrowing::narrowing;
 use super::words::{Quantity, group, group_or_all, numbers};
@@ -11,11 +11,11 @@ use bladeoff_answers::map::Map;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol};
 use bladeoff_answers::page::{self, Block, Table};
 
-/// Groups of a question that a chart shows.
+/// Largest number of groups of a question that a chart shows.
 const MOST_GROUPS: usize = 24;
 const MOST_CURVES: usize = 5;
 
-/// Every question with its sentences; several groups side by side.
+/// Every question with its answers in sentences; several groups in one chart side by side.
 pub(super) fn answers(
     answering: &Answering,
     questions: &[Question],
@@ -65,13 +65,13 @@ pub(super) fn answers(
     blocks
 }
 
-/// A picture for each panel and difference of a map.
+/// A figure for each panel and each difference of a map.
 fn maps(question: &Question, answers: &[&Answer], all: usize) -> Vec<Block> {
     let maps: Vec<Map> = answers.iter().filter_map(|answer| answer.map.as_deref().cloned()).collect();
     page::map_figures(&question.name, &maps, all).into_iter().map(Block::from).collect()
 }
 
-/// Estimates of all groups with their intervals.
+/// Chart of the estimates of all groups with their intervals.
 fn side_by_side(question: &Question, columns: &[TableColumn], answers: &[&Answer]) -> Option<Block> {
     let quantity = Quantity::of(question, columns, answers)?;
     let show = |value: Option<f64>| value.map(|value| quantity.show(value));
@@ -138,7 +138,7 @@ pub(super) fn decisions(decisions: &[Decision], answering: &Answering) -> Vec<Bl
     blocks
 }
 
-/// How each number and its interval came about with the points.
+/// How each number and its interval developed with the number of points.
 pub(super) fn precision(
     looks: &[(u64, Vec<Answer>)],
     questions: &[Question],
@@ -155,7 +155,7 @@ pub(super) fn precision(
             blocks.extend(narrowing(question, &steps, columns, forecasts.as_ref()));
             continue;
         }
-        // one look is no course
+        // a single evaluation gives no course
         if looks.len() < 2 {
             continue;
         }
@@ -175,7 +175,7 @@ pub(super) fn precision(
                 Some((*points, quantity.show(answer.low?), quantity.show(answer.high?)))
             });
             let band: Vec<(f64, f64, f64)> = band.collect();
-            // one side alone is an interval, too
+            // an interval may have one limit only
             let open = steps.iter().filter(|(_, answer)| answer.low.is_some() != answer.high.is_some());
             let open: Vec<_> = open
                 .map(|(points, answer)| {
@@ -194,7 +194,7 @@ pub(super) fn precision(
                 .filter_map(|(points, answer)| Some((*points, quantity.show(answer.estimate_if_bad_harmful?))))
                 .collect();
             let named = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name}: {what}") };
-            // of intervals with one side the legend shows these
+            // the legend entry stands for one-sided intervals if no interval has two sides
             let of_open = if band.is_empty() && !open.is_empty() { named("interval") } else { String::new() };
             if !band.is_empty() {
                 series.push(Series { name: named("interval"), colour, shape: Shape::Band(band) });

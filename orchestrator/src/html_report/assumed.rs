@@ -4,7 +4,7 @@ use bladeoff_model::machine::{Assumption, Machine, MachineDef};
 use bladeoff_study::Samples;
 use std::collections::BTreeMap;
 
-/// Samples whose lines are compared, at most.
+/// Largest number of samples whose lines are compared.
 const MOST: u64 = 32;
 
 /// Lines of one machine.
@@ -17,7 +17,7 @@ fn line(topic: &str, text: &str) -> String {
     format!("{topic}: {text}")
 }
 
-/// The words of `other` between its common beginning and end with `first`; all of `other` where half of it or more differs.
+/// The part of `other` between the common beginning and end with `first`; all of `other` if half of it or more differs.
 fn difference<'a>(first: &str, other: &'a str) -> &'a str {
     let equal = |(a, b): &(&str, &str)| a == b;
     let beginning: usize =
@@ -28,7 +28,8 @@ fn difference<'a>(first: &str, other: &'a str) -> &'a str {
     if middle.is_empty() || 2 * middle.len() > other.len() { other } else { middle }
 }
 
-/// Lines of a study: those of its first sample, with a mark where another sample has another line. Empty for a study of formulas.
+/// Lines of a study: those of its first sample, with a mark on each line that differs in another sample. Empty for a study of
+/// formulas.
 #[must_use]
 pub fn assumed(samples: &Samples) -> Vec<String> {
     let of = |sample: u64| -> Option<Vec<Assumption>> {
@@ -39,7 +40,7 @@ pub fn assumed(samples: &Samples) -> Vec<String> {
     let most = samples.count().min(MOST);
     let mut others: BTreeMap<&'static str, String> = BTreeMap::new();
     for at in 1..most {
-        // from the first to the last, evenly
+        // evenly spaced from the first to the last sample
         let sample = (u128::from(at) * u128::from(samples.count() - 1) / u128::from(most - 1)) as u64;
         for one in of(sample).unwrap_or_default() {
             if first.iter().find(|line| line.topic == one.topic).is_none_or(|line| line.text != one.text) {

@@ -1,8 +1,8 @@
-//! Bearings of a study's machines whose peak loads are not the machine's, whatever happens in a run. Rows do not tell; machines, modes and steps do.
+//! Notes on bearings whose peak loads are those of the discretisation, not of the machine. They depend on machines, modes and steps, not on rows.
 //!
-//! Samples that do not differ in these are one look. Where a study has more looks than are made, those come first that lie at an end of something: the
-//! stiffest and the most damped of each bearing, the least and the largest value of each parameter that moves structure or step, of each engine and number of
-//! modes; then some that lie evenly between them. So the worst is nearly always among them.
+//! Samples that agree in these are checked once. If a study has more different samples than can be checked, extreme samples come first: the
+//! stiffest and the most damped of each bearing, and the smallest and the largest value of each parameter that affects structure or step, by
+//! engine and number of modes. Samples evenly between these extremes follow. The worst sample is therefore nearly always checked.
 
 use crate::engine;
 use crate::terminal::{BearingNote, Beyond, bearings_beyond, matrices_of, with_word};
@@ -11,15 +11,15 @@ use bladeoff_model::machine::{DiaphragmKind, Engine, Machine, ParamValue};
 use bladeoff_study::{Parameter, Samples};
 use std::collections::{BTreeMap, HashSet};
 
-/// Samples whose bearings and values are compared, at most.
+/// Largest number of samples whose bearings and values are compared.
 const MOST_COMPARED: u64 = 20_000;
-/// Parts of what lies between two ends, one look for each.
+/// Number of steps between two extremes, with one check each.
 const SPREAD: usize = 16;
-/// Looks, and structures that are built for them, at most; of the latter one for each end at least.
+/// Largest number of checks, and of structures built for them; at least one structure for each extreme.
 const MOST_LOOKS: usize = 64;
 const STRUCTURES: std::ops::RangeInclusive<usize> = 16..=32;
 
-/// One line for each bearing and kind; none where there is nothing to say, or no machine. Modes are those that this build chooses.
+/// One line for each bearing and kind of note; empty without notes, or without a machine. The modes are those chosen by this build.
 #[must_use]
 pub fn bearings_of(samples: &Samples) -> Vec<String> {
     let Some(first) = machine_of(samples, 0) else { return Vec::new() };
@@ -31,12 +31,12 @@ pub fn bearings_of(samples: &Samples) -> Vec<String> {
     })
 }
 
-/// The machine of a sample; `None`: it cannot be built.
+/// Machine of a sample; `None` if it cannot be built.
 fn machine_of(samples: &Samples, sample: u64) -> Option<Machine> {
     samples.try_machine(sample).ok().flatten()?.build().ok()
 }
 
-/// What steps and the mass at a bearing hang on beside the structure.
+/// Properties besides the structure that affect the steps and the mass at a bearing.
 #[derive(Debug, Clone, PartialEq)]
 struct Beside {
     steps: [Option<f64>; 2],
@@ -44,7 +44,7 @@ struct Beside {
     speeds: Vec<f64>,
     /// Nodes and signed masses \[kg\].
     unbalances: Vec<(usize, f64)>,
-    /// Stators that are a spring \[N/m\].
+    /// Stiffness of the stators that are a spring \[N/m\].
     springs: Vec<f64>,
 }
 
@@ -68,14 +68,14 @@ impl Beside {
     }
 }
 
-/// Places of the parameters that move structure, engine or step.
+/// Indices of the parameters that affect structure, engine or step.
 fn moving(samples: &Samples, first: &Machine) -> Vec<usize> {
     let Some(base) = samples.try_machine(0).ok().flatten() else { return Vec::new() };
     let beside = Beside::of(first);
     let moves = |parameter: &Parameter, value: &ParamValue| {
         let mut other = base.clone();
         let other = other.set(&parameter.info, value).ok().and_then(|()| other.build().ok());
-        // what is refused alone may be allowed beside other values
+        // a value that is invalid on its own may be valid with the values of another sample
         other.is_none_or(|other| !same_structure(&other, first) || Beside::of(&other) != beside)
     };
     let values = samples.different_values(2);
@@ -101,12 +101,12 @@ fn look(samples: &Samples, moving: &[usize], all: u64) -> Vec<String> {
     said.values().map(|said| format!("{}{}", said.note.text(), which(said))).collect()
 }
 
-/// Samples, those at the ends of something first, and how many ends there are; the first is always the study's first.
+/// Samples with the extreme ones first, and the number of extremes; the first sample of the study is always first.
 fn ends_first(samples: &Samples, moving: &[usize], all: u64) -> (Vec<u64>, usize) {
     let compared = all.min(MOST_COMPARED);
     let mut lists: BTreeMap<(&str, Option<usize>, usize, usize), Vec<(f64, u64)>> = BTreeMap::new();
     for i in 0..compared {
-        // evenly spread over those that are too many
+        // evenly spread if there are too many
         let sample = (u128::from(i) * u128::from(all) / u128::from(compared)) as u64;
         let Some(machine) = machine_of(samples, sample) else { continue };
         let run = &machine.run;
@@ -134,7 +134,7 @@ fn ends_first(samples: &Samples, moving: &[usize], all: u64) -> (Vec<u64>, usize
     lists.values_mut().for_each(|list| list.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1))));
     let mut seen = HashSet::from([0]);
     let mut order = vec![0];
-    // then some evenly between the ends, then the rest
+    // first the extremes, then samples evenly between them, then the rest
     let length = lists.values().map(Vec::len).max().unwrap_or(0);
     let between = (1..SPREAD).map(|part| part * length / SPREAD);
     for rank in std::iter::once(0).chain(between).chain(1..length) {
@@ -144,21 +144,21 @@ fn ends_first(samples: &Samples, moving: &[usize], all: u64) -> (Vec<u64>, usize
     (order, lists.len())
 }
 
-/// What is said of one bearing.
+/// Note on one bearing.
 #[derive(Debug)]
 struct Said {
-    /// Samples of which it is to be said.
+    /// Number of samples with this note.
     count: u64,
-    /// The farthest beyond, with a step that resolves all of them.
+    /// The most severe note, with a step that is small enough for all of the samples.
     note: BearingNote,
-    /// What varies in it.
+    /// Values of the varied parameters in the sample of that note.
     shown: String,
 }
 
-/// Notes on bearings that were found so far.
+/// Search for notes on bearings.
 #[derive(Debug, Default)]
 struct BearingSearch {
-    /// Structures that may be built.
+    /// Largest number of structures to build.
     most: usize,
     structures: Vec<Structure>,
     known: Vec<(usize, Beside, Vec<BearingNote>)>,
@@ -184,7 +184,7 @@ impl BearingSearch {
         }
     }
 
-    /// Where what is said of this machine is; `None`: it cannot start, or there are enough.
+    /// Index of the notes on this machine; `None` if it cannot start, or the largest number of checks is reached.
     fn look_of(&mut self, machine: &Machine, at: usize) -> Option<usize> {
         let beside = Beside::of(machine);
         if let Some(place) = self.known.iter().position(|(of, other, _)| *of == at && *other == beside) {
@@ -198,7 +198,7 @@ impl BearingSearch {
         Some(self.known.len() - 1)
     }
 
-    /// Where the structure of this machine is; `None`: it cannot be built, or there are enough.
+    /// Index of the structure of this machine; `None` if it cannot be built, or the largest number of structures is reached.
     fn structure_of(&mut self, machine: &Machine) -> Option<usize> {
         if let Some(at) = self.structures.iter().position(|structure| structure.fits(machine)) {
             return Some(at);
@@ -206,7 +206,7 @@ impl BearingSearch {
         if self.structures.len() == self.most {
             return None;
         }
-        // rings that are the same are taken over
+        // equal rings are reused
         let built = match self.structures.last() {
             Some(last) => last.rebuilt(machine).ok()?,
             None => engine::build(machine).ok()?,
@@ -231,7 +231,7 @@ mod tests {
         bearings_of(&Samples::new(load(&file, |_| Vec::new()).expect("valid"), None, None).expect("small"))
     }
 
-    /// A mass at the bearing decides whether the step resolves its damping; the structure is one.
+    /// A mass at the bearing determines whether the step resolves the damping; there is one structure.
     #[test]
     fn what_is_said_does_not_hang_on_the_order_of_values() {
         for masses in ["[\"1 g\", \"90 g\"]", "[\"90 g\", \"1 g\"]"] {
@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    /// What lies at an end is found among thousands, wherever it stands; what nothing moves is said without a count.
+    /// An extreme value is found among thousands of samples in any position; a note that no parameter affects has no count.
     #[test]
     fn the_worst_is_found_wherever_it_stands() {
         let set = "[set]\n\"run.engine\" = \"reduced\"\n";

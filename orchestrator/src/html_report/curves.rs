@@ -1,4 +1,4 @@
-//! Exceedance and fragility with their bands.
+//! Exceedance and fragility curves with their bands.
 
 use super::words::{Quantity, group};
 use crate::questions::Answering;
@@ -9,15 +9,15 @@ use bladeoff_answers::estimate::input::{Group, Label};
 use bladeoff_answers::page::Block;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, Symbol};
 
-/// Groups that are drawn, and points of a curve.
+/// Largest number of groups that are drawn, and of points of a curve.
 const MOST_CURVES: usize = 6;
 const MOST_POINTS: usize = 400;
-/// Points of a curve that are drawn one by one.
+/// Largest number of points of a curve that are drawn one by one.
 const MOST_WHISKERS: usize = 12;
 
 /// A point of a curve as it is drawn.
 struct Drawn {
-    /// Where it is, and the ends of its bin.
+    /// Position, and the ends of its bin.
     x: f64,
     ends: (f64, f64),
     estimate: Option<f64>,
@@ -26,7 +26,7 @@ struct Drawn {
     high: Option<f64>,
 }
 
-/// The curve of a question that has one.
+/// The chart of a question that has a curve.
 pub(super) fn curve(answering: &Answering, question: &Question, columns: &[TableColumn]) -> Option<Block> {
     let (_, curve) = answering.curves.iter().find(|(name, _)| *name == question.name)?;
     match &question.ask {
@@ -61,7 +61,7 @@ fn groups(curve: &Curve, axes: usize) -> Vec<(Group, Vec<usize>)> {
     groups
 }
 
-/// Columns of the group: those before the places, which are followed by `n`.
+/// Columns of the group: those before the positions, which are followed by `n`.
 fn axes(curve: &Curve, places: usize) -> usize {
     let n = curve.columns.iter().position(|(name, _)| name == "n").unwrap_or(places);
     n.saturating_sub(places)
@@ -71,7 +71,7 @@ fn drawn(curve: &Curve, rows: &[usize], place: impl Fn(usize) -> (f64, f64)) -> 
     let [estimate, harmful, low, high] =
         ["estimate", "estimate_if_bad_harmful", "low", "high"].map(|name| cells(curve, name));
     let all = rows.len();
-    // both ends stay
+    // both ends are kept
     let step = all.div_ceil(MOST_POINTS).max(1);
     let chosen = rows.iter().enumerate().filter(|(at, _)| at % step == 0 || at + 1 == all).map(|(_, row)| *row);
     chosen
@@ -94,7 +94,7 @@ fn exceedance(question: &Question, column: &str, curve: &Curve, columns: &[Table
     };
     let groups = groups(curve, axes);
     let mut series = Vec::new();
-    // a share below any that was seen has no place on a logarithmic axis
+    // a zero estimate cannot be drawn on a logarithmic axis
     let n = cells(curve, "n").iter().flatten().fold(1.0_f64, |most, n| most.max(*n));
     let least = 0.5 / n;
     let mut across = Vec::new();
@@ -129,7 +129,7 @@ fn caption(question: &Question, what: &str, groups: usize) -> String {
     format!("{}: {what}. With {percent} limits.{cut}", question.name)
 }
 
-/// Band, estimate, and the estimate with bad runs harmful where that is another.
+/// Band, estimate, and the estimate with bad runs counted as harmful if that differs.
 fn lines(series: &mut Vec<Series>, colour: &'static str, name: &str, points: &[Drawn], shown: impl Fn(f64) -> f64) {
     let named = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name}: {what}") };
     let band: Vec<_> =
@@ -150,7 +150,7 @@ fn fragility(question: &Question, path: &str, event: &str, curve: &Curve, column
     let [(_, from), (_, to)] = curve.columns.get(axes..axes + 2)? else { return None };
     let groups = groups(curve, axes);
     let what = format!("probability of {event}, over {path}");
-    // as high as the limits are: 3 % of 100 % is nothing to see
+    // the axis ends at the largest limit, because 3 % on an axis of 100 % would be invisible
     let shares = ["estimate", "estimate_if_bad_harmful", "high"].into_iter().flat_map(|name| cells(curve, name));
     let most = shares.flatten().fold(0.0_f64, |most, share| most.max(100.0 * share));
     let y =
@@ -166,7 +166,7 @@ fn fragility(question: &Question, path: &str, event: &str, curve: &Curve, column
     for (at, (of, rows)) in groups.iter().take(MOST_CURVES).enumerate() {
         let points = drawn(curve, rows, |row| (end(from, row), end(to, row)));
         across.extend(points.iter().flat_map(|point| [point.ends.0, point.ends.1]));
-        // a few chosen values have nothing between them
+        // between a few chosen values no line is drawn
         if points.iter().all(|point| point.ends.0 == point.ends.1) && points.len() <= MOST_WHISKERS {
             let intervals = points
                 .iter()
@@ -200,7 +200,7 @@ fn fragility(question: &Question, path: &str, event: &str, curve: &Curve, column
     Some(y(series, x, 280).figure(caption(question, &what, groups.len()), None).into())
 }
 
-/// Along words there are no lines: intervals, one below the other.
+/// For words there are no lines, but intervals, one below the other.
 fn by_words(
     question: &Question,
     what: &str,

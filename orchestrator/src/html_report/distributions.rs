@@ -1,4 +1,4 @@
-//! Histograms of all rows: the uncertain inputs as they were drawn, and the results that questions and gates name.
+//! Histograms over all rows: the uncertain inputs as drawn, and the results that questions and gates name.
 
 use super::rows::{Coordinate, Held};
 use super::words::status_in_words;
@@ -14,28 +14,28 @@ use bladeoff_study::{Origin, Samples};
 use bladeoff_text::document::units::{format_digits, parse_any_quantity};
 use std::path::PathBuf;
 
-/// Bins of a histogram: the square root of the number of values, within these.
+/// Limits of the number of bins, which is the square root of the number of values.
 const BINS: (usize, usize) = (6, 40);
-/// Height of the frame of an input and of a result.
+/// Height of the frame of an input, and of a result.
 const HEIGHTS: (u32, u32) = (70, 150);
 
-/// Numbers of runs in equal bins of one coordinate.
+/// Number of runs in equal bins of one coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Histogram {
-    /// From the smallest to the largest value.
+    /// Smallest and largest value.
     range: (f64, f64),
-    /// Runs that are ok, by bin.
+    /// Number of ok runs by bin.
     ok: Vec<u64>,
-    /// Runs that are not, by bin; of a result with the value before a guard or limit was exceeded.
+    /// Number of runs that are not ok by bin; for a result by the value before a guard or limit was exceeded.
     others: Vec<u64>,
-    /// Runs without a value.
+    /// Number of runs without a value.
     without: u64,
 }
 
-/// Histograms of the coordinates; `None` for words and where no row has a value.
+/// Histograms of the coordinates; `None` for words, and if no row has a value.
 ///
 /// # Errors
-/// A table that cannot be read.
+/// A table cannot be read.
 pub(super) fn histograms(files: &[PathBuf], coordinates: &[Coordinate]) -> Result<Vec<Option<Histogram>>, TableError> {
     let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY, 0_u64); coordinates.len()];
     for_each_value(files, coordinates, |at, value, _| {
@@ -44,7 +44,7 @@ pub(super) fn histograms(files: &[PathBuf], coordinates: &[Coordinate]) -> Resul
         (*low, *high, *count) = (low.min(value), high.max(value), *count + 1);
     })?;
     let empty = |(low, high, count): &(f64, f64, u64)| {
-        // the span of two huge values need not be a number
+        // the difference of two huge values may be infinite
         let bins = ((*count as f64).sqrt().ceil() as usize).clamp(BINS.0, BINS.1);
         let bins = if high > low && (high - low).is_finite() { bins } else { 1 };
         (*count > 0).then(|| Histogram { range: (*low, *high), ok: vec![0; bins], others: vec![0; bins], without: 0 })
@@ -64,7 +64,7 @@ pub(super) fn histograms(files: &[PathBuf], coordinates: &[Coordinate]) -> Resul
     Ok(found)
 }
 
-/// Every row's value of every coordinate that has numbers, and whether the row is ok.
+/// Calls a function with every row's value of every numeric coordinate, and whether the row is ok.
 fn for_each_value(
     files: &[PathBuf],
     coordinates: &[Coordinate],
@@ -106,7 +106,7 @@ impl Histogram {
         ((share * bins as f64) as usize).min(bins - 1)
     }
 
-    /// Whether a limit is so near to the values that both can be seen in one picture.
+    /// Whether a limit is near enough to the values for both to be visible in one figure.
     fn is_near(&self, limit: f64) -> bool {
         let (low, high) = self.range;
         let room = 2.0 * (high - low).max(0.02 * high.abs());
@@ -117,12 +117,12 @@ impl Histogram {
         self.ok.iter().chain(&self.others).sum()
     }
 
-    /// The chart of a coordinate; `at` are values that are marked.
+    /// The chart of a coordinate; `at`: values that are marked.
     fn chart(&self, of: &Coordinate, at: &[f64], height: u32) -> Chart {
         let (low, high) = self.range;
         let scale = Scale::of(&of.unit, low.abs().max(high.abs()));
         let bins = self.ok.len() as f64;
-        // equal values have a bar of their own width
+        // equal values have a bar with a width relative to the value
         let width = if high > low { (high - low) / bins } else { low.abs().max(1.0) * 0.02 };
         let start = if high > low { low } else { low - 0.5 * width };
         let edge = |bin: usize| (start + width * bin as f64) * scale.factor;
@@ -191,7 +191,7 @@ impl Histogram {
     }
 }
 
-/// Inputs that were drawn at random, each with its histogram.
+/// Histograms of the inputs that were drawn at random.
 pub(super) fn inputs(samples: &Samples, coordinates: &[Coordinate], found: &[Option<Histogram>]) -> Vec<Block> {
     let is_drawn = |of: &Coordinate| {
         let named = samples.parameters().iter().find(|parameter| parameter.column().name == of.column);
@@ -205,7 +205,7 @@ pub(super) fn inputs(samples: &Samples, coordinates: &[Coordinate], found: &[Opt
     source.into_iter().chain(drawn).collect()
 }
 
-/// Results that questions and gates name, each with its histogram and the limits in them.
+/// Histograms of the results that questions and gates name, with the limits.
 pub(super) fn results(
     asked: &[String],
     (questions, gates): (&[Question], &[Gate]),
@@ -219,7 +219,7 @@ pub(super) fn results(
     drawn.collect()
 }
 
-/// Values with which questions and gates compare a column alone, without repetition.
+/// Values in comparisons of the column alone (no product or sum with another one) in questions and gates; each value once.
 fn limits_in(of: &Coordinate, questions: &[Question], gates: &[Gate]) -> Vec<f64> {
     let of_question = questions.iter().filter_map(|question| match &question.ask {
         Ask::One(Figure::Probability(formula))
@@ -234,14 +234,14 @@ fn limits_in(of: &Coordinate, questions: &[Question], gates: &[Gate]) -> Vec<f64
     values
 }
 
-/// The number of `COLUMN > NUMBER`, or of `<`; `None` for another formula.
+/// The number in `COLUMN > NUMBER` or `COLUMN < NUMBER`; `None` for another formula.
 fn limit_in(formula: &Formula, of: &Coordinate) -> Option<f64> {
     if formula.columns != [of.column.clone()] || formula.text.matches(['<', '>']).count() != 1 {
         return None;
     }
     let (left, right) = formula.text.split_once(['<', '>'])?;
     let (left, right) = (left.trim(), right.trim_start_matches('=').trim());
-    // a product, a sum or a function of the column is another quantity
+    // a product, a sum or a function of the column is a different quantity
     let is_column = |side: &str| {
         let name = side.trim_matches('`');
         name.starts_with(|first: char| first.is_ascii_alphabetic())

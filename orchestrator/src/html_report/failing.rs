@@ -1,4 +1,4 @@
-//! Where runs fail, and which regimes they are in.
+//! Section about failed runs: where in the parameters runs fail, and in which regimes they are.
 
 use super::Subject;
 use super::rows::{Coordinate, OfKind, Picked, Seen};
@@ -11,10 +11,10 @@ use bladeoff_answers::page::{Block, Explorer, Figure, Plot, Table};
 use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::Cause;
 
-/// Lines of good runs in parallel coordinates: more are a grey area.
+/// Largest number of ok runs drawn as lines in parallel coordinates: more lines merge into a grey area.
 const MOST_LINES: usize = 500;
 
-/// How many, why, and at which parameters.
+/// The number of runs that are not ok, their causes, and their parameters.
 pub(super) fn failures(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let bad: Vec<&OfKind> = seen.kinds.iter().filter(|of| of.kind.0 != "ok").collect();
     let mut blocks = Vec::new();
@@ -53,7 +53,7 @@ fn causes(bad: &[&OfKind], seen: &Seen, subject: Subject<'_>) -> Table {
         let means = match known {
             _ if is_function => "a formula has no finite value there".to_owned(),
             Some(cause) => {
-                // several runs, of more than one regime
+                // the advice is for several runs, which may be in different regimes
                 let ran = Ran { engine: engine_of(subject, *first), is_backward: false, has_one_point: false };
                 format!("{}. Try: {}", cause_in_words(cause), advice(cause, ran).text)
             }
@@ -65,23 +65,23 @@ fn causes(bad: &[&OfKind], seen: &Seen, subject: Subject<'_>) -> Table {
     Table { head: head.map(str::to_owned).to_vec(), rows: rows.collect(), verbatim: vec![5] }
 }
 
-/// The engine of a sample; of a machine that cannot be built any more that of most studies.
+/// The engine of a sample; for a machine that can no longer be built, the engine of most studies.
 fn engine_of(subject: Subject<'_>, sample: u64) -> Engine {
     let machine = subject.samples.try_machine(sample).ok().flatten().and_then(|machine| machine.build().ok());
     machine.map_or(Engine::Reduced, |machine| machine.run.engine)
 }
 
-/// A coordinate in the unit of a reader.
+/// A coordinate with its values in the unit shown to the reader.
 struct Shown {
     label: String,
-    /// By picked row.
+    /// Values by picked row.
     values: Vec<Option<f64>>,
     words: Vec<String>,
     is_result: bool,
 }
 
 impl Shown {
-    /// `None`: it has no value, or always the same word.
+    /// The coordinate as it is shown; `None` if no row has a value, or all rows have the same word.
     fn of(seen: &Seen, at: usize, coordinate: &Coordinate) -> Option<Self> {
         let values = || seen.picked.iter().map(|row| row.values[at]);
         let largest = values().flatten().fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -97,7 +97,7 @@ impl Shown {
     }
 }
 
-/// Names of kinds, the ok one first.
+/// Names of the kinds of rows, "ok" first.
 fn kinds(seen: &Seen) -> Vec<String> {
     let name = |of: &OfKind| if of.kind.0 == "ok" { "ok".to_owned() } else { format!("{}: {}", of.kind.0, of.kind.1) };
     let mut names: Vec<String> = seen.kinds.iter().map(name).collect();
@@ -107,13 +107,13 @@ fn kinds(seen: &Seen) -> Vec<String> {
     names
 }
 
-/// Place of a row's kind in [`kinds`].
+/// Index of a row's kind in [`kinds`].
 fn kind_of(seen: &Seen, row: &Picked) -> usize {
     let has_ok = seen.kinds.first().is_some_and(|first| first.kind.0 == "ok");
     row.kind + usize::from(!has_ok)
 }
 
-/// How many rows are shown, and that others are not.
+/// Sentence about how many rows are shown and how many are left out.
 fn thinned(seen: &Seen) -> String {
     let all = seen.picked.len() as u64;
     if all == seen.rows {
@@ -135,11 +135,11 @@ fn thinned(seen: &Seen) -> String {
     )
 }
 
-/// Two coordinates; with scripts any two.
+/// Scatter plot over two coordinates; with scripts the reader can choose any two.
 fn scatter(seen: &Seen, shown: &[Shown]) -> Figure {
     let kinds = kinds(seen);
     let kind: Vec<usize> = seen.picked.iter().map(|row| kind_of(seen, row)).collect();
-    // numbers first; a result over a parameter says more than two parameters where nothing failed
+    // numeric coordinates first; if no run failed, a result over a parameter shows more than two parameters
     let is_number = |at: &usize| shown[*at].words.is_empty();
     let x = (0..shown.len()).find(is_number).unwrap_or(0);
     let failed = seen.ok() < seen.rows;
@@ -173,14 +173,14 @@ fn scatter(seen: &Seen, shown: &[Shown]) -> Figure {
     figure
 }
 
-/// As in the page's script and in parallel coordinates.
+/// Colour of a kind, the same as in the page's script and in parallel coordinates.
 fn colour(kind: usize) -> &'static str {
     COLOURS[[1, 0, 2, 3, 4, 5, 6][(kind - 1) % 7]]
 }
 
 fn lines(seen: &Seen, shown: &[Shown]) -> Figure {
     let mut good = 0;
-    // rows are in the order of their numbers, not of anything else
+    // rows are in the order of their sample numbers, so that every n-th row is a selection independent of the results
     let goods = seen.picked.iter().filter(|row| kind_of(seen, row) == 0).count();
     let step = goods.div_ceil(MOST_LINES).max(1);
     let rows: Vec<usize> = (0..seen.picked.len())

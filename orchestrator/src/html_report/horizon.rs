@@ -1,4 +1,4 @@
-//! Times and speeds at which a study's ok runs ended: nothing is known of what follows.
+//! Times and speeds at which a study's ok runs ended, because what follows is unknown.
 
 use bladeoff_answers::summary::counted;
 use bladeoff_answers::tables::{END_CAUSE, END_SPEED, END_TIME, Table, TableError};
@@ -41,7 +41,7 @@ impl Horizon {
     /// Counts the rows of these files.
     ///
     /// # Errors
-    /// A table that cannot be read.
+    /// A table cannot be read.
     pub fn of(files: &[PathBuf]) -> Result<Self, TableError> {
         let mut found = Self::default();
         Table::for_each_piece(files, &["status", END_CAUSE, END_TIME, END_SPEED], |piece| {

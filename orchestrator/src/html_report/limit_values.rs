@@ -1,4 +1,4 @@
-//! Limits of the physical model before any run: value, origin and reference of each, or the key without which it is not judged.
+//! Limits of the physical model before any run: value, origin and reference of each limit, or the key that is missing if it is not judged.
 //!
 //! ```text
 //! value in words = value * reference (value of NAME), where all references are known; "varies" where samples differ
@@ -10,33 +10,33 @@ use bladeoff_model::outcome::Limit;
 use bladeoff_study::Samples;
 use bladeoff_text::document::units::format_digits;
 
-/// One limit of a machine or of the machines of a study.
+/// One limit of a machine, or of the machines of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LimitValue {
-    /// The limit, of the first sample.
+    /// The limit, as the first sample has it.
     pub limit: ModelLimit,
-    /// Value and reference in words.
+    /// The value and its reference in words.
     pub value: String,
     /// Origin of the value.
     pub origin: &'static str,
-    /// Whether samples differ in what a run above it becomes.
+    /// Whether the status of a run above the limit differs between samples.
     pub varies: bool,
-    /// Part or key that the machine needs; the limit is not judged without it.
+    /// Part or key that the machine does not have and without which the limit is not judged.
     pub lacks: Option<&'static str>,
 }
 
 impl LimitValue {
-    /// Its name.
+    /// Name of the limit.
     pub fn name(&self) -> &'static str {
         self.limit.limit.word()
     }
 
-    /// Whether it compares a stress that the machine has with a yield strength that it lacks.
+    /// Whether the limit compares a stress that the machine has with a yield strength that is not given.
     fn lacks_strength(&self) -> bool {
         self.lacks.is_some_and(|needed| needed.contains("yield_strength"))
     }
 
-    /// Status of a run above it.
+    /// Status of a run above the limit.
     pub fn exceeded(&self) -> &'static str {
         match self.limit.on_exceed {
             _ if self.varies => "varies",
@@ -46,12 +46,12 @@ impl LimitValue {
     }
 }
 
-/// "not judged: no KEY".
+/// Words for a limit that is not judged: "not judged: no KEY".
 pub(super) fn not_judged(key: &str) -> String {
     format!("not judged: no {}", key.strip_prefix("a ").unwrap_or(key))
 }
 
-/// Column of the stress that a limit compares with a yield strength, and the part that has it.
+/// Column of the stress that a limit compares with a yield strength, and the part that has this stress.
 pub(super) fn stress(limit: Limit) -> Option<(&'static str, &'static str)> {
     match limit {
         Limit::RingYield => Some(("max_ring_stress_Pa", "ring")),
@@ -61,7 +61,7 @@ pub(super) fn stress(limit: Limit) -> Option<(&'static str, &'static str)> {
     }
 }
 
-/// The warning where stresses of these parts are not compared with a yield strength; `None` without any.
+/// The warning that stresses of these parts are not compared with a yield strength; `None` if `parts` is empty.
 pub(super) fn unjudged_stresses(parts: &[&str]) -> Option<String> {
     let parts = match parts {
         [] => return None,
@@ -81,7 +81,7 @@ pub(super) fn of_study(samples: &Samples) -> Option<Vec<LimitValue>> {
     Some(of_machine(&definition, &machine, &varied))
 }
 
-/// The limits of a machine; `varied`: paths that differ from sample to sample.
+/// The limits of a machine; `varied`: the paths that differ between samples.
 fn of_machine(definition: &MachineDef, machine: &Machine, varied: &[&str]) -> Vec<LimitValue> {
     let of = |limit: ModelLimit| {
         let path = format!("run.limit.{}.value", limit.limit.word());
@@ -102,14 +102,14 @@ fn of_machine(definition: &MachineDef, machine: &Machine, varied: &[&str]) -> Ve
     machine.run.limits.into_iter().map(of).collect()
 }
 
-/// The quantity that a limit's value multiplies.
+/// The quantity by which the value of a limit is multiplied.
 struct Reference {
     name: &'static str,
     unit: &'static str,
-    /// How the paths of its keys begin and end.
+    /// Beginning and end of the paths of its keys.
     path: (&'static str, &'static str),
     values: Vec<f64>,
-    /// Number of the parts that may have a value, and what they are called.
+    /// Number of the parts that may have a value, and the name of these parts.
     parts: (usize, &'static str),
 }
 
@@ -119,7 +119,7 @@ impl Reference {
     }
 }
 
-/// "40 mm (0.05 of mean radius)", "600 MPa" for the yield strength itself.
+/// A limit in words: "40 mm (0.05 of mean radius)"; "600 MPa" for the yield strength itself.
 fn in_words(value: f64, reference: Option<&Reference>) -> String {
     let plain = format_digits(value, "", 4);
     let Some(Reference { name, unit, values, parts: (all, parts), .. }) = reference.filter(|of| !of.values.is_empty())
@@ -131,11 +131,11 @@ fn in_words(value: f64, reference: Option<&Reference>) -> String {
     let show = |of: f64| format_digits(value * of, unit, 4);
     let range = if least == most { show(least) } else { format!("{} to {}", show(least), show(most)) };
     let words = if value == 1.0 { range } else { format!("{range} ({plain} of {name})") };
-    // parts without a value are not judged
+    // for parts without a value the limit is not judged
     if values.len() < *all { format!("{words}, for {} of {all} {parts}", values.len()) } else { words }
 }
 
-/// `None`: the value itself is the limit.
+/// The reference of a limit; `None` if the limit is an absolute value.
 fn reference(machine: &Machine, limit: Limit) -> Option<Reference> {
     let rings = || {
         machine.diaphragms.iter().filter_map(|diaphragm| match &diaphragm.kind {
@@ -246,7 +246,7 @@ mod tests {
         assert!(unjudged_stresses(&[]).is_none());
         let one = unjudged_stresses(&["shaft"]).expect("one part");
         assert!(one.starts_with("stresses of shaft are not judged"), "{one}");
-        // parts that a machine does not have have no stresses
+        // a part that the machine does not have has no stress
         let point = "schema = 1\nname = \"p\"\n[rotor]\nkind = \"point-mass\"\nmass = 1\npolar_inertia = 1\ninitial_speed = 100\n\
             [rotor.bearings.a]\nstiffness = 4e4\n[run]\nend_time = 1\n";
         let text = table(&values(point, &[]), None);

@@ -1,4 +1,4 @@
-//! Limits of the physical model in a study: value and origin of each, the runs that exceed it, and the key that a limit needs which is not
+//! Limits of the physical model in a study: value and origin of each limit, the runs that exceed it, and the missing key of a limit that is not
 //! judged.
 //!
 //! ```text
@@ -17,29 +17,30 @@ use bladeoff_study::Samples;
 use bladeoff_text::document::units::format_digits;
 use std::path::PathBuf;
 
-/// Stress above which no steel of a turbine's rings, blades or shafts is elastic \[Pa\]: maraging steels yield at up to 2 GPa, blade steels below 1.3 GPa.
+/// Stress above which no steel of a turbine's rings, blades or shafts is elastic \[Pa\]: the yield strength of maraging steels reaches 2 GPa, that of
+/// blade steels is below 1.3 GPa.
 const ABOVE_ANY_STEEL: f64 = 2e9;
 
-/// How the column of a limit's ratio begins; the limit's name follows.
+/// Beginning of the column name of a limit's ratio; the name of the limit follows.
 const RATIO: &str = "limit_ratio_";
 
-/// One limit in the rows of a study.
+/// Counts for one limit over the rows of a study.
 #[derive(Debug, Clone, PartialEq)]
 struct Counted {
     of: LimitValue,
-    /// Rows of any status.
+    /// Number of rows of any status.
     rows: u64,
-    /// Rows that ended before they could exceed the limit, and invalid rows that did not exceed it while all guards held.
+    /// Number of rows that ended before they could exceed the limit, and of invalid rows that did not exceed it while all guards held.
     earlier: u64,
     invalid: u64,
-    /// Rows with a ratio above 1, and the ok ones among them.
+    /// Number of rows with a ratio above 1, and of the ok rows among them.
     exceeded: u64,
     exceeded_ok: u64,
     /// Largest ratio, and its sample.
     largest: Option<(f64, u64)>,
-    /// Largest stress of the ok rows where the limit is not judged, and its sample.
+    /// Largest stress of the ok rows if the limit is not judged, and its sample.
     stress: Option<(f64, u64)>,
-    /// Number of ok rows with a stress above [`ABOVE_ANY_STEEL`] where the limit is not judged.
+    /// Number of ok rows with a stress above [`ABOVE_ANY_STEEL`] if the limit is not judged.
     above: u64,
 }
 
@@ -51,7 +52,7 @@ impl LimitTable {
     /// Counts the rows of these files; empty for a study of formulas.
     ///
     /// # Errors
-    /// A table that cannot be read.
+    /// A table cannot be read.
     pub fn of(samples: &Samples, files: &[PathBuf]) -> Result<Self, TableError> {
         let Some(all) = of_study(samples) else { return Ok(Self::default()) };
         let mut all: Vec<Counted> = all.into_iter().map(Counted::new).collect();
@@ -95,14 +96,14 @@ impl LimitTable {
         text
     }
 
-    /// The warning above a summary or page where stresses are not judged.
+    /// The warning above a summary or page if stresses are not judged.
     #[must_use]
     pub fn unjudged(&self) -> Option<String> {
         let parts = self.0.iter().filter(|of| of.stress.is_some()).filter_map(|of| Some(stress(of.of.limit.limit)?.1));
         unjudged_stresses(&parts.collect::<Vec<_>>())
     }
 
-    /// Stresses that are not judged.
+    /// The stresses that are not judged.
     pub(super) fn unjudged_stresses(&self) -> Vec<UnjudgedStress> {
         let all = self.0.iter().filter_map(|of| {
             let (key, (largest, sample), above) = (of.of.lacks?, of.stress?, of.above);
@@ -118,7 +119,7 @@ impl LimitTable {
         all.collect()
     }
 
-    /// The table of a page, and what its ratios mean; empty for a study of formulas.
+    /// The table of a page, and the meaning of its ratios; empty for a study of formulas.
     #[must_use]
     pub fn blocks(&self) -> Vec<Block> {
         let Some(table) = self.page() else { return Vec::new() };
@@ -145,7 +146,7 @@ impl LimitTable {
         (!self.0.is_empty()).then(|| PageTable { head, rows: rows.collect(), verbatim: Vec::new() })
     }
 
-    /// A line for each limit with `on_exceed = "note"` that ok rows exceed: their status does not show it.
+    /// A line for each limit with `on_exceed = "note"` that ok rows exceed, because their status does not show this.
     #[must_use]
     pub fn noted(&self) -> Vec<String> {
         let line = |of: &Counted| {
@@ -162,7 +163,7 @@ impl LimitTable {
         self.exceeded_and_noted().map(|of| of.of.name()).collect()
     }
 
-    /// Limits that ok runs exceed.
+    /// The limits that ok rows exceed.
     fn exceeded_and_noted(&self) -> impl Iterator<Item = &Counted> {
         self.judged().filter(|of| of.exceeded_ok > 0 && of.of.limit.on_exceed == OnExceed::Note)
     }
@@ -175,7 +176,7 @@ impl LimitTable {
 /// Columns of the table.
 const HEAD: [&str; 6] = ["limit", "value", "set by", "if exceeded", "exceeded by", "largest ratio"];
 
-/// Stress that no yield strength judges.
+/// A stress that is not judged because no yield strength is given.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct UnjudgedStress {
     /// Column of the stress.
@@ -193,14 +194,14 @@ impl Counted {
         Self { of, rows: 0, earlier: 0, invalid: 0, exceeded: 0, exceeded_ok: 0, largest: None, stress: None, above: 0 }
     }
 
-    /// The column that is counted: the ratio of a limit, or the stress that a limit would judge.
+    /// The column that is counted: the ratio of a limit, or the stress that the limit would judge.
     fn column(&self) -> String {
         let ratio = format!("{RATIO}{}", self.of.name());
         let stress = stress(self.of.limit.limit).filter(|_| self.of.lacks.is_some());
         stress.map_or(ratio, |(column, _)| column.to_owned())
     }
 
-    /// "not judged: no KEY; largest stress of the ok runs 512 MPa (sample 3)".
+    /// Words for a limit that is not judged: "not judged: no KEY; largest stress of the ok runs 512 MPa (sample 3)".
     fn unjudged(&self, key: &str) -> String {
         let largest = self.stress.map(|(value, sample)| {
             format!("; largest stress of the ok runs {} (sample {sample})", format_digits(value, "Pa", 4))
@@ -208,7 +209,7 @@ impl Counted {
         not_judged(key) + &largest.unwrap_or_default()
     }
 
-    /// Takes the value of the column in a row; in a row that is not ok, the value before a guard or limit was exceeded.
+    /// Adds the value of the column in a row; for a row that is not ok, this is the value before a guard or limit was exceeded.
     fn see(&mut self, value: Option<f64>, sample: u64, status: Status) {
         let larger = |most: Option<(f64, u64)>, value: f64| {
             most.is_none_or(|(most, first)| value > most || value == most && sample < first)
@@ -229,7 +230,7 @@ impl Counted {
         } else {
             match status {
                 Status::Invalid => self.invalid += 1,
-                // values after another limit are those of another machine, whether the run ended there or not
+                // values after another limit was exceeded do not belong to this machine, whether the run ended there or not
                 Status::Failed | Status::Quarantined | Status::Beyond => self.earlier += 1,
                 Status::Ok => {}
             }
@@ -258,10 +259,10 @@ impl Counted {
     }
 }
 
-/// A line where more runs are beyond the model than `[limits] max_beyond` of the study allows.
+/// A line if more runs are beyond the model than `[limits] max_beyond` of the study allows.
 ///
 /// # Errors
-/// A table that cannot be read.
+/// A table cannot be read.
 pub fn too_many_beyond(samples: &Samples, files: &[PathBuf]) -> Result<Option<String>, TableError> {
     let mut tally = Tally::default();
     Table::for_each_piece(files, &["status"], |piece| {
@@ -272,7 +273,7 @@ pub fn too_many_beyond(samples: &Samples, files: &[PathBuf]) -> Result<Option<St
     Ok(above_max_beyond(samples, tally.of(Status::Beyond), tally.done()))
 }
 
-/// The line where so many of `done` samples beyond the model are more than the study allows.
+/// The line if the number of samples beyond the model among `done` samples is larger than the study allows.
 #[must_use]
 pub fn above_max_beyond(samples: &Samples, beyond: u64, done: u64) -> Option<String> {
     let allowed = samples.study().limits.max_beyond;

@@ -1,10 +1,10 @@
-//! One page about a result directory, to hand over: `bladeoff report`.
+//! Report on a result directory as one HTML page: `bladeoff report`.
 //!
 //! ```text
-//! table or parts --rows--> counts, the worst, some rows of every kind      questions --answering--> answers, curves, looks
+//! table or parts --rows--> counts, the worst, some rows of every kind      questions --answering--> answers, curves, interim answers
 //!   --answered, failing, worst, provenance--> sections --bladeoff_answers::page--> HTML
 //! ```
-//! The same directory gives the same bytes, whenever and by whomever it is asked.
+//! A report is reproducible: the same directory gives the same bytes at any time.
 
 mod answered;
 mod assumed;
@@ -54,59 +54,59 @@ use std::path::{Path, PathBuf};
 use usable::Circumstances;
 pub use worst_history::Envelope;
 
-/// What a report is about.
+/// Input of a report.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
     /// Result directory.
     pub directory: &'a Path,
-    /// Its samples.
+    /// Samples of the study.
     pub samples: &'a Samples,
     /// Name of the study.
     pub name: &'a str,
-    /// Questions that are answered.
+    /// Questions to answer.
     pub questions: &'a [Question],
-    /// Gates that are judged.
+    /// Gates to judge.
     pub gates: &'a [Gate],
 }
 
 /// A report.
 #[derive(Debug, Clone)]
 pub struct Report {
-    /// The page.
+    /// HTML page.
     pub page: Page,
-    /// Rows that it is about, of so many.
+    /// Number of rows in the report, and their number in the finished table.
     pub rows: (u64, u64),
-    /// The table has a checksum, or is no finished one.
+    /// Whether the table has a recorded checksum, or is not finished.
     pub is_known: bool,
 }
 
-/// What is known of a study's precision beside its intervals.
+/// Expected precision of a study.
 #[derive(Debug, Clone, Default)]
 pub struct Ahead {
-    /// What more points would narrow intervals to.
+    /// Forecast of the intervals with more points.
     pub forecasts: Option<Forecasts>,
-    /// What is not as precise as `[stop]` asks, and why.
+    /// Figures that are less precise than `[stop]` requires, with the reason.
     pub short: Vec<String>,
 }
 
-/// A sample that was computed again, or in words why it was not.
+/// A recomputed sample, or the reason why it could not be recomputed.
 pub type Again = Result<Computed, String>;
 
-/// A sample that was computed again.
+/// A recomputed sample.
 #[derive(Debug)]
 pub struct Computed {
-    /// Its machine.
+    /// Machine of the sample.
     pub machine: Machine,
-    /// Largest values over the time.
+    /// Largest values over time.
     pub envelope: Envelope,
-    /// How its row differs from the one in the table; `None`: it is equal bit for bit.
+    /// Difference between the recomputed row and the row of the table; `None` if they are equal bit for bit.
     pub differs: Option<String>,
 }
 
-/// Makes the report. `again` computes a sample again for its history; it returns `None` where no history is wanted.
+/// Builds the report. `again` recomputes a sample for its history; it returns `None` if no history is wanted.
 ///
 /// # Errors
-/// The table is not as it was written, cannot be read, or has not what is asked for.
+/// The table has changed since it was written, cannot be read, or lacks a required column.
 pub fn report(
     subject: Subject<'_>,
     ahead: impl Fn(&Answering) -> Ahead,
@@ -123,7 +123,7 @@ pub fn report(
         }
         answer_at_looks(directory, samples, questions, gates).map(Some)
     };
-    // answers first: a study that runs has more rows when they are counted, never fewer than the answers are from
+    // answers first: in a running study, the rows counted later are then never fewer than those of the answers
     let mut looked = ask()?;
     let (seen, found, (summary, sensitive), (limits, horizon), too_many) =
         read_current(directory, row_files, |files| {
@@ -138,11 +138,11 @@ pub fn report(
                 too_many_beyond(samples, files)?,
             ))
         })?;
-    // it has ended meanwhile: one page is of one table
+    // the study ended meanwhile: all of the page must come from the same table
     if is_table && looked.as_ref().is_some_and(|looked| !looked.answering.answers.complete) {
         looked = ask()?;
     }
-    // a table is whole: one that [stop] ends, too
+    // a table is complete even if [stop] ended the study early
     let of = if is_table { seen.rows } else { samples.count() };
     let mut sections = Vec::new();
     let mut add = |id, heading: &str, blocks: Vec<Block>| {
@@ -205,7 +205,7 @@ pub fn report(
     Ok(Report { page, rows: (seen.rows, of), is_known })
 }
 
-/// What has to be known first.
+/// Blocks at the top of the page: end of the study, incompleteness, failed runs.
 fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) -> Vec<Block> {
     let mut blocks: Vec<Block> =
         ended.map(|ended| Block::Text(format!("The study ended: {ended}."))).into_iter().collect();
@@ -248,7 +248,7 @@ fn lead(seen: &Seen, of: u64, looked: Option<&Looked>, ended: Option<String>) ->
     blocks
 }
 
-/// Why the values of runs that are not ok are not for design; a sentence for each of both kinds.
+/// Why the values of runs that are not ok must not be used for design; one sentence each for runs beyond the model and bad runs.
 fn not_for_design(beyond: u64, failing: u64, of: u64) -> String {
     let share = |count: u64| {
         let are = if count == 1 { "is" } else { "are" };
@@ -266,7 +266,7 @@ fn not_for_design(beyond: u64, failing: u64, of: u64) -> String {
     text
 }
 
-/// The summary, and how many runs with a twin are sensitive.
+/// Summary text, and number of runs whose twin differs.
 fn summary(samples: &Samples, files: &[PathBuf]) -> Result<(String, Option<String>), TableError> {
     let study = samples.study();
     if let Some(model) = study.function() {
@@ -277,7 +277,7 @@ fn summary(samples: &Samples, files: &[PathBuf]) -> Result<(String, Option<Strin
     Ok((summary.text(None), summary.sensitive()))
 }
 
-/// The machine of the first sample, drawn, and its assumptions.
+/// Drawing and assumptions of the machine of the first sample.
 fn machine(samples: &Samples) -> Vec<Block> {
     let first = samples.try_machine(0).ok().flatten().and_then(|machine| machine.build().ok());
     let drawn = first.and_then(|machine| bladeoff_answers::figures::machine(&machine));
@@ -292,7 +292,7 @@ fn machine(samples: &Samples) -> Vec<Block> {
     figure.map(Block::from).into_iter().chain(lines).collect()
 }
 
-/// The history of the worst run, or why it is not there.
+/// History of the worst run, or the reason why it is missing.
 fn history(seen: &Seen, again: impl FnOnce(u64) -> Option<Again>) -> Vec<Block> {
     let Some((name, worst)) = worst_history::worst_run(seen) else { return Vec::new() };
     match again(worst.sample) {

@@ -1,5 +1,5 @@
-//! How the intervals of indices narrow with the points: the widest of each kind, that of the most decisive parameter, and where the
-//! widest is expected to be.
+//! How the confidence intervals of sensitivity indices narrow with the number of points: the widest interval of each kind of index, the interval of
+//! the most influential parameter, and the expected width of the widest interval.
 
 use super::words::{group, unit_of};
 use crate::questions::{Forecasts, group_in_words};
@@ -9,16 +9,16 @@ use bladeoff_answers::figures::Scale;
 use bladeoff_answers::page::chart::{Axis, COLOURS, Chart, Series, Shape, shown};
 use bladeoff_answers::page::{Block, Table};
 
-/// Groups of a question that have a chart.
+/// Largest number of groups of a question that have a chart.
 const MOST_CHARTS: usize = 5;
 
-/// A line of half widths.
+/// A line of half widths over the number of points.
 struct Course {
     name: String,
     points: Vec<(f64, f64)>,
 }
 
-/// Charts of every group; of one without intervals why it has none.
+/// Charts of every group; for a group without intervals the reason.
 pub(super) fn narrowing(
     question: &Question,
     steps: &[(u64, Vec<Answer>)],
@@ -38,7 +38,7 @@ pub(super) fn narrowing(
             continue;
         };
         blocks.push(Block::Text(said(&name, answer, now)));
-        // one look is no course
+        // a single evaluation gives no course
         if course.iter().filter(|(_, answer)| widest(answer, |_| true).is_some()).count() > 1 {
             blocks.push(chart(&name, &course, columns, ahead(answer, forecasts)));
         }
@@ -49,19 +49,19 @@ pub(super) fn narrowing(
     blocks
 }
 
-/// Half of the interval of the figure at a place.
+/// Half width of the interval of the figure at an index.
 fn half(answer: &Answer, at: usize) -> Option<f64> {
     let figures = answer.figures.get(at)?;
     Some(0.5 * (figures.high? - figures.low?))
 }
 
-/// The widest of intervals, by the place of its figure: which, and half of it.
+/// The widest interval among the chosen figures: index of its figure and half width.
 fn widest(answer: &Answer, is_meant: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
     let halves = (0..answer.figures.len()).filter(|at| is_meant(*at)).filter_map(|at| Some((at, half(answer, at)?)));
     halves.reduce(|most, one| if one.1 > most.1 { one } else { most })
 }
 
-/// "load: half of the widest interval is 9.1 % (first order of gap), that of the most decisive index, total order of mass, is 7 %."
+/// Sentence: "load: half of the widest interval is 9.1 % (first order of gap), that of the most decisive index, total order of mass, is 7 %."
 fn said(name: &str, answer: &Answer, (at, half_width): (usize, f64)) -> String {
     let show = |half: f64| answer.scale.show(half);
     let decisive = answer.most_decisive().filter(|decisive| *decisive != at);
@@ -73,7 +73,7 @@ fn said(name: &str, answer: &Answer, (at, half_width): (usize, f64)) -> String {
     format!("{name}: half of the widest interval is {} ({}){more}.", show(half_width), answer.figure_name(at))
 }
 
-/// Where half of the widest interval is expected, from where it is.
+/// Expected half width of the widest interval, as a line from its present value.
 fn ahead(answer: &Answer, forecasts: Option<&Forecasts>) -> Vec<(f64, f64)> {
     let Some(forecasts) = forecasts else { return Vec::new() };
     let group = group_in_words(answer);
@@ -82,13 +82,13 @@ fn ahead(answer: &Answer, forecasts: Option<&Forecasts>) -> Vec<(f64, f64)> {
     of.map(|one| later(&one.later).collect()).unwrap_or_default()
 }
 
-/// Whether two lines look the same: rounding is no difference.
+/// Whether two lines are the same up to rounding.
 fn is_same(a: &[(f64, f64)], b: &[(f64, f64)]) -> bool {
     let same = |((x, y), (u, v)): (&(f64, f64), &(f64, f64))| x == u && (y - v).abs() <= 1e-6 * y.abs();
     a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
-/// The kind of a figure: "total order" of "total order of gap".
+/// The kind of a figure: "total order" for "total order of gap".
 fn kind(figure: &str) -> &str {
     figure.split_once(" of ").map_or(figure, |(kind, _)| kind)
 }
@@ -114,13 +114,13 @@ fn chart(name: &str, course: &[(u64, &Answer)], columns: &[TableColumn], ahead: 
     if let Some(at) = decisive {
         let (name, points) = (last.figure_name(at), line(&|answer| half(answer, at)));
         match courses.iter_mut().find(|course| is_same(&course.points, &points)) {
-            // one line over another would be neither
+            // two coincident lines would be unreadable, so they become one with both names
             Some(same) => same.name = format!("widest: {name}"),
             None => courses.push(Course { name, points }),
         }
     }
     let most = courses.iter().flat_map(|course| &course.points).fold(0.0_f64, |most, (_, half)| most.max(*half));
-    // parts of a variance in per cent, effects in the unit of the output
+    // shares of a variance in per cent, elementary effects in the unit of the output
     let found = last.sensitivity.as_ref();
     let scale = match found.filter(|found| found.estimator == "morris") {
         Some(found) => Scale::of(unit_of(columns, &found.output), most),
@@ -163,7 +163,7 @@ fn chart(name: &str, course: &[(u64, &Answer)], columns: &[TableColumn], ahead: 
     chart.figure(caption, Some(table)).into()
 }
 
-/// Where it was looked, and where the forecast ends.
+/// Ticks of the axis: the numbers of points of the evaluations and the end of the forecast.
 fn ticks(course: &[(u64, &Answer)], all: &[(f64, f64)]) -> Vec<f64> {
     let last = all.iter().fold(0.0_f64, |last, (x, _)| last.max(*x));
     let looks: Vec<f64> = course.iter().map(|(points, _)| *points as f64).collect();

@@ -1,4 +1,4 @@
-//! Where results come from, and what they cannot tell.
+//! Provenance of the results, and limits of the model.
 
 use super::Subject;
 use crate::run::directory::{MACHINE, MANIFEST, RESULTS};
@@ -11,7 +11,7 @@ use bladeoff_system::call;
 use bladeoff_system::place::Place;
 use serde_json::Value;
 
-/// Largest manifest and machine file that is shown.
+/// Largest manifest and machine file that is shown \[bytes\].
 const MOST: u64 = 1 << 20;
 
 /// Limits of the model, as in the README.
@@ -26,7 +26,7 @@ pub const LIMITS: [&str; 5] = [
     "Intervals cover the number of points only. They do not cover a wrong distribution or a missing correlation.",
 ];
 
-/// Study, hashes, versions, times.
+/// Table of study, hashes, versions and times.
 pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
     let Subject { directory, samples, .. } = subject;
     let text = |name: &str| Place::from(&directory.join(name)).read(MOST).ok();
@@ -71,7 +71,7 @@ pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
             match serde_json::from_str(value).ok().and_then(|value| TableEnd::of_json(&value)).filter(|_| name == STOP)
             {
                 Some(end) => put("end of the table", end.words(samples)),
-                // beside a table that ends before, its own rows would be meant
+                // in a table that [stop] ended early, `samples` could be read as its number of rows
                 None if name == "samples" && metadata.iter().any(|(key, _)| key.ends_with(STOP)) => {
                     put("samples of the whole study", value.clone());
                 }
@@ -90,7 +90,7 @@ pub(super) fn provenance(subject: Subject<'_>) -> Vec<Block> {
     blocks
 }
 
-/// What the model leaves out.
+/// Effects that the model does not cover.
 pub(super) fn limits(samples: &Samples) -> Vec<Block> {
     let [.., intervals] = LIMITS;
     let (function, layout) = (samples.study().function().is_some(), samples.layout().is_some());

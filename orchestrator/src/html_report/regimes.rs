@@ -1,4 +1,4 @@
-//! Regimes of all runs that have one, by status: a run that is not ok stays in the counts, marked.
+//! Regimes of all runs that have one, by status: runs that are not ok are counted and marked.
 
 use super::rows::{ByStatus, Seen};
 use super::words::{by_status, percent};
@@ -7,7 +7,7 @@ use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape};
 use bladeoff_answers::page::{Block, Table};
 use std::collections::BTreeSet;
 
-/// Counts of one column of results that are words.
+/// Counts of one result column that has words.
 struct Counts<'a> {
     seen: &'a Seen,
     column: &'a str,
@@ -24,12 +24,12 @@ impl<'a> Counts<'a> {
         self.entries().find(|(d, w, _)| *d == detection && *w == word).map(|(.., by)| by)
     }
 
-    /// Runs of a detection that have a regime.
+    /// Number of runs with a given detection that have a regime.
     fn total(&self, detection: &str) -> u64 {
         self.entries().filter(|(d, w, _)| *d == detection && !w.is_empty()).map(|(.., by)| sum(by)).sum()
     }
 
-    /// All that have a regime, or none, by status.
+    /// Number of runs with (or without) a regime, by status.
     fn by_status(&self, has_regime: bool) -> ByStatus {
         let mut all = ByStatus::new();
         for (_, _, by) in self.entries().filter(|(_, word, _)| word.is_empty() != has_regime) {
@@ -47,7 +47,7 @@ fn not_ok(by: &ByStatus) -> u64 {
     by.iter().filter(|(status, _)| *status != "ok").map(|(_, count)| count).sum()
 }
 
-/// How many runs are in which regime.
+/// The number of runs in each regime.
 pub(super) fn regimes(seen: &Seen, columns: &[TableColumn]) -> Vec<Block> {
     let names: BTreeSet<&str> = seen.regimes.keys().map(|(column, ..)| column.as_str()).collect();
     let of = |column: &str| {
@@ -109,7 +109,7 @@ fn block(counts: &Counts<'_>) -> Option<Block> {
     Some(chart.figure(caption(&name, counts), Some(table)).into())
 }
 
-/// Which runs are counted, and that others are not.
+/// Caption: which runs are counted, and how many are not.
 fn caption(name: &str, counts: &Counts<'_>) -> String {
     let (with, without) = (counts.by_status(true), counts.by_status(false));
     let mut text = format!("{name} of all runs that have one: {}.", by_status(&with));

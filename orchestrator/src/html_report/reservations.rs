@@ -1,13 +1,14 @@
-//! Settings that weaken what `ok` promises, over the samples of a study: those of the machine files, modes set by hand, and implausible values.
+//! Settings that weaken the meaning of `ok`, over the samples of a study: those of the machine files, numbers of modes that are set, and implausible
+//! values.
 
 use crate::plausible::implausible_of;
 use bladeoff_core::modal::{ModalPart, fewer_modes};
 use bladeoff_model::machine::{Machine, Reservation};
 use bladeoff_study::{Chosen, Samples};
 
-/// Samples that are looked at.
+/// Largest number of samples that are checked.
 const MOST: u64 = 1024;
-/// Columns that few torsional modes change.
+/// Columns on which a small number of torsional modes has an effect.
 const TORSIONAL: &[&str] = &["torsional_moment", "shear_stress", "von_mises", "shaft_yield"];
 
 /// Returns the reservations of samples at corners of the axes. Equal settings of several samples are one entry.
@@ -48,14 +49,14 @@ pub fn reservations(machine: &Machine) -> Vec<Reservation> {
     machine.reservations().into_iter().chain(few_modes(machine)).collect()
 }
 
-/// Returns the reservations of a page: the settings, and values that are not plausible.
+/// Returns the reservations of a page: the settings, and implausible values.
 pub(super) fn reservations_of_page(samples: &Samples) -> Vec<Reservation> {
     let implausible = implausible_of(samples).into_iter();
     let implausible = implausible.map(|text| Reservation { topic: "implausible values", text, columns: &[] });
     reservations_of(samples).into_iter().chain(implausible).collect()
 }
 
-/// Keys on which the numbers of modes depend, beside the matrices.
+/// Keys on which the numbers of modes depend, besides the matrices.
 type ModeNumbers = ([Option<usize>; 3], &'static str);
 
 fn mode_numbers(machine: &Machine) -> ModeNumbers {

@@ -1,7 +1,7 @@
-//! Rows of a report: one pass over the table, whatever its length.
+//! Rows of a report, from one pass over a table of any length.
 //!
-//! Thinning is a function of sample numbers alone: those with the smallest hashes are kept, so neither the order of rows nor who computed them
-//! matters. Rows that are not ok are thinned by cause, so that a rare cause is whole.
+//! Rows are thinned by a hash of the sample number: those with the smallest hashes are kept, so the selection does not depend on the order of
+//! rows. Rows that are not ok are thinned by cause, so that rare causes are complete.
 
 use crate::run::{Availability, TableColumn};
 use bladeoff_answers::figures::plain_name;
@@ -10,48 +10,48 @@ use bladeoff_study::{Origin, Parameter, Samples};
 use std::collections::{BTreeMap, BinaryHeap};
 use std::path::PathBuf;
 
-/// Rows that are ok and shown, and those of each cause.
+/// Largest number of ok rows shown, and of rows of each cause.
 const MOST_GOOD: usize = 3000;
 const MOST_OF_CAUSE: usize = 400;
-/// Parameters and results with an axis of their own.
+/// Largest number of parameters and of results with an axis of their own.
 const MOST_PARAMETERS: usize = 9;
 const MOST_RESULTS: usize = 4;
-/// Results of questions and gates, which may be more.
+/// Largest number of results of questions and gates.
 const MOST_ASKED: usize = 12;
-/// Runs of a list of the worst.
+/// Length of a list of the worst runs.
 const WORST: usize = 5;
-/// Results that a machine's table has and a reader looks at first.
+/// Results of a machine's table that are shown by default.
 const FIRST: [&str; 4] =
     ["max_bearing_load_N", "max_filtered_contact_force_N", "max_eccentricity_m", "friction_energy_J"];
 
 /// Status and cause; an ok row has no cause.
 pub(super) type Kind = (String, String);
 
-/// A column with an axis.
+/// A column shown on an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Coordinate {
-    /// In the table.
+    /// Column name in the table.
     pub column: String,
-    /// As a person calls it.
+    /// Name for the reader.
     pub name: String,
-    /// SI.
+    /// SI unit.
     pub unit: String,
-    /// Whether its cells are words.
+    /// Whether the cells are words.
     pub is_word: bool,
-    /// Whether it is a result.
+    /// Whether the column is a result.
     pub is_result: bool,
-    /// Value that a run which is not ok has of it.
+    /// Value that a run which is not ok has in this column.
     pub held: Held,
 }
 
-/// Value that the row of a run which is not ok has of a result.
+/// Value that the row of a run which is not ok has in a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Held {
-    /// Value before a guard or limit was exceeded, in the column of this name.
+    /// Value before a guard or limit was exceeded, from the column of this name.
     Reached(String),
-    /// The time of a first event, where a step limit or a limit of the model ended the run.
+    /// Time of a first event, valid if a step limit or a limit of the model ended the run.
     Once,
-    /// Nothing.
+    /// No value.
     Nothing,
 }
 
@@ -68,83 +68,83 @@ impl Held {
     }
 }
 
-/// A row that is shown.
+/// A row shown in the report.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Picked {
     pub sample: u64,
-    /// Place of its kind in [`Seen::kinds`].
+    /// Index of its kind in [`Seen::kinds`].
     pub kind: usize,
-    /// By coordinate; of words their place in [`Seen::words`].
+    /// Values by coordinate; words as indices into [`Seen::words`].
     pub values: Vec<Option<f64>>,
 }
 
-/// Rows of a kind.
+/// Count of the rows of one kind.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OfKind {
     pub kind: Kind,
     pub count: u64,
-    /// The least number of a sample.
+    /// Smallest sample number.
     pub first: u64,
 }
 
-/// A row of a list of the worst.
+/// An entry of a list of the worst rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Extreme {
-    /// Value that orders the list: of a row that is not ok the one before a guard or limit was exceeded.
+    /// Value by which the list is sorted: for a row that is not ok, the value before a guard or limit was exceeded.
     pub value: f64,
     pub sample: u64,
     /// Status and cause.
     pub kind: Kind,
-    /// In the result's own column.
+    /// Value in the result's own column.
     pub recorded: Option<f64>,
 }
 
-/// Rows at one end of a result: those of all statuses, and of the ok ones the first.
+/// Rows at one end of a result: rows of all statuses, and the first ok row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct End {
     pub all: Vec<Extreme>,
     pub ok: Option<Extreme>,
 }
 
-/// The rows with the largest and the least values of a result.
+/// Rows with the largest and the smallest values of a result.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Ends {
     pub largest: End,
     pub least: End,
-    /// The row that is not ok and has the largest value in the result's own column, which need not hold.
+    /// The row that is not ok with the largest value in the result's own column, which may be invalid.
     pub recorded: Option<Extreme>,
-    /// Rows that are not ok and have nothing to be ordered by.
+    /// Number of rows that are not ok and have no value to sort by.
     pub unknown: u64,
 }
 
 /// Runs by status.
 pub(super) type ByStatus = BTreeMap<String, u64>;
 
-/// What was seen of a table.
+/// Contents of a table for the report.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Seen {
     pub coordinates: Vec<Coordinate>,
-    /// Names of the words of each coordinate, sorted.
+    /// Distinct words of each coordinate, sorted.
     pub words: Vec<Vec<String>>,
     pub rows: u64,
-    /// The ok ones first, then by status and cause.
+    /// Kinds of rows: ok first, then by status and cause.
     pub kinds: Vec<OfKind>,
-    /// In the order of samples.
+    /// Rows shown, in the order of samples.
     pub picked: Vec<Picked>,
-    /// By coordinate; empty but for results.
+    /// Extreme rows by coordinate; empty except for results.
     pub ends: Vec<Ends>,
-    /// Counts by column of results that are words, detection, word and status. Rows that are not ok count without a word ("") too.
+    /// Counts by column of words among the results, detection, word and status. Rows that are not ok count with the word "", too.
     pub regimes: BTreeMap<(String, String, String), ByStatus>,
 }
 
 impl Seen {
-    /// Rows that are ok.
+    /// Number of ok rows.
     pub fn ok(&self) -> u64 {
         self.kinds.iter().filter(|kind| kind.kind.0 == "ok").map(|kind| kind.count).sum()
     }
 }
 
-/// Which columns are shown: parameters that differ from row to row, results that are `asked` for, and the main ones.
+/// Columns to show: parameters that vary, results in `asked`, and the main results.
 pub(super) fn coordinates(samples: &Samples, columns: &[TableColumn], asked: &[String]) -> Vec<Coordinate> {
     let column_of = |parameter: &Parameter| {
         if parameter.is_detection() { DETECTION.to_owned() } else { parameter.column().name }
@@ -196,7 +196,7 @@ fn ending(path: &str) -> String {
     parts[parts.len().saturating_sub(2)..].join(".")
 }
 
-/// Reads these files.
+/// Reads the rows of these files.
 pub(super) fn read(
     files: &[PathBuf],
     coordinates: Vec<Coordinate>,
@@ -234,11 +234,11 @@ pub(super) fn read(
     Ok(reading.done(coordinates))
 }
 
-/// Rows of a kind under way: those with the smallest hashes are kept.
+/// Rows of one kind while reading: those with the smallest hashes are kept.
 struct Bag {
     seen: OfKind,
     most: usize,
-    /// The largest hash on top.
+    /// Kept rows, the largest hash on top.
     kept: BinaryHeap<Kept>,
 }
 
@@ -422,7 +422,7 @@ impl Ends {
 
 type Order = fn(&Extreme, &Extreme) -> std::cmp::Ordering;
 
-/// Keeps the first few of an order.
+/// Inserts an entry into a sorted list of limited length.
 fn keep(list: &mut Vec<Extreme>, one: &Extreme, order: Order) {
     if list.len() == WORST && list.last().is_some_and(|last| order(last, one).is_le()) {
         return;

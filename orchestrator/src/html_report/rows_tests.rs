@@ -1,4 +1,4 @@
-//! Tests of the rows that are kept of a long table.
+//! Tests of the selection of rows from a long table.
 
 use super::*;
 use bladeoff_answers::tables::Cells;
@@ -14,7 +14,7 @@ fn coordinate(column: &str, is_word: bool, is_result: bool) -> Coordinate {
     }
 }
 
-/// Rows of these samples: every thousandth failed, sample 77 777 by a cause of its own.
+/// Rows of these samples: every thousandth has failed, sample 77 777 with a different cause.
 fn piece(samples: &[u64]) -> Table {
     let status = |sample: &u64| match sample {
         77_777 => ("quarantined", Some("crashed")),
@@ -35,14 +35,14 @@ fn piece(samples: &[u64]) -> Table {
                 words(samples.iter().map(|sample| Some(if sample % 2 == 0 { "b" } else { "a" }.to_owned())).collect()),
             ),
             ("y".into(), numbers(&|sample| (sample % 997) as f64)),
-            // of the failed ones, whose own value is no result
+            // values of failed rows, which are not results in the column itself
             ("guarded_y".into(), Cells::Numbers(samples.iter().map(|sample| reached(*sample)).collect())),
             ("regime".into(), words(samples.iter().map(|sample| regime(*sample)).collect())),
         ],
     )
 }
 
-/// Values that failed rows had reached: sample 5003 more than any ok one, the quarantined one nothing.
+/// Values that failed rows reached: sample 5003 has a larger one than any ok row, the quarantined row has none.
 fn reached(sample: u64) -> Option<f64> {
     (sample % 1000 == 3).then_some(if sample == 5003 { 2000.0 } else { 1.0 })
 }
@@ -80,7 +80,7 @@ fn what_is_kept_does_not_depend_on_the_order_of_rows_and_no_cause_is_lost() {
     assert_eq!([of(0), of(1), of(2)], [MOST_GOOD, 100, 1], "the good ones are thinned, the others are whole");
     let lost = once.picked.iter().find(|row| row.sample == 77_777).expect("kept");
     assert_eq!((once.words[0].as_slice(), lost.values[0]), (["a".to_owned(), "b".to_owned()].as_slice(), Some(0.0)));
-    // what counts of a failed run is what it had reached, and the worst ok one stands beside it
+    // a failed run is ranked by the value that it reached, and the worst ok run is listed beside it
     let Ends { largest, least, unknown, recorded } = &once.ends[1];
     let recorded = recorded.as_ref().expect("of a failed run");
     assert_eq!((recorded.kind.0.as_str(), recorded.value, recorded.sample), ("failed", 300.0, 99_003));

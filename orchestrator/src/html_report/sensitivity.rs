@@ -1,4 +1,4 @@
-//! Which parameter decides: bars of indices with their intervals, and Morris's plot.
+//! Influence of the parameters: bars of sensitivity indices with their intervals, and Morris's plot.
 
 use super::words::{group, unit_of};
 use crate::run::TableColumn;
@@ -8,10 +8,10 @@ use bladeoff_answers::page::chart::{Axis, Chart, Series, Shape, Symbol, shown};
 use bladeoff_answers::page::{Block, Table};
 use bladeoff_answers::sensitivity::{Index, OfParameter};
 
-/// Parameters of Morris's plot that have their names beside them.
+/// Largest number of parameters whose names are shown in Morris's plot.
 const MOST_NAMES: usize = 10;
 
-/// One kind of index: name, colour, and where it is.
+/// One kind of index: name, colour, and access function.
 type Kind = (&'static str, &'static str, fn(&OfParameter) -> Option<Index>);
 
 /// Charts of every group.
@@ -26,7 +26,7 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer], columns: &[T
             "sobol" => &[("first order", "c0", |of| of.first), ("total", "c1", |of| of.total)],
             _ => &[("first order, by ranks", "c0", |of| of.first), ("rank correlation", "c1", |of| of.spearman)],
         };
-        // of an output that does not vary there is nothing to draw
+        // for an output that does not vary nothing is drawn
         let is_there =
             |index: Option<Index>| index.and_then(|index| index.estimate).is_some_and(|estimate| estimate != 0.0);
         if !found.indices.of.iter().any(|(_, of)| kinds.iter().any(|(.., index)| is_there(index(of)))) {
@@ -50,7 +50,7 @@ pub(super) fn sensitivity(question: &Question, answers: &[&Answer], columns: &[T
     blocks
 }
 
-/// Effects have the unit of the output; the others are parts of one.
+/// Scale of the indices: elementary effects have the unit of the output; the other indices are fractions of 1.
 fn scale(found: &Sensitivities, columns: &[TableColumn]) -> Scale {
     if found.estimator != "morris" {
         return Scale { factor: 1.0, unit: String::new() };
@@ -65,8 +65,8 @@ fn scaled(index: Index, scale: &Scale) -> Index {
     Index { estimate: of(index.estimate), low: of(index.low), high: of(index.high) }
 }
 
-/// The most decisive on top, as sentences rank them: by the total order, otherwise by the first of the kinds. Parameters without an
-/// interval follow in the order of the study.
+/// Bars of the indices, the most influential parameter at the top, in the order of the sentences: by the total-order index, otherwise by the first
+/// kind. Parameters without an interval follow in the order of the study.
 fn bars(name: &str, found: &Sensitivities, (kinds, what): (&[Kind], &str), scale: &Scale) -> Block {
     let size = |of: &OfParameter| {
         let kind = if found.estimator == "sobol" { kinds.last() } else { kinds.first() };
@@ -106,7 +106,7 @@ fn bars(name: &str, found: &Sensitivities, (kinds, what): (&[Kind], &str), scale
     chart.figure(format!("{name}: drivers of {}.", found.output), Some(table)).into()
 }
 
-/// mu* against sigma: to the right what matters, upwards what does so not in proportion or not alone.
+/// Plot of mu* against sigma: a large mu* means influence, a large sigma means a nonlinear effect or an interaction.
 fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
     let of = |(parameter, of): &(String, OfParameter)| {
         Some((parameter.clone(), scaled(of.mu_star?, scale), scaled(of.sigma?, scale)))
@@ -118,7 +118,7 @@ fn plot(name: &str, found: &Sensitivities, scale: &Scale) -> Option<Block> {
         return None;
     }
     let words = all.iter().filter(|one| place(one).is_some()).map(|(parameter, ..)| parameter.clone()).collect();
-    // the first by mu*: more names would lie over one another
+    // the parameters with the largest mu*: more names would overlap
     let mut ranked: Vec<&(String, Index, Index)> = all.iter().collect();
     ranked.sort_by(|a, b| b.1.ranking().unwrap_or(0.0).total_cmp(&a.1.ranking().unwrap_or(0.0)));
     let named = ranked.iter().take(MOST_NAMES);

@@ -1,4 +1,4 @@
-//! Speeds at which a study's machine is unstable: the machine as its file and `[set]` have it, then samples at corners of what varies.
+//! Speeds at which a study's machine is unstable: first the machine as its file and `[set]` define it, then samples at corners of the varied parameters.
 
 use crate::engine;
 use crate::terminal::{matrices_of, unstable, with_word};
@@ -7,12 +7,13 @@ use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::Machine;
 use bladeoff_study::{Chosen, Samples};
 
-/// Samples whose damping is computed at most: each takes about a tenth of a second.
+/// Largest number of samples whose damping is computed: each takes about a tenth of a second.
 const MOST_LOOKS: usize = 16;
-/// Samples among which these are searched.
+/// Number of samples from which these are chosen.
 const MOST_COMPARED: u64 = 64;
 
-/// One line for each range of the study's machine, and one for the samples at corners; empty where all are stable, or there is no machine.
+/// One line for each unstable range of speeds of the study's machine, and one for the samples at corners; empty if all are stable, or the study has
+/// no machine.
 #[must_use]
 pub fn unstable_of(samples: &Samples) -> Vec<String> {
     let Some(machine) = samples.study().machine().and_then(|machine| machine.def.build().ok()) else {
@@ -32,7 +33,7 @@ fn look(samples: &Samples, machine: &Machine) -> Vec<String> {
     }
     let chosen = Chosen::new(samples, MOST_COMPARED);
     let (mut looked, mut found, mut first) = (0_u64, 0_u64, None);
-    // corners stand at the end
+    // the samples at corners come last
     for at in (0..chosen.count()).rev() {
         let Ok(machine) = chosen.machine(at).build() else { continue };
         let Some(ranges) = checked.at(&machine) else { continue };
@@ -50,14 +51,15 @@ fn look(samples: &Samples, machine: &Machine) -> Vec<String> {
     lines
 }
 
-/// Machines whose stability has been computed, with the range of their speeds.
+/// Machines whose stability has been computed, with their unstable ranges of speeds.
 #[derive(Default)]
 struct CheckedMachines {
     seen: Vec<(Structure, [u64; 2])>,
 }
 
 impl CheckedMachines {
-    /// Ranges of a machine over the speeds of its run; `None` where one like it was looked at, or enough were. Masses of unbalances are not compared.
+    /// Unstable ranges of a machine over the speeds of its run; `None` if a machine with the same dynamics has been checked, or [`MOST_LOOKS`] is
+    /// reached. Unbalance masses are not compared, because they do not change stability.
     fn at(&mut self, machine: &Machine) -> Option<Vec<String>> {
         let speeds = speeds_of_run(machine);
         let bits = speeds.map(f64::to_bits);
@@ -66,7 +68,7 @@ impl CheckedMachines {
         {
             return None;
         }
-        // rings that are the same are taken over
+        // the ring modes are reused where the rings are the same
         let structure = match self.seen.last() {
             Some((last, _)) => last.rebuilt(machine).ok()?,
             None => engine::build(machine).ok()?,

@@ -1,4 +1,4 @@
-//! Numbers of a page that may be used for design, and those that may not.
+//! Table of the numbers of a page: which of them may be used for design.
 //!
 //! ```text
 //! yes:        every run counts: an interval holds whether runs that are not ok are harmless or harmful
@@ -29,13 +29,13 @@ const NO: &str = "no";
 /// Beginning of the name of the group of all ok results.
 const OF_OK_RUNS: &str = "results of the ok runs";
 
-/// Circumstances that restrict numbers beside their own runs.
+/// Circumstances that restrict numbers in addition to their own runs.
 pub(super) struct Circumstances<'a> {
     /// Limits of the model.
     pub limits: &'a LimitTable,
     /// Settings that weaken `ok`, and bearings whose peak loads are not those of the machine.
     pub reservations: &'a [Reservation],
-    /// Sentences on what follows the end of the runs.
+    /// Sentences on what the ends of the runs leave unknown.
     pub horizon: &'a [String],
     /// Sentence on sensitive runs, if there are any.
     pub sensitive: Option<&'a str>,
@@ -105,20 +105,21 @@ fn concerns(of: &Reservation, number: &str) -> bool {
     of.columns.is_empty() || number.starts_with(OF_OK_RUNS) || of.columns.iter().any(|part| number.contains(part))
 }
 
-/// Restricts a number, with a further reason.
+/// Restricts a number for a further reason.
 fn restrict(one: &mut Use, why: &str) {
     one.word = RESTRICTED;
     one.why += &format!("; but {why}");
 }
 
 impl UnjudgedStress {
-    /// Whether the stress may be used.
+    /// Word for whether the number may be used.
     fn word(&self) -> &'static str {
         if self.above > 0 { NO } else { RESTRICTED }
     }
 }
 
-/// Restriction of numbers that ok runs with broken parts enter, of `ok` runs; `None` without such a run.
+/// Restriction of numbers that include ok runs with stresses above any elastic limit, with the number of `ok` runs; `None` without such a
+/// run.
 fn broken(stresses: &[UnjudgedStress], ok: u64) -> Option<String> {
     let above = || stresses.iter().filter(|of| of.above > 0);
     let most = above().map(|of| of.above).max()?;

@@ -1,4 +1,4 @@
-//! The first line of a page: what the gates decided, and for how many runs the model holds.
+//! The first line of a page: the decisions of the gates, and the number of runs for which the model is valid.
 
 use super::limits::LimitTable;
 use super::rows::Seen;
@@ -24,7 +24,7 @@ pub(super) fn verdict(
     Block::Verdict(format!("Verdict{so_far}: {text}"))
 }
 
-/// The gates, failed ones first; a gate is counted once for each group that it judges.
+/// The results of the gates, failed ones first; a gate is counted once for each group.
 fn gates(decisions: &[Decision]) -> Option<String> {
     if decisions.is_empty() {
         return None;
@@ -37,7 +37,7 @@ fn gates(decisions: &[Decision]) -> Option<String> {
     Some(format!("{}: {}.", counted(all, "gate decision"), parts.join(", ")))
 }
 
-/// For how many runs the model holds.
+/// The number of runs for which the model is valid.
 fn runs(seen: &Seen) -> Option<String> {
     if seen.rows == 0 {
         return Some("No run has ended yet.".to_owned());

@@ -1,4 +1,4 @@
-//! Numbers, groups and units as a page has them.
+//! Formatting of numbers, groups and units on a page.
 
 use crate::run::TableColumn;
 use bladeoff_answers::ask::{Answer, Ask, Figure, Question};
@@ -7,12 +7,12 @@ use bladeoff_answers::figures::{Scale, plain_name};
 use bladeoff_text::document::units::format_digits;
 use std::collections::BTreeMap;
 
-/// A share.
+/// A share in per cent.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", format_digits(100.0 * share, "", 2))
 }
 
-/// Status as a sentence has it.
+/// Status within a sentence.
 pub(super) fn status_in_words(status: &str) -> &str {
     if status == "beyond" { "beyond the model" } else { status }
 }
@@ -23,7 +23,7 @@ pub(super) fn kind_in_words((status, cause): &(String, String)) -> String {
     if cause.is_empty() { status.to_owned() } else { format!("{status}: {cause}") }
 }
 
-/// "20 ok, 2 invalid"; the ok ones first.
+/// Counts by status: "20 ok, 2 invalid", ok first.
 pub(super) fn by_status(counts: &BTreeMap<String, u64>) -> String {
     let ok = counts.get("ok").map(|count| format!("{count} ok"));
     let others = counts.iter().filter(|(status, _)| *status != "ok");
@@ -31,7 +31,7 @@ pub(super) fn by_status(counts: &BTreeMap<String, u64>) -> String {
     ok.into_iter().chain(others).collect::<Vec<_>>().join(", ")
 }
 
-/// "hyp1, contact.gap = 0.001"; empty for the one group of a study that varies nothing.
+/// Values of a group: "hyp1, contact.gap = 0.001"; empty for the only group of a study without varied parameters.
 pub(super) fn group(group: &Group) -> String {
     let said = group.0.iter().map(|(path, label)| match label {
         Label::Word(word) => word.clone(),
@@ -40,7 +40,7 @@ pub(super) fn group(group: &Group) -> String {
     said.collect::<Vec<_>>().join(", ")
 }
 
-/// The same as short as beside a chart: "hyp1, gap 0.567 mm"; the last word of a path, as long as no other has it.
+/// A group as a short chart label: "hyp1, gap 0.567 mm"; uses the last word of a path if that is unique.
 pub(super) fn short_group(group: &Group, columns: &[TableColumn]) -> String {
     let last = |path: &str| plain_name(path.rsplit('.').next().unwrap_or(path), unit_of(columns, path));
     let said = group.0.iter().map(|(path, label)| match label {
@@ -55,7 +55,7 @@ pub(super) fn short_group(group: &Group, columns: &[TableColumn]) -> String {
     said.collect::<Vec<_>>().join(", ")
 }
 
-/// A label that is never empty.
+/// A group as a label that is never empty.
 pub(super) fn group_or_all(of: &Group, columns: &[TableColumn]) -> String {
     let text = short_group(of, columns);
     if text.is_empty() { "all runs".to_owned() } else { text }
@@ -66,27 +66,27 @@ pub(super) fn unit_of<'a>(columns: &'a [TableColumn], name: &str) -> &'a str {
     columns.iter().find(|column| column.field.name == name).map_or("", |column| column.field.unit.as_str())
 }
 
-/// What the figure of a question is, and how its numbers are shown.
+/// Quantity and scale of a question's figure.
 pub(super) struct Quantity {
     pub name: String,
-    /// In a word.
+    /// Kind of the quantity in one word.
     pub what: &'static str,
     pub scale: Scale,
 }
 
 impl Quantity {
-    /// A share, in per cent.
+    /// A probability, in per cent.
     pub fn share(name: impl Into<String>) -> Self {
         Self { name: name.into(), what: "probability", scale: Scale { factor: 100.0, unit: "%".to_owned() } }
     }
 
-    /// A column whose largest value is this.
+    /// A column with this largest magnitude.
     pub fn column(columns: &[TableColumn], column: &str, name: Option<String>, largest: f64) -> Self {
         let unit = unit_of(columns, column);
         Self { name: name.unwrap_or_else(|| plain_name(column, unit)), what: "value", scale: Scale::of(unit, largest) }
     }
 
-    /// Of a question for one number.
+    /// Quantity of a question for one number.
     pub fn of(question: &Question, columns: &[TableColumn], answers: &[&Answer]) -> Option<Self> {
         let (figure, is_difference) = match &question.ask {
             Ask::One(figure) => (figure, false),
@@ -122,7 +122,7 @@ impl Quantity {
         Some(found)
     }
 
-    /// For an upright axis.
+    /// Label of a vertical axis.
     pub fn short(&self) -> String {
         self.scale.label(self.what)
     }
@@ -136,7 +136,7 @@ impl Quantity {
     }
 }
 
-/// Numbers of an answer.
+/// All numbers of an answer.
 pub(super) fn numbers(answer: &Answer) -> impl Iterator<Item = f64> + use<> {
     [answer.estimate, answer.estimate_if_bad_harmful, answer.low, answer.high].into_iter().flatten()
 }

@@ -9,16 +9,16 @@ use bladeoff_system::call;
 use bladeoff_text::document::units::format_digits;
 use std::path::Path;
 
-/// A command about a directory, with the program's plain name: a page is read elsewhere, too.
+/// A command for a directory, with the plain name of the program: a page may be read on another computer.
 pub(super) fn command(word: &str, directory: &Path, words: &[&str]) -> String {
     let directory = call::word(call::path_word(directory));
     let words: Vec<String> = words.iter().map(call::word).collect();
     format!("bladeoff {word} {directory} {}", words.join(" "))
 }
 
-/// For each result the runs with its worst values: the largest, or the least where that is worse (first contact, end speed). Formulas have both,
-/// because either end may be bad. Runs of every status are in one order, by the values before a guard or limit was exceeded. The worst
-/// ok run is beside them.
+/// For each result the runs with its worst values: the largest, or the smallest where that is worse (first contact, end speed). Results of formulas
+/// have both lists, because either end may be unfavourable. Runs of every status are in one list, ranked by the values reached before a guard or
+/// limit was exceeded. The worst ok run is listed beside them.
 pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     let is_function = subject.samples.study().function().is_some();
     let mut blocks = Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn worst(seen: &Seen, subject: Subject<'_>) -> Vec<Block> {
     blocks
 }
 
-/// The largest value that the table has of a run that is not ok, where it is above the whole list and of a run that is not in it.
+/// Sentence about the largest value in the table of a run that is not ok, if it is above every value of the list and the run is not in the list.
 fn beyond_the_list(coordinate: &Coordinate, list: &End, recorded: Option<&Extreme>) -> Option<String> {
     let one = recorded.filter(|one| list.all.first().is_none_or(|first| one.value > first.value))?;
     if list.all.iter().any(|row| row.sample == one.sample) {
@@ -81,13 +81,13 @@ fn are_counted(count: u64) -> String {
     format!("{} {}", counted(count, "run"), if count == 1 { "is" } else { "are" })
 }
 
-/// One list.
+/// The table of one list.
 fn table(coordinate: &Coordinate, end: &str, list: &End, subject: Subject<'_>, is_function: bool) -> Table {
     let is_listed = |ok: &&Extreme| !list.all.iter().any(|row| row.sample == ok.sample);
     let rows: Vec<&Extreme> = list.all.iter().chain(list.ok.as_ref().filter(is_listed)).collect();
     let is_marked = rows.iter().any(|row| row.kind.0 != "ok");
     let show = |value: f64| format_digits(value, &coordinate.unit, 5);
-    // "largest bearing load", not "largest max bearing load"
+    // "largest bearing load" instead of "largest max bearing load"
     let name = coordinate.name.strip_prefix("max ").filter(|_| end == "largest").unwrap_or(&coordinate.name);
     let mut head = vec!["sample".to_owned(), "status".to_owned(), format!("{end} {name}")];
     if is_marked {

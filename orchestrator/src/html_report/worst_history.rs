@@ -1,4 +1,4 @@
-//! The history of the worst run: its largest values in equal parts of the time, so that no peak falls between two points.
+//! The history of the worst run: its largest values in equal intervals of time, so that no peak falls between two plotted points.
 
 use super::Computed;
 use super::rows::{Extreme, Seen};
@@ -11,17 +11,17 @@ use bladeoff_core::record::{Follower, Frame, LastMillisecond};
 use bladeoff_model::machine::Machine;
 use bladeoff_text::document::units::format_digits;
 
-/// Parts of the time.
+/// Number of intervals of time.
 const PARTS: usize = 600;
-/// Longest time between two instants that are looked at \[s\].
+/// Largest sampling interval \[s\].
 const EVERY: f64 = 1e-4;
 
-/// Largest values of one part of the time.
+/// Largest values within one interval of time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Part {
-    /// End of the part that was reached \[s\].
+    /// Last sampled time of the interval \[s\].
     time: f64,
-    /// Spin at that time \[rad/s\].
+    /// Spin speed at that time \[rad/s\].
     speed: f64,
     /// Largest bearing load of all bearings \[N\].
     load: f64,
@@ -31,21 +31,21 @@ struct Part {
     force: f64,
 }
 
-/// Follows a run and keeps the largest values of each part of its time.
+/// Observer of a run that keeps the largest values of each interval of time.
 #[derive(Debug)]
 pub struct Envelope {
     parts: Vec<Part>,
-    /// Length of a part \[s\].
+    /// Length of an interval \[s\].
     part: f64,
-    /// Time between two instants, and the next one \[s\].
+    /// Time between two samples, and the time of the next one \[s\].
     every: f64,
     next: f64,
-    /// Contact forces on each diaphragm.
+    /// Contact forces on each diaphragm over the last millisecond.
     forces: Vec<LastMillisecond>,
 }
 
 impl Envelope {
-    /// For a run of this machine in steps of `step` \[s\].
+    /// An observer of a run of this machine in steps of `step` \[s\].
     #[must_use]
     pub fn new(machine: &Machine, step: f64) -> Self {
         let part = (machine.run.end_time / PARTS as f64).max(step);
@@ -58,10 +58,10 @@ impl Envelope {
         }
     }
 
-    /// The part of a time, made if it is not there.
+    /// The interval that contains a time; it is added if it does not exist.
     fn part_of(&mut self, time: f64) -> &mut Part {
         let at = ((time / self.part) as usize).min(PARTS);
-        // rounding may leave a part without an instant: it has the values of the one before
+        // rounding may leave an interval without a sample: it takes the values of the interval before
         while self.parts.len() < at {
             self.parts.push(self.parts.last().copied().unwrap_or_default());
         }
@@ -110,7 +110,7 @@ impl Follower for Envelope {
     }
 }
 
-/// The run whose history is shown: the worst of the first result that has an order.
+/// The run whose history is shown: the worst of the first result that is ranked.
 pub(super) fn worst_run(seen: &Seen) -> Option<(&str, &Extreme)> {
     seen.coordinates.iter().zip(&seen.ends).filter(|(of, _)| of.is_result).find_map(|(of, ends)| {
         let end = if worst_least(&of.column).is_some() { &ends.least } else { &ends.largest };
@@ -145,7 +145,7 @@ pub(super) fn blocks(name: &str, worst: &Extreme, computed: &Computed) -> Vec<Bl
         }
         let scale = Scale::of(unit, largest);
         let line: Vec<(f64, f64)> = parts.iter().map(|part| (part.time, read(part) * scale.factor)).collect();
-        // the axis has room for the first words
+        // the axis has room only for the text before the comma
         let short = name.split(',').next().unwrap_or(name).trim_end_matches(" at the diaphragm");
         let chart = Chart {
             x: Axis::numbers("time [s]", line.iter().map(|point| point.0)),
@@ -188,7 +188,7 @@ mod tests {
         }
         let loads: Vec<f64> = envelope.parts.iter().map(|part| part.load).collect();
         assert_eq!(loads, [7.0, 7.0, 7.0, 3.0]);
-        // ten steps of 1e-4 s are 1 ms: a force of one step is a tenth of it in the mean
+        // ten steps of 1e-4 s are 1 ms: the force of one step contributes a tenth of it to the mean
         envelope.contact_force(0, 0.036, 50.0);
         assert_eq!(envelope.parts[3].force, 5.0);
     }

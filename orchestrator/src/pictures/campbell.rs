@@ -8,23 +8,23 @@ use bladeoff_text::document::units::format_digits;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-/// Speeds of a diagram.
+/// Number of speeds in a diagram.
 const SPEEDS: usize = 97;
-/// Whirl modes drawn that are the lowest somewhere in the diagram.
+/// Number of lowest whirl modes that the frequency axis covers at each speed, up to [`ORDERS`] times the highest spin speed.
 const MODES: usize = 8;
-/// Critical speeds that are listed beside the diagram, at most.
+/// Largest number of critical speeds listed beside the diagram.
 const LISTED: usize = 12;
-/// The highest frequency drawn is so many times the highest spin at most, but for the lowest modes.
+/// Ratio to the highest spin speed up to which the frequency axis covers the lowest [`MODES`] modes; it always covers the lowest two.
 const ORDERS: f64 = 4.0;
 
-/// Speeds \[rad/s\] whose modes make a diagram up to `top` \[rad/s\].
+/// Speeds \[rad/s\] at which the modes are computed for a diagram up to `top` \[rad/s\].
 #[must_use]
 pub fn campbell_speeds(top: f64) -> Vec<f64> {
     (0..SPEEDS).map(|k| top * k as f64 / (SPEEDS - 1) as f64).collect()
 }
 
-/// Draws the diagram up to `top` \[rad/s\] from the modes at [`campbell_speeds`]: each a line, followed by its shape; overdamped
-/// motions are not among them.
+/// Draws the diagram up to `top` \[rad/s\] from the modes at [`campbell_speeds`]: one line for each mode, which is followed from speed to speed by
+/// its mode shape. Overdamped modes are not drawn.
 #[must_use]
 pub fn campbell(machine: &Machine, found: &[SpeedModes], critical: &[CriticalSpeed], top: f64) -> Figure {
     let rpm = |speed: f64| speed * 30.0 / PI;
@@ -33,7 +33,7 @@ pub fn campbell(machine: &Machine, found: &[SpeedModes], critical: &[CriticalSpe
     let mut lines = Vec::new();
     let numbers: BTreeSet<usize> =
         found.iter().flat_map(|speed| speed.whirl.iter().map(|(number, _)| *number)).collect();
-    // where lines coincide, the dashes of those that are drawn later leave the ones below to be seen
+    // where lines coincide, the line below remains visible between the dashes of the line drawn later
     for (whirl, label, mark, width) in [
         (Whirl::Forward, "forward whirl", Mark::Line, 3),
         (Whirl::Planar, "planar whirl", Mark::Line, 1),
@@ -48,7 +48,7 @@ pub fn campbell(machine: &Machine, found: &[SpeedModes], critical: &[CriticalSpe
                 piece.into_iter().map(|(speed, frequency)| (rpm(speed), hertz(frequency))).collect();
             for within in points.split(|point| point.1 > highest).filter(|within| within.len() > 1) {
                 if !label.is_empty() {
-                    // the key of a sense has no decrement
+                    // the legend entry of a whirl direction has no colour of a decrement
                     lines
                         .push(Line { width, ..Line::marked(std::mem::take(&mut label), Vec::new(), mark, COLOURS[6]) });
                 }
@@ -70,7 +70,7 @@ pub fn campbell(machine: &Machine, found: &[SpeedModes], critical: &[CriticalSpe
         let points = vec![(running, 0.0), (running, highest)];
         lines.push(Line::marked("running speed", points, Mark::Dashed, COLOURS[3]));
     }
-    // of two at one place both are seen
+    // of two marks at the same place both remain visible
     for (whirl, label, mark, colour) in [
         (Whirl::Forward, "critical, forward", Mark::Dots(5), COLOURS[2]),
         (Whirl::Backward, "critical, backward", Mark::Rings(8), COLOURS[2]),
@@ -95,7 +95,7 @@ pub fn campbell(machine: &Machine, found: &[SpeedModes], critical: &[CriticalSpe
     if !near.is_empty() {
         lines.push(Line::marked("separation margin too small", near, Mark::Rings(11), COLOURS[3]));
     }
-    // those above the diagram as well
+    // critical speeds above the highest frequency of the diagram are listed, too
     let listed = critical.iter().take(LISTED);
     lines.extend(listed.map(|critical| Line::marked(&in_words(critical, spin), Vec::new(), Mark::Dots(0), GREY)));
     let panel =
@@ -106,7 +106,7 @@ pub fn campbell(machine: &Machine, found: &[SpeedModes], critical: &[CriticalSpe
     tall_panel(&format!("Campbell diagram of {}{left_out}", machine.name), "spin speed [rpm]", &panel, (0.0, rpm(top)))
 }
 
-/// Logarithmic decrements from which on a line has the next colour, and their names. Below zero is unstable; 0.1 is what standards ask for.
+/// Lower limit of the logarithmic decrement for each colour, and its name. Below zero is unstable; 0.1 is what standards ask for.
 const DECREMENTS: [(f64, &str); 6] = [
     (f64::NEG_INFINITY, "below 0: unstable"),
     (0.0, "0 to 0.03"),
@@ -116,7 +116,7 @@ const DECREMENTS: [(f64, &str); 6] = [
     (1.0, "from 1"),
 ];
 
-/// The colour of a class of decrements: red where unstable, else from dark to light.
+/// The colour of a class of decrements: red for unstable, the others from dark to light.
 fn colour_of(class: usize) -> Rgb {
     match class {
         0 => Rgb(200, 0, 0),
@@ -124,10 +124,10 @@ fn colour_of(class: usize) -> Rgb {
     }
 }
 
-/// A speed, a frequency, and the decrement there.
+/// A speed, the whirl frequency at this speed, and its logarithmic decrement.
 type Point = (f64, f64, f64);
 
-/// Parts of a line whose decrements are of one class, with their colours. Each begins where the one before ends.
+/// Parts of a line whose decrements are in one class, with their colours. Each part begins at the last point of the part before it.
 fn coloured(piece: &[Point]) -> Vec<(Rgb, Vec<(f64, f64)>)> {
     let class = |point: &Point| DECREMENTS.iter().rposition(|(from, _)| point.2 >= *from).unwrap_or(0);
     let mut parts: Vec<(Rgb, Vec<(f64, f64)>)> = Vec::new();
@@ -141,7 +141,7 @@ fn coloured(piece: &[Point]) -> Vec<(Rgb, Vec<(f64, f64)>)> {
     parts
 }
 
-/// "1242 rpm: log dec. 0.096, margin 17 % (16 % required)".
+/// A critical speed in words: "1242 rpm: log dec. 0.096, margin 17 % (16 % required)".
 fn in_words(critical: &CriticalSpeed, spin: f64) -> String {
     let per_cent = |share: f64| format!("{:.0} %", 100.0 * share);
     let margin = match (critical.separation(spin), critical.required_separation(spin)) {
@@ -154,8 +154,8 @@ fn in_words(critical: &CriticalSpeed, spin: f64) -> String {
     format!("{rpm} rpm: log dec. {decrement}{margin}")
 }
 
-/// The speeds and frequencies at which the mode of a number whirls so, with its decrement, as far as they follow one another. From speed to
-/// speed a mode has the sense that it has at the second: at rest it has none.
+/// Uninterrupted series of points (speed, frequency, decrement) at which mode `number` has this whirl direction. Between two speeds a mode has the
+/// direction that it has at the higher one, because at rest it has none.
 fn pieces(found: &[SpeedModes], number: usize, whirl: Whirl) -> Vec<Vec<Point>> {
     let at = |speed: &SpeedModes| speed.whirl.iter().find(|(other, _)| *other == number).map(|(_, mode)| *mode);
     let mut pieces: Vec<Vec<Point>> = Vec::new();
@@ -176,8 +176,8 @@ fn pieces(found: &[SpeedModes], number: usize, whirl: Whirl) -> Vec<Vec<Point>> 
     pieces
 }
 
-/// Highest frequency drawn \[Hz\]: that of the lowest modes, as far as it is within some orders of the highest spin; at least the
-/// lowest two, and the highest spin.
+/// Highest frequency drawn \[Hz\]: that of the lowest [`MODES`] modes up to [`ORDERS`] times the highest spin speed; at least that of the lowest
+/// two modes and the highest spin frequency.
 fn highest(found: &[SpeedModes], top: f64) -> f64 {
     let lowest = |count: usize, most: f64| {
         let modes = found.iter().flat_map(|speed| speed.whirl.iter().take(count));
@@ -208,11 +208,11 @@ mod tests {
         figure.svg().split("<polyline").filter(|tag| tag.contains(&stroke)).count()
     }
 
-    /// A point mass on springs that are the same all round: its modes are one frequency at all speeds.
+    /// A point mass on isotropic springs: its forward and backward frequencies are equal at all speeds.
     #[test]
     fn of_lines_and_marks_at_one_place_both_are_seen() {
         let figure = diagram("stiffness = 1e4");
-        // undamped: one solid line, and the other in dashes over it
+        // undamped: one solid line, and the dashed line over it
         let stroke = format!("stroke=\"{}\"", colour_of(1));
         let lines = figure.svg().split("<polyline").filter(|tag| tag.contains(&stroke));
         let dashed: Vec<bool> = lines.map(|tag| tag.contains("stroke-dasharray")).collect();
@@ -227,7 +227,7 @@ mod tests {
         assert!(discs.len() > 1, "a ring around a dot: {discs:?}");
     }
 
-    /// Damping ratio c/(2 sqrt(k m)): the class of colour of its decrement, and the critical speed at 100 rad/s with its margin.
+    /// Damping ratio c/(2 sqrt(k m)): the class of colour of its decrement, and the critical speed at 100 rad/s with its separation margin.
     #[test]
     fn the_colour_is_the_decrement_and_the_margin_is_named() {
         for (damping, class) in [(0.0, 1), (2.0, 2), (8.0, 3), (40.0, 5)] {
@@ -238,7 +238,7 @@ mod tests {
             assert!(figure.svg().contains(DECREMENTS[class].1), "{damping}");
         }
         let figure = diagram("stiffness = 1e4\ndamping = 2");
-        // 9.1 % below 110 rad/s; AF = 50: 16 %
+        // critical speed 9.1 % below 110 rad/s; amplification factor 50: required margin 16 %
         let words = "954.9 rpm: log dec. 0.063, margin 9 % (16 % required)";
         assert!(figure.svg().contains(words), "{}", figure.svg());
         assert!(figure.svg().contains("separation margin too small"));

@@ -1,9 +1,9 @@
-//! Modes of a machine as pictures: what the solver knows of it, in the lines and rings that `bladeoff_answers::figures` draws.
+//! Figures of the modes of a machine, drawn with the lines and circles of `bladeoff_answers::figures`.
 //!
 //! ```text
 //! machine, modes -> a function of campbell, response, shapes -> points with captions -> figures -> Figure
 //! ```
-//! Which lines there are is decided here; how they look, there.
+//! This module determines the lines of a figure; `bladeoff_answers::figures` determines their appearance.
 
 mod campbell;
 mod response;

@@ -1,5 +1,5 @@
-//! Unbalance response: displacements with their phases, and bearing loads, over speed. Amplitudes are from zero to peak, on logarithmic axes. A
-//! peak without damping is infinite, and is cut off.
+//! Unbalance response: displacements with their phases, and bearing loads, over speed. Amplitudes are zero-to-peak, on logarithmic axes. The peak
+//! without damping is infinite and is cut off.
 
 use bladeoff_answers::figures::{COLOURS, Figure, GREY, Line, Mark, Panel, Scale, panels_marked};
 use bladeoff_core::modal::{CriticalSpeed, UnbalanceResponse, unbalance_response as responses};
@@ -7,7 +7,7 @@ use bladeoff_model::machine::{Machine, RotorKind};
 use bladeoff_text::document::units::format_digits;
 use std::f64::consts::PI;
 
-/// Evenly spaced speeds of a curve, and more of them around each critical speed.
+/// Number of evenly spaced speeds of a curve; further speeds lie around each critical speed.
 const SPEEDS: usize = 400;
 const NEAR: i32 = 30;
 
@@ -79,7 +79,7 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
         let top = if top > 0.0 { 1.05 * top } else { 1.0 };
         let floor = if is_log { floor.clamp(top / DECADES, top / 10.0) } else { 0.0 };
         for line in &mut lines {
-            // what is below a logarithmic axis is not drawn, and an undamped peak is cut off
+            // values below the range of a logarithmic axis are not drawn, and an undamped peak is cut off
             line.points.retain(|point| !is_log || point.1 >= floor);
             line.points.iter_mut().for_each(|point| point.1 = point.1.min(top));
         }
@@ -107,12 +107,13 @@ pub fn unbalance_response(machine: &Machine, critical: &[CriticalSpeed], top: f6
     Some(panels_marked(&title, "spin speed [rpm]", &all, &marks))
 }
 
-/// Critical speeds that are marked, at most.
+/// Largest number of critical speeds that are marked.
 const MARKS: usize = 6;
-/// Largest ratio of two values of a logarithmic axis.
+/// Largest ratio of two values on a logarithmic axis.
 const DECADES: f64 = 1e4;
 
-/// Phase lags of the displacements behind the first unbalance, in degrees from 0 to 360; a line ends where it passes from one to the other.
+/// Phase lags of the displacements relative to the first unbalance, in degrees from 0 to 360; a line is interrupted where the lag passes from one
+/// end of the range to the other.
 fn lags(machine: &Machine, found: &[UnbalanceResponse], places: &[(String, usize)]) -> Vec<Line> {
     let unbalances = &machine.rotor.unbalances;
     let mark =
@@ -121,7 +122,7 @@ fn lags(machine: &Machine, found: &[UnbalanceResponse], places: &[(String, usize
     for (at, (name, node)) in places.iter().enumerate() {
         let lag = |response: &UnbalanceResponse| {
             let lag = (mark - response.phases[*node]).to_degrees().rem_euclid(360.0);
-            // rounding just below a whole turn is none
+            // a lag just below 360 degrees by rounding is 0
             (response.speed * 30.0 / PI, if lag > 359.999 { 0.0 } else { lag })
         };
         let points: Vec<(f64, f64)> = found.iter().map(lag).collect();
@@ -134,9 +135,10 @@ fn lags(machine: &Machine, found: &[UnbalanceResponse], places: &[(String, usize
     lines
 }
 
-/// Damping ratio below which the peak at a critical speed is cut off: it is a thousand times the response off resonance, or infinite.
+/// Damping ratio below which the peak at a critical speed is cut off, because it is a thousand times the response away from resonance, or
+/// infinite.
 const UNDAMPED: f64 = 5e-4;
-/// Part of a critical speed on either side of it where its peak is cut off: there the response is at most 25 times the one at rest.
+/// Relative distance from a critical speed within which its peak is cut off: at this distance the response is at most 25 times that at rest.
 const BESIDE: f64 = 0.02;
 
 /// Whether a speed lies within an undamped peak.
@@ -148,7 +150,7 @@ fn largest_displacement(found: &[&UnbalanceResponse], places: &[(String, usize)]
     found.iter().flat_map(|response| places.iter().map(|(_, node)| response.nodes[*node])).fold(0.0, f64::max)
 }
 
-/// Evenly spaced, and denser where a lightly damped critical speed makes a narrow peak.
+/// Evenly spaced speeds, and additional speeds near a lightly damped critical speed, whose peak is narrow.
 fn speeds(critical: &[CriticalSpeed], top: f64) -> Vec<f64> {
     let mut speeds: Vec<f64> = (1..=SPEEDS).map(|k| top * k as f64 / SPEEDS as f64).collect();
     for critical in critical {

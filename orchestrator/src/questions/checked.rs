@@ -1,4 +1,4 @@
-//! Whether a study file that was just read asks for what its table can answer.
+//! Check of a study file just read: whether its table can answer its questions.
 
 use super::refining::Refinement;
 use super::resolve::check_questions;

@@ -1,4 +1,4 @@
-//! How the rows of a study that has ended were drawn.
+//! Sampling of the rows of a finished study.
 
 use super::rows::design_kind;
 use bladeoff_answers::compare::Draw;
@@ -6,7 +6,7 @@ use bladeoff_answers::estimate::input::{Design, Layout};
 use bladeoff_answers::estimate::scheme::Scheme;
 use bladeoff_study::Samples;
 
-/// What intervals over the rows of the first points of these samples may rest on.
+/// Sampling of the rows of the first `points` points, as the basis of intervals.
 #[must_use]
 pub fn drawn(samples: &Samples, points: u64) -> Draw {
     let Some(layout) = samples.layout() else {

@@ -1,5 +1,5 @@
-//! Forecast of intervals with more points, from the scatter so far: another hour and night at the pace of the run, up to
-//! the end of the design; of a complete study, what four times its points would do.
+//! Forecast of intervals with more points, from the scatter so far: after another hour and night at the pace of the run, up to the end of
+//! the design; for a complete study, with four times its points.
 
 use super::Answering;
 use bladeoff_answers::ask::{Answer, Scale};
@@ -9,88 +9,88 @@ use bladeoff_answers::summary::{counted, duration};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
-/// Times that are looked ahead, with their names.
+/// Forecast horizons \[s\] with their names.
 const AHEAD: [(&str, u64); 2] = [("another hour", 3600), ("another night (8 h)", 8 * 3600)];
-/// Times the points of a complete study.
+/// Factor on the points of a complete study.
 const MORE: u64 = 4;
 
-/// Points that will be there, and when.
+/// Number of points at a later time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Later {
     /// "after another hour", "at the end, 5000 points".
     pub when: String,
-    /// Time to there, where `when` has none.
+    /// Time until then, if `when` contains none.
     pub time: Option<Duration>,
-    /// Points by then.
+    /// Number of points at that time.
     pub points: u64,
 }
 
 impl Later {
-    /// "at the end, 5000 points, in about 5 h".
+    /// Text with time: "at the end, 5000 points, in about 5 h".
     fn timed(&self) -> String {
         self.time.map_or_else(|| self.when.clone(), |time| format!("{}, in about {}", self.when, duration(time)))
     }
 }
 
-/// The widest interval of an answer, now and later.
+/// Forecast of the widest interval of an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forecast {
-    /// Of the question, and the group.
+    /// Name of the question.
     pub name: String,
-    /// Values of the crossed axes, in words; empty where there are none.
+    /// Values of the crossed axes, as text; empty without axes.
     pub group: String,
-    /// Which of several numbers has the widest: "total order of gap"; empty of a single one.
+    /// Figure with the widest interval: "total order of gap"; empty if there is only one figure.
     pub figure: String,
-    /// Half of it now.
+    /// Present half width.
     pub now: f64,
-    /// At each of [`Forecasts::later`].
+    /// Half width at each of [`Forecasts::later`].
     pub later: Vec<f64>,
-    /// How it reads.
+    /// Unit and format of the half widths.
     pub scale: Scale,
 }
 
 /// Forecasts of all answers of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forecasts {
-    /// Points of an hour.
+    /// Points per hour.
     pub per_hour: f64,
-    /// What is looked ahead to.
+    /// Forecast horizons.
     pub later: Vec<Later>,
-    /// Of each answer with an interval, in their order.
+    /// Forecasts of the answers with an interval, in the order of the answers.
     pub of: Vec<Forecast>,
-    /// Sensitivities without any interval: question with its group, and why.
+    /// Sensitivities without any interval: question with group, and reason.
     pub without: Vec<(String, String)>,
-    /// Whether runs beyond the model leave open what more points cannot narrow.
+    /// Whether runs beyond the model leave open a part that more points cannot narrow.
     pub beyond: bool,
-    /// Points at which `[stop]` is expected to be met, and the time to there.
+    /// Number of points at which `[stop]` is expected to be met, and time until then.
     pub met: Option<(u64, Duration)>,
-    /// Whether these points are those of the next interim analysis.
+    /// Whether this is the next interim analysis.
     pub is_met_next: bool,
 }
 
-/// What `[stop]` of a study waits for.
+/// Requirements of `[stop]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Awaited {
-    /// The widths.
+    /// Required widths.
     pub rule: StopRule,
     /// Names of the questions.
     pub names: Vec<String>,
-    /// Points of the interim analyses.
+    /// Numbers of points of the interim analyses.
     pub analyses: Vec<u64>,
 }
 
-/// Said once of all answers.
+/// Note for all answers together.
 pub(super) const NOT_NARROWED: &str =
     "more points cannot narrow the part of an interval that runs beyond the model leave open";
 
-/// Points that are never forecast.
+/// Largest number of points in a forecast.
 const MOST: f64 = 1e15;
 
-/// Points and time from which on a pace says something.
+/// Smallest number of samples, and time \[s\], for a measured pace.
 const FEWEST: (f64, f64) = (8.0, 1.0);
 
-/// Samples of a second as the last run told of itself: that of a moment ago while it runs, of its whole course afterwards. `None`: it
-/// told too little.
+/// Samples per second from the status of the last run: over the last seconds while it runs, over the whole run afterwards. `None` with too
+/// few samples or too short a time.
 #[must_use]
 pub fn pace(report: &Map<String, Value>) -> Option<f64> {
     let number = |key: &str| report.get(key).and_then(Value::as_f64).filter(|number| *number > 0.0);
@@ -101,9 +101,9 @@ pub fn pace(report: &Map<String, Value>) -> Option<f64> {
     Some(number("rate_per_s").unwrap_or(computed / elapsed))
 }
 
-/// Forecasts of answers at so many samples of a second; `None`: there is nothing to tell.
+/// Forecasts of answers at this pace in samples per second; `None` if there is nothing to report.
 ///
-/// * `groups` - samples of a point; `awaited` - by `[stop]`.
+/// * `groups` - samples of a point; `awaited` - requirements of `[stop]`.
 #[must_use]
 pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Option<&Awaited>) -> Option<Forecasts> {
     let points = answering.points;
@@ -111,7 +111,7 @@ pub fn forecasts(answering: &Answering, pace: f64, groups: usize, awaited: Optio
     if points == 0 || per_s <= 0.0 {
         return None;
     }
-    // `[stop]` may end it before its design does
+    // `[stop]` may end a study before its design does
     let end = awaited.and_then(|awaited| awaited.analyses.last()).map_or(answering.design, |last| *last);
     let later = later(points, end, per_s);
     let answers = &answering.answers.answers;
@@ -142,14 +142,14 @@ fn is_left_open(figures: &Figures) -> bool {
     figures.estimate.is_some() && figures.estimate != figures.harmful
 }
 
-/// Values of the crossed axes of an answer, in words; empty where there are none.
+/// Values of the crossed axes of an answer, as text; empty without axes.
 #[must_use]
 pub fn group_in_words(answer: &Answer) -> String {
     let group: Vec<String> = answer.group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
     group.join(", ")
 }
 
-/// The forecast of an answer: of the widest of its intervals, now and later. A number without an interval narrows to nothing.
+/// Forecast of the widest interval of an answer; `None` without an interval.
 fn one(answer: &Answer, now: u64, later: &[Later]) -> Option<Forecast> {
     let widest = |points: u64| {
         let half = |(at, one): (usize, &Figures)| Some((at, half_width(one, 1.0 - answer.confidence, (now, points))?));
@@ -167,7 +167,7 @@ fn one(answer: &Answer, now: u64, later: &[Later]) -> Option<Forecast> {
     })
 }
 
-/// A sensitivity that has no interval at all, and why.
+/// A sensitivity without any interval, and the reason.
 fn without(answer: &Answer) -> Option<(String, String)> {
     answer.sensitivity.as_ref().filter(|_| answer.figures.iter().all(|one| one.statistical.is_none()))?;
     let group = group_in_words(answer);
@@ -175,8 +175,8 @@ fn without(answer: &Answer) -> Option<(String, String)> {
     Some((format!("{}{group}", answer.name), answer.without_interval()?))
 }
 
-/// What is looked ahead to: the times that the design lasts for, and its end where it comes before the last of them; beyond the end of one
-/// that is there whole what more points would do.
+/// Forecast horizons: the times before the end of the design, and its end if that is before the last of them. For a complete design:
+/// a multiple of its points.
 fn later(points: u64, end: u64, per_s: f64) -> Vec<Later> {
     let time = |points: u64| Duration::try_from_secs_f64(points as f64 / per_s).ok();
     if points >= end {
@@ -202,7 +202,7 @@ impl Forecasts {
         self.lines_with(Later::timed, true)
     }
 
-    /// Lines beside the time left of a running study: without another time to the same end.
+    /// Lines for display next to the remaining time of a running study, without a second time to the same end.
     #[must_use]
     pub fn lines_beside_the_time_left(&self) -> Vec<String> {
         self.lines_with(|later| later.when.clone(), !self.is_met_next)
@@ -231,7 +231,7 @@ impl Forecasts {
         lines
     }
 
-    /// What the lines are told under.
+    /// Heading above the lines.
     #[must_use]
     pub fn head(&self) -> String {
         let count = self.per_hour.round();
@@ -239,7 +239,7 @@ impl Forecasts {
         format!("Forecast, at the measured pace of {points} an hour and the scatter so far")
     }
 
-    /// For programs.
+    /// The forecasts as JSON.
     #[must_use]
     pub fn json(&self) -> Value {
         let one = |forecast: &Forecast| {
@@ -330,7 +330,7 @@ mod tests {
         );
         let met = found.met.expect("some time");
         assert!(met.0 >= 8192 && met.1 > Duration::from_secs(3600), "{met:?}");
-        // the design, or [stop], ends before
+        // the design, or [stop], ends earlier
         let short = Answering { design: 16_000, ..answering.clone() };
         let found = ahead(&short, 16_000);
         assert!(
@@ -347,17 +347,17 @@ mod tests {
             "{:?}",
             found.lines()
         );
-        // it is there: what would help
+        // complete study: forecast for more points
         let whole = Answering { design: 1000, of: 1000, ..answering.clone() };
         let found = ahead(&whole, 1000);
         assert_eq!(
             found.lines(),
             ["load: half of its interval is 1 N now, 0.5 N with 4000 points, in about 1 h 00 min"]
         );
-        // what runs beyond the model leave open is said once, of however many answers
+        // the note on runs beyond the model appears once for any number of answers
         let mut open = Answering { design: 1000, of: 1000, ..answering.clone() };
         open.answers.answers[0].beyond = 17;
-        // their values decide the question: nothing is open
+        // their values determine the answer: nothing is open
         assert!(!ahead(&open, 1000).lines().iter().any(|line| line == NOT_NARROWED));
         open.answers.answers[0].beyond_open = 17;
         open.answers.answers.push(open.answers.answers[0].clone());

@@ -1,5 +1,5 @@
-//! `answers.json` and `answers/NAME.parquet` in a result directory, with their checksums: written whole, never through links. Curves of questions that are
-//! gone are removed; what somebody else has put between them stays.
+//! Files `answers.json` and `answers/NAME.parquet` of a result directory, with their checksums. They are replaced as a whole and never
+//! written through links. Curves of removed questions are deleted; files of other origin stay.
 
 use super::Answering;
 use crate::run::directory::{ANSWERS, CURVES};
@@ -10,25 +10,25 @@ use bladeoff_system::folder::Folder;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Why answers are not kept.
+/// Reason why answers cannot be stored.
 #[derive(Debug, thiserror::Error)]
 pub enum KeepError {
-    /// A file.
+    /// A file operation that failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A curve.
+    /// A curve that cannot be written.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// Others could write in the directory.
+    /// A directory to which other users can write.
     #[error(transparent)]
     Untrusted(#[from] Untrusted),
-    /// The answers have no JSON form.
+    /// Answers that cannot be converted to JSON.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
 }
 
 impl KeepError {
-    /// Whether the directory may not be written, so that nothing went wrong with its files.
+    /// Whether the directory may not be written, as opposed to an error of a file.
     #[must_use]
     pub fn is_refusal(&self) -> bool {
         match self {
@@ -41,10 +41,10 @@ impl KeepError {
     }
 }
 
-/// Writes the answers of a complete study into its directory; `trusts`: also where others could write.
+/// Writes the answers of a complete study into its directory; `trusts`: also if other users can write there.
 ///
 /// # Errors
-/// They cannot be written; what was there of another study or of other questions may be there still.
+/// The answers cannot be written. Answers of another study or of other questions may still be there.
 pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(), KeepError> {
     let folder = Folder::open(directory).map_err(FileError::at("open", directory))?;
     if let Some(doubt) = check_trust(&folder, trusts)? {
@@ -55,7 +55,7 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     let is_same = place.read(text.len() as u64).is_ok_and(|found| found == text.as_bytes());
     if is_same && answering.curves.is_empty() {
         remove_curves(&folder, |_| false)?;
-        // nothing is replaced; a directory that may not be written stays as it is
+        // no change: a directory that may not be written stays unchanged
         let kept = if are_kept(&folder) { Ok(()) } else { keep_sums(&folder, std::iter::empty()) };
         return kept.map_err(KeepError::from).or_else(|error| if error.is_refusal() { Ok(()) } else { Err(error) });
     }
@@ -73,7 +73,7 @@ pub fn keep(directory: &Path, answering: &Answering, trusts: bool) -> Result<(),
     Ok(keep_sums(&folder, answering.curves.iter().map(|(name, _)| curve_file(name)))?)
 }
 
-/// The folder of curves, made if it is not there.
+/// The folder of curves; created if it does not exist.
 fn curves(folder: &Folder) -> Result<Folder, FileError> {
     let place = folder.place(CURVES);
     match folder.folder(CURVES) {
@@ -129,7 +129,7 @@ mod tests {
                 vec!["a.parquet".into(), "b.parquet".into()]
             )
         );
-        // of somebody else, and of a program that was killed
+        // a file of another origin, and one of a killed program
         fs::write(curves.join("mine.parquet"), "mine").expect("written");
         fs::copy(curves.join("a.parquet"), curves.join("copy.parquet")).expect("copied");
         fs::write(curves.join("a.parquet.0123abcd.tmp"), "begun").expect("written");
@@ -155,7 +155,7 @@ mod tests {
         symlink(&other, root.join(CURVES)).expect("linked");
         assert!(keep(&root, &answering(&["a"]), false).is_err());
         assert_eq!(names(&other), ["kept"]);
-        // a link under the name of the file is replaced, not followed
+        // a link with the name of the file is replaced, not followed
         symlink(other.join("kept"), root.join(ANSWERS)).expect("linked");
         keep(&root, &answering(&[]), false).expect("no curves, no folder");
         assert_eq!(fs::read_to_string(other.join("kept")).expect("there"), "kept");

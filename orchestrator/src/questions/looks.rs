@@ -1,4 +1,4 @@
-//! Course of each answer for the report, from the first points to all.
+//! Development of each answer for the report, from the first points to all.
 
 use super::vocabulary::Vocabulary;
 use super::{Answering, AnsweringError, note_related, read};
@@ -8,18 +8,18 @@ use bladeoff_answers::gate::{Decision, FIRST_LOOK, Gate};
 use bladeoff_study::{Samples, is_blocked};
 use std::path::Path;
 
-/// Answers, decisions, and the answers that have intervals at ever more points and at all.
+/// Answers and decisions from all points, and answers from increasing numbers of points.
 #[derive(Debug, Clone)]
 pub struct Looked {
-    /// From all points that count.
+    /// Answers from all points that count.
     pub answering: Answering,
-    /// Points, and what was answered by them: of questions for one number, and of sensitivities.
+    /// Numbers of points, with the answers to questions for one number and to sensitivities.
     pub looks: Vec<(u64, Vec<Answer>)>,
-    /// Of the gates, in order.
+    /// Decisions of the gates, in order.
     pub decisions: Vec<Decision>,
 }
 
-/// Columns that questions and gates are about, each once, in their order.
+/// Columns used by questions and gates, each once, in order.
 #[must_use]
 pub fn columns_asked(samples: &Samples, questions: &[Question], gates: &[Gate]) -> Vec<String> {
     let Some(vocabulary) = Vocabulary::of(samples) else { return Vec::new() };
@@ -33,7 +33,7 @@ pub fn columns_asked(samples: &Samples, questions: &[Question], gates: &[Gate]) 
     columns
 }
 
-/// As [`super::answer`], at every look.
+/// [`super::answer`] and [`super::judge`], and the answers from increasing numbers of points.
 ///
 /// # Errors
 /// As [`super::answer`] and [`super::judge`].
@@ -73,7 +73,7 @@ pub fn answer_at_looks(
     let mut at = first_look(samples);
     while at < points && !numbers.is_empty() {
         let part = first(&study, at as usize);
-        // a question that cannot be answered says so in its answer
+        // the answers from all points report the error of a question that cannot be answered
         looks.push((
             at,
             numbers
@@ -93,10 +93,10 @@ pub fn answer_at_looks(
     })
 }
 
-/// Trajectories, or base points, of the first look: few studies have 256 of them, and 10 have an interval.
+/// Number of blocks (trajectories or base points) in the first step: few studies have 256 of them, and 10 suffice for an interval.
 const FIRST_BLOCKS: u64 = 16;
 
-/// Points of the first look; each has twice as many as the one before.
+/// Number of points in the first step; each further step doubles it.
 fn first_look(samples: &Samples) -> u64 {
     let blocks = samples.layout().filter(|layout| is_blocked(layout)).map(|layout| FIRST_BLOCKS * layout.rows());
     blocks.unwrap_or(FIRST_LOOK)

@@ -1,11 +1,11 @@
-//! Questions and gates of a study file, put to its table.
+//! Questions and gates of a study file, answered from its table.
 //!
 //! ```text
-//! the file's words --meant--> questions, gates         by the names of the table's columns (vocabulary)
-//! results.parquet or parts --rows--> points in order     the columns that are asked for, the complete prefix of the points
-//!   --answer--> answers.json, answers/NAME.parquet (kept), words (told)     --judge--> decisions of gates
+//! text of the file --meant--> questions, gates           by the names of the table's columns (vocabulary)
+//! results.parquet or parts --rows--> points in order     the required columns, for the complete prefix of the points
+//!   --answer--> answers.json, answers/NAME.parquet (kept), text (to_text)     --judge--> decisions of gates
 //! ```
-//! What figures are, [`bladeoff_answers`] knows; what a study file may say, [`bladeoff_study`]. Nothing here is part of what a study is.
+//! [`bladeoff_answers`] defines the figures, [`bladeoff_study`] the study file. Questions do not change the samples of a study.
 
 mod checked;
 mod drawn;
@@ -48,31 +48,31 @@ use std::path::Path;
 use streaming::stream;
 use vocabulary::Vocabulary;
 
-/// What a study answers so far.
+/// Answers of a study from the rows computed so far.
 #[derive(Debug, Clone)]
 pub struct Answering {
-    /// For `answers.json`.
+    /// Content of `answers.json`.
     pub answers: Answers,
-    /// For `answers/NAME.parquet`.
+    /// Contents of `answers/NAME.parquet`.
     pub curves: Vec<(String, Curve)>,
-    /// Points that are counted: the first ones.
+    /// Number of points used: the first ones.
     pub points: u64,
-    /// Points that there will be: those of the study, or up to its end by `[stop]`.
+    /// Final number of points: those of the study, or up to its end by `[stop]`.
     pub of: u64,
     /// Points of the design.
     pub design: u64,
-    /// `[refine]` goes on: other combinations may be added to those that are there.
+    /// Whether `[refine]` may still add combinations.
     pub is_open: bool,
-    /// They are those of a design; else each sample is one, and all that are there are counted.
+    /// Whether the points are those of a design; otherwise each sample is a point, and all computed samples are used.
     pub is_design: bool,
-    /// The table has a checksum, or is no finished one.
+    /// Whether the table has a recorded checksum, or is not finished.
     pub is_known: bool,
 }
 
-/// Answers questions from what a directory has of these samples.
+/// Answers questions from the rows of these samples in a directory.
 ///
 /// # Errors
-/// The table is not as it was written, cannot be read, or has not what is asked for.
+/// The table has changed since it was written, cannot be read, or lacks a required column.
 pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Result<Answering, AnsweringError> {
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
     let is_design = samples.layout().is_some();
@@ -91,7 +91,7 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
         return Ok(Answering { answers, curves, points: *points, of: *points, design, is_open, is_design, is_known });
     }
     let mut columns: Vec<String> = held.iter().flat_map(|question| question.columns(&vocabulary.names)).collect();
-    // the unit of an axis that a curve goes along
+    // the axis of a curve, for its unit
     columns.extend(held.iter().filter_map(|question| vocabulary.axis_of(question)));
     let (rows, is_known) = read(directory, samples, &vocabulary, columns)?;
     let (mut answers, curves) = match rows.points() {
@@ -120,14 +120,15 @@ pub fn answer(directory: &Path, samples: &Samples, questions: &[Question]) -> Re
     })
 }
 
-/// What a finished table answers as its rows pass by.
+/// Answers obtained from a stream of the rows of a finished table.
 struct Passed {
     answered: Vec<Answered>,
     points: u64,
     is_known: bool,
 }
 
-/// Puts questions to the rows of a finished table, if there is one: `None` where rows have to be gathered.
+/// Answers questions from a stream of the rows of a finished table; `None` without such a table, so that
+/// rows have to be collected.
 fn pass(
     directory: &Path,
     samples: &Samples,
@@ -150,7 +151,7 @@ fn pass(
     found
 }
 
-/// A warning where a design has too few points for so many parameters, so that values of two columns are correlated.
+/// Warning if a design has too few points for its number of parameters, so that values of two columns are correlated.
 #[must_use]
 pub fn related(samples: &Samples) -> Option<String> {
     related_in(samples, samples.points())
@@ -162,7 +163,7 @@ fn related_in(samples: &Samples, points: u64) -> Option<String> {
     samples.layout()?.related(points, &names)
 }
 
-/// Adds correlated parameters to answers from so many points of a Saltelli design, whose total indices the correlation biases: a note, and the correlations by parameter.
+/// Adds a note and the correlated parameters to answers from `points` points of a Saltelli design; the correlation biases total indices.
 fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
     if samples.layout().is_none_or(|layout| layout.saltelli().is_none()) {
         return;
@@ -183,19 +184,19 @@ fn note_related(samples: &Samples, points: u64, answers: &mut Answers) {
     }
 }
 
-/// A question that is asked of these samples by its words, and by no file.
+/// A question about these samples from the command line instead of a file.
 ///
 /// # Errors
-/// The machine cannot be built; all that is wrong with it.
+/// The machine cannot be built; the inner error lists the errors of the question.
 pub fn question_of(samples: &Samples, def: &QuestionDef) -> Result<Result<Question, Vec<Problem>>, AnsweringError> {
     let vocabulary = Vocabulary::of(samples).ok_or(AnsweringError::Unread)?;
     Ok(Question::new(def, &vocabulary.names))
 }
 
-/// Judges gates by what a directory has of these samples; the points that count, and those of the study.
+/// Judges gates by the rows of these samples in a directory. Also returns the number of points used, and that of the study.
 ///
 /// # Errors
-/// As [`answer`]; the points are not independent.
+/// As [`answer`]; also for points that are not independent.
 pub fn judge(directory: &Path, samples: &Samples, gates: &[Gate]) -> Result<(Vec<Decision>, u64, u64), AnsweringError> {
     if samples.layout().is_none() {
         return Err(AnsweringError::NoDesign);
@@ -215,7 +216,7 @@ pub fn judge(directory: &Path, samples: &Samples, gates: &[Gate]) -> Result<(Vec
     Ok((decisions, rows.points(), rows.of()))
 }
 
-/// The rows that count, and whether their table is known to be as it was written.
+/// The rows to use, and whether the checksum of their table was verified or does not apply.
 fn read(
     directory: &Path,
     samples: &Samples,

@@ -1,4 +1,4 @@
-//! `[refine]` of a study: which combinations of its map come next, by the rows of those that are chosen so far.
+//! `[refine]` of a study: the next combinations of its map, from the rows of the combinations chosen so far.
 
 use super::resolve::{Meant, Source, meant};
 use super::rows::{AnsweringError, Rows};
@@ -14,10 +14,10 @@ use bladeoff_text::document::Collector;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Every so-manieth value comes first.
+/// Spacing of the values that are computed first.
 const EVERY: usize = 4;
 
-/// A map that is refined.
+/// Refinement of a map.
 #[derive(Debug, Clone)]
 pub struct Refinement {
     samples: Samples,
@@ -26,11 +26,11 @@ pub struct Refinement {
     along: [Along; 2],
     grid: Grid,
     max_samples: u64,
-    /// Samples of a combination.
+    /// Number of samples of a combination.
     each: u64,
 }
 
-/// An axis of the map: its place among those of the study, and its values in ascending order with their positions.
+/// An axis of the map: index of the study's axis, and values in ascending order with their positions in the study.
 #[derive(Debug, Clone)]
 struct Along {
     axis: usize,
@@ -38,11 +38,11 @@ struct Along {
     positions: Vec<u64>,
 }
 
-/// Why a map is not refined: what is wrong, what is allowed, and the key that says it.
+/// Reason why a map cannot be refined: error, allowed values, and key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unrefined(String, String, Key);
 
-/// A key of `[refine]`, or the whole of it.
+/// Key of `[refine]`, or the whole table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Key {
     Whole,
@@ -59,7 +59,7 @@ impl Unrefined {
         Self(self.0, self.1, key)
     }
 
-    /// At its place in the study file.
+    /// Reports the problem at its place in the study file.
     pub fn tell(self, samples: &Samples, problems: &mut Collector<'_>) {
         let def = samples.study().refine.as_ref();
         let place = def.map_or(0..0, |def| match self.2 {
@@ -77,10 +77,10 @@ impl Unrefined {
 }
 
 impl Refinement {
-    /// Of a study with `[refine]`; `None` without, and where there is too little of it to choose from: of a part (`--scale`, `--limit`).
+    /// Refinement of a study with `[refine]`; `None` without, and for a part (`--scale`, `--limit`) that is too small to choose from.
     ///
     /// # Errors
-    /// Its map cannot be refined.
+    /// The map cannot be refined.
     pub fn of(samples: &Samples, meant: &Meant) -> Result<Option<Self>, Unrefined> {
         let study = samples.study();
         let Some(def) = &study.refine else { return Ok(None) };
@@ -91,7 +91,7 @@ impl Refinement {
         let name = study.asked.questions.get(def.question).and_then(|asked| asked.name.as_ref());
         let question = name.and_then(|name| meant.questions.iter().find(|question| question.name == name.value));
         let Some((question, Ask::Map(wanted))) = question.map(|question| (question, &question.ask)) else {
-            // it could not be understood, which was said
+            // the map question has an error that is reported elsewhere
             return Ok(None);
         };
         if matches!(wanted.of, Of::Value(_)) && Vocabulary::of(samples).is_none_or(|known| !has_regimes(&known)) {
@@ -110,7 +110,7 @@ impl Refinement {
         }
         let lengths = [0, 1].map(|axis: usize| along[axis].values.len());
         let asked = def.first.map(|first| first.map(|count| usize::try_from(count).unwrap_or(usize::MAX)));
-        // of a part no more than there are
+        // a part has at most as many values as exist
         let fitting = |axis: usize, first: usize| if is_part { first.min(lengths[axis]) } else { first };
         let first = asked.map(|first| [fitting(0, first[0]), fitting(1, first[1])]);
         let first = first.unwrap_or(lengths.map(|length| (length.max(1) - 1).div_ceil(EVERY) + 1));
@@ -128,13 +128,13 @@ impl Refinement {
             let refused = Unrefined::new(message, "a larger max_samples, or fewer values in `first`");
             return Err(refused.by(Key::MaxSamples));
         }
-        // differences between panels are no matter
+        // differences between panels are not needed
         let wanted = Wanted { paired: None, ..wanted.clone() };
         let (samples, question, max_samples) = (samples.clone(), question.clone(), def.max_samples);
         Ok(Some(Self { samples, question, wanted, along, grid, max_samples, each }))
     }
 
-    /// Why every sample of a part (`--scale`, `--limit`) is computed, of a study with `[refine]`.
+    /// Why every sample of a part (`--scale`, `--limit`) of a study with `[refine]` is computed.
     #[must_use]
     pub fn whole_part(samples: &Samples) -> Option<&'static str> {
         let why = if samples.layout().is_none() && samples.limit().is_some() {
@@ -145,7 +145,7 @@ impl Refinement {
         samples.study().refine.as_ref().map(|_| why)
     }
 
-    /// What is refined, in words.
+    /// Description of the refinement.
     #[must_use]
     pub fn in_words(&self) -> Vec<String> {
         let [x, y] = self.along.each_ref().map(|along| along.values.len() as u64);
@@ -156,20 +156,20 @@ impl Refinement {
         ]
     }
 
-    /// Samples of the first round, and of all rounds at most.
+    /// Number of samples of the first round, and largest number in all rounds.
     #[must_use]
     pub fn samples(&self) -> [u64; 2] {
         let [x, y] = self.along.each_ref().map(|along| along.values.len() as u64);
         [self.grid.first().len() as u64 * self.each, self.max_samples.min(x * y * self.each)]
     }
 
-    /// Positions of places on the map.
+    /// Positions in the study of places on the map.
     fn cells(&self, places: impl IntoIterator<Item = (usize, usize)>) -> Vec<[u64; 2]> {
         let [x, y] = &self.along;
         places.into_iter().map(|place| [x.positions[place.0], y.positions[place.1]]).collect()
     }
 
-    /// Of a study as it stands in its directory; `None`: nothing is refined.
+    /// Refinement of a study as stored in its directory; `None` if nothing is refined.
     pub(super) fn of_study(samples: &Samples) -> Option<Self> {
         let study = samples.study();
         study.refine.as_ref()?;
@@ -177,8 +177,8 @@ impl Refinement {
         Self::of(samples, &meant).ok()?
     }
 
-    /// What there is half-way, in parts. Of points of a design all in the combinations of the last look at which all were there, before
-    /// the first one the first points in the first combinations; of chosen values whatever is there.
+    /// Rows in the parts of an incomplete study. For points of a design: the complete points in the combinations of the last complete round,
+    /// or of the first round. For chosen values: all rows.
     pub(super) fn so_far(
         &self,
         parts: &[PathBuf],
@@ -211,7 +211,7 @@ impl Refinement {
         Ok(rows.map(Rows::half_way))
     }
 
-    /// The rows that decide what comes next.
+    /// The rows that determine the next combinations.
     fn rows(&self, files: &[PathBuf], chosen: &Chosen) -> Result<Result<Rows, AnsweringError>, TableError> {
         let Some(vocabulary) = Vocabulary::of(&self.samples) else { return Ok(Err(AnsweringError::Unread)) };
         let mut columns = self.question.columns(&vocabulary.names);
@@ -223,12 +223,12 @@ impl Refinement {
         Rows::read(files, &self.samples, &vocabulary, (&columns, Some(end), Some(chosen)))
     }
 
-    /// Samples in chosen combinations.
+    /// Number of samples in the chosen combinations.
     fn count(&self, chosen: &Chosen) -> u64 {
         chosen.cells.len() as u64 * self.each
     }
 
-    /// What comes after these rows, and whether others may come after that.
+    /// The combinations that follow these rows, and whether more may follow.
     fn after(&self, rows: &Rows, chosen: &Chosen) -> Result<(Vec<[u64; 2]>, bool), AnsweringError> {
         let found = maps(&rows.study(), &self.wanted, 1.0 - self.question.confidence)?;
         let known = kinds(&found, self.along.each_ref().map(|along| along.values.as_slice()));
@@ -272,7 +272,7 @@ impl Along {
         let mut found: Vec<(f64, u64)> = Vec::new();
         for position in kept {
             match list.at(position) {
-                // as maps have it: one zero
+                // 0 and -0 are equal, as in maps
                 ParamValue::Number(number) => found.push((number + 0.0, position)),
                 ParamValue::Choice(_) => return Err(Unrefined::new(format!("values of {column} are words"), allowed)),
             }

@@ -1,4 +1,4 @@
-//! From the words of a study file to questions and gates; whatever is wrong with them is told at its place in the file.
+//! Validation of the questions and gates of a study file; errors are reported at their places in the file.
 
 use super::rows::design_kind;
 use super::vocabulary::{Vocabulary, column_of, label};
@@ -10,33 +10,33 @@ use bladeoff_study::{Asked, AskedGate, AskedQuestion, Parameter, Placed, Samples
 use bladeoff_text::document::{Collector, Problems};
 use std::ops::Range;
 
-/// Questions and gates that were understood.
+/// Valid questions and gates.
 #[derive(Debug, Clone, Default)]
 pub struct Meant {
-    /// In the order of the file.
+    /// Questions in the order of the file.
     pub questions: Vec<Question>,
-    /// Likewise.
+    /// Gates in the order of the file.
     pub gates: Vec<Gate>,
 }
 
-/// A file of questions.
+/// A file with questions.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
-    /// Its name.
+    /// Name of the file.
     pub file: &'a str,
-    /// Its text.
+    /// Text of the file.
     pub text: &'a str,
-    /// What it asks.
+    /// Questions and gates as parsed.
     pub asked: &'a Asked,
 }
 
-/// A number that a range comes out with is as near as this to the one that is written.
+/// Relative tolerance for a value of a range to be equal to the value as written.
 const SAME: f64 = 1e-9;
 
-/// What a file asks of these samples.
+/// Validates the questions and gates of a file for these samples.
 ///
 /// # Errors
-/// Everything that is wrong with it.
+/// All errors of questions and gates.
 pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
     let mut problems = Collector::new(source.file, source.text);
     let mut found = Meant::default();
@@ -57,7 +57,7 @@ pub fn meant(samples: &Samples, source: Source<'_>) -> Result<Meant, Problems> {
     problems.finish().map(|()| found)
 }
 
-/// Checks questions and gates of a file that was just read; its samples and what it asks, where both are understood.
+/// Checks questions and gates of a file that was just read. Returns samples, questions and gates if all are valid.
 pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'_>) -> Option<(Samples, Meant)> {
     let &ToCheck { asked, study, machine, is_function, names, has_design } = to_check;
     if !has_design {
@@ -67,7 +67,7 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
         }
     }
     let is_partly = study.is_none() || !problems.is_empty();
-    // too many samples: said when the study is to be run
+    // too many samples: reported when the study is run
     let samples = study.and_then(|study| Samples::new(study.clone(), None, None).ok());
     let whole = samples.as_ref().and_then(Vocabulary::of);
     if let (Some(samples), Some(_)) = (&samples, &whole)
@@ -76,7 +76,7 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
         refuse_inexact(layout, asked, problems);
         refuse_methods(layout, asked, problems);
     }
-    // without problems a machine that cannot be built is one of the samples, and said with them
+    // without other problems, a machine that cannot be built belongs to a sample and is reported with the samples
     let of_machine = || Vocabulary::of_machine(machine).filter(|_| is_partly && (machine.is_some() || is_function));
     let mut vocabulary = whole.or_else(of_machine)?;
     if is_partly {
@@ -88,7 +88,7 @@ pub(super) fn check_questions(to_check: &ToCheck<'_>, problems: &mut Collector<'
 }
 
 fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
-    // a map is one of chosen values, too
+    // maps also work for chosen values
     let is_map = |question: &AskedQuestion| question.map.is_some() || question.has_map;
     let question = asked.questions.iter().enumerate().find(|(_, question)| !is_map(question));
     let first = question.map(|(at, question)| (format!("question[{at}]"), question.span.clone()));
@@ -100,7 +100,7 @@ fn needs_design(asked: &Asked, problems: &mut Collector<'_>) {
     }
 }
 
-/// Refuses gates where the points have no exact limits.
+/// Rejects gates if the points have no exact limits.
 fn refuse_inexact(layout: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
     if layout.kind() == LayoutKind::MonteCarlo {
         return;
@@ -112,13 +112,13 @@ fn refuse_inexact(layout: &SamplingLayout, asked: &Asked, problems: &mut Collect
     }
 }
 
-/// Refuses sensitivities by a method that makes nothing of these points.
+/// Rejects sensitivities whose estimator is not valid for these points.
 fn refuse_methods(layout: &SamplingLayout, asked: &Asked, problems: &mut Collector<'_>) {
     for (position, question) in asked.questions.iter().enumerate() {
         let Some(Placed { value, span }) = question.method.as_ref().filter(|_| question.sensitivity.is_some()) else {
             continue;
         };
-        // another word is refused as such
+        // an unknown word is rejected elsewhere
         let method = SensitivityMethod::ALL.iter().find(|(word, _)| word == value).map(|(_, method)| *method);
         let check = |method: SensitivityMethod| method.check(design_kind(layout), layout.replicates() as usize);
         let Some(Err(message)) = method.map(check) else { continue };
@@ -136,7 +136,7 @@ fn refuse_methods(layout: &SamplingLayout, asked: &Asked, problems: &mut Collect
     }
 }
 
-/// Without a design only maps are.
+/// Validates questions and gates; without a design, only maps.
 fn understand(vocabulary: &Vocabulary<'_>, asked: &Asked, has_design: bool, problems: &mut Collector<'_>) -> Meant {
     let mut found = Meant::default();
     let mut reader = Reader { vocabulary, problems };
@@ -164,7 +164,7 @@ impl Reader<'_, '_> {
         let difference = asked.difference.as_ref().map(|placed| self.values(key, placed, asked.vary.as_ref()));
         let is_misread = matches!(difference, Some(None));
         let def = QuestionDef {
-            // one that could not be read is another problem
+            // a name that could not be read is reported elsewhere
             name: text(&asked.name).unwrap_or_else(|| "unnamed".to_owned()),
             probability: text(&asked.probability),
             quantile: number(&asked.quantile),
@@ -176,7 +176,7 @@ impl Reader<'_, '_> {
             method: text(&asked.method),
             fragility: text(&asked.fragility),
             difference: difference.flatten(),
-            // alone it would be said to need what could not be read
+            // on its own, `vary` would cause an error about the key that could not be read
             vary: text(&asked.vary).filter(|_| !is_misread && (asked.difference.is_some() || !asked.is_partly)),
             confidence: number(&asked.confidence),
         };
@@ -184,7 +184,7 @@ impl Reader<'_, '_> {
             Ok(question) => (!asked.is_partly && !is_misread).then_some(question),
             Err(told) => {
                 for problem in told {
-                    // what is missing may be what could not be read
+                    // the missing key may be the one that could not be read
                     if asked.is_partly
                         && problem.place.is_none()
                         && ["name", "vary", "quantile", "method", "map"].contains(&problem.key)
@@ -229,7 +229,7 @@ impl Reader<'_, '_> {
         told.value = Some(value.trim().to_owned()).filter(|_| !is_header);
     }
 
-    /// The values of a difference, as the parameter that varies takes them; `None` where one is none of its.
+    /// Values of a difference, parsed as values of the varied parameter; `None` if one is not a value of the parameter.
     fn values(&mut self, key: &str, placed: &Placed<[String; 2]>, vary: Option<&Placed<String>>) -> Option<[Label; 2]> {
         let names = &self.vocabulary.names;
         let meant = vary.map(|vary| names.known.meant(&vary.value)).unwrap_or_default();
@@ -262,10 +262,10 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Gates by words of the command line.
+/// Gates from the command line.
 ///
 /// # Errors
-/// Of each that is wrong its text, and what is wrong with it.
+/// Text and error message of each invalid gate.
 pub fn only_gates(
     samples: &Samples,
     texts: &[String],

@@ -1,7 +1,7 @@
-//! The rows that questions are put to: of a table, or of the parts of one, the columns that are asked for, in the order of the samples.
+//! Rows for questions: the required columns of a table, or of its parts, in the order of the samples.
 //!
-//! Half-way, rows are there in whatever order they were finished; only points before the first one that is not there in every group
-//! count. What finishes first is not random.
+//! In an incomplete study, rows are in the order in which they were finished. Only the points before the first incomplete point are used,
+//! because the samples that finish first are not random.
 
 use super::vocabulary::Vocabulary;
 use crate::run::{Availability, Chosen, TableEnd};
@@ -16,62 +16,62 @@ use bladeoff_study::Samples;
 use bladeoff_study::sampling::layout::{LayoutKind, Move, SamplingLayout};
 use std::path::PathBuf;
 
-/// Columns of the verdict that rows are read with.
+/// Verdict columns that are always read.
 const VERDICT: [&str; 5] = ["sample", "status", "causes", END_CAUSE, END_TIME];
 
-/// Why a study answers nothing.
+/// Reason why a study cannot answer.
 #[derive(Debug, thiserror::Error)]
 pub enum AnsweringError {
-    /// The table.
+    /// The table cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The table lacks what is asked for.
+    /// The table lacks a required column, or does not fit the design.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// The points allow no gate.
+    /// The points do not allow a gate.
     #[error(transparent)]
     Gate(#[from] GateError),
     /// A study without random points.
     #[error("the study has no [design]: its samples are not random and cannot answer a question")]
     NoDesign,
-    /// A gate of a study that refines.
+    /// A gate of a study with `[refine]`.
     #[error("[refine] chose the combinations by their results: a gate would not cover the others")]
     Refined,
     /// The machine cannot be built, so that the columns of its table are not known.
     #[error("the machine of the study can no longer be built")]
     Unread,
-    /// A row that no study of these samples has.
+    /// A row that does not belong to these samples.
     #[error(
         "{}: sample {sample} does not belong to the study, or its status or causes cannot be read",
         bladeoff_system::shown(path)
     )]
     Row {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The number.
+        /// Sample number in the row.
         sample: f64,
     },
 }
 
-/// What is known of a column beside its numbers.
+/// Bound that a bad row gives in a column; see [`Nature`].
 enum Known {
     Given,
     Free,
-    /// The place of the column with what was reached while all guards and limits held.
+    /// Index of the column with the value reached while all guards and limits held.
     Once(Option<usize>),
     Limit(Option<usize>),
     Grows(Option<usize>),
 }
 
-/// Cells as they are read.
+/// Cells of a column.
 enum Found {
     Numbers(Vec<Option<f64>>),
-    /// Words, and which there may be.
+    /// Words, and the possible words in order.
     Words(Vec<Option<String>>, Vec<String>),
 }
 
 impl Found {
-    /// Takes the cells of a piece; whether it has this column.
+    /// Copies the cells of a piece to the places `at`; returns whether the piece has this column.
     fn take(&mut self, name: &str, piece: &Table, at: &[Option<usize>]) -> bool {
         fn put<T: Clone>(cells: &mut [T], found: &[T], at: &[Option<usize>]) {
             for (at, cell) in at.iter().zip(found) {
@@ -93,7 +93,7 @@ impl Found {
         }
     }
 
-    /// Makes all cells of so many rows empty.
+    /// Replaces all cells by `rows` empty ones.
     fn clear(&mut self, rows: usize) {
         match self {
             Self::Numbers(cells) => {
@@ -115,7 +115,7 @@ impl Found {
     }
 }
 
-/// Leaves out what is not kept.
+/// Removes the cells that are not kept.
 fn keep<T>(cells: &mut Vec<T>, is_kept: &[bool]) {
     let mut is_kept = is_kept.iter();
     cells.retain(|_| is_kept.next() == Some(&true));
@@ -135,7 +135,7 @@ pub(super) struct Rows {
     columns: Vec<Gathered>,
     status: Vec<Status>,
     causes: Vec<CauseSet>,
-    /// End of each run.
+    /// Reason why each run ended.
     ends: Vec<Ended>,
     replicate: Vec<u32>,
     groups: Vec<Group>,
@@ -145,13 +145,13 @@ pub(super) struct Rows {
     layout: Blocks,
     of: u64,
     share: f64,
-    /// Its combinations were chosen by results.
+    /// Whether the combinations were chosen by their results.
     refined: bool,
-    /// `[refine]` goes on: whether others are added is not known yet.
+    /// Whether `[refine]` may still add combinations.
     is_open: bool,
 }
 
-/// What points of a block are to one another.
+/// Dependence of the points of a block.
 enum Blocks {
     Points,
     Trajectories(Vec<Option<Moved>>, f64),
@@ -159,7 +159,7 @@ enum Blocks {
 }
 
 impl Blocks {
-    /// Of the first points of a plan.
+    /// Dependence of the first `points` points of a design.
     fn of(layout: &SamplingLayout, points: u64) -> Self {
         if let Some(trajectories) = layout.trajectories() {
             let moved = |point| trajectories.moved(point).map(|Move { parameter, up }| Moved { parameter, up });
@@ -171,8 +171,8 @@ impl Blocks {
 }
 
 impl Rows {
-    /// Reads columns of these files; `end`: of the table, if `[stop]` ends it; `chosen`: the combinations that it has, if `[refine]` chooses
-    /// them: of a design these groups alone. The outer error is that of files, which may have been replaced meanwhile.
+    /// Reads columns of these files. `end`: end of the table, if `[stop]` ended the study. `chosen`: combinations in the table, if `[refine]` chose
+    /// them; for a design, only these groups are read. The outer error concerns files, which may have been replaced meanwhile.
     pub fn read(
         files: &[PathBuf],
         samples: &Samples,
@@ -187,7 +187,7 @@ impl Rows {
             |group: &usize| layout.is_none() || chosen.is_none_or(|chosen| chosen.contains(samples, *group as u64));
         let kept: Vec<usize> = (0..all).filter(is_kept).collect();
         let groups: Vec<Group> = kept.iter().map(|group| vocabulary.groups[*group].clone()).collect();
-        // without a design places are numbers of samples, whichever are there
+        // without a design, places are sample numbers
         let points = if layout.is_some() { of } else { samples.count() };
         let count = usize::try_from(points).unwrap_or(usize::MAX).saturating_mul(groups.len());
         let place = |number: f64| {
@@ -211,7 +211,7 @@ impl Rows {
                             (status[*at], causes[*at]) = (Some(said), why);
                             ends[*at] = ended(piece, row);
                         }
-                        // of parts: recorded by a run with another rule
+                        // rows of parts that were recorded with another rule
                         (None, Some(_)) if chosen.is_some() && is_of(samples, numbers[row]) => {}
                         _ => odd = odd.clone().or(Some((path.clone(), numbers[row].unwrap_or(f64::NAN)))),
                     }
@@ -226,7 +226,7 @@ impl Rows {
             return Ok(Err(AnsweringError::Row { path, sample }));
         }
         let Some(layout) = layout else {
-            // chosen values: what is there is there, whatever was finished first
+            // chosen values: every row is used, in whatever order the rows were finished
             let is_there: Vec<bool> = status.iter().map(Option::is_some).collect();
             gathered.iter_mut().for_each(|column| column.cells.keep(&is_there));
             keep(&mut causes, &is_there);
@@ -274,7 +274,7 @@ impl Rows {
         }))
     }
 
-    /// The columns of a finished table that has these names, and the design of the study, without any row.
+    /// Columns of a finished table with these column names, and the design of the study, without rows.
     pub fn head(
         samples: &Samples,
         layout: &SamplingLayout,
@@ -303,14 +303,14 @@ impl Rows {
         }
     }
 
-    /// Columns that are to be read.
+    /// Names of the columns to read.
     pub fn wanted(&self) -> Vec<String> {
         let wanted = self.columns.iter().map(|column| column.name.clone());
         VERDICT.map(str::to_owned).into_iter().chain(wanted).collect()
     }
 
-    /// Takes the rows of a piece of a table in the order of the samples, from this one on, in place of those that it has. `false`: it is not in that order; the
-    /// error: what of it is none of the study's.
+    /// Replaces the rows by those of a piece of a table that begins at sample `first`. Returns `false` if the samples of the piece are not in
+    /// consecutive order; the error is the number of a sample whose verdict is invalid.
     pub fn pass(&mut self, layout: &SamplingLayout, piece: &Table, first: u64) -> Result<bool, f64> {
         let (rows, groups) = (piece.rows(), self.groups.len() as u64);
         let numbers = piece.numbers("sample").unwrap_or_default();
@@ -337,33 +337,33 @@ impl Rows {
         Ok(true)
     }
 
-    /// Of a study whose combinations are still being chosen.
+    /// Marks rows of a study whose combinations are still being chosen.
     pub fn half_way(self) -> Self {
         Self { refined: true, is_open: true, ..self }
     }
 
-    /// Whether their combinations were chosen by results.
+    /// Whether the combinations were chosen by their results.
     pub fn are_refined(&self) -> bool {
         self.refined
     }
 
-    /// Whether combinations may be added to theirs.
+    /// Whether combinations may still be added.
     pub fn are_open(&self) -> bool {
         self.is_open
     }
 
-    /// Points that count.
+    /// Number of points used.
     pub fn points(&self) -> u64 {
         self.replicate.len() as u64
     }
 
-    /// Points of the study.
+    /// Number of points of the study.
     pub fn of(&self) -> u64 {
         self.of
     }
 
     fn column<'a>(&'a self, column: &'a Gathered) -> Column<'a> {
-        // a table without the column has no values to hold
+        // without this column there are no reached values
         let held = |held: &Option<usize>| {
             let held = held.map(|at| &self.columns[at]).filter(|held| held.is_there)?;
             if let Found::Numbers(cells) = &held.cells { Some(cells.as_slice()) } else { None }
@@ -379,11 +379,11 @@ impl Rows {
         Column { name: column.name.clone(), unit: column.unit.clone(), cells, unjudged: column.unjudged }
     }
 
-    /// As the estimators take them.
+    /// The rows as input of the estimators.
     pub fn study(&self) -> Study<'_> {
         let there = self.columns.iter().filter(|column| column.is_there || self.points() == 0);
         Study {
-            // one that the table lacks is missed by the questions that need it, and by no other
+            // a missing column is an error only for the questions that need it
             columns: there.map(|column| self.column(column)).collect(),
             status: &self.status,
             causes: &self.causes,
@@ -411,7 +411,7 @@ fn is_of(samples: &Samples, number: Option<f64>) -> bool {
     number.is_some_and(|number| (0.0..samples.count() as f64).contains(&number))
 }
 
-/// Columns that are asked for, then those that say what was held of them.
+/// The required columns, then the columns with their reached values.
 fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Vec<Gathered> {
     let mut held: Vec<String> = Vec::new();
     let column = |name: &str| vocabulary.columns.iter().find(|column| column.field.name == name);
@@ -448,13 +448,13 @@ fn gathered(vocabulary: &Vocabulary<'_>, columns: &[String], count: usize) -> Ve
     all
 }
 
-/// What became of a row; `None`: its words are none of ours.
+/// Status and causes of a row; `None` if their words are unknown.
 fn verdict(piece: &Table, row: usize) -> Option<(Status, CauseSet)> {
     let (status, causes) = (piece.words("status")?, piece.words("causes")?);
     Some((Status::from_word(status[row].as_deref()?)?, caused(causes[row].as_deref())?))
 }
 
-/// End of a row's run.
+/// Reason why the run of a row ended.
 fn ended(piece: &Table, row: usize) -> Ended {
     let cause = piece.words(END_CAUSE).and_then(|words| words[row].as_deref());
     let time = || piece.numbers(END_TIME).and_then(|times| times[row]);
@@ -465,7 +465,7 @@ fn ended(piece: &Table, row: usize) -> Ended {
     }
 }
 
-/// Causes from their words.
+/// Parses causes.
 fn caused(words: Option<&str>) -> Option<CauseSet> {
     let mut causes = CauseSet::default();
     for word in words.unwrap_or("").split(',').filter(|word| !word.is_empty()) {
@@ -474,7 +474,7 @@ fn caused(words: Option<&str>) -> Option<CauseSet> {
     Some(causes)
 }
 
-/// The kind of a plan.
+/// Kind of a design for the estimators.
 pub(super) fn design_kind(layout: &SamplingLayout) -> DesignKind {
     match layout.kind() {
         LayoutKind::MonteCarlo => DesignKind::MonteCarlo,

@@ -1,4 +1,4 @@
-//! Why an answer is not as precise as `[stop]` asks, in words.
+//! Reasons in words why an answer is less precise than `[stop]` requires.
 
 use super::forecast::group_in_words;
 use bladeoff_answers::ask::Answer;
@@ -6,7 +6,7 @@ use bladeoff_answers::estimate::bad::Bad;
 use bladeoff_answers::estimate::figures::Figures;
 use bladeoff_answers::stop::{Hindrance, Precision, StopRule};
 
-/// The numbers of an answer that are not precise enough, and why; `only_hindered`: those that no further point makes so.
+/// The numbers of an answer that are not precise enough, with the reason; `only_hindered`: only those that no further point makes precise enough.
 pub(super) fn short_of(rule: &StopRule, answer: &Answer, only_hindered: bool) -> Vec<(String, String)> {
     let group = group_in_words(answer);
     let group = if group.is_empty() { group } else { format!(" ({group})") };
@@ -28,7 +28,7 @@ fn bad_of(answer: &Answer) -> Bad {
     Bad { all: answer.bad, beyond: answer.beyond, ..Bad::default() }
 }
 
-/// Whether runs beyond the model keep a number of an answer from being as precise as is asked.
+/// Whether runs beyond the model prevent a number of an answer from reaching the required precision.
 pub(super) fn is_left_open(rule: &StopRule, answer: &Answer) -> bool {
     let of = |figures: &Figures| rule.hindrance(figures, answer.bad, 1.0 - answer.confidence);
     answer.beyond_open > 0
@@ -46,7 +46,7 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
                 }
                 None => format!("leave{s} it without a limit"),
             };
-            // of these one line says so for all figures
+            // a single line for all figures states this reason
             if bad_of(answer).failing() == 0 && answer.beyond > 0 {
                 return format!("{bad} {open}");
             }
@@ -61,7 +61,7 @@ fn hindered(hindrance: &Hindrance, answer: &Answer) -> String {
     }
 }
 
-/// `None`: it is precise enough.
+/// Reason why an interval is too wide; `None` if it is precise enough.
 fn wide(rule: &StopRule, figures: &Figures, answer: &Answer) -> Option<String> {
     let show = |value: f64| answer.scale.show(value);
     match rule.precision(figures) {
@@ -92,7 +92,7 @@ mod tests {
     use bladeoff_answers::estimate::figures::Method;
     use bladeoff_answers::estimate::input::Group;
 
-    /// A mean without limits, of 100 runs of which so many failed and so many are beyond the model.
+    /// A mean without limits, of 100 runs, with the given numbers of failing runs and runs beyond the model.
     fn mean(failing: u64, beyond: u64) -> Answer {
         let figures = Figures { estimate: Some(5.0), method: Method::Student, ..Figures::over(100) };
         let bad = Bad { of: 100, all: failing + beyond, beyond, ..Bad::default() };

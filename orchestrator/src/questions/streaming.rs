@@ -1,4 +1,5 @@
-//! Questions put to a finished table row group by row group: the table of any study with a design, as long as it is whole, in the order of its samples.
+//! Answers from a finished table, row group by row group: for any study with a design whose table is complete and in the order of its
+//! samples.
 
 use super::rows::{AnsweringError, Rows};
 use super::vocabulary::Vocabulary;
@@ -8,8 +9,8 @@ use bladeoff_answers::tables::{Table, TableError};
 use bladeoff_study::Samples;
 use std::path::{Path, PathBuf};
 
-/// Answers of questions that [`Streamed`] takes; `None`: the table is not of that kind. The outer error is that of the file, which may have been replaced
-/// meanwhile.
+/// Answers to questions that [`Streamed`] supports; `None`: the table has another form. The outer error is that of the file, which may have been
+/// replaced in the meantime.
 pub(super) fn stream(
     table: &Path,
     samples: &Samples,

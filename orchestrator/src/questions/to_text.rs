@@ -1,11 +1,11 @@
-//! Answers and decisions for a person.
+//! Text of answers and decisions for a reader.
 
 use super::Answering;
 use bladeoff_answers::ask::{Answer, is_of_group};
 use bladeoff_answers::gate::Decision;
 use bladeoff_answers::summary::counted;
 
-/// Answers by question, each in a sentence, with what has to be known of it below.
+/// Answers by question, each in a sentence, with its notes below.
 #[must_use]
 pub fn told(answering: &Answering) -> String {
     let Answering { answers, points, of, .. } = answering;
@@ -24,7 +24,7 @@ pub fn told(answering: &Answering) -> String {
         }
         text.push_str(&format!("  {}\n", answer.sentence));
         answer.lines.iter().for_each(|line| text.push_str(&format!("    {line}\n")));
-        // what holds for every group is told once, but bad runs are those of a group
+        // a note that holds for every group is printed once; the number of bad runs belongs to a group
         let is_general = |note: &String| {
             let mut all = answers.answers.iter().filter(|other| other.name == answer.name);
             !is_of_group(note) && all.all(|other| other.notes.contains(note))
@@ -57,7 +57,7 @@ fn head(what: &str, points: u64, of: u64) -> String {
     }
 }
 
-/// Where each sample is a point of its own.
+/// Heading for a study in which each sample is a point.
 fn head_of_samples(samples: u64, of: u64) -> String {
     match samples {
         0 => format!("Answers: none yet. The tables have no row of {}.\n", counted(of, "sample")),

@@ -1,8 +1,8 @@
-//! Known probabilities through a study of formulas, from its text to its answers, for `bladeoff verify`: what is drawn, how it depends on
-//! one another, formulas and estimates. The same through workers, record and table is in `tests/program/probabilities.rs`.
+//! Known probabilities computed through a study of formulas, from its text to its answers, for `bladeoff verify`: distributions, their dependence,
+//! formulas and estimates. `tests/program/probabilities.rs` does the same through workers, record and table.
 //!
-//! An estimate of n independent points is off by its standard error sqrt(p (1 - p)/n), by four of them once in 16 000 times; the
-//! points are always the same.
+//! An estimate from n independent points has the standard error sqrt(p (1 - p)/n); it deviates by more than four standard errors once in 16 000 cases.
+//! The points are always the same.
 
 use super::vocabulary::Vocabulary;
 use super::{Meant, Source, meant};
@@ -98,18 +98,18 @@ name = "largest"
 probability = "largest > 22"
 "#;
 
-/// Case, event, probability, where it comes from; in the order of the questions.
+/// Case, event, probability, and origin of the probability; in the order of the questions.
 const REFERENCES: [(&str, &str, f64, &str); 5] = [
     ("RP22, two normal variables", "P(g < 0)", 4.207_305_511_300e-3, "TNO reliability challenge 2019, integrated"),
     ("four branches, 7/sqrt 2", "P(g < 0)", 2.222_795_066_194e-3, "Waarts 2000, integrated"),
     ("R - S, correlation 0.5", "P(g < 0)", 2.275_013_194_818e-2, "closed form: normal"),
-    // var = ln 1.09 + ln 1.25 + 2 ln 1.06 of the logarithm, mean ln 2
+    // the logarithm has the mean ln 2 and the variance ln 1.09 + ln 1.25 + 2 ln 1.06
     ("product of dependent lognormals", "P(a b > 10)", 6.826_347_478_649e-3, "closed form: lognormal"),
     // 1 - exp(-3 e^-6)
     ("largest of three Gumbel variables", "P(max > 22)", 7.408_675_982_096e-3, "closed form: Gumbel"),
 ];
 
-/// Every reference with what this study finds; nothing where it finds none.
+/// Every reference with the estimate of this study; without an estimate if the study gives none.
 #[must_use]
 pub fn known_probabilities() -> Vec<Check> {
     let estimates = estimates();
@@ -121,7 +121,7 @@ pub fn known_probabilities() -> Vec<Check> {
     REFERENCES.into_iter().enumerate().map(check).collect()
 }
 
-/// Points and estimate of each question.
+/// Number of points and estimate of each question.
 fn estimates() -> Option<Vec<(u64, Option<f64>)>> {
     let study = load_text("verify.toml", STUDY, own_columns).ok()?;
     let samples = Samples::new(study, None, None).ok()?;
@@ -182,7 +182,7 @@ mod tests {
         for mut check in checks {
             println!("{check:?}: {:?}", check.error());
             assert!(check.holds() && check.tolerance < 0.25, "{check:?}");
-            // a reference half as large again is seen to be another one
+            // a reference that is 50 % too large is detected
             check.reference *= 1.5;
             assert!(!check.holds(), "{check:?}");
         }

@@ -1,4 +1,4 @@
-//! The names that questions of a study may use: columns of its table, and what else they are called.
+//! Names that questions of a study may use: columns of its table, and their aliases.
 
 use crate::run::{TableColumn, columns_of, columns_without};
 use bladeoff_answers::ask::{Ask, Given, Known, Names, Question};
@@ -13,17 +13,17 @@ use std::collections::BTreeSet;
 pub(super) struct Vocabulary<'a> {
     pub names: Names,
     pub columns: Vec<TableColumn>,
-    /// The combinations of the values of `[[vary]]`, by the names of their columns.
+    /// Combinations of the values of `[[vary]]`, by the names of their columns.
     pub groups: Vec<Group>,
-    /// What differs from sample to sample.
+    /// Parameters that differ from sample to sample.
     pub parameters: &'a [Parameter],
     pub machine: Option<&'a MachineDef>,
-    /// Columns of uncertain parameters whose values are words, and these.
+    /// Columns of uncertain parameters with words, and their words.
     words: Vec<(String, Vec<String>)>,
 }
 
 impl<'a> Vocabulary<'a> {
-    /// `None`: the machine cannot be built, which is said elsewhere.
+    /// Names of the samples' study; `None` if the machine cannot be built, which is reported elsewhere.
     pub fn of(samples: &'a Samples) -> Option<Self> {
         let columns = columns_of(samples)?;
         let parameters = samples.parameters();
@@ -35,7 +35,7 @@ impl<'a> Vocabulary<'a> {
             Group(values.into_iter().map(|(name, value)| (column(&name), label(value))).collect())
         };
         let is_design = samples.layout().is_some();
-        // without a design each sample is a point of its own, and its parameters are columns of it
+        // without a design each sample is a point of its own, and its parameters are ordinary columns
         let groups: Vec<Group> =
             if is_design { samples.groups().into_iter().map(group).collect() } else { vec![Group::default()] };
         let is_uncertain = |parameter: &&Parameter| matches!(parameter.origin, Origin::Uncertain(_));
@@ -86,8 +86,8 @@ impl<'a> Vocabulary<'a> {
         Some(Self { names, columns, groups, parameters, machine, words })
     }
 
-    /// Of a study with mistakes, of which there may be nothing but its machine; of formulas there is none. `None`: the machine cannot be
-    /// built either, so that no column is known.
+    /// Names of a study with errors, of which only the machine may be known; formula studies have no machine. `None` if the machine cannot be
+    /// built either, so that the columns are unknown.
     pub fn of_machine(machine: Option<&'a MachineDef>) -> Option<Self> {
         let columns = match machine {
             Some(machine) => columns_without(Some(&machine.build().ok()?)),
@@ -106,7 +106,8 @@ impl<'a> Vocabulary<'a> {
         Some(Self { names, columns, groups: Vec::new(), parameters: &[], machine, words: Vec::new() })
     }
 
-    /// Names that the file gives to something that could not be read: they are not blamed, and what a column lacks may be one of them.
+    /// Adds names from the file whose definitions could not be read, so that they cause no further errors; a missing column may be due to one of
+    /// them.
     pub fn mention(&mut self, names: &[String]) {
         for name in names {
             let key = name.rsplit('.').next().unwrap_or(name);
@@ -127,7 +128,7 @@ impl<'a> Vocabulary<'a> {
         }
     }
 
-    /// The words that a column may have, in their order; `None`: it is one of numbers.
+    /// Possible words of a column, in order; `None` for a column of numbers.
     pub fn words_of(&self, column: &str) -> Option<Vec<String>> {
         if let Some((_, words)) = self.words.iter().find(|(name, _)| name == column) {
             return Some(words.clone());
@@ -143,7 +144,7 @@ impl<'a> Vocabulary<'a> {
         }
     }
 
-    /// A column of numbers that a curve goes along.
+    /// The numeric column along which a curve runs.
     pub fn axis_of(&self, question: &Question) -> Option<String> {
         let Ask::Fragility(column, _) = &question.ask else { return None };
         self.names.known.is_number(column).then(|| column.clone())
@@ -154,7 +155,7 @@ fn is_number(kind: FieldKind) -> bool {
     matches!(kind, FieldKind::Real | FieldKind::Count | FieldKind::Integer)
 }
 
-/// Zipped parameters whose values recur, and what is said of them.
+/// Zipped parameters whose values recur, and the error message for them.
 fn recurring(samples: &Samples, groups: &[Group]) -> Vec<(String, String)> {
     let zipped = samples.study().axes.iter().filter(|axis| axis.varied.len() > 1 && samples.layout().is_some());
     let of_axis = |path: &String| samples.parameters().iter().find(|parameter| parameter.info.path == *path);
@@ -163,7 +164,7 @@ fn recurring(samples: &Samples, groups: &[Group]) -> Vec<(String, String)> {
     columns.map(column_of).filter_map(why).collect()
 }
 
-/// Values of an axis that are told apart without a design, at most: more have no panels.
+/// Largest number of values of an axis that are distinguished without a design; axes with more have no panels.
 const MOST_VALUES: u64 = 1000;
 
 fn given(parameter: &Parameter) -> Given {
@@ -175,7 +176,7 @@ fn given(parameter: &Parameter) -> Given {
     }
 }
 
-/// Columns that answer no question, and in which runs they are empty.
+/// Columns that cannot be used in questions, and the runs in which they are empty.
 fn lacking(columns: &[TableColumn]) -> Vec<(String, String)> {
     let guarded: BTreeSet<&str> = columns.iter().filter_map(|column| column.availability.guarded_column()).collect();
     let why = |column: &TableColumn| {
@@ -189,14 +190,14 @@ fn lacking(columns: &[TableColumn]) -> Vec<(String, String)> {
     columns.iter().filter_map(|column| Some((column.field.name.clone(), why(column)?))).collect()
 }
 
-/// Units of columns of numbers but of those that have none to speak of.
+/// Units of numeric columns, except those for which `has_none` is true.
 fn units(columns: &[TableColumn], has_none: impl Fn(&str) -> bool) -> Vec<(String, String)> {
     let fields = columns.iter().map(|column| &column.field).filter(|field| is_number(field.kind));
     let with = fields.filter(|field| !has_none(&field.name));
     with.map(|field| (field.name.clone(), field.unit.clone())).collect()
 }
 
-/// A value as the answers package has it.
+/// A parameter value as a label of the answers package.
 pub(super) fn label(value: ParamValue) -> Label {
     match value {
         ParamValue::Number(number) => Label::Number(number),
@@ -204,15 +205,15 @@ pub(super) fn label(value: ParamValue) -> Label {
     }
 }
 
-/// The column of a parameter in the table.
+/// Table column of a parameter.
 pub(super) fn column_of(parameter: &Parameter) -> String {
     if parameter.is_detection() { DETECTION.to_owned() } else { parameter.column().name }
 }
 
-/// Short names, paths, and the endings of paths and columns at a dot.
+/// Aliases of the parameters: short names, paths, and the parts of paths and columns behind a dot.
 fn aliases(parameters: &[Parameter]) -> Vec<(String, String)> {
     let mut aliases: Vec<(String, String)> = Vec::new();
-    // a whole name is that of its parameter, whatever others end with it
+    // a complete name refers to its own parameter, whatever other names end with it
     let whole =
         |name: &str| parameters.iter().any(|other| other.info.path == name || other.short.as_deref() == Some(name));
     for parameter in parameters {

@@ -1,4 +1,4 @@
-//! `[stop]` of a study: whether the rows of a stage answer its questions precisely enough.
+//! `[stop]` of a study: whether the rows of a stage answer its questions with the required precision.
 
 use super::forecast::Awaited;
 use super::resolve::Meant;
@@ -19,7 +19,7 @@ use std::time::Duration;
 const _: () = assert!(MOST_POINTS == gate::MOST_POINTS, "no gate waits for more points than a study may have");
 const _: () = assert!(FIRST_LOOK == gate::FIRST_LOOK, "what a study file is checked by is where it is looked at");
 
-/// What is waited for.
+/// Stopping rule of a study, with its questions and stages.
 #[derive(Debug, Clone)]
 pub struct Waiting {
     samples: Samples,
@@ -28,17 +28,17 @@ pub struct Waiting {
     stages: Vec<Stage>,
 }
 
-/// The rule as figures are asked by it.
+/// The rule for the precision of figures.
 fn rule(def: &StopDef) -> StopRule {
     StopRule { half_width: def.half_width, relative: def.relative, samples: def.samples }
 }
 
 impl Waiting {
-    /// Of a study with `[stop]`.
+    /// Stopping rule of a study with `[stop]`.
     #[must_use]
     pub fn of(samples: &Samples, meant: &Meant) -> Option<Self> {
         let (def, layout) = (samples.study().stop?, samples.layout()?);
-        // base points are counted, since their sequence is even at powers of two; of trajectories the points
+        // Saltelli: base points are counted, because their sequence is balanced at powers of two; Morris: points of the trajectories
         let base = if layout.kind() == LayoutKind::Saltelli { layout.rows() } else { 1 };
         let each = if is_blocked(layout) { layout.rows() } else { 1 };
         let end = rule(&def).end(samples.points() / each) * each;
@@ -57,7 +57,7 @@ impl Waiting {
         Some(Self { samples: samples.clone(), questions, def, stages })
     }
 
-    /// Samples at the first look at intervals, `None` where there is none; and where the study ends in any case.
+    /// Number of samples at the first interim analysis, `None` without one; and the largest number of samples.
     #[must_use]
     pub fn ends(&self) -> (Option<u64>, u64) {
         let of = |stage: Option<&Stage>| stage.map(|stage| stage.samples);
@@ -65,7 +65,7 @@ impl Waiting {
         (first, of(self.stages.last()).unwrap_or(self.samples.count()))
     }
 
-    /// For forecasts.
+    /// Requirements of `[stop]`, for forecasts.
     #[must_use]
     pub fn awaited(&self) -> Awaited {
         Awaited {
@@ -75,7 +75,7 @@ impl Waiting {
         }
     }
 
-    /// The answers that are waited for, of the rows of a stage.
+    /// Answers to the questions of `[stop]`, from the rows of a stage.
     fn answers(&self, stage: &Stage, table: &Path) -> Result<Vec<Answer>, AnsweringError> {
         let vocabulary = Vocabulary::of(&self.samples).ok_or(AnsweringError::Unread)?;
         let mut columns: Vec<String> =
@@ -86,14 +86,14 @@ impl Waiting {
         let end = TableEnd { points, samples, share, why: EndWhy::Design };
         let rows = Rows::read(&[table.to_path_buf()], &self.samples, &vocabulary, (&columns, Some(end), None))??;
         let (mut answers, _) = answer_all(&rows.study(), &self.questions)?;
-        // one that cannot be answered is not precise
+        // an unanswered question is not precise
         answers.answers.iter_mut().filter(|answer| answer.figures.is_empty()).for_each(|answer| {
             answer.figures = vec![Figures::over(0)];
         });
         Ok(answers.answers)
     }
 
-    /// What of these answers is not as precise as is asked, and why; `only_hindered`: what no further point makes so.
+    /// Figures of these answers that are less precise than required, with the reason; `only_hindered`: only those that more points cannot improve.
     #[must_use]
     pub fn short_of(&self, answers: &[Answer], only_hindered: bool) -> Vec<(String, String)> {
         let is_asked = |answer: &&Answer| self.questions.iter().any(|question| question.name == answer.name);
@@ -112,7 +112,7 @@ impl Waiting {
         short
     }
 
-    /// The rule in words: "half of every interval at most 5 % of its figure; interim analyses after 256, 512 ... points; 8 h".
+    /// The rule as text: "half of every interval at most 5 % of its figure; interim analyses after 256, 512 ... points; 8 h".
     #[must_use]
     pub fn in_words(&self) -> Vec<String> {
         let StopDef { half_width, relative, samples, wall } = self.def;

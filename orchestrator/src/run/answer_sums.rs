@@ -1,7 +1,7 @@
 //! Checksums of the answers in a directory: `answers.b3sum`, which `b3sum --check` reads, too.
 //!
-//! The file is removed before answers are replaced and written after them. So a program killed in between leaves answers without
-//! checksums, never whole answers that look damaged.
+//! The file is removed before answers are replaced and written after them. So a program killed in between leaves answers without checksums, and never
+//! undamaged answers that appear damaged.
 
 use super::directory::{ANSWER_SUMS, ANSWERS, CURVES};
 use bladeoff_system::files::{FileError, write_whole};

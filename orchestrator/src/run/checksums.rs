@@ -77,8 +77,8 @@ fn compare_hash(path: &Place, wanted: Option<Hash>, bytes: Option<u64>) -> Resul
     Ok(if hasher.finalize() == wanted { Compared::Whole } else { Compared::Changed })
 }
 
-/// Rejects a directory whose finished table has changed, or whose copy of the study or the machine has: a reader would ask other questions, or draw
-/// and compute another machine, than the table is of. Returns whether the table has a checksum.
+/// Rejects a directory whose finished table has changed, or whose copy of the study or the machine has: a reader would evaluate questions or use a
+/// machine that do not belong to the table. Returns whether the table has a checksum.
 ///
 /// # Errors
 /// [`TableError::Changed`], or a file error.
@@ -117,7 +117,7 @@ fn hash_of(inputs: &BTreeMap<String, String>, key: &str) -> Option<Hash> {
     Hash::from_hex(inputs.get(key)?).ok()
 }
 
-/// Names of the copies of study, machine and points in a directory that are not as they were written.
+/// Names of the copies of study, machine and points in a directory that have changed since they were written.
 pub(super) fn changed_inputs(folder: &Folder) -> Vec<&'static str> {
     let inputs = recorded_inputs(folder);
     let is_changed = |(name, key): &(&str, &str)| {

@@ -1,4 +1,4 @@
-//! The events of `--json-events` as one table, from which the reference is written. A test of [`super::events`] compares it with what is printed.
+//! Table of the events of `--json-events`, from which the reference is generated. A test of [`super::events`] compares it with the printed events.
 
 /// One kind of event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,7 +7,7 @@ pub struct EventKind {
     pub name: &'static str,
     /// When it is printed.
     pub meaning: &'static str,
-    /// Its fields with their meanings; `event` and `elapsed_s`, which every event has, are not among them.
+    /// Fields with their meanings, except `event` and `elapsed_s`, which every event has.
     pub fields: &'static [(&'static str, &'static str)],
 }
 

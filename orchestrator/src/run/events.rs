@@ -1,7 +1,7 @@
-//! `--json-events`: what happens, for programs. One JSON object per line on standard output; fields: [`super::event_table`].
+//! `--json-events`: events for other programs. One JSON object per line on standard output; fields: [`super::event_table`].
 //!
-//! A reader that is slow or gone never holds up a study: lines wait in a queue of limited length for a thread that writes them, what does
-//! not fit is counted and said (`lost`), and a closed pipe ends the stream and nothing else.
+//! A slow or missing reader never delays a study. Lines wait in a queue of limited length for a writing thread; lines that do not fit are
+//! counted and reported (`lost`). A closed pipe ends only the stream.
 
 use super::stamp::timestamp;
 use crate::dispatch::{Ended, KillReason, Notice};
@@ -17,16 +17,16 @@ use std::io::{self, BufWriter, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Version of the schema; raised when a field changes its meaning or goes.
+/// Schema version; increased when a field changes its meaning or is removed.
 pub const EVENTS_VERSION: u32 = 2;
-/// Lines that wait at most, some ten megabytes.
+/// Largest number of waiting lines, about ten megabytes.
 const QUEUE: usize = 65_536;
 /// Time between two `progress` events.
 const PROGRESS_EVERY: Duration = Duration::from_secs(1);
-/// How long the last lines are waited for at the end.
+/// Largest time for which the run waits for the last lines at its end.
 const LAST_LINES: Duration = Duration::from_secs(10);
 
-/// The stream of one run.
+/// Event stream of one run.
 #[derive(Debug)]
 pub(super) struct EventStream {
     begun: Instant,
@@ -50,7 +50,7 @@ impl EventStream {
         let (queue, lines) = sync_channel(QUEUE);
         let (done, written) = sync_channel(1);
         let body = move || {
-            // A reader that left is no reason to stop the study.
+            // a closed pipe does not stop the study
             let _ = write_lines(&lines, out);
             let _ = done.send(());
         };
@@ -67,7 +67,7 @@ impl EventStream {
         })
     }
 
-    /// The run begins. `recorded`: samples done before.
+    /// The run has begun. `recorded`: samples finished before.
     pub fn started(&mut self, study: &str, directory: &str, samples: u64, recorded: u64, workers: usize) {
         self.emit(
             "started",
@@ -83,7 +83,7 @@ impl EventStream {
         );
     }
 
-    /// A sample has ended; said when it is durable.
+    /// A sample has ended; the event is sent when the result is durable.
     pub fn sample(&mut self, sample: u64, entry: &Entry) {
         self.waiting.push(json!({
             "sample": sample,
@@ -95,14 +95,14 @@ impl EventStream {
         }));
     }
 
-    /// All results handed over so far are durable.
+    /// All results of `sample` so far are durable.
     pub fn durable(&mut self) {
         for sample in std::mem::take(&mut self.waiting) {
             self.emit("sample", sample);
         }
     }
 
-    /// How far the run is: at most once a second, and the last time.
+    /// Progress of the run: at most once a second, and at the end.
     pub fn progress(&mut self, snapshot: &Snapshot, eta: Option<Eta>) {
         let stale: BTreeSet<u32> = snapshot.workers.iter().filter(|w| w.stale).map(|w| w.worker).collect();
         let there: BTreeSet<u32> = snapshot.workers.iter().map(|w| w.worker).collect();
@@ -133,7 +133,7 @@ impl EventStream {
         );
     }
 
-    /// Something happened to a worker or to the run.
+    /// Event of a worker or of the run.
     pub fn noticed(&mut self, notice: &Notice) {
         match notice {
             Notice::WorkerStarted { worker, pid } => {
@@ -160,7 +160,7 @@ impl EventStream {
         }
     }
 
-    /// The run is over and its table written.
+    /// The run has ended and its table is written.
     pub fn finished(mut self, ended: Ended, done: u64, samples: u64, table: &str) {
         let fields = json!({
             "why": ended.word(),
@@ -172,12 +172,12 @@ impl EventStream {
         self.end("finished", fields);
     }
 
-    /// The run ended by an error. Results that could not be made durable are never said.
+    /// The run ended with an error. Results that could not be made durable are never reported.
     pub fn failed(mut self, error: &(dyn std::error::Error + 'static)) {
         self.end("failed", json!({ "time": timestamp(SystemTime::now()), "error": with_causes(error) }));
     }
 
-    /// The last event, for which a reader that is slow has the same time as for all lines before it.
+    /// Sends the last event; a slow reader has the same time for it as for all lines before it.
     fn end(&mut self, event: &str, fields: Value) {
         let begun = Instant::now();
         while !self.is_taken(event, &fields) && begun.elapsed() < LAST_LINES {
@@ -185,7 +185,7 @@ impl EventStream {
         }
         self.queue = None;
         if let Err(RecvTimeoutError::Timeout) = self.written.recv_timeout(LAST_LINES) {
-            // Nobody reads: the thread goes down with the process.
+            // a stuck reader: the thread ends with the process
         }
     }
 
@@ -193,8 +193,8 @@ impl EventStream {
         self.lost += u64::from(!self.is_taken(event, &fields));
     }
 
-    /// Hands an event to the thread, what was lost before it first; `false` where there is no room. Where nobody reads any more, it
-    /// is taken.
+    /// Passes an event to the writing thread, preceded by the number of lost events; returns `false` if the queue is full. Without a reader,
+    /// the event is discarded and the result is `true`.
     fn is_taken(&mut self, event: &str, fields: &Value) -> bool {
         let Some(queue) = &self.queue else { return true };
         let line = |event: &str, mut fields: Value| {
@@ -238,7 +238,7 @@ mod tests {
     use super::*;
     use std::sync::{Arc, Condvar, Mutex};
 
-    /// A reader that takes nothing until it is let.
+    /// A reader that takes nothing until the test allows it.
     #[derive(Clone, Default)]
     struct Slow(Arc<(Mutex<(bool, Vec<u8>)>, Condvar)>);
 
@@ -266,7 +266,7 @@ mod tests {
             state.lock().expect("no panic").0 = true;
             changed.notify_all();
         }
-        // Until there is room again.
+        // until the queue has room again
         while events.lost > 0 {
             events.noticed(&notice);
             std::thread::yield_now();
@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(lines.last().expect("lines")["event"], "finished");
     }
 
-    /// The table of events has every event with its fields, and no other.
+    /// The table of events lists exactly the events and fields that are sent.
     #[test]
     fn events_have_the_fields_of_their_table() {
         use super::super::event_table::EVENTS;

@@ -5,8 +5,7 @@
 //! run:        -> workers through dispatch -> record, parts beside it
 //! ending:       -> tables, manifest
 //! ```
-//! [`run`] is the story, read downwards; what it is made of stands aside: what is asked (`request`), what is told (`telling`), what goes wrong
-//! (`error`).
+//! [`run`] shows the sequence; separate modules contain the request (`request`), the messages (`telling`) and the errors (`error`).
 
 mod answer_sums;
 mod change;
@@ -89,22 +88,22 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use telling::{Known, Telling};
 
-/// Runs the samples that have no result yet and writes the result directory. `note` is told what the user should know;
-/// progress goes to standard error.
+/// Runs the samples that have no result yet and writes the result directory. `note` receives messages for the user; progress is printed on
+/// standard error.
 ///
 /// # Errors
-/// See [`RunError`]; what was finished before is in the directory's record.
+/// See [`RunError`]; samples finished before the error are in the directory's record.
 pub fn run(request: &Request, samples: &Samples, note: &dyn Fn(&str)) -> Result<Finished, RunError> {
     let known = Known::begin(request)?;
     let finished = open(request, samples, note).and_then(|opening| match opening {
         Opening::Complete(finished) => Ok(finished),
         Opening::Session(session) => complete(*session, &known),
     });
-    // The directory is left: another run may work in it.
+    // the lock is released: another run may use the directory
     known.borrow_mut().end(finished, samples.count())
 }
 
-/// From a directory that is the run's to its tables. Whatever comes of it is told in the directory before that is left.
+/// From an owned directory to its tables. The outcome is recorded in the directory before the lock is released.
 fn complete(mut session: Session<'_>, known: &Rc<RefCell<Known>>) -> Result<Finished, RunError> {
     let mut telling = Telling::begin(&session, known);
     let course = Course::begun(session.opened.tally.done());
@@ -114,7 +113,7 @@ fn complete(mut session: Session<'_>, known: &Rc<RefCell<Known>>) -> Result<Fini
     finished
 }
 
-/// Has the missing samples computed, while parts of the table are written beside.
+/// Computes the missing samples, and writes parts of the table at the same time.
 fn compute(session: &mut Session<'_>, course: &Course, telling: &mut Telling) -> Result<Computed, RunError> {
     let (options, there) = begin(session, course, telling)?;
     let Session { request, prepared, opened, directory } = session;
@@ -155,12 +154,12 @@ fn compute(session: &mut Session<'_>, course: &Course, telling: &mut Telling) ->
     Ok(Computed { report, end, chosen, committed, parts })
 }
 
-/// How the samples of a session are to be computed.
+/// Options for the computation of a session's samples.
 fn options(session: &Session<'_>) -> Result<DispatchOptions, RunError> {
     let Session { request, prepared, opened, directory } = session;
     let (command, plan) = (dispatch::self_command()?, prepared.plan_hash.clone());
     let mut options = DispatchOptions::new(request.workers, command, directory.path().to_path_buf(), plan);
-    // Another build may compute other numbers.
+    // another build may give different numbers
     options.build = Some(build_id());
     options.schedule.sample = request.sample;
     options.schedule.run = request.limits.after(request.begun.elapsed());
@@ -171,7 +170,7 @@ fn options(session: &Session<'_>) -> Result<DispatchOptions, RunError> {
     Ok(options)
 }
 
-/// Tells that the run begins. How it is to be computed, and the rows that are there already, which become parts while it is.
+/// Reports the begin of the run. Returns the options of the computation, and the existing rows, which become parts.
 fn begin(
     session: &Session<'_>,
     course: &Course,

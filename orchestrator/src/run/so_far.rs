@@ -1,6 +1,6 @@
 //! Worst value and first answer of a run in progress, for the progress line: from ok rows in the order in which they end.
 //!
-//! Short runs end first, so this is no estimate. `answer` uses the points up to the first missing one.
+//! Short runs end first, so these values are not estimates. `answer` uses the points up to the first missing one.
 
 use bladeoff_answers::estimate::formula::Formula;
 use bladeoff_answers::estimate::truth::{Truth, truth_of_known};
@@ -9,7 +9,7 @@ use bladeoff_answers::tables::Field;
 use bladeoff_model::outcome::{Outcome, Status};
 use bladeoff_text::document::units::format_digits;
 
-/// Result that is watched in a study without questions.
+/// Result that is shown for a study without questions.
 const DEFAULT: &str = "max_bearing_load_N";
 
 /// Quantities that the progress line shows.
@@ -33,7 +33,7 @@ pub(super) struct SoFar {
 struct Worst {
     name: String,
     unit: String,
-    /// Among the values of an outcome.
+    /// Index among the values of an outcome.
     place: usize,
     largest: Option<f64>,
 }
@@ -43,16 +43,16 @@ struct Worst {
 struct FirstAnswer {
     name: String,
     formula: Formula,
-    /// Place of each column of the formula among the values of an outcome.
+    /// Index of each column of the formula among the values of an outcome.
     places: Vec<usize>,
     events: u64,
     rows: u64,
-    /// Rows that are not ok, whose event is not counted.
+    /// Number of rows that are not ok, whose event is not counted.
     others: u64,
 }
 
 impl SoFar {
-    /// For outcomes with the values `fields`.
+    /// Creates the state for outcomes with the values `fields`.
     pub fn new(watched: &Watched, fields: &[Field]) -> Self {
         let place = |column: &str| fields.iter().position(|field| field.name == column);
         let shown = watched.columns.iter().map(String::as_str).chain([DEFAULT]).find_map(place);
@@ -76,7 +76,7 @@ impl SoFar {
         Self { worst, answer }
     }
 
-    /// Takes the outcome of a sample.
+    /// Adds the outcome of a sample.
     pub fn see(&mut self, outcome: &Outcome) {
         if outcome.status != Status::Ok {
             self.answer.iter_mut().for_each(|answer| answer.others += 1);
@@ -93,7 +93,7 @@ impl SoFar {
         }
     }
 
-    /// "largest max bearing load 1.2 MN, overload 3 of 40 ok runs (2 not ok)"; empty before the first ok row.
+    /// The values in words: "largest max bearing load 1.2 MN, overload 3 of 40 ok runs (2 not ok)"; empty before the first ok row.
     pub fn text(&self) -> String {
         let worst = self.worst.iter().filter_map(|worst| {
             Some(format!(

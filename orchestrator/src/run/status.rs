@@ -260,7 +260,7 @@ impl RunState {
 /// Reads the status of a result directory without an effect on its run; `None`: it is no result directory.
 ///
 /// # Errors
-/// It cannot be read.
+/// The directory cannot be read.
 pub fn directory_status(directory: &Path) -> Result<Option<DirectoryStatus>, FileError> {
     let folder = match Folder::open(directory) {
         Ok(folder) => folder,

@@ -30,7 +30,7 @@ fn in_a_kind_world_every_sample_is_recorded_and_nothing_dropped() {
     assert_eq!((quarantined, dropped), (0, 0));
 }
 
-/// By whom it was assigned to last; the other's result is no message to be dropped either.
+/// The last assignment of a sample counts; the result of the other worker is not a discarded message.
 #[test]
 fn what_is_taken_back_from_behind_long_samples_is_recorded_once() {
     let mut relieved = 0;
@@ -66,7 +66,7 @@ fn poisoned_samples_and_no_others_are_quarantined() {
     }
 }
 
-/// Kills count apart from crashes, a suspect has one, and what an earlier run gave up without need is computed.
+/// Kills are counted separately from crashes, a suspect has one attempt, and a sample that an earlier run gave up needlessly is computed.
 #[test]
 fn samples_whose_workers_are_killed_and_no_others_are_quarantined() {
     let (mut tried_once, mut computed) = (0, 0);
@@ -121,7 +121,7 @@ fn a_stopped_run_ends_whatever_the_workers_do() {
     }
 }
 
-/// Plays; whether the run was cut short, for which it then says the reason, once, and why it ended.
+/// Plays a simulation; returns whether the run was cut short, after checking that the given reason is reported.
 fn play_to_its_end(simulation: &mut Simulation, reason: Ended) -> bool {
     simulation.play();
     let told = simulation.stopped.map(|(why, ..)| why);
@@ -153,7 +153,7 @@ fn a_run_ends_at_the_first_tick_after_its_wall_time() {
     assert!((300..900).contains(&cut), "some end early, some do not: {cut}");
 }
 
-/// The clock on the wall may be set while the run goes on: then the new clock is believed.
+/// The wall clock may be set during a run: the new time applies.
 #[test]
 fn a_run_ends_at_the_first_tick_after_its_time_of_the_day() {
     const DAY: i64 = 86_400_000;
@@ -169,7 +169,7 @@ fn a_run_ends_at_the_first_tick_after_its_time_of_the_day() {
         let limits = RunLimits { until: Some(until), ..RunLimits::default() };
         let mut simulation = Simulation::limited(seed, ROUGH, limits);
         let is_set = seed % 3 == 0;
-        // Set from just before 6:30 to 6:45: over at the first tick.
+        // set from just before 6:30 to 6:45: the run ends at the first tick
         simulation.wall_clock = if is_set { wall + 15 * 60_000 } else { wall };
         let was_cut = play_to_its_end(&mut simulation, Ended::Until);
         *(if is_set { &mut cut_by_setting } else { &mut cut }) += u32::from(was_cut);

@@ -102,7 +102,7 @@ impl Play<'_> {
         self.after(MESSAGE, Event::Says(worker, finished, batch, asks));
     }
 
-    /// The first of the queue.
+    /// Begins the first sample of the queue.
     fn begin(&mut self, worker: WorkerId) {
         let cost = self.costs[self.workers[&worker].queue[0] as usize];
         self.after(cost, Event::Finished(worker));

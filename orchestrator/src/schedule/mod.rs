@@ -1,40 +1,41 @@
-//! Which worker computes which sample when: a state machine without clock, files, processes.
+//! Assignment of samples to workers: a state machine without clock, files or processes.
 //!
-//! Time is an argument and effects are return values, so that thousands of random histories can be played through it
-//! (the tests of `histories`); [`dispatch`](crate::dispatch) plays the real one. In words:
+//! Time is an argument and effects are return values, so that the tests of `histories` can play thousands of random histories;
+//! [`dispatch`](crate::dispatch) connects it to real processes.
 //!
-//! **Samples.** A sample is always in exactly one place: not yet assigned ([`Todo`], ranges, so that a million cost
-//! nothing), to be retried, in work with one worker, or done. It leaves `in work` by a result of that worker for that batch and
-//! attempt, which is recorded, by the worker's end, which sends it to be retried, or by being taken back, as if it had never been assigned. Any other result is late, doubled
-//! or a lie: it is counted and dropped. So every sample is recorded once.
+//! **Samples.** A sample is always in exactly one state: not yet assigned ([`Todo`], stored as ranges, so that a million samples need no
+//! memory), to be retried, assigned to one worker, or done. An assigned sample changes its state by a result of that worker for that batch and
+//! attempt, which is recorded; by the end of the worker, which sends it to be retried; or by being taken back, as if it had never been
+//! assigned. Any other result (late, duplicated or wrong) is counted and discarded. Every sample is therefore recorded once.
 //!
-//! **Workers.** There are as many slots as workers asked for. The worker of a slot is `Starting` until it asks for work, then
-//! `Idle` or `Busy`, and at last `Leaving`; when its process has ended, the slot is `Gone` until a new worker with
-//! a new number is started, at once after the first death and after a growing pause when deaths follow each other. When worker
-//! after worker dies before it ever asks, the run is given up: its message is in the log.
+//! **Workers.** There are as many slots as requested workers. The worker of a slot is `Starting` until it requests work, then `Idle` or
+//! `Busy`, and finally `Leaving`. When its process has ended, the slot is `Gone` until a new worker with a new number is started: immediately
+//! after the first death, after a growing pause when deaths follow each other. The run is given up if one worker after another dies before it
+//! requests work; the reason is in the log.
 //!
-//! **Batches.** A worker gets as many samples as it computes in about `BATCH_TARGET`, measured on
-//! those before, and fewer towards the end, so that all finish together. When a worker has nothing to do, what waits with another behind a
-//! sample that takes long is taken back and assigned anew (`work_stealing`). How samples are batched changes no result.
+//! **Batches.** A worker gets as many samples as it computes in about `BATCH_TARGET`, by the measured time of previous samples, and fewer
+//! towards the end, so that all workers finish together. If a worker has nothing to do, samples that wait behind a long sample of another
+//! worker are taken back and assigned again (`work_stealing`). Batching does not affect the results.
 //!
-//! **Deaths.** When a worker ends without having been told to, its unfinished samples are retried one by one, before
-//! new ones. Only the death of a worker that had a single sample from the start counts against that sample. At so many crashes (it ended by
-//! itself, or was killed for the time or memory that the sample takes) or kills (a signal of somebody else, or it was stopped until it
-//! was replaced) as [`SampleLimits`](bladeoff_study::SampleLimits) says it is quarantined. So a sample that kills its worker is found, its
-//! neighbours in the batch are not blamed, and an operator or a lack of memory has to come back many times before it costs a row. What that
-//! quarantined in an earlier run is a suspect: tried after all others, alone, and until the first kill.
+//! **Deaths.** When a worker ends without an order to stop, its unfinished samples are retried one by one, before new ones. A death counts
+//! against a sample only if the worker had that single sample from the start. The sample is quarantined after the number of crashes (the
+//! worker ended on its own, or was killed for the time or memory of the sample) or kills (a signal of another process, or the worker was
+//! stopped until it was replaced) given by [`SampleLimits`](bladeoff_study::SampleLimits). A sample that kills its worker is thus found, the
+//! other samples of its batch are not affected, and kills by an operator or a lack of memory must recur many times before they cost a row.
+//! A sample quarantined because of kills in an earlier run is a suspect: it is tried after all others, alone, until the first kill.
 //!
-//! **Watching.** Time is attended time: a gap between two events longer than `LONGEST_STEP` means that
-//! we were stopped ourselves (or the machine slept) and counts as that long only, so nobody is called late for our own absence.
-//! A worker not heard of for `stale_after` is shown as stale, after `replace_after` it is killed. One whose heartbeats say
-//! that it waits while a batch of it is open has missed a message and is killed as well; that counts against nobody. A sample whose
-//! heartbeats show it in work for longer than the time limit has its worker killed, which counts like a death.
+//! **Watching.** Time is attended time: a gap between two events longer than `LONGEST_STEP` means that this process was stopped (or the
+//! machine slept) and counts as `LONGEST_STEP` only, so that no worker appears late because of it. A worker without a message for
+//! `stale_after` is shown as stale; after `replace_after` it is killed. A worker whose heartbeats report waiting while it has a batch has
+//! missed a message and is killed as well, which counts against no sample. A worker whose heartbeats show the same sample for longer than the
+//! time limit is killed, which counts like a death.
 //!
-//! **More.** A run that is fed gets its samples bit by bit: it asks for more when what waits is done within moments, and is complete when there
+//! **Feeding.** A fed run gets its samples in portions: it requests more shortly before the waiting ones are done, and is complete when there
 //! are no more (`feeding`).
 //!
-//! **Ending.** When all samples are done, idle workers are told to stop. On a signal, at a limit of the run ([`RunLimits`]: time, clock, failures) no sample is
-//! assigned any more, reports are answered by the order to stop, and what is not finished after `grace` is killed.
+//! **Ending.** When all samples are done, idle workers get the order to stop. After a signal, or at a limit of the run ([`RunLimits`]: time, clock,
+//! failures), no more samples are assigned, reports are answered by the order to stop, and workers that are not finished after `grace` are
+//! killed.
 
 mod batch;
 mod clock;

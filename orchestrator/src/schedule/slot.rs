@@ -26,7 +26,7 @@ pub enum Effect {
     },
     /// Answer the worker's request with `continue`.
     Continue(WorkerId),
-    /// Answer the worker's request with `leave`: what is left of its batch is with others.
+    /// Answer the worker's request with `leave`: the rest of its batch was assigned to other workers.
     Leave(WorkerId),
     /// Answer the worker's request with `stop`.
     Stop(WorkerId),
@@ -41,9 +41,9 @@ pub enum Effect {
     },
     /// Record a sample as quarantined.
     Quarantine {
-        /// Which.
+        /// Sample number.
         sample: u64,
-        /// Why.
+        /// Cause recorded for the sample.
         cause: Cause,
         /// Worker that died last.
         worker: WorkerId,
@@ -52,9 +52,9 @@ pub enum Effect {
     },
     /// Kill the worker's process.
     Kill {
-        /// Which.
+        /// Worker to kill.
         worker: WorkerId,
-        /// Why.
+        /// Reason of the kill.
         why: KillReason,
     },
     /// Report that no sample is assigned any more, although the study is not complete.
@@ -69,11 +69,11 @@ pub enum Effect {
 /// Reason of a kill.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KillReason {
-    /// Its sample takes longer than the time limit.
+    /// The worker's sample takes longer than the time limit.
     TimeLimit,
-    /// No heartbeat came from it.
+    /// The worker sent no heartbeat.
     Silent,
-    /// It waits although it has work: a message was lost.
+    /// The worker waits although it has samples: a message was lost.
     Lost,
     /// The run ends.
     Ending,
@@ -93,7 +93,7 @@ pub struct Death {
 pub struct Trouble {
     /// Attempts that ended without a result.
     pub attempts: u32,
-    /// Attempts in which the worker had only this sample and ended by itself or because of the sample.
+    /// Attempts in which the worker had only this sample and crashed or was killed because of the sample.
     pub crashes: u32,
     /// Attempts in which the worker had only this sample and was killed by another process.
     pub kills: u32,
@@ -111,7 +111,7 @@ pub(super) struct Work {
     /// Samples taken back for other workers (`work_stealing`): later results of this worker do not count.
     pub taken_back: Vec<u64>,
     pub assigned: Duration,
-    /// Sample in progress by the heartbeats, and its begin.
+    /// Sample in progress according to the heartbeats, and its start.
     pub current: Option<(u64, Duration)>,
     /// Time since which heartbeats report that the worker waits.
     pub waiting: Option<Duration>,

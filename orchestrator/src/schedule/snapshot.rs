@@ -57,7 +57,7 @@ pub enum Activity {
     Idle,
     /// Computes a batch.
     Busy {
-        /// Sample in work, as its last heartbeat said.
+        /// Sample in progress according to the last heartbeat.
         sample: Option<u64>,
         /// Samples of the batch not yet reported.
         left: usize,

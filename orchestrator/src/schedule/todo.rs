@@ -8,7 +8,7 @@ use std::ops::Range;
 pub struct Todo {
     ranges: VecDeque<Range<u64>>,
     left: u64,
-    /// Samples that were given up because their workers were killed: assigned singly after all others, for one attempt.
+    /// Samples that an earlier run gave up because their workers were killed: assigned singly after all others, for one attempt.
     suspects: Vec<u64>,
 }
 
@@ -19,26 +19,26 @@ impl Todo {
         self.left
     }
 
-    /// Number of samples.
+    /// Number of samples, including suspects.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.left + self.suspects.len() as u64
     }
 
-    /// The next one.
+    /// Number of the next sample.
     #[must_use]
     pub fn first(&self) -> Option<u64> {
         self.ranges.front().map(|range| range.start).or(self.suspects.first().copied())
     }
 
-    /// Adds suspects, none of which is among the other samples; each is tried once more.
+    /// Adds suspects, which must not be among the other samples; each is tried once more.
     #[must_use]
     pub fn with_suspects(mut self, suspects: Vec<u64>) -> Self {
         self.suspects = suspects;
         self
     }
 
-    /// Adds samples behind the others, none of which is among them; suspects are none of them.
+    /// Appends samples that are not in the list yet; `more` has no suspects.
     pub fn append(&mut self, mut more: Self) {
         self.left += more.left;
         self.ranges.append(&mut more.ranges);
@@ -60,7 +60,7 @@ impl Todo {
         self.left += samples.len() as u64;
     }
 
-    /// Takes all samples below a number, where they come in their order.
+    /// Takes all samples below a number, if the ranges are ascending.
     pub fn below(&mut self, end: u64) -> Self {
         let ranges: Vec<Range<u64>> = self.ranges.iter().map(|range| range.start..range.end.min(end)).collect();
         let found = Self::from_iter(ranges.into_iter().take_while(|range| range.start < end));
@@ -70,7 +70,7 @@ impl Todo {
         found.with_suspects(suspects)
     }
 
-    /// Takes all samples of a kind, in their order.
+    /// Takes all samples for which `is_one` is true, in their order.
     pub fn those(&mut self, is_one: impl Fn(u64) -> bool) -> Self {
         let (mut taken, mut left): (Vec<Range<u64>>, Vec<Range<u64>>) = (Vec::new(), Vec::new());
         for sample in self.ranges.iter().cloned().flatten() {

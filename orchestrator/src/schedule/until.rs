@@ -22,7 +22,7 @@ pub struct TimeOfDay {
     pub second: u8,
 }
 
-/// Error of a text that is no time of the day.
+/// Error of a text that is not a time of day.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{text:?} is not a time of day such as 06:30 or 22:15:30")]
 pub struct TimeOfDayError {
@@ -59,16 +59,16 @@ impl std::fmt::Display for TimeOfDay {
 /// Readings of both clocks \[ms\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moment {
-    /// Since the machine was started, sleep included.
+    /// Time since the machine was started, including sleep.
     pub boot: i64,
-    /// Since 1970-01-01 00:00 UTC.
+    /// Time since 1970-01-01 00:00 UTC.
     pub wall: i64,
 }
 
-/// The moment \[ms since 1970\] of a time of the day, so many days after the local date of another moment.
+/// Converts a time of day to milliseconds since 1970, a given number of days after the local date of another time.
 pub type Zone = fn(wall: i64, days: i32, time: TimeOfDay) -> i64;
 
-/// The end of a run by the clock.
+/// End of a run by the wall clock.
 #[derive(Debug, Clone, Copy)]
 pub struct Until {
     time: TimeOfDay,
@@ -79,7 +79,7 @@ pub struct Until {
 }
 
 impl Until {
-    /// The next time that the clock shows `time`.
+    /// The next time at which the clock shows `time`.
     #[must_use]
     pub fn next(time: TimeOfDay, now: Moment, zone: Zone) -> Self {
         let today = zone(now.wall, 0, time);
@@ -93,13 +93,13 @@ impl Until {
         self.time
     }
 
-    /// Time left \[ms\]; negative when it is past.
+    /// Time left \[ms\]; negative if the end has passed.
     #[must_use]
     pub fn left(&self, now: Moment) -> i64 {
         self.end - now.wall
     }
 
-    /// Whether the run is to end now.
+    /// Whether the run must end now.
     pub fn is_reached(&mut self, now: Moment) -> bool {
         let expected = now.boot + self.distance;
         if (now.wall - expected).abs() >= SET {
@@ -119,7 +119,7 @@ mod tests {
     const MINUTE: i64 = 60_000;
     const HOUR: i64 = 60 * MINUTE;
     const DAY: i64 = 24 * HOUR;
-    /// Some midnight.
+    /// A midnight.
     const NIGHT: i64 = 20_000 * DAY;
 
     fn utc(wall: i64, days: i32, time: TimeOfDay) -> i64 {
@@ -127,7 +127,7 @@ mod tests {
         (wall.div_euclid(DAY) + i64::from(days)) * DAY + of_day * 1000
     }
 
-    /// A run until 06:30 that began at this time of the night.
+    /// A run until 06:30 that began at this time.
     fn begun(wall: i64) -> Until {
         Until::next("06:30".parse().expect("a time"), Moment { boot: 0, wall }, utc)
     }
@@ -155,7 +155,7 @@ mod tests {
         let at = |passed: i64| Moment { boot: passed, wall: NIGHT - 2 * HOUR + passed };
         assert!(!until.is_reached(at(8 * HOUR + 29 * MINUTE)));
         assert!(until.is_reached(at(8 * HOUR + 30 * MINUTE)));
-        // Asleep over it: both clocks went on.
+        // The end was passed during sleep: both clocks advanced.
         assert!(begun(NIGHT).is_reached(Moment { boot: 9 * HOUR, wall: NIGHT + 9 * HOUR }));
     }
 
@@ -167,12 +167,12 @@ mod tests {
             let now = Moment { boot: HOUR, wall };
             (until.is_reached(now), until.left(now))
         };
-        // an hour earlier or later: the new clock is believed.
+        // an hour earlier or later: the new clock is used.
         assert_eq!(set_to(NIGHT + HOUR), (false, 5 * HOUR + 30 * MINUTE));
         assert_eq!(set_to(NIGHT + 3 * HOUR), (false, 3 * HOUR + 30 * MINUTE));
-        // just past 6:30: over, not tomorrow.
+        // just after 6:30: the end is reached, and is not moved to the next day.
         assert_eq!(set_to(NIGHT + 6 * HOUR + 45 * MINUTE), (true, -15 * MINUTE));
-        // other years, from a clock that had lost its battery or to one that will: the nearest 6:30 to the plan.
+        // another year, from a clock that had lost its battery or to one that does: the 6:30 nearest to the planned end.
         assert_eq!(set_to(22 * HOUR), (false, 8 * HOUR + 30 * MINUTE));
         assert_eq!(set_to(50 * 365 * DAY + 22 * HOUR), (false, 8 * HOUR + 30 * MINUTE));
         for wall in (0..400 * DAY).step_by(37 * MINUTE as usize) {

@@ -1,4 +1,4 @@
-//! Scripts into their folder, commands to the scheduler, and what it says afterwards. Whatever a scheduler does takes seconds, or is given up.
+//! Writes the scripts, runs the commands of the scheduler, and reads its job status. Every call has a time limit.
 
 use super::{Command, Job, Scheduler, Script, depends, filled};
 use crate::run::shards::SCHEDULER;
@@ -14,57 +14,57 @@ use std::process::{self, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What was handed in last.
+/// File with the jobs of the last submission.
 const JOBS: &str = "jobs.json";
-/// Largest script, or list of jobs, that is read.
+/// Largest script, or list of jobs, that is read \[bytes\].
 const MOST: u64 = 1 << 20;
-/// A scheduler that hands in takes no longer.
+/// Time limit for a submission.
 const HANDING_IN: Duration = Duration::from_secs(120);
-/// One that is only asked takes no longer: it is display.
+/// Time limit for a status query, which is for display only.
 const ASKING: Duration = Duration::from_secs(5);
-/// First words of the last line of a script that nobody has edited.
+/// Beginning of the last line of a script that the user has not edited.
 const MARK: &str = "# As written by bladeoff, blake3 of the lines above: ";
 
-/// Why nothing is handed in, or not all.
+/// Reason why the jobs, or some of them, were not submitted.
 #[derive(Debug, thiserror::Error)]
 pub enum SubmitError {
-    /// A file.
+    /// A file operation that failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The scheduler's program is not there, or cannot be started.
+    /// A scheduler program that does not exist or cannot be started.
     #[error(
         "cannot start {}: is {scheduler} installed? The scripts are written: --dry-run prints the commands that submit them",
         shown(program)
     )]
     Start {
-        /// The program.
+        /// Path of the program.
         program: PathBuf,
-        /// Whose.
+        /// Scheduler of the program.
         scheduler: Scheduler,
-        /// Why.
+        /// Error of the operating system.
         #[source]
         source: io::Error,
     },
-    /// It refused.
+    /// A command of the scheduler that failed.
     #[error("{command}: {how}")]
     Refused {
-        /// For a shell.
+        /// The command as shell text.
         command: String,
-        /// Its exit code and last words.
+        /// Exit code and last output.
         how: String,
     },
 }
 
-/// What was handed in.
+/// Result of a submission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Handed {
-    /// Numbers of the jobs, in the order of the commands.
+    /// Job ids, in the order of the commands.
     pub jobs: Vec<String>,
-    /// Exit code of the last command, of a scheduler that is one itself.
+    /// Exit code of the last command, if the command itself is the scheduler (GNU parallel).
     pub code: Option<i32>,
 }
 
-/// Writes the scripts. One that was edited is kept; says which.
+/// Writes the scripts. Scripts that the user has edited are kept; returns their names.
 ///
 /// # Errors
 /// The directory cannot be written.
@@ -103,16 +103,16 @@ fn marked(text: &str) -> String {
     format!("{text}{MARK}{}\n", blake3::hash(text.as_bytes()).to_hex())
 }
 
-/// Whether a script is not as it was written.
+/// Whether a script differs from what was written.
 fn is_edited(found: &[u8]) -> bool {
     let Ok(found) = std::str::from_utf8(found) else { return true };
     found.rfind(MARK).is_none_or(|at| marked(&found[..at]) != found)
 }
 
-/// Runs the commands that hand a job in, and remembers the numbers that they print.
+/// Runs the commands that submit a job, and stores the job ids that they print.
 ///
 /// # Errors
-/// A command that cannot be started or fails: what was handed in before it is.
+/// A command cannot be started or fails; jobs submitted before it stay submitted.
 pub fn hand_in(job: &Job, scheduler: Scheduler) -> Result<Handed, SubmitError> {
     let mut handed = Handed { jobs: Vec::new(), code: None };
     for command in job.commands(scheduler) {
@@ -122,7 +122,7 @@ pub fn hand_in(job: &Job, scheduler: Scheduler) -> Result<Handed, SubmitError> {
             continue;
         }
         let printed = asked(scheduler, &words, HANDING_IN)?;
-        // "123;cluster" of a federation.
+        // a federation prints "123;cluster"
         let number = printed.trim().split(';').next().unwrap_or_default().to_owned();
         handed.jobs.push(number);
         remember(job, scheduler, &handed.jobs)?;
@@ -130,7 +130,7 @@ pub fn hand_in(job: &Job, scheduler: Scheduler) -> Result<Handed, SubmitError> {
     Ok(handed)
 }
 
-/// With the numbers that earlier commands have printed.
+/// Words of a command, with the ids of the jobs submitted before.
 fn words_of(command: &Command, jobs: &[String]) -> Vec<String> {
     command.0.iter().map(|word| if depends(word) { filled(word, jobs) } else { word.clone() }).collect()
 }
@@ -140,7 +140,7 @@ fn remember(job: &Job, scheduler: Scheduler, jobs: &[String]) -> Result<(), File
     write_whole(folder_of(&job.directory)?.place(JOBS), said.to_string().as_bytes())
 }
 
-/// A command in the foreground; its exit code.
+/// Runs a command in the foreground; returns its exit code.
 fn in_front(scheduler: Scheduler, words: &[String]) -> Result<i32, SubmitError> {
     let (program, arguments) = words.split_first().expect("a command has a word");
     let status = process::Command::new(program).args(arguments).status();
@@ -152,7 +152,7 @@ fn text_of(words: &[String]) -> String {
     Command(words.to_vec()).text(&[], |word| word.to_owned())
 }
 
-/// What a command prints within a time; a failure is one of it.
+/// Runs a command and returns its output; a timeout is a failure.
 fn asked(scheduler: Scheduler, words: &[String], most: Duration) -> Result<String, SubmitError> {
     let (program, arguments) = words.split_first().expect("a command has a word");
     let failed = |source| SubmitError::Start { program: program.into(), scheduler, source };
@@ -187,7 +187,7 @@ fn asked(scheduler: Scheduler, words: &[String], most: Duration) -> Result<Strin
     if status.success() { Ok(out) } else { Err(refused(format!("{status}: {}", err.trim()))) }
 }
 
-/// What the scheduler says of the jobs that were handed in last, in words; `None` where none were, or to none that can be asked.
+/// Status of the last submitted jobs according to the scheduler, as text; `None` without jobs, or if the scheduler has no such query.
 #[must_use]
 pub fn scheduler_says(directory: &Path) -> Option<String> {
     let bytes = Place::from(&directory.join(SCHEDULER).join(JOBS)).read(MOST).ok()?;

@@ -1,11 +1,11 @@
-//! Handing the shards of a study to a scheduler that the user has: scripts that he can read and edit, and the commands that hand them in.
+//! Submission of the shards of a study to a job scheduler: scripts that the user can read and edit, and the commands that submit them.
 //!
 //! ```text
 //! Job --scripts--> text of the scripts: pure       (slurm, parallel; pbs, lsf, hyperqueue: templates)
-//!     --commands--> what hands them in: pure       hand_in runs it, and remembers the numbers of the jobs
+//!     --commands--> submission commands: pure      hand_in runs them and stores the job ids
 //! ```
-//! A task does nothing but `bladeoff run --shard`, and the last one `bladeoff merge`. What is done is known by the chunks on disk; a scheduler is
-//! asked for nothing but what it shows.
+//! A task only runs `bladeoff run --shard`, and the last task `bladeoff merge`. The chunks on disk determine what is done; the scheduler is
+//! only queried for display.
 
 mod hand_in;
 mod parallel;
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// Who runs the tasks.
+/// Program that runs the tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheduler {
     /// Job arrays of Slurm.
@@ -36,10 +36,10 @@ pub enum Scheduler {
 }
 
 impl Scheduler {
-    /// All of them.
+    /// All schedulers.
     pub const ALL: [Self; 5] = [Self::Slurm, Self::Parallel, Self::Pbs, Self::Lsf, Self::HyperQueue];
 
-    /// Its name.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ impl Scheduler {
         }
     }
 
-    /// Whether its scripts are run in our tests; the others are reviewed, and handed in by the user.
+    /// Whether the tests run the scripts; the others are reviewed only, and submitted by the user.
     #[must_use]
     pub fn is_tested(self) -> bool {
         matches!(self, Self::Slurm | Self::Parallel)
@@ -81,47 +81,47 @@ impl FromStr for Scheduler {
     }
 }
 
-/// What is handed in. Paths are whole ones: tasks start elsewhere.
+/// Description of a submission. Paths are absolute, because tasks start in other directories.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
     /// Name of the study.
     pub study: String,
-    /// This program.
+    /// Path of this program.
     pub program: PathBuf,
-    /// The study's file.
+    /// Path of the study file.
     pub file: PathBuf,
-    /// The directory that the shards share.
+    /// Directory shared by the shards.
     pub directory: PathBuf,
-    /// How many shards there are.
+    /// Number of shards.
     pub shards: u64,
-    /// Those that have something to do.
+    /// Shards with missing chunks.
     pub todo: Vec<u64>,
-    /// What a shard is told besides, quoted: `--scale 0.3`.
+    /// Further options of each shard, quoted: `--scale 0.3`.
     pub more: String,
     /// Wall time of a task.
     pub time: Option<Duration>,
-    /// Where tasks run.
+    /// Partition or queue.
     pub partition: Option<String>,
-    /// Who pays.
+    /// Account to charge.
     pub account: Option<String>,
-    /// Cores of a task.
+    /// Cores per task.
     pub cpus: Option<u64>,
-    /// Hosts of GNU parallel.
+    /// Hosts for GNU parallel.
     pub hosts: Vec<String>,
-    /// Where the record of a shard lies on its node.
+    /// Local directory on the node for the record of a shard.
     pub scratch: Option<PathBuf>,
 }
 
-/// A script in the folder of scripts.
+/// A script of a submission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Script {
-    /// Its name.
+    /// File name.
     pub name: &'static str,
-    /// Its text.
+    /// Content.
     pub text: String,
 }
 
-/// A command that hands something in; behind `afterany:` in a word of later ones `{0}` is the number that the first one printed.
+/// A submission command; `{0}` behind `afterany:` in a word is replaced by the id that the first command printed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command(pub Vec<String>);
 
@@ -130,25 +130,25 @@ impl Command {
         Self(words.iter().map(|word| (*word).to_owned()).collect())
     }
 
-    /// For a shell, with these words instead of the numbers that earlier ones print, quoted by `quoted`.
+    /// The command as shell text, with `numbers` as the ids that earlier commands print, quoted by `quoted`.
     fn text(&self, numbers: &[String], quoted: impl Fn(&str) -> String) -> String {
         let one = |one: &String| if depends(one) { quoted(&filled(one, numbers)) } else { word(one) };
         self.0.iter().map(one).collect::<Vec<_>>().join(" ")
     }
 }
 
-/// Whether a word names what a job waits for.
+/// Whether a word contains a job dependency.
 fn depends(word: &str) -> bool {
     ["--dependency=afterany:", "depend=afterany:"].iter().any(|before| word.starts_with(before))
 }
 
-/// A word with the numbers that earlier commands have printed.
+/// A word with the ids that earlier commands have printed.
 fn filled(word: &str, numbers: &[String]) -> String {
     let all = numbers.iter().enumerate();
     all.fold(word.to_owned(), |word, (at, number)| word.replace(&format!("{{{at}}}"), number))
 }
 
-/// All of them as lines for a shell.
+/// The commands as lines of a shell script.
 #[must_use]
 pub fn as_shell(commands: &[Command]) -> String {
     let numbers: Vec<String> = (0..commands.len()).map(|at| format!("$job{at}")).collect();
@@ -164,7 +164,7 @@ pub fn as_shell(commands: &[Command]) -> String {
 }
 
 impl Job {
-    /// The scripts of a scheduler.
+    /// Scripts for a scheduler.
     #[must_use]
     pub fn scripts(&self, scheduler: Scheduler) -> Vec<Script> {
         match scheduler {
@@ -176,7 +176,7 @@ impl Job {
         }
     }
 
-    /// What hands them in.
+    /// Submission commands for a scheduler.
     #[must_use]
     pub fn commands(&self, scheduler: Scheduler) -> Vec<Command> {
         match scheduler {
@@ -192,17 +192,17 @@ impl Job {
         self.directory.join(crate::run::shards::SCHEDULER)
     }
 
-    /// The path of a script, or log, as a word of a shell.
+    /// Path of a script or log, quoted for a shell.
     fn path(&self, name: &str) -> String {
         word(self.folder().join(name)).to_string()
     }
 
-    /// The same as it is.
+    /// Path of a script or log, unquoted.
     fn plain(&self, name: &str) -> String {
         self.folder().join(name).to_string_lossy().into_owned()
     }
 
-    /// `bladeoff run --shard`, the number of the shard being in a variable of the shell.
+    /// `bladeoff run --shard`, with the shard number in a shell variable.
     fn shard(&self, number: &str) -> String {
         let scratch = self.scratch.as_ref().map(|path| format!(" --scratch {}", word(path))).unwrap_or_default();
         let wall = self.wall().map(|wall| format!(" --wall {}s", wall.as_secs())).unwrap_or_default();
@@ -216,14 +216,14 @@ impl Job {
         )
     }
 
-    /// `bladeoff merge`.
+    /// The command `bladeoff merge`.
     fn merge(&self) -> String {
         let trust = if self.more.contains("--trust-dir") { " --trust-dir" } else { "" };
         format!("{} merge {}{trust}", word(&self.program), word(&self.directory))
     }
 
-    /// When a shard ends by itself: a tenth before its time, at least a quarter of a minute and ten minutes at most, so that it has said
-    /// its last word when the scheduler would kill it.
+    /// Wall time limit of a shard: the time of the task less a tenth (at least 15 s, at most 10 min), so that the shard has written its last
+    /// results before the scheduler kills it.
     #[must_use]
     pub fn wall(&self) -> Option<Duration> {
         let time = self.time?;
@@ -231,7 +231,7 @@ impl Job {
         Some(time.saturating_sub(before).max(Duration::from_secs(1)))
     }
 
-    /// The shards that have something to do as ranges: `0-3,7`.
+    /// The shards with missing chunks as ranges: `0-3,7`.
     fn array(&self) -> String {
         let word =
             |(first, last): &(u64, u64)| if first == last { first.to_string() } else { format!("{first}-{last}") };

@@ -1,7 +1,7 @@
-//! A job array of Slurm: one task for each shard, then the merge.
+//! Slurm job array: one task for each shard, then the merge.
 //!
-//! The array is handed in before the merge, which waits for all of it, however it ends (`afterany`): then it says what is missing, which
-//! a merge that never starts would not. Slurm requeues tasks of dead nodes by itself (`--requeue`).
+//! The array is submitted before the merge, which waits until all tasks have ended in any way (`afterany`): the merge then reports missing
+//! chunks, which a merge that never starts could not. Slurm requeues tasks of failed nodes (`--requeue`).
 
 use super::{Command, Job, Script};
 use bladeoff_system::call::word;
@@ -21,7 +21,7 @@ pub(super) fn scripts(job: &Job) -> Vec<Script> {
     ];
     match job.cpus {
         Some(cpus) => options.push(format!("--cpus-per-task={cpus}")),
-        // One core is what Slurm gives otherwise.
+        // without this, Slurm allocates one core
         None => options.extend(["--exclusive", "--mem=0"].map(str::to_owned)),
     }
     options.extend(job.time.map(|time| format!("--time={}", minutes(time))));
@@ -95,12 +95,12 @@ pub(super) fn commands(job: &Job) -> Vec<Command> {
     ]
 }
 
-/// A path in which Slurm replaces nothing of ours.
+/// Path in which Slurm replaces no patterns.
 fn log(job: &Job, name: &str) -> String {
     format!("{}/{name}", job.folder().to_string_lossy().replace('%', "%%"))
 }
 
-/// Whole minutes, as Slurm has them.
+/// Time in minutes, rounded up, for `--time`.
 fn minutes(time: Duration) -> u64 {
     time.as_secs().div_ceil(60).max(1)
 }

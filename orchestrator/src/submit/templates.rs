@@ -1,4 +1,4 @@
-//! Scripts for PBS, LSF and HyperQueue: reviewed, not run in our tests. The user reads them and hands them in.
+//! Scripts for PBS, LSF and HyperQueue: reviewed, but not run in our tests. The user checks and submits them.
 
 use super::{Command, Job, Script};
 use bladeoff_system::call::word;
@@ -7,7 +7,7 @@ use std::time::Duration;
 const SHARD: &str = "shard.sh";
 const MERGE: &str = "merge.sh";
 
-/// PBS Pro, OpenPBS. An array has one range and at least two tasks: there is a job for each range.
+/// PBS Pro, OpenPBS. An array has one range and at least two tasks, so there is a job for each range.
 pub(super) fn pbs(job: &Job) -> Vec<Script> {
     let mut options = vec!["-r y".to_owned(), "-j oe".to_owned(), format!("-o {}", job.path(""))];
     options.push(
@@ -68,7 +68,7 @@ pub(super) fn lsf_commands(job: &Job) -> Vec<Command> {
     shards.into_iter().chain([by(MERGE)]).collect()
 }
 
-/// HyperQueue. The merge is for the user: `hq job wait last`, or `submit --wait`.
+/// HyperQueue. The user starts the merge after `hq job wait last`, or `submit --wait`.
 pub(super) fn hyperqueue(job: &Job) -> Vec<Script> {
     let mut options = vec![format!("--array {}", job.array()), format!("--name {}", job.study)];
     options.push("--crash-limit 3".to_owned());
@@ -93,7 +93,7 @@ pub(super) fn hyperqueue_commands(job: &Job) -> Vec<Command> {
     commands
 }
 
-/// Both scripts of a scheduler. `named`: its options for the name, the queue and the account; `task`: how a task learns its number.
+/// Both scripts of a scheduler. `named`: its options for the name, the queue and the account; `task`: expression for the task number.
 fn scripts(
     job: &Job,
     mark: &str,

@@ -1,4 +1,4 @@
-//! Advice about a cause, by the engine and the regime of the run, and the change of the machine that tries it.
+//! Advice about a cause, which depends on the engine and the regime of the run, and the change of the machine that tests the advice.
 
 use bladeoff_model::machine::{CONTACT_STEP, ENGINE, Engine, STEP};
 use bladeoff_model::outcome::Cause;
@@ -9,34 +9,34 @@ use std::borrow::Cow;
 pub struct Ran {
     /// Engine of the run.
     pub engine: Engine,
-    /// Its column `rub_regime` is [`BACKWARD`].
+    /// Whether its column `rub_regime` is [`BACKWARD`].
     pub is_backward: bool,
-    /// `contact.points = "one"`, or a detection with one contact point.
+    /// Whether it has `contact.points = "one"`, or a detection with one contact point.
     pub has_one_point: bool,
 }
 
-/// Word of the column `rub_regime` for heavy rub in which the rotor centre turns against the spin.
+/// Value of the column `rub_regime` for heavy rub in which the rotor centre moves against the spin direction.
 pub const BACKWARD: &str = "backward-whirl";
 
-/// A change of the machine that shows whether advice helps.
+/// A change of the machine that shows whether the advice helps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// The step of the engine, in this ratio.
+    /// The step of the engine is multiplied by this factor.
     Step(f64),
-    /// A path and its value.
+    /// A path is set to a value.
     Set(&'static str, &'static str),
 }
 
 /// Advice about a cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
-    /// In words.
+    /// The advice in words.
     pub text: Cow<'static, str>,
-    /// Change that tries it; `None`: no change of one value does.
+    /// Change that tests the advice; `None` if no change of a single value does.
     pub change: Option<Change>,
 }
 
-/// The key of the engine's time step; that of another engine would be rejected, or change the engine of a whole study.
+/// Key of the engine's time step; that of another engine would be rejected, or would change the engine of a whole study.
 #[must_use]
 pub fn step_key(engine: Engine) -> &'static str {
     if engine == Engine::Exponential { CONTACT_STEP } else { STEP }
@@ -130,7 +130,7 @@ pub fn advice(cause: Cause, ran: Ran) -> Advice {
     }
 }
 
-/// Advice for the guards of the contact, by what was measured of them (docs/theory/08-exponential-engine.md and 03-contact.md).
+/// Advice for the guards of the contact, based on measurements (docs/theory/08-exponential-engine.md and 03-contact.md).
 fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> Advice {
     let (text, change) = match (cause, engine, is_backward) {
         // the error depends on the spacing of the stations
@@ -146,7 +146,7 @@ fn of_contact(cause: Cause, Ran { engine, is_backward, has_one_point }: Ran) -> 
             "a smaller `run.step`; if the error falls with it, the step was the reason, otherwise draw its history (`replay --history`)",
             HALF,
         ),
-        // a rotor that its ring stops at once has the right normal work at a finer step, and more of it
+        // the normal work of a rotor that the ring stops abruptly is correct with a finer step, and larger
         (Cause::NormalWork, Engine::Exponential, _) => (
             "half of `run.contact_step`. If loads and friction energy stay the same and the normal work does not \
              fall, the impacts do this work, and a smaller step does not help: compare with `run.engine = \"reduced\"`",

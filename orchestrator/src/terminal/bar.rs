@@ -1,20 +1,20 @@
-//! One line of a terminal that is drawn again and again, and what is written and typed meanwhile.
+//! Progress bar: a line of the terminal that is redrawn, with notes written and lines typed meanwhile.
 //!
-//! The cursor stays right behind the text. At the right margin, where a line that is filled with blanks would leave it, a terminal
-//! begins a new line for whatever is typed, and what was drawn stays behind as a copy.
+//! The cursor stays directly behind the text. At the right margin, where padding with blanks would leave it, a terminal begins a new line
+//! for typed text, and a copy of the bar would remain.
 
 use std::io::{IsTerminal, Stderr, Write, stderr};
 
-/// Columns that are left free: for a key or two, before the terminal begins a new line.
+/// Columns left free, so that a typed key or two do not begin a new line.
 const ROOM: usize = 4;
-/// Columns of a terminal that does not say.
+/// Number of columns if the terminal does not report it.
 const USUAL: usize = 80;
-/// The bar has one part of so many of the columns, within the longest and the shortest bar.
+/// Divisor of the number of columns for the length of the bar, and its limits.
 const SHARE: usize = 6;
 const LONGEST: usize = 30;
 const SHORTEST: usize = 8;
 
-/// The line.
+/// A progress bar.
 #[derive(Debug)]
 pub(super) struct Bar<W = Stderr> {
     out: W,
@@ -22,13 +22,13 @@ pub(super) struct Bar<W = Stderr> {
 }
 
 impl Bar {
-    /// On standard error; `None` where that is no terminal whose cursor can be moved.
+    /// A bar on standard error; `None` if that is no terminal with cursor control.
     pub fn on_terminal() -> Option<Self> {
         let is_plain = std::env::var_os("TERM").is_none_or(|term| term.is_empty() || term == "dumb");
         (stderr().is_terminal() && !is_plain).then(|| Self::on(stderr()))
     }
 
-    /// Width of the terminal, which may change at any time.
+    /// Present width of the terminal.
     pub fn columns() -> usize {
         let told = rustix::termios::tcgetwinsize(stderr()).map(|size| usize::from(size.ws_col));
         told.ok().filter(|&columns| columns > 0).unwrap_or(USUAL)
@@ -36,12 +36,12 @@ impl Bar {
 }
 
 impl<W: Write> Bar<W> {
-    /// On any writer.
+    /// A bar on any writer.
     pub fn on(out: W) -> Self {
         Self { out, drawn: String::new() }
     }
 
-    /// Draws the line again, if it is another one. Nobody who watches: the work goes on.
+    /// Redraws the line if the text has changed. Errors are ignored.
     pub fn draw(&mut self, text: String) {
         if text != self.drawn {
             let _ = write!(self.out, "\r{text}\x1b[K").and_then(|()| self.out.flush());
@@ -49,17 +49,17 @@ impl<W: Write> Bar<W> {
         }
     }
 
-    /// Writes lines above it.
+    /// Writes lines above the bar.
     pub fn note(&mut self, text: &str) {
         let _ = write!(self.out, "\r\x1b[K{text}\n{}", self.drawn).and_then(|()| self.out.flush());
     }
 
-    /// Somebody has ended a line: the cursor is on the next one, where the text may have been drawn again, and goes back.
+    /// The user has typed Enter: the cursor is on the next line, where the bar may have been redrawn, and moves back.
     pub fn typed(&mut self) {
         let _ = write!(self.out, "\x1b[A\r\x1b[J{}", self.drawn).and_then(|()| self.out.flush());
     }
 
-    /// Takes the line away.
+    /// Removes the bar.
     pub fn clear(&mut self) {
         if !self.drawn.is_empty() {
             let _ = write!(self.out, "\r\x1b[K").and_then(|()| self.out.flush());
@@ -68,8 +68,8 @@ impl<W: Write> Bar<W> {
     }
 }
 
-/// A bar with the longest of `texts`, from long to short, that has room beside it; the last one is cut, if nothing else helps. The bar
-/// is as long as the terminal's width says: whatever the text, it does not jump.
+/// A bar with the longest of `texts` (from long to short) that fits beside it; if none fits, the last one is cut. The length of the bar
+/// depends on the width of the terminal only, so it does not jump.
 pub(super) fn fitting(part: f64, texts: &[String], columns: usize) -> String {
     let room = columns.saturating_sub(ROOM);
     let width = (columns / SHARE).clamp(SHORTEST, LONGEST);
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     fn shown(bytes: &[u8]) -> Vec<String> {
-        // a terminal begins a new line where it is told to go one down
+        // \n also returns the carriage on a terminal
         screen(&std::str::from_utf8(bytes).expect("UTF-8").replace('\n', "\r\n"), usize::MAX)
     }
 
@@ -102,7 +102,7 @@ mod tests {
         let mut bar = Bar::on(Vec::new());
         bar.draw("### 1/9".into());
         bar.draw("### 2/9".into());
-        // The terminal shows what is typed; the line may have been drawn again on the next one before that is known.
+        // The terminal echoes typed text; the bar may have been redrawn on the next line before Enter is processed.
         for drawn_meanwhile in [false, true] {
             bar.out.extend(b"s\r\n");
             if drawn_meanwhile {
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(fitting(0.5, &texts, 9), "12/99");
         assert_eq!(fitting(0.0, &texts, 80).matches('█').count(), 0);
         assert_eq!(fitting(1.0, &texts, 80).matches('░').count(), 0);
-        // Of one length beside every text.
+        // the same length for every text
         for columns in [30, 60, 70, 80, 120] {
             let bar = |text: &str| fitting(0.4, &[text.to_owned()], columns).matches(['█', '░']).count();
             assert_eq!([bar("1/99"), bar("10/99, 5.0/s")], [(columns / SHARE).max(SHORTEST); 2], "{columns}");

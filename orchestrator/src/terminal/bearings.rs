@@ -1,52 +1,52 @@
-//! Bearings whose peak loads are not the machine's, whatever happens in a run: what machine, modes and step say of them before anything has moved.
+//! Notes on bearings whose peak loads are those of the discretisation, not of the machine, from machine, modes and step before a run.
 
 use bladeoff_core::engine::{LEAST_STEP, unresolved_damping};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Engine, Machine};
 use bladeoff_text::document::units::format_digits;
 
-/// Part of a bearing's flexibility in modes left out, or in motions faster than the step, from which on its load under a sudden force is off by as much.
+/// Share of a bearing's flexibility in truncated modes, or in motions faster than the step, above which its load under a sudden force is inaccurate by as much.
 const WITHOUT: f64 = 0.05;
-/// The same of what the shaft yields where a damper holds it: up to here loads of rubs are off by 2 % (`docs/theory/05-reduction.md`).
+/// Limit of the same share for the flexibility of the shaft at a damper: up to here loads of rubs are off by 2 % (`docs/theory/05-reduction.md`).
 const HELD: f64 = 0.1;
 
-/// What is not right.
+/// Kind of inaccuracy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Beyond {
-    /// So stiff that most of what the bearing yields is in modes left out.
+    /// Most of the flexibility at a stiff bearing is in truncated modes.
     Stiff,
-    /// Held by its damper, and what the shaft yields beside it is in modes left out.
+    /// The damper holds the bearing, and the flexibility of the shaft beside it is in truncated modes.
     Held,
-    /// So strongly damped that the step does not resolve it.
+    /// The step does not resolve the strong damping.
     Damped,
-    /// So stiff that motions which the modes have are faster than the contact step.
+    /// The bearing is so stiff that motions contained in the modes are faster than the contact step.
     Fast,
 }
 
-/// What to say of a bearing.
+/// Note on a bearing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingNote {
-    /// What is not right.
+    /// Kind of inaccuracy.
     pub beyond: Beyond,
     /// Name of the bearing.
     pub bearing: String,
-    /// How far it is beyond, to be compared with others of the kind: a share of its flexibility, c dt/(2 m), or w dt.
+    /// Severity, comparable within a kind: share of the flexibility, c dt/(2 m), or w dt.
     pub far: f64,
-    /// Share of its flexibility that is concerned, 0 to 1.
+    /// Share of the bearing's flexibility that is affected, 0 to 1.
     pub share: f64,
-    /// A step that resolves it \[s\]; infinite where no step does.
+    /// Step that resolves the motion \[s\]; infinite if no step does.
     pub step: f64,
-    /// Whether modes left out follow forces at once.
+    /// Whether truncated modes follow forces statically (residual flexibility).
     pub follows: bool,
 }
 
-/// Remarks beside the result of a run with (contact) step `step` \[s\], one for each note.
+/// Notes for the result of a run with (contact) step `step` \[s\], one line each.
 #[must_use]
 pub fn bearing_remarks(machine: &Machine, structure: &Structure, step: f64) -> Vec<String> {
     bearings_beyond(machine, structure, step).into_iter().map(|note| format!("note: {}", note.text())).collect()
 }
 
-/// What to say of the bearings of a run with (contact) step `step` \[s\]; `structure` must fit the machine.
+/// Notes on the bearings of a run with (contact) step `step` \[s\]; `structure` must belong to the machine.
 #[must_use]
 pub fn bearings_beyond(machine: &Machine, structure: &Structure, step: f64) -> Vec<BearingNote> {
     let follows = structure.lateral_residual.is_some();
@@ -73,13 +73,14 @@ pub fn bearings_beyond(machine: &Machine, structure: &Structure, step: f64) -> V
         }
     }
     let damped = unresolved_damping(machine, structure, step);
-    // in three digits, and never rounded to one that is too long
+    // rounded down, so that three digits never give too large a step
     notes.extend(damped.iter().map(|found| note(Beyond::Damped, &found.bearing, found.ratio, 1.0, 0.99 * found.step)));
     notes
 }
 
 impl BearingNote {
-    /// In words. Measured: stiff and held bearings `docs/theory/05-reduction.md`, damping `04-time-integration.md`, fast motions `08-exponential-engine.md`.
+    /// Text of the note. Measurements: stiff and held bearings `docs/theory/05-reduction.md`, damping `04-time-integration.md`, fast motions
+    /// `08-exponential-engine.md`.
     #[must_use]
     pub fn text(&self) -> String {
         let (name, share) = (&self.bearing, format!("{:.0} %", 100.0 * self.share));
@@ -125,7 +126,7 @@ mod tests {
     use bladeoff_core::engine::TimeStep;
     use bladeoff_model::machine::{MachineDef, ParamValue};
 
-    /// Kinds and bearings that are said of a machine with these changes.
+    /// Kinds and bearings of the notes on a machine with these changes.
     fn said(file: &str, engine: Engine, changes: &[(&str, f64)]) -> Vec<(Beyond, String, String)> {
         let mut machine = MachineDef::parse("m.toml", file).expect("valid");
         machine.settle(engine);

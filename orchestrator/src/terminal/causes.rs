@@ -1,11 +1,11 @@
-//! Why a run may not be believed, in words: what a cause means, and by how much a guard broke or a limit was exceeded.
+//! Text for the causes of invalid runs: meaning of a cause, and by how much a guard was broken or a limit exceeded.
 
 use bladeoff_answers::summary::percent;
 use bladeoff_model::machine::{DiaphragmKind, Machine};
 use bladeoff_model::outcome::{Cause, Limit};
 use bladeoff_text::document::units::{format_digits, format_quantity};
 
-/// What a cause means for whoever looks at the run.
+/// Meaning of a cause.
 #[must_use]
 pub fn cause_in_words(cause: Cause) -> &'static str {
     match cause {
@@ -64,7 +64,7 @@ pub fn cause_in_words(cause: Cause) -> &'static str {
     }
 }
 
-/// How far a diverged run got: whether its state grew, or a step of it did not settle while nothing grew.
+/// How far a diverged run got: the state grew, or a step did not converge.
 #[must_use]
 pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let steps = number("steps")?;
@@ -77,7 +77,7 @@ pub fn diverged_at(number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     Some(format!("{steps} step{plural}{}", most.collect::<String>()))
 }
 
-/// By how much a guard broke or a limit of the model was exceeded, of the machine of the run; `number`: the value of a column. `None`: the cause is neither's.
+/// By how much a guard was broken or a limit of the model was exceeded; `number`: value of a column. `None` if the cause is neither.
 #[must_use]
 pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let guard = &machine.run.guard;
@@ -89,7 +89,7 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
         )),
         Cause::NormalWork => {
             let is_rigid = machine.diaphragms.iter().any(|diaphragm| diaphragm.kind == DiaphragmKind::Rigid);
-            // such an impact takes the energy of the lateral motion itself, at any step
+            // such an impact takes energy of the lateral motion, at any step
             let rigid = "; a rigid ring takes an impact without rebound, so the rotor loses all of its normal kinetic \
                          energy in it at any step; a flexible ring or a radial spring returns it";
             Some(format!(
@@ -102,7 +102,7 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
             ))
         }
         Cause::Penetration => {
-            // with its name before it where there are several
+            // names the diaphragm if there are several
             let is_one = machine.diaphragms.len() == 1;
             let left = machine.diaphragms.iter().filter_map(|diaphragm| {
                 let column = "residual_penetration_m";
@@ -131,7 +131,7 @@ pub fn broken_by(cause: Cause, machine: &Machine, number: impl Fn(&str) -> Optio
     }
 }
 
-/// How far a run exceeded a limit of the model; `number`: the value of a column. `None`: the cause is no limit.
+/// How far a run exceeded a limit of the model; `number`: value of a column. `None` if the cause is not a limit.
 #[must_use]
 pub fn exceeded_by(cause: Cause, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
     let limit = Limit::of(cause)?.word();
@@ -139,7 +139,7 @@ pub fn exceeded_by(cause: Cause, number: impl Fn(&str) -> Option<f64>) -> Option
     Some(format!("ratio {} to `run.limit.{limit}.value`", just_above(ratio)))
 }
 
-/// The time at which a run with these causes exceeded its limit of the model; `None` where there is no such time, or several limits: only that
+/// Time at which a run with these causes exceeded its limit of the model; `None` without such a time, or with several limits: only the time
 /// of the first is recorded.
 #[must_use]
 pub fn exceeded_at(causes: impl Iterator<Item = Cause>, number: impl Fn(&str) -> Option<f64>) -> Option<String> {
@@ -152,7 +152,7 @@ pub fn exceeded_at(causes: impl Iterator<Item = Cause>, number: impl Fn(&str) ->
     }
 }
 
-/// A ratio with as many digits as show on which side of 1 it is: a run that ends at its limit exceeds it by one step only.
+/// A ratio with enough digits to show that it differs from 1: a run that ends at its limit exceeds it by one step only.
 #[must_use]
 pub fn just_above(ratio: f64) -> String {
     let digits = (3..=8).find(|digits| format_digits(ratio, "", *digits) != "1").unwrap_or(9);
@@ -229,7 +229,7 @@ mod tests {
         };
         let said = diverged_at(values).expect("steps");
         assert!(said.starts_with("22999 steps, largest eccentricity ") && said.contains("50.756 N"), "{said}");
-        // before the first step, or without a diaphragm, there is less to say
+        // before the first step, or without a diaphragm, fewer values are known
         assert_eq!(diverged_at(|name| (name == "steps").then_some(0.0)).as_deref(), Some("0 steps"));
         assert_eq!(diverged_at(|_| None), None);
     }

@@ -1,54 +1,54 @@
-//! How long the rest of a study will take, with its uncertainty.
+//! Remaining time of a study, with its uncertainty.
 //!
-//! Samples are handed out in shuffled order (`run::order`), so those that have ended are a draw of all. A sample costs what
-//! its worker was busy for: load of the machine by others is in it. With `n` ended and `r` left, mean `m` and variance `v` of
-//! one sample, and `e` their time by so many workers as now,
+//! Samples are assigned in shuffled order (`run::order`), so the finished ones are a random sample of all. The cost of a sample is the time
+//! its worker was busy, including the effect of other load on the machine. With `n` finished and `r` remaining samples, mean cost `m` and
+//! variance `v` of a sample, and `e` the elapsed time of the finished ones with the present number of workers,
 //!
 //! ```text
-//! rest = r·m ± t·r·√(v/n + v/r)        the mean is known to v/n, the rest varies by itself; t: 95 % of Student's distribution
+//! rest = r·m ± t·r·√(v/n + v/r)        v/n: variance of the mean, v/r: of the mean of the rest; t: 95 % of Student's distribution
 //! from   (rest - ...)·e / (n·m)
-//! to     (rest + ...)·e / (n·m) + the longest sample, for which all but one worker may wait at the end
+//! to     (rest + ...)·e / (n·m) + the longest sample, because all other workers may have to wait for one at the end
 //! ```
-//! `v` is the largest by single samples and by blocks of successive ones, since samples handed out together, or under the same load,
-//! cost alike. It holds one sample more that is off by the whole mean: ten equal ones do not say that there are no others.
-//! Samples in work count by how long they have been: the short ones end first, and would make all look short.
+//! `v` is the largest of the estimates from single samples and from blocks of successive ones, because samples of one batch, or under the same
+//! load, have similar costs. It includes one additional sample with a deviation of the whole mean: ten equal samples do not exclude others.
+//! Samples in progress count by their time so far: short samples end first, and would make all look short.
 //!
-//! What has not been seen is not in it: when every worker is still at its first samples, nothing says that one of a
-//! hundred takes ten times as long; and a machine that slows down later is slower than it was told.
+//! The estimate cannot include what has not occurred: while every worker computes its first samples, nothing indicates that one of a hundred
+//! takes ten times as long, or that the machine will slow down.
 
 use bladeoff_answers::summary::duration;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Blocks are joined in pairs when there are so many.
+/// Number of blocks at which they are joined in pairs.
 const MOST_BLOCKS: usize = 64;
-/// As long as so many are left, longer blocks are looked at.
+/// Smallest number of blocks of a length that is evaluated.
 const LONG_BLOCKS: usize = 8;
-/// Fewer ended samples say nothing about a spread.
+/// Smallest number of finished samples for an estimate.
 const LEAST: u64 = 4;
-/// No machine keeps its speed better than to this part.
+/// Smallest relative uncertainty, due to the speed of the machine.
 const SPEED: f64 = 0.02;
-/// A worker that had less than this part of a core was stopped: that says nothing of the samples.
+/// Smallest share of a core of a running worker: below this the worker was stopped, which is not a cost of the samples.
 const LEAST_SHARE: f64 = 0.1;
-/// Part of the upper end of a range below which its lower end is not worth telling.
+/// Ratio of the lower to the upper end below which the lower end is not printed.
 const SAYS_NOTHING: f64 = 0.05;
-/// From the last result to the end of the run: the last commit, and workers that leave \[s\].
+/// Time from the last result to the end of the run \[s\]: last commit, and end of the workers.
 const LAST: f64 = 0.3;
 
-/// What the samples that have ended in this run cost, by the time of their workers \[s\].
+/// Costs of the samples finished in this run, as time of their workers \[s\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Costs {
     blocks: Vec<f64>,
     /// Samples per block.
     size: u64,
-    /// The block under way.
+    /// Block in progress: number of samples, cost \[s\].
     open: (u64, f64),
     ended: u64,
     total: f64,
     squares: f64,
     longest: f64,
     cpu_s: f64,
-    /// When each worker has reported last.
+    /// Time of the last report of each worker.
     reported: BTreeMap<u32, Instant>,
 }
 
@@ -68,32 +68,32 @@ impl Default for Costs {
     }
 }
 
-/// What is under way.
+/// Work in progress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Underway {
-    /// Samples that have not ended.
+    /// Number of unfinished samples.
     pub left: u64,
-    /// Time since the first samples were handed out.
+    /// Time since the first samples were assigned.
     pub computing: Duration,
-    /// Workers there are.
+    /// Number of workers.
     pub workers: usize,
-    /// Those that have samples, and for how long.
+    /// Workers with samples, and the time since their last change of state.
     pub busy: Vec<(u32, Duration)>,
-    /// Now.
+    /// Present time.
     pub now: Instant,
 }
 
-/// Time left, from and to. How often the truth lies between is measured: docs/study-running.md, "Remaining time".
+/// Range of the remaining time. Measured coverage: docs/study-running.md, "Remaining time".
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eta {
-    /// Shortest.
+    /// Lower end.
     pub low: Duration,
-    /// Longest.
+    /// Upper end.
     pub high: Duration,
 }
 
 impl Eta {
-    /// "50 s to 1 min 20 s left", one time where both read alike, "up to 1 min 20 s left" where the lower end says nothing.
+    /// "50 s to 1 min 20 s left"; one time if both print alike; "up to 1 min 20 s left" if the lower end is too small to be useful.
     #[must_use]
     pub fn text(&self) -> String {
         let (low, high) = (duration(self.low), duration(self.high));
@@ -106,14 +106,14 @@ impl Eta {
 }
 
 impl Costs {
-    /// A worker has reported samples that took so much CPU time each \[s\].
+    /// Adds samples that a worker has reported, with their CPU times \[s\].
     pub fn add(&mut self, worker: u32, cpu_s: &[f64], now: Instant) {
         let cpu: f64 = cpu_s.iter().sum();
         let took = match self.reported.insert(worker, now) {
             Some(last) => {
                 now.saturating_duration_since(last).as_secs_f64().clamp(cpu, (cpu / LEAST_SHARE).max(cpu + 1.0))
             }
-            // Its first: at the pace of the others.
+            // first report of the worker: scaled by the ratio of the others
             None if self.cpu_s > 0.0 => cpu * self.total / self.cpu_s,
             None => cpu,
         };
@@ -139,7 +139,7 @@ impl Costs {
         }
     }
 
-    /// Time for the rest; `None` before four samples are known.
+    /// Remaining time; `None` before four samples are finished.
     #[must_use]
     pub fn eta(&self, underway: &Underway) -> Option<Eta> {
         if self.ended < LEAST || underway.left == 0 || self.total <= 0.0 || underway.computing.is_zero() {
@@ -149,7 +149,7 @@ impl Costs {
         let mean = self.total / ended;
         let ages: Vec<f64> =
             underway.busy.iter().map(|&(worker, since)| self.age(worker, since, underway.now)).collect();
-        // A sample that scatters widely is on average met half way; one like all others ends when they do.
+        // With large scatter, a sample in progress is half done on average; without scatter, it takes the mean cost.
         let scatter = (self.variance() / (mean * mean)).min(1.0);
         let whole: Vec<f64> =
             ages.iter().map(|age| (1.0 - scatter) * age.max(mean) + scatter * (2.0 * age).max(mean)).collect();
@@ -169,13 +169,13 @@ impl Costs {
         Some(Eta { low: time((rest - spread) / speed), high: time((rest + spread) / speed + waiting + LAST) })
     }
 
-    /// For how long a worker has been at what it has not reported \[s\].
+    /// Time for which a worker has been computing samples that are not reported \[s\].
     fn age(&self, worker: u32, since: Duration, now: Instant) -> f64 {
         let reported = self.reported.get(&worker).map(|&last| now.saturating_duration_since(last));
         reported.map_or(since, |reported| reported.min(since)).as_secs_f64()
     }
 
-    /// Variance of a sample, as far as it matters for the sum of many.
+    /// Variance per sample, as it affects the sum of many samples.
     fn variance(&self) -> f64 {
         let (mut blocks, mut size) = (self.blocks.clone(), self.size as f64);
         let mut largest = 0.0_f64;
@@ -197,7 +197,7 @@ fn in_pairs(blocks: &[f64]) -> Vec<f64> {
     blocks.chunks_exact(2).map(|pair| pair[0] + pair[1]).collect()
 }
 
-/// Between plus and minus this lie 95 % of Student's distribution (expansion in 1/freedoms, better than 2 % from four on).
+/// Two-sided 95 % quantile of Student's t (expansion in 1/n, n degrees of freedom; better than 2 % from n = 4).
 fn student(freedoms: f64) -> f64 {
     let freedoms = freedoms.max(1.0);
     1.96 + 2.37 / freedoms + 2.82 / (freedoms * freedoms)
@@ -209,7 +209,7 @@ mod tests {
     use bladeoff_study::sampling::Shuffle;
     use bladeoff_system::random::SplitMix;
 
-    /// A run of these costs in this order, without a process: who computes what from when to when \[s\].
+    /// A simulated run with these costs in this order: worker, start and end \[s\] of each sample.
     struct Run {
         spans: Vec<(u32, f64, f64)>,
         end: f64,
@@ -229,7 +229,7 @@ mod tests {
             Self { spans, end: free.into_iter().fold(0.0, f64::max), workers }
         }
 
-        /// What is told at a time, and what is left in truth \[s\].
+        /// The estimate at a time, and the true remaining time \[s\].
         fn look(&self, at: f64) -> (Option<Eta>, f64) {
             let start = Instant::now();
             let moment = |time| start + Duration::from_secs_f64(time);
@@ -247,7 +247,7 @@ mod tests {
             (costs.eta(&underway), self.end - at)
         }
 
-        /// Looks from a tenth of the run on: how many told the truth, of how many; the mean width, relative to the truth.
+        /// From a tenth of the run on: number of estimates that contain the truth, number of estimates, and mean width relative to the truth.
         fn coverage(&self) -> (u32, u32, f64) {
             let (mut hits, mut looks, mut width) = (0, 0, 0.0);
             for step in 4..40 {
@@ -261,7 +261,7 @@ mod tests {
         }
     }
 
-    /// Twenty gaps by twelve masses: the narrowest gap costs twenty times the widest.
+    /// Costs of twenty gaps by twelve masses: the narrowest gap costs twenty times as much as the widest.
     fn drifting(sample: u64) -> f64 {
         let gap = (sample / 12) as f64 / 19.0;
         (4.0 - 3.8 * gap.sqrt()) * (1.0 + 0.02 * (sample % 12) as f64)
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn rare_long_samples_are_in_the_range() {
-        // A third of the samples rubs and costs five times as much.
+        // a third of the samples has contact and costs five times as much
         let (mut hits, mut looks) = (0, 0);
         for seed in 0..200 {
             let mut random = SplitMix(seed);
@@ -349,7 +349,7 @@ mod tests {
             let stopped = if second > 50 { 4 * 3600 } else { 0 };
             costs.add(1, &[0.9], start + Duration::from_secs(second + stopped));
         }
-        // The time that the scheduler attended to.
+        // time attended by the scheduler
         let underway = Underway {
             left: 100,
             computing: Duration::from_secs(102),

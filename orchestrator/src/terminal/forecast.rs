@@ -1,15 +1,16 @@
-//! The forecast of contact in words: what the linear rotor reaches against the gap.
+//! The forecast of contact in words: the predicted amplitude of the linear rotor compared with the gap.
 
 use super::stability::Stability;
 use bladeoff_core::modal::{ContactForecast, contact_forecasts};
 use bladeoff_model::machine::{Braking, Machine, Rotor, Torque};
 use bladeoff_text::document::units::format_digits;
 
-/// Said below every forecast.
+/// Note below every forecast.
 pub const CAVEAT: &str = "The forecast is that of the linear rotor without contact. The release is followed for its first 40 turns; on the shipped machines complete runs \
     without contact reach 98 to 101 % of it. A rotor that passes a critical speed quickly stays below its steady response.";
 
-/// One line for each diaphragm, "mid: contact expected: ...", or one without a forecast: the amplitude of an unstable rotor grows without a limit.
+/// One line for each diaphragm, "mid: contact expected: ...", or one line that no forecast is made: the linear amplitude of an unstable rotor grows
+/// without a limit.
 #[must_use]
 pub fn forecast_lines(machine: &Machine, stability: &mut Stability) -> Vec<String> {
     if machine.diaphragms.is_empty() {
@@ -26,7 +27,7 @@ fn line(machine: &Machine, forecast: &ContactForecast) -> String {
     format!("{name}: {}", in_words(forecast))
 }
 
-/// The verdict with its numbers.
+/// The verdict of a forecast with its numbers.
 #[must_use]
 pub fn in_words(forecast: &ContactForecast) -> String {
     let length = |value: f64| format_digits(value, "m", 3);
@@ -79,12 +80,12 @@ struct Inputs {
     places: Vec<(usize, [f64; 2])>,
 }
 
-/// Forecasts that were made: of machines that differ in nothing but gap, friction and the like one is enough.
+/// Forecasts already made: machines that differ only in gap, friction and the like share one.
 #[derive(Debug, Clone, Default)]
 pub struct Forecasts(Vec<(Inputs, Vec<ContactForecast>)>);
 
 impl Forecasts {
-    /// Forecasts of a machine.
+    /// Forecasts for the diaphragms of a machine.
     pub fn of(&mut self, machine: &Machine) -> Vec<ContactForecast> {
         let inputs = Inputs {
             rotor: machine.rotor.clone(),

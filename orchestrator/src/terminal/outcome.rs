@@ -1,4 +1,4 @@
-//! One run in words: what ended it, whether to believe it, the main quantities with their time.
+//! The result of one run in words: end cause, whether the result is valid, and the main quantities with the time at which they were reached.
 
 use super::causes::{broken_by, cause_in_words, diverged_at, exceeded_at, exceeded_by};
 use bladeoff_answers::summary::percent;
@@ -17,7 +17,7 @@ pub struct OutcomeView<'a> {
 }
 
 impl OutcomeView<'_> {
-    /// Value of a column; `None` if it is null or there is no such column.
+    /// Value of a column; `None` if the value is null or no column has this name.
     #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
         let place = self.columns.iter().position(|column| column.name == name)?;
@@ -25,7 +25,7 @@ impl OutcomeView<'_> {
     }
 }
 
-/// Whether a line of a log or of the workers' activities is about a sample: it names its number.
+/// Whether a line of a log or of the workers' activities is about a sample, which means that it contains the sample number.
 #[must_use]
 pub fn mentions(line: &str, sample: u64) -> bool {
     let name = format!("sample {sample}");
@@ -33,7 +33,7 @@ pub fn mentions(line: &str, sample: u64) -> bool {
     line.match_indices(&name).any(|(at, _)| ends_there(at))
 }
 
-/// Why a run ended.
+/// The cause of a run's end in words.
 #[must_use]
 pub fn end_cause_in_words(cause: EndCause) -> &'static str {
     match cause {
@@ -47,7 +47,7 @@ pub fn end_cause_in_words(cause: EndCause) -> &'static str {
     }
 }
 
-/// The block that `simulate` prints of a run of a machine.
+/// The block that `simulate` prints about a run of a machine.
 #[must_use]
 pub fn describe_outcome(machine: &Machine, view: OutcomeView<'_>) -> String {
     let mut text = String::new();
@@ -85,7 +85,7 @@ pub fn describe_outcome(machine: &Machine, view: OutcomeView<'_>) -> String {
     text
 }
 
-/// The quantities of a run in groups: a heading, then a line for each with its time and speed.
+/// The quantities of a run in groups: a heading, then a line for each quantity with its time and speed.
 #[must_use]
 pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
     let at = |place: usize| values.get(place).copied().flatten();
@@ -100,7 +100,7 @@ pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
         if grouped.is_empty() {
             continue;
         }
-        // A machine without a diaphragm has no rub; that there was no contact and no stop is told all the same.
+        // A machine without a diaphragm has no rub; a group without values is reported nevertheless.
         if !matches!(group, Group::Course | Group::Functions) && grouped.iter().all(|(place, _)| at(*place).is_none()) {
             text.push_str(&format!("\n{heading}: none\n"));
             continue;
@@ -114,8 +114,8 @@ pub fn describe_values(columns: &[Column], values: &[Option<f64>]) -> String {
     text
 }
 
-/// A value with its unit, and when and at which speed it was reached. `guarded`: what it was while all guards held; `after`: the value of
-/// the column so many places after this one.
+/// A value with its unit, and the time and speed at which it was reached. `guarded`: the value while all guards held; `after`: the value of the
+/// column that is a given number of places after this one.
 fn shown(column: &Column, guarded: Option<f64>, after: impl Fn(usize) -> Option<f64>) -> String {
     let is_peak = column.part == Part::Peak;
     match after(0) {
@@ -126,7 +126,7 @@ fn shown(column: &Column, guarded: Option<f64>, after: impl Fn(usize) -> Option<
             let more = if value < 0.0 { "less" } else { "more" };
             format!("{} {more} in a run that starts by {TWIN} faster", percent(value.abs()))
         }
-        // The place of a peak that never was is where it was looked for first.
+        // A peak of zero has as its place the first one searched, so the place is not shown.
         Some(0.0) if is_peak => "none".to_owned(),
         Some(value) => {
             // a value that was reached before a guard or limit was exceeded is not repeated
@@ -152,7 +152,7 @@ fn word(kind: ColumnKind, index: f64) -> &'static str {
 /// Columns that are shown elsewhere in the block.
 const OTHERWISE: [&str; 2] = ["end_time_s", "end_speed_rad_s"];
 
-/// Name without the unit.
+/// Name of a column without the unit.
 fn label(column: &Column) -> &str {
     let unit = column.unit.replace(' ', "").replace('/', "_");
     column.name.strip_suffix(&unit).map_or(&*column.name, |name| name.trim_end_matches('_'))
@@ -171,7 +171,7 @@ fn status_line(outcome: &Outcome) -> String {
     }
 }
 
-/// "ok", with the noted limits of the row.
+/// "ok", with the limits of severity "note" that the row exceeded.
 #[must_use]
 pub fn ok_in_words(notes: CauseSet) -> String {
     match notes.words() {
@@ -246,7 +246,7 @@ mod tests {
         assert!(find("slip_reversal").contains("changed sign"), "{text}");
     }
 
-    /// A printer without a text for a status or an end cause does not compile; here each text is its own.
+    /// A missing text for a status or an end cause is a compile error; this test checks that each text is different.
     #[test]
     fn every_status_and_every_end_has_a_text_of_its_own() {
         let of = |status| Outcome {
@@ -300,7 +300,7 @@ mod tests {
         ] {
             assert_eq!(under(name), heading, "{name}");
         }
-        // Nothing of a group is one line.
+        // A group without values is reported in one line.
         let text = describe_values(&columns, &vec![None; columns.len()]);
         assert_eq!(text.lines().filter(|line| line.ends_with(": none")).count(), 5, "{text}");
     }

@@ -1,4 +1,4 @@
-//! A word about work of which nothing is seen while it lasts: matrices and modes of a large ring take half a minute.
+//! Messages during long work without visible progress: matrices and modes of a large ring take half a minute.
 
 use bladeoff_answers::summary::duration;
 use bladeoff_model::machine::{DiaphragmKind, Machine};
@@ -8,21 +8,21 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Work that is over sooner needs no word.
+/// Time after which the first message is printed.
 const FIRST_AFTER: Duration = Duration::from_secs(2);
-/// Time between two words.
+/// Time between two messages.
 const AGAIN_EVERY: Duration = Duration::from_secs(30);
 
-/// Does work; where that takes longer, standard error says what it is.
+/// Runs `work`; while it takes long, prints `what()` and the elapsed time on standard error.
 pub fn with_word<T>(what: impl Fn() -> String + Send, work: impl FnOnce() -> T) -> T {
     let say = move |elapsed| {
-        // Nobody reads: the work goes on.
+        // a closed standard error does not stop the work
         let _ = writeln!(std::io::stderr(), "{}: {} so far", visible(&what()), duration(elapsed));
     };
     watched([FIRST_AFTER, AGAIN_EVERY], say, work)
 }
 
-/// What is computed of a machine before its first step, in words.
+/// Description of the computation before the first step of a machine.
 #[must_use]
 pub fn matrices_of(machine: &Machine) -> String {
     let elements = machine.diaphragms.iter().filter_map(|diaphragm| match &diaphragm.kind {
@@ -33,7 +33,7 @@ pub fn matrices_of(machine: &Machine) -> String {
     format!("computing the matrices and modes of {}{ring}", machine.name)
 }
 
-/// Work beside which `say` is called after the first time and then after each of the second.
+/// Runs `work`; calls `say` after the time `first`, and then at intervals of `again`.
 fn watched<T>([first, again]: [Duration; 2], say: impl Fn(Duration) + Send, work: impl FnOnce() -> T) -> T {
     let (done, over) = channel::<()>();
     thread::scope(move |scope| {
@@ -45,10 +45,10 @@ fn watched<T>([first, again]: [Duration; 2], say: impl Fn(Duration) + Send, work
                 wait = again;
             }
         };
-        // Where no thread is to be had, the work is done without a word.
+        // if no thread can be started, the work runs without messages
         let _ = thread::Builder::new().spawn_scoped(scope, watch);
         let result = work();
-        // Also when the work panics, which drops it as well: nobody waits for a word.
+        // also dropped by a panic of the work: the thread always ends
         drop(done);
         result
     })

@@ -9,16 +9,16 @@ use bladeoff_text::document::visible_lines;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-/// Least time between two plain lines; then one is due after this part of the study or this time.
+/// Smallest time between two plain lines; a line is due after 1/LINES of the study or after the longest time.
 const LINE_EVERY: Duration = Duration::from_secs(2);
 const LINES: u64 = 20;
 const LINE_AT_LEAST_EVERY: Duration = Duration::from_secs(60);
 
-/// Shows how far a study is.
+/// Progress display of a study.
 #[derive(Debug)]
 pub struct Progress {
     total: u64,
-    /// Finished before this run: they say nothing about its pace.
+    /// Samples finished before this run, which do not count for its pace.
     before: u64,
     started: Instant,
     display: Display,
@@ -31,20 +31,20 @@ enum Display {
 }
 
 impl Progress {
-    /// Starts the display of a study of `total` samples, of which some were finished before.
+    /// Starts the display of a study of `total` samples, `before` of them finished earlier.
     #[must_use]
     pub fn start(total: u64, before: u64, now: Instant) -> Self {
         let display = Bar::on_terminal().map_or(Display::Lines { last: now, shown: before }, Display::Bar);
         Self { total, before, started: now, display }
     }
 
-    /// Whether somebody may be watching who can type.
+    /// Whether progress is on a terminal, so that the user can type commands.
     #[must_use]
     pub fn is_on_terminal(&self) -> bool {
         matches!(self.display, Display::Bar(_))
     }
 
-    /// Shows the present counts, if it is time to; `stale`: workers not heard of for a while; `so_far`: results, in words.
+    /// Shows the present counts if an update is due; `stale`: number of workers without recent messages; `so_far`: results as text.
     pub fn update(&mut self, tally: &Tally, eta: Option<Eta>, (stale, so_far): (usize, &str), now: Instant) {
         let done = tally.done();
         let view = View { stale, so_far, ..self.view(tally, now, eta.map_or(Left::Unknown, Left::Range)) };
@@ -56,14 +56,14 @@ impl Progress {
                     || since >= LINE_EVERY && done.saturating_sub(*shown) * LINES >= self.total;
                 if due && done < self.total {
                     (*last, *shown) = (now, done);
-                    // Nobody reads: the study goes on.
+                    // a closed standard error does not stop the study
                     let _ = writeln!(std::io::stderr(), "{}", view.text());
                 }
             }
         }
     }
 
-    /// Writes lines between the progress.
+    /// Writes lines above the bar or between the plain lines.
     pub fn note(&mut self, text: &str) {
         let text = &*visible_lines(text);
         match &mut self.display {
@@ -74,14 +74,14 @@ impl Progress {
         }
     }
 
-    /// A line was typed and shown by the terminal.
+    /// The user has typed a line, which the terminal has echoed.
     pub fn typed(&mut self) {
         if let Display::Bar(bar) = &mut self.display {
             bar.typed();
         }
     }
 
-    /// Takes the bar away: others write from now on.
+    /// Removes the bar before other output.
     pub fn clear(&mut self) {
         if let Display::Bar(bar) = &mut self.display {
             bar.clear();
@@ -100,17 +100,17 @@ impl Progress {
     }
 }
 
-/// What is known of the time left.
+/// Remaining time.
 #[derive(Clone, Copy)]
 enum Left {
-    /// Nothing yet: saying so is better than a wrong number.
+    /// No estimate yet.
     Unknown,
     Range(Eta),
-    /// Nothing is computed any more.
+    /// The computation has ended.
     Over,
 }
 
-/// A study at one moment.
+/// Data of a progress line.
 struct View<'a> {
     tally: &'a Tally,
     before: u64,
@@ -118,12 +118,12 @@ struct View<'a> {
     elapsed: Duration,
     left: Left,
     stale: usize,
-    /// Worst value and first answer.
+    /// Worst value and first answer, as text.
     so_far: &'a str,
 }
 
 impl View<'_> {
-    /// All there is to say.
+    /// The complete line.
     fn text(&self) -> String {
         let beyond = match self.tally.of(Status::Beyond) {
             0 => String::new(),
@@ -138,7 +138,7 @@ impl View<'_> {
         format!("{}{}{}{outcome}{}{so_far}", self.count(), self.rate(), self.left(), self.silent())
     }
 
-    /// As much of it as a line of a terminal has room for, behind a bar.
+    /// The line shortened to the width of a terminal, behind a bar.
     fn fitting(&self, columns: usize) -> String {
         let (count, rate, left, silent) = (self.count(), self.rate(), self.left(), self.silent());
         let counts = [self.tally.of(Status::Beyond), self.tally.of(Status::Invalid), self.tally.failed()];

@@ -9,14 +9,14 @@ use bladeoff_text::document::units::format_digits;
 use std::f64::consts::PI;
 
 /// A warning for each range of speeds \[rad/s\], in ascending order, in which a whirl mode of the linear rotor without contact is unstable; empty
-/// where none is, or where the eigenvalue problem fails.
+/// if no range is unstable, or if the eigenvalue problem fails.
 #[must_use]
 pub fn unstable(machine: &Machine, structure: &Structure, speeds: [f64; 2]) -> Vec<String> {
     let found = engine::unstable_speeds(machine, structure, speeds).unwrap_or_default();
     found.iter().map(range_in_words).collect()
 }
 
-/// One range in words, without a full stop.
+/// One unstable range in words, without a full stop.
 #[must_use]
 pub fn range_in_words(range: &UnstableRange) -> String {
     let (ratio, at) = (format_digits(range.worst.ratio, "", 3), rpm(range.worst_at));
@@ -32,24 +32,24 @@ fn rpm(speed: f64) -> String {
     format_digits(speed * 30.0 / PI, "", 5)
 }
 
-/// "between 0 and 1500 rpm"; "at 1500 rpm" of a run at one speed.
+/// The speeds of a range: "between 0 and 1500 rpm", or "at 1500 rpm" for a run at one speed.
 fn speeds_in_words(range: &UnstableRange) -> String {
     let (from, to) = (rpm(range.from), rpm(range.to));
     if from == to { format!("at {to} rpm") } else { format!("between {from} and {to} rpm") }
 }
 
-/// Ranges of speeds of one machine after another, with the structure of the last one.
+/// Computes the unstable ranges of several machines in sequence; keeps the structure of the last machine for reuse.
 #[derive(Debug, Default)]
 pub struct Stability(Option<Structure>);
 
 impl Stability {
-    /// With a structure that is already built.
+    /// Starts with a structure that has already been built.
     #[must_use]
     pub fn with(structure: Structure) -> Self {
         Self(Some(structure))
     }
 
-    /// Speeds of a machine's run at which it is unstable: "unstable between 0 and 1500 rpm"; `None` where it is stable or has no structure.
+    /// The unstable speeds of a machine's run: "unstable between 0 and 1500 rpm"; `None` if it is stable or its structure cannot be built.
     pub fn unstable(&mut self, machine: &Machine) -> Option<String> {
         let structure = match self.0.take() {
             Some(last) if last.fits(machine) => last,

@@ -1,4 +1,4 @@
-//! Counts of a running study: how many are done and what became of them.
+//! Counts of a running study: number of finished samples by result.
 
 use bladeoff_model::outcome::{Cause, Outcome, Status};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ impl Tally {
         self.count(outcome.status, outcome.cause);
     }
 
-    /// Counts a sample of which only this is known.
+    /// Counts a sample of which only status and cause are known.
     pub fn count(&mut self, status: Status, cause: Option<Cause>) {
         *self.counts.entry((status, cause)).or_default() += 1;
     }

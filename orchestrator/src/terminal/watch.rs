@@ -1,4 +1,4 @@
-//! How far a single run is, for whoever waits: on standard error, a bar on a terminal, a line now and then elsewhere.
+//! Progress of a single run on standard error: a bar on a terminal, occasional lines elsewhere.
 
 use super::bar::{Bar, fitting};
 use bladeoff_answers::summary::duration;
@@ -9,34 +9,34 @@ use std::collections::VecDeque;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-/// Runs that are over sooner show nothing.
+/// Time before the bar, or the first line, appears.
 const FIRST_AFTER: Duration = Duration::from_secs(2);
 const FIRST_LINE_AFTER: Duration = Duration::from_secs(5);
-/// Time between two lines, and two drawings of the bar.
+/// Time between two lines, and between two updates of the bar.
 const LINE_EVERY: Duration = Duration::from_secs(30);
 const BAR_EVERY: Duration = Duration::from_millis(200);
-/// Steps between two looks at the clock.
+/// Steps between two checks of the clock.
 const STEPS: u64 = 64;
-/// Looks that the pace is taken from: a run gets slower when it rubs.
+/// Number of the last checks that determine the pace: a run becomes slower during contact.
 const LOOKS: usize = 25;
 
-/// Passes a run on to another follower, or to nobody, and shows how far it is.
+/// Forwards a run to another follower, if any, and shows its progress.
 pub struct RunWatch<'a> {
     inner: Option<&'a mut dyn Follower>,
     bar: Option<Bar>,
     started: Instant,
-    /// When it is shown next.
+    /// Time of the next update.
     due: Instant,
     end_time: f64,
     end_speed: f64,
-    /// When the run was looked at, and its time then \[s\].
+    /// Times of the last checks, and the simulated time \[s\] at each.
     looks: VecDeque<(Instant, f64)>,
-    /// Whether the instant is for the other, and for us.
+    /// Whether the instant is wanted by the other follower, and by the display.
     wanted: (bool, bool),
 }
 
 impl<'a> RunWatch<'a> {
-    /// Of a run that begins now.
+    /// Watch of a run that begins now.
     pub fn new(machine: &Machine, inner: Option<&'a mut dyn Follower>) -> Self {
         let (bar, now) = (Bar::on_terminal(), Instant::now());
         let first = if bar.is_some() { FIRST_AFTER } else { FIRST_LINE_AFTER };
@@ -52,7 +52,7 @@ impl<'a> RunWatch<'a> {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&mut self) {
         self.bar.iter_mut().for_each(Bar::clear);
     }
@@ -71,7 +71,7 @@ impl<'a> RunWatch<'a> {
                 self.due = now + BAR_EVERY;
             }
             None => {
-                // Nobody reads: the run goes on.
+                // a closed standard error does not stop the run
                 let _ = writeln!(std::io::stderr(), "{}", texts[0]);
                 self.due = now + LINE_EVERY;
             }
@@ -79,12 +79,12 @@ impl<'a> RunWatch<'a> {
     }
 }
 
-/// What there is to say, from long to short; `ends`: time and speed that end the run, `pace`: seconds of the run in a second.
+/// Texts from long to short; `ends`: time and speed at which the run ends, `pace`: simulated seconds per second.
 fn texts(time: f64, speed: f64, ends: (f64, f64), pace: f64, elapsed: Duration) -> [String; 3] {
     let of = format!("{} of {}", format_digits(time, "s", 3), format_digits(ends.0, "s", 6));
     let rpm = format!("{of}, {:.0} rpm", speed * 30.0 / std::f64::consts::PI);
     let left = Duration::try_from_secs_f64((ends.0 - time) / pace).ok().filter(|_| pace > 0.0);
-    // It may stop before, and rub slows it down: so much is known and no more.
+    // only an estimate: the run may stop earlier, and contact slows it down
     let left =
         left.map_or("time left not known yet".to_owned(), |left| format!("at this pace {} left", duration(left)));
     let until = if ends.1 > 0.0 {
@@ -115,7 +115,7 @@ impl Follower for RunWatch<'_> {
     }
 
     fn wants_end(&mut self) -> bool {
-        // what is seen next is the end, for the other alone
+        // the end instant is for the other follower only
         self.wanted = (self.inner.as_mut().is_some_and(|inner| inner.wants_end()), false);
         self.wanted.0
     }
@@ -157,7 +157,7 @@ mod tests {
         assert!(texts(0.0, 100.0, (6.0, 0.0), 0.0, seconds(6))[1].ends_with("time left not known yet"));
     }
 
-    /// Sees every third step and the end, and counts.
+    /// A follower that takes every third step and the end, and counts.
     #[derive(Default)]
     struct Counting {
         asked: u64,

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
-/// Pages of `docs/design`, by name, the index apart.
+/// Pages of `docs/design` by name, without the index.
 fn design_pages() -> BTreeMap<String, String> {
     let name = |path: PathBuf| path.file_name().expect("a name").to_string_lossy().into_owned();
     let names = files(&root().join("docs/design")).into_iter().map(name).filter(|name| name != "README.md");
@@ -29,13 +29,13 @@ fn architecture_is_short_and_every_decision_has_its_page() {
     }
 }
 
-/// The anchor of a heading, as hosts of Markdown make it.
+/// The anchor of a heading, as Markdown hosts generate it.
 fn anchor(heading: &str) -> String {
     let kept = heading.trim_start_matches('#').trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
     kept.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
-/// Names of the tests and examples that cargo can run: files of their folders, and folders with a `main.rs`.
+/// Names of the tests and examples that cargo can run: files in their directories, and directories with a `main.rs`.
 fn targets() -> BTreeSet<String> {
     let stem = |path: PathBuf| {
         let is_main = path.ends_with("main.rs");
@@ -47,7 +47,7 @@ fn targets() -> BTreeSet<String> {
     files(&root()).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).filter_map(stem).collect()
 }
 
-/// Names of the modules of the tests in folders: `cargo test --test faults resume::` runs those of one.
+/// Names of the test modules in directories: `cargo test --test faults resume::` runs the tests of one.
 fn test_modules() -> BTreeSet<String> {
     let name = |path: PathBuf| path.with_extension("").file_name().map(|name| name.to_string_lossy().into_owned());
     let inside = |folder: &str| fs::read_dir(root().join(folder)).expect("readable");
@@ -56,7 +56,7 @@ fn test_modules() -> BTreeSet<String> {
     entries.filter_map(|entry| name(entry.expect("readable").path())).collect()
 }
 
-/// Links, paths of sources in code font, tests, their modules and examples of ARCHITECTURE.md, the glossary and the design pages.
+/// Links, source paths in code font, tests, test modules and examples of ARCHITECTURE.md, the glossary and the design pages.
 #[test]
 fn what_the_pages_of_the_architecture_name_exists() {
     let mut pages: Vec<String> = design_pages().into_keys().map(|name| format!("docs/design/{name}")).collect();
@@ -102,7 +102,7 @@ fn what_the_pages_of_the_architecture_name_exists() {
     assert!(seen > 150, "links and paths were found: {seen}");
 }
 
-/// Each row of the glossary that names a type names the file that declares it.
+/// Each row of the glossary that names a type also names the file that declares it.
 #[test]
 fn types_of_the_glossary_are_declared_in_their_files() {
     let glossary = read("docs/glossary.md");

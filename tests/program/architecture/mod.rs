@@ -1,4 +1,4 @@
-//! ARCHITECTURE.md and README.md against the tree: folders, packages, who may name which library, commands. Documents of the design: `documents`.
+//! ARCHITECTURE.md and README.md against the source tree: folders, packages, permitted libraries, commands. Design documents: `documents`.
 
 mod documents;
 
@@ -11,7 +11,7 @@ fn read(name: &str) -> String {
     fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// Every file below a folder, `target` and hidden ones apart.
+/// Every file below a folder, except `target` and hidden ones.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("readable") {
@@ -42,7 +42,7 @@ fn drawn_folders() -> Vec<PathBuf> {
     drawn
 }
 
-/// The packages, the inner one first.
+/// Packages in the order of dependency.
 const PACKAGES: [&str; 13] = [
     "worker/protocol",
     "orchestrator/study",
@@ -59,7 +59,7 @@ const PACKAGES: [&str; 13] = [
     "orchestrator",
 ];
 
-/// Where a drawn folder lies: packages keep their modules in `src`.
+/// Folder of a drawn path: packages keep their modules in `src`.
 fn real(drawn: &Path) -> PathBuf {
     let inside = |package: &&str| Some(root().join(package).join("src").join(drawn.strip_prefix(package).ok()?));
     let module = PACKAGES.iter().find_map(inside).filter(|path| path.is_dir());
@@ -86,7 +86,7 @@ fn every_module_folder_is_drawn() {
 
 #[test]
 fn libraries_are_named_where_they_may_be() {
-    // Library, and the files that may name it.
+    // library, and the files that may name it
     let rules: [(&str, &dyn Fn(&str) -> bool); 6] = [
         ("polars", &|file| file.starts_with("orchestrator/answers/src/tables/")),
         ("iceoryx2", &|file| file.starts_with("worker/protocol/src/ipc")),
@@ -115,7 +115,7 @@ fn libraries_are_named_where_they_may_be() {
     assert!(seen > 5, "the libraries were found at all");
 }
 
-/// A package, and which of ours it may depend on.
+/// Packages, and the packages of the project on which each may depend.
 const LAYERS: [(&str, &[&str]); 13] = [
     ("core/numerics", &[]),
     ("core/text", &[]),
@@ -135,9 +135,9 @@ const LAYERS: [(&str, &[&str]); 13] = [
     ("orchestrator/dev", &["model", "core", "system", "protocol", "worker", "study", "record", "answers", "bladeoff"]),
 ];
 
-/// What the outside world is reached by, and the packages that may depend on it.
+/// External libraries, and the packages that may depend on each.
 const LIBRARIES: [(&str, &[&str]); 12] = [
-    // the reader of the files' language, and matrices: who reads has none, who computes reads nothing
+    // parser of the input files, and matrices: packages that read use no matrices, packages that compute do not read
     ("toml", &["core/text", "core/model"]),
     ("nalgebra", &["core/numerics", "core"]),
     ("iceoryx2", &["worker/protocol"]),
@@ -152,7 +152,7 @@ const LIBRARIES: [(&str, &[&str]); 12] = [
     ("clap", &["orchestrator", "orchestrator/dev"]),
 ];
 
-/// What a package depends on, for its tests, too.
+/// Dependencies of a package, including those for tests.
 fn dependencies(package: &str) -> Vec<String> {
     let manifest = read(&format!("{package}/Cargo.toml"));
     let mut within = false;
@@ -196,7 +196,7 @@ fn packages_depend_in_one_direction() {
     }
 }
 
-/// The module of a file below a package's `src`: `run/open.rs` is `run::open`.
+/// Module of a file below a package's `src`: `run/open.rs` is `run::open`.
 fn module_of(file: &Path) -> Vec<String> {
     let mut names: Vec<String> = file.iter().map(|name| name.to_string_lossy().into_owned()).collect();
     let last = names.pop().expect("a file");
@@ -207,7 +207,7 @@ fn module_of(file: &Path) -> Vec<String> {
     names
 }
 
-/// The paths that a `use` tree or an expression names: `a::{b, c::d}` is `a::b` and `a::c::d`.
+/// Paths in a `use` tree or an expression: `a::{b, c::d}` is `a::b` and `a::c::d`.
 fn leaves(tree: &str, before: &str, found: &mut Vec<String>) {
     let Some((head, group)) = tree.split_once('{') else { return found.push(format!("{before}{}", tree.trim())) };
     let (group, mut depth, mut from) = (group.strip_suffix('}').unwrap_or(group), 0, 0);
@@ -225,7 +225,7 @@ fn leaves(tree: &str, before: &str, found: &mut Vec<String>) {
     }
 }
 
-/// What a file names by `super::` and `crate::`, its unit tests apart, as absolute paths.
+/// Absolute paths that a file names by `super::` and `crate::`, without its unit tests.
 fn named_by(text: &str, module: &[String]) -> Vec<Vec<String>> {
     let own = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
     let code: Vec<&str> = own.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
@@ -266,7 +266,7 @@ fn named_by(text: &str, module: &[String]) -> Vec<Vec<String>> {
     found.into_iter().map(absolute).collect()
 }
 
-/// Of two files or folders beside each other, at most one names the other, also through others between them.
+/// Sibling files and folders form no dependency cycle, directly or through others.
 #[test]
 fn no_modules_name_each_other_in_a_circle() {
     let mut seen = 0;
@@ -276,7 +276,7 @@ fn no_modules_name_each_other_in_a_circle() {
             files(&source).into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs")).collect();
         let modules: BTreeSet<Vec<String>> =
             all.iter().map(|path| module_of(path.strip_prefix(&source).expect("below"))).collect();
-        // By folder: which of its children names which other.
+        // dependencies between the children of each folder
         let mut edges: BTreeMap<Vec<String>, BTreeSet<(String, String)>> = BTreeMap::new();
         for path in &all {
             let module = module_of(path.strip_prefix(&source).expect("below"));
@@ -295,7 +295,7 @@ fn no_modules_name_each_other_in_a_circle() {
         }
         for (folder, edges) in edges {
             let mut left = edges.clone();
-            // Who names nobody that is left is in no circle.
+            // modules without dependencies on remaining ones are in no cycle
             loop {
                 let naming: BTreeSet<String> = left.iter().map(|(from, _)| from.clone()).collect();
                 let before = left.len();
@@ -310,7 +310,7 @@ fn no_modules_name_each_other_in_a_circle() {
     assert!(seen > 300, "names were found at all: {seen}");
 }
 
-/// Rooms of the exponential engine: each names itself and those before it only.
+/// Modules of the exponential engine: each names only itself and the modules before it.
 const ROOMS: [&str; 5] = ["modal", "torsion", "contact", "stepping", "observe"];
 
 #[test]
@@ -344,8 +344,8 @@ fn no_source_file_is_too_long() {
     }
 }
 
-/// The end-to-end tests lie beside the packages, where cargo finds no target: each folder with a `main.rs` is declared by a manifest, and each
-/// source in it by its parent module.
+/// The end-to-end tests lie beside the packages, where cargo finds no target: each folder with a `main.rs` is declared in a manifest, and each
+/// source file in it by its parent module.
 #[test]
 fn every_file_of_tests_belongs_to_a_target() {
     let manifests: String = PACKAGES.iter().map(|package| read(&format!("{package}/Cargo.toml"))).collect();
@@ -375,7 +375,7 @@ fn every_file_of_tests_belongs_to_a_target() {
     assert!(seen > 50, "sources were found: {seen}");
 }
 
-/// A published package has its own files only; links are replaced by the files they lead to. Unit tests run in the repository.
+/// A published package contains only its own files; links are replaced by their targets. Unit tests run in the repository.
 #[test]
 fn packages_read_only_their_own_files() {
     let owner = |path: &Path| PACKAGES.into_iter().find(|package| path.starts_with(package));

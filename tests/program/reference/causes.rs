@@ -1,11 +1,11 @@
-//! Causes, ends and statuses of runs, with the texts of `bladeoff why`.
+//! Reference page of causes, ends and statuses of runs, with the texts of `bladeoff why`.
 
 use super::{head, row, sentence};
 use bladeoff::terminal::{Ran, advice, cause_in_words, end_cause_in_words};
 use bladeoff_model::machine::Engine;
 use bladeoff_model::outcome::{Cause, EndCause, Limit};
 
-/// A heading, the causes under it, and which they are.
+/// A heading, its introduction, and the condition on its causes.
 type Kind = (&'static str, &'static str, fn(Cause) -> bool);
 
 const KINDS: [Kind; 3] = [
@@ -26,7 +26,7 @@ const KINDS: [Kind; 3] = [
     ),
 ];
 
-/// Runs whose advice may differ, with their names.
+/// Kinds of runs whose advice may differ, with their names.
 const RUNS: [(&str, Ran); 4] = [
     ("exponential engine", Ran { engine: Engine::Exponential, is_backward: false, has_one_point: false }),
     (
@@ -58,7 +58,7 @@ pub fn page() -> String {
     page
 }
 
-/// What to do: one text, or one for each kind of run that has its own.
+/// Advice: one text, or one for each kind of run with its own.
 fn remedies(cause: Cause) -> String {
     let texts: Vec<(&str, String)> =
         RUNS.iter().map(|(name, ran)| (*name, sentence(&advice(cause, *ran).text))).collect();
@@ -76,7 +76,7 @@ fn remedies(cause: Cause) -> String {
     items
 }
 
-/// A sentence behind a colon.
+/// A sentence as written after a colon.
 fn lowered(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| format!("{}{}", first.to_lowercase(), letters.as_str()))

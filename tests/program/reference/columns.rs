@@ -1,4 +1,4 @@
-//! The columns of the table of results: name, unit, meaning, what an empty cell means.
+//! The columns of the table of results: name, unit, meaning, meaning of an empty cell.
 
 use super::{codes, head, row};
 use crate::support::root;
@@ -10,7 +10,7 @@ use std::fs;
 
 pub fn page() -> String {
     let text = fs::read_to_string(root().join("studies/machines/lp_turbine_paper.toml")).expect("shipped");
-    // with a pedestal, a monitor and a release, which have columns of their own
+    // with a pedestal, a monitor and a release, because they add columns
     let text = format!(
         "{text}\n[rotor.bearings.front.pedestal]\nstiffness = \"1e9 N/m\"\n[monitors.NAME]\nposition = \"1 m\"\ngap = \"1 mm\"\n\
          [rotor.unbalances.NAME]\nposition = \"4.55 m\"\nmass = \"1 kg\"\nradius = \"1 m\"\nrelease_time = \"1 s\"\n"
@@ -50,7 +50,7 @@ pub fn page() -> String {
     page
 }
 
-/// One of several bearings and sections is shown, and times and speeds of peaks are described once.
+/// Whether a column is listed: of several bearings and sections only one is listed, and times and speeds of peaks are described once.
 fn is_shown(column: &Column, bearings: &[String]) -> bool {
     let of_another = |name: &String| mentions(&column.name, name).is_some();
     let section = column.name.find("section").map(|at| &column.name[at + "section".len()..]);
@@ -59,7 +59,7 @@ fn is_shown(column: &Column, bearings: &[String]) -> bool {
         && section.is_none_or(|rest| rest.starts_with('0'))
 }
 
-/// Place of the name of a bearing in that of a column.
+/// Position of the name of a bearing within the name of a column.
 fn mentions(column: &str, bearing: &str) -> Option<usize> {
     column.find(&format!("_{bearing}_")).map(|at| at + 1)
 }

@@ -1,4 +1,4 @@
-//! The command line as clap knows it, exit codes, events.
+//! The command line according to clap, exit codes, events.
 
 use super::{codes, head, row, sentence};
 use bladeoff::cli::{Exit, commands};
@@ -20,12 +20,12 @@ pub fn page() -> String {
     page
 }
 
-/// Commands below one, as its help lists them.
+/// Subcommands of a command, as its help lists them.
 fn shown(command: &Command) -> impl Iterator<Item = &Command> {
     command.get_subcommands().filter(|command| command.get_name() != "help" && !command.is_hide_set())
 }
 
-/// A command with its options, and those below it.
+/// Description of a command with its options, and of its subcommands.
 fn described(above: &str, command: &Command, level: usize) -> String {
     let name = format!("{above} {}", command.get_name());
     let about = command.get_long_about().or(command.get_about()).map(ToString::to_string).unwrap_or_default();
@@ -49,7 +49,7 @@ fn described(above: &str, command: &Command, level: usize) -> String {
     text
 }
 
-/// Paragraphs of a help text, its indented lines as blocks.
+/// Paragraphs of a help text as Markdown, with its indented lines as blocks.
 fn markdown(text: &str) -> String {
     let mut found = String::new();
     let mut is_block = false;
@@ -76,7 +76,7 @@ fn markdown(text: &str) -> String {
     found.replace("\n\n\n", "\n\n").trim().to_owned()
 }
 
-/// Text with the signs of Markdown and HTML written out, except within backquotes.
+/// Text with the special characters of Markdown and HTML escaped, except within backquotes.
 fn plain(text: &str) -> String {
     let pieces = text.split('`').enumerate().map(|(place, piece)| match place % 2 {
         0 => piece.replace('<', "&lt;").replace('*', "\\*"),

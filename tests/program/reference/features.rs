@@ -1,11 +1,11 @@
-//! What each engine computes: machines with one feature more, asked for on each engine.
+//! Features that each engine covers: machines with one additional feature, tried on each engine.
 
 use super::{head, row};
 use crate::support::root;
 use bladeoff_model::machine::{Engine, MachineDef};
 use std::fs;
 
-/// A feature and the change of the test rig that has it: a text of the file and what replaces it.
+/// A feature and the change of the test rig that adds it: text of the file, and its replacement.
 type Feature = (&'static str, &'static str, &'static str);
 
 const RUN: &str = "end_time = \"0.6 s\"                 # without an end time it stops near 2.1 s\n";
@@ -15,7 +15,7 @@ const LEFT: &str = "stiffness = \"2e6 N/m\"\ndamping = \"600 N s/m\"\naxial_stif
 const SHAFT: &str = "shear_coefficient = 0.9\n";
 const SEAL: &str = "elements = 16\n";
 const BLADES: &str = "count = 8\n";
-/// The whole diaphragm is replaced.
+/// Stands for the whole diaphragm, which is replaced.
 const DIAPHRAGM: &str = "";
 
 const FEATURES: [Feature; 34] = [

@@ -5,7 +5,7 @@ use bladeoff_model::machine::{Key, Kind, Need, Range, keys};
 use bladeoff_study::uncertain::Distribution;
 use bladeoff_study::{STUDY_KEYS, STUDY_TABLES};
 
-/// Begin of a path, and its heading; the longest begin that fits counts.
+/// Beginning of a path, and its heading; the longest beginning that matches applies.
 const SECTIONS: [(&str, &str); 17] = [
     ("", "The file"),
     ("run.", "`[run]`: end, engine, steps, modes"),

@@ -1,6 +1,6 @@
-//! The generated pages of the reference against the code: columns, causes, commands, keys, events, features of the engines.
+//! Comparison of the generated reference pages with the code: columns, causes, commands, keys, events, features of the engines.
 //!
-//! `scripts/regenerate-docs --reference` writes them again.
+//! `scripts/regenerate-docs --reference` writes the pages again.
 
 mod causes;
 mod columns;
@@ -23,12 +23,12 @@ fn head(names: &[&str]) -> String {
     row(names) + &format!("|{}\n", "---|".repeat(names.len()))
 }
 
-/// Words as code, in a list.
+/// A list of words in code font.
 fn codes(words: &[&str]) -> String {
     words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// First letter of a sentence as a capital, and a full stop at its end.
+/// The text as a sentence: with a capital first letter and a full stop.
 fn sentence(text: &str) -> String {
     let text = text.trim().trim_end_matches('.');
     let mut letters = text.chars();
@@ -37,7 +37,8 @@ fn sentence(text: &str) -> String {
 
 const MARK: &str = "<!-- Generated from the code below this line: scripts/regenerate-docs --reference -->\n";
 
-/// Compares what follows the mark of a page with what the code gives, or writes it where `BLADEOFF_WRITE_DOCS` is set.
+/// Compares the text after the mark of a page with the text generated from the code, or writes it if `BLADEOFF_WRITE_DOCS` is
+/// set.
 fn compare(page: &str, generated: &str) {
     let path = root().join("docs").join(page);
     let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("docs/{page}: {error}"));

@@ -1,17 +1,17 @@
-//! Commands that the pages show: each is one that the program understands, with options that it has.
+//! Commands on the pages: the program must know each command and its options.
 
 use crate::support::root;
 use bladeoff::cli::commands;
 use clap::error::ErrorKind;
 use std::fs;
 
-/// The lines of the `sh` blocks of a page, broken lines joined.
+/// The lines of the `sh` blocks of a page, with continued lines joined.
 fn shown(page: &str) -> Vec<String> {
     let blocks = page.split("\n```sh\n").skip(1).filter_map(|rest| rest.split("\n```").next());
     blocks.flat_map(|block| block.replace("\\\n", " ").lines().map(str::to_owned).collect::<Vec<_>>()).collect()
 }
 
-/// The words of the command of bladeoff in a line of the shell; `None`: it has none.
+/// The words of the `bladeoff` command in a shell line; `None` if the line has no such command.
 fn words(line: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next()?.trim();
     let line = line.strip_prefix("nohup ").unwrap_or(line);

@@ -1,4 +1,4 @@
-//! Answers as they are written: `answers.json`.
+//! Answers to the questions of a study, in the layout of `answers.json`.
 
 use super::scale::Scale;
 use crate::estimate::bad::Bad;
@@ -11,96 +11,96 @@ use serde::Serialize;
 /// Version of the layout of `answers.json`.
 pub const SCHEMA: u32 = 1;
 
-/// Said of each group where it is so.
+/// Note of a group in which runs that are not ok cause more uncertainty than the number of runs.
 pub const LEFT_WIDE: &str =
     "more runs will not help: runs that are not ok cause most of the uncertainty; see their causes (`bladeoff why`)";
 
-/// Note of a group whose open runs are all beyond the model.
+/// Note of a group in which all runs that leave the answer open are beyond the model.
 pub const LEFT_WIDE_BEYOND: &str = "more runs will not help: the runs beyond the model cause most of the uncertainty";
 
-/// Whether a note holds for its group alone, whatever other groups have.
+/// Whether a note applies to one group only, independent of the other groups.
 #[must_use]
 pub fn is_of_group(note: &str) -> bool {
     [LEFT_WIDE, LEFT_WIDE_BEYOND].contains(&note)
 }
 
-/// The answer to a question in one group. Null where there is no number.
+/// The answer to a question in one group. A missing number is null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Answer {
-    /// The question's.
+    /// Name of the question.
     pub name: String,
     /// `probability`, `quantile`, `mean`, `exceedance`, `fragility`, `difference`, `sensitivity`, `map`.
     pub kind: &'static str,
-    /// Its values on the crossed axes.
+    /// Values of the group on the crossed axes.
     pub group: Group,
-    /// Points that it is over; of a sensitivity by blocks of points, blocks.
+    /// Number of points; for a sensitivity by blocks, number of blocks.
     pub n: u64,
-    /// Points where the event happened for certain; null but for a probability.
+    /// Points where the event certainly happened; null unless the answer is a probability.
     pub events: Option<u64>,
-    /// Bad runs among the group's: failed, invalid, quarantined, beyond the model.
+    /// Bad runs of the group: failed, invalid, quarantined, beyond the model.
     pub bad: u64,
-    /// Runs beyond the model among them.
+    /// Runs beyond the model, included in `bad`.
     pub beyond: u64,
-    /// Runs beyond the model whose values do not decide the question.
+    /// Runs beyond the model whose recorded values do not determine the answer.
     #[serde(skip)]
     pub beyond_open: u64,
-    /// With bad runs harmless.
+    /// Estimate with bad runs counted as harmless.
     pub estimate: Option<f64>,
-    /// With bad runs harmful.
+    /// Estimate with bad runs counted as harmful.
     pub estimate_if_bad_harmful: Option<f64>,
-    /// Limits that cover both.
+    /// Lower confidence limit; the interval covers bad runs counted either way.
     pub low: Option<f64>,
-    /// As `low`.
+    /// Upper confidence limit, likewise.
     pub high: Option<f64>,
-    /// Of the limits.
+    /// Confidence level of `low` and `high`.
     pub confidence: f64,
-    /// How the limits were made.
+    /// Method of the interval.
     pub method: Method,
-    /// They hold in the limit of many points, not exactly.
+    /// Whether the interval holds asymptotically (many points) instead of exactly.
     pub approximate: bool,
-    /// What a reader has to know.
+    /// Reservations and remarks for the reader.
     pub notes: Vec<String>,
-    /// Of a map: its cells.
+    /// Cells of a map; `None` for other questions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<Box<Map>>,
-    /// Of a sensitivity.
+    /// Indices of a sensitivity; `None` for other questions.
     #[serde(flatten)]
     pub sensitivity: Option<Sensitivities>,
-    /// For a person.
+    /// The answer as a sentence.
     #[serde(skip)]
     pub sentence: String,
-    /// Lines below the sentence.
+    /// Lines of text below the sentence.
     #[serde(skip)]
     pub lines: Vec<String>,
-    /// Every number with its interval, for who waits for intervals to become narrow; none of a curve.
+    /// Every number with its interval, for stopping rules on interval widths; empty for a curve.
     #[serde(skip)]
     pub figures: Vec<Figures>,
-    /// How these numbers read.
+    /// Unit and format of `figures`.
     #[serde(skip)]
     pub scale: Scale,
 }
 
-/// What a sensitivity has beside what every answer has; keys that a method does not fill are not there.
+/// Additional keys of a sensitivity answer; keys that the method does not fill are omitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivities {
-    /// The column that is decided.
+    /// Output column whose sensitivity was asked for.
     pub output: String,
     /// `morris`, `sobol`, `given-data`.
     pub estimator: &'static str,
-    /// By parameter.
+    /// Indices by parameter.
     pub indices: Indices,
-    /// Of pairs of parameters, what they make together beyond each alone.
+    /// Second-order (interaction) indices of pairs of parameters.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub second_order: Vec<Pair>,
-    /// Part of the variance of the ranks that the regression makes.
+    /// Share of the variance of the ranks that the rank regression explains (R²).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub r2: Option<Index>,
-    /// Blocks, or rows, that are out because a run has no number.
+    /// Blocks or rows excluded because a run has no number.
     pub left_out: u64,
     /// Parameters of a Saltelli design whose values in A and in B are correlated; their total indices are biased.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub correlated: Vec<Correlated>,
-    /// Of each regime, where there are several and the method allows it.
+    /// Indices within each regime, where there are several and the method allows it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub regimes: Vec<OfRegime>,
 }
@@ -108,43 +108,43 @@ pub struct Sensitivities {
 /// A parameter whose values in A and in B of a Saltelli design are correlated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Correlated {
-    /// Its column.
+    /// Column of the parameter.
     pub parameter: String,
     /// The correlation coefficient over the base points that count.
     pub correlation: f64,
 }
 
-/// Sensitivities of the runs of a regime.
+/// Sensitivities over the runs of one regime.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OfRegime {
-    /// Its word.
+    /// Name of the regime.
     pub regime: String,
-    /// Its part of all runs with a number.
+    /// Share of this regime among all runs with a number.
     pub share: f64,
-    /// Its runs.
+    /// Number of runs in the regime.
     pub n: u64,
-    /// By parameter.
+    /// Indices by parameter.
     pub indices: Indices,
 }
 
-/// `answers.json`.
+/// Content of `answers.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Answers {
-    /// [`SCHEMA`].
+    /// Layout version, [`SCHEMA`].
     pub schema: u32,
-    /// Whether all points of the study are in.
+    /// Whether every point of the study has been computed.
     pub complete: bool,
-    /// In the order of questions and groups.
+    /// Answers in the order of questions, then groups.
     pub answers: Vec<Answer>,
 }
 
 impl Answer {
-    /// From its figures, without a sentence.
+    /// Builds an answer from its figures; the sentence stays empty.
     #[must_use]
     pub fn of(name: &str, kind: &'static str, group: Group, bad: Bad, confidence: f64, figures: Figures) -> Self {
         let mut notes = figures.notes.clone();
-        // how far bad runs move the figure, and by how much they widen the interval: next to 0 and 1 its ends have no room, and in a
-        // difference the figures may stand still
+        // Compare the shift of the figure by bad runs, and their widening of the interval, with its statistical width. Both are needed: near 0
+        // and 1 the interval cannot widen, and in a difference the two shifts can cancel.
         if let Some(width) = figures.statistical {
             let widened = figures.high.zip(figures.low).map(|(high, low)| high - low - width);
             if bad.all > 0 && [widened, figures.left_open()].iter().flatten().any(|open| open.abs() > width) {
@@ -180,7 +180,7 @@ impl Answer {
 }
 
 impl Answer {
-    /// What the number at this place of [`Answer::figures`] is, where there are several: "first order of gap".
+    /// Name of the number at this index of [`Answer::figures`], where there are several: "first order of gap".
     #[must_use]
     pub fn figure_name(&self, at: usize) -> String {
         let Some(found) = self.sensitivity.as_ref().filter(|found| !found.indices.of.is_empty()) else {
@@ -197,7 +197,7 @@ impl Answer {
 }
 
 impl Answer {
-    /// The place in [`Answer::figures`] of the index that ranks the most decisive parameter of a sensitivity; `None`: no index has an interval.
+    /// Index in [`Answer::figures`] of the ranking index of the most important parameter; `None` if no index has an interval.
     #[must_use]
     pub fn most_decisive(&self) -> Option<usize> {
         let found = self.sensitivity.as_ref().filter(|found| !found.indices.of.is_empty())?;
@@ -206,11 +206,11 @@ impl Answer {
         let places = (ranking..self.figures.len()).step_by(each);
         let ranking = |of: &Figures| of.estimate.filter(|_| of.low.is_some() && of.high.is_some());
         let known = places.filter_map(|at| Some((at, ranking(&self.figures[at])?)));
-        // of equal ones the first, as sentences rank them
+        // the first of equal ones, as sentences rank them
         known.reduce(|most, one| if one.1 > most.1 { one } else { most }).map(|(at, _)| at)
     }
 
-    /// Why a sensitivity has no interval: "no interval: 5 trajectories of 10 needed".
+    /// The reason why a sensitivity has no interval: "no interval: 5 trajectories of 10 needed".
     #[must_use]
     pub fn without_interval(&self) -> Option<String> {
         let found = self.sensitivity.as_ref()?;
@@ -221,10 +221,10 @@ impl Answer {
 }
 
 impl Answers {
-    /// The text of the file.
+    /// Text of the file.
     ///
     /// # Errors
-    /// None that is known: numbers are finite or null.
+    /// No known case: numbers are finite or null.
     pub fn json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self).map(|text| text + "\n")
     }

@@ -1,4 +1,4 @@
-//! Puts questions to a study.
+//! Answers the questions of a study from its table.
 
 use super::answer::{Answer, Answers, SCHEMA};
 use super::mapped::answers_of;
@@ -28,16 +28,16 @@ use bladeoff_model::outcome::Status;
 /// Answers to a question, one for each group, and its curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answered {
-    /// In the order of groups.
+    /// Answers in the order of groups.
     pub answers: Vec<Answer>,
-    /// For `answers/NAME.parquet`.
+    /// Content of `answers/NAME.parquet`.
     pub curve: Option<Curve>,
 }
 
 /// Answers of all questions, and their curves by name.
 ///
 /// # Errors
-/// Columns do not fit together; a question whose columns are missing is told so in its answer.
+/// The columns have different lengths or do not fit the design. A question with a missing column gets an answer that gives the reason.
 pub fn answer_all(study: &Study<'_>, questions: &[Question]) -> Result<(Answers, Vec<(String, Curve)>), InputError> {
     let answered = answer_each(study, questions)?;
     Ok(collected(questions.iter().zip(answered), study.design.complete))
@@ -53,12 +53,12 @@ pub fn answer_each<'q>(
 ) -> Result<Vec<Answered>, InputError> {
     study.check()?;
     let points = study.points() as u64;
-    // the others are answered all the same
+    // a question that fails does not prevent the answers of the others
     let one = |question| answer(study, question).unwrap_or_else(|why| unanswered(points, question, &why));
     Ok(questions.into_iter().map(one).collect())
 }
 
-/// All of them together.
+/// Collects the answers and curves of all questions.
 #[must_use]
 pub fn collected<'q>(
     all: impl IntoIterator<Item = (&'q Question, Answered)>,
@@ -72,7 +72,7 @@ pub fn collected<'q>(
     (Answers { schema: SCHEMA, complete, answers }, curves)
 }
 
-/// The answer to a question that these rows cannot answer: no number, and why.
+/// The answer to a question that cannot be answered from these rows: no number, and the reason.
 pub(super) fn unanswered(points: u64, question: &Question, why: &InputError) -> Answered {
     let kind = match &question.ask {
         Ask::One(figure) => kind(figure),
@@ -89,21 +89,21 @@ pub(super) fn unanswered(points: u64, question: &Question, why: &InputError) -> 
     Answered { answers: vec![answer], curve: None }
 }
 
-/// Said of every answer from combinations that were chosen by their results.
+/// Note of every answer from combinations that `[refine]` chose by their results.
 const REFINED: &str = "[refine] chose the combinations by their results, more of them where the result changes: they \
                        are not a random sample, and their shares are not those of the map";
 
-/// Said where such an answer has limits.
+/// Additional note where such an answer has limits.
 const REFINED_LIMITS: &str = "limits hold for a combination that was named beforehand; combinations that were added \
                               by results of the same points are missed more often";
 
-/// Said where an answer of one of several interim analyses has limits, before their level.
+/// Note of an interim analysis that has limits, before their confidence level.
 const INTERIM: &str = "one of several interim analyses of [stop]: the limits are those of this analysis alone";
 
 /// Answers of one question; the study has been checked.
 ///
 /// # Errors
-/// It lacks a column.
+/// A column of the question is missing.
 pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputError> {
     let asked = Asked::of(study, question, Scheme::of(&study.design));
     let answered = match &question.ask {
@@ -122,14 +122,14 @@ pub fn answer(study: &Study<'_>, question: &Question) -> Result<Answered, InputE
     Ok(asked.noted(answered))
 }
 
-/// A question, and the rows that it is put to. Rows that pass by are none of it: then the study has the columns and the design alone.
+/// A question and the study it is put to. In streaming mode `study` has columns and design only, no rows.
 pub(super) struct Asked<'a> {
     pub study: &'a Study<'a>,
     pub question: &'a Question,
     pub scheme: Scheme,
-    /// Two-sided.
+    /// Two-sided error level, 1 - confidence.
     pub alpha: f64,
-    /// Student's of the replicates.
+    /// Quantile of Student's t over the replicates.
     t: f64,
 }
 
@@ -139,7 +139,7 @@ impl<'a> Asked<'a> {
         Self { study, question, t: scheme.t(alpha), scheme, alpha }
     }
 
-    /// With what is said of all answers from such points.
+    /// Adds the notes that apply to all answers of a refined or interim design.
     pub fn noted(&self, mut answered: Answered) -> Answered {
         let has_limits = |answer: &Answer| match &answer.map {
             Some(map) => map.cells.iter().any(|cell| cell.low.is_some()),
@@ -194,7 +194,7 @@ impl<'a> Asked<'a> {
         note_empty(&mut figures.notes, empty, CONDITION);
         note_undefined(&mut figures.notes, undecided.no_value);
         undecided.note(&mut figures.notes);
-        // points that are random after all, only too few replicates of them
+        // random points, but too few replicates for an interval of their own
         if matches!(self.scheme, Scheme::Without(_)) && self.study.design.is_random() {
             none_seen(&Tally::of_all(tallies), self.alpha, &mut figures);
         }
@@ -244,7 +244,7 @@ impl<'a> Asked<'a> {
         self.told_of(figure, found)
     }
 
-    /// Answers from the figures of each group and its bad runs.
+    /// Builds answers from the figures and bad runs of each group.
     pub fn told_of(&self, figure: &Figure, found: Vec<(Figures, Bad)>) -> Result<Answered, InputError> {
         let (scale, mut answers) = (self.scale(figure)?, Vec::new());
         for (group, (figures, bad)) in self.study.groups.iter().zip(found) {
@@ -256,7 +256,7 @@ impl<'a> Asked<'a> {
         Ok(Answered { answers, curve: None })
     }
 
-    /// An answer that stands in a curve.
+    /// The answer that accompanies a curve.
     fn curved(&self, kind: &'static str, group: &Group, bad: Bad, n: u64, method: Method) -> Answer {
         let mut figures = Figures::over(n);
         figures.method = method;
@@ -279,7 +279,7 @@ impl<'a> Asked<'a> {
         self.curves_of(column, self.study.points() as u64, found)
     }
 
-    /// Answers from the curve of each group, its method, bad runs and runs without a value.
+    /// Builds answers from curve, method, bad runs and runs without a value of each group.
     pub fn curves_of(
         &self,
         column: &str,
@@ -303,7 +303,7 @@ impl<'a> Asked<'a> {
         Ok(Answered { answers, curve: Some(Curve::of(&curves, &[&with_unit("level", unit)])) })
     }
 
-    /// What goes with a varied parameter, in words.
+    /// Adds a note that names the parameters zipped with a varied parameter.
     fn note_along(&self, path: &str, notes: &mut Vec<String>) {
         let along = together(&self.study.groups, path);
         if !along.is_empty() {
@@ -412,7 +412,7 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Words for the values that decide a condition of runs that are not ok, where it is decided.
+/// Note on the values that decide a condition for runs that are not ok, where such values exist.
 pub(crate) fn decided_by(study: &Study<'_>, formula: &Formula) -> &'static str {
     let is_reached = |name: &String| {
         study.numbers(name).is_ok_and(|(_, nature)| matches!(nature, Nature::Grows(_) | Nature::Once(_)))
@@ -427,7 +427,7 @@ pub(crate) fn decided_by(study: &Study<'_>, formula: &Formula) -> &'static str {
     }
 }
 
-/// The bad runs of both groups of a difference.
+/// Sum of the bad runs of both groups of a difference.
 fn both(first: Bad, second: Bad) -> Bad {
     let mut sum = first;
     sum.add(&second);

@@ -1,4 +1,4 @@
-//! A map in words: where it is worst, how much of it an event reaches.
+//! Text answers of maps: extreme values, and the share of the cells that an event reaches.
 
 use super::answer::Answer;
 use super::scale::Scale;
@@ -9,7 +9,7 @@ use crate::map::{Cell, Map, Of, Shows, Wanted};
 use crate::share::percent;
 use bladeoff_text::document::units::format_digits;
 
-/// "max_bearing_load_N over gap_m and friction, a panel for each detection".
+/// Short text of a map: "max_bearing_load_N over gap_m and friction, a panel for each detection".
 pub(super) fn map_in_words(wanted: &Wanted) -> String {
     let of = match &wanted.of {
         Of::Value(column) => column.clone(),
@@ -25,7 +25,7 @@ pub(super) fn map_in_words(wanted: &Wanted) -> String {
     text
 }
 
-/// One answer for each panel, and for each difference.
+/// One answer for each panel and for each difference.
 pub(super) fn answers_of(name: &str, maps: Vec<Map>) -> Vec<Answer> {
     let answer = |map: Map| {
         let mut figures = Figures::over(map.n);
@@ -52,11 +52,11 @@ fn sentence(map: &Map) -> String {
     let runs = if map.difference.is_some() { "pair" } else { "run" };
     let show =
         |value: f64| if map.is_share() { percent(not_rounded(value)) } else { format_digits(value, &map.unit, 4) };
-    // what is smoothed is below its largest run, and whoever reads a maximum has to see that
+    // smoothing reduces the maximum, so the range of single runs is printed, too
     let single = map
         .runs
         .map_or(String::new(), |(least, most)| format!("; single {runs}s from {} to {}", show(least), show(most)));
-    // the most with bad runs harmful, the least with them harmless; one end of a cell of a grid is a bound, of other cells it is none
+    // the maximum uses bad runs as harmful, the minimum as harmless; a single figure of a grid cell is a valid bound, of other cells not
     let needs_both = map.is_smoothed() || map.difference.is_some();
     let is_told = |cell: &&Cell| match (cell.estimate, cell.estimate_if_bad_harmful) {
         _ if map.is_unsure(cell) => false,
@@ -71,13 +71,13 @@ fn sentence(map: &Map) -> String {
     let largest = |of| known(of).max_by(|a, b| a.0.total_cmp(&b.0));
     let least = |of| known(of).min_by(|a, b| a.0.total_cmp(&b.0));
     let cells_told = map.cells.iter().filter(is_told).count();
-    // a cell whose bad runs leave it without a value may hold the largest or the least one
+    // a cell whose bad runs leave it without a value may contain the extreme one
     let is_open = |of: fn(&Cell) -> Option<f64>| {
         map.cells.iter().any(|cell| map.is_unsure(cell) || cell.bad > 0 && of(cell).is_none())
     };
     let has_highest = known(harmful).count() == cells_told && !is_open(harmful);
     let has_lowest = known(harmless).count() == cells_told && !is_open(harmless);
-    // where a cell has no upper value, the largest lower one is known: the maximum is at least that
+    // if a cell has no harmful figure, the largest harmless one is a lower bound of the maximum
     let highest = if has_highest { largest(harmful) } else { largest(harmless) };
     let lowest = if has_lowest { least(harmless) } else { least(harmful) };
     let (Some(highest), Some(lowest)) = (highest, lowest) else {
@@ -138,13 +138,13 @@ fn sentence(map: &Map) -> String {
     text + &format!("; {}, {}", counted(cells as u64, "cell"), counted(map.n, runs)) + &bad(map)
 }
 
-/// A smoothed share that differs from 0 or 1 by the rounding of its sum is 0 or 1.
+/// Rounds a smoothed share to 0 or 1 if the difference is a rounding error.
 fn not_rounded(share: f64) -> f64 {
     let whole = libm::rint(share);
     if (share - whole).abs() < 1e-12 { whole } else { share }
 }
 
-/// So many of the cells; of chosen ones no share, which would be none of the map.
+/// A number of cells with its share; no share for cells chosen by `[refine]`, which would not be that of the map.
 fn part(count: usize, of: usize, is_refined: bool) -> String {
     if is_refined {
         return counted(count as u64, "cell");
@@ -152,12 +152,12 @@ fn part(count: usize, of: usize, is_refined: bool) -> String {
     percent(count as f64 / of.max(1) as f64) + " of the cells"
 }
 
-/// Runs that are not ok, or pairs with one.
+/// Counts of runs that are not ok, or of pairs with such a run.
 fn bad_of(map: &Map) -> Bad {
     Bad { of: map.n, all: map.bad, beyond: map.beyond, ..Bad::default() }
 }
 
-/// "12 bad runs"; of a difference pairs are counted, and one of a pair is enough.
+/// Text such as "12 bad runs"; in a difference, pairs with at least one such run.
 fn bad_ones(map: &Map) -> String {
     if map.difference.is_some() {
         let of = |count: u64, what: &str| (count > 0).then(|| format!("{} with {what}", counted(count, "pair")));

@@ -1,15 +1,15 @@
-//! A map from a question's words: what lies along it, what has panels, what is a start of a cell.
+//! Map questions: axes, panels, and starts of a cell.
 
 use super::question::{Check, Given, QuestionDef};
 use crate::estimate::formula::closing;
 use crate::estimate::input::Label;
 use crate::map::{Of, Wanted};
 
-/// Panels of a map, at most.
+/// Largest number of panels of a map.
 const MOST_PANELS: usize = 24;
 
 impl Check<'_> {
-    /// From a question that has `map`.
+    /// Definition of a map from a question with `map`.
     pub(super) fn map(&mut self, def: &QuestionDef, axes: &[String; 2]) -> Option<Wanted> {
         if def.fragility.is_some() {
             self.wrong::<()>("fragility", "a map has no fragility; only a `probability` has");
@@ -35,7 +35,7 @@ impl Check<'_> {
             let found = self.names.varied.iter().find(|(name, _)| name == column);
             found.map(|(_, values)| values.as_slice()).unwrap_or_default()
         };
-        // parameters that lie on one axis have their values together
+        // parameters on one axis vary together
         let mut lengths: Vec<(Option<usize>, usize)> = Vec::new();
         for one in &panels {
             let count = values(&one.column).len().max(1);
@@ -77,7 +77,7 @@ impl Check<'_> {
         })
     }
 
-    /// A parameter of numbers along an axis of a map.
+    /// Checks the numeric parameter of a map axis.
     fn map_axis(&mut self, name: &str) -> Option<Given> {
         let all: Vec<&str> = self.names.given.iter().map(|given| given.column.as_str()).collect();
         match self.one_of(name, &all)[..] {
@@ -98,11 +98,11 @@ impl Check<'_> {
         }
     }
 
-    /// `COLUMN`, `P(CONDITION)` or a condition.
+    /// Quantity of a map: `COLUMN`, `P(CONDITION)` or a condition.
     fn map_of(&mut self, text: &str) -> Option<Of> {
         let start = text.len() - text.trim_start().len();
         let inner = text[start..].strip_prefix('P').map(str::trim_start).and_then(|rest| rest.strip_prefix('('));
-        // a variable may be called P, and stand before a bracket
+        // a variable may have the name P, followed by a parenthesis
         let is_name = !self.names.known.meant("P").is_empty();
         if let Some(inner) = inner {
             return match closing(inner) {

@@ -1,25 +1,25 @@
-//! How it is found which parameter decides an output, and of which points.
+//! Estimators of sensitivity, and the designs that each of them needs.
 
 use crate::estimate::input::DesignKind;
 use crate::estimate::scheme::FEWEST_REPLICATES;
 
-/// How sensitivities are found.
+/// Estimator of a sensitivity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensitivityMethod {
-    /// Elementary effects, of trajectories.
+    /// Elementary effects from Morris trajectories.
     Morris,
-    /// Parts of the variance, of pairs of points with parameters exchanged.
+    /// Variance shares from a Saltelli design.
     Sobol,
-    /// What any sample says.
+    /// Variance shares from any random sample, without a special design.
     GivenData,
 }
 
 impl SensitivityMethod {
-    /// All of them with their words in a file.
+    /// All estimators with their words in a study file.
     pub const ALL: [(&'static str, Self); 3] =
         [("morris", Self::Morris), ("sobol", Self::Sobol), ("given-data", Self::GivenData)];
 
-    /// Its word.
+    /// Word of the estimator in a study file.
     #[must_use]
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, known)| *known == self).map_or("", |(word, _)| *word)
@@ -57,15 +57,15 @@ impl SensitivityMethod {
     }
 }
 
-/// What is asked of an output's sensitivity.
+/// Definition of a sensitivity question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
-    /// The output: a column of numbers.
+    /// Output: a column of numbers.
     pub output: String,
-    /// How.
+    /// Estimator.
     pub method: SensitivityMethod,
     /// Columns of the uncertain parameters, in the order of the study.
     pub parameters: Vec<String>,
-    /// The column of words that parts runs into regimes, where there is one.
+    /// Text column that assigns runs to regimes, if the table has one.
     pub regime: Option<String>,
 }

@@ -1,8 +1,8 @@
-//! Questions about a study whose points are random: what a study file may ask, and the answer as JSON, as curves and in words.
+//! Questions about a study with random points: syntax in the study file, and answers as JSON, curves and text.
 //!
 //! ```text
-//! a file's words --question--> what is asked of which columns --asked--> answers by group, curves
-//!   --answer--> answers.json      --sentence--> for a person
+//! text of the study file --question--> validated questions with their columns --asked--> answers by group, curves
+//!   --answer--> answers.json      --sentence--> text
 //! ```
 
 mod answer;

@@ -1,4 +1,4 @@
-//! Questions of a study: from the words of its file to what is asked of which columns.
+//! Questions of a study: from the text of the study file to validated columns and conditions.
 
 use super::method::{Sensitivity, SensitivityMethod};
 use crate::estimate::formula::{Formula, Known};
@@ -8,37 +8,37 @@ use bladeoff_text::document::nearest;
 use bladeoff_text::formula::FormulaError;
 use std::ops::Range;
 
-/// Confidence where none is given.
+/// Default confidence level.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// A question as it stands in a study file.
+/// A question as written in a study file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct QuestionDef {
-    /// `[A-Za-z0-9_-]+`.
+    /// Name, `[A-Za-z0-9_-]+`.
     pub name: String,
-    /// A condition.
+    /// Condition whose probability is asked.
     pub probability: Option<String>,
-    /// Between 0 and 1, with `of`.
+    /// Level of a quantile, between 0 and 1, with `of`.
     pub quantile: Option<f64>,
-    /// A column; of a map also `P(CONDITION)` or a condition.
+    /// Column of a quantile or map; a map also accepts `P(CONDITION)` or a condition.
     pub of: Option<String>,
-    /// Two parameters, with `of`.
+    /// Two parameters of a map, with `of`.
     pub map: Option<[String; 2]>,
-    /// A column.
+    /// Column whose mean is asked.
     pub mean: Option<String>,
-    /// A column.
+    /// Column whose exceedance curve is asked.
     pub exceedance: Option<String>,
-    /// A column, with `method`.
+    /// Output column of a sensitivity, with `method`.
     pub sensitivity: Option<String>,
-    /// One of [`SensitivityMethod::ALL`].
+    /// Estimator of the sensitivity, one of [`SensitivityMethod::ALL`].
     pub method: Option<String>,
-    /// A varied or an uncertain parameter, with `probability`.
+    /// Varied or uncertain parameter of a fragility curve, with `probability`.
     pub fragility: Option<String>,
     /// Two values of `vary`, with a probability, a quantile or a mean.
     pub difference: Option<[Label; 2]>,
-    /// A varied parameter.
+    /// Varied parameter of a difference.
     pub vary: Option<String>,
-    /// Between 0 and 1.
+    /// Confidence level, between 0 and 1.
     pub confidence: Option<f64>,
 }
 
@@ -49,16 +49,16 @@ pub struct Names {
     pub known: Known,
     /// Columns of uncertain parameters and variables.
     pub uncertain: Vec<String>,
-    /// Columns of crossed axes, and their values; none: of which nothing more is known.
+    /// Columns of crossed axes and their values; the values are empty where the axis could not be read.
     pub varied: Vec<(String, Vec<Label>)>,
-    /// Columns along which nothing can be compared, and why: zipped ones whose values recur.
+    /// Columns along which groups cannot be compared (zipped values that recur), and the reason.
     pub recurring: Vec<(String, String)>,
-    /// What goes into a run.
+    /// Parameters and variables: the inputs of a run.
     pub given: Vec<Given>,
 }
 
 impl Names {
-    /// Whether a column is drawn. What the file names without its being understood stands on every list, and is not blamed.
+    /// Whether a column is uncertain. A parameter of a file that could not be read is in both lists and does not count as uncertain.
     pub(super) fn is_drawn(&self, column: &String) -> bool {
         self.uncertain.contains(column) && !self.varied.iter().any(|(axis, _)| axis == column)
     }
@@ -67,73 +67,73 @@ impl Names {
 /// A parameter or a variable of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Given {
-    /// Its column.
+    /// Column of the parameter.
     pub column: String,
-    /// The axis of `[[vary]]` or `[points]` that it lies on.
+    /// Index of its axis in `[[vary]]` or `[points]`.
     pub axis: Option<usize>,
-    /// It is a release angle, of which only the starts of a cell differ.
+    /// Whether the column is a release angle, whose values differ only within the starts of a map cell.
     pub is_angle: bool,
-    /// It is the contact detection, whose values are compared.
+    /// Whether the column is the contact detection, whose values are compared with each other.
     pub is_detection: bool,
 }
 
-/// What is wrong with a question.
+/// An error in a question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
-    /// Key of the question.
+    /// Key of the question with the error.
     pub key: &'static str,
-    /// Where in its value (bytes), for a formula.
+    /// Byte range within the value, for a formula.
     pub place: Option<Range<usize>>,
-    /// In words.
+    /// Error message.
     pub message: String,
-    /// What is allowed, where it is known.
+    /// Allowed values, where known.
     pub allowed: Option<String>,
 }
 
-/// Names that a refusal lists.
+/// Largest number of names that an error message lists.
 const LISTED: usize = 8;
 
 /// One number about the runs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Figure {
-    /// That a condition holds.
+    /// Probability that a condition holds.
     Probability(Formula),
-    /// The level that this part of a column's values does not exceed.
+    /// Quantile: level and column.
     Quantile(f64, String),
-    /// Of a column.
+    /// Mean of a column.
     Mean(String),
 }
 
-/// What is asked.
+/// Kind and operands of a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ask {
     /// One number.
     One(Figure),
-    /// How probable it is that a column exceeds a level, for all levels.
+    /// Probability that a column exceeds a level, for all levels.
     Exceedance(String),
-    /// How probable a condition is, by a parameter.
+    /// Probability of a condition as a function of a parameter.
     Fragility(String, Formula),
-    /// A figure at the first value of a varied parameter, less that at the second.
+    /// Difference of a figure between the first and the second value of a varied parameter.
     Difference(Figure, String, [Label; 2]),
     /// A column or a probability over two parameters.
     Map(Wanted),
-    /// Which uncertain parameter decides a column.
+    /// Sensitivity of a column to the uncertain parameters.
     Sensitivity(Sensitivity),
 }
 
-/// A question.
+/// A validated question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Question {
-    /// Its name.
+    /// Name of the question.
     pub name: String,
-    /// What is asked.
+    /// Kind and operands.
     pub ask: Ask,
-    /// Of its interval.
+    /// Confidence level of the interval.
     pub confidence: f64,
 }
 
 impl Question {
-    /// The columns that it needs.
+    /// Columns that the question reads.
     #[must_use]
     pub fn columns(&self, names: &Names) -> Vec<String> {
         let of = |figure: &Figure| match figure {
@@ -168,10 +168,10 @@ impl Question {
         }
     }
 
-    /// From a file's words.
+    /// Validates a question of a study file.
     ///
     /// # Errors
-    /// All that is wrong with it.
+    /// All errors of the question.
     pub fn new(def: &QuestionDef, names: &Names) -> Result<Self, Vec<Problem>> {
         let mut check = Check { names, problems: Vec::new() };
         let ask = check.ask(def);
@@ -197,7 +197,7 @@ impl Check<'_> {
         None
     }
 
-    /// As [`Check::wrong`], with names of what is allowed: those that hold the given one first.
+    /// As [`Check::wrong`], with the allowed names: those that contain the given name first.
     pub(super) fn none_of<T>(
         &mut self,
         key: &'static str,
@@ -239,7 +239,7 @@ impl Check<'_> {
         self.condition_in("probability", text, 0)
     }
 
-    /// A condition that stands so many bytes behind the beginning of a key's value.
+    /// A condition that begins `from` bytes into the value of a key.
     pub(super) fn condition_in(&mut self, key: &'static str, text: &str, from: usize) -> Option<Formula> {
         match Formula::condition(text, &self.names.known) {
             Ok(formula) => Some(formula),
@@ -266,7 +266,7 @@ impl Check<'_> {
                         format!("there is no column `{name}`{near}")
                     }
                 };
-                // what went into a run is known beforehand: what came out is asked about
+                // inputs of a run are not offered as outputs
                 let is_output = |column: &&str| {
                     known.is_number(column)
                         && !["sample", "replicate", "block"].contains(column)
@@ -279,7 +279,7 @@ impl Check<'_> {
         }
     }
 
-    /// The one thing that is asked for.
+    /// The single question that the definition asks.
     fn ask(&mut self, def: &QuestionDef) -> Option<Ask> {
         let given = [
             ("probability", def.probability.is_some()),
@@ -357,7 +357,7 @@ impl Check<'_> {
     fn parameter(&mut self, path: &str) -> Option<String> {
         let all = self.names.varied.iter().map(|(axis, _)| axis).chain(&self.names.uncertain);
         let mut all: Vec<&str> = all.map(String::as_str).collect();
-        // of a file with mistakes it may not be known which of both a parameter is
+        // in a file with errors a parameter may be in both lists
         all.sort_unstable();
         all.dedup();
         match self.one_of(path, &all)[..] {
@@ -371,7 +371,7 @@ impl Check<'_> {
         }
     }
 
-    /// A parameter along which groups can be compared.
+    /// Checks that groups can be compared along a parameter.
     fn comparable(&mut self, key: &'static str, column: String) -> Option<String> {
         match self.names.recurring.iter().find(|(name, _)| *name == column) {
             Some((_, why)) => self.wrong(key, why),
@@ -379,13 +379,13 @@ impl Check<'_> {
         }
     }
 
-    /// Which of these columns a name could be.
+    /// The columns that a name may refer to.
     pub(super) fn one_of<'n>(&self, name: &str, columns: &[&'n str]) -> Vec<&'n str> {
         let meant = self.names.known.meant(name);
         columns.iter().copied().filter(|column| *column == name || meant.contains(column)).collect()
     }
 
-    /// One of these columns that may be meant, by any of its names.
+    /// Suggestion of similar column names or aliases, for an error message.
     pub(super) fn near(&self, name: &str, columns: &[&str]) -> String {
         let aliases = self.names.known.aliases.iter().filter(|(_, column)| columns.contains(&column.as_str()));
         near(name, columns.iter().copied().chain(aliases.map(|(alias, _)| alias.as_str())))
@@ -411,7 +411,7 @@ impl Check<'_> {
         let words: Vec<String> = known.iter().map(ToString::to_string).collect();
         let mut fine = true;
         for value in values {
-            // none are known of an axis that could not be read
+            // the list is empty for an axis that could not be read
             if !known.is_empty() && !known.contains(value) {
                 fine = false;
                 let near = near(&value.to_string(), words.iter().map(String::as_str));

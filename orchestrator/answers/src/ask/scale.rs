@@ -1,23 +1,23 @@
-//! How a number reads: as a share, or in a unit.
+//! Format of the numbers of a question: as shares, or with a unit.
 
 use crate::share::{percent, percent_with};
 use bladeoff_text::document::units::format_digits;
 
-/// Digits of a value in a unit; and so many more at most where two would read the same.
+/// Significant digits of a value with a unit; additional digits at most, if two values would print alike.
 const DIGITS: usize = 4;
 const MOST_MORE: usize = 5;
 
-/// How a number of a question reads: a share, or in its unit.
+/// Format of the numbers of a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Scale {
-    /// As per cent.
+    /// In per cent.
     Share,
-    /// In the unit a person would choose, from this SI unit.
+    /// With a convenient unit derived from this SI unit.
     Unit(String),
 }
 
 impl Scale {
-    /// A value as it reads.
+    /// Text of a value.
     #[must_use]
     pub fn show(&self, value: f64) -> String {
         match self {
@@ -26,14 +26,14 @@ impl Scale {
         }
     }
 
-    /// Two values that differ as they read apart: "24.9 %" and "25.3 %" rather than "25 %" twice.
+    /// Texts of two different values with enough digits to differ: "24.9 %" and "25.3 %" instead of "25 %" twice.
     #[must_use]
     pub fn show_both(&self, a: f64, b: f64) -> (String, String) {
         let with = |more: usize| match self {
             Self::Share => (percent_with(a, 2 + more), percent_with(b, 2 + more)),
             Self::Unit(unit) => (format_digits(a, unit, DIGITS + more), format_digits(b, unit, DIGITS + more)),
         };
-        // what differs by rounding alone is the same
+        // values that differ by rounding errors only may print alike
         (0..MOST_MORE).map(with).find(|(a, b)| a != b).unwrap_or_else(|| with(0))
     }
 }

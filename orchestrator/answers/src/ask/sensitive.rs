@@ -1,7 +1,7 @@
-//! Which parameter decides an output: what is asked for, from rows to indices in every group, and in words.
+//! Sensitivity questions: from the rows of a study to indices in every group, and to text.
 //!
-//! A run that is not ok, or in which nothing of the kind happened, has no number: what becomes of its block, and of the share that is
-//! out, is said by [`crate::sensitivity`].
+//! A run that is not ok, or that has no value in the output column, has no number. [`crate::sensitivity`] defines the treatment of its
+//! block and of the excluded share.
 
 use super::answer::{Answer, OfRegime, Sensitivities};
 use super::method::{Sensitivity, SensitivityMethod};
@@ -19,13 +19,13 @@ use crate::share::{percent, percent_given};
 use bladeoff_model::outcome::Status;
 use bladeoff_text::document::units::format_digits;
 
-/// Parameters that a sentence names.
+/// Largest number of parameters that a sentence names.
 const NAMED: usize = 4;
 
-/// Answers in every group.
+/// Answers of a sensitivity question in every group.
 ///
 /// # Errors
-/// The method makes nothing of these points, or a column is missing.
+/// The estimator is not valid for this design, or a column is missing.
 pub(super) fn sensitivities(
     study: &Study<'_>,
     question: &Question,
@@ -39,8 +39,8 @@ pub(super) fn sensitivities(
     groups.map(|(at, group)| rows.group(at, group, question, &unit)).collect()
 }
 
-/// Outputs whose squares no number holds, by a power of two that makes the largest one near to 1, and that power; others as they are.
-/// Parts of a variance and ranks do not change, effects are enlarged again.
+/// Scales outputs whose squares would overflow or underflow by a power of two, to a largest magnitude near 1; also returns the factor
+/// that undoes the scaling. Variance shares and ranks are invariant; effects are scaled back by [`enlarge`].
 fn in_range(mut output: Vec<Option<f64>>) -> (Vec<Option<f64>>, f64) {
     let finite = output.iter().flatten().filter(|value| value.is_finite());
     let largest = finite.fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -52,11 +52,11 @@ fn in_range(mut output: Vec<Option<f64>>) -> (Vec<Option<f64>>, f64) {
     (output, libm::scalbn(1.0, power))
 }
 
-/// Outputs whose squares, summed over any number of rows, are numbers.
+/// Range of magnitudes whose squares can be summed over any number of rows.
 const LEAST: f64 = 1e-100;
 const MOST: f64 = 1e100;
 
-/// Effects in the unit of the output again.
+/// Scales effects back to the unit of the output.
 fn enlarge(indices: &mut Indices, factor: f64) {
     let of = |value: Option<f64>| value.map(|value| value * factor);
     let mut has_lost = false;
@@ -132,7 +132,7 @@ impl Rows<'_> {
         Ok(answer)
     }
 
-    /// The output of every point of a group; none of a run that is not ok.
+    /// Output of every point of a group; `None` for a run that is not ok.
     fn output(&self, group: usize) -> Result<Vec<Option<f64>>, InputError> {
         let (cells, _) = self.study.numbers(&self.wanted.output)?;
         let cell = |point: usize| {
@@ -142,7 +142,7 @@ impl Rows<'_> {
         Ok((0..self.study.points()).map(cell).collect())
     }
 
-    /// The regime of every point of a group; none where the table has no such column.
+    /// Regime of every point of a group; `None` if the table has no such column.
     fn words(&self, group: usize) -> Vec<Option<String>> {
         let column = self.wanted.regime.as_ref().and_then(|name| self.study.column(name).ok());
         let cells = column.and_then(|column| match column.cells {
@@ -153,7 +153,7 @@ impl Rows<'_> {
         (0..self.study.points()).map(word).collect()
     }
 
-    /// Of all rows, and of each regime where the method allows it and there are several.
+    /// Indices over all rows, and over each regime where the method allows it and there are several.
     fn indices(
         &self,
         group: usize,
@@ -199,7 +199,7 @@ impl Rows<'_> {
         Ok((whole, Vec::new()))
     }
 
-    /// A parameter's values in a group, words as their places in their list; whether they are words.
+    /// Values of a parameter in a group, and whether the column is text. Text values are given as indices into their list.
     fn input(&self, name: &str, group: usize) -> Result<(Vec<f64>, bool), InputError> {
         let points = 0..self.study.points();
         let row = |point: usize| self.study.row(point, group);
@@ -223,7 +223,7 @@ fn leading(method: SensitivityMethod, of: &OfParameter) -> Option<Index> {
     }
 }
 
-/// The indices that somebody may wait for to become precise.
+/// Indices with their intervals, for stopping rules on precision.
 fn waited_for(method: SensitivityMethod, indices: &Indices, made: Method) -> Vec<Figures> {
     let of = |(_, of): &(String, OfParameter)| match method {
         SensitivityMethod::Sobol => vec![of.first, of.total],
@@ -241,7 +241,7 @@ fn waited_for(method: SensitivityMethod, indices: &Indices, made: Method) -> Vec
     indices.of.iter().flat_map(of).map(|index| figures(index.unwrap_or_default())).collect()
 }
 
-/// Indices in words.
+/// Formats indices as text.
 struct Words<'a> {
     wanted: &'a Sensitivity,
     unit: &'a str,
@@ -251,12 +251,12 @@ struct Words<'a> {
 }
 
 impl Words<'_> {
-    /// A number of a column of the table that has a unit, or has none.
+    /// Formats a number, with the unit of the output or without a unit.
     fn number(&self, value: f64, has_unit: bool) -> String {
         format_digits(value, if has_unit { self.unit } else { "" }, 3)
     }
 
-    /// Parameters with the most decisive first; equal ones, and those without an interval, in the order of the study.
+    /// Parameters in descending order of importance; ties, and parameters without an index, in the order of the study.
     fn ranked<'i>(&self, indices: &'i Indices) -> Vec<&'i (String, OfParameter)> {
         let key = |of: &OfParameter| leading(self.wanted.method, of).and_then(|index| index.ranking());
         let mut ranked: Vec<&(String, OfParameter)> = indices.of.iter().collect();
@@ -321,7 +321,7 @@ impl Words<'_> {
         text
     }
 
-    /// A line for each parameter, the most decisive first, under a head; pairs below.
+    /// Lines of a table: a head, one line for each parameter in descending order of importance, then pairs.
     fn table(&self, indices: &Indices) -> Vec<String> {
         type Cell = fn(&OfParameter) -> Option<Index>;
         let columns: Vec<(&str, Cell, bool)> = match self.wanted.method {
@@ -375,7 +375,7 @@ impl Words<'_> {
     }
 }
 
-/// Cells in columns.
+/// Pads the cells of a text table to columns.
 fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
@@ -388,7 +388,7 @@ fn aligned(rows: &[Vec<String>]) -> Vec<String> {
 }
 
 impl Check<'_> {
-    /// A sensitivity is asked for.
+    /// Checks the keys of a sensitivity question.
     pub(super) fn sensitivity(&mut self, def: &QuestionDef, column: &str) -> Option<Sensitivity> {
         for (key, is) in [("difference", def.difference.is_some()), ("fragility", def.fragility.is_some())] {
             if is {

@@ -1,4 +1,4 @@
-//! An answer in words.
+//! Text of an answer.
 
 use super::answer::Answer;
 use super::scale::Scale;
@@ -8,16 +8,16 @@ use crate::estimate::input::{Group, Label};
 use crate::share::percent_given;
 use bladeoff_text::document::units::format_digits;
 
-/// State of runs whose known values decide nothing.
+/// Text for runs whose recorded values do not determine the answer.
 pub(super) const UNDECIDED: &str = "undecided (the interval covers all possible outcomes)";
 
-/// A count with its word.
+/// A count with its noun in singular or plural.
 #[must_use]
 pub fn counted(count: u64, word: &str) -> String {
     format!("{count} {word}{}", if count == 1 { "" } else { "s" })
 }
 
-/// "run.detection = hyp1, gap = 0.001: "; nothing for the one group of a study that varies nothing.
+/// Values of a group before a sentence: "run.detection = hyp1, gap = 0.001: "; empty for the only group of a study without varied parameters.
 #[must_use]
 pub fn prefix(group: &Group) -> String {
     let said: Vec<String> = group.0.iter().map(|(path, label)| format!("{path} = {label}")).collect();
@@ -28,14 +28,14 @@ pub fn prefix(group: &Group) -> String {
 fn is_unchanged_by_bad(answer: &Answer) -> bool {
     let statistical = answer.figures.first().and_then(|figures| figures.statistical);
     let width = answer.high.zip(answer.low).map(|(high, low)| high - low);
-    // the ends of a mean are rounded, so that their distance is the width but for the last digits
+    // the limits of a mean are rounded, so the widths agree except for the last digits
     let is_width = |(width, statistical): (f64, f64)| (width - statistical).abs() <= 1e-9 * statistical;
     answer.estimate.is_some()
         && answer.estimate == answer.estimate_if_bad_harmful
         && width.zip(statistical).is_some_and(is_width)
 }
 
-/// Lower limit of a quantile without an upper one, at its own confidence: half of the error of an interval.
+/// Lower limit of a quantile without an upper limit, at its one-sided confidence 1 - alpha/2.
 fn lower_limit_only(answer: &Answer, scale: &Scale) -> Option<String> {
     let low = answer.low.filter(|_| answer.high.is_none())?;
     let (about, level) =
@@ -43,7 +43,7 @@ fn lower_limit_only(answer: &Answer, scale: &Scale) -> Option<String> {
     Some(format!(" (lower limit {} with {about}{level} confidence, no upper limit)", scale.show(low)))
 }
 
-/// `bad`: runs that are not ok; `by`: values that decide the condition of those where it is known.
+/// Sentence of an answer; `bad`: counts of runs that are not ok; `by`: values that determine the condition for the decided ones.
 /// "P(max_bearing_load_N > 1.2 MN) = 0.43 % (95 %: 0.31 % to 0.58 %), 43 of 10000, 2 bad runs undecided (the interval ...)".
 #[must_use]
 pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad, &str)) -> String {
@@ -57,7 +57,7 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
             let limit = answer.high.map_or("no upper limit".to_owned(), |high| format!("at most {}", scale.show(high)));
             return text + &format!(": no event in {}, {limit} ({about}{level})", counted(answer.n, "run"));
         }
-        // those of both: the figures of one harmless and of the other harmful lie outside of these
+        // a difference: both figures with the bad runs of both values counted alike; mixed combinations lie outside of these
         (Some(estimate), Some(harmful)) if estimate != harmful && answer.kind == "difference" => {
             let (estimate, harmful) = scale.show_both(estimate, harmful);
             text += &format!(" = {estimate} with bad runs harmless, {harmful} with bad runs harmful");
@@ -66,12 +66,12 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
             let (estimate, harmful) = scale.show_both(estimate, harmful);
             text += &format!(" = {estimate} to {harmful}");
         }
-        // what beyond runs reached is a lower bound, and failed runs stand at the least value
+        // reached values of beyond runs are lower bounds, and failed runs count at their lower bound
         (Some(estimate), None) if bad.beyond > 0 && answer.kind == "quantile" => {
             text += &format!(": at least {} in these runs", scale.show(estimate));
             limits = lower_limit_only(answer, scale);
         }
-        // the subject says that it is the mean of the runs inside the model
+        // the subject says that the mean is that of the runs inside the model
         (Some(estimate), None) if bad.failing() == 0 && bad.beyond > 0 && answer.kind == "mean" => {
             text += &format!(" = {}", scale.show(estimate));
         }
@@ -98,7 +98,7 @@ pub fn sentence(answer: &Answer, subject: &str, scale: &Scale, (bad, by): (&Bad,
     };
     let open = bad.open();
     if open.all > 0 && !is_unchanged_by_bad(answer) {
-        // a mean without limits is that of the others
+        // a mean without limits is that of the other runs
         let both = answer.low.is_some() || answer.high.is_some() || answer.estimate_if_bad_harmful.is_some();
         text += &format!(", {}", open.words());
         if both {

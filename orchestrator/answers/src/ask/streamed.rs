@@ -1,12 +1,12 @@
-//! Questions put to rows that pass by in pieces, several times where figures need it: what is held is small, however many rows there are.
+//! Questions answered from a stream of rows in one or several passes. Memory does not grow with the number of rows.
 //!
 //! ```text
 //! probability    counts                                               one pass
 //! mean           sums; then sums about the mean                       two
-//! quantile       a part of the values; then those around its ranks    two, of replicates four; one more where a guess was wrong
+//! quantile       some of the values; then those around its ranks      two, of replicates four; one more if the first guess missed
 //! exceedance     all values, for the levels; then counts              two
 //! ```
-//! The estimators are those of rows in memory ([`crate::estimate`]), in the same order of rows: the same bytes.
+//! The estimators are those for rows in memory ([`crate::estimate`]), applied in the same order: the results are identical to the byte.
 
 use super::asked::{Answered, Asked, unanswered};
 use super::question::{Ask, Figure, Question};
@@ -23,18 +23,18 @@ use crate::estimate::quantile::Quantiles;
 use crate::estimate::scheme::Scheme;
 use crate::estimate::undecided::Undecided;
 
-/// A table that is there whole, in the order of its samples.
+/// A complete table in the order of its samples.
 #[derive(Debug, Clone)]
 pub struct Whole<'a> {
-    /// Its columns, groups and design, without any row.
+    /// Columns, groups and design of the table, without rows.
     pub head: Study<'a>,
-    /// Its points.
+    /// Number of points.
     pub points: u64,
-    /// Those of each replicate.
+    /// Number of points of each replicate.
     pub by_replicate: Vec<u64>,
 }
 
-/// Questions under way.
+/// Questions in progress.
 pub struct Streamed<'a> {
     whole: &'a Whole<'a>,
     scheme: Scheme,
@@ -42,14 +42,14 @@ pub struct Streamed<'a> {
     is_first_pass: bool,
 }
 
-/// A question, what is held of it, and whether it needs the rows of the pass under way.
+/// A question, its accumulated state, and whether it needs the rows of the current pass.
 struct Open<'a> {
     asked: Asked<'a>,
     fold: Result<Fold<'a>, InputError>,
     is_open: bool,
 }
 
-/// What is held of a question, by group.
+/// Accumulated state of a question, by group.
 enum Fold<'a> {
     Probability(&'a Figure, &'a Formula, Vec<Counted>),
     Mean(&'a Figure, &'a str, Vec<Of<Means>>),
@@ -57,7 +57,7 @@ enum Fold<'a> {
     Exceedance(&'a str, Vec<Of<Exceedances>>),
 }
 
-/// What is counted of a condition.
+/// Accumulated counts of a condition.
 #[derive(Clone)]
 struct Counted {
     tallies: Vec<Tally>,
@@ -66,7 +66,7 @@ struct Counted {
     undecided: Undecided,
 }
 
-/// What is held of values.
+/// Accumulated state of a column: estimator, bad runs, runs without a value.
 #[derive(Clone)]
 struct Of<T> {
     held: T,
@@ -89,13 +89,13 @@ impl<T> Of<T> {
 }
 
 impl<'a> Streamed<'a> {
-    /// Whether a question can be put to rows that pass by.
+    /// Whether a question can be answered from a stream of rows.
     #[must_use]
     pub fn takes(question: &Question) -> bool {
         matches!(question.ask, Ask::One(_) | Ask::Exceedance(_))
     }
 
-    /// Puts questions that it takes to a table.
+    /// Starts a stream for questions that [`Streamed::takes`] accepts.
     #[must_use]
     pub fn new(whole: &'a Whole<'a>, questions: &[&'a Question]) -> Self {
         let scheme = Scheme::counted(&whole.head.design, || whole.by_replicate.clone());
@@ -109,7 +109,7 @@ impl<'a> Streamed<'a> {
         Self { whole, scheme, folds, is_first_pass: true }
     }
 
-    /// Takes the rows of a piece, the first of which has this number; its design has the replicates of their points.
+    /// Processes the rows of a piece, the first of which has row number `first_row`; its design has the replicates of their points.
     pub fn see(&mut self, piece: &Study<'_>, first_row: u64) {
         let groups = piece.groups.len();
         let offset = (first_row % groups as u64) as usize;
@@ -129,7 +129,7 @@ impl<'a> Streamed<'a> {
         }
     }
 
-    /// After a pass: whether all rows have to pass by once more.
+    /// Ends a pass. Returns whether all rows have to be read once more.
     pub fn go_on(&mut self) -> bool {
         self.is_first_pass = false;
         for open in self.folds.iter_mut().filter(|open| open.is_open) {
@@ -138,7 +138,7 @@ impl<'a> Streamed<'a> {
         self.folds.iter().any(|open| open.is_open)
     }
 
-    /// The answer of each question, when no pass is needed any more.
+    /// Answers to the questions, after the last pass.
     #[must_use]
     pub fn answers(self) -> Vec<Answered> {
         let Whole { points, by_replicate, .. } = self.whole;
@@ -172,7 +172,7 @@ impl<'a> Fold<'a> {
                 return Err(InputError::Method("this question needs all rows at once".to_owned()));
             }
         };
-        // columns that are missing are told before any row is read
+        // report missing columns before any row is read
         match &fold {
             Self::Probability(_, formula, _) => drop(truths_at(head, formula, std::iter::empty())?),
             Self::Mean(_, column, _) | Self::Quantile(_, column, _) | Self::Exceedance(column, _) => {

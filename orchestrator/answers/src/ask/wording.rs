@@ -1,11 +1,11 @@
-//! Wording of questions, and of rows without a value.
+//! Text of questions, and notes about rows without a value.
 
 use super::mapped::map_in_words;
 use super::question::{Ask, Figure, Question};
 use super::sentence::{UNDECIDED, counted};
 use crate::share::percent_given;
 
-/// The word of a figure.
+/// Name of the kind of a figure.
 pub(super) fn kind(figure: &Figure) -> &'static str {
     match figure {
         Figure::Probability(_) => "probability",
@@ -14,7 +14,7 @@ pub(super) fn kind(figure: &Figure) -> &'static str {
     }
 }
 
-/// What a question asks, in words: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
+/// Short text of a question: "load-95: 95 % quantile of max_bearing_load_N (95 %)".
 #[must_use]
 pub fn in_words(question: &Question) -> String {
     let what = match &question.ask {
@@ -30,7 +30,7 @@ pub fn in_words(question: &Question) -> String {
     format!("{}: {what} (confidence {})", question.name, percent_given(question.confidence))
 }
 
-/// What a figure is of: "95 % quantile of max_bearing_load_N".
+/// Quantity that a figure estimates: "95 % quantile of max_bearing_load_N".
 pub(super) fn subject(figure: &Figure) -> String {
     match figure {
         Figure::Probability(formula) => format!("P({})", formula.text),
@@ -39,13 +39,13 @@ pub(super) fn subject(figure: &Figure) -> String {
     }
 }
 
-/// A column's name ends in its unit.
+/// Column name with its unit appended.
 pub(super) fn with_unit(name: &str, unit: &str) -> String {
     let unit = unit.replace(' ', "").replace('/', "_");
     if unit.is_empty() { name.to_owned() } else { format!("{name}_{unit}") }
 }
 
-/// Ok rows of which a condition says nothing, in words.
+/// Adds a note about ok rows where the condition has no value.
 pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
     if undefined > 0 {
         let runs = counted(undefined, "run");
@@ -54,7 +54,7 @@ pub(super) fn note_undefined(notes: &mut Vec<String>, undefined: u64) {
     }
 }
 
-/// Rows without a value, in words.
+/// Adds a note about rows without a value.
 pub(super) fn note_empty(notes: &mut Vec<String>, empty: u64, what: &str) {
     if empty > 0 {
         let runs = counted(empty, "run");

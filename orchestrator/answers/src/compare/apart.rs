@@ -1,9 +1,9 @@
-//! Rows that have no partner, as two samples: differences of means and of quantiles, B less A.
+//! Rows without partner, compared as two samples: differences of means and of quantiles, B - A.
 //!
-//! Two studies with one seed are drawn from the same numbers: point i of A and point i of B depend on one another, and no other points
-//! do. So the limits of both are put together by the correlation of the estimates over points (or replicates) of one number, whatever
-//! the seeds are ([`crate::estimate::reach`]). Draws that differ in kind have limits of A and of B that hold with 1 - alpha/2 each.
-//! Means are those of rows that are ok; quantiles count a bad row as anything at all.
+//! Two studies with the same seed are drawn from the same random numbers: point i of A and point i of B are dependent, all other points
+//! are independent. The limits of both are therefore combined with the correlation of the estimates over points (or replicates) of equal
+//! number, whatever the seeds are ([`crate::estimate::reach`]). If the kinds of draw differ, the limits of A and of B hold with
+//! 1 - alpha/2 each. Means use rows that are ok; quantiles let a bad row have any value.
 
 use super::draw::Clusters;
 use super::found::{Apart, Interval, QuantileApart};
@@ -19,7 +19,7 @@ use crate::estimate::scheme::{FEW, Scheme};
 use crate::tables::ColumnHead;
 use std::collections::BTreeMap;
 
-/// Quantiles that are told.
+/// Levels of the quantiles that are compared.
 const QUANTILES: [f64; 2] = [0.5, 0.95];
 
 /// Rows of one table that have no partner.
@@ -30,21 +30,21 @@ pub(super) struct Rest<'a> {
     pub samples: &'a [u64],
     /// Whether each row of the table is ok.
     pub is_ok: &'a dyn Fn(usize) -> bool,
-    /// What depends on what.
+    /// Dependence between the rows.
     pub clusters: &'a Clusters,
 }
 
-/// Values of a rest.
+/// Estimates from the unmatched rows of one table.
 struct Half {
     mean: Figures,
     bad: u64,
     quantiles: [Figures; QUANTILES.len()],
-    /// The number of each row's point or replicate, and its value where it is ok.
+    /// Number of the point or replicate of each row, and its value where the row is ok.
     rows: Vec<(u64, Option<f64>)>,
 }
 
 impl Half {
-    /// Parts of a ratio of sums by point or replicate; `of`: the parts of a row.
+    /// Numerator and denominator of a ratio of sums, by point or replicate; `of` returns the terms of a row.
     fn clusters(&self, of: impl Fn(Option<f64>) -> Option<(f64, f64)>) -> Vec<Cluster> {
         let mut sums: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
         for (number, value) in &self.rows {
@@ -56,19 +56,19 @@ impl Half {
         sums.into_iter().map(|(number, (above, below))| (number, above, below)).collect()
     }
 
-    /// Numbers of rows at most a level by point or replicate; a bad row is one of them.
+    /// Numbers of rows at or below a level, by point or replicate; a bad row counts as below.
     fn at_most(&self, level: f64) -> Vec<Cluster> {
         self.clusters(|value| Some((f64::from(u8::from(value.is_none_or(|value| value <= level))), 1.0)))
     }
 }
 
-/// A column of numbers in both; NaN is none.
+/// Compares a column of numbers of both tables; NaN is a missing value.
 pub(super) fn apart(head: &ColumnHead, a: (&[f64], &Rest<'_>), b: (&[f64], &Rest<'_>)) -> Apart {
     let are_alike = a.1.clusters.are_alike(b.1.clusters);
     let halves = |alpha: f64| (half(a.0, a.1, alpha), half(b.0, b.1, alpha));
     let alpha = 1.0 - CONFIDENCE;
     let (of_a, of_b) = halves(if are_alike { alpha } else { 0.5 * alpha });
-    // where nothing is known of a correlation
+    // for figures without a known correlation
     let apart = std::cell::OnceCell::new();
     let apart = || apart.get_or_init(|| halves(0.5 * alpha));
     let mean = match are_alike.then(|| of_means(&of_a, &of_b)).flatten() {
@@ -99,13 +99,13 @@ pub(super) fn apart(head: &ColumnHead, a: (&[f64], &Rest<'_>), b: (&[f64], &Rest
     }
 }
 
-/// Correlation of both means; `None`: one of both does not vary.
+/// Correlation of the two means; `None` if one of the means does not vary.
 fn of_means(a: &Half, b: &Half) -> Option<f64> {
     let sums = |half: &Half| half.clusters(|value| value.map(|value| (value, 1.0)));
     correlation(&sums(a), &sums(b))
 }
 
-/// Correlation of the numbers of values at most both estimates of a quantile.
+/// Correlation between the counts of values at or below each table's quantile estimate.
 fn of_quantiles(a: &Half, b: &Half, at: usize) -> Option<f64> {
     let (of_a, of_b) = (a.at_most(a.quantiles[at].estimate?), b.at_most(b.quantiles[at].estimate?));
     let sum = |of: &[Cluster]| of.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.1, sum.1 + one.2));
@@ -127,7 +127,7 @@ fn half(cells: &[f64], rest: &Rest<'_>, alpha: f64) -> Half {
             rows.push((number, Some(cells[row])));
         }
     }
-    // once here, so that no quantile has to
+    // sorted once for all quantiles
     sorted.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
     let numbers: Vec<f64> = sorted.iter().map(|(number, _)| *number).collect();
     let mut clusters: Vec<u32> = sorted.iter().map(|(_, cluster)| *cluster).collect();
@@ -151,7 +151,7 @@ fn half(cells: &[f64], rest: &Rest<'_>, alpha: f64) -> Half {
     Half { mean: of_mean, bad: count, quantiles, rows }
 }
 
-/// Limits of few values are those of as many independent ones, which rows of one point are not.
+/// With few values the limits would be those of independent rows; rows of one point are dependent, so no interval is given.
 fn enough(scheme: &Scheme, clusters: &Clusters, rows: usize, level: f64) -> Scheme {
     match scheme {
         Scheme::Replicated(points) if clusters.are_points() => {

@@ -3,22 +3,22 @@
 use super::draw::Draw;
 use std::path::PathBuf;
 
-/// A table.
+/// A table to compare.
 #[derive(Debug, Clone)]
 pub struct Source<'a> {
-    /// What it is called.
+    /// Name shown to the reader.
     pub name: String,
-    /// Its files, at least one.
+    /// Files of the table, at least one.
     pub files: &'a [PathBuf],
-    /// How its rows were drawn.
+    /// Sampling of its rows.
     pub draw: &'a Draw,
 }
 
-/// What is asked.
+/// Options of the comparison.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
-    /// `COLUMN VALUE`, each.
+    /// Tolerances, each as `COLUMN VALUE`.
     pub tolerances: &'a [String],
-    /// Inputs that rows do not match by.
+    /// Inputs that are ignored when rows are matched.
     pub ignore: &'a [String],
 }

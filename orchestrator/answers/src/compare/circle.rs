@@ -1,7 +1,7 @@
-//! Angles: results in rad are places on a circle, so 3.1 and -3.1 differ by 0.08.
+//! Angles: results in rad are directions, so 3.1 and -3.1 differ by 0.08.
 //!
 //! ```text
-//! B - A   in [-pi, pi], the short way round
+//! B - A   in [-pi, pi], along the shorter arc
 //! mean    direction of the sum of unit vectors
 //! ```
 

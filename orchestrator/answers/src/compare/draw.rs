@@ -1,11 +1,11 @@
-//! How the rows of a table were drawn, as far as that is known: what intervals may rest on.
+//! Sampling of the rows of a table, as far as known: the basis of the intervals.
 //!
-//! Rows of one point of a design (values of `[[vary]]`) depend on one another; then points count, not rows: their sums are what is
-//! independent (a ratio of sums over points, W. G. Cochran, "Sampling techniques" (1977), section 2.11).
+//! Rows of one point of a design (values of `[[vary]]`) depend on one another. The independent units are then the sums over points
+//! (a ratio of sums over points, W. G. Cochran, "Sampling techniques" (1977), section 2.11).
 
 use crate::estimate::scheme::Scheme;
 
-/// Where the rows of a table come from.
+/// Sampling of the rows of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
     scheme: Scheme,
@@ -13,24 +13,24 @@ pub struct Draw {
     replicate: Vec<u32>,
 }
 
-/// Rows that depend on one another, by their places in a list.
+/// Groups of dependent rows, by their indices in a list.
 #[derive(Debug, Clone)]
 pub(super) struct Clusters {
     pub scheme: Scheme,
-    /// Cluster of each; empty where every row stands for itself.
+    /// Cluster of each row; empty where every row is independent.
     pub of: Vec<u32>,
-    /// Clusters are points, of which only those with a value count.
+    /// Whether clusters are points; only points with a value count.
     are_points: bool,
 }
 
 impl Draw {
-    /// A whole study: what its design allows, rows of a point, and the replicate of each point.
+    /// Sampling of a whole study: scheme of its design, rows of a point, and the replicate of each point.
     #[must_use]
     pub fn whole(scheme: Scheme, rows_per_point: u64, replicate: Vec<u32>) -> Self {
         Self { scheme, rows_per_point: rows_per_point.max(1), replicate }
     }
 
-    /// Rows that no interval rests on, and why.
+    /// Rows that allow no interval, and the reason.
     #[must_use]
     pub fn without(why: &str) -> Self {
         Self::whole(Scheme::Without(why.to_owned()), 1, Vec::new())
@@ -63,12 +63,12 @@ impl Draw {
 }
 
 impl Clusters {
-    /// Of the n-th row.
+    /// Cluster of the n-th row.
     pub fn cluster(&self, at: usize) -> u32 {
         self.of.get(at).copied().unwrap_or(0)
     }
 
-    /// The scheme of the rows that have a value, whose clusters these are: of points only those count that have one.
+    /// Scheme for the rows that have a value; `clusters` are theirs and are renumbered. Points without a value do not count.
     pub fn narrowed(&self, clusters: &mut [u32]) -> Scheme {
         if !self.are_points {
             return self.scheme.clone();
@@ -86,7 +86,7 @@ impl Clusters {
         Scheme::Replicated(count as usize)
     }
 
-    /// Whether those of one number in both are what depends on one another: points, or as many replicates.
+    /// Whether clusters of equal number correspond in both tables: points, or equally many replicates.
     pub fn are_alike(&self, other: &Self) -> bool {
         let replicates = |of: &Self| match of.scheme {
             Scheme::Replicated(count) if !of.are_points => Some(count),
@@ -96,7 +96,7 @@ impl Clusters {
         !has_none(self) && !has_none(other) && replicates(self) == replicates(other)
     }
 
-    /// Whether several rows depend on one another though points are independent.
+    /// Whether clusters are points with several rows each.
     pub fn are_points(&self) -> bool {
         self.are_points
     }

@@ -1,32 +1,32 @@
-//! Why two tables are not compared.
+//! Errors of a comparison of two tables.
 
 use crate::tables::TableError;
 use bladeoff_system::shown;
 use std::path::PathBuf;
 
-/// What can go wrong.
+/// Reason why two tables cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
-    /// A table.
+    /// Error while reading a table.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A table that no study wrote.
+    /// A table without a column that every result table has.
     #[error("{} has no column {column} before its results: it is not a result table", shown(path))]
     NoColumn {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
-        /// What it lacks.
+        /// Name of the missing column.
         column: &'static str,
     },
-    /// A row whose status cannot be read.
+    /// A row whose sample number or status cannot be read.
     #[error("{}: row {row} has no number of a sample, or its status cannot be read", shown(path))]
     Row {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
-        /// From 0.
+        /// Row number from 0.
         row: usize,
     },
-    /// What is asked cannot be meant; each line with what is wrong.
+    /// Invalid options, one line for each error.
     #[error("{}", .0.join("\n"))]
     Asked(Vec<String>),
 }

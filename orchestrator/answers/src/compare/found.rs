@@ -4,100 +4,100 @@ use super::circle;
 use crate::estimate::figures::{Figures, Method};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
-/// Version of the JSON.
+/// Layout version of the JSON output.
 pub const SCHEMA: u32 = 1;
 
-/// All of it.
+/// Result of a comparison.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Compared {
-    /// [`SCHEMA`].
+    /// Layout version, [`SCHEMA`].
     pub schema: u32,
-    /// The reference.
+    /// The reference table.
     pub a: Sided,
-    /// What is held against it.
+    /// The table compared with A.
     pub b: Sided,
-    /// Of every interval, each for itself.
+    /// Confidence level of each interval separately.
     pub confidence: f64,
-    /// What the two say of where they come from, where that differs.
+    /// Provenance entries that differ between the tables.
     pub differs: Vec<Differs>,
-    /// Inputs that rows match by.
+    /// Inputs by which rows are matched.
     pub inputs: Vec<String>,
-    /// Inputs that they do not.
+    /// Inputs ignored in the matching.
     pub ignored: Vec<String>,
-    /// Results that A alone has.
+    /// Results that only A has.
     pub only_in_a: Vec<String>,
-    /// Results that B alone has.
+    /// Results that only B has.
     pub only_in_b: Vec<String>,
-    /// Results that hold something else in A than in B.
+    /// Results whose kind or unit differs between A and B.
     pub of_another_kind: Vec<String>,
-    /// Rows and their partners.
+    /// Counts of matched and unmatched rows.
     pub matched: Matched,
-    /// What a reader has to know of the matching.
+    /// Notes on the matching for the reader.
     pub notes: Vec<String>,
     /// Statuses of the pairs.
     pub status: Statuses,
-    /// Of each column of numbers, over pairs that are ok in both.
+    /// Differences of every numeric column, over pairs that are ok in both tables.
     pub paired: Vec<Difference>,
-    /// Columns of words that differ, over the same pairs.
+    /// Text columns that differ, over the same pairs.
     pub words: Vec<WordChange>,
-    /// Of each column of numbers, over the rows without partner, where both have some.
+    /// Differences of every numeric column between the unmatched rows, where both tables have some.
     pub apart: Vec<Apart>,
-    /// Each tolerance.
+    /// Result of each tolerance.
     pub tolerances: Vec<Judged>,
-    /// Whether anything is out of tolerance; `None` without tolerances. Its key keeps the name that it has in schema 1.
+    /// Whether any tolerance is exceeded; `None` without tolerances. The key keeps its name from schema 1.
     #[serde(rename = "beyond")]
     pub out_of_tolerance: Option<bool>,
 }
 
-/// One of both.
+/// One of the two tables.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Sided {
-    /// Its directory or file.
+    /// Directory or file.
     pub name: String,
-    /// Rows.
+    /// Number of rows.
     pub rows: u64,
-    /// Rows that are ok.
+    /// Number of rows that are ok.
     pub ok: u64,
 }
 
-/// Something that differs; `None`: not told.
+/// A provenance entry that differs; `None` where a table has no such entry.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Differs {
-    /// What.
+    /// Key of the entry.
     pub what: String,
-    /// In A.
+    /// Value in A.
     pub a: Option<String>,
-    /// In B.
+    /// Value in B.
     pub b: Option<String>,
 }
 
-/// Rows and their partners.
+/// Counts of matched and unmatched rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct Matched {
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: u64,
-    /// Pairs of inputs that several rows of each have, matched in the order of samples.
+    /// Pairs whose inputs occur in several rows of each table; these are matched in the order of samples.
     pub repeated: u64,
     /// Rows of A without partner.
     pub only_in_a: u64,
     /// Rows of B without partner.
     pub only_in_b: u64,
-    /// Of those of A: B has their inputs another number of times.
+    /// Unmatched rows of A whose inputs occur in B a different number of times.
     pub unclear_in_a: u64,
-    /// Of those of B.
+    /// Unmatched rows of B whose inputs occur in A a different number of times.
     pub unclear_in_b: u64,
 }
 
-/// A pair, with what finds it.
+/// A pair of rows, with the inputs that identify it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Pair {
-    /// Number of the sample in A.
+    /// Sample number in A.
     pub a: u64,
-    /// In B.
+    /// Sample number in B.
     pub b: u64,
-    /// Its inputs in A; one that is ignored also with its value in B.
+    /// Inputs in A; an ignored input also with its value in B.
     pub inputs: Inputs,
-    /// Places in the tables.
+    /// Row indices in the two tables.
     #[serde(skip)]
     pub(super) rows: (usize, usize),
 }
@@ -108,7 +108,7 @@ impl Pair {
     }
 }
 
-/// Inputs by column, in the order of the columns; of an ignored one two values where they differ.
+/// Inputs by column, in the order of the columns; an ignored input has two values where the tables differ.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Inputs(pub Vec<(String, String)>);
 
@@ -122,46 +122,46 @@ impl Serialize for Inputs {
     }
 }
 
-/// What became of the pairs.
+/// Statuses of the pairs.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Statuses {
-    /// Pairs that are ok in both.
+    /// Pairs that are ok in both tables.
     pub ok: u64,
-    /// Pairs that are not ok in both, for the same cause: `guarded_` columns and `beyond_s` alone are compared.
+    /// Pairs that are not ok in either table, with the same cause. Only `guarded_` columns and `beyond_s` of these are compared.
     pub bad_alike: u64,
-    /// Pairs whose status or cause is another one.
+    /// Pairs whose status or cause differs.
     pub changed: u64,
-    /// From what to what.
+    /// Changes of status, each with its pairs.
     pub changes: Vec<Change>,
 }
 
 /// A change of status.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Change {
-    /// In A: "ok", or status and cause.
+    /// Verdict in A: "ok", or status and cause.
     pub from: String,
-    /// In B.
+    /// Verdict in B.
     pub to: String,
-    /// Pairs.
+    /// Number of pairs.
     pub count: u64,
-    /// The first of them.
+    /// The first pairs of this change.
     pub pairs: Vec<Pair>,
 }
 
-/// A number with its interval.
+/// An estimate with its interval.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Interval {
-    /// The number.
+    /// Estimate.
     pub estimate: Option<f64>,
     /// Lower limit.
     pub low: Option<f64>,
     /// Upper limit.
     pub high: Option<f64>,
-    /// How the limits were made.
+    /// Method of the interval.
     pub method: Method,
-    /// They hold in the limit of many points.
+    /// Whether the interval holds asymptotically (many points) instead of exactly.
     pub approximate: bool,
-    /// What a reader has to know.
+    /// Reservations and remarks for the reader.
     pub notes: Vec<String>,
 }
 
@@ -179,41 +179,41 @@ impl Interval {
     }
 }
 
-/// How far a column moved, B - A.
+/// Difference B - A of a numeric column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Difference {
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// Its SI unit.
+    /// SI unit.
     pub unit: String,
     /// Pairs with a value in both.
     pub pairs: u64,
-    /// Of those, pairs without a difference.
+    /// Pairs with a value in both tables and without a difference.
     pub same: u64,
-    /// Pairs that have no value in either.
+    /// Pairs without a value in either table.
     pub empty: u64,
-    /// Pairs with a value in A alone.
+    /// Pairs with a value only in A.
     pub only_in_a: u64,
-    /// Pairs with a value in B alone.
+    /// Pairs with a value only in B.
     pub only_in_b: u64,
-    /// Mean of A over the pairs with a value in both.
+    /// Mean of A over the pairs with a value in both tables.
     pub mean_a: Option<f64>,
-    /// Mean of B.
+    /// Mean of B over the same pairs.
     pub mean_b: Option<f64>,
     /// Mean of B - A.
     pub mean: Interval,
-    /// Largest |B - A| over the root mean square of A, of angles over half a turn; `None` where all A are 0 or nothing moved.
+    /// Largest |B - A| divided by the root mean square of A, for angles divided by pi; `None` where all A are 0 or nothing differs.
     pub relative: Option<f64>,
-    /// The pairs that moved farthest, the farthest first.
+    /// The pairs with the largest differences, in descending order.
     pub largest_changes: Vec<PairChange>,
-    /// The first pairs with a value in one alone.
+    /// The first pairs with a value in only one table.
     pub one_sided: Vec<PairChange>,
 }
 
 /// A pair and its two values.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct PairChange {
-    /// The pair.
+    /// Rows and inputs of the pair.
     #[serde(flatten)]
     pub pair: Pair,
     /// Value in A.
@@ -223,96 +223,96 @@ pub struct PairChange {
 }
 
 impl PairChange {
-    /// B - A, in the unit of the column; of angles the short way round.
+    /// B - A in the unit of the column; for angles along the shorter arc.
     #[must_use]
     pub fn difference(&self, unit: &str) -> Option<f64> {
         Some(circle::difference(unit, self.value_a?, self.value_b?))
     }
 }
 
-/// A column of words of which some differ.
+/// A text column with differences.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct WordChange {
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// From what to what (null: none) in how many pairs, the most frequent first.
+    /// Old value, new value (null: missing) and number of pairs, the most frequent first.
     pub changes: Vec<(Option<String>, Option<String>, u64)>,
-    /// Pairs that differ.
+    /// Number of pairs that differ.
     pub changed: u64,
-    /// The first one.
+    /// The first pair that differs.
     pub first: Option<Pair>,
 }
 
-/// Two samples of a column: the rows of A and those of B that have no partner.
+/// The unmatched rows of A and of B, compared as two samples of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Apart {
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// Its SI unit.
+    /// SI unit.
     pub unit: String,
-    /// Rows of A that are ok and have a value.
+    /// Unmatched rows of A that are ok and have a value.
     pub values_a: u64,
-    /// Of B.
+    /// Unmatched rows of B that are ok and have a value.
     pub values_b: u64,
-    /// Rows of A that are not ok.
+    /// Unmatched rows of A that are not ok.
     pub bad_a: u64,
-    /// Of B.
+    /// Unmatched rows of B that are not ok.
     pub bad_b: u64,
-    /// Mean of A over rows that are ok.
+    /// Mean over the ok rows of A.
     pub mean_a: Option<f64>,
-    /// Of B.
+    /// Mean over the ok rows of B.
     pub mean_b: Option<f64>,
-    /// Mean of B less mean of A.
+    /// Mean of B - mean of A.
     pub mean: Interval,
-    /// Differences of quantiles, bad rows counted both ways.
+    /// Differences of quantiles; the intervals cover any value of the bad rows.
     pub quantiles: Vec<QuantileApart>,
 }
 
 /// A difference of quantiles.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct QuantileApart {
-    /// Which one.
+    /// Level of the quantile, between 0 and 1.
     pub quantile: f64,
-    /// Of A.
+    /// Quantile of A.
     pub a: Option<f64>,
-    /// Of B.
+    /// Quantile of B.
     pub b: Option<f64>,
-    /// Of B less of A.
+    /// Quantile of B - quantile of A.
     pub difference: Interval,
 }
 
-/// A tolerance and the pairs out of it.
+/// A tolerance and the pairs that exceed it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Judged {
-    /// As written.
+    /// The tolerance as entered.
     pub tolerance: String,
-    /// Its column.
+    /// Name of the column.
     pub column: String,
-    /// Pairs that were compared: those with a value in both.
+    /// Pairs compared: those with a value in both tables.
     pub compared: u64,
-    /// Pairs out of tolerance. The key keeps the name that it has in schema 1.
+    /// Pairs that exceed the tolerance. The key keeps its name from schema 1.
     #[serde(rename = "beyond")]
     pub out: u64,
-    /// Pairs with a value in one alone: not compared, out of tolerance.
+    /// Pairs with a value in only one table: not compared, counted as exceeding the tolerance.
     pub one_sided: u64,
-    /// Pairs without a value in either: not compared.
+    /// Pairs without a value in either table: not compared.
     pub empty: u64,
-    /// First pair with a value in one alone.
+    /// First pair with a value in only one table.
     pub first_one_sided: Option<Pair>,
-    /// First pair without a value in either.
+    /// First pair without a value in either table.
     pub first_empty: Option<Pair>,
-    /// The pair that exceeds it most, or that is nearest to it.
+    /// The pair with the largest ratio of difference to tolerance.
     pub worst: Option<PairChange>,
 }
 
 impl Judged {
-    /// The pairs that it names.
+    /// The pairs that this result refers to.
     pub(super) fn pairs(&mut self) -> impl Iterator<Item = &mut Pair> {
         let worst = self.worst.iter_mut().map(|worst| &mut worst.pair);
         worst.chain(&mut self.first_one_sided).chain(&mut self.first_empty)
     }
 
-    /// Whether pairs were compared and all are within.
+    /// Whether pairs were compared and all are within the tolerance.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.compared > 0 && self.out == 0 && self.one_sided == 0

@@ -1,11 +1,11 @@
-//! The inputs of some rows, as words that find them again.
+//! Inputs of selected rows, formatted to identify the rows.
 
 use super::side::{Cells, cells};
 use crate::tables::{ColumnHead, Table, TableError};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Of each of these rows its inputs, in the order of `heads`; "none" where it has none.
+/// Inputs of each selected row in the order of `heads`; "none" for a missing value.
 pub(super) fn of_rows(
     files: &[PathBuf],
     heads: &[ColumnHead],
@@ -22,7 +22,7 @@ pub(super) fn of_rows(
         for (row, told) in found.range_mut(from..from + piece.rows()) {
             for (head, told) in heads.iter().zip(told) {
                 let word = match cells(piece, head) {
-                    // the shortest decimal that reads back as the same bits
+                    // the shortest decimal that parses to the same bits
                     Some(Cells::Numbers(numbers)) => numbers[row - from].map(|number| format!("{number:?}")),
                     Some(Cells::Words(words)) => words[row - from].clone(),
                     None => None,

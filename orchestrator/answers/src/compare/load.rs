@@ -1,22 +1,22 @@
-//! Columns of a table in memory, a few at a time: a million rows of all columns would be gigabytes.
+//! Reads a few columns of a table at a time: all columns of a million rows would take gigabytes.
 
 use crate::tables::{ColumnHead, HeadKind, Table, TableError};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// Cells that are in memory at once, of each table.
+/// Largest number of cells of each table in memory at a time.
 const MOST_CELLS: usize = 8 << 20;
 
-/// Cells of a column; every one that is no finite number is none.
+/// Cells of a column; a number that is not finite counts as missing.
 #[derive(Debug)]
 pub(super) enum Loaded {
-    /// NaN: none.
+    /// Numbers; NaN if missing.
     Numbers(Vec<f64>),
-    /// Numbers of words; 0: none.
+    /// Numbers of words in [`Words`]; 0 if missing.
     Words(Vec<u32>),
 }
 
-/// Words and their numbers, from 1.
+/// Distinct words, numbered from 1.
 #[derive(Debug, Default)]
 pub(super) struct Words {
     numbers: HashMap<String, u32>,
@@ -34,18 +34,18 @@ impl Words {
         number
     }
 
-    /// The word of a number.
+    /// Word with this number.
     pub fn word(&self, number: u32) -> Option<&str> {
         self.words.get((number as usize).checked_sub(1)?).map(String::as_str)
     }
 }
 
-/// How many columns of so many rows are read at once.
+/// Number of columns with so many rows that are read at a time.
 pub(super) fn at_once(rows: usize) -> usize {
     (MOST_CELLS / rows.max(1)).clamp(1, 64)
 }
 
-/// Reads columns of these files, all of `rows` cells.
+/// Reads columns of these files, each with `rows` cells.
 pub(super) fn load(
     files: &[PathBuf],
     heads: &[&ColumnHead],
@@ -78,7 +78,7 @@ pub(super) fn load(
         Loaded::Numbers(cells) => cells.len() == rows,
         Loaded::Words(cells) => cells.len() == rows,
     };
-    // it was another file a moment ago, or lacks a column that the first of several has
+    // the file was replaced meanwhile, or lacks a column of the first file
     let damaged = || TableError::Damaged { path: files.first().cloned().unwrap_or_default() };
     if loaded.iter().all(is_whole) { Ok(loaded) } else { Err(damaged()) }
 }

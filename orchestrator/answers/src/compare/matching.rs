@@ -1,32 +1,32 @@
-//! Which row of A is which row of B.
+//! Matches rows of A with rows of B by their inputs.
 //!
-//! Inputs that several rows have (repeats, or inputs that are ignored): as many in A as in B are matched in the order of their samples,
-//! the first with the first; where their numbers differ nobody knows which belong together, and none is matched.
+//! Several rows of a table can have the same inputs (repeats, or ignored inputs). If their number is the same in A and B, they are
+//! matched in the order of their samples. If it differs, the assignment is ambiguous and none of them is matched.
 
 use super::side::Side;
 
-/// Rows and their partners.
+/// Matched and unmatched rows.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Matching {
-    /// Rows of A and of B, by the samples of A.
+    /// Row indices in A and B, in the order of the samples of A.
     pub pairs: Vec<(usize, usize)>,
-    /// Rows without partner, by their samples.
+    /// Unmatched rows of A, in the order of samples.
     pub only_a: Vec<usize>,
-    /// Likewise.
+    /// Unmatched rows of B, in the order of samples.
     pub only_b: Vec<usize>,
-    /// Pairs of inputs that several rows have.
+    /// Pairs whose inputs occur in several rows.
     pub repeated: u64,
-    /// Of the rows without partner, those whose inputs the other one has, too, but another number of times.
+    /// Unmatched rows of A and of B whose inputs occur in the other table a different number of times.
     pub unclear: (u64, u64),
 }
 
 impl Matching {
-    /// No row has a partner.
+    /// Result without any pair.
     pub fn none(a: &Side, b: &Side) -> Self {
         Self { only_a: by_sample(a), only_b: by_sample(b), ..Self::default() }
     }
 
-    /// By the keys of the rows.
+    /// Matches rows by the keys of their inputs.
     pub fn of(a: &Side, b: &Side) -> Self {
         let (rows_a, rows_b) = (by_key(a), by_key(b));
         let mut found = Self::default();

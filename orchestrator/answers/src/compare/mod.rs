@@ -1,17 +1,16 @@
-//! Two result tables side by side: what moved from A to B, and whether that is within tolerances.
+//! Compares two result tables: differences from A to B, and tolerances on them.
 //!
 //! ```text
 //! heads --names--> inputs to match by, results in both, tolerances          every wrong name at once
 //! inputs --side--> a key and a verdict of each row --matching--> pairs, rows without partner
-//! results, some columns at a time --paired--> differences B - A, largest largest_changes; --tolerance--> what is out of it
+//! results, some columns at a time --paired--> differences B - A, largest differences; --tolerance--> exceeded tolerances
 //!                                 --apart--> of rows without partner: differences of means and quantiles
 //!   --told--> words     (serde) --> JSON
 //! ```
-//! Rows match where all their inputs are the same numbers, bit by bit (0 and -0 are the same), and the same words. A row that is not ok has
-//! no value to compare: where only one of both is bad, or both for other causes, its status changed, which is told and never a difference
-//! of zero.
+//! Rows match where all inputs are the same numbers (bit by bit; 0 and -0 are equal) and the same words. A row that is not ok has no value
+//! to compare. If only one row of a pair is bad, or the causes differ, this is reported as a change of status, never as a difference of zero.
 //!
-//! An interval stands only where a whole study was drawn at random, as everywhere in this package ([`crate::estimate::scheme`]).
+//! An interval is given only where a whole study was drawn at random, as everywhere in this package ([`crate::estimate::scheme`]).
 
 mod apart;
 mod asked;

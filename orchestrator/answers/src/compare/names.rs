@@ -1,4 +1,4 @@
-//! Which columns two tables match by, and which are compared; names of the command line are found or refused, all at once.
+//! Columns by which two tables match, and columns that are compared. Names from the command line are resolved, and all errors are reported together.
 
 use super::asked::Asked;
 use super::error::CompareError;
@@ -10,12 +10,12 @@ use std::path::Path;
 
 const SAMPLE: &str = "sample";
 const STATUS: &str = "status";
-/// Which part of its design a point is of: no input of a run.
+/// Columns that place a point in its design; these are not inputs of a run.
 const OF_DESIGN: [&str; 2] = ["replicate", "block"];
-/// What a row's verdict is made of; the rest behind it are results.
+/// Columns of a verdict; the columns behind them are results.
 const VERDICT: [&str; 3] = [STATUS, "cause", "causes"];
 
-/// Columns of one table.
+/// Input and result columns of one table.
 pub(super) struct Columns {
     inputs: Vec<ColumnHead>,
     results: Vec<ColumnHead>,
@@ -23,7 +23,7 @@ pub(super) struct Columns {
 
 impl Columns {
     /// # Errors
-    /// It is no result table.
+    /// The file is not a result table.
     pub fn of(heads: Vec<ColumnHead>, path: &Path) -> Result<Self, CompareError> {
         let no = |column| CompareError::NoColumn { path: path.to_path_buf(), column };
         let at = |name: &str| heads.iter().position(|head| head.name == name);
@@ -39,30 +39,30 @@ impl Columns {
     }
 }
 
-/// What is matched and compared.
+/// Columns for matching and comparison.
 #[derive(Debug, Default)]
 pub(super) struct Names {
-    /// Inputs that rows match by, in the order of A.
+    /// Inputs by which rows match, in the order of A.
     pub by: Vec<ColumnHead>,
-    /// Inputs of either table, ignored ones among them, in the order of A, then of B.
+    /// Inputs of either table, including ignored ones, in the order of A, then of B.
     pub inputs: Vec<ColumnHead>,
-    /// Those that are ignored.
+    /// Names of the ignored inputs.
     pub ignored: Vec<String>,
-    /// Inputs that one alone has, and that are not ignored: nothing matches then.
+    /// Inputs that only one table has and that are not ignored; if there are any, no row matches.
     pub alone: (Vec<String>, Vec<String>),
-    /// Results of both.
+    /// Results of both tables.
     pub results: Vec<ColumnHead>,
-    /// Results of A alone, of B alone.
+    /// Results of A alone and of B alone.
     pub only: (Vec<String>, Vec<String>),
-    /// Results of both that hold other things, or in other units.
+    /// Results whose kind or unit differs between the tables.
     pub of_another_kind: Vec<String>,
-    /// What may move how far.
+    /// Tolerances of columns.
     pub tolerances: Vec<Tolerance>,
 }
 
 impl Names {
     /// # Errors
-    /// Names of the command line that name nothing, tolerances that are none.
+    /// Names from the command line that match no column, and invalid tolerances.
     pub fn of(a: &Columns, b: &Columns, asked: &Asked<'_>) -> Result<Self, CompareError> {
         let mut found = Self::default();
         let mut wrong = Vec::new();
@@ -108,12 +108,12 @@ impl Names {
     }
 }
 
-/// What is wrong with an option, in one line.
+/// Error message for an option, in one line.
 fn line(option: &str, given: &str, why: &str) -> String {
     visible(&format!("{option} {:?}: {why}", cut(given, 80))).into_owned()
 }
 
-/// The input that a name means: its column, the column without its unit, or an ending of either behind a dot.
+/// The input that a name refers to: the column name, the name without its unit, or the part of either behind a dot.
 fn ignored(name: &str, inputs: &[ColumnHead], a: &Columns, b: &Columns) -> Result<String, String> {
     if let Some(head) = inputs.iter().find(|head| head.name == name) {
         return Ok(head.name.clone());

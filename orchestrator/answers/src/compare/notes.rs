@@ -1,4 +1,4 @@
-//! Notes on the matching: why rows have no partner, and how they would get one.
+//! Notes on the matching: why rows have no partner, and how to match them.
 
 use super::asked::Source;
 use super::error::CompareError;
@@ -8,7 +8,7 @@ use super::side::{Side, cells, hash, push};
 use crate::tables::{ColumnHead, Table, TableError};
 use std::collections::HashSet;
 
-/// In the order in which they are told.
+/// Notes in the order of output.
 pub(super) fn of(
     names: &Names,
     matching: &Matching,
@@ -50,7 +50,7 @@ pub(super) fn of(
     Ok(notes)
 }
 
-/// Whether any value of an input is in both tables.
+/// Whether both tables share any value of an input.
 fn shares(head: &ColumnHead, a: &Source<'_>, b: &Source<'_>) -> Result<bool, TableError> {
     let mut values = HashSet::new();
     let mut bytes = Vec::new();

@@ -1,8 +1,8 @@
-//! Differences of a column over pairs that are ok in both, and whether they are within tolerances. Columns of values before a guard or limit was
-//! exceeded ([`is_reached`]) are compared over pairs of the same other status, too.
+//! Differences of a column over pairs that are ok in both tables, and tolerances on them. Columns with values before a guard or limit was
+//! exceeded ([`is_reached`]) are also compared over pairs with the same other status.
 //!
 //! ```text
-//! d = B - A,   mean d with Student's t: of pairs, of points where several pairs are of one, of replicates
+//! d = B - A,   mean d with Student's t over pairs, over points where a point has several pairs, or over replicates
 //! ```
 
 use super::circle::{self, is_angle};
@@ -18,18 +18,18 @@ use crate::tables::ColumnHead;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// Pairs that are shown as the farthest, and with a value in one alone.
+/// Largest number of pairs listed as largest differences, or with a value in only one table.
 const SHOWN: usize = 5;
-/// Changes of words that are told.
+/// Largest number of word changes listed.
 const MOST_CHANGES: usize = 20;
 
-/// Pairs that are compared.
+/// Pairs of rows to compare.
 pub(super) struct Pairs<'a> {
-    /// Rows.
+    /// Row indices in A and B.
     pub rows: &'a [(usize, usize)],
-    /// Samples of all rows of A and of B.
+    /// Sample numbers of all rows of A and of B.
     pub samples: (&'a [u64], &'a [u64]),
-    /// What depends on what.
+    /// Dependence between the pairs.
     pub clusters: &'a Clusters,
 }
 
@@ -45,12 +45,12 @@ impl Pairs<'_> {
     }
 }
 
-/// Whether a column is known in rows that are not ok: values before a guard or limit was exceeded, and the time of a limit.
+/// Whether a column also has values in rows that are not ok: values before a guard or limit was exceeded, and the time of a limit.
 pub(super) fn is_reached(column: &str) -> bool {
     column.starts_with("guarded_") || column == "beyond_s"
 }
 
-/// The pairs that are farthest, by a measure; of equal ones the first.
+/// The pairs with the largest values of a measure; the first of equal ones.
 #[derive(Default)]
 struct Farthest(Vec<(f64, usize)>);
 
@@ -65,7 +65,7 @@ impl Farthest {
     }
 }
 
-/// A column of numbers; NaN is none.
+/// Difference of a numeric column; NaN is a missing value.
 pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Difference {
     let mut values = Values::default();
     let (mut same, mut empty, mut only_in_a, mut only_in_b) = (0, 0, 0, 0);
@@ -98,7 +98,7 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
     let scheme = pairs.clusters.narrowed(&mut values.point);
     let found = mean(&values, &scheme, |cluster| cluster, 1.0 - CONFIDENCE);
     let largest = farthest.0.first().map(|(moved, _)| *moved);
-    // an angle has no size: half a turn is the farthest
+    // angles have no root mean square: half a turn is the largest difference
     let size = if is_angle(&head.unit) { PI } else { libm::sqrt(squares.value() / count) };
     let largest_changes = farthest.0.iter().map(|&(_, at)| {
         let (row_a, row_b) = pairs.rows[at];
@@ -121,7 +121,7 @@ pub(super) fn difference(head: &ColumnHead, a: &[f64], b: &[f64], pairs: &Pairs<
     }
 }
 
-/// A tolerance of a column.
+/// Checks the tolerance of a column.
 pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'_>) -> Judged {
     let (mut compared, mut out, mut one_sided, mut empty) = (0, 0, 0, 0);
     let (mut first_one_sided, mut first_empty) = (None, None);
@@ -153,7 +153,7 @@ pub(super) fn judge(tolerance: &Tolerance, a: &[f64], b: &[f64], pairs: &Pairs<'
     Judged { tolerance: text, column, compared, out, one_sided, empty, first_one_sided, first_empty, worst }
 }
 
-/// A column of words; `None`: they are the same.
+/// Changes of a text column; `None` without changes.
 pub(super) fn words(head: &ColumnHead, a: &[u32], b: &[u32], pairs: &Pairs<'_>, words: &Words) -> Option<WordChange> {
     let mut counts: BTreeMap<(u32, u32), u64> = BTreeMap::new();
     let mut first = None;
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn rows_of_one_point_are_not_counted_as_several() {
-        // the same difference in both rows of a point: no more is known than by one of them
+        // the same difference in both rows of a point: the second row adds no information
         let (a, b) = ([0.0; 6], [1.0, 1.0, 2.0, 2.0, 6.0, 6.0]);
         let (rows, samples): (Vec<_>, Vec<u64>) = ((0..6).map(|row| (row, row)).collect(), (0..6).collect());
         let clusters = Draw::whole(Scheme::Independent, 2, vec![0; 3]).clusters(samples.iter().copied());

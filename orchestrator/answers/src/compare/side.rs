@@ -1,11 +1,11 @@
-//! One of two tables: of each row its sample, its verdict and the key of its inputs.
+//! One of two tables: sample, verdict and input key of each row.
 
 use super::error::CompareError;
 use crate::tables::{ColumnHead, HeadKind, Table};
 use bladeoff_model::outcome::Status;
 use std::path::PathBuf;
 
-/// Verdicts by their words: "ok", "failed: diverged". The first one is ok.
+/// Verdicts by their text: "ok", "failed: diverged". The first one is ok.
 #[derive(Debug)]
 pub(super) struct Verdicts(Vec<String>);
 
@@ -19,7 +19,7 @@ impl Default for Verdicts {
 }
 
 impl Verdicts {
-    /// There are far fewer than numbers: statuses times causes.
+    /// Number of a verdict. There are at most statuses times causes, far fewer than `u16` allows.
     fn number(&mut self, status: Status, cause: Option<&str>) -> u16 {
         if status == Status::Ok {
             return OK;
@@ -32,20 +32,20 @@ impl Verdicts {
         u16::try_from(found).unwrap_or(u16::MAX)
     }
 
-    /// Its words.
+    /// Text of a verdict.
     pub fn label(&self, number: u16) -> &str {
         self.0.get(usize::from(number)).map_or("of another cause", String::as_str)
     }
 }
 
-/// Rows in the order of their files.
+/// Rows of a table in the order of its files.
 #[derive(Debug, Default)]
 pub(super) struct Side {
-    /// Number of the sample.
+    /// Sample numbers.
     pub samples: Vec<u64>,
-    /// Number of the verdict.
+    /// Verdict numbers in [`Verdicts`].
     pub verdicts: Vec<u16>,
-    /// Of the inputs that rows match by: a hash of 128 bits.
+    /// 128-bit hashes of the inputs by which rows match.
     pub keys: Vec<u128>,
 }
 
@@ -62,7 +62,7 @@ impl Side {
         self.verdicts.iter().filter(|verdict| **verdict == OK).count() as u64
     }
 
-    /// Reads the rows of these files; `by`: the inputs of the key.
+    /// Reads the rows of these files; `by`: inputs of the key.
     pub fn read(files: &[PathBuf], by: &[&ColumnHead], verdicts: &mut Verdicts) -> Result<Self, CompareError> {
         let mut side = Self::default();
         let mut odd = None;
@@ -116,11 +116,11 @@ pub(super) fn cells<'a>(piece: &'a Table, head: &ColumnHead) -> Option<Cells<'a>
     }
 }
 
-/// A cell as bytes, so that no two rows of other cells have the same ones.
+/// Appends a cell as bytes, so that different rows have different bytes.
 pub(super) fn push(bytes: &mut Vec<u8>, cells: Option<&Cells<'_>>, row: usize) {
     match cells {
         Some(Cells::Numbers(numbers)) => match numbers[row].filter(|number| !number.is_nan()) {
-            // 0 and -0 are one number
+            // 0 and -0 are equal
             Some(number) => {
                 bytes.push(1);
                 bytes.extend((number + 0.0).to_bits().to_le_bytes());

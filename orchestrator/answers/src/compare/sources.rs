@@ -1,14 +1,14 @@
-//! Provenance of two tables, side by side.
+//! Provenance of two tables, compared.
 
 use super::found::Differs;
 use crate::tables::{TableError, read_metadata};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What the program writes into a table.
+/// Prefix of the metadata that this program writes into a table.
 const PREFIX: &str = "bladeoff.";
 
-/// Entries that differ.
+/// Metadata entries that differ.
 pub(super) fn differing(a: &Path, b: &Path) -> Result<Vec<Differs>, TableError> {
     let told = |path: &Path| -> Result<BTreeMap<String, String>, TableError> {
         let own = |(key, value): (String, String)| Some((key.strip_prefix(PREFIX)?.to_owned(), value));

@@ -1,4 +1,4 @@
-//! How often the intervals of a comparison hold, over repeated studies of known differences.
+//! Coverage of the intervals of a comparison, over repeated studies with known differences.
 
 use super::apart::{Rest, apart};
 use super::draw::Draw;
@@ -13,7 +13,7 @@ fn head() -> ColumnHead {
     ColumnHead { name: "g".into(), unit: String::new(), kind: HeadKind::Numbers }
 }
 
-/// Numbers that are nearly normal: sums of twelve even ones, by splitmix64.
+/// Approximately normal numbers: sums of twelve uniform ones, from SplitMix64.
 struct Numbers(u64);
 
 impl Numbers {
@@ -30,7 +30,7 @@ impl Numbers {
     }
 }
 
-/// Share of the repeats whose interval holds this.
+/// Share of the repetitions whose interval contains the true value.
 fn coverage(truth: f64, mut repeat: impl FnMut(&mut Numbers) -> Interval) -> f64 {
     let mut numbers = Numbers(7);
     let holds =
@@ -65,7 +65,7 @@ fn rows_of_a_point_that_move_together_are_no_more_than_points() {
     let zeros = vec![0.0; 120];
     let share = coverage(0.3, |numbers| paired(&zeros, &moves(numbers), 4));
     assert!((0.935..0.965).contains(&share), "{share}");
-    // taken for independent they would be far too sure
+    // treating the rows as independent gives far too narrow intervals
     let share = coverage(0.3, |numbers| paired(&zeros, &moves(numbers), 1));
     assert!(share < 0.8, "{share}");
 }
@@ -113,7 +113,7 @@ fn two_samples_are_held_however_they_depend_on_one_another() {
     }
 }
 
-/// Studies of one seed: the limits were those of two studies that may depend on one another in any way, 10 and 6 times as wide.
+/// Studies with the same seed: limits that allowed any dependence between the studies were 10 and 6 times as wide.
 #[test]
 fn studies_of_one_seed_are_compared_point_by_point() {
     let mut numbers = Numbers(3);

@@ -1,4 +1,4 @@
-//! A comparison in words.
+//! Text output of a comparison.
 
 use super::circle::is_angle;
 use super::found::{Apart, Compared, Difference, Differs, Interval, Judged, Pair, PairChange};
@@ -9,22 +9,22 @@ use bladeoff_text::document::units::format_digits;
 use bladeoff_text::document::{cut, visible};
 use std::borrow::Cow;
 
-/// Digits of values.
+/// Significant digits of values.
 const DIGITS: usize = 5;
-/// Unchanged columns that are listed by name.
+/// Largest number of unchanged columns listed by name.
 const MOST_NAMES: usize = 10;
-/// Digits of differences.
+/// Significant digits of differences.
 const FEWER: usize = 3;
-/// Pairs that are named for a change of status or a column.
+/// Largest number of pairs listed for a change of status or a column.
 const NAMED: usize = 3;
-/// Columns whose farthest pairs are told where no tolerance says which matter.
+/// Largest number of columns whose pairs are listed if no tolerance selects columns.
 const COLUMNS: usize = 3;
-/// Letters of a value of what differs.
+/// Characters of a provenance value.
 const LONGEST: usize = 100;
-/// Letters of a hash.
+/// Characters of a hash.
 const HASH: usize = 12;
 
-/// All of it, for a terminal of this width or for a file.
+/// The complete text, for a terminal of this width or for a file.
 #[must_use]
 pub fn told(found: &Compared, width: Option<usize>) -> String {
     let found = &in_lines(found);
@@ -44,7 +44,7 @@ pub fn told(found: &Compared, width: Option<usize>) -> String {
     text
 }
 
-/// The same with every name and value from outside in one line.
+/// A copy in which every name and value read from a file is shown in one line.
 fn in_lines(found: &Compared) -> Compared {
     fn line(text: &mut String) {
         if let Cow::Owned(shown) = visible(text) {
@@ -248,12 +248,12 @@ fn paired(found: &Compared, width: Option<usize>) -> String {
     text
 }
 
-/// Notes about the intervals of columns: each kind once, with the columns it is about.
+/// Notes on the intervals of columns: each kind once, with its columns.
 fn notes<'a>(intervals: impl Iterator<Item = (&'a str, &'a Interval)>) -> String {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for (column, note) in intervals.flat_map(|(column, interval)| interval.notes.iter().map(move |note| (column, note)))
     {
-        // numbers in brackets differ from column to column
+        // numbers in parentheses differ from column to column
         let kind = |note: &'a str| note.split(" (").next();
         match all.iter_mut().find(|(other, _)| kind(other) == kind(note)) {
             None => all.push((note, vec![column])),
@@ -358,7 +358,7 @@ fn largest_changes(found: &Compared) -> String {
     let mut shown: Vec<&Difference> = moved.collect();
     let is_asked = |one: &&Difference| found.tolerances.iter().any(|judged| judged.column == one.column);
     if found.tolerances.is_empty() {
-        // of a column that is 0 in A nothing is larger
+        // a column that is 0 in A has no relative size and comes first
         let size = |one: &Difference| one.relative.unwrap_or(f64::INFINITY);
         shown.sort_by(|x, y| size(y).total_cmp(&size(x)));
         shown.truncate(COLUMNS);
@@ -402,12 +402,12 @@ fn tolerances(found: &Compared) -> String {
     }
 }
 
-/// Pairs that are not ok in both, where their values of this column are not compared.
+/// Pairs that are not ok in either table, if this column is not compared for them.
 fn left_out(judged: &Judged, found: &Compared) -> u64 {
     if is_reached(&judged.column) { 0 } else { found.status.bad_alike }
 }
 
-/// "; not compared: 16 pairs without a value in either (first sample 3)"; empty where all are compared.
+/// "; not compared: 16 pairs without a value in either (first sample 3)"; empty if all pairs are compared.
 fn not_compared(judged: &Judged, found: &Compared) -> String {
     let mut parts = Vec::new();
     if judged.empty > 0 {

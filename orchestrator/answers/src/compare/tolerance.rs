@@ -1,54 +1,54 @@
-//! How far a result may move: `COLUMN VALUE`, in the column's unit, in another one, or in per cent of the value of A.
+//! Tolerances of results: `COLUMN VALUE`, in the unit of the column, in another unit, or in per cent of the value of A.
 //!
 //! ```text
-//! |B - A| <= VALUE,   |B - A| <= VALUE/100 |A|           at the bound is within; of A = 0 nothing but 0 is
+//! |B - A| <= VALUE,   |B - A| <= VALUE/100 |A|           the bound itself is within; for A = 0 only B = 0 is within
 //! ```
-//! A decimal has no exact double, so what is at the bound as it is written may come out an ulp beyond: a part of 1e-9 of what is allowed is
-//! left to that. A tolerance of 0 leaves nothing: bits have to be the same.
+//! Decimals have no exact binary value, so a difference equal to the tolerance as written may exceed it by an ulp. The allowed
+//! difference is therefore enlarged by its 1e-9th part. A tolerance of 0 requires equal values.
 
 use super::circle::{difference, is_angle};
 use crate::tables::{ColumnHead, HeadKind};
 use bladeoff_text::document::units::parse_bare_or_quantity;
 use bladeoff_text::document::{cut, nearest};
 
-/// Part of the allowed difference that is left to rounding.
+/// Relative enlargement of the allowed difference for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Columns that are told where none is like the one that was named.
+/// Largest number of columns listed where none resembles the given name.
 const FEW: usize = 8;
 
-/// Units of results, as the parser of quantities knows them.
+/// Units of results that the parser of quantities accepts.
 const UNITS: [&str; 16] =
     ["", "m", "kg", "s", "rad", "rad/s", "rad/s2", "m/s", "m/s2", "N", "N m", "N s", "N/m", "J", "Pa", "1/s"];
 
-/// What may be between A and B.
+/// Allowed difference between A and B.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Limit {
-    /// In SI.
+    /// Absolute, in SI units.
     Absolute(f64),
-    /// Of the value of A.
+    /// Relative to the value of A.
     Share(f64),
 }
 
-/// Columns that a name may mean, or that say why it means none.
+/// Columns that a name can refer to, or that explain why it refers to none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Columns<'a> {
-    /// Results of both.
+    /// Results of both tables.
     pub results: &'a [ColumnHead],
-    /// Inputs of either.
+    /// Inputs of either table.
     pub inputs: &'a [ColumnHead],
-    /// Results of A alone, of B alone.
+    /// Results of A alone and of B alone.
     pub only: (&'a [String], &'a [String]),
-    /// Results of both that hold other things.
+    /// Results whose kind or unit differs between the tables.
     pub of_another_kind: &'a [String],
 }
 
-/// A column that may move so far and no farther.
+/// Allowed difference of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tolerance {
-    /// As written.
+    /// The tolerance as entered.
     pub text: String,
-    /// Its column.
+    /// Name of the column.
     pub column: String,
     limit: Limit,
     /// Unit of the column.
@@ -57,7 +57,7 @@ pub(super) struct Tolerance {
 
 impl Tolerance {
     /// # Errors
-    /// What is wrong with it.
+    /// Message that describes the error.
     pub fn read(text: &str, columns: Columns<'_>) -> Result<Self, String> {
         let text = text.trim();
         let (name, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
@@ -80,7 +80,7 @@ impl Tolerance {
         Ok(Self { text: text.to_owned(), column: head.name.clone(), limit, unit: head.unit.clone() })
     }
 
-    /// What may be between a value of A and one of B.
+    /// Allowed difference for a value of A, in the unit of the column.
     pub fn allowed(&self, a: f64) -> f64 {
         match self.limit {
             Limit::Absolute(value) => value,
@@ -88,7 +88,7 @@ impl Tolerance {
         }
     }
 
-    /// Whether a value of B is near enough to one of A; how many times as far as allowed.
+    /// Whether a value of B is within the tolerance, and the ratio of the difference to the allowed one.
     pub fn judge(&self, a: f64, b: f64) -> (bool, f64) {
         let (apart, allowed) = (difference(&self.unit, a, b).abs(), self.allowed(a));
         let is_within = apart <= allowed * (1.0 + ROUNDING);
@@ -96,7 +96,7 @@ impl Tolerance {
     }
 }
 
-/// The result that is named.
+/// The result column with this name.
 fn column<'n>(name: &str, columns: Columns<'n>) -> Result<&'n ColumnHead, String> {
     let found = columns.results.iter().find(|head| head.name == name);
     match found {
@@ -137,14 +137,14 @@ fn plain(text: &str) -> Result<f64, String> {
     parse_bare_or_quantity(text, "").map_err(|error| error.to_string())
 }
 
-/// A value in the unit of a column.
+/// Parses a value into the unit of a column.
 fn amount(text: &str, head: &ColumnHead) -> Result<f64, String> {
     match UNITS.iter().find(|unit| **unit == head.unit) {
         Some(unit) => parse_bare_or_quantity(text, unit).map_err(|error| {
             let (message, allowed) = error.parts();
             allowed.map_or_else(|| message.clone(), |allowed| format!("{message} (allowed: {allowed})"))
         }),
-        // of another build
+        // a unit of another version of the program
         None => plain(text)
             .map_err(|_| format!("a plain number in {} or per cent is allowed for {}", cut(&head.unit, 30), head.name)),
     }

@@ -1,4 +1,4 @@
-//! The comparison, read downwards: names, rows, partners, then some columns at a time.
+//! Steps of a comparison in order: names, rows, partners, then a few columns at a time.
 
 use super::apart::{Rest, apart};
 use super::asked::{Asked, Source};
@@ -17,13 +17,13 @@ use crate::ask::CONFIDENCE;
 use crate::tables::column_heads;
 use std::collections::BTreeMap;
 
-/// Pairs that are told of a change of status.
+/// Largest number of pairs listed for a change of status.
 const MOST_CHANGED: usize = 100;
 
 /// Compares B with A.
 ///
 /// # Errors
-/// A table cannot be read, or is none; what is asked cannot be meant.
+/// A table cannot be read or is not a result table; an option is invalid.
 pub fn compare(a: &Source<'_>, b: &Source<'_>, asked: &Asked<'_>) -> Result<Compared, CompareError> {
     let columns = |source: &Source<'_>| Columns::of(column_heads(&source.files[0])?, &source.files[0]);
     let names = Names::of(&columns(a)?, &columns(b)?, asked)?;
@@ -79,10 +79,10 @@ fn matched(matching: &Matching) -> Matched {
     }
 }
 
-/// Places of two rows in their tables.
+/// Row indices in the two tables.
 type Rows = (usize, usize);
 
-/// The pairs that are ok in both, those of one status and cause in both (ok or not), and the counts of all.
+/// Pairs that are ok in both tables, pairs with equal status and cause (ok or not), and the counts of all.
 fn statuses(pairs: &[Rows], a: &Side, b: &Side, verdicts: &Verdicts) -> (Vec<Rows>, Vec<Rows>, Statuses) {
     let (mut ok, mut found) = (Vec::with_capacity(pairs.len()), Statuses::default());
     let mut alike = Vec::with_capacity(pairs.len());
@@ -117,7 +117,7 @@ fn statuses(pairs: &[Rows], a: &Side, b: &Side, verdicts: &Verdicts) -> (Vec<Row
     (ok, alike, found)
 }
 
-/// What the columns are read for.
+/// Inputs of the comparison of columns.
 struct Work<'a> {
     a: &'a Source<'a>,
     b: &'a Source<'a>,
@@ -165,7 +165,7 @@ impl Work<'_> {
                         }
                     }
                     (Loaded::Words(a), Loaded::Words(b)) => found.words.extend(words(head, a, b, pairs, &known)),
-                    // results of other kinds are not compared
+                    // results whose kind differs are not compared
                     _ => {}
                 }
             }
@@ -174,7 +174,7 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Pairs are a study's sample where they are all of its rows.
+    /// Clusters of pairs. They are a random sample only if they contain all rows of a study.
     fn clusters_of_pairs(&self, rows: &[Rows]) -> Clusters {
         let all_of_a = self.matching.only_a.is_empty();
         if all_of_a || self.matching.only_b.is_empty() {
@@ -186,7 +186,7 @@ impl Work<'_> {
         Draw::without(why).clusters(std::iter::empty())
     }
 
-    /// Rows without partner likewise: where none has one.
+    /// Clusters of the unmatched rows. They are random samples only if no row has a partner.
     fn clusters_of_rests(&self) -> (Clusters, Clusters) {
         let of = |source: &Source<'_>, side: &Side, rows: &[usize]| {
             if self.matching.pairs.is_empty() {
@@ -199,7 +199,7 @@ impl Work<'_> {
     }
 }
 
-/// Gives every pair that is told the inputs that find it.
+/// Adds the identifying inputs to every pair that is listed.
 fn find_inputs(found: &mut Compared, a: &Source<'_>, b: &Source<'_>, names: &Names) -> Result<(), CompareError> {
     let mut pairs: Vec<&mut Pair> = Vec::new();
     pairs.extend(found.status.changes.iter_mut().flat_map(|change| change.pairs.iter_mut()));

@@ -1,25 +1,25 @@
-//! Groups along one varied parameter: what a difference and a fragility compare.
+//! Groups along one varied parameter, as compared by differences and fragility curves.
 //!
 //! ```text
 //! crossed    a x b       along a: one family for each b
 //! zipped     (a, b) x c  along a: one family for each c; b goes with a
 //! ```
-//! A parameter goes with another where not every pair of their values occurs. Zipped values that recur (a = 1 beside b = 0 and b = 1) say
-//! nothing by themselves: which of both is meant is not known, and such a parameter is refused.
+//! Two parameters are zipped where not every pair of their values occurs. If zipped values recur (a = 1 with b = 0 and with b = 1), a value
+//! of the parameter does not identify one group, and the parameter is rejected.
 
 use super::input::{Group, InputError, Label};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Groups that differ along a parameter alone.
+/// Groups that differ in one parameter only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Family {
-    /// What they share.
+    /// Parameters and values that all groups of the family share.
     pub rest: Group,
-    /// Value along the parameter, and the group's number.
+    /// Value of the parameter and index of the group, for each group.
     pub members: Vec<(Label, usize)>,
 }
 
-/// A label that has an order.
+/// Sort key of a label.
 fn key(label: &Label) -> (u64, &str) {
     match label {
         Label::Number(number) => (number.to_bits(), ""),
@@ -27,7 +27,7 @@ fn key(label: &Label) -> (u64, &str) {
     }
 }
 
-/// Parameters whose values go with those of `path`.
+/// Parameters that are zipped with `path`.
 #[must_use]
 pub fn together(groups: &[Group], path: &str) -> Vec<String> {
     let others = groups.first().map(|group| group.0.as_slice()).unwrap_or_default();
@@ -45,10 +45,10 @@ pub fn together(groups: &[Group], path: &str) -> Vec<String> {
     others.iter().map(|(other, _)| other).filter(|other| *other != path && goes_along(other)).cloned().collect()
 }
 
-/// The groups along a parameter, one family for each combination of what does not go with it; none: it is not varied.
+/// Groups along a parameter, one family for each combination of the parameters that are not zipped with it; empty if it is not varied.
 ///
 /// # Errors
-/// Its values recur along its axis.
+/// The values recur along the axis of the parameter.
 pub fn families(groups: &[Group], path: &str) -> Result<Vec<Family>, InputError> {
     let along = together(groups, path);
     let mut families: Vec<Family> = Vec::new();
@@ -96,7 +96,7 @@ mod tests {
             [members([0, 2]), members([1, 3])]
         );
         assert_eq!(along[0].rest, Group(vec![("c".to_owned(), Label::Number(5.0))]));
-        // along c each of the two zipped pairs is a family
+        // along c, each of the two zipped pairs is a family
         assert_eq!(families(&zipped, "c").unwrap().len(), 2);
         assert_eq!(families(&zipped, "d").unwrap(), []);
     }

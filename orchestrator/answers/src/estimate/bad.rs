@@ -1,19 +1,19 @@
-//! Counts of rows that are not ok, and their words.
+//! Counts of rows that are not ok, and their text.
 
 use bladeoff_model::outcome::Status;
 
 /// Counts of rows that are not ok.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Bad {
-    /// Rows that were counted, ok ones too.
+    /// Number of counted rows, including ok ones.
     pub of: u64,
-    /// All that are not ok.
+    /// Rows that are not ok.
     pub all: u64,
-    /// Beyond rows among them.
+    /// Beyond rows, included in `all`.
     pub beyond: u64,
-    /// Rows among them whose known values decide the condition.
+    /// Rows that are not ok and whose recorded values determine the condition.
     pub decided: u64,
-    /// Beyond rows whose known values decide the condition.
+    /// Beyond rows whose recorded values determine the condition.
     pub beyond_decided: u64,
 }
 
@@ -51,19 +51,19 @@ impl Bad {
         failing.into_iter().chain(beyond).collect::<Vec<_>>().join(" and ")
     }
 
-    /// Counts of the rows whose known values do not decide the condition.
+    /// Counts of the rows whose recorded values do not determine the condition.
     #[must_use]
     pub fn open(&self) -> Self {
         Self { of: self.of, all: self.all - self.decided, beyond: self.beyond - self.beyond_decided, ..Self::default() }
     }
 
-    /// Counts of the rows whose known values decide the condition.
+    /// Counts of the rows whose recorded values determine the condition.
     #[must_use]
     pub fn decided(&self) -> Self {
         Self { of: self.of, all: self.decided, beyond: self.beyond_decided, ..Self::default() }
     }
 
-    /// The label of a figure that only runs inside the model enter: " of runs inside the model (83 %)"; empty without beyond rows.
+    /// Label of a figure that includes only runs inside the model: " of runs inside the model (83 %)"; empty without beyond rows.
     #[must_use]
     pub fn inside(&self) -> String {
         if self.beyond == 0 {

@@ -1,9 +1,9 @@
-//! Curves as columns, for `answers/NAME.parquet`: the groups of a question one below the other.
+//! Curves as columns of `answers/NAME.parquet`: the groups of a question one below the other.
 
 use super::figures::Figures;
 use super::input::{Group, Label};
 
-/// Cells of a curve's column.
+/// Cells of a curve column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CurveCells {
     /// Numbers.
@@ -12,26 +12,26 @@ pub enum CurveCells {
     Words(Vec<Option<String>>),
 }
 
-/// A curve of a question, every group of it.
+/// The curve of a question, with all its groups.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curve {
-    /// Name and cells, all of one length.
+    /// Names and cells of the columns, all of equal length.
     pub columns: Vec<(String, CurveCells)>,
 }
 
-/// A point of a curve: where it is, and its figures.
+/// A point of a curve: place and figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurvePoint {
-    /// Level; or the least and the largest value of a bin, the same where it is one value.
+    /// Level; or the smallest and the largest value of a bin, equal for a single value.
     pub at: (Label, Label),
-    /// Bad runs in it.
+    /// Number of bad runs at this point.
     pub bad: u64,
-    /// Its figures.
+    /// Figures at this point.
     pub figures: Figures,
 }
 
 impl Curve {
-    /// From groups and their points; `names`: of the columns that say where a point is, one or two.
+    /// A curve from groups and their points; `names`: the one or two columns that give the place of a point.
     #[must_use]
     pub fn of(groups: &[(Group, Vec<CurvePoint>)], names: &[&str]) -> Self {
         let mut columns: Vec<(String, CurveCells)> = Vec::new();
@@ -71,7 +71,7 @@ impl Curve {
     }
 }
 
-/// Numbers where all are.
+/// Numeric cells if all labels are numbers, otherwise words.
 fn cells(labels: Vec<Option<Label>>) -> CurveCells {
     let words = labels.iter().any(|label| matches!(label, Some(Label::Word(_))));
     if words {

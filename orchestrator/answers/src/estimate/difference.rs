@@ -1,16 +1,18 @@
-//! The difference of a figure between two values of a varied parameter, a - b, at the same points: what both have in common cancels.
+//! Difference of a figure between two values of a varied parameter, a - b, at the same points: the common part of the scatter cancels.
 //!
 //! ```text
-//! probability   p_a - p_b = p_10 - p_01: only one of both holds. Exact limits of both, and their correlation in a multinomial sample
-//! quantile      limits of both, and the correlation of "at most the estimate" over the points (of replicates: of their shares)
-//! mean          t of the differences
+//! probability   p_a - p_b = p_10 - p_01: only one event occurs. Exact limits of both, and their correlation in a multinomial sample
+//! quantile      limits of both, and the correlation of "at most the estimate" over the points (or over the shares of replicates)
+//! mean          Student's t of the differences
 //! ```
-//! The first two put two pairs of limits together by [`reach`], each at the full level.
-//! Probabilities of independent points: the coverage over all outcomes, computed for a grid of p_10 and p_01, is at least 0.953 for 95 %
-//! and 0.990 for 99 % (n = 10, 20, 50, 100, 200). Quantiles are approximate: measured coverage in `tests/uncertainty/paired.rs`.
-//! Quantiles without a common point take limits that hold with 1 - alpha/2 each.
-//! Bad runs: the figures with those of both harmless, and with those of both harmful; the lower limit with those of a harmless and those
-//! of b harmful, the upper one the other way round, so that every combination lies between.
+//! Probabilities and quantiles combine two pairs of limits by [`reach`], each at the full level.
+//!
+//! * Probabilities of independent points: the smallest coverage over all outcomes, computed on a grid of p_10 and p_01, is 0.953 for 95 %
+//!   and 0.990 for 99 % (n = 10, 20, 50, 100, 200).
+//! * Quantiles are approximate; `tests/uncertainty/paired.rs` measures the coverage. Quantiles without a common point use limits that hold
+//!   with 1 - alpha/2 each.
+//! * Bad runs: the estimates count those of both values as harmless, or those of both as harmful. The lower limit counts those of a as
+//!   harmless and those of b as harmful, the upper limit the reverse, so that the interval contains every combination.
 
 use super::figures::{Figures, Method, ratio_of_counts};
 use super::known::{Truths, Values};
@@ -20,7 +22,7 @@ use super::quantile::quantile;
 use super::reach::{Arms, Cluster, UNSEEN, correlation, lessened, reach};
 use super::scheme::{FEW, Scheme};
 
-/// Points where only a, only b happened, of all points of a part.
+/// Numbers of points where only a occurred, where only b occurred, and of all points of a part.
 #[derive(Debug, Clone, Copy, Default)]
 struct Apart {
     a: u64,
@@ -46,7 +48,7 @@ fn apart(
     counts
 }
 
-/// Limits of p_10 - p_01.
+/// Confidence limits of p_10 - p_01.
 fn limits(of: Apart, alpha: f64) -> (f64, f64) {
     let n = of.n as f64;
     let (a, b) = (of.a as f64 / n, of.b as f64 / n);
@@ -54,7 +56,7 @@ fn limits(of: Apart, alpha: f64) -> (f64, f64) {
         below: share - lower_limit(count, of.n, alpha / 2.0),
         above: upper_limit(count, of.n, alpha / 2.0) - share,
     };
-    // of two counts of a multinomial sample; a point without either may as well have had one
+    // correlation of two counts of a multinomial sample; a point without either event may as well have had one
     let rest = of.n - of.a - of.b;
     let half = 0.5 * UNSEEN.min(rest as f64) / n;
     let odds = (a + half) * (b + half) / ((1.0 - a - half) * (1.0 - b - half));
@@ -67,7 +69,7 @@ fn sum(parts: &[Apart]) -> Apart {
     parts.iter().fold(Apart::default(), |all, one| Apart { a: all.a + one.a, b: all.b + one.b, n: all.n + one.n })
 }
 
-/// Of probabilities.
+/// Difference of probabilities.
 #[must_use]
 pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let parts = scheme.parts();
@@ -115,7 +117,7 @@ pub fn of_probabilities(a: &Truths, b: &Truths, scheme: &Scheme, part: impl Fn(u
     found
 }
 
-/// Of quantiles.
+/// Difference of quantiles.
 #[must_use]
 pub fn of_quantiles(
     a: &Values,
@@ -133,7 +135,7 @@ pub fn of_quantiles(
     }
 }
 
-/// Difference of two figures whose limits hold with 1 - alpha/2 each: both hold with 1 - alpha, however the two depend on one another.
+/// Difference of two figures whose limits hold with 1 - alpha/2 each; both hold with 1 - alpha, whatever their dependence.
 #[must_use]
 pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     let minus = |x: Option<f64>, y: Option<f64>| x.zip(y).map(|(x, y)| x - y);
@@ -154,11 +156,11 @@ pub fn of_two(first: &Figures, second: &Figures) -> Figures {
     found
 }
 
-/// Difference of two figures whose limits hold with 1 - alpha each; `r`: correlation of their estimates.
+/// Difference of two figures whose limits hold with 1 - alpha each; `r`: correlation of the estimates.
 #[must_use]
 pub fn of_correlated(first: &Figures, second: &Figures, r: f64) -> Figures {
     let mut found = of_two(first, second);
-    // with bad runs harmless; an end that they leave open is at its worst
+    // arms with bad runs harmless; an arm that bad runs leave open is infinite
     let plain = |of: &Figures| {
         let below = distance(of.estimate, of.low);
         Arms { below, above: of.statistical.map_or(f64::INFINITY, |width| width - below) }
@@ -176,12 +178,12 @@ pub fn of_correlated(first: &Figures, second: &Figures, r: f64) -> Figures {
     found
 }
 
-/// How far the first is above the second; infinite where one is missing.
+/// How far the first value is above the second; infinite where one is missing.
 fn distance(upper: Option<f64>, lower: Option<f64>) -> f64 {
     upper.zip(lower).map_or(f64::INFINITY, |(upper, lower)| (upper - lower).max(0.0))
 }
 
-/// Correlation of the numbers of values at most these levels; `None`: all values of one are on one side.
+/// Correlation of the counts of values at or below these levels; `None` if all values of one figure are on one side.
 fn common(a: &Values, b: &Values, at: (f64, f64), scheme: &Scheme, part: impl Fn(usize) -> usize) -> Option<f64> {
     let is_single = *scheme == Scheme::Independent;
     let clusters = |of: &Values, at: f64| -> Vec<Cluster> {
@@ -206,7 +208,7 @@ fn common(a: &Values, b: &Values, at: (f64, f64), scheme: &Scheme, part: impl Fn
     Some(lessened(correlation(&of_a, &of_b)?, sum(&of_a), sum(&of_b), open))
 }
 
-/// Places of both values of every point that has two, and the point.
+/// Indices of both values, and the point, for every point that has two values.
 fn in_both<'a>(a: &'a Values, b: &'a Values) -> impl Iterator<Item = (usize, usize, u32)> + 'a {
     let mut at = 0;
     a.point.iter().enumerate().filter_map(move |(first, &point)| {

@@ -1,14 +1,14 @@
-//! How probable it is that a column exceeds a level, for every level.
+//! Probability that a column exceeds a level, for every level.
 //!
 //! ```text
-//! independent points   share of values above x, for all levels at once: the narrower one, on each side, of
+//! independent points   share of values above x, for all levels at once: on each side the narrower of
 //!                        share -+ sqrt(ln(4/alpha)/(2 n)), which holds everywhere with 1 - alpha/2, and
 //!                        Clopper-Pearson limits where few values are above or below: they hold together with 1 - alpha/2
-//! replicates           at each level the interval of a probability, each level by itself
+//! replicates           at each level separately, the interval of a probability
 //! ```
-//! A run without a value exceeds no level, as in `probability = "COLUMN > x"`; so the share is of all runs. A bad run exceeds what it
-//! had reached for certain, and any level perhaps.
-//! The second kind needs no approximation: the probability above the value that exactly k values exceed has a beta distribution, so
+//! A run without a value exceeds no level, as in `probability = "COLUMN > x"`; the share is that of all runs. A bad run certainly exceeds
+//! the levels below its reached value, and may exceed any level.
+//! The Clopper-Pearson part is exact: the probability above the value that exactly k values exceed has a beta distribution, so
 //! one Clopper-Pearson limit for k values fails with its own level at all levels of x together. Limits for 0, 1, 3, 7 ... values
 //! have the levels alpha/16, alpha/32 ..., likewise for each limit and each end: their sum is alpha/2. Without an event in 10 000 runs
 //! the upper limit is 0.058 % (DKW alone: 1.4 %; Clopper and Pearson for that level alone: 0.037 %).
@@ -22,7 +22,7 @@ use super::limits::{band, lower_limit, upper_limit};
 use super::proportion::{Tally, proportion_by};
 use super::scheme::Scheme;
 
-/// Levels of a curve at most, and how many of them are the largest values, each for itself.
+/// Largest number of levels of a curve, and number of the largest values among them that are not thinned.
 const MOST_LEVELS: usize = 1000;
 const LARGEST: usize = 200;
 
@@ -39,20 +39,20 @@ fn levels(mut all: Vec<f64>) -> Vec<f64> {
     thinned.chain(all[below..].iter().copied()).collect()
 }
 
-/// A curve of values that pass by twice: for the levels, and to be counted.
+/// Accumulator of a curve over two passes: levels, then counts.
 #[derive(Debug, Clone, Default)]
 pub struct Exceedances {
-    /// All that may be levels: on the first pass.
+    /// First pass: candidates for levels.
     all: Vec<f64>,
-    /// On the second one.
+    /// Second pass: the levels.
     levels: Option<Vec<f64>>,
-    /// Points that exceed so many levels, by part: by their lower ends, and by their upper ones.
+    /// Second pass: number of points that exceed exactly this many levels, by part, for lower and for upper bounds.
     low: Vec<Vec<u64>>,
     high: Vec<Vec<u64>>,
 }
 
 impl Exceedances {
-    /// Takes a value by its ends.
+    /// Adds a value by its bounds.
     pub fn see(&mut self, low: f64, high: f64, part: usize) {
         let Some(levels) = &self.levels else {
             if low.is_finite() {
@@ -65,7 +65,7 @@ impl Exceedances {
         }
     }
 
-    /// After a pass: whether another one is needed.
+    /// Ends a pass. Returns whether another pass is needed.
     pub fn go_on(&mut self, scheme: &Scheme) -> bool {
         if self.levels.is_some() {
             return false;
@@ -77,11 +77,11 @@ impl Exceedances {
         true
     }
 
-    /// The curve, after both passes; `points`: of each part, those without a value too; `bad`: runs among them.
+    /// The curve, after both passes; `points`: number of points of each part, including those without a value; `bad`: number of bad runs.
     #[must_use]
     pub fn curve(mut self, points: &[u64], bad: u64, scheme: &Scheme, alpha: f64) -> (Vec<CurvePoint>, Method) {
         let levels = self.levels.unwrap_or_default();
-        // of those that exceed so many levels, to those that exceed this one
+        // from counts of points that exceed exactly so many levels to counts that exceed each level
         for counts in self.low.iter_mut().chain(&mut self.high) {
             for at in (0..levels.len()).rev() {
                 counts[at] += counts[at + 1];
@@ -111,7 +111,7 @@ impl Exceedances {
     }
 }
 
-/// The curve. `part`: that of a point; `points`: of each part, those without a value too.
+/// The curve of values in memory. `part` gives the part of a point; `points`: number of points of each part, including those without a value.
 #[must_use]
 pub fn exceedance(
     values: &Values,
@@ -131,7 +131,7 @@ pub fn exceedance(
     }
 }
 
-/// Limits of the shares above all levels at once.
+/// Limits of the exceedance probabilities at all levels at once.
 struct Band {
     n: u64,
     half: f64,
@@ -154,13 +154,13 @@ impl Band {
         Self { n, half: band(n, alpha / 2.0), upper, lower }
     }
 
-    /// Upper limit of a probability by the next larger number of values that has one.
+    /// Upper limit for a count: that of the next larger count that has one.
     fn above(&self, events: u64) -> f64 {
         let at = self.upper.partition_point(|(count, _)| *count < events);
         self.upper.get(at).map_or(1.0, |(_, limit)| *limit)
     }
 
-    /// Lower limit by the next smaller number of values that has one.
+    /// Lower limit for a count: that of the next smaller count that has one.
     fn below(&self, events: u64) -> f64 {
         let at = self.lower.partition_point(|(count, _)| *count <= events);
         at.checked_sub(1).map_or(0.0, |at| self.lower[at].1)
@@ -222,7 +222,7 @@ mod tests {
             for _ in 0..1000 {
                 let mut values: Vec<f64> = (0..n).map(|_| random.unit()).collect();
                 values.sort_unstable_by(f64::total_cmp);
-                // between two values the count is the same; the probability goes from one end to the other
+                // between two values the count is constant, while the probability covers the interval between them
                 let holds = |above: u64| {
                     let at = (n - above) as usize;
                     let most = 1.0 - at.checked_sub(1).map_or(0.0, |at| values[at]);

@@ -1,17 +1,17 @@
-//! A figure with bad runs harmless and harmful, and its interval; sums over replicates.
+//! An estimate with bad runs harmless and harmful, and its interval; sums over replicates.
 
 use serde::{Serialize, Serializer};
 
-/// How an interval was made.
+/// Method of an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// C. J. Clopper, E. S. Pearson (1934): exact limits of a probability.
+    /// Exact limits of a probability (C. J. Clopper, E. S. Pearson, 1934).
     ClopperPearson,
-    /// Exact limits of both numbers of points where only one of two conditions holds.
+    /// Exact limits of the two probabilities that only one of two conditions holds.
     PairedClopperPearson,
-    /// Exact limits of a quantile.
+    /// Exact limits of a quantile from order statistics.
     OrderStatistics,
-    /// A band around a whole curve: P. Massart's (1990) in the middle, exact limits in the tails.
+    /// Band around a whole curve: P. Massart's (1990) in the middle, exact limits in the tails.
     Band,
     /// Student's t of independent values.
     Student,
@@ -19,12 +19,12 @@ pub enum Method {
     Replicates,
     /// Percentiles of resampled blocks (B. Efron, 1979).
     Bootstrap,
-    /// None.
+    /// No interval.
     Without,
 }
 
 impl Method {
-    /// Its word in `answers.json`.
+    /// Name of the method in `answers.json`.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -46,33 +46,33 @@ impl Serialize for Method {
     }
 }
 
-/// A figure; `None` where there is no number.
+/// An estimate with its interval; `None` where a number is missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figures {
-    /// Points it is over.
+    /// Number of points.
     pub n: u64,
-    /// Points where the event happened for certain.
+    /// Points where the event certainly happened.
     pub events: Option<u64>,
-    /// With bad runs harmless.
+    /// Estimate with bad runs counted as harmless.
     pub estimate: Option<f64>,
-    /// With bad runs harmful.
+    /// Estimate with bad runs counted as harmful.
     pub harmful: Option<f64>,
-    /// Lower limit, bad runs harmless.
+    /// Lower limit, bad runs counted as harmless.
     pub low: Option<f64>,
-    /// Upper limit, bad runs harmful.
+    /// Upper limit, bad runs counted as harmful.
     pub high: Option<f64>,
-    /// Width of the interval, were every bad run harmless.
+    /// Width of the interval if every bad run were harmless.
     pub statistical: Option<f64>,
-    /// How the limits were made.
+    /// Method of the interval.
     pub method: Method,
-    /// The interval holds in the limit of many points, not exactly.
+    /// Whether the interval holds asymptotically (many points) instead of exactly.
     pub approximate: bool,
-    /// What a reader has to know.
+    /// Reservations and remarks for the reader.
     pub notes: Vec<String>,
 }
 
 impl Figures {
-    /// Without any number yet.
+    /// Figures over n points, without any number yet.
     #[must_use]
     pub fn over(n: u64) -> Self {
         Self {
@@ -89,20 +89,20 @@ impl Figures {
         }
     }
 
-    /// How far bad runs move the figure.
+    /// Shift of the estimate by bad runs: harmful - harmless.
     #[must_use]
     pub fn left_open(&self) -> Option<f64> {
         Some(self.harmful? - self.estimate?)
     }
 }
 
-/// A number that is one.
+/// The value if it is finite.
 #[must_use]
 pub fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// A sum that keeps what rounding drops (A. Neumaier, 1974), in the order it is given.
+/// Compensated sum (A. Neumaier, 1974), in the order of the calls.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sum {
     sum: f64,
@@ -117,13 +117,13 @@ impl Sum {
         self.sum = sum;
     }
 
-    /// The sum.
+    /// The sum so far.
     #[must_use]
     pub fn value(self) -> f64 {
         self.sum + self.rest
     }
 
-    /// Of all these.
+    /// Sum of these values.
     #[must_use]
     pub fn of(values: impl IntoIterator<Item = f64>) -> f64 {
         let mut sum = Self::default();
@@ -137,10 +137,10 @@ impl Sum {
 /// ```text
 /// q = sum y / sum w,  e_r = y_r - q w_r,  half = t sqrt(sum e^2/(R (R - 1))) / (sum w/R)
 /// ```
-/// Where every replicate weighs the same this is the t interval of the replicates' means. Source: W. G. Cochran, "Sampling
-/// techniques" (1977), section 2.11. Needs two replicates and a weight; `None` otherwise.
+/// If every replicate has the same weight, this is the t interval of the replicates' means. Source: W. G. Cochran, "Sampling
+/// techniques" (1977), section 2.11. `None` with fewer than two replicates or without weight.
 ///
-/// * `replicates` - y and w of each; `t` - Student's, of R - 1 degrees of freedom.
+/// * `replicates` - y and w of each; `t` - Student's t with R - 1 degrees of freedom.
 #[must_use]
 pub fn ratio(replicates: &[(f64, f64)], t: f64) -> Option<(f64, f64)> {
     let count = replicates.len() as f64;
@@ -154,11 +154,12 @@ pub fn ratio(replicates: &[(f64, f64)], t: f64) -> Option<(f64, f64)> {
     Some((q, t * error))
 }
 
-/// The same of shares: y counts points, w are the points of each replicate.
+/// [`ratio`] for shares of points: y counts points, w is the number of points of each replicate.
 ///
-/// Where all R replicates have the same count, the mean count may still be d off, every replicate having that chance to differ by one:
-/// as long as (1 - d)^R >= alpha/2, nothing says otherwise. So limits are never nearer than that. Stratified points make it happen:
-/// of an event of one variable at a boundary of strata every replicate has all but the same count.
+/// If all R replicates have the same count, their scatter is 0 although the mean count may still be off by d, where each replicate
+/// differs by one with probability d. Such an offset cannot be excluded while (1 - d)^R >= alpha/2, so the interval is never narrower than
+/// this d. Stratified points cause this case: if the event depends on one variable, with its limit at a boundary of strata, every
+/// replicate has almost the same count.
 #[must_use]
 pub fn ratio_of_counts(replicates: &[(f64, f64)], t: f64, alpha: f64) -> Option<(f64, f64)> {
     let count = replicates.len() as f64;

@@ -4,22 +4,21 @@ use bladeoff_text::document::nearest;
 use bladeoff_text::formula::{FormulaError, Kind, Measure, Program, parse_measured};
 use std::cell::RefCell;
 
-/// Columns of a table, and what else they are called.
+/// Columns of a table, and their aliases.
 #[derive(Debug, Clone, Default)]
 pub struct Known {
-    /// Names, parameters included, and whether they have numbers.
+    /// Names of the columns, including parameters, and whether they are numeric.
     pub columns: Vec<(String, bool)>,
-    /// Another name and the column that it stands for: paths, their endings, short names. A name that could be several columns stands
-    /// here with each of them.
+    /// Aliases and their columns: paths, endings of paths, short names. An ambiguous alias has one entry for each of its columns.
     pub aliases: Vec<(String, String)>,
-    /// Units of columns; one without fits anything.
+    /// Units of columns; a column without an entry accepts any unit.
     pub units: Vec<(String, String)>,
-    /// Columns that are empty in every run of the study, and the part or key that its machine lacks for them.
+    /// Columns that are empty in every run of the study, and the part or key that the machine lacks.
     pub lacking: Vec<(String, String)>,
 }
 
 impl Known {
-    /// The columns that a name could be: one if it is clear, none if it is unknown.
+    /// Columns that a name may refer to: one if it is unique, none if it is unknown.
     #[must_use]
     pub fn meant(&self, name: &str) -> Vec<&str> {
         if let Some((column, _)) = self.columns.iter().find(|(column, _)| column == name) {
@@ -28,26 +27,26 @@ impl Known {
         self.aliases.iter().filter(|(alias, _)| alias == name).map(|(_, column)| column.as_str()).collect()
     }
 
-    /// Whether a column has numbers.
+    /// Whether a column is numeric.
     #[must_use]
     pub fn is_number(&self, column: &str) -> bool {
         self.columns.iter().any(|(name, is_number)| name == column && *is_number)
     }
 
-    /// The dimension of a column, where it is known.
+    /// Dimension of a column, if known.
     fn measure(&self, column: &str) -> Option<Measure> {
         let (_, unit) = self.units.iter().find(|(name, _)| name == column)?;
         Measure::of_unit(unit)
     }
 
-    /// Why a column answers no question: the machine lacks what it measures, or ok runs have no value in it.
+    /// Reason why a column cannot be used in questions: the machine lacks the measured part, or ok runs have no value.
     #[must_use]
     pub fn lacks(&self, column: &str) -> Option<String> {
         let (_, reason) = self.lacking.iter().find(|(name, _)| name == column)?;
         Some(format!("`{column}` is empty in {reason}"))
     }
 
-    /// The column of numbers that a name means.
+    /// The numeric column that a name refers to.
     fn number(&self, name: &str) -> Option<&str> {
         match self.meant(name)[..] {
             [column] if self.is_number(column) && self.lacks(column).is_none() => Some(column),
@@ -55,7 +54,7 @@ impl Known {
         }
     }
 
-    /// The name of numbers that was meant by one that names nothing.
+    /// The most similar name of a numeric column, for an unknown name.
     #[must_use]
     pub fn near(&self, name: &str) -> Option<&str> {
         let columns = self.columns.iter().filter(|(_, is_number)| *is_number).map(|(column, _)| column.as_str());
@@ -63,7 +62,7 @@ impl Known {
         nearest(name, columns.chain(others))
     }
 
-    /// Why a name that could be something is no column of numbers.
+    /// Reason why a known name does not refer to one numeric column.
     #[must_use]
     pub fn why_not(&self, name: &str) -> Option<String> {
         match self.meant(name)[..] {
@@ -75,22 +74,22 @@ impl Known {
     }
 }
 
-/// A formula and the columns that it needs: the n-th is variable n of the program.
+/// A formula and its columns: the n-th column is variable n of the program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
-    /// As written.
+    /// Text as written.
     pub text: String,
-    /// To be evaluated.
+    /// Compiled formula.
     pub program: Program,
-    /// Its columns.
+    /// Columns of the variables.
     pub columns: Vec<String>,
 }
 
 impl Formula {
-    /// A condition over the columns of a table.
+    /// Parses a condition over the columns of a table.
     ///
     /// # Errors
-    /// The first mistake, with its place.
+    /// The first error, with its place.
     pub fn condition(text: &str, known: &Known) -> Result<Self, FormulaError> {
         let columns = RefCell::new(Vec::<String>::new());
         let number = |name: &str| {
@@ -105,7 +104,7 @@ impl Formula {
         let measure = |number: usize| known.measure(&columns.borrow()[number]);
         let (program, _) = parse_measured(text, Kind::Truth, &number, &near, &measure).map_err(|mut error| {
             let name = text.get(error.place.clone()).unwrap_or("").trim_matches('`');
-            // what is there is not said to be unknown
+            // an existing name must not be reported as unknown
             if let Some(why) = known.why_not(name).filter(|_| known.number(name).is_none()) {
                 error.message = why;
             }
@@ -115,7 +114,7 @@ impl Formula {
     }
 }
 
-/// Length of what stands before the bracket that closes one already open; names in backquotes are passed over.
+/// Length of the text before the parenthesis that closes an open one; names in backquotes are skipped.
 pub(crate) fn closing(text: &str) -> Option<usize> {
     let (mut depth, mut quoted) = (1, false);
     for (at, c) in text.char_indices() {

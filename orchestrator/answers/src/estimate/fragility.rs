@@ -1,29 +1,32 @@
-//! How probable a condition is, by the value of a parameter.
+//! Probability of a condition as a function of a parameter.
 //!
-//! A varied parameter: each of its values, all points at each. An uncertain one: each of its values where they are few and recur, or words (these
-//! in the order of their list); else bins of equal count by rank, as many as have `FEWEST_IN_BIN` points each, 20 at most. The points of a bin are as independent as
-//! those of the study, so each bin has the interval of a probability, each by itself: the probability meant is that over the bin.
+//! * Varied parameter: one probability for each value, over all points.
+//! * Uncertain parameter with words, or with few values that recur: one probability for each value; words in the order of their list.
+//! * Other uncertain parameters: bins of equal count by rank, as many as have `FEWEST_IN_BIN` points each, at most `MOST_BINS`.
 //!
-//! Limits of an event whose probability varies within a bin are on the safe side: such counts scatter less than binomial ones
+//! The points of a bin are as independent as those of the study. Each bin therefore has the interval of a probability, at its own level:
+//! the probability averaged over the bin.
+//!
+//! Limits are conservative where the probability varies within a bin: such counts scatter less than binomial ones
 //! (W. Hoeffding, 1956).
 
 use super::input::{Cells, InputError, Label, Study};
 use std::collections::BTreeMap;
 
-/// Points that a bin has at least, and bins at most.
+/// Smallest number of points of a bin, and largest number of bins.
 const FEWEST_IN_BIN: usize = 50;
 const MOST_BINS: usize = 20;
 
-/// A bin: from, to, points.
+/// A bin of an uncertain parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bin {
-    /// Least and largest value in it.
+    /// Smallest and largest value in the bin.
     pub range: (Label, Label),
-    /// Numbers of its points, ascending.
+    /// Indices of its points, ascending.
     pub points: Vec<u32>,
 }
 
-/// Bins of an uncertain parameter, in a group (every group has the same points); whether each is one value.
+/// Bins of an uncertain parameter, and whether each bin is a single value. Every group has the same points.
 ///
 /// # Errors
 /// The study has no such column.
@@ -35,7 +38,7 @@ pub fn bins(study: &Study<'_>, path: &str) -> Result<(Vec<Bin>, bool), InputErro
                 let label = Label::Word(word.to_owned());
                 Bin { range: (label.clone(), label), points: Vec::new() }
             };
-            // each of the list, be it never drawn
+            // every word of the list, including words that were never drawn
             let mut bins: Vec<Bin> = list.iter().map(|word| bin(word)).collect();
             let mut places: BTreeMap<&str, usize> = list.iter().map(String::as_str).zip(0..).collect();
             for point in 0..points {
@@ -62,7 +65,7 @@ pub fn bins(study: &Study<'_>, path: &str) -> Result<(Vec<Bin>, bool), InputErro
                     _ => each.push(vec![point]),
                 }
             }
-            // each of a few points has a value of its own, however many values there are
+            // if every point has its own value, values are binned however few there are
             let all_differ = points > 0 && each.len() == points;
             let single = each.len() <= MOST_BINS && !all_differ;
             if !single {

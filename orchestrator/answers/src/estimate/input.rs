@@ -1,4 +1,4 @@
-//! Input of an estimate: a study's columns in sample order, and the design that its points come from.
+//! Input of an estimate: the columns of a study in sample order, and the design of its points.
 //!
 //! The design is the slowest axis: row = point x groups + group, where a group is one combination of values of the crossed axes.
 
@@ -8,24 +8,24 @@ use bladeoff_model::outcome::{CauseSet, Status};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt;
 
-/// What a bad run says about a column of numbers.
+/// Bound that a bad run gives for the true value in a column of numbers.
 #[derive(Debug, Clone, Copy)]
 pub enum Nature<'a> {
-    /// All: it went into the run (parameters, variables, what was carried along). Where there is none, it could not be derived.
+    /// The value itself: an input of the run (parameter, variable, carried-along column). An empty cell could not be derived.
     Given,
-    /// Time of a first event, where it happened while all guards and limits held: these cells. Else nothing.
+    /// Time of a first event. The cells hold the time of events that happened while all guards and limits held; otherwise no bound.
     Once(Option<&'a [Option<f64>]>),
-    /// At least what was reached while all guards held, `None` where nothing was: the column only grows during a run (peaks,
-    /// impulses, energies). No cells at all: nothing is known.
+    /// A column that only grows during a run (peaks, impulses, energies). The cells hold the value reached while all guards held, a lower
+    /// bound; `None` if nothing was reached. Without cells there is no bound.
     Grows(Option<&'a [Option<f64>]>),
-    /// Time of the first exceeded limit of the model: known of a beyond row, else as [`Nature::Once`].
+    /// Time of the first exceeded limit of the model: the value itself in a beyond row, otherwise as [`Nature::Once`].
     Limit(Option<&'a [Option<f64>]>),
-    /// Nothing.
+    /// No bound.
     Free,
 }
 
 impl<'a> Nature<'a> {
-    /// Further cells with what was reached while all guards and limits held.
+    /// The cells with values reached while all guards and limits held.
     #[must_use]
     pub fn held(self) -> Option<&'a [Option<f64>]> {
         match self {
@@ -34,7 +34,7 @@ impl<'a> Nature<'a> {
         }
     }
 
-    /// Nature with the further cells of some of the rows.
+    /// Replaces the cells of [`Nature::held`], for a subset of the rows.
     #[must_use]
     pub fn with(self, held: impl Fn(&'a [Option<f64>]) -> &'a [Option<f64>]) -> Self {
         match self {
@@ -46,14 +46,14 @@ impl<'a> Nature<'a> {
     }
 }
 
-/// End of a run, as far as it bears on what the row leaves open.
+/// Reason why a run ended, as far as it matters for what the row leaves open.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Ended {
-    /// At a limit of the model.
+    /// Limit of the model.
     Limit,
-    /// At the end of the simulated time \[s\]: later events are unknown.
+    /// End of the simulated time \[s\]: later events are unknown.
     Time(f64),
-    /// Elsewhere.
+    /// Any other reason.
     #[default]
     Other,
 }
@@ -61,9 +61,9 @@ pub enum Ended {
 /// Cells of a column.
 #[derive(Debug, Clone, Copy)]
 pub enum Cells<'a> {
-    /// Numbers; `None` where nothing of the kind happened.
+    /// Numbers; `None` if the event or quantity did not occur.
     Numbers(&'a [Option<f64>], Nature<'a>),
-    /// Words, and which there may be, in their order.
+    /// Words, and the possible words in their order.
     Words(&'a [Option<String>], &'a [String]),
 }
 
@@ -76,16 +76,16 @@ impl Cells<'_> {
     }
 }
 
-/// A column.
+/// A column of a study.
 #[derive(Debug, Clone)]
 pub struct Column<'a> {
-    /// Its name.
+    /// Column name.
     pub name: String,
     /// SI unit, "" for a pure number.
     pub unit: String,
-    /// Its cells.
+    /// Column content.
     pub cells: Cells<'a>,
-    /// Whether an empty cell of an ok row decides nothing, because the run has no such quantity.
+    /// Whether an empty cell of an ok row leaves a condition open, because the run has no such quantity.
     pub unjudged: bool,
 }
 
@@ -102,7 +102,7 @@ pub fn plain_name(channel: &str, unit: &str) -> String {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Label {
-    /// In SI.
+    /// Number in SI units.
     Number(f64),
     /// A word.
     Word(String),
@@ -117,18 +117,18 @@ impl fmt::Display for Label {
     }
 }
 
-/// One combination of values of the crossed axes: path and value, in the axes' order; empty where nothing is varied.
+/// One combination of values of the crossed axes: path and value in the order of the axes; empty if nothing is varied.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Group(pub Vec<(String, Label)>);
 
 impl Group {
-    /// Its value on an axis.
+    /// Value of the group on an axis.
     #[must_use]
     pub fn label(&self, path: &str) -> Option<&Label> {
         self.0.iter().find(|(axis, _)| axis == path).map(|(_, label)| label)
     }
 
-    /// Without an axis.
+    /// The group without one of its axes.
     #[must_use]
     pub fn without(&self, path: &str) -> Self {
         Self(self.0.iter().filter(|(axis, _)| axis != path).cloned().collect())
@@ -145,29 +145,29 @@ impl Serialize for Group {
     }
 }
 
-/// How points are chosen.
+/// Kind of a design of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DesignKind {
-    /// Independent.
+    /// Independent random points.
     MonteCarlo,
-    /// One in each slice of every dimension.
+    /// One point in each slice of every dimension.
     LatinHypercube,
     /// Sobol's sequence.
     Sobol,
     /// Halton's sequence.
     Halton,
-    /// One parameter moved at a time: no sample of anything.
+    /// Points that differ from a base point in one parameter; not a random sample.
     OneAtATime,
-    /// No design at all: combinations of chosen values, or the lines of a points file. Each row is a point of its own.
+    /// Combinations of chosen values, or lines of a points file. Each row is a point of its own.
     Chosen,
-    /// Trajectories of one parameter at a time: no sample of anything.
+    /// Morris trajectories, changing one parameter at a time; not a random sample.
     Morris,
-    /// Pairs of points with parameters exchanged between them: points of a block depend on one another.
+    /// Pairs of points with parameters exchanged between them: points of a block are dependent.
     Saltelli,
 }
 
 impl DesignKind {
-    /// Its word in study files.
+    /// Name of the kind in study files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -183,38 +183,38 @@ impl DesignKind {
     }
 }
 
-/// A design and how much of it is there.
+/// A design, and how much of it has been computed.
 #[derive(Debug, Clone)]
 pub struct Design<'a> {
-    /// Its kind.
+    /// Kind of the design.
     pub kind: DesignKind,
-    /// Whether its points are random where the kind has a plain form.
+    /// Whether a low-discrepancy sequence is scrambled (randomised).
     pub scrambled: bool,
-    /// Replicates of the whole design.
+    /// Number of replicates of the whole design.
     pub replicates: usize,
     /// Replicate of each point.
     pub replicate: &'a [u32],
-    /// Whether all its points are there, and not only the first ones.
+    /// Whether all points have been computed, not only the first ones.
     pub complete: bool,
-    /// What points of a block are to one another.
+    /// Dependence of the points of a block.
     pub layout: Layout<'a>,
-    /// Part of 1 - confidence that a gate may spend: 1 where these points are analysed once; below 1 where they are those of one of
-    /// several interim analyses of `[stop]`, so that all of them together spend the whole.
+    /// Share of 1 - confidence available to a gate: 1 if the points are analysed once, below 1 in one of several interim analyses of
+    /// `[stop]`, so that all analyses together use 1 - confidence.
     pub share: f64,
-    /// Whether the combinations that are there were chosen by their results (`[refine]`), so that together they are no sample of all.
+    /// Whether the combinations were chosen by their results (`[refine]`), so that together they are not a random sample.
     pub refined: bool,
 }
 
-/// What points of a block are to one another.
+/// Dependence of the points of a block.
 #[derive(Debug, Clone, Copy)]
 pub enum Layout<'a> {
-    /// Nothing that an estimator uses.
+    /// No dependence that an estimator uses.
     Points,
-    /// Trajectories: the move that leads to each point, and how far it goes.
+    /// Trajectories: the parameter step that leads to each point, and the step size.
     Trajectories(&'a [Option<Moved>], f64),
-    /// A, AB_1 .. AB_d, BA_1 .. BA_d where `second_order`, B.
+    /// Saltelli blocks: A, AB_1 .. AB_d, BA_1 .. BA_d if `second_order`, B.
     Saltelli {
-        /// Whether every BA_i is there.
+        /// Whether the blocks contain BA_1 .. BA_d.
         second_order: bool,
     },
 }
@@ -227,7 +227,7 @@ impl Design<'_> {
         self.share < 1.0
     }
 
-    /// Whether its points are drawn one for one, so that they tell of others.
+    /// Whether the points are a random sample of the inputs, so that they represent points not computed.
     #[must_use]
     pub fn is_random(&self) -> bool {
         match self.kind {
@@ -238,72 +238,72 @@ impl Design<'_> {
     }
 }
 
-/// A study's rows.
+/// Rows and design of a study.
 #[derive(Debug, Clone)]
 pub struct Study<'a> {
-    /// Columns that are asked for; others may be missing.
+    /// Columns that the questions use; other columns may be missing.
     pub columns: Vec<Column<'a>>,
-    /// Of each row.
+    /// Status of each row.
     pub status: &'a [Status],
-    /// Every cause of each row, none of an ok one.
+    /// Causes of each row; empty for an ok row.
     pub causes: &'a [CauseSet],
-    /// End of each row's run.
+    /// Reason why the run of each row ended.
     pub ends: &'a [Ended],
-    /// Groups, at least one.
+    /// Combinations of values of the crossed axes, at least one.
     pub groups: Vec<Group>,
-    /// Where the points come from.
+    /// Design of the points.
     pub design: Design<'a>,
 }
 
-/// Why no question can be put to these rows.
+/// Reason why no question can be answered from these rows.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InputError {
-    /// A column has another length.
+    /// A column whose length differs from the number of rows.
     #[error("column {name} has {found} cells, not {rows}")]
     Length {
-        /// The column.
+        /// Name of the column.
         name: String,
-        /// Its cells.
+        /// Number of its cells.
         found: usize,
-        /// Rows of the study.
+        /// Number of rows of the study.
         rows: usize,
     },
-    /// Rows are no whole number of points.
+    /// A number of rows that is not points times groups.
     #[error("{rows} rows are not whole points of {groups} groups and {points} points")]
     Points {
-        /// Rows.
+        /// Number of rows.
         rows: usize,
-        /// Groups.
+        /// Number of groups.
         groups: usize,
-        /// Points whose replicate is given.
+        /// Number of points with a replicate.
         points: usize,
     },
-    /// A point's replicate is none of the design's.
+    /// A replicate number outside the design.
     #[error("point {point} is of replicate {found}, of {replicates}")]
     Replicate {
-        /// The point.
+        /// Index of the point.
         point: usize,
-        /// Its replicate.
+        /// Its replicate number.
         found: u32,
-        /// Replicates of the design.
+        /// Number of replicates of the design.
         replicates: usize,
     },
-    /// A question needs a column that is not there.
+    /// A column that a question needs and that the table does not have.
     #[error("the table has no column {0}")]
     Missing(String),
-    /// A question needs numbers.
+    /// A column of words where a question needs numbers.
     #[error("column {0} has words, not numbers")]
     Words(String),
-    /// A method that makes nothing of these points.
+    /// An estimator that is not valid for this design.
     #[error("{0}")]
     Method(String),
-    /// Rows are not those of the design.
+    /// Rows that do not fit the design.
     #[error(transparent)]
     Sensitivity(#[from] SensitivityError),
 }
 
 impl<'a> Study<'a> {
-    /// Points in all groups.
+    /// Number of points of each group.
     #[must_use]
     pub fn points(&self) -> usize {
         self.design.replicate.len()
@@ -342,18 +342,18 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// A column.
+    /// Column of this name.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// The study has no column of this name.
     pub fn column(&self, name: &str) -> Result<&Column<'a>, InputError> {
         self.columns.iter().find(|column| column.name == name).ok_or_else(|| InputError::Missing(name.to_owned()))
     }
 
-    /// A column of numbers.
+    /// Column of numbers of this name.
     ///
     /// # Errors
-    /// There is none of this name, or it has words.
+    /// The study has no column of this name, or the column has words.
     pub fn numbers(&self, name: &str) -> Result<(&'a [Option<f64>], Nature<'a>), InputError> {
         match self.column(name)?.cells {
             Cells::Numbers(values, nature) => Ok((values, nature)),
@@ -361,7 +361,7 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// Rows of a group that are not ok.
+    /// Counts of the rows of a group that are not ok.
     #[must_use]
     pub fn bad(&self, group: usize) -> Bad {
         let mut found = Bad::default();

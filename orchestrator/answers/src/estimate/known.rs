@@ -1,23 +1,23 @@
-//! Bounds at each point of a group: whether a condition holds, or a column's value.
+//! Bounds at each point of a group: on the truth of a condition, or on the value of a column.
 //!
 //! ```text
-//! ok row                          the condition by its program, the value as it stands
-//! ok row, empty cell              of an event or a motion: it did not occur in the run; of a quantity that nothing judged: nothing
-//! bad row, column given           the value; where there is none, it was to be derived and does not exist: nothing
-//! bad row, column that grows      [what was reached while all guards held, no bound); where nothing but a step limit ended the run,
-//!                                 that is the value as it stands
-//! bad row, time of a first event  the value, where it happened while all guards and limits held; else nothing
-//! bad row, any other column       nothing
-//! beyond row (beyond the model)   as a bad row; a column without a guarded value, of a run that ended at the limit: as if a step limit ended it
+//! ok row                          exact: the condition by its program, the value as recorded
+//! ok row, empty cell              an event or motion did not occur in the run; an unjudged quantity has no bound
+//! bad row, column given           the value; an empty cell could not be derived: no bound, and possibly no value
+//! bad row, column that grows      [value reached while all guards held, infinity); if only a step limit ended the run,
+//!                                 the recorded value is the lower bound
+//! bad row, time of a first event  the value, if the event happened while all guards and limits held; otherwise no bound
+//! bad row, any other column       no bound
+//! beyond row (beyond the model)   as a bad row; a column without guarded value, of a run that ended at the limit: as after a step limit
 //! beyond row, time of a limit     the value
 //! ```
-//! An ok row that ended at its end time T leaves later events open. Where the truth of a condition changes at times after T (`beyond_s > 6.5`
-//! of a run of 6 s), the row is open; where it does not (`beyond_s > 0`), the condition is that of the simulated time.
-//! An empty cell of an ok row (nothing of the kind happened): no comparison with it holds but `!=`; it has no value, and is counted.
-//! A condition that has no value itself (the square root of a negative number) is not known, in an ok row as in a bad one.
+//! An ok row that ended at its end time T leaves later events open. If the truth of a condition changes at times after T (`beyond_s > 6.5`
+//! in a run of 6 s), the row is open; if not (`beyond_s > 0`), the condition applies to the simulated time.
+//! An empty cell of an ok row (the event did not happen) satisfies no comparison except `!=`. As a value it is missing and counted as empty.
+//! A condition whose formula has no value (square root of a negative number) is open, in ok rows and in bad ones.
 //!
-//! A mean takes a bad row's value as anything at all, also where a part of it was reached. A quantile does so for failed and invalid rows;
-//! of a beyond row, whose numerical checks passed, it takes what was reached as the least value.
+//! A mean allows any value for a bad row, even where a lower bound is known. A quantile does so for failed and invalid rows;
+//! for a beyond row, whose numerical checks passed, it uses the reached value as the lower bound.
 
 use super::bad::Bad;
 use super::formula::Formula;
@@ -27,21 +27,21 @@ use super::truth::{Truth, truth, truth_of_known};
 use super::undecided::{Undecided, Why};
 use bladeoff_model::outcome::{Cause, Status};
 
-/// Whether a condition holds at each point of a group.
+/// Bounds on a condition at the points of a group.
 #[derive(Debug, Clone, Default)]
 pub struct Truths {
-    /// Of each point, in order.
+    /// Truth at each point, in order.
     pub of: Vec<Truth>,
     /// Status of each point.
     pub status: Vec<Status>,
     /// Ok rows where a column of the condition is empty.
     pub empty: u64,
-    /// Ok rows that are open, by their places here, and why.
+    /// Ok rows that are open: index in `of`, and the reason.
     pub open: Vec<(usize, Why)>,
 }
 
 impl Truths {
-    /// The first of these rows alone.
+    /// Removes all but the first rows.
     pub fn truncate(&mut self, rows: usize) {
         self.of.truncate(rows);
         self.status.truncate(rows);
@@ -56,7 +56,7 @@ impl Truths {
         found
     }
 
-    /// Bad rows, and how many of them are decided by what is known.
+    /// Counts of bad rows, and of bad rows in which the recorded values determine the condition.
     #[must_use]
     pub fn bad(&self) -> Bad {
         let mut found = Bad::default();
@@ -68,22 +68,22 @@ impl Truths {
 /// Bounds of a column's values at the points of a group that have one.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
-    /// Number of the point.
+    /// Index of the point.
     pub point: Vec<u32>,
-    /// Least value.
+    /// Lower bound.
     pub low: Vec<f64>,
-    /// Largest value.
+    /// Upper bound.
     pub high: Vec<f64>,
-    /// Bad rows.
+    /// Counts of bad rows.
     pub bad: Bad,
-    /// Ok rows without a value.
+    /// Number of ok rows without a value.
     pub empty: u64,
 }
 
-/// A bad row's cell.
+/// Bounds on the value of a bad row.
 fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -> Span {
     let causes = study.causes[row];
-    // nothing is wrong with the run up to its end; the end instant of a run beyond the model is behind the step that counts
+    // the run is valid up to its end; of a run beyond the model the end instant lies behind the step that counts
     let is_cut_off = || match study.status[row] {
         Status::Beyond => study.ends[row] == Ended::Limit && nature.held().and_then(|held| held[row]).is_none(),
         _ => causes.iter().eq([Cause::StepLimit]),
@@ -93,9 +93,9 @@ fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -
         Nature::Limit(_) if study.status[row] == Status::Beyond => value.map_or(Span::WHOLE, Span::point),
         Nature::Once(_) | Nature::Limit(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::point),
         Nature::Once(held) | Nature::Limit(held) => held.and_then(|held| held[row]).map_or(Span::WHOLE, Span::point),
-        // sound as far as it went
+        // the recorded value is a valid lower bound
         Nature::Grows(_) if is_cut_off() => value.map_or(Span::WHOLE, Span::from),
-        // zero where nothing had been reached: the whole run may have no such value
+        // if nothing was reached (0), the complete run might have had no value either
         Nature::Grows(held) => held
             .and_then(|held| held[row])
             .map_or(Span::WHOLE, |reached| Span { empty: reached <= 0.0, ..Span::from(reached) }),
@@ -103,15 +103,15 @@ fn span(study: &Study<'_>, row: usize, value: Option<f64>, nature: Nature<'_>) -
     }
 }
 
-/// Whether a condition holds, in a group.
+/// Truth of a condition at each point of a group.
 ///
 /// # Errors
-/// The study lacks a column of it.
+/// The study has no such column.
 pub fn truths(study: &Study<'_>, formula: &Formula, group: usize) -> Result<Truths, InputError> {
     truths_at(study, formula, (0..study.points()).map(|point| study.row(point, group)))
 }
 
-/// The same of any rows, in their order.
+/// [`truths`] for any rows, in the order of `rows`.
 ///
 /// # Errors
 /// As [`truths`].
@@ -139,7 +139,7 @@ pub fn truths_at(
             let ended = if let Ended::Time(end) = study.ends[row] { Some(end) } else { None };
             let is_event = |number: usize| matches!(columns[number].1, Nature::Once(_) | Nature::Limit(_));
             let waits = ended.is_some() && (0..columns.len()).any(|number| cells(number).is_none() && is_event(number));
-            // `later`: events that the run does not have come after its end
+            // `later`: missing events may come after the end of the run
             let bounds = |number: usize, later: bool| match (cells(number), ended) {
                 (Some(value), _) => Span::point(value),
                 (None, _) if unjudged[number] => Span::WHOLE,
@@ -170,7 +170,7 @@ pub fn truths_at(
     Ok(found)
 }
 
-/// Values of a column, in a group; a bad row's is anything from minus to plus infinity, unless it went into the run.
+/// Values of a column in a group. A bad row has bounds of minus and plus infinity, unless the column is an input of the run.
 ///
 /// # Errors
 /// The study has no such column of numbers.
@@ -178,7 +178,7 @@ pub fn values(study: &Study<'_>, column: &str, group: usize) -> Result<Values, I
     values_at(study, column, of_group(study, group))
 }
 
-/// The same of any rows, each with the number of its point.
+/// [`values`] for any rows; `rows` gives point and row.
 ///
 /// # Errors
 /// As [`values`].
@@ -190,7 +190,7 @@ pub fn values_at(
     values_as(study, column, rows, |_| false)
 }
 
-/// Values for a quantile: a beyond row's is at least what it reached inside the model.
+/// Values for a quantile: the lower bound of a beyond row is the value it reached inside the model.
 ///
 /// # Errors
 /// As [`values`].
@@ -198,7 +198,7 @@ pub fn levels(study: &Study<'_>, column: &str, group: usize) -> Result<Values, I
     levels_at(study, column, of_group(study, group))
 }
 
-/// The same of any rows, each with the number of its point.
+/// [`levels`] for any rows; `rows` gives point and row.
 ///
 /// # Errors
 /// As [`values`].
@@ -210,7 +210,8 @@ pub fn levels_at(
     values_as(study, column, rows, |status| status == Status::Beyond)
 }
 
-/// The same, where every bad row's is at least what was reached while all guards held: it exceeds the levels below in any case.
+/// Values for an exceedance curve: the lower bound of every bad row is the value reached while all guards held, so that it exceeds all
+/// levels below.
 ///
 /// # Errors
 /// As [`values`].
@@ -218,7 +219,7 @@ pub fn reached(study: &Study<'_>, column: &str, group: usize) -> Result<Values, 
     reached_at(study, column, of_group(study, group))
 }
 
-/// The same of any rows, each with the number of its point.
+/// [`reached`] for any rows; `rows` gives point and row.
 ///
 /// # Errors
 /// As [`values`].
@@ -235,8 +236,8 @@ fn of_group(study: &Study<'_>, group: usize) -> impl Iterator<Item = (usize, usi
     (0..study.points()).map(move |point| (point, study.row(point, group)))
 }
 
-/// `has_reached`: whether what a row of this status had reached is taken as its least value; of an ok row that nothing judged, whether its
-/// value may be any.
+/// `has_reached`: whether the reached value is the lower bound for rows of this status; for ok rows, whether an unjudged empty cell
+/// may have any value.
 fn values_as(
     study: &Study<'_>,
     column: &str,

@@ -1,9 +1,9 @@
-//! Limits of a probability and of a quantile from independent samples: exact, for whatever distribution the samples have.
+//! Exact limits of a probability and of a quantile from independent samples of any distribution.
 //!
 //! ```text
 //! Clopper-Pearson   lower: I_p(k, n - k + 1) = alpha (0 for k = 0),  upper: 1 - I_p(k + 1, n - k) = alpha (1 for k = n)
 //! order statistics  P(x_(j) <= x_u) = P(at least j of n below) = I_u(j, n - j + 1):  of the u-quantile
-//! Wilks             smallest n with P(x_(n) < x_u) = u^n <= alpha: n >= ln(alpha)/ln(u)
+//! order statistics  P(x_(j) <= x_u) = P(at least j of n below) = I_u(j, n - j + 1):  for the u-quantile
 //! DKW               |F_n - F| <= sqrt(ln(2/alpha)/(2 n)) everywhere (P. Massart 1990)
 //! ```
 //! Sources: C. J. Clopper, E. S. Pearson (1934); S. S. Wilks (1941); W. J. Conover, "Practical nonparametric statistics".
@@ -11,7 +11,7 @@
 
 use bladeoff_numerics::probability::{beta_quantile, beta_tails};
 
-/// Lower limit of a probability that holds with 1 - alpha, from k events of n.
+/// Lower confidence limit, at level 1 - alpha, of a probability with k events in n points.
 #[must_use]
 pub fn lower_limit(k: u64, n: u64, alpha: f64) -> f64 {
     if k == 0 {
@@ -20,7 +20,7 @@ pub fn lower_limit(k: u64, n: u64, alpha: f64) -> f64 {
     beta_quantile(k as f64, (n - k + 1) as f64, alpha, 1.0 - alpha).0
 }
 
-/// Upper limit of a probability that holds with 1 - alpha.
+/// Upper confidence limit, at level 1 - alpha, of a probability with k events in n points.
 #[must_use]
 pub fn upper_limit(k: u64, n: u64, alpha: f64) -> f64 {
     if k >= n {
@@ -33,7 +33,7 @@ pub fn upper_limit(k: u64, n: u64, alpha: f64) -> f64 {
     beta_quantile((k + 1) as f64, (n - k) as f64, 1.0 - alpha, alpha).0
 }
 
-/// Number (from 1) of the largest order statistic that is at most the u-quantile with 1 - alpha; `None`: no sample is.
+/// Rank (from 1) of the largest order statistic that is a lower limit of the u-quantile at level 1 - alpha; `None` if no order statistic is.
 #[must_use]
 pub fn lower_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     // P(x_(j) > x_u) = P(fewer than j of n below) = 1 - I_u(j, n - j + 1), which grows with j
@@ -45,20 +45,20 @@ pub fn lower_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     (low > 0).then_some(low)
 }
 
-/// Number of the smallest order statistic that is at least the u-quantile with 1 - alpha; `None`: no sample is.
+/// Rank of the smallest order statistic that is an upper limit of the u-quantile at level 1 - alpha; `None` if no order statistic is.
 #[must_use]
 pub fn upper_order(u: f64, n: u64, alpha: f64) -> Option<u64> {
     lower_order(1.0 - u, n, alpha).map(|j| n + 1 - j)
 }
 
-/// Samples of which the largest is at least a quantile with 1 - alpha, a whole number; `beyond`: probability of a sample beyond the quantile.
-/// Above 2^53 it is the nearest number there is.
+/// Number of samples whose largest value is an upper limit of a quantile at level 1 - alpha; `beyond`: probability of a sample beyond the quantile.
+/// Above 2^53 the nearest representable number.
 #[must_use]
 pub fn wilks(beyond: f64, alpha: f64) -> f64 {
-    // of each sample: that it is not beyond; ln(1 - beyond) would lose what is small
+    // log1p(-beyond) keeps small probabilities, which ln(1 - beyond) would lose
     let (all, each) = (libm::log(alpha), libm::log1p(-beyond));
     let n = libm::ceil(all / each).max(1.0);
-    // the quotient is rounded
+    // corrects the rounding of the quotient
     if n > 1.0 && (n - 1.0) * each <= all { n - 1.0 } else { n }
 }
 

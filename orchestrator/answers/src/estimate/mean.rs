@@ -1,11 +1,11 @@
-//! A mean, by Student's t: of independent values, or of replicates.
+//! Mean with a Student's t interval, over independent values or over replicates.
 //!
-//! A run that is bad has no value, and may have had any, small or large. The estimate is the mean of the others; harmful, the mean has no
-//! value; and neither limit exists: the mean of the others says nothing of those that are not there.
+//! The value of a bad run is unknown and may be arbitrarily small or large. The estimate is therefore the mean of the other runs, the mean
+//! with bad runs harmful has no value, and neither limit exists.
 //!
-//! Student's t takes a mean as normal. Few skewed values do not make it so: from lognormal outputs (standard deviation of ln y 1.5) and
-//! 400 points the 95 % interval held the mean in 83 to 90 of 100 studies. A warning is printed where n < 25 skewness^2, the rule of
-//! W. G. Cochran, "Sampling techniques" (1977), 2.15.
+//! Student's t assumes a normally distributed mean. Few values of a skewed output violate this: for lognormal outputs (standard deviation
+//! of ln y 1.5) and 400 points the 95 % interval contained the mean in 83 to 90 of 100 studies. A note is added where n < 25 skewness^2,
+//! the rule of W. G. Cochran, "Sampling techniques" (1977), 2.15.
 
 use super::bad::Bad;
 use super::figures::{Figures, Method, Sum, finite, ratio};
@@ -13,31 +13,31 @@ use super::known::Values;
 use super::scheme::Scheme;
 use bladeoff_numerics::probability::student;
 
-/// A mean of values that pass by twice, in the same order.
+/// Accumulator of a mean over two passes of the same values in the same order.
 #[derive(Debug, Clone)]
 pub struct Means {
     n: u64,
-    /// Whether all ends are bounded.
+    /// Whether all lower bounds and all upper bounds are finite.
     bounded: (bool, bool),
-    /// Sums of all lower ends, of those of values that are bounded at both ends, and how many these are, of all upper ends.
+    /// First pass: sum of all lower bounds; sum and number of values with both bounds finite; sum of all upper bounds.
     low: Sum,
     rest: (Sum, u64),
     high: Sum,
-    /// Of the lower ends and the upper ones, on the second pass.
+    /// Second pass: scatter of the lower and of the upper bounds.
     scatter: Option<[Scatter; 2]>,
 }
 
-/// Skewness below which no note is given.
+/// Skewness below which no note is added.
 const LEAST_SKEWNESS: f64 = 2.0;
 
-/// How far values are from their mean.
+/// Deviations of values from their mean.
 #[derive(Debug, Clone)]
 struct Scatter {
     mean: f64,
     n: u64,
     squares: Sum,
     cubes: Sum,
-    /// By part: sums about the mean, since sums of large values would lose what they differ by; and how many.
+    /// By part: sum of deviations and number of values. Sums of the values themselves would lose digits.
     parts: Vec<(Sum, f64)>,
 }
 
@@ -60,7 +60,7 @@ impl Scatter {
         self.parts[part].1 += 1.0;
     }
 
-    /// A note where independent values are too few for their skewness.
+    /// Note if independent values are too few for their skewness.
     fn skewed(&self, scheme: &Scheme) -> Option<String> {
         let n = self.n as f64;
         let variance = self.squares.value() / n;
@@ -75,7 +75,7 @@ impl Scatter {
         })
     }
 
-    /// Half width.
+    /// Half width of the interval.
     fn half(&self, scheme: &Scheme, alpha: f64) -> Option<f64> {
         let n = self.n as f64;
         match scheme {
@@ -98,11 +98,11 @@ impl Default for Means {
 }
 
 impl Means {
-    /// Takes a value by its ends.
+    /// Adds a value by its bounds.
     pub fn see(&mut self, low: f64, high: f64, part: usize) {
         let is_bounded = low.is_finite() && high.is_finite();
         if let Some([of_low, of_high]) = &mut self.scatter {
-            // by end: the rest alone where an end is not bounded
+            // if some lower bound is infinite, only values with finite bounds count
             if self.bounded.0 || is_bounded {
                 of_low.see(low, part);
             }
@@ -122,7 +122,7 @@ impl Means {
         }
     }
 
-    /// After a pass: whether another one is needed.
+    /// Ends a pass. Returns whether another pass is needed.
     pub fn go_on(&mut self, scheme: &Scheme) -> bool {
         if self.scatter.is_some() {
             return false;
@@ -132,7 +132,7 @@ impl Means {
         true
     }
 
-    /// The mean, after both passes; `bad`: runs among them.
+    /// The mean, after both passes; `bad`: bad runs among the values.
     #[must_use]
     pub fn figures(&self, bad: &Bad, scheme: &Scheme, alpha: f64) -> Figures {
         let mut found = Figures::over(self.n);
@@ -178,7 +178,7 @@ impl Means {
     }
 }
 
-/// The mean; `part`: that of a point.
+/// Mean of values in memory; `part` gives the part of a point.
 #[must_use]
 pub fn mean(values: &Values, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let mut means = Means::default();

@@ -1,11 +1,11 @@
-//! Figures of a study whose points are random, with intervals that are proper to its design.
+//! Estimates for studies with random points, with intervals that suit the design.
 //!
 //! ```text
-//! columns in sample order --known--> per row: a truth or a value, as far as it is known (bad runs: bounds)
+//! columns in sample order --known--> per row: a truth or a value, or bounds (bad runs)
 //!   --proportion, quantile, mean, difference--> figures with bad runs harmless and harmful, an interval
 //!   --exceedance, fragility--> curves of such figures
 //! ```
-//! No row drops out: a bad run (failed, invalid, quarantined, beyond the model) has bounds instead of values, and every figure is given for both ends.
+//! No row is dropped: a bad run (failed, invalid, quarantined, beyond the model) has bounds instead of values, and every figure is given for both bounds.
 
 pub mod along;
 pub mod bad;

@@ -1,32 +1,32 @@
-//! Order statistics of any number of values in little memory, exact: values that are too many to be kept pass by again.
+//! Exact order statistics of any number of values in limited memory. If the values do not fit, they are read again.
 //!
 //! ```text
-//! first pass     counted; a random part is kept, all of them as long as they are few
-//! ask(ranks)     a bracket around each rank, by the part that was kept
-//! next pass      those below a bracket are counted, those within it kept
-//! ask(ranks)     what lies in its bracket is known; a bracket that missed its rank is made wider, for another pass
+//! first pass     counts the values; keeps all of them while they are few, then a random part
+//! ask(ranks)     sets a bracket around each rank, from the kept part
+//! next pass      counts values below a bracket, keeps values within it
+//! ask(ranks)     finds the value in its bracket; a bracket that missed its rank is widened for another pass
 //! ```
-//! The value of a rank is that of the sorted values, whichever part was kept: the part decides how many passes there are, and nothing else. Source of the
+//! The result is always the value of that rank in the sorted list. The random part only determines the number of passes. Source of the
 //! brackets: R. W. Floyd, R. L. Rivest, "Expected time bounds for selection" (1975).
 
 use bladeoff_system::random::SplitMix;
 
-/// Values that one of them keeps, where it is one of few.
+/// Values kept by one accumulator, if there are few.
 pub const KEPT: usize = 1 << 16;
-/// Values that many of them keep together, and each at least.
+/// Values kept by all accumulators together, and the least for each.
 const TOGETHER: usize = 1 << 21;
 const FEWEST: usize = 1 << 12;
-/// Half a bracket, in standard deviations of a rank in the part that is kept; then by how much wider each further one is.
+/// Half width of a bracket in standard deviations of the rank in the kept part; factor by which each further one is wider.
 const WIDTH: f64 = 4.0;
 const WIDER: f64 = 4.0;
 
-/// Values that each of so many keeps.
+/// Values that each of `of` accumulators may keep.
 #[must_use]
 pub fn kept_by_each(of: usize) -> usize {
     (TOGETHER / of.max(1)).clamp(FEWEST, KEPT)
 }
 
-/// A number as a whole one of the same order, as of `f64::total_cmp`.
+/// An unsigned integer with the order of `f64::total_cmp`.
 fn key(value: f64) -> u64 {
     let bits = value.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | (1 << 63) }
@@ -36,7 +36,7 @@ fn value(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
-/// Values around a rank: those below `low` and those at its ends are counted, those between them are kept.
+/// Bracket around a rank: values below `low` and values equal to its ends are counted, values between them are kept.
 #[derive(Debug, Clone)]
 struct Bracket {
     rank: u64,
@@ -50,7 +50,7 @@ struct Bracket {
 }
 
 impl Bracket {
-    /// Around a rank of `n`, by sorted values of which each was kept with the same chance.
+    /// Bracket around a rank of `n`, from sorted values that were kept with equal probability.
     fn around(rank: u64, n: u64, kept: &[u64], width: f64) -> Self {
         let count = kept.len() as f64;
         let share = (rank as f64 - 0.5) / n as f64;
@@ -73,7 +73,7 @@ impl Bracket {
         }
     }
 
-    /// The value of its rank, if it is here.
+    /// Value of the rank, if it lies in this bracket.
     fn found(&mut self) -> Option<u64> {
         let rank = self.rank.checked_sub(self.below).filter(|rank| *rank > 0)?;
         if rank <= self.at_low {
@@ -88,14 +88,14 @@ impl Bracket {
     }
 }
 
-/// Values that pass by, in the same order each time.
+/// Accumulator over several passes of the same values in the same order.
 #[derive(Debug, Clone)]
 pub struct Order {
     limit: usize,
     n: u64,
-    /// Values, or a part of them that is random.
+    /// All values, or a random part of them.
     kept: Vec<u64>,
-    /// Times that the part was halved.
+    /// Number of times that the part was halved.
     halved: u32,
     random: SplitMix,
     is_first_pass: bool,
@@ -104,7 +104,7 @@ pub struct Order {
 }
 
 impl Order {
-    /// Of values of which so many are kept.
+    /// An accumulator that keeps up to `limit` values.
     #[must_use]
     pub fn keeping(limit: usize) -> Self {
         Self {
@@ -119,7 +119,7 @@ impl Order {
         }
     }
 
-    /// Takes a value: that of the first pass, or the same of a later one.
+    /// Adds a value; later passes have to repeat the values of the first.
     pub fn see(&mut self, value: f64) {
         let key = key(value);
         if !self.is_first_pass {
@@ -138,13 +138,13 @@ impl Order {
         }
     }
 
-    /// How many values there are.
+    /// Number of values.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.n
     }
 
-    /// Asks for the values of these ranks, 1 that of the least; after each pass. Whether all values have to pass by once more.
+    /// Requests the values of these ranks, from 1 for the smallest, after each pass. Returns whether another pass is needed.
     pub fn ask(&mut self, ranks: impl IntoIterator<Item = u64>) -> bool {
         if self.is_first_pass {
             self.is_first_pass = false;
@@ -170,7 +170,7 @@ impl Order {
         !self.brackets.is_empty()
     }
 
-    /// The value of a rank that was asked for; `None`: there is none, or all have to pass by once more.
+    /// Value of a requested rank; `None` if the rank does not exist or another pass is needed.
     #[must_use]
     pub fn at(&self, rank: u64) -> Option<f64> {
         if self.halved == 0 {
@@ -184,7 +184,7 @@ impl Order {
 mod tests {
     use super::*;
 
-    /// The values of some ranks, and the passes that it took.
+    /// Values of some ranks, and the number of passes.
     fn of(values: &[f64], limit: usize, ranks: &[u64]) -> (Vec<f64>, usize) {
         let mut order = Order::keeping(limit);
         let mut passes = 0;
@@ -230,7 +230,7 @@ mod tests {
         let mut order = Order::keeping(16);
         values.iter().for_each(|value| order.see(*value));
         assert!(order.ask([500]));
-        // as if the part were of other values
+        // as if the kept part came from other values
         (order.brackets[0].low, order.brackets[0].high) = (key(2000.0), key(2001.0));
         values.iter().for_each(|value| order.see(*value));
         assert!(order.ask([500]), "it is below");

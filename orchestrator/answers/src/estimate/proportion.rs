@@ -1,10 +1,10 @@
-//! The probability of an event, from counts.
+//! Probability of an event, from counts.
 //!
 //! ```text
-//! independent points     [L(k_low), U(k_high)], exact limits at alpha/2 each: it covers p whatever the bad runs would have done
-//! replicates             t of their shares; of few events, or of few points without, the limits of independent points, approximate
+//! independent points     [L(k_low), U(k_high)], exact limits at alpha/2 each; they cover p for any outcome of the bad runs
+//! replicates             Student's t of their shares; with few events, or few points without: limits of independent points, approximate
 //! ```
-//! Why it covers: with the open runs settled, the events are k_low <= k <= k_high, and both limits grow with k.
+//! Coverage: with the open runs settled, the number of events is k_low <= k <= k_high, and both limits grow with k.
 //! Sources: C. J. Clopper, E. S. Pearson (1934). Verified by `tests/uncertainty`: figures by hand and the coverage table.
 
 use super::figures::{Figures, Method, ratio_of_counts};
@@ -13,26 +13,26 @@ use super::limits::{lower_limit, upper_limit};
 use super::scheme::{FEW, Scheme};
 use super::truth::Truth;
 
-/// Points and events of a part.
+/// Counts of points and events in a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
-    /// Points.
+    /// Number of points.
     pub n: u64,
-    /// Events with open runs harmless.
+    /// Events with open runs counted as harmless.
     pub low: u64,
-    /// Events with open runs harmful.
+    /// Events with open runs counted as harmful.
     pub high: u64,
 }
 
 impl Tally {
-    /// Takes a point.
+    /// Adds a point.
     pub fn see(&mut self, truth: Truth) {
         self.n += 1;
         self.low += u64::from(truth.low());
         self.high += u64::from(truth.high());
     }
 
-    /// Of all parts.
+    /// Sum over all parts.
     #[must_use]
     pub fn of_all(tallies: &[Self]) -> Self {
         tallies.iter().fold(Self::default(), |sum, one| Self {
@@ -43,7 +43,7 @@ impl Tally {
     }
 }
 
-/// Counts by part; `part` gives that of a point.
+/// Counts by part; `part` gives the part of a point.
 #[must_use]
 pub fn tallies(truths: &Truths, parts: usize, part: impl Fn(usize) -> usize) -> Vec<Tally> {
     let mut tallies = vec![Tally::default(); parts];
@@ -53,7 +53,7 @@ pub fn tallies(truths: &Truths, parts: usize, part: impl Fn(usize) -> usize) -> 
     tallies
 }
 
-/// The upper limit of an event that was not seen, by as many independent points: that it was not seen is never a probability of 0.
+/// Sets the upper limit for an event without occurrence, as for equally many independent points: no occurrence is never a probability of 0.
 pub fn none_seen(all: &Tally, alpha: f64, found: &mut Figures) {
     if all.low == 0 && all.n > 0 {
         found.low = Some(0.0);
@@ -64,13 +64,13 @@ pub fn none_seen(all: &Tally, alpha: f64, found: &mut Figures) {
     }
 }
 
-/// The probability; `tallies` by part of the scheme, `alpha` = 1 - confidence.
+/// Probability with its interval; `tallies` by part of the scheme, `alpha` = 1 - confidence.
 #[must_use]
 pub fn proportion(tallies: &[Tally], scheme: &Scheme, alpha: f64) -> Figures {
     proportion_by(tallies, scheme, alpha, scheme.t(alpha))
 }
 
-/// The same where [`Scheme::t`] is at hand, which takes longer than all the rest.
+/// [`proportion`] with a precomputed [`Scheme::t`], which dominates the computing time.
 #[must_use]
 pub fn proportion_by(tallies: &[Tally], scheme: &Scheme, alpha: f64, t: f64) -> Figures {
     let all = Tally::of_all(tallies);

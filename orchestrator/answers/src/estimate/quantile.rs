@@ -1,13 +1,13 @@
-//! A quantile: the level that a part u of the values does not exceed.
+//! Quantile: the level that a share u of the values does not exceed.
 //!
 //! ```text
 //! estimate               x_(ceil(n u)), the inverse of the share of values at most x
-//! independent points     x_(j), x_(k): exact for any distribution; a bad run stands at its least value for the lower one, at its largest
-//!                        for the upper one
+//! independent points     x_(j), x_(k): exact for any distribution; the lower limit uses the lower bounds of bad runs, the upper limit the
+//!                        upper bounds
 //! replicates             h = half width of the share of values at most the estimate;  x_(floor(n (u - h))), x_(floor(n (u + h)) + 1)
 //! ```
-//! Sources: W. J. Conover, "Practical nonparametric statistics"; R. S. Woodruff (1952) for the replicates; S. S. Wilks (1941) for how
-//! many points there have to be.
+//! Sources: W. J. Conover, "Practical nonparametric statistics"; R. S. Woodruff (1952) for the replicates; S. S. Wilks (1941) for the
+//! number of points needed.
 
 use super::bad::Bad;
 use super::figures::{Figures, Method, finite, ratio_of_counts};
@@ -18,7 +18,7 @@ use super::scheme::{FEW, Scheme};
 use crate::share::percent;
 use bladeoff_text::document::units::format_digits;
 
-/// A rank of n u that rounding does not move beyond a whole number.
+/// Rank ceil(n u), protected against rounding of n u across an integer.
 fn rank(n: u64, u: f64) -> u64 {
     let place = n as f64 * u;
     let whole = libm::rint(place);
@@ -26,7 +26,7 @@ fn rank(n: u64, u: f64) -> u64 {
     (up as u64).clamp(1, n.max(1))
 }
 
-/// A number of values in words; of a large one only the first digits are known.
+/// A number of values as text; large numbers with four digits.
 fn enough(values: f64) -> String {
     if values < 1e15 { format!("{values}") } else { format!("about {}", format_digits(values, "", 4)) }
 }
@@ -37,12 +37,12 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
-/// Whether replicates say too little of it.
+/// Whether the replicates have too few values beyond the quantile.
 fn is_few(n: u64, u: f64) -> bool {
     n as f64 * u.min(1.0 - u) < FEW as f64
 }
 
-/// Ranks of the figures of `n` values: the estimate's, and those of the limits of independent points.
+/// Ranks among `n` values: of the estimate, and of the limits for independent points.
 fn ranks(n: u64, u: f64, alpha: f64) -> [Option<u64>; 3] {
     if n == 0 {
         return [None; 3];
@@ -50,19 +50,19 @@ fn ranks(n: u64, u: f64, alpha: f64) -> [Option<u64>; 3] {
     [Some(rank(n, u)), lower_order(u, n, alpha / 2.0), upper_order(u, n, alpha / 2.0)]
 }
 
-/// Those of the limits by replicates, from the half widths of both shares: the lower limit's, the upper one's, and that where every bad run is harmless.
+/// Ranks of the limits by replicates, from the half widths of both shares: lower, upper, and upper with every bad run harmless.
 fn ranks_by_halves(n: u64, u: f64, (down, up): (f64, f64)) -> [u64; 3] {
     let place = |share: f64| libm::floor(n as f64 * share).max(0.0) as u64;
     [place(u - down), place(u + up) + 1, place(u + down) + 1]
 }
 
-/// Values by rank, with bad runs at their least and at their largest.
+/// Values by rank, with bad runs at their lower and at their upper bounds.
 struct Ranked<'a> {
     n: u64,
     bad: Bad,
     low: &'a dyn Fn(u64) -> Option<f64>,
     high: &'a dyn Fn(u64) -> Option<f64>,
-    /// Half widths of the shares of values at most the estimate, where replicates have them.
+    /// Half widths of the shares of values at most the estimate, for replicates.
     halves: Option<(f64, f64)>,
 }
 
@@ -132,7 +132,7 @@ impl Ranked<'_> {
     }
 }
 
-/// The u-quantile; `part`: that of a point.
+/// The u-quantile of values in memory; `part` gives the part of a point.
 #[must_use]
 pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -> usize, alpha: f64) -> Figures {
     let n = values.low.len() as u64;
@@ -154,11 +154,11 @@ pub fn quantile(values: &Values, u: f64, scheme: &Scheme, part: impl Fn(usize) -
     ranked.figures(u, scheme, alpha)
 }
 
-/// By part, of how many values the lower end, and the upper one, is at most the estimate.
+/// By part: number of values whose lower bound, and whose upper bound, is at most the estimate.
 #[derive(Debug, Clone)]
 struct Shares {
     at_most: (f64, f64),
-    /// Lower ends, upper ends, all.
+    /// Lower bounds, upper bounds, all values.
     parts: Vec<(f64, f64, f64)>,
 }
 
@@ -184,46 +184,46 @@ impl Shares {
     }
 }
 
-/// A quantile of values that pass by several times, in the same order.
+/// Accumulator of a quantile over several passes of the same values in the same order.
 #[derive(Debug, Clone)]
 pub struct Quantiles {
     u: f64,
     low: Order,
-    /// Where one differs from its lower end.
+    /// Upper bounds, from the first value on whose bounds differ.
     high: Option<Order>,
     stage: Stage,
 }
 
 #[derive(Debug, Clone)]
 enum Stage {
-    /// Values are looked for by rank.
+    /// Looking for values by rank.
     Ranks,
     Shares(Shares),
-    /// Values are looked for by the ranks that follow from the shares.
+    /// Looking for values by the ranks that follow from the shares.
     ByHalves((f64, f64)),
 }
 
 impl Quantiles {
-    /// The u-quantile of values of which so many are kept.
+    /// An accumulator for the u-quantile that keeps up to `limit` values.
     #[must_use]
     pub fn keeping(u: f64, limit: usize) -> Self {
         Self { u, low: Order::keeping(limit), high: None, stage: Stage::Ranks }
     }
 
-    /// Takes a value by its ends.
+    /// Adds a value by its bounds.
     pub fn see(&mut self, low: f64, high: f64, part: usize) {
         if let Stage::Shares(shares) = &mut self.stage {
             return shares.see(low, high, part);
         }
         if self.high.is_none() && low.to_bits() != high.to_bits() {
-            // until now they were the same
+            // all bounds were equal so far
             self.high = Some(self.low.clone());
         }
         self.low.see(low);
         self.high.iter_mut().for_each(|order| order.see(high));
     }
 
-    /// After a pass: whether another one is needed.
+    /// Ends a pass. Returns whether another pass is needed.
     pub fn go_on(&mut self, scheme: &Scheme, alpha: f64) -> bool {
         let (n, u) = (self.low.count(), self.u);
         if let Stage::Shares(shares) = &self.stage {
@@ -251,7 +251,7 @@ impl Quantiles {
         true
     }
 
-    /// The quantile, when no other pass is needed; `bad`: runs among them.
+    /// The quantile, when no further pass is needed; `bad`: bad runs among the values.
     #[must_use]
     pub fn figures(&self, bad: Bad, scheme: &Scheme, alpha: f64) -> Figures {
         let halves = if let Stage::ByHalves(halves) = self.stage { Some(halves) } else { None };

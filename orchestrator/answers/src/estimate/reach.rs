@@ -5,34 +5,34 @@
 //! region      (x/s)^2 - 2 r (x/s)(y/t) + (y/t)^2 <= 1 - r^2,  s = l_a for x < 0, u_a for x > 0; t of b likewise
 //! limits      the smallest and the largest a - b of the region
 //! ```
-//! r is the correlation of the estimates. Where x < 0 < y gives the smallest difference, its distance is sqrt(l_a^2 - 2 r l_a u_b + u_b^2):
-//! G. Y. Zou, A. Donner, "Construction of confidence limits about effect measures", Stat. Med. 27 (2008). For a large r both estimates are
-//! off to the same side, and the arms of that side count: a constant shift of one distribution has limits of no width.
-//! Verified by `tests/uncertainty/paired.rs`: closed forms, and how often the limits hold.
+//! r is the correlation of the estimates. If x < 0 < y gives the smallest difference, its distance is sqrt(l_a^2 - 2 r l_a u_b + u_b^2):
+//! G. Y. Zou, A. Donner, "Construction of confidence limits about effect measures", Stat. Med. 27 (2008). For large r both estimates have
+//! errors of the same sign, and the arms of that side count: the limits of a constant shift have zero width.
+//! Verified by `tests/uncertainty/paired.rs`: closed forms and coverage.
 
 /// Distances of an estimate from its limits; infinite without a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arms {
-    /// From the lower limit.
+    /// Distance from the lower limit.
     pub below: f64,
-    /// From the upper limit.
+    /// Distance from the upper limit.
     pub above: f64,
 }
 
-/// The distances of a - b from its limits.
+/// Distances of a - b from its limits.
 #[must_use]
 pub fn reach(a: Arms, b: Arms, r: f64) -> Arms {
     Arms { below: farthest(a, b, r), above: farthest(b, a, r) }
 }
 
-/// The most that y - x comes to, x of `a` and y of `b`.
+/// Largest value of y - x over the region, x of `a` and y of `b`.
 fn farthest(a: Arms, b: Arms, r: f64) -> f64 {
     if a.below.is_infinite() || b.above.is_infinite() {
         return f64::INFINITY;
     }
     let edge = (1.0 - r * r).max(0.0).sqrt();
     let mut most = edge * a.below.max(b.above);
-    // what x and y add to the difference by their full arms, and the correlation of these two
+    // full arms of x and y towards a larger difference, and their correlation
     for (x, y, r) in [(a.below, b.above, -r), (-a.above, b.above, r), (a.below, -b.below, r)] {
         let size = (x * x + 2.0 * r * x * y + y * y).max(0.0).sqrt();
         if x + r * y >= 0.0 && y + r * x >= 0.0 && size.is_finite() {
@@ -42,11 +42,11 @@ fn farthest(a: Arms, b: Arms, r: f64) -> f64 {
     most
 }
 
-/// Cluster (a point, a replicate) of a ratio of sums: its number, its part of the numerator and of the denominator.
+/// Cluster (point or replicate) of a ratio of sums: number, contribution to the numerator, contribution to the denominator.
 pub type Cluster = (u64, f64, f64);
 
-/// Correlation of two ratios of sums over clusters, of which those with the same number depend on one another: that of the residuals
-/// e = y - (sum y/sum w) w. `None`: one of both does not vary. Both lists in the order of the numbers.
+/// Correlation of two ratios of sums over clusters, where clusters with the same number are dependent: correlation of the residuals
+/// e = y - (sum y/sum w) w. `None` if one of the ratios does not vary. Both lists must be in the order of the numbers.
 #[must_use]
 pub fn correlation(a: &[Cluster], b: &[Cluster]) -> Option<f64> {
     let ratio = |of: &[Cluster]| of.iter().map(|one| one.1).sum::<f64>() / of.iter().map(|one| one.2).sum::<f64>();
@@ -67,14 +67,14 @@ pub fn correlation(a: &[Cluster], b: &[Cluster]) -> Option<f64> {
     r.is_finite().then(|| r.clamp(-1.0, 1.0))
 }
 
-/// Points that are taken to differ beside those that do: that none was seen to differ is no correlation of 1.
+/// Number of points assumed to differ in addition to those observed: no observed difference does not imply a correlation of 1.
 pub const UNSEEN: f64 = 1.0;
 
-/// The correlation r of two counts less what may be hidden: points that were not seen to differ, and open ones, of which `open` is the
-/// number. `a` and `b`: how many of how many were counted.
+/// The correlation r of two counts, reduced by possible hidden differences: unobserved ones and `open` points that are open. `a` and `b`: events
+/// and points of each count.
 #[must_use]
 pub fn lessened(r: f64, a: (f64, f64), b: (f64, f64), open: f64) -> f64 {
     let variance = |(counted, of): (f64, f64)| counted * (of - counted) / of;
-    // each such point takes half of itself from the sum of products
+    // each such point reduces the sum of products by one half
     (r - 0.5 * (UNSEEN + open) / (variance(a) * variance(b)).sqrt()).max(-1.0)
 }

@@ -1,32 +1,32 @@
-//! Which intervals a design allows.
+//! Intervals that a design allows.
 //!
-//! Points of a Monte Carlo design are independent: limits are exact. Points of other designs depend on one another, and only
-//! replicates, each scrambled on its own, tell how far a figure varies: Student's t, approximate. Everything else has no interval:
-//! a number there would be made up.
+//! Points of a Monte Carlo design are independent: the limits are exact. Points of other designs are dependent. Only independently
+//! scrambled replicates show the scatter of a figure: the limits follow Student's t and are approximate. All other designs have no
+//! interval, because no valid one exists.
 
 use super::input::{Design, DesignKind};
 use bladeoff_numerics::probability::student;
 
-/// Fewest replicates for an interval.
+/// Smallest number of replicates for an interval.
 pub const FEWEST_REPLICATES: usize = 16;
 
-/// Fewer events (or points without) than this in all replicates together say nothing by their scatter: the limits of as many
-/// independent points are taken, approximate. Scrambled designs do not scatter more than those.
+/// Smallest number of events, and of points without, in all replicates for Student's t. With fewer, the limits of equally many
+/// independent points are used, approximate: scrambled designs do not scatter more than independent points.
 pub const FEW: u64 = 32;
 
-/// What an interval may rest on.
+/// Basis of an interval.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Scheme {
     /// Independent points.
     Independent,
-    /// So many independent replicates.
+    /// This number of independent replicates.
     Replicated(usize),
-    /// Nothing, and why.
+    /// No interval, and the reason.
     Without(String),
 }
 
 impl Scheme {
-    /// What the points that are there allow.
+    /// Scheme of the points computed so far.
     #[must_use]
     pub fn of(design: &Design<'_>) -> Self {
         Self::counted(design, || {
@@ -38,7 +38,7 @@ impl Scheme {
         })
     }
 
-    /// The same by how many points of each replicate there are.
+    /// [`Scheme::of`] with the number of points of each replicate.
     #[must_use]
     pub fn counted(design: &Design<'_>, counts: impl FnOnce() -> Vec<u64>) -> Self {
         let kind = design.kind.word();
@@ -76,19 +76,19 @@ impl Scheme {
         Self::Replicated(design.replicates)
     }
 
-    /// Student's t of its replicates, two-sided; 0 where it has none.
+    /// Two-sided quantile of Student's t over the replicates; 0 without replicates.
     #[must_use]
     pub fn t(&self, alpha: f64) -> f64 {
         if let Self::Replicated(count) = self { student(*count as f64 - 1.0, alpha) } else { 0.0 }
     }
 
-    /// Parts that are counted apart: replicates, or one of all points.
+    /// Number of parts that are counted separately: the replicates, or 1.
     #[must_use]
     pub fn parts(&self) -> usize {
         if let Self::Replicated(count) = self { *count } else { 1 }
     }
 
-    /// The part of a point.
+    /// Part of a point.
     #[must_use]
     pub fn part(&self, design: &Design<'_>, point: usize) -> usize {
         if let Self::Replicated(_) = self { design.replicate[point] as usize } else { 0 }

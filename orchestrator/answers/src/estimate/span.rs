@@ -1,56 +1,56 @@
-//! Numbers of which only bounds are known.
+//! Interval arithmetic for numbers of which only bounds are known.
 //!
-//! A span holds every value that the number may have, and whether it may have none: because nothing of the kind happened, or because a
-//! formula has no value there (the logarithm of a negative number), which is not the same ([`super::truth`]). Its ends are the operation's results at the
-//! ends of its operands: plain operations round monotonically, so no value lies outside; functions of `libm` do so to the last
-//! digit only, and their ends are moved out by a few. An end at infinity says that there is no bound.
+//! A span contains every possible value of a number. It also records whether the number may be missing: because an event did not happen
+//! (`empty`), or because a formula has no value (`lost`; the logarithm of a negative number). [`super::truth`] treats the two differently.
+//! The bounds of a result are the operation applied to the bounds of its operands. Plain operations round monotonically, so no value lies
+//! outside; functions of `libm` are only accurate to the last digit, and their bounds are widened a little. An infinite bound is no bound.
 //! Source: R. E. Moore, "Interval analysis" (1966). Verified by `tests/uncertainty/spans.rs`: values drawn inside stay inside.
 
 use bladeoff_text::formula::{Function, call};
 
-/// By how much the ends of a function's span are moved out, relative.
+/// Relative widening of the bounds of a `libm` function.
 const OUT: f64 = 1e-15;
 
-/// What a number may be. No value at all: `lo > hi`.
+/// Bounds on a number. `lo > hi` means that there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Least value.
+    /// Lower bound.
     pub lo: f64,
-    /// Largest value.
+    /// Upper bound.
     pub hi: f64,
-    /// It may be no number.
+    /// Whether the number may be missing.
     pub empty: bool,
-    /// It may be no number because a formula has no value; then it is `empty`, too.
+    /// Whether the number may be missing because a formula has no value; then `empty` holds as well.
     pub lost: bool,
 }
 
 impl Span {
-    /// Nothing is known.
+    /// An unknown number.
     pub const WHOLE: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, empty: true, lost: false };
-    /// Nothing is known, and a formula may have no value.
+    /// An unknown number whose formula may have no value.
     pub const LOST: Self = Self { lost: true, ..Self::WHOLE };
-    /// It is no number.
+    /// A missing number.
     pub const NONE: Self = Self { lo: f64::INFINITY, hi: f64::NEG_INFINITY, empty: true, lost: false };
 
-    /// A number that is known.
+    /// A known number; NaN is a missing one.
     #[must_use]
     pub fn point(value: f64) -> Self {
         if value.is_nan() { Self::NONE } else { Self { lo: value, hi: value, empty: false, lost: false } }
     }
 
-    /// What an operation gives for numbers that are known.
+    /// A result of an operation on known numbers; NaN is lost.
     #[must_use]
     pub fn result(value: f64) -> Self {
         if value.is_nan() { Self { lost: true, ..Self::NONE } } else { Self::point(value) }
     }
 
-    /// At least this.
+    /// A number of at least this value.
     #[must_use]
     pub fn from(value: f64) -> Self {
         Self { lo: value, hi: f64::INFINITY, empty: false, lost: false }
     }
 
-    /// The number, where it is known.
+    /// The number, if it is known.
     #[must_use]
     pub fn known(self) -> Option<f64> {
         (self.lo == self.hi && !self.empty).then_some(self.lo)
@@ -68,23 +68,23 @@ impl Span {
         self.lo <= value && value <= self.hi
     }
 
-    /// Without values; what is lost stays lost.
+    /// A missing number; lost if one of the operands is.
     fn nothing(of: &[Self]) -> Self {
         Self { lost: of.iter().any(|one| one.lost), ..Self::NONE }
     }
 
-    /// As little known as these; `lost`: or because a formula has no value.
+    /// An unknown number, missing or lost if one of the operands may be; `lost`: the operation itself may have no value.
     fn doubts(of: &[Self], lost: bool) -> Self {
         let (empty, lost) = (of.iter().any(|one| one.empty) || lost, of.iter().any(|one| one.lost) || lost);
         Self { empty, lost, ..Self::WHOLE }
     }
 
-    /// With these ends, of which one may be no number: then the value may be anything.
+    /// The span with these bounds; unknown if one of them is NaN.
     fn ends(self, lo: f64, hi: f64) -> Self {
         if lo.is_nan() || hi.is_nan() { Self::LOST } else { Self { lo, hi, ..self } }
     }
 
-    /// Of a growing function of `libm`.
+    /// Result of an increasing function of `libm`.
     fn grown(self, of: impl Fn(f64) -> f64) -> Self {
         self.ends(of(self.lo), of(self.hi)).widened()
     }
@@ -94,7 +94,7 @@ impl Span {
         self.ends(out(self.lo, -1.0), out(self.hi, 1.0))
     }
 
-    /// With the least and the largest of values at corners.
+    /// The span with the least and the largest of the values at four corners.
     fn corners(self, values: [f64; 4]) -> Self {
         if values.iter().any(|value| value.is_nan()) {
             return Self::LOST;
@@ -126,7 +126,7 @@ impl Span {
         if self.is_none() || b.is_none() {
             return Self::nothing(&[self, b]);
         }
-        // no bound times nothing is nothing; infinity times nothing would be no number
+        // an unbounded number times 0 is 0 here; infinity times 0 would be NaN
         let product = |x: f64, y: f64| if x == 0.0 || y == 0.0 { 0.0 } else { x * y };
         let lost = (self.is_unbounded() && b.holds(0.0)) || (b.is_unbounded() && self.holds(0.0));
         let all = [product(self.lo, b.lo), product(self.lo, b.hi), product(self.hi, b.lo), product(self.hi, b.hi)];
@@ -148,7 +148,7 @@ impl Span {
     /// a ^ b.
     #[must_use]
     pub fn power(self, b: Self) -> Self {
-        // pow(x, 0) = pow(1, y) = 1 even where the other is no number
+        // pow(x, 0) = pow(1, y) = 1 even if the other operand is NaN
         if self.is_none() || b.is_none() || self.empty || b.empty {
             return Self::LOST;
         }
@@ -174,17 +174,17 @@ impl Span {
         }
     }
 
-    /// The part of it where a function is defined.
+    /// The part within the domain of a function.
     fn within(self, from: f64, to: f64) -> Self {
         let outside = self.lo < from || self.hi > to;
         Self::doubts(&[self], outside).ends(self.lo.max(from), self.hi.min(to))
     }
 
-    /// A function of spans, at least one.
+    /// Result of a function of at least one span.
     #[must_use]
     pub fn of(function: Function, arguments: &[Self]) -> Self {
         let (a, b) = (arguments[0], arguments[arguments.len() - 1]);
-        // what these give for no number is left open
+        // leave open what these functions return for a missing number
         if arguments.iter().any(|argument| argument.is_none()) {
             return match function {
                 Function::Hypot => Self { empty: true, ..Self::doubts(arguments, false) },

@@ -1,51 +1,51 @@
-//! Conditions of which only bounds of the variables are known: certainly true, certainly false, or open.
+//! Truth of a condition whose variables are known only within bounds: certainly true, certainly false, or open.
 //!
-//! A condition that is true for every value of its variables is true. One that is open may still be decided by how its variables
-//! depend on one another (`x > 1 or x <= 1`): that is not seen, and it stays open, which is the safe side.
-//! Comparisons with no number do not hold but `!=`, as in [`bladeoff_text::formula::Program::value`].
+//! A condition is true if it holds for every value of its variables within the bounds. A condition that is true only because its variables
+//! depend on one another (`x > 1 or x <= 1`) is not recognised and stays open, which is conservative.
+//! No comparison with a missing number holds except `!=`, as in [`bladeoff_text::formula::Program::value`].
 
 use super::span::Span;
 use bladeoff_text::formula::{Instruction, Program, call};
 
-/// What is known of a condition.
+/// Truth of a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Truth {
-    /// It does not hold.
+    /// The condition does not hold.
     No,
-    /// It may hold.
+    /// The condition may hold.
     Open,
-    /// It holds.
+    /// The condition holds.
     Yes,
 }
 
 impl Truth {
-    /// From a condition that is known.
+    /// Truth of a condition that is known.
     #[must_use]
     pub fn of(holds: bool) -> Self {
         if holds { Self::Yes } else { Self::No }
     }
 
-    /// Whether it counts where what is open does not.
+    /// Whether the condition counts as an event if open conditions do not.
     #[must_use]
     pub fn low(self) -> bool {
         self == Self::Yes
     }
 
-    /// Whether it counts where what is open does.
+    /// Whether the condition counts as an event if open conditions do.
     #[must_use]
     pub fn high(self) -> bool {
         self != Self::No
     }
 }
 
-/// Whether a condition holds for variables that are known; NaN is a column in which nothing happened, which no comparison but `!=` holds for.
-/// It is open where the formula itself has no value (the square root of a negative number, 0/0) and the rest does not decide.
+/// Truth of a condition for known variables. NaN is an empty cell, for which no comparison except `!=` holds. The condition is open if
+/// its formula has no value (square root of a negative number, 0/0) and the remaining terms do not determine it.
 pub fn truth_of_known(program: &Program, variables: impl Fn(usize) -> f64, stack: &mut Vec<(f64, bool)>) -> Truth {
     stack.clear();
     let take = |stack: &mut Vec<(f64, bool)>| stack.pop().unwrap_or((f64::NAN, true));
     let said = |holds: bool| f64::from(u8::from(holds));
     for step in program.steps() {
-        // a value, and whether it was lost on the way
+        // a value, and whether it was lost in the calculation
         let value = match *step {
             Instruction::Number(number) => (number, false),
             Instruction::Variable(number) => (variables(number), false),
@@ -76,11 +76,11 @@ pub fn truth_of_known(program: &Program, variables: impl Fn(usize) -> f64, stack
                     Instruction::AtLeast => (said(a >= b), lost),
                     Instruction::Equal => (said(a == b), lost),
                     Instruction::NotEqual => (said(a != b), lost),
-                    // one that certainly does not hold decides
+                    // one operand that certainly does not hold is sufficient
                     Instruction::And => {
                         (said(a != 0.0 && b != 0.0), lost && (a != 0.0 || lost_a) && (b != 0.0 || lost_b))
                     }
-                    // one that certainly holds decides
+                    // one operand that certainly holds is sufficient
                     Instruction::Or => {
                         (said(a != 0.0 || b != 0.0), lost && (a == 0.0 || lost_a) && (b == 0.0 || lost_b))
                     }
@@ -99,7 +99,7 @@ pub fn truth_of_known(program: &Program, variables: impl Fn(usize) -> f64, stack
     }
 }
 
-/// Whether a condition holds for variables within their spans; open where a formula in it may have no value and the rest does not decide.
+/// Truth of a condition for variables within their spans. Open if a formula in it may have no value and the remaining terms do not determine it.
 /// `stack` is scratch.
 pub fn truth(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Vec<Span>) -> Truth {
     let found = span(program, variables, stack);
@@ -114,7 +114,7 @@ pub fn truth(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut V
     }
 }
 
-/// The span of a formula's value; of a truth, 0 and 1 are its ends.
+/// Span of a formula's value; for a condition the bounds are 0 and 1.
 pub fn span(program: &Program, variables: impl Fn(usize) -> Span, stack: &mut Vec<Span>) -> Span {
     stack.clear();
     for step in program.steps() {
@@ -152,7 +152,7 @@ fn pop(stack: &mut Vec<Span>) -> Span {
     stack.pop().unwrap_or(Span::NONE)
 }
 
-/// A truth that is certain, or certainly not, or neither; `lost`: what it is about may have no value.
+/// Span of a condition that is certainly true, certainly false, or neither; `lost`: an operand may have no value.
 fn truths(yes: bool, no: bool, lost: bool) -> Span {
     Span { lo: f64::from(u8::from(yes)), hi: f64::from(u8::from(!no)), empty: lost, lost }
 }
@@ -163,7 +163,7 @@ fn of_two(instruction: Instruction, a: Span, b: Span) -> Span {
     {
         return Span::result(value);
     }
-    // neither may be no number; one of them has no value at all; one may have lost it
+    // neither operand may be missing; one is certainly missing; one may be lost
     let (full, none, lost) = (!a.empty && !b.empty, a.lo > a.hi || b.lo > b.hi, a.lost || b.lost);
     // certainly a < b, a <= b
     let (below, at_most) = (a.hi < b.lo, a.hi <= b.lo);
@@ -182,12 +182,12 @@ fn of_two(instruction: Instruction, a: Span, b: Span) -> Span {
         Instruction::AtLeast => truths(full && at_least, none || below, lost),
         Instruction::Equal => truths(same(a, b), none || below || above, lost),
         Instruction::NotEqual => truths(none || below || above, same(a, b), lost),
-        // one that decides does so whatever the other has lost
+        // an operand that determines the result does so even if the other is lost
         Instruction::And => {
             let false_for_certain = no(a) || no(b);
             truths(a.lo == 1.0 && b.lo == 1.0, a.hi == 0.0 || b.hi == 0.0, lost && !false_for_certain)
         }
-        // the other steps take one value
+        // all other instructions have one operand
         _ => {
             let true_for_certain = yes(a) || yes(b);
             truths(a.lo == 1.0 || b.lo == 1.0, a.hi == 0.0 && b.hi == 0.0, lost && !true_for_certain)

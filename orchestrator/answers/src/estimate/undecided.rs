@@ -1,11 +1,11 @@
-//! Counts and words of ok rows that do not decide a condition.
+//! Counts and text of ok rows that leave a condition open.
 
 /// Why an ok row leaves a condition open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Why {
     /// A formula in the condition has no value (the square root of a negative number).
     NoValue,
-    /// Nothing judged a quantity of the condition in this run.
+    /// A quantity of the condition was not judged in this run.
     Unjudged,
     /// The condition asks for an event at a time after the end of the run.
     Later,
@@ -39,7 +39,7 @@ impl Undecided {
         self.later += other.later;
     }
 
-    /// The kinds of these rows: "runs that nothing judged"; empty without any.
+    /// Names of these kinds of rows: "runs that nothing judged"; empty without any.
     #[must_use]
     pub fn words(&self) -> String {
         let kinds = [
@@ -51,7 +51,7 @@ impl Undecided {
         kinds.collect::<Vec<_>>().join(" and ")
     }
 
-    /// A note for each kind of row; rows without a value have one of their own elsewhere.
+    /// Adds a note for each kind of row, except rows without a value, which have their own.
     pub fn note(&self, notes: &mut Vec<String>) {
         let runs = |count: u64| if count == 1 { "1 run".to_owned() } else { format!("{count} runs") };
         if self.unjudged > 0 {

@@ -1,4 +1,4 @@
-//! Decision of a gate in each group, and its sentence.
+//! Decision of a gate in each group, as verdict and sentence.
 
 use super::look::{Deciding, FIRST_LOOK, MOST_POINTS, deciding, last_look};
 use super::require::Gate;
@@ -10,19 +10,19 @@ use crate::estimate::limits::{lower_limit, upper_limit};
 use crate::estimate::proportion::{Tally, tallies};
 use crate::estimate::undecided::Undecided;
 
-/// What a gate says.
+/// Verdict of a gate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// Exit code 0.
+    /// The limit is met; exit code 0.
     Passed,
-    /// Exit code 5.
+    /// More points are needed; exit code 5.
     Open,
-    /// Exit code 4.
+    /// The limit is exceeded; exit code 4.
     Failed,
 }
 
 impl Verdict {
-    /// The exit code.
+    /// Exit code of the command.
     #[must_use]
     pub fn code(self) -> u8 {
         match self {
@@ -33,48 +33,48 @@ impl Verdict {
     }
 }
 
-/// Of a gate in a group.
+/// Decision of a gate in one group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
-    /// The gate, as written.
+    /// The gate as written.
     pub gate: String,
-    /// The group.
+    /// Values of the group on the crossed axes.
     pub group: Group,
-    /// What it says.
+    /// Verdict.
     pub verdict: Verdict,
-    /// Points that are judged, with events and bad runs.
+    /// Points analysed, including events and bad runs.
     pub n: u64,
-    /// Events with bad runs harmless, harmful.
+    /// Events with bad runs counted as harmless, and as harmful.
     pub events: (u64, u64),
     /// Bad runs.
     pub bad: u64,
-    /// Runs beyond the model among them.
+    /// Runs beyond the model, included in `bad`.
     pub beyond: u64,
     /// Ok runs that leave the condition open.
     pub undecided: Undecided,
-    /// One-sided limits at `level`, bad runs harmless, harmful.
+    /// One-sided limits at `level`: lower with bad runs harmless, upper with bad runs harmful.
     pub limits: (f64, f64),
-    /// Probability that each limit is wrong, at most.
+    /// Largest probability that each limit is wrong.
     pub level: f64,
-    /// Points more that would decide it at the present rates.
+    /// Further points that would decide the gate at the present rates.
     pub more: Option<u64>,
-    /// For a person.
+    /// The decision as a sentence.
     pub sentence: String,
 }
 
-/// Why a gate is not judged.
+/// Reason why a gate cannot be judged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GateError {
-    /// The design has no exact limits.
+    /// A design without exact limits.
     #[error("a gate needs independent points for its limits to be exact: `kind = \"monte-carlo\"`, not {0:?}")]
     Design(&'static str),
-    /// The rows do not fit.
+    /// Rows that do not fit the design, or a missing column.
     #[error(transparent)]
     Input(#[from] InputError),
 }
 
 impl Gate {
-    /// Judges every group; `study` has been checked. Half-way, by the prefix at the last look.
+    /// Judges every group of a study that has been checked. An incomplete study is judged by its points up to the last interim analysis.
     ///
     /// # Errors
     /// The design has no exact limits, or a column is missing.
@@ -133,7 +133,7 @@ impl Gate {
         decision
     }
 
-    /// The sentence; finds how many more points would decide.
+    /// Sentence of a decision; also determines how many further points would decide.
     fn words(
         &self,
         decision: &mut Decision,
@@ -200,7 +200,7 @@ impl Gate {
     }
 }
 
-/// Of several decisions: 4 before 5 before 0.
+/// Verdict of several decisions: failed before open before passed.
 #[must_use]
 pub fn verdict(decisions: &[Decision]) -> Verdict {
     decisions.iter().map(|decision| decision.verdict).max().unwrap_or(Verdict::Open)

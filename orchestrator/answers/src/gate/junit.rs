@@ -1,15 +1,15 @@
-//! Decisions as JUnit's XML, which build servers show: a testcase for each gate and group, `<failure>` for 4, `<error>` for 5.
+//! Decisions as JUnit XML for build servers: a testcase for each gate and group, `<failure>` for exit code 4, `<error>` for 5.
 
 use super::judge::{Decision, Verdict};
 use crate::ask::prefix;
 use crate::page::escape::html;
 
-/// Text of an attribute or an element. Line feeds and tabs are numeric references, because a reader turns those of an attribute into blanks.
+/// Text of an attribute or an element. Line feeds and tabs become numeric references, because parsers replace them by blanks in attributes.
 fn escaped(text: &str) -> String {
     html(text).replace('\n', "&#10;").replace('\t', "&#9;")
 }
 
-/// The file; `study`: its name; `warning`: a line about all runs of the study.
+/// JUnit file; `study`: name of the study; `warning`: a line about all its runs.
 #[must_use]
 pub fn junit(study: &str, decisions: &[Decision], warning: Option<&str>) -> String {
     let count = |verdict: Verdict| decisions.iter().filter(|decision| decision.verdict == verdict).count();

@@ -1,40 +1,40 @@
-//! Interim analyses of a gate, and the number of points that would decide it.
+//! Interim analyses of a gate, and the number of points at which it would be decided.
 //!
 //! ```text
-//! look k = 0, 1, ...   at the first 256 2^k points, at level alpha/2^(k+1):  the levels of all looks sum to less than alpha
+//! analysis k = 0, 1, ...   of the first 256 2^k points, at level alpha/2^(k+1):  the levels of all analyses sum to less than alpha
 //! ```
-//! Whoever looks more often sees the same prefix again, so looking often does not cheat (J. L. Doob's union of the looks; the levels
-//! are those of a geometric spending of alpha).
+//! Judging more often evaluates the same analyses again, so it does not increase the error (J. L. Doob's union of the analyses; the
+//! levels spend alpha geometrically).
 
 use crate::estimate::limits::{lower_limit, upper_limit};
 
-/// Points at the first look.
+/// Number of points of the first interim analysis.
 pub const FIRST_LOOK: u64 = 256;
 
-/// Points of a study at most; more are not asked for.
+/// Largest number of points that a gate asks for.
 pub const MOST_POINTS: u64 = 100_000_000;
 
-/// The last look within so many points: its points and its level; `None` before the first.
+/// The last interim analysis within `points` points: its number of points and its level; `None` before the first.
 #[must_use]
 pub fn last_look(points: u64, alpha: f64) -> Option<(u64, f64)> {
     let looks = (points / FIRST_LOOK).checked_ilog2()?;
     Some((FIRST_LOOK << looks, alpha / libm::exp2(f64::from(looks) + 1.0)))
 }
 
-/// When a gate would be decided at the rates that there are.
+/// Number of points at which a gate would be decided at the present rates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deciding {
-    /// With so many points.
+    /// At this number of points.
     At(u64),
     /// With more than [`MOST_POINTS`].
     Beyond,
-    /// Never.
+    /// At no number of points.
     Never,
 }
 
-/// Points, more than those that there are, at which a gate would be decided.
+/// Additional points with which a gate would be decided.
 ///
-/// * `low`, `high` - share of events with bad runs harmless, harmful; `points` - those that there are; `half_way`: at a look.
+/// * `low`, `high` - share of events with bad runs harmless and harmful; `points` - present number; `half_way` - decision at an interim analysis.
 #[must_use]
 pub fn deciding((low, high): (f64, f64), bound: f64, points: u64, alpha: f64, half_way: bool) -> Deciding {
     let events = |share: f64, n: u64| libm::rint(share * n as f64) as u64;

@@ -1,4 +1,4 @@
-//! A gate's words: `P(max_bearing_load_N > 1.2 MN) < 1e-2`.
+//! Syntax of a gate: `P(max_bearing_load_N > 1.2 MN) < 1e-2`.
 
 use crate::ask::{CONFIDENCE, Names, Problem};
 use crate::estimate::formula::{Formula, closing};
@@ -7,21 +7,21 @@ use bladeoff_text::formula::{Kind, parse};
 /// `P(CONDITION) < BOUND`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gate {
-    /// As written.
+    /// The gate as written.
     pub text: String,
-    /// The condition.
+    /// Condition whose probability is bounded.
     pub condition: Formula,
-    /// Above 0, at most 1.
+    /// Bound of the probability, above 0 and at most 1.
     pub bound: f64,
-    /// Of each decision.
+    /// Confidence level of each decision.
     pub confidence: f64,
 }
 
 impl Gate {
-    /// From its words: `P(max_bearing_load_N > 1.2e6) < 1e-2`.
+    /// Parses a gate such as `P(max_bearing_load_N > 1.2e6) < 1e-2`.
     ///
     /// # Errors
-    /// What is wrong with it, with its place.
+    /// All errors with their places in the text.
     pub fn new(text: &str, confidence: Option<f64>, names: &Names) -> Result<Self, Vec<Problem>> {
         let wrong = |place: std::ops::Range<usize>, message: String| {
             Err(vec![Problem { key: "require", place: Some(place), message, allowed: None }])
@@ -57,7 +57,7 @@ impl Gate {
             let place = at + 1 + from..at + 1 + from + c.len_utf8();
             return wrong(place, "a bound is a plain number, or one with `%`".to_owned());
         }
-        // the three parts, each for itself
+        // the three parts are checked independently
         let mut problems = Vec::new();
         let mut say =
             |place, message| problems.push(Problem { key: "require", place: Some(place), message, allowed: None });

@@ -1,11 +1,11 @@
-//! Boundaries of regimes between the cells of a map, as smooth lines.
+//! Regime boundaries between the cells of a map, as smooth lines.
 //!
 //! ```text
 //! cells --> a node on each side that two cells of different regimes share; nodes of one square of four cells are joined, of three regimes at its middle
 //!   --level--> each node moves between the two middles to the mean of its line around it   --round--> lines with rounded corners
 //! ```
-//! A node stays between the middles of its two cells, and a rounded line stays within the angle of its nodes. So each middle is on the side
-//! of its own regime.
+//! A node stays between the midpoints of its two cells, and a rounded line stays within the angle of its nodes. Therefore each midpoint is on
+//! the side of its own regime.
 //! Source: S. F. F. Gibson, "Constrained elastic surface nets" (1998); G. M. Chaikin (1974) for the corners.
 //! Verified by `a_boundary_separates_the_regimes_and_no_other_cells`, `a_slanting_boundary_has_no_steps`.
 
@@ -15,21 +15,21 @@ use std::collections::BTreeMap;
 /// A line through points.
 pub type Line = Vec<(f64, f64)>;
 
-/// How far a node moves from the side of its cells, in cells.
+/// Largest displacement of a node from the side of its cells, in cells.
 const SLIDE: f64 = 0.4;
-/// Nodes on either side whose mean a node takes: at most, and as a part of its line, so that short lines keep their shape.
+/// Number of nodes on either side over which a node is averaged: the largest, and as a fraction of the line, so that short lines keep their shape.
 const AROUND: usize = 6;
 const PART: usize = 6;
-/// Rounds of taking means, and of cutting corners.
+/// Number of averaging rounds, and of corner-cutting rounds.
 const LEVELS: usize = 2;
 const ROUNDS: usize = 2;
 
-/// A place in half cells: the middle of cell i is 2 i, its sides are 2 i - 1 and 2 i + 1.
+/// A place in half cells: the midpoint of cell i is 2 i, its sides are 2 i - 1 and 2 i + 1.
 type Key = (i64, i64);
 
 struct Node {
     key: Key,
-    /// In cells.
+    /// Place in cells.
     place: [f64; 2],
     joined: Vec<usize>,
 }
@@ -55,7 +55,7 @@ impl Net {
         self.nodes[b].joined.push(a);
     }
 
-    /// Moves the nodes of a line along the side on which each is; an end on the edge of the map follows the node beside it.
+    /// Moves the nodes of a line across their sides towards the mean; an end on the edge of the map follows the node beside it.
     fn level(&mut self, line: &[usize]) {
         let is_closed = line[0] == line[line.len() - 1];
         let count = if is_closed { line.len() - 1 } else { line.len() };
@@ -77,7 +77,7 @@ impl Net {
         }
     }
 
-    /// Lines between nodes at which not two pieces meet, then closed lines.
+    /// Lines between nodes at which not exactly two pieces meet, followed by closed lines.
     fn lines(&self) -> Vec<Vec<usize>> {
         let mut is_taken = vec![false; self.nodes.len()];
         let is_end = |at: usize| self.nodes[at].joined.len() != 2;
@@ -120,7 +120,7 @@ impl Net {
     }
 }
 
-/// Along which axis a node moves: across the side on which it is; `None`: it is the middle of four cells or on the edge.
+/// Axis along which a node may move: across its side; `None` for the middle of four cells, or a node on the edge.
 fn axis_of(key: Key) -> Option<usize> {
     match (key.0.rem_euclid(2), key.1.rem_euclid(2)) {
         (1, 0) => Some(0),
@@ -129,7 +129,7 @@ fn axis_of(key: Key) -> Option<usize> {
     }
 }
 
-/// Cuts the corners of a line; a closed one has its first point last.
+/// Cuts the corners of a line; a closed line repeats its first point.
 fn round(line: Line) -> Line {
     let is_closed = line.len() > 3 && line[0] == line[line.len() - 1];
     let mut line = line;
@@ -148,7 +148,7 @@ fn round(line: Line) -> Line {
     line
 }
 
-/// The lines between cells of different regimes. Where a cell is missing they end half-way along the side.
+/// Boundary lines between cells of different regimes. At a missing cell they end half-way along the side.
 #[must_use]
 pub fn boundary(map: &Map) -> Vec<Line> {
     let table = map.table();
@@ -180,7 +180,7 @@ pub fn boundary(map: &Map) -> Vec<Line> {
     }
     let (x, y) = (halves(&map.x), halves(&map.y));
     let of = |halves: &[f64], place: f64| {
-        // the first is the lower edge of the map, half a cell below the middle of the first
+        // index 0 is the lower edge of the map, half a cell below the first midpoint
         let along = 2.0 * place + 1.0;
         let from = (along as usize).min(halves.len() - 2);
         halves[from] + (along - from as f64) * (halves[from + 1] - halves[from])
@@ -189,7 +189,7 @@ pub fn boundary(map: &Map) -> Vec<Line> {
     lines.iter().map(|line| round(line.iter().map(point).collect())).collect()
 }
 
-/// Edges and middles of cells in turn.
+/// Edges and midpoints of the cells, alternately.
 fn halves(axis: &Axis) -> Vec<f64> {
     let edges = axis.edges();
     let middles = axis.at.iter().zip(&edges[1..]).flat_map(|(at, edge)| [*at, *edge]);

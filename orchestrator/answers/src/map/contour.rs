@@ -1,16 +1,16 @@
-//! Lines on which a map has a level.
+//! Contour lines of a map.
 //!
-//! Marching squares on the middles of cells, linear between neighbours: exact for a plane. A square with a corner that has no value
-//! has no line: nothing is drawn where no sample is. Of a saddle the mean of the corners decides.
+//! Marching squares on the midpoints of cells, linear between neighbours: exact for a plane. A square with a missing corner has no line, so
+//! nothing is drawn without samples. At a saddle the mean of the corners selects the connection.
 //! Verified by `a_plane_has_straight_contours_where_they_belong`.
 
 /// A piece of a line.
 pub type Piece = [(f64, f64); 2];
 
-/// Values along each axis that a map needs for contour lines: between fewer they follow the grid and not the values.
+/// Smallest number of values along each axis for contour lines: with fewer they follow the grid instead of the values.
 pub const FEWEST: usize = 8;
 
-/// Pieces of the line of a level; `value` by column and row.
+/// Pieces of the contour line of a level; `value`: value by column and row.
 #[must_use]
 pub fn contour(xs: &[f64], ys: &[f64], value: impl Fn(usize, usize) -> Option<f64>, level: f64) -> Vec<Piece> {
     let mut pieces = Vec::new();

@@ -1,4 +1,4 @@
-//! Cells of given values: each combination of both axes by itself, its runs being its starts.
+//! Map cells for given values: one cell for each combination of the two axes; the runs of a cell are its starts.
 
 use super::place::{Item, Items, Seen, most_frequent, point_of};
 use super::{Cell, Frame, Map, Shows, UPPER};
@@ -21,7 +21,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         }
     }
     let most = cells.iter().map(Vec::len).max().unwrap_or(0);
-    // of chosen values what finishes first is not random; of random points only the first ones are here
+    // the chosen values that finish first are not random; of random points only complete ones are in the table
     let is_partial = !frame.study.design.complete && frame.study.design.kind == DesignKind::Chosen;
     let mut begun = 0;
     map.shows = match (is_share, most) {
@@ -48,7 +48,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             upper: None,
             upper_if_bad_harmful: None,
             regime: most_frequent(list.iter().filter_map(|item| Some((item.regime?, 1.0))), &map.regimes),
-            // of a bad run it may be known all the same whether the event was
+            // the event of a bad run may be known all the same
             half_width: None,
             is_open: list.iter().any(|item| if is_share { item.seen.is_open() } else { item.is_bad() }),
         };
@@ -105,7 +105,7 @@ fn of(frame: &Frame<'_>, values: &Values, u: f64) -> Figures {
 }
 
 impl Frame<'_> {
-    /// The part of the scheme that a row counts in.
+    /// Part of the scheme to which a row belongs.
     fn part(&self, row: usize) -> usize {
         self.scheme.part(&self.study.design, point_of(self.study, row))
     }

@@ -7,8 +7,8 @@
 //!   --> Map: cells as answers.json has them; contour lines (contour) and boundaries of regimes (boundary) for pictures
 //!       of some of the given values --refine--> the combinations to be computed next
 //! ```
-//! A bad run stays in its cell: it is counted, and each figure is that with bad runs harmless and with bad runs harmful, as in
-//! [`crate::estimate`]. Where no sample is, there is no cell.
+//! A bad run is counted in its cell. Each figure is given with bad runs harmless and with bad runs harmful, as in [`crate::estimate`].
+//! Places without a sample have no cell.
 //!
 //! Verified by `tests/uncertainty/maps.rs`.
 
@@ -28,13 +28,13 @@ use bladeoff_text::document::units::format_digits;
 use place::{Item, Items, Places, items};
 use serde::Serialize;
 
-/// The column whose words are regimes.
+/// Name of the column of regimes.
 pub const REGIME: &str = "rub_regime";
 
-/// Share of a cell's starts that its second figure is not exceeded by.
+/// Level of the second figure of a cell, the quantile of its starts.
 pub const UPPER: f64 = 0.95;
 
-/// What a map shows.
+/// Quantity that a map shows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Of {
     /// A column.
@@ -43,40 +43,40 @@ pub enum Of {
     Probability(Formula),
 }
 
-/// A map that is asked for.
+/// Definition of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
     /// Column along the first axis.
     pub x: String,
-    /// Along the second.
+    /// Column along the second axis.
     pub y: String,
-    /// Whether both have given values (`[[vary]]`), so that they are drawn as they are.
+    /// Whether both axes have given values (`[[vary]]`), so that no smoothing is needed.
     pub is_grid: bool,
-    /// Whether one of them has: it is drawn value by value, and smoothed along the other.
+    /// Whether an axis has given values: it is drawn value by value, and the map is smoothed along the other axis.
     pub varied: (bool, bool),
-    /// What is shown.
+    /// Quantity shown.
     pub of: Of,
-    /// Columns of which each combination of values has a panel.
+    /// Columns for whose combinations of values there are panels.
     pub panels: Vec<String>,
-    /// Columns of release angles that are varied: several starts a cell.
+    /// Varied release angles: the starts of a cell.
     pub starts: Vec<String>,
-    /// One of `panels`, and the differences between its values: at the first, less that at the second.
+    /// A column of `panels`, and pairs of its values whose difference is shown: first minus second.
     pub paired: Option<(String, Vec<[Label; 2]>)>,
 }
 
 /// An axis of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
-    /// Its column.
+    /// Name of the column.
     pub column: String,
     /// SI unit, "" for a pure number.
     pub unit: String,
-    /// Where cells have their middles, ascending: the values of the study, or those of the raster.
+    /// Midpoints of the cells, ascending: the values of the study, or those of the raster.
     pub at: Vec<f64>,
 }
 
 impl Axis {
-    /// Where cells end: half-way between neighbours; at the ends as far out as the neighbour is in.
+    /// Edges of the cells: half-way between neighbours; the outer edges are symmetric about their midpoints.
     #[must_use]
     pub fn edges(&self) -> Vec<f64> {
         let at = &self.at;
@@ -91,122 +91,122 @@ impl Axis {
     }
 }
 
-/// What the figure of a cell is.
+/// Kind of the figure of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shows {
-    /// Of the one run of the cell.
+    /// Value of the only run of the cell.
     Value,
-    /// Median of its starts; `upper` is their 95 % value.
+    /// Median of the starts; `upper` is their 95 % quantile.
     Median,
-    /// Share of its starts.
+    /// Share of the starts.
     Probability,
-    /// Smoothed mean of what is around it.
+    /// Smoothed mean of nearby samples.
     SmoothedMean,
-    /// Smoothed share of what is around it.
+    /// Smoothed share of nearby samples.
     SmoothedProbability,
 }
 
 /// A cell of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cell {
-    /// Column and row of it among the places of the axes.
+    /// Column and row of the cell among the places of the axes.
     #[serde(skip)]
     pub at: (usize, usize),
-    /// Its middle along the first axis.
+    /// Midpoint along the first axis.
     pub x: f64,
-    /// Along the second.
+    /// Midpoint along the second axis.
     pub y: f64,
-    /// Runs in it; of a difference pairs of runs.
+    /// Number of runs in the cell; in a difference, of pairs of runs.
     pub n: u64,
-    /// Bad ones among them.
+    /// Bad runs, included in `n`.
     pub bad: u64,
-    /// Runs beyond the model among these.
+    /// Runs beyond the model, included in `bad`.
     pub beyond: u64,
-    /// The figure with bad runs harmless.
+    /// Figure with bad runs counted as harmless.
     pub estimate: Option<f64>,
-    /// With bad runs harmful.
+    /// Figure with bad runs counted as harmful.
     pub estimate_if_bad_harmful: Option<f64>,
-    /// Limits that cover both, each cell by itself.
+    /// Lower limit for this cell alone; the interval covers bad runs counted either way.
     pub low: Option<f64>,
-    /// As `low`.
+    /// Upper limit, likewise.
     pub high: Option<f64>,
-    /// 95 % value of its starts, bad runs harmless; of medians alone.
+    /// 95 % quantile of the starts, bad runs harmless; only with medians.
     pub upper: Option<f64>,
-    /// The same, bad runs harmful.
+    /// 95 % quantile of the starts, bad runs harmful.
     pub upper_if_bad_harmful: Option<f64>,
-    /// The most frequent regime of its ok runs, of several the worst.
+    /// The most frequent regime of the ok runs; the worst of equally frequent ones.
     pub regime: Option<String>,
-    /// Half the width of the limits of its runs with a value, whether or not bad runs are near; of smoothed cells alone.
+    /// Half width of the interval over the runs with a value, regardless of nearby bad runs; only for smoothed cells.
     #[serde(skip)]
     pub half_width: Option<f64>,
-    /// Bad runs stand in its figure.
+    /// Whether bad runs affect the figure.
     #[serde(skip)]
     pub is_open: bool,
 }
 
-/// One panel.
+/// One panel of a map.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Map {
-    /// Its values on the axes that have panels.
+    /// Values on the axes that have panels.
     #[serde(skip)]
     pub group: Group,
-    /// The same as a person reads them: "contact gap = 0.4 mm".
+    /// `group` as text: "contact gap = 0.4 mm".
     #[serde(skip)]
     pub panel: String,
-    /// Of a difference what it is between, likewise: "detection = hyp1 less hyp2".
+    /// The values between which a difference is taken, as text: "detection = hyp1 less hyp2".
     #[serde(skip)]
     pub less: String,
     /// First axis.
     pub x: Axis,
     /// Second axis.
     pub y: Axis,
-    /// What is shown: a column or `P(...)`.
+    /// Quantity shown: a column or `P(...)`.
     pub of: String,
-    /// Its SI unit, "" for a pure number.
+    /// SI unit of the quantity, "" for a pure number.
     pub unit: String,
-    /// What the figure of a cell is.
+    /// Kind of the figure of a cell.
     pub shows: Shows,
-    /// It is a difference at the same starts: the column, and the values that it is between.
+    /// For a difference at the same starts: the column, and the two values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub difference: Option<(String, [Label; 2])>,
-    /// Of smoothed cells: the width, as part of the range of an axis.
+    /// For smoothed cells: smoothing width as a share of the range of an axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
-    /// Of smoothed cells: runs (of a difference pairs) in cells that are not drawn.
+    /// For smoothed cells: runs (or pairs) in cells that are not drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub undrawn: Option<u64>,
-    /// Of a smoothed column: the least and the largest of single runs, which no smoothed cell reaches.
+    /// For a smoothed column: smallest and largest value of single runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub runs: Option<(f64, f64)>,
-    /// Of the limits.
+    /// Confidence level of the limits.
     pub confidence: f64,
-    /// Words of regimes, the worst last.
+    /// Names of the regimes, the worst last.
     #[serde(skip)]
     pub regimes: Vec<String>,
-    /// Runs of the panel; of a difference pairs.
+    /// Runs of the panel; in a difference, pairs.
     pub n: u64,
-    /// Bad ones among them.
+    /// Bad runs, included in `n`.
     pub bad: u64,
-    /// Runs beyond the model among these.
+    /// Runs beyond the model, included in `bad`.
     pub beyond: u64,
-    /// Where failed, invalid and quarantined runs are.
+    /// Places of failed, invalid and quarantined runs.
     #[serde(skip)]
     pub bad_at: Vec<(f64, f64)>,
-    /// Where runs beyond the model are.
+    /// Places of runs beyond the model.
     #[serde(skip)]
     pub beyond_at: Vec<(f64, f64)>,
-    /// Its cells were chosen by their results.
+    /// Whether the cells were chosen by their results (`[refine]`).
     #[serde(skip)]
     pub refined: bool,
-    /// What a reader has to know.
+    /// Reservations and remarks for the reader.
     pub notes: Vec<String>,
-    /// Cells that have samples, by rows of the first axis.
+    /// Cells with samples, in rows of the first axis.
     pub cells: Vec<Cell>,
 }
 
 impl Map {
-    /// Cells by their places: `[column of x][row of y]`.
+    /// Cells by their indices: `[column of x][row of y]`.
     #[must_use]
     pub fn table(&self) -> Vec<Vec<Option<&Cell>>> {
         let mut table = vec![vec![None; self.y.at.len()]; self.x.at.len()];
@@ -216,37 +216,37 @@ impl Map {
         table
     }
 
-    /// Whether bad runs leave a cell open although both its figures are the same: bad on both sides of a difference of shares they cancel.
+    /// Whether bad runs leave a cell open although both figures are equal: bad runs on both sides of a difference of shares cancel.
     #[must_use]
     pub fn is_unsure(&self, cell: &Cell) -> bool {
         self.difference.is_some() && self.is_share() && cell.is_open
     }
 
-    /// Whether a smoothed cell has no limits, because samples are too few.
+    /// Whether some smoothed cell has no limits because samples are too few.
     #[must_use]
     pub fn lacks_limits(&self) -> bool {
         self.is_smoothed() && self.cells.iter().any(|cell| cell.half_width.is_none())
     }
 
-    /// Whether the limits of a smoothed column hold for the runs with a value alone, because bad runs are near.
+    /// Whether limits of a smoothed column hold only for the runs with a value, because bad runs are nearby.
     #[must_use]
     pub fn has_limits_of_others(&self) -> bool {
         self.shows == Shows::SmoothedMean && self.cells.iter().any(|cell| cell.is_open && cell.half_width.is_some())
     }
 
-    /// Whether contour lines are drawn: there are enough cells for them.
+    /// Whether contour lines are drawn, which needs enough cells.
     #[must_use]
     pub fn has_contours(&self) -> bool {
         self.x.at.len().min(self.y.at.len()) >= contour::FEWEST
     }
 
-    /// Failed and invalid runs among the runs that are not ok.
+    /// Number of failed and invalid runs among the runs that are not ok.
     #[must_use]
     pub fn failing(&self) -> u64 {
         self.bad - self.beyond
     }
 
-    /// The runs that are not ok as a kind: "bad runs", "runs beyond the model", or both; of a difference pairs with such a run.
+    /// Name of the runs that are not ok: "bad runs", "runs beyond the model", or both; in a difference, pairs with such a run.
     #[must_use]
     pub fn bad_in_words(&self) -> &'static str {
         match (self.difference.is_some(), self.failing() > 0, self.beyond > 0) {
@@ -259,20 +259,20 @@ impl Map {
         }
     }
 
-    /// Whether its cells are smoothed.
+    /// Whether the cells are smoothed.
     #[must_use]
     pub fn is_smoothed(&self) -> bool {
         matches!(self.shows, Shows::SmoothedMean | Shows::SmoothedProbability)
     }
 
-    /// Whether it shows shares.
+    /// Whether the map shows shares.
     #[must_use]
     pub fn is_share(&self) -> bool {
         matches!(self.shows, Shows::Probability | Shows::SmoothedProbability)
     }
 }
 
-/// What all panels of a map share.
+/// Input common to all panels of a map.
 struct Frame<'a> {
     study: &'a Study<'a>,
     wanted: &'a Wanted,
@@ -284,10 +284,10 @@ struct Frame<'a> {
     regimes: Vec<String>,
 }
 
-/// The panels of a map, then its differences; `alpha` = 1 - confidence.
+/// Panels of a map, followed by its differences; `alpha` = 1 - confidence.
 ///
 /// # Errors
-/// The study lacks a column.
+/// The study has no such column.
 pub fn maps(study: &Study<'_>, wanted: &Wanted, alpha: f64) -> Result<Vec<Map>, InputError> {
     let places = Places::of(study, wanted)?;
     let scheme = match Scheme::of(&study.design) {
@@ -333,12 +333,12 @@ impl Frame<'_> {
         self.study.column(column).map_or("", |column| column.unit.as_str())
     }
 
-    /// A column without its unit.
+    /// Column name without its unit, as text.
     fn named(&self, column: &str) -> String {
         plain_name(column, self.unit(column))
     }
 
-    /// One of its values with the unit that a person would choose.
+    /// A value of a column with a convenient unit.
     fn shown(&self, column: &str, label: &Label) -> String {
         match label {
             Label::Number(number) => format_digits(*number, self.unit(column), 4),

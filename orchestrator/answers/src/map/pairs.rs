@@ -1,13 +1,13 @@
-//! Two panels at the same inputs: what both have in common cancels.
+//! Differences between two panels at the same inputs: the common scatter cancels.
 
 use super::Frame;
 use super::place::{Item, Items, Seen, codes, of_pair, point_of};
 use std::collections::BTreeMap;
 
-/// The inputs that both runs of a pair share: place, given angles, point of the design.
+/// Inputs shared by both runs of a pair: place, given angles, point of the design.
 type Key = (u64, u64, Vec<u32>, usize);
 
-/// Runs of `a` with those of `b` that have the same inputs; one whose inputs several have has no partner.
+/// Pairs of runs of `a` and `b` with equal inputs; a run whose inputs occur several times has no partner.
 pub(super) fn paired(frame: &Frame<'_>, a: &Items, b: &Items) -> Items {
     let starts: Vec<Vec<u32>> =
         frame.wanted.starts.iter().filter_map(|column| Some(codes(frame.study, column).ok()?.0)).collect();
@@ -27,7 +27,7 @@ pub(super) fn paired(frame: &Frame<'_>, a: &Items, b: &Items) -> Items {
         let ([a], [b]) = (first.as_slice(), second) else { continue };
         let seen = less(a.seen, b.seen);
         found.empty += u64::from(seen == Seen::Empty);
-        // its regime is that of neither
+        // a pair has no regime
         found.list.push(Item { status: of_pair(a.status, b.status), regime: None, seen, ..*a });
     }
     found.list.sort_unstable_by_key(|item| item.row);
@@ -35,7 +35,7 @@ pub(super) fn paired(frame: &Frame<'_>, a: &Items, b: &Items) -> Items {
     found
 }
 
-/// Bounds of a difference.
+/// Bounds of the difference a - b.
 fn less(a: Seen, b: Seen) -> Seen {
     match (a, b) {
         (Seen::Truth(a), Seen::Truth(b)) => Seen::Truths(a, b),

@@ -1,4 +1,4 @@
-//! Where the rows of a study lie on a map: axes, panels, and what is known of each row.
+//! Places of the rows of a study on a map: axes, panels, and the recorded value of each row.
 
 use super::{Axis, Frame, Of, REGIME, Wanted};
 use crate::estimate::input::{Cells, DesignKind, Group, InputError, Label, Study};
@@ -7,43 +7,43 @@ use crate::estimate::truth::Truth;
 use bladeoff_model::outcome::Status;
 use std::collections::BTreeMap;
 
-/// Places of a raster along an axis, at most and at least.
+/// Largest and smallest number of raster places along an axis.
 const MOST_PLACES: f64 = 40.0;
 const FEWEST_PLACES: f64 = 8.0;
 
-/// Values of a varied axis that are drawn each by itself although the other axis is smoothed.
+/// Largest number of values of an axis that are drawn value by value while the other axis is smoothed.
 const MOST_SINGLE: usize = 20;
-/// Samples that each of them has, on average: where they come again by chance, and where a study has given them (`[[vary]]`).
+/// Smallest mean number of samples of such a value: for values that recur by chance, and for values given by the study (`[[vary]]`).
 const EACH: usize = 4;
 const EACH_VARIED: usize = 2;
 
-/// Where everything lies.
+/// Axes and panels of a map.
 pub(super) struct Places {
     pub x: Axis,
     pub y: Axis,
-    /// Both axes are drawn as they are.
+    /// Whether both axes are drawn value by value.
     pub is_grid: bool,
-    /// The axes have their own values in place of a raster.
+    /// Whether each axis has its own values instead of a raster.
     pub single: (bool, bool),
     pub panels: Vec<(Group, Vec<usize>)>,
-    /// Rows without a place.
+    /// Number of rows without a place.
     pub nowhere: u64,
 }
 
-/// What is known of a run on a map.
+/// Result of a run on a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Seen {
     Truth(Truth),
-    /// Of both runs of a pair.
+    /// Truths of both runs of a pair.
     Truths(Truth, Truth),
     /// Bounds of the value.
     Value(f64, f64),
-    /// Nothing of the kind happened.
+    /// No value, because the event or quantity did not occur.
     Empty,
 }
 
 impl Seen {
-    /// Whether a bad run leaves open whether the event was.
+    /// Whether a bad run leaves the event open.
     pub fn is_open(self) -> bool {
         match self {
             Self::Truth(a) => a == Truth::Open,
@@ -53,7 +53,7 @@ impl Seen {
     }
 }
 
-/// A run on a map, or a pair of them.
+/// A run, or a pair of runs, on a map.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Item {
     pub x: f64,
@@ -65,18 +65,18 @@ pub(super) struct Item {
 }
 
 impl Item {
-    /// Whether it is not ok.
+    /// Whether the run is not ok.
     pub fn is_bad(&self) -> bool {
         self.status != Status::Ok
     }
 
-    /// Whether it is beyond the model.
+    /// Whether the run is beyond the model.
     pub fn is_beyond(&self) -> bool {
         self.status == Status::Beyond
     }
 }
 
-/// The status of a pair: of two runs that are not ok the one that failed or is invalid.
+/// Status of a pair: if neither run is ok, that of the failed or invalid one.
 pub(super) fn of_pair(a: Status, b: Status) -> Status {
     match (a, b) {
         (Status::Ok, other) | (Status::Beyond, other) if other != Status::Ok => other,
@@ -92,7 +92,7 @@ pub(super) struct Items {
     pub empty: u64,
 }
 
-/// Words of regimes, the worst last; none where the study has no such column.
+/// Names of the regimes, the worst last; empty if the study has no such column.
 pub(super) fn regimes(study: &Study<'_>) -> Vec<String> {
     match study.column(REGIME).map(|column| column.cells) {
         Ok(Cells::Words(_, words)) => words.to_vec(),
@@ -100,7 +100,7 @@ pub(super) fn regimes(study: &Study<'_>) -> Vec<String> {
     }
 }
 
-/// A number for each value of a column that differs, by row, and the values.
+/// Number of each row's value of a column, and the distinct values.
 pub(super) fn codes(study: &Study<'_>, column: &str) -> Result<(Vec<u32>, Vec<Label>), InputError> {
     let mut labels: Vec<Label> = Vec::new();
     let mut next = |label: Label| {
@@ -140,15 +140,15 @@ impl Places {
         };
         let (all_x, all_y) = (distinct(xs), distinct(ys));
         let panels = panels(study, wanted, is_there)?;
-        // as many combinations as there are points at most: each has some of them
+        // at most as many combinations as points: each has some samples
         let few = all_x.len().saturating_mul(all_y.len()) <= study.points().max(1);
         let is_grid = wanted.is_grid || few;
         let most = panels.iter().map(|(_, rows)| rows.len()).max().unwrap_or(0);
-        // a few values that come again and again are not smoothed over
+        // a few values that recur are not smoothed over
         let has_few = |all: &[f64], each: usize| all.len() <= MOST_SINGLE && all.len() * each <= most;
         let single = match (has_few(&all_x, EACH), has_few(&all_y, EACH)) {
             _ if is_grid => (true, true),
-            // given values are the columns, however few the random ones are
+            // given values become columns however few random samples each has
             _ if wanted.varied == (true, false) && has_few(&all_x, EACH_VARIED) => (true, false),
             _ if wanted.varied == (false, true) && has_few(&all_y, EACH_VARIED) => (false, true),
             (true, true) => (all_x.len() <= all_y.len(), all_y.len() < all_x.len()),
@@ -169,14 +169,14 @@ impl Places {
     }
 }
 
-/// Middles of even cells over the range of these values, for so many samples.
+/// Midpoints of equal cells over the range of these values, for so many samples.
 fn raster(all: &[f64], samples: usize) -> Vec<f64> {
     let (Some(first), Some(last)) = (all.first(), all.last()) else { return Vec::new() };
     let count = (2.0 * (samples as f64).sqrt()).clamp(FEWEST_PLACES, MOST_PLACES) as usize;
     (0..count).map(|k| first + (last - first) * (k as f64 + 0.5) / count as f64).collect()
 }
 
-/// Rows by the combination of the columns that have panels, in the order in which values are first met.
+/// Rows by the combination of the columns that have panels, in order of first occurrence.
 fn panels(
     study: &Study<'_>,
     wanted: &Wanted,
@@ -202,7 +202,7 @@ fn panels(
     Ok(found.into_iter().map(|(key, rows)| (named(key), rows)).collect())
 }
 
-/// What is known of these rows.
+/// Runs or pairs of these rows, with their results.
 pub(super) fn items(frame: &Frame<'_>, rows: &[usize]) -> Result<Items, InputError> {
     let (study, wanted) = (frame.study, frame.wanted);
     let (xs, _) = study.numbers(&wanted.x)?;
@@ -235,7 +235,7 @@ pub(super) fn items(frame: &Frame<'_>, rows: &[usize]) -> Result<Items, InputErr
     Ok(found)
 }
 
-/// The regime of an ok row, by its place among the words.
+/// Regime of an ok row, as its index among the names.
 fn regime_of<'a>(study: &'a Study<'_>, words: &'a [String]) -> impl Fn(usize) -> Option<u32> + 'a {
     let cells = match study.column(REGIME).map(|column| column.cells) {
         Ok(Cells::Words(cells, _)) => Some(cells),
@@ -247,7 +247,7 @@ fn regime_of<'a>(study: &'a Study<'_>, words: &'a [String]) -> impl Fn(usize) ->
     }
 }
 
-/// The regime that most of them have, of several the worst.
+/// The most frequent regime; the worst of equally frequent ones.
 pub(super) fn most_frequent(regimes: impl Iterator<Item = (u32, f64)>, words: &[String]) -> Option<String> {
     let mut weights = vec![0.0; words.len()];
     regimes.for_each(|(regime, weight)| weights[regime as usize] += weight);
@@ -255,7 +255,7 @@ pub(super) fn most_frequent(regimes: impl Iterator<Item = (u32, f64)>, words: &[
     Some(words[most].clone())
 }
 
-/// The number of a row among those that share their random inputs; rows of chosen values share none.
+/// Number of a row among those that share their random inputs; 0 for rows of chosen values, which share none.
 pub(super) fn point_of(study: &Study<'_>, row: usize) -> usize {
     if study.design.kind == DesignKind::Chosen { 0 } else { row / study.groups.len().max(1) }
 }

@@ -1,40 +1,40 @@
-//! Refinement of a map of given values: between combinations of unlike regime, or on different sides of the event.
+//! Refinement of a map of given values: between combinations of different regime, or on different sides of the event.
 //!
-//! The values of both axes are the finest grid there will be. Of it some are computed first, evenly over both axes; a rectangle between
-//! them is halved along both axes as long as anything known on it differs:
+//! The values of both axes form the finest grid. Some of its combinations are computed first, spread evenly over both axes. A rectangle
+//! between them is halved along both axes as long as any two results on it differ:
 //!
 //! ```text
-//! a . . . a     a . a . a     a . a . a      a, b  known, of unlike kinds
+//! a . . . a     a . a . a     a . a . a      a, b  computed, of different kinds
 //! . . . . .     . . . . .     . . + + +         +  next
 //! . . . . .     a . a . b     a . a + b
 //! . . . . .     . . . . .     . . + + +
 //! a . . . b     a . a . b     a . a . b
 //! ```
-//! What is known on a rectangle is known on its sides as well: where a neighbour's half turns out to be of another kind, the rectangle
-//! that shares the side is halved too. [`Grid::next`] remembers nothing: it is a function of what is known, so whoever has the rows of a look
-//! has what comes next, whether or not a run was ended before.
+//! The sides belong to a rectangle: if the neighbour's half turns out to be of a different kind, the rectangle that shares the side is halved
+//! too. [`Grid::next`] has no state: it depends on the known kinds only, so a resumed run continues with the same combinations.
 //!
-//! Limits: an island of another kind that contains none of the first combinations is not seen, nor a tongue between two of them. The event
-//! changes where half of a combination's starts have it; a rarer one (a share of 5 %) has its line elsewhere. With bad runs the event
-//! counts only where they do not decide it; a combination of which every run is bad differs from none, so failures are not refined.
+//! Limits: an island of another kind that contains none of the first combinations is not found, nor is a tongue between two of them. The
+//! event boundary is where half of the starts of a combination have the event; the line of a rarer event (a share of 5 %) lies elsewhere.
+//! With bad runs the event counts only if they do not determine it. A combination in which every run is bad has no kind, so failures are
+//! not refined.
 //!
 //! Verified by `tests/refining.rs`.
 
 use super::Map;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A combination: the places of its two values among those of the axes, ascending.
+/// A combination: indices of its two values on the axes, ascending.
 pub type Place = (usize, usize);
 
-/// Share of the starts from which on a combination counts as one with the event.
+/// Share of the starts from which a combination counts as one with the event.
 const HALF: f64 = 0.5;
 
-/// What a combination is: in each panel its regime and whether it has the event, as numbers; `None`: not known.
+/// Kind of a combination: in each panel its regime and whether it has the event, as numbers; `None` if unknown.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Kind(Vec<Option<usize>>);
 
 impl Kind {
-    /// Takes in what another one is; whether they differ in anything that is known of both.
+    /// Merges another kind into this one. Returns whether they differ where both are known.
     fn differs(&mut self, other: &Self) -> bool {
         self.0.resize(self.0.len().max(other.0.len()), None);
         let mut differs = false;
@@ -46,8 +46,8 @@ impl Kind {
     }
 }
 
-/// What is known of the combinations that have runs, from the panels of a map; differences and smoothed panels say nothing. `axes`:
-/// the values that there will be, ascending.
+/// Kinds of the combinations that have runs, from the panels of a map; differences and smoothed panels are ignored. `axes`:
+/// all values of the finest grid, ascending.
 #[must_use]
 pub fn kinds(maps: &[Map], axes: [&[f64]; 2]) -> BTreeMap<Place, Kind> {
     let panels: Vec<&Map> = maps.iter().filter(|map| map.difference.is_none() && !map.is_smoothed()).collect();
@@ -67,17 +67,18 @@ pub fn kinds(maps: &[Map], axes: [&[f64]; 2]) -> BTreeMap<Place, Kind> {
     found
 }
 
-/// A rectangle of the grid: first and last place along each axis.
+/// A rectangle of the grid: first and last index along each axis.
 type Sides = [(usize, usize); 2];
 
-/// The combinations of a map that may be computed, and those that are computed first.
+/// The finest grid of a map, and its lines that are computed first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Grid {
     lines: [Vec<usize>; 2],
 }
 
 impl Grid {
-    /// Of so many values along each axis, of which so many come first, evenly spread; `None`: fewer than 2 of them, or more than there are.
+    /// A grid with these numbers of values along each axis, and of first lines, evenly spread; `None` if there are fewer than 2 first lines, or
+    /// more than values.
     #[must_use]
     pub fn new(lengths: [usize; 2], first: [usize; 2]) -> Option<Self> {
         let fits = (0..2).all(|axis| (2..=lengths[axis]).contains(&first[axis]));
@@ -85,14 +86,14 @@ impl Grid {
         fits.then(|| Self { lines: [lines(0), lines(1)] })
     }
 
-    /// The combinations that are computed first.
+    /// Combinations computed first.
     #[must_use]
     pub fn first(&self) -> Vec<Place> {
         self.lines[0].iter().flat_map(|&x| self.lines[1].iter().map(move |&y| (x, y))).collect()
     }
 
-    /// What comes next, with room for so many: first [`Grid::first`], whatever the room, then what rectangles lack that are to be halved, the
-    /// largest before smaller ones. What comes with less room also comes with more.
+    /// Combinations to compute next, at most `room`: first [`Grid::first`] regardless of the room, then those that complete the rectangles
+    /// to be halved, the largest rectangles first. A larger room returns a superset.
     #[must_use]
     pub fn next(&self, known: &BTreeMap<Place, Kind>, room: usize) -> Next {
         let missing: Vec<Place> = self.first().into_iter().filter(|place| !known.contains_key(place)).collect();
@@ -105,7 +106,7 @@ impl Grid {
                 halve([(x[0], x[1]), (y[0], y[1])], 0, known, &mut halved);
             }
         }
-        // where there is no room for all of them, they are spread over the map: every second, every fourth, ... rectangle first
+        // if the room does not suffice, the rectangles are taken from all over the map: every second, every fourth, ... first
         let mut order: Vec<usize> = (0..halved.missing.len()).collect();
         order.sort_unstable_by_key(|at| at.reverse_bits());
         let (mut next, mut is_all) = (BTreeSet::new(), true);
@@ -121,22 +122,22 @@ impl Grid {
     }
 }
 
-/// What comes next.
+/// Combinations to compute next.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Next {
-    /// The combinations, ascending. None: whatever differs is next to each other, as far as it is known.
+    /// The combinations, ascending; empty if all known differences are between adjacent combinations.
     pub places: Vec<Place>,
-    /// Whether there was room for everything that is to be halved; if not, nothing comes after.
+    /// Whether the room sufficed for all rectangles to be halved; if not, the refinement ends.
     pub is_all: bool,
 }
 
-/// What the largest rectangles lack that are to be halved.
+/// Missing combinations of the largest rectangles to be halved.
 struct Halved {
     depth: usize,
     missing: Vec<Vec<Place>>,
 }
 
-/// Finds what a rectangle, or the halves of it that are there, lack to be halved.
+/// Collects the missing combinations of a rectangle, or of its existing halves.
 fn halve(sides: Sides, depth: usize, known: &BTreeMap<Place, Kind>, halved: &mut Halved) {
     let lines = sides.map(middle);
     let is_finest = lines.iter().all(|lines| lines.len() == 2);
@@ -159,13 +160,13 @@ fn halve(sides: Sides, depth: usize, known: &BTreeMap<Place, Kind>, halved: &mut
     halved.missing.push(missing);
 }
 
-/// The ends of a side with its middle, where there is one between them.
+/// First, middle and last index of a side; without the middle if first and last are adjacent.
 fn middle((first, last): (usize, usize)) -> Vec<usize> {
     let middle = first + (last - first) / 2;
     if middle > first { vec![first, middle, last] } else { vec![first, last] }
 }
 
-/// Whether anything known on a rectangle differs, its sides included.
+/// Whether any two known kinds on a rectangle differ, sides included.
 fn has_unlike([x, y]: Sides, known: &BTreeMap<Place, Kind>) -> bool {
     let mut seen = Kind::default();
     (x.0..=x.1).any(|x| known.range((x, y.0)..=(x, y.1)).any(|(_, kind)| seen.differs(kind)))

@@ -1,4 +1,4 @@
-//! Cells of a raster over scattered samples, smoothed; only where samples are.
+//! Cells of a smoothed raster over scattered samples; only where samples are near.
 
 use super::place::{Item, Items, Seen, most_frequent};
 use super::smooth::{FEWEST, LEAST_WIDTH, Smooth, Smoother, wilson};
@@ -6,24 +6,24 @@ use super::{Cell, Frame, Map, Shows};
 use crate::estimate::truth::Truth;
 use bladeoff_numerics::probability::normal_quantile;
 
-/// Values of an axis that are drawn each by itself are as far apart as no width reaches.
+/// Distance between the values of an axis that is drawn value by value; larger than any smoothing width.
 const APART: f64 = 10.0;
 
-/// Standard errors below this part of the largest value are those of the arithmetic.
+/// Standard errors below this share of the largest value are rounding errors.
 const ROUNDING: f64 = 1e-10;
 
-/// Half the diagonal of a cell of the finest raster: the samples of a cell are never too far from its middle.
+/// Half the diagonal of a cell of the finest raster: samples in a cell always reach its midpoint.
 const LEAST_REACH: f64 = 0.018;
 
-/// Skewness of the noise below which limits are not doubted: those of exponential noise (skewness 2) hold in 80 to 92 of 100 cells.
+/// Skewness of the noise below which limits have no note: limits of exponential noise (skewness 2) hold in 80 to 92 of 100 cells.
 const LEAST_SKEWNESS: f64 = 1.0;
 
-/// What is smoothed: values of ok runs; or shares with open ones harmless, harmful, and their least and most.
+/// Smoothed quantities: values of ok runs, or shares with open runs harmless, harmful, and at their least and most.
 struct Series {
     middle: Smoother,
-    /// Harmful; `None`: no bad run leaves anything open.
+    /// Share with open runs harmful; `None` if no run is open.
     harmful: Option<Smoother>,
-    /// Of half the width: the least and the most that it may be.
+    /// Smoothers of half the width for the limits: least and most possible value.
     ends: [Smoother; 2],
 }
 
@@ -43,7 +43,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     let scale = |axis: &super::Axis, is_single: bool| {
         let at = axis.at.clone();
         let (first, last) = (at[0], at[at.len() - 1]);
-        // middles of the outer cells: half a cell inside the range
+        // midpoints of the outer cells: half a cell inside the range
         let half = if at.len() > 1 { 0.5 * (last - first) / (at.len() - 1) as f64 } else { 0.5 };
         move |value: f64| match at.binary_search_by(|known| known.total_cmp(&value)) {
             Ok(place) if is_single => APART * place as f64,
@@ -103,7 +103,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
         let count: &mut (u64, u64, u64) = &mut counts[index(&xs, item.x) * map.y.at.len() + index(&ys, item.y)];
         *count = (count.0 + 1, count.1 + u64::from(item.is_bad()), count.2 + u64::from(item.is_beyond()));
     }
-    // how far the few samples of a column scatter they do not tell; of a share they have Wilson's limits
+    // a column with few samples does not show its scatter; a share has Wilson's limits
     let is_told = is_share || columns == 1 || samples >= FEWEST as f64;
     let z = normal_quantile(1.0 - frame.alpha / 2.0, frame.alpha / 2.0);
     let largest = items.list.iter().map(size).fold(0.0_f64, f64::max);
@@ -130,12 +130,12 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             undrawn += n;
             continue;
         };
-        // what an exact plane is off by is rounding, not scatter
+        // the error of an exact plane is rounding, not scatter
         if found.error < ROUNDING * largest {
             found.error = 0.0;
         }
         if is_share && !is_pair {
-            // a sum of weights may be a bit more than 1
+            // a sum of weights may exceed 1 by rounding
             found.value = found.value.clamp(0.0, 1.0);
         }
         let Some(Figures { harmful, low, high }) = series.figures(here, (found, window), z, is_share && !is_pair)
@@ -144,7 +144,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
             continue;
         };
         let is_open = is_open_at(here, window);
-        // of values that bad runs have not, nothing is known: what the others say holds for them alone
+        // the values of bad runs are unknown: limits near one apply to the other runs only
         let is_known = is_share || !is_open;
         let is_limited = is_told || found.error == 0.0;
         let has_limits = is_known && is_limited;
@@ -189,7 +189,7 @@ pub(super) fn fill(frame: &Frame<'_>, items: &Items, map: &mut Map, is_share: bo
     }
 }
 
-/// The value that is smoothed; of a bad run none is known.
+/// Value to be smoothed; `None` for a bad run, whose value is unknown.
 fn known(seen: Seen) -> Option<f64> {
     match seen {
         Seen::Value(low, high) if low == high => Some(low),
@@ -236,8 +236,8 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
         samples(&of(Truth::low, Truth::high)),
         samples(&of(Truth::high, Truth::low)),
     ];
-    // One width for all, or limits would lie beside what they limit: the narrowest that one of them needs. One that does not vary,
-    // as where nothing but bad runs could be harmful, takes any width, and has no say.
+    // All shares need one width, or an estimate could lie outside its limits: the narrowest that any of them needs. Constant samples
+    // (as if only bad runs can be harmful) fit any width and are not considered.
     let varies = |samples: &[(f64, f64, f64)]| samples.windows(2).any(|pair| pair[0].2 != pair[1].2);
     let mut width = middle.width();
     for samples in others.iter().filter(|samples| varies(samples)) {
@@ -249,14 +249,14 @@ fn series(items: &Items, place: impl Fn(&Item) -> (f64, f64), is_share: bool) ->
 }
 
 impl Series {
-    /// Skewness of the noise where it is not small, and the samples that limits need for it: 25 times its square, as a mean does.
+    /// Skewness of the noise, if it is not small, and the number of samples that the limits then need: 25 times its square, as for a mean.
     fn skewed(&self) -> Option<(f64, f64)> {
         let (skewness, each) = self.middle.skewness();
         let wanted = libm::ceil(25.0 * skewness * skewness * each);
         (skewness.abs() > LEAST_SKEWNESS).then_some((skewness, wanted))
     }
 
-    /// Estimate over a window, the same with bad runs harmful, limits; `None`: no sample is near.
+    /// Estimate with bad runs harmful, and limits, for a window; `None` if no sample is near.
     fn figures(
         &self,
         here: (f64, f64),
@@ -269,7 +269,8 @@ impl Series {
             Some(harmful) => harmful.within(here, window)?.min(most),
             None => found.value,
         };
-        // a share has limits by any number of samples, by none, or where its window had to be widened, both ends; how far values scatter some few do not tell
+        // A share has limits for any number of samples: 0 to 1 without samples, or in a widened window. A value has none if few samples do not
+        // show the scatter.
         let limits = |of: &Smoother| {
             let is_widened = window > self.middle.width();
             if is_plain_share && is_widened {
@@ -282,7 +283,7 @@ impl Series {
             if found.error == 0.0 {
                 return Some((found.value, found.value));
             }
-            // what a wider window bends no narrower one tells: there are too few samples
+            // narrower windows, which show the bias of a widened one, have too few samples
             if is_widened {
                 return None;
             }
@@ -290,27 +291,27 @@ impl Series {
             Some((smooth.value - z * smooth.error, smooth.value + z * smooth.error))
         };
         let [least, most] = &self.ends;
-        // at the ends of shares rounding parts what is the same
+        // at shares of 0 and 1 rounding separates equal numbers
         let (low, high) = (limits(least).map(|limits| limits.0), limits(most).map(|limits| limits.1));
         let ends = low.zip(high).map(|(low, high)| (low.min(found.value), high.max(harmful)));
         Some(Figures { harmful, low: ends.map(|ends| ends.0), high: ends.map(|ends| ends.1) })
     }
 }
 
-/// What is known of a cell beside its estimate.
+/// Figures of a cell besides its estimate.
 struct Figures {
     harmful: f64,
     low: Option<f64>,
     high: Option<f64>,
 }
 
-/// Samples that are asked for a regime at each place, at most.
+/// Largest number of samples searched for the regime of a place.
 const ASKED: usize = 4096;
 
-/// Samples whose regimes decide that of a place.
+/// Number of nearest samples that determine the regime of a place.
 const NEIGHBOURS: usize = 5;
 
-/// The regime that most of the nearest ok runs have, of several the worst: no matter of the width, which is as large as the column is smooth.
+/// Most frequent regime of the nearest ok runs; the worst of equally frequent ones. Independent of the smoothing width of the column.
 /// Source: E. Fix, J. L. Hodges, "Discriminatory analysis" (1951).
 fn regime(items: &Items, place: impl Fn(&Item) -> (f64, f64), (u, v): (f64, f64), words: &[String]) -> Option<String> {
     if words.is_empty() {

@@ -1,37 +1,38 @@
-//! The smoother of scattered samples.
+//! Kernel smoother for scattered samples.
 //!
 //! ```text
-//! places u, v: both axes over their ranges, 0 to 1;  weight of a sample at distance d: (1 - (d/h)^2)^2 for d < h, else 0
-//! values    local linear: the plane that fits the weighted samples best, at the place itself
+//! places u, v: both axes scaled to 0..1;  weight of a sample at distance d: (1 - (d/h)^2)^2 for d < h, else 0
+//! values    local linear: value at the place of the plane that fits the weighted samples best
 //! shares    local constant: the weighted share, which stays between 0 and 1
-//! width h   of some that double in two steps, the one whose prediction of each sample by the others is best (leave one out)
-//! limits    values: estimate -+ z sqrt(sum (l_i e_i)^2), l_i the sample's part in the estimate, e_i its residual when it is left out
+//! width h   by leave-one-out cross-validation over a series of widths, each larger by sqrt(2)
+//! limits    values: estimate -+ z sqrt(sum (l_i e_i)^2), l_i weight of the sample in the estimate, e_i its leave-one-out residual
 //!           shares: E. B. Wilson (1927) for n = (sum w)^2/sum w^2 samples
-//!           both of width h/2, or the least: what h bends would lie outside of limits that know scatter alone (a smooth edge of a share: 84 to 93 % of the
-//!           cells held instead of 95; of h/2 93 to 96 %)
+//!           both with width h/2, or the least width: limits with h ignore the smoothing bias (along a smooth edge of a share 84 to 93 % of
+//!           the cells held instead of 95; with h/2 93 to 96 %)
 //! ```
-//! limits of values take the noise as normal where few samples count; skewed noise has a note, see `skewness`
-//! where h holds too few samples (at edges, where they are sparse) the window of that place is widened, see `Smoother::reaching`; such a value has no limits.
-//! Both are linear in the samples, so leaving one out needs no second fit: e = (z - estimate)/(1 - l). Sources: W. S. Cleveland (1979);
-//! J. Fan, I. Gijbels (1996). More than [`MOST_NODES`] samples are put together in 64 x 64 parts of the map at their mean places.
+//! Limits of values assume normal noise where few samples count; skewed noise has a note, see `skewness`.
+//! Where h contains too few samples (edges, sparse regions) the window of that place is widened, see `Smoother::reaching`; such a value has
+//! no limits.
+//! Both estimators are linear in the samples, so leaving one out needs no second fit: e = (z - estimate)/(1 - l). Sources: W. S. Cleveland
+//! (1979); J. Fan, I. Gijbels (1996). More than [`MOST_NODES`] samples are combined at their mean places in 64 x 64 parts of the map.
 //! Verified by `a_plane_is_smoothed_to_itself`, `smoothed_limits_hold_the_truth`.
 
 use std::collections::BTreeMap;
 
-/// Samples that are kept each by itself, at most; and parts along an axis where there are more.
+/// Largest number of samples kept individually; number of parts along each axis if there are more.
 pub const MOST_NODES: usize = 4096;
 const PARTS: f64 = 64.0;
-/// Places at which a width is tried, at most.
+/// Largest number of places at which a width is tested.
 const TRIED: usize = 512;
-/// Widths that are tried: from this on, each larger by the square root of 2.
+/// Tested widths: the least one; each further one is larger by the square root of 2.
 pub const LEAST_WIDTH: f64 = 0.05;
 const WIDTHS: usize = 11;
-/// Windows of single places are widened by the same steps, up to one that holds all samples of the unit square almost equally.
+/// Largest window of a single place, which weighs all samples of the unit square almost equally. Windows grow by the same steps.
 const WIDEST: f64 = 4.0;
-/// A fit counts as many samples as this and more, or the window is widened: a plane has three numbers. Where no window has as many, fits of fewer
-/// are taken in this order; of one or less a plane would be drawn out beyond what holds it.
+/// A fit needs more effective samples than this, or the window is widened: a plane has three coefficients. If no window has enough, the
+/// smaller numbers apply in this order; with one sample or less a plane would extrapolate.
 const ENOUGH: [f64; 3] = [3.0, 2.0, 1.0];
-/// Fewer samples than this are not smoothed.
+/// Smallest number of samples that are smoothed.
 pub const FEWEST: usize = 10;
 
 /// Samples at one place.
@@ -40,38 +41,38 @@ struct Node {
     u: f64,
     v: f64,
     count: f64,
-    /// Of the values, and of their squares.
+    /// Sums of the values and of their squares.
     sum: f64,
     squares: f64,
 }
 
-/// Samples that are smoothed.
+/// A smoother with its samples.
 #[derive(Debug, Clone)]
 pub struct Smoother {
     nodes: Vec<Node>,
-    /// Taken off all values: squares of large ones would lose digits.
+    /// Offset subtracted from all values, because squares of large values lose digits.
     middle: f64,
     is_share: bool,
     width: f64,
-    /// Mean square of what each node's samples are off by when they are left out.
+    /// Mean square of the leave-one-out residuals of the samples of each node.
     residual: Vec<f64>,
 }
 
-/// A smoothed value.
+/// A smoothed value with its accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smooth {
-    /// The value.
+    /// Smoothed value.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error.
     pub error: f64,
-    /// As many samples of equal weight would tell as much.
+    /// Effective number of samples: equally many samples of equal weight give the same accuracy.
     pub count: f64,
 }
 
-/// What a fit at a place gives.
+/// Fit at a place.
 struct Fit {
     value: f64,
-    /// Weights of the nodes near it, each of one sample.
+    /// Nearby nodes, and the weight of one sample of each.
     parts: Vec<(usize, f64)>,
 }
 
@@ -94,7 +95,7 @@ fn put_together(samples: &[(f64, f64, f64)], middle: f64) -> Vec<Node> {
         let (one, part) = (single(sample), |place: f64| libm::floor(place * PARTS) as i64);
         let node = parts.entry((part(one.u), part(one.v))).or_default();
         node.count += 1.0;
-        // running means, so that a place stays within its part
+        // running means keep a place within its part
         node.u += (one.u - node.u) / node.count;
         node.v += (one.v - node.v) / node.count;
         node.sum += one.sum;
@@ -104,13 +105,13 @@ fn put_together(samples: &[(f64, f64, f64)], middle: f64) -> Vec<Node> {
 }
 
 impl Smoother {
-    /// Of samples (u, v, value), with the width that predicts best; `is_share`: values are 0 or 1 (of differences -1 to 1).
-    /// `None`: too few.
+    /// A smoother of samples (u, v, value), with the width that predicts best; `is_share`: values are 0 or 1 (in differences -1 to 1).
+    /// `None` if there are too few samples.
     pub fn new(samples: &[(f64, f64, f64)], is_share: bool) -> Option<Self> {
         Self::with(samples, is_share, None)
     }
 
-    /// The same with a width that was chosen for other values at these places.
+    /// As [`Smoother::new`], with a width that was chosen for other values at these places.
     pub fn with(samples: &[(f64, f64, f64)], is_share: bool, width: Option<f64>) -> Option<Self> {
         if samples.len() < FEWEST {
             return None;
@@ -124,7 +125,7 @@ impl Smoother {
         Some(smoother)
     }
 
-    /// The same samples with another width.
+    /// A smoother of these samples with another width.
     pub fn of_width(&self, width: f64) -> Self {
         let mut other = self.clone();
         if width != self.width {
@@ -134,7 +135,7 @@ impl Smoother {
         other
     }
 
-    /// Skewness of the residuals of samples that are left out, and the samples of one residual.
+    /// Skewness of the leave-one-out residuals, and the mean number of samples of a node.
     pub fn skewness(&self) -> (f64, f64) {
         let (mut squares, mut cubes, mut n, mut samples) = (0.0, 0.0, 0.0, 0.0);
         for (at, node) in self.nodes.iter().enumerate() {
@@ -147,7 +148,7 @@ impl Smoother {
         (if skewness.is_finite() { skewness } else { 0.0 }, samples / n)
     }
 
-    /// Residual of the mean of a node's samples when they are left out; `None`: no other sample predicts it.
+    /// Leave-one-out residual of the mean of a node's samples; `None` if no other sample predicts the mean.
     fn off(&self, at: usize) -> Option<f64> {
         let node = &self.nodes[at];
         let fit = self.fit((node.u, node.v))?;
@@ -156,7 +157,7 @@ impl Smoother {
         (rest > 1e-6).then(|| (node.sum / node.count - fit.value) / rest)
     }
 
-    /// As part of the range of an axis.
+    /// Width as a share of the range of an axis.
     pub fn width(&self) -> f64 {
         self.width
     }
@@ -168,7 +169,7 @@ impl Smoother {
             self.width = LEAST_WIDTH * libm::pow(2.0, 0.5 * k as f64);
             let tried = (0..self.nodes.len()).step_by(step);
             let score: f64 = tried.map(|node| self.nodes[node].count * self.left_out(node)).sum();
-            // of equals the wider: it scatters less
+            // the wider of equally good widths: it scatters less
             if score <= best.0 * (1.0 + 1e-9) {
                 best = (score.min(best.0), self.width);
             }
@@ -176,7 +177,7 @@ impl Smoother {
         best.1
     }
 
-    /// Mean square of what the samples of a node are off by when each is left out in turn.
+    /// Mean square of the leave-one-out residuals of the samples of a node.
     fn left_out(&self, at: usize) -> f64 {
         let node = &self.nodes[at];
         let mean = node.sum / node.count;
@@ -188,7 +189,7 @@ impl Smoother {
                 let off = mean - fit.value;
                 (scatter + off * off) / ((1.0 - own) * (1.0 - own))
             }
-            // nothing is predicted: as bad as any value there is
+            // no prediction: a penalty larger than the scatter of all values
             _ => {
                 let all = self.nodes.iter().fold((0.0, 0.0), |(n, sum), node| (n + node.count, sum + node.sum));
                 let off = mean - all.1 / all.0;
@@ -201,7 +202,7 @@ impl Smoother {
         self.fit_over(place, self.width, self.is_share)
     }
 
-    /// `is_mean`: the weighted mean, in place of a plane.
+    /// `is_mean`: weighted mean instead of a plane.
     fn fit_over(&self, place: (f64, f64), width: f64, is_mean: bool) -> Option<Fit> {
         let mut parts: Vec<(usize, f64)> = Vec::new();
         let (mut total, mut du, mut dv) = (0.0, 0.0, 0.0);
@@ -220,7 +221,7 @@ impl Smoother {
         }
         let (du, dv) = (du / total, dv / total);
         let offset = |node: &Node| (node.u - place.0 - du, node.v - place.1 - dv);
-        // the slope's part: -(du, dv) S^-1 (u_i - mean)
+        // contribution of the slope: -(du, dv) S^-1 (u_i - mean)
         let (a, b) = if is_mean {
             (0.0, 0.0)
         } else {
@@ -242,13 +243,13 @@ impl Smoother {
         Some(Fit { value, parts })
     }
 
-    /// At a place; `None`: no sample is near, or so few that they tell nothing of how far they scatter (a plane has three numbers).
+    /// Smoothed value at a place; `None` if no sample is near, or too few for a standard error (a plane has three coefficients).
     pub fn at(&self, place: (f64, f64)) -> Option<Smooth> {
         self.of_few(place).filter(|smooth| smooth.count > ENOUGH[0])
     }
 
-    /// At a place, with the window that it takes: the width, or wider where that holds too few; `None`: no sample is anywhere near.
-    /// Where no window holds enough for a plane it is the mean of all of them.
+    /// Smoothed value at a place, and its window: the width, or wider if that contains too few samples; `None` if no window contains a sample.
+    /// If no window contains enough samples for a plane, the value is their mean.
     pub fn reaching(&self, place: (f64, f64)) -> Option<(Smooth, f64)> {
         let steps = (0..).map(|k| self.width * libm::pow(2.0, 0.5 * f64::from(k)));
         let widths: Vec<f64> = steps.take_while(|width| *width < WIDEST).chain([WIDEST]).collect();
@@ -262,12 +263,12 @@ impl Smoother {
         Some((self.over(place, WIDEST, true)?, WIDEST))
     }
 
-    /// The value of a window that [`Self::reaching`] took for other values of the same samples.
+    /// Smoothed value for a window that [`Self::reaching`] chose for other values of the same samples.
     pub fn within(&self, place: (f64, f64), width: f64) -> Option<f64> {
         self.over(place, width, self.is_share).map(|found| found.value)
     }
 
-    /// The same of as few samples as there are.
+    /// As [`Self::at`], for any number of samples.
     pub fn of_few(&self, place: (f64, f64)) -> Option<Smooth> {
         self.over(place, self.width, self.is_share)
     }
@@ -283,14 +284,14 @@ impl Smoother {
         Some(Smooth { value: fit.value + self.middle, error: error.sqrt(), count: 1.0 / squares })
     }
 
-    /// Distance of the nearest sample.
+    /// Distance to the nearest sample.
     pub fn nearest(&self, (u, v): (f64, f64)) -> f64 {
         let square = |node: &Node| (node.u - u) * (node.u - u) + (node.v - v) * (node.v - v);
         self.nodes.iter().map(square).fold(f64::INFINITY, f64::min).sqrt()
     }
 }
 
-/// S^-1 d; along one direction alone where the samples lie on a line.
+/// S^-1 d; along one direction if the samples lie on a line.
 fn slope((uu, uv, vv): (f64, f64, f64), (du, dv): (f64, f64), width: f64) -> (f64, f64) {
     let determinant = uu * vv - uv * uv;
     let scale = width * width;
@@ -304,7 +305,7 @@ fn slope((uu, uv, vv): (f64, f64, f64), (du, dv): (f64, f64), width: f64) -> (f6
     }
 }
 
-/// Limits of a share of `count` samples: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927); `z` of the normal distribution.
+/// Limits of a share of `count` samples (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927)); `z`: quantile of the normal distribution.
 pub fn wilson(share: f64, count: f64, z: f64) -> (f64, f64) {
     let square = z * z / count;
     let middle = (share + 0.5 * square) / (1.0 + square);

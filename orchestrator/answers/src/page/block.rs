@@ -3,52 +3,52 @@
 use super::figure::Figure;
 use super::table::Table;
 
-/// A page.
+/// An HTML page.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Page {
-    /// Its title.
+    /// Title.
     pub title: String,
-    /// Under it, before the contents.
+    /// Blocks below the title, before the contents.
     pub lead: Vec<Block>,
-    /// In order.
+    /// Sections in order.
     pub sections: Vec<Section>,
-    /// Seconds after which a browser loads the page again; `None`: it stays.
+    /// Interval \[s\] at which a browser reloads the page; `None`: no reload.
     pub reload: Option<u64>,
 }
 
-/// A part of a page, with a place in its contents.
+/// A section of a page, listed in its contents.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// What links lead to: `[a-z-]+`, once in a page.
+    /// Target of links: `[a-z-]+`, unique in a page.
     pub id: &'static str,
-    /// In words.
+    /// Heading text.
     pub heading: String,
-    /// In order.
+    /// Blocks in order.
     pub blocks: Vec<Block>,
 }
 
-/// Something in a page. All of it is text from anywhere.
+/// A block of a page. Its texts may come from any file and are escaped.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block {
     /// A heading within a section.
     Heading(String),
     /// A paragraph.
     Text(String),
-    /// A remark, quieter.
+    /// A remark in a less prominent style.
     Note(String),
-    /// The one line that a hurried reader reads.
+    /// The main result in one line.
     Verdict(String),
-    /// What has to be seen first: an incomplete study, runs that failed.
+    /// Essential reservation: an incomplete study, failed runs.
     Warning(String),
-    /// Sentences, one below the other.
+    /// Sentences, one per line.
     List(Vec<String>),
     /// Rows and columns.
     Table(Table),
-    /// Text as it is, such as a command or a file.
+    /// Preformatted text, such as a command or a file.
     Verbatim(String),
     /// A picture.
     Figure(Box<Figure>),
-    /// Shown when it is asked for, and in print; a summary and what it opens.
+    /// A summary and the blocks shown when it is opened, and in print.
     Details(String, Vec<Block>),
 }
 

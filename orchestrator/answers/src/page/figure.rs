@@ -1,50 +1,50 @@
-//! A picture in a page: drawn once for all, and by the chart library where scripts run.
+//! A picture in a page: a static SVG, and data for the chart library where scripts run.
 
 use super::table::Table;
 use serde_json::{Value, json};
 
-/// A picture.
+/// A picture with its caption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What it shows, in words.
+    /// Caption.
     pub caption: String,
-    /// SVG made by this program, shown where scripts do not run and in print. Text in it has been escaped.
+    /// SVG made by this program, shown in print and where scripts do not run. Texts in it are escaped.
     pub drawing: String,
-    /// The same for the chart library, which lets zoom and hover; `None`: the drawing alone.
+    /// Interactive chart (zoom, hover) for the chart library; `None`: only the drawing.
     pub plot: Option<Plot>,
-    /// Its numbers, where they are few.
+    /// Numbers of the picture, if they are few.
     pub table: Option<Table>,
 }
 
-/// What the chart library draws.
+/// Input of the chart library.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Plot {
-    /// Plotly's traces and layout. Names and titles in them went through [`super::plain`]; a colour may be one of the page's, which suit
-    /// light and dark: `"@c0"` to `"@c6"`, `"@ink"`, `"@quiet"`, `"@grid"`, `"@bad"`, with an opacity `"@c0/0.2"`.
+    /// Traces and layout of Plotly. Names and titles in them are escaped by [`super::plain`]. A colour may be one of the page's names, which
+    /// fit its light and dark style: `"@c0"` to `"@c6"`, `"@ink"`, `"@quiet"`, `"@grid"`, `"@bad"`, with an opacity `"@c0/0.2"`.
     Traces(Value, Value),
     /// Points whose axes the reader chooses.
     Explorer(Explorer),
 }
 
-/// Points with many coordinates.
+/// Points with many coordinates, two of which are plotted at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explorer {
     /// Label and values of each coordinate.
     pub columns: Vec<(String, Vec<Option<f64>>)>,
-    /// Names of 0, 1, ... of a coordinate that has words; none: numbers.
+    /// Words of the values 0, 1, ... of a coordinate; empty for numbers.
     pub words: Vec<Vec<String>>,
     /// Number of the sample of each point.
     pub samples: Vec<u64>,
-    /// Which of `kinds` each point is.
+    /// Index in `kinds` of each point.
     pub kind: Vec<usize>,
-    /// "ok", then causes.
+    /// Names of the kinds: "ok", then causes.
     pub kinds: Vec<String>,
-    /// Coordinates that are shown first.
+    /// Coordinates plotted first.
     pub first: (usize, usize),
 }
 
 impl Plot {
-    /// As the page's script reads it.
+    /// JSON for the script of the page.
     pub(super) fn json(&self) -> Value {
         match self {
             Self::Traces(traces, layout) => json!({ "traces": traces, "layout": layout }),
@@ -64,7 +64,7 @@ impl Plot {
     }
 }
 
-/// Six significant digits: more nobody sees in a picture, and they are half of a page.
+/// Rounds to six significant digits: more are not visible in a picture and would double the size of the page.
 #[must_use]
 pub(super) fn short(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)

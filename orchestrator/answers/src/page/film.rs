@@ -17,22 +17,22 @@ use std::fmt::Write;
 
 const SCRIPT: &str = include_str!("film.js");
 const STYLE: &str = include_str!("film.css");
-/// SHA-256 of the script as the page's policy names it; a test compares.
+/// SHA-256 of the script in the page's policy; a test compares it.
 const HASH: &str = "Z+wGeuO5Vxl391qUaoyRnfwtk6OfMTG/OsBkfOTR3gc=";
 
-/// Frames at most, radii of nodes in all of them, points of the rotor's path in all.
+/// Largest numbers of frames, of node radii in all frames, and of points of the rotor's path.
 const FRAMES: usize = 600;
 const RADII: usize = 120_000;
 const POINTS: usize = 60_000;
-/// Marks of critical speeds at most.
+/// Largest number of marks of critical speeds.
 const MOST_CRITICAL: usize = 6;
-/// Units from the middle of the drawing to the edge of its frame, and the room around the frame.
+/// Distance from the middle of the drawing to its frame, and margin around the frame, in drawing units.
 const HALF: f64 = 4000.0;
 const ROOM: f64 = 900.0;
-/// The strip of the clearance over time: width, height, left and lower edge of its frame.
+/// Strip of the clearance over time: width, height, left and lower edge of its frame.
 const STRIP: [f64; 4] = [600.0, 160.0, 62.0, 114.0];
 
-/// An instant that is marked.
+/// A marked instant.
 struct Mark {
     frame: usize,
     label: String,
@@ -44,16 +44,15 @@ struct Film<'a> {
     y: &'a Series,
     gap: Option<f64>,
     clearance: Option<&'a Series>,
-    /// Records that are shown, ascending.
+    /// Indices of the shown records, ascending.
     frames: Vec<usize>,
     marks: Vec<Mark>,
     length: Scale,
-    /// Drawing units of a metre.
+    /// Drawing units per metre.
     unit: f64,
 }
 
-/// The page of a history at one contact; `title`: the file and its machine. `None` without the place of the rotor there, or without a
-/// finite place.
+/// The page of a history at one contact; `title`: file and machine. `None` without finite places of the rotor at this contact.
 #[must_use]
 pub fn animation(history: &History, title: &str, contact: &Contact) -> Option<String> {
     let [x, y] = ["rotor_x_m", "rotor_y_m"].map(|field| contact.channel(history, field));
@@ -150,7 +149,7 @@ impl Film<'_> {
             "</ul>\n<div id=\"controls\" hidden>\n<input id=\"slider\" type=\"range\" min=\"0\" max=\"{last}\" value=\"{first}\" aria-label=\"Instant\">\n\
              <button id=\"play\" type=\"button\">Play</button>\n<label>Pace <select id=\"pace\">"
         ));
-        // 25 frames a second
+        // 25 frames per second
         let span = self.history.time[self.frames[last]] - self.history.time[self.frames[0]];
         for (pace, selected) in [("0.1", ""), ("0.25", ""), ("1", " selected"), ("4", "")] {
             let run = shown(pace.parse::<f64>().unwrap_or(1.0) * 25.0 * span / last.max(1) as f64);
@@ -186,14 +185,14 @@ impl Film<'_> {
         (metres * self.unit).round() as i64
     }
 
-    /// Radii of the clearance at the nodes; `None` where one is no number, or the gap is not known.
+    /// Radii of the clearance at the nodes; `None` if one is not finite, or the gap is unknown.
     fn radii(&self, radial: &[&Series], at: usize) -> Option<Vec<i64>> {
         let gap = self.gap?;
         let radii = radial.iter().map(|node| Some(gap + node.values[at]).filter(|radius| radius.is_finite()));
         radii.map(|radius| radius.map(|radius| self.place(radius).clamp(-40_000, 40_000))).collect()
     }
 
-    /// The rotor's path, and which of it each frame shows.
+    /// The rotor's path, and its part in each frame.
     fn path(&self) -> Path {
         let turns: Vec<std::ops::Range<usize>> =
             self.frames.iter().map(|at| last_turn(self.history, self.history.time[*at])).collect();
@@ -261,7 +260,7 @@ impl Film<'_> {
             -HALF,
             2.0 * HALF
         ));
-        // what leaves the frame is cut off
+        // clip at the frame
         put(format_args!(
             "<svg x=\"{0}\" y=\"{0}\" width=\"{1}\" height=\"{1}\" viewBox=\"{0} {0} {1} {1}\">\n",
             -HALF,
@@ -324,7 +323,7 @@ impl Film<'_> {
         svg.0 + "</svg>\n"
     }
 
-    /// The smallest clearance since the frame before, as it is shown.
+    /// The smallest clearance since the previous frame, as text.
     fn smallest(&self, frame: usize) -> Option<f64> {
         let values = &self.clearance?.values;
         let from = if frame == 0 { self.frames[0] } else { self.frames[frame - 1] + 1 };
@@ -333,7 +332,7 @@ impl Film<'_> {
     }
 }
 
-/// Decimals that show four digits of the largest of values, and so many more.
+/// Number of decimals for four significant digits of the largest value, plus `more`.
 fn digits(values: &[Value], more: i32) -> usize {
     let largest = values.iter().filter_map(Value::as_f64).fold(0.0_f64, |most, value| most.max(value.abs()));
     if largest > 0.0 { (3 + more - libm::floor(libm::log10(largest)) as i32).clamp(0, 9) as usize } else { 0 }
@@ -343,10 +342,10 @@ fn digits(values: &[Value], more: i32) -> usize {
 struct Path {
     x: Vec<i64>,
     y: Vec<i64>,
-    /// First point of each frame, and the one after its last.
+    /// Index of the first point of each frame, and one beyond its last.
     from: Vec<usize>,
     to: Vec<usize>,
-    /// One of so many records is there.
+    /// Thinning: one of so many records is contained.
     every: usize,
 }
 

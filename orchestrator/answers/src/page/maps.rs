@@ -1,4 +1,4 @@
-//! A map in a page: the picture as it is drawn everywhere, and its layers for the chart library, with the numbers of each cell.
+//! Maps in a page: the static picture, and its layers for the chart library with the numbers of each cell.
 
 use super::escape::plain;
 use super::figure::{Figure, Plot, short};
@@ -11,14 +11,14 @@ use bladeoff_text::document::cut;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Characters of a name from outside, at most.
+/// Largest number of characters of a name from a file.
 const NAME: usize = 60;
 
-/// Places of cells that all maps of a page have together, at most: about 300 bytes each, of a page of five megabytes.
+/// Largest number of cell places of all maps of a page: about 300 bytes each, in a page of about five megabytes.
 const MOST_PLACES: usize = 8000;
 
-/// A figure of a page for each panel and difference of a question of this name; `of`: maps of the whole page. Of a large grid evenly chosen
-/// values are drawn, as the caption reports. All of them have the scales of colour of the picture with all panels.
+/// A figure for each panel and difference of a question of this name; `of`: number of maps of the whole page. Large grids are thinned
+/// evenly, as the caption reports. All figures use the colour scales of the picture with all panels.
 #[must_use]
 pub fn map_figures(name: &str, maps: &[Map], of: usize) -> Vec<Figure> {
     let scales = MapScales::of(maps);
@@ -42,20 +42,20 @@ fn map_figure(name: &str, map: &Map, of: usize, scales: &MapScales) -> Figure {
     if every > 1 {
         caption += &format!("; one of {every} values along each axis is drawn, `bladeoff map --out F.png` draws all");
     }
-    // the caption says what it is
+    // the caption has the title
     let drawing = maps_on("", std::slice::from_ref(map), scales).svg().to_owned();
     let plot = (!map.cells.is_empty()).then(|| plot(map, scales));
     Figure { caption, drawing, plot, table: None }
 }
 
-/// Places of a map of which one of so many values is drawn along each axis; at least one.
+/// Number of places of a map if one of `every` values is drawn along each axis.
 fn places(map: &Map, every: usize) -> usize {
     let along = |axis: &Axis| axis.at.len().div_ceil(every).max(1);
-    // one that is left cannot be thinned any more
+    // a single place cannot be thinned further
     if along(&map.x) == 1 && along(&map.y) == 1 { 0 } else { along(&map.x) * along(&map.y) }
 }
 
-/// The cells of one of so many values along each axis.
+/// Map with one of `every` values along each axis.
 fn thinned(map: &Map, every: usize) -> Map {
     let axis = |axis: &Axis| Axis { at: axis.at.iter().copied().step_by(every).collect(), ..axis.clone() };
     let is_kept = |cell: &&Cell| cell.at.0.is_multiple_of(every) && cell.at.1.is_multiple_of(every);
@@ -70,7 +70,7 @@ fn plot(map: &Map, scales: &MapScales) -> Plot {
     let count = pictures.len();
     let mut traces = Vec::new();
     let mut layout = json!({ "height": 480, "margin": { "l": 64, "r": 64, "t": 70, "b": 48 }, "annotations": [], "shapes": [], "showlegend": false });
-    // side by side there is no room on a telephone
+    // two pictures side by side do not fit on a telephone
     let mut narrow = json!({ "height": 70 + 410 * count, "margin": { "l": 56, "r": 56, "t": 70, "b": 48 }, "annotations": [], "shapes": [] });
     for (at, (picture, colours)) in pictures.iter().enumerate() {
         let number = if at == 0 { String::new() } else { (at + 1).to_string() };
@@ -81,7 +81,7 @@ fn plot(map: &Map, scales: &MapScales) -> Plot {
             (0, _) => (0.0, 0.4),
             _ => (0.57, 0.97),
         };
-        // room for the title and the labels between two
+        // leave room for title and labels between the pictures
         let stacked = match (at, count) {
             (_, 1) => (0.0, 1.0),
             (0, _) => (0.59, 1.0),
@@ -136,7 +136,7 @@ fn plot(map: &Map, scales: &MapScales) -> Plot {
     Plot::Traces(Value::Array(traces), layout)
 }
 
-/// The steps of colour for the chart library.
+/// Steps of the colour scale for the chart library.
 fn scale_of(colours: &Colours) -> Vec<Value> {
     let step = |at: usize| at as f64 / STEPS as f64;
     (0..=STEPS).map(|at| json!([step(at), css(colours.at(step(at)))])).collect()
@@ -146,7 +146,7 @@ fn css(Rgb(red, green, blue): Rgb) -> String {
     format!("rgb({red},{green},{blue})")
 }
 
-/// Traces of a picture, from the ground up.
+/// Traces of a picture, in drawing order.
 fn drawn(picture: &Picture<'_>, layers: &Layers, colours: &Colours, number: &str) -> Vec<Value> {
     let map = picture.map;
     let place = |mut trace: Value| {
@@ -188,7 +188,7 @@ fn drawn(picture: &Picture<'_>, layers: &Layers, colours: &Colours, number: &str
         grey["colorscale"] = json!([[0, css(UNKNOWN)], [1, css(UNKNOWN)]]);
         traces.push(grey);
     }
-    // halves of one colour are one trace
+    // triangles of one colour form one trace
     let mut halves: BTreeMap<String, Vec<[(f64, f64); 3]>> = BTreeMap::new();
     for tile in &layers.tiles {
         if let Some(harmful) = tile.harmful {
@@ -211,7 +211,7 @@ fn drawn(picture: &Picture<'_>, layers: &Layers, colours: &Colours, number: &str
         }
     }
     for (places, symbol) in [(&layers.diamonds, "diamond-open"), (&layers.crosses, "x-thin-open")] {
-        // black on white, as in the picture: a white line alone is lost on yellow and grey
+        // black on white, as in the picture: a white line alone is invisible on yellow and grey
         for (colour, width) in [("rgb(255,255,255)", 5), ("rgb(0,0,0)", 2)] {
             if !places.is_empty() {
                 traces.push(place(json!({
@@ -230,7 +230,7 @@ fn slices<L: AsRef<[(f64, f64)]>>(lines: &[L]) -> Vec<&[(f64, f64)]> {
     lines.iter().map(AsRef::as_ref).collect()
 }
 
-/// Coordinates of several lines, with a gap after each.
+/// Coordinates of several lines, separated by gaps.
 fn joined(lines: &[&[(f64, f64)]]) -> (Vec<Value>, Vec<Value>) {
     let along = |of: fn(&(f64, f64)) -> f64| {
         lines.iter().flat_map(|line| line.iter().map(|point| json!(short(of(point)))).chain([Value::Null])).collect()
@@ -238,7 +238,7 @@ fn joined(lines: &[&[(f64, f64)]]) -> (Vec<Value>, Vec<Value>) {
     (along(|point| point.0), along(|point| point.1))
 }
 
-/// The numbers of a cell.
+/// Numbers of a cell as text.
 fn words(cell: &Cell, scale: &Scale, is_difference: bool) -> String {
     let unit = if scale.unit.is_empty() { String::new() } else { format!(" {}", scale.unit) };
     let show = |value: Option<f64>| {

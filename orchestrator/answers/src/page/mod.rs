@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! Page { sections { blocks: text, tables, commands, figures } } --html--> one file
-//! figure: a drawing (SVG, always there and what is printed) + what the chart library makes of the same numbers where scripts run
+//! figure: a drawing (SVG, also used in print) + a chart of the same numbers by the chart library where scripts run
 //! ```
-//! The chart library is Plotly (its cartesian bundle, MIT; `plotly/LICENSE` is shown in the page). The page's policy lets two scripts run,
-//! known by their SHA-256, and no request whatever leave: text from outside that became markup by a mistake would still do nothing.
-//! All text is escaped here, and in what Plotly reads as markup of its own (see [`plain`]). The page says nothing of the time it was made: the same
+//! The chart library is Plotly (its cartesian bundle, MIT; `plotly/LICENSE` is shown in the page). The page's policy allows two scripts,
+//! identified by their SHA-256, and no requests. Text from a file that became markup by mistake could not do anything.
+//! All text is escaped here, including text that Plotly would read as markup (see [`plain`]). The page contains no time stamp: the same
 //! results give the same bytes.
 
 mod block;

@@ -1,4 +1,4 @@
-//! A page as HTML.
+//! HTML text of a page.
 
 use super::block::{Block, Page, Section};
 use super::escape::{html, json};
@@ -11,12 +11,12 @@ const LIBRARY: &str = include_str!("plotly/plotly-cartesian.min.js");
 const LICENSE: &str = include_str!("plotly/LICENSE");
 const SCRIPT: &str = include_str!("page.js");
 pub(super) const STYLE: &str = include_str!("page.css");
-/// SHA-256 of both scripts as the page's policy names them; a test compares.
+/// SHA-256 of both scripts in the page's policy; a test compares them.
 const HASHES: [&str; 2] =
     ["eVQhUIVaUsVnJg4xNwldvit0Tm1wKlyr5n2iRpQvuno=", "GovJ2QXVkyh04OiXKhKl8jm9p+1emZYv6Vr0tpdcA2E="];
 
 impl Page {
-    /// The text of the file.
+    /// Text of the HTML file.
     #[must_use]
     pub fn html(&self) -> String {
         let mut body = Body::default();
@@ -58,13 +58,13 @@ impl Page {
     }
 }
 
-/// Longest cell that is a number with its unit, and not a sentence that begins with one \[bytes\].
+/// Longest cell that counts as a number with its unit instead of a sentence that begins with a number \[bytes\].
 const MOST_NUMBER: usize = 24;
 
 #[derive(Default)]
 struct Body {
     text: String,
-    /// By the place where each is drawn.
+    /// Chart data by the id of its element.
     plots: Map<String, Value>,
     figures: usize,
 }
@@ -103,7 +103,7 @@ impl Body {
                 self.put("</ul>\n");
             }
             Block::Table(table) => self.table(table),
-            // a line feed after <pre> is none
+            // HTML ignores a line feed after <pre>
             Block::Verbatim(text) => self.put(&format!("<pre tabindex=\"0\">\n{}</pre>\n", html(text))),
             Block::Figure(figure) => self.figure(figure),
             Block::Details(summary, blocks) => {
@@ -115,7 +115,7 @@ impl Body {
     }
 
     fn table(&mut self, table: &Table) {
-        // rows of more than two columns are stacked on a narrow page, each cell with its head
+        // on a narrow page, rows with more than two columns are stacked, each cell with its column name
         let is_stacked = table.head.len() > 2;
         let class = if is_stacked { "table stacked" } else { "table" };
         self.put(&format!("<div class=\"{class}\" tabindex=\"0\">\n<table>\n<thead><tr>"));
@@ -162,7 +162,7 @@ impl Body {
             figure.drawing
         ));
         if let Some(plot) = &figure.plot {
-            // made visible by the script that fills it
+            // shown by the script that fills it
             self.put("<div class=\"plot\" hidden></div>\n");
             self.plots.insert(id, plot.json());
         }

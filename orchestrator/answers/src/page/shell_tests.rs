@@ -1,4 +1,4 @@
-//! Tests of the policy of a page: scripts and requests.
+//! Tests of the content policy of a page: scripts and requests.
 
 use super::*;
 use crate::page::Plot;
@@ -6,7 +6,7 @@ use serde_json::json as value;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-/// SHA-256 by the system's own program, in hexadecimal digits.
+/// SHA-256 by `sha256sum`, in hexadecimal digits.
 pub fn sha256(text: &str) -> String {
     let mut child = Command::new("sha256sum").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("coreutils");
     child.stdin.take().expect("piped").write_all(text.as_bytes()).expect("taken");
@@ -14,7 +14,7 @@ pub fn sha256(text: &str) -> String {
     String::from_utf8(said).expect("ASCII")[..64].to_owned()
 }
 
-/// Hexadecimal digits in the letters of a policy.
+/// Base64 of hexadecimal digits, as used in a policy.
 pub fn base64(hex: &str) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> =

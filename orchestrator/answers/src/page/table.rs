@@ -1,12 +1,12 @@
 //! A table of a page.
 
-/// A table in words.
+/// A table with text cells.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// Names of its columns.
+    /// Names of the columns.
     pub head: Vec<String>,
-    /// Their cells; numbers are recognised and set to the right.
+    /// Cells; numbers are recognised and right-aligned.
     pub rows: Vec<Vec<String>>,
-    /// Columns whose cells are commands or names, set as such.
+    /// Columns with commands or names, shown in a fixed-width font.
     pub verbatim: Vec<usize>,
 }

@@ -1,25 +1,25 @@
-//! Blocks of rows that count as a whole: a run without a number takes its block out.
+//! Blocks of rows that are used as a whole: a run without a number excludes its block.
 
 use bladeoff_text::document::units::format_digits;
 
-/// The blocks whose every row has a number.
+/// The blocks in which every row has a number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Blocks {
-    /// Their numbers.
+    /// Indices of the blocks.
     pub whole: Vec<usize>,
-    /// Blocks that all rows are there of.
+    /// Number of blocks of which all rows exist.
     pub of: usize,
-    /// Rows of these blocks that have no number.
+    /// Number of rows without a number in these blocks.
     pub lost: usize,
 }
 
-/// A share as a person reads it.
+/// A share in per cent, as text.
 #[must_use]
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", format_digits(100.0 * share, "", 2))
 }
 
-/// So many of what blocks are called: "1 trajectory", "12 base points".
+/// A count with the name of a block: "1 trajectory", "12 base points".
 #[must_use]
 pub(super) fn counted(count: usize, many: &str) -> String {
     let one = match (count, many) {
@@ -30,14 +30,14 @@ pub(super) fn counted(count: usize, many: &str) -> String {
     format!("{count} {one}")
 }
 
-/// A number that can be calculated with.
+/// The number, if it is finite.
 #[must_use]
 pub(super) fn number(value: Option<f64>) -> Option<f64> {
     value.filter(|value| value.is_finite())
 }
 
 impl Blocks {
-    /// Of so many rows each; a block of which rows are missing at the end is none yet.
+    /// Blocks of `rows` rows each; an incomplete block at the end is ignored.
     #[must_use]
     pub fn new(values: &[Option<f64>], rows: usize) -> Self {
         let all = values.chunks_exact(rows);
@@ -53,13 +53,13 @@ impl Blocks {
         Self { whole, of, lost }
     }
 
-    /// Blocks left out.
+    /// Number of excluded blocks.
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.of - self.whole.len()
     }
 
-    /// What is said of those left out; `name`: what a block is.
+    /// Adds a note about excluded blocks; `name`: name of the blocks.
     pub(super) fn told(&self, name: &str, notes: &mut Vec<String>) {
         if self.left_out() > 0 {
             let (out, of, lost) = (self.left_out(), self.of, self.lost);

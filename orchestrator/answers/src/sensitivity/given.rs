@@ -6,10 +6,10 @@
 //!                                                                       replicates: t, each left out once
 //!                    --> HSIC with a p-value, the first 2000 rows       none
 //! ```
-//! Parts are every 16th row of independent points, or the replicates of the design. The scatter of what neighbours in a column say does
-//! not follow from leaving rows out (they get new neighbours: measured 98 to 99 % instead of 95 %), so there the parts stand alone. A
-//! replicate of a sequence alone is biased, because its neighbours depend on each other: there a replicate is left out. Words
-//! have no order: they have a first order and a dependence, no correlation, and are no part of the regression.
+//! The parts are every 16th row of independent points, or the replicates of the design. For first orders of independent points each part is
+//! evaluated alone: leaving rows out changes the neighbours of the others and overestimates the scatter (measured coverage 98 to 99 % instead
+//! of 95 %). A replicate of a sequence alone is biased, because its neighbours depend on each other, so there one replicate is left out at a
+//! time. Words have no order: they have a first order and a dependence, but no correlation and no regression coefficient.
 //! Sources of the intervals: M. H. Quenouille (1956), J. W. Tukey (1958); B. W. Schmeiser (1982).
 
 use super::blocks::{Blocks, counted, number};
@@ -20,46 +20,46 @@ use super::regression::{Regression, of_ranks};
 use super::successor::{FEWEST_FOR_SUCCESSORS, of_order};
 use bladeoff_numerics::probability::student;
 
-/// Parts of independent points.
+/// Number of parts of independent points.
 const PARTS: usize = 16;
 
-/// Rows below which there is no interval.
+/// Smallest number of rows for an interval.
 pub const FEWEST_ROWS: usize = 2 * PARTS;
 
-/// A parameter's values.
+/// Values of a parameter.
 #[derive(Debug, Clone)]
 pub struct Input<'a> {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
-    /// Of each row; of words their places in a list.
+    /// Value of each row; words as indices into their list.
     pub values: &'a [f64],
-    /// Whether they are words.
+    /// Whether the values are words.
     pub has_words: bool,
 }
 
-/// What tells how far figures scatter.
+/// Parts of the rows from which intervals are estimated.
 #[derive(Debug, Clone)]
 pub enum Parts<'a> {
-    /// Independent points.
+    /// Independent points, divided evenly.
     Independent,
-    /// The replicate of each row, of so many.
+    /// The replicate of each row, and the number of replicates.
     Replicates(&'a [u32], usize),
-    /// Nothing, and why.
+    /// No interval, and the reason.
     Without(String),
 }
 
-/// A table's parameters and one output.
+/// The parameters of a table and one output.
 #[derive(Debug, Clone)]
 pub struct Given<'a> {
-    /// Parameters.
+    /// Parameters of the table.
     pub inputs: Vec<Input<'a>>,
-    /// Of each row; `None` without a number.
+    /// Output of each row; `None` without a number.
     pub output: &'a [Option<f64>],
-    /// What tells of the scatter.
+    /// Parts from which intervals are estimated.
     pub parts: Parts<'a>,
 }
 
-/// Half widths by parts that were left out, or by parts alone.
+/// Half widths from the scatter of parts, each left out in turn or each alone.
 struct Scatter {
     parts: usize,
     t: f64,
@@ -82,10 +82,10 @@ impl Scatter {
     }
 }
 
-/// Everything that a table of random points says.
+/// All indices that need no special design.
 ///
 /// # Errors
-/// Columns do not fit together.
+/// Columns have different lengths.
 pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityError> {
     let of = given.output.len();
     check(given)?;
@@ -130,7 +130,7 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
         first_orders((&inputs, &y), (&part, left_out, scatter.as_ref()), &mut found, &mut notes);
         dependences(given, (&columns, &y), &mut found, &mut notes);
     }
-    // a single row varies in nothing, and says so by being one
+    // a single row gets no note: `without` gives the reason
     for (input, _) in given.inputs.iter().zip(&inputs).filter(|(_, ordered)| n > 1 && ordered.is_constant()) {
         notes.push(format!("{} does not vary", input.name));
     }
@@ -146,7 +146,7 @@ pub fn given_data(given: &Given<'_>, alpha: f64) -> Result<Indices, SensitivityE
     })
 }
 
-/// Whether columns fit together.
+/// Checks that columns have equal lengths and parts exist.
 pub(super) fn check(given: &Given<'_>) -> Result<(), SensitivityError> {
     let rows = given.output.len();
     if given.inputs.is_empty() {
@@ -168,7 +168,7 @@ pub(super) fn check(given: &Given<'_>) -> Result<(), SensitivityError> {
     }
 }
 
-/// Spearman and the regression, with R2.
+/// Spearman's rho and the rank regression of each parameter; returns R2.
 fn ranked(
     given: &Given<'_>,
     (inputs, output): (&[Ordered<'_>], &Ordered<'_>),

@@ -1,51 +1,52 @@
-//! Whether an output depends on a parameter in any way: the Hilbert-Schmidt independence criterion.
+//! Dependence of an output on a parameter in any form: the Hilbert-Schmidt independence criterion.
 //!
 //! ```text
-//! K_jk = exp(-(x_j - x_k)^2/(2 s^2)), s the standard deviation; of words 1 where they are the same, 0 otherwise;  L likewise of y
+//! K_jk = exp(-(x_j - x_k)^2/(2 s^2)), s the standard deviation; for words 1 if equal, 0 otherwise;  L likewise for y
 //! HSIC = tr(K_c L_c)/n^2,  K_c = H K H,  H = 1 - 1 1'/n                       normalised: HSIC(x, y)/sqrt(HSIC(x, x) HSIC(y, y))
-//! p    = probability of as much over all permutations of y: a gamma law with their exact mean and variance,
+//! p    = share of all permutations of y with at least this value, by a gamma distribution with their exact mean and variance,
 //!   T = tr K_c, T2 = tr K_c^2, T3 = sum K_c,jj^2, S ... of L_c
 //!   mean = T S/(n - 1)
 //!   variance = 2 ((n-1) T2 - T^2) ((n-1) S2 - S^2)/((n-1)^2 (n+1) (n-2))
 //!            + (n (n+1) T3 - (n-1) (T^2 + 2 T2)) (n (n+1) S3 - (n-1) (S^2 + 2 S2))/((n+1) n (n-1) (n-2) (n-3))
 //! ```
-//! 0 for independent variables alone, as n grows. No part of a variance: it ranks and screens. A p-value below 1e-2 is the law's tail, not
-//! counted, and too small by a factor of some (2.4e-4 where 20 000 permutations count 5.5e-4).
+//! HSIC tends to 0 for large n only if the variables are independent. It is not a share of the variance: it ranks and screens. A p-value
+//! below 1e-2 comes from the tail of the gamma distribution and is too small by a small factor (2.4e-4 where 20 000 permutations give
+//! 5.5e-4).
 //! Sources: A. Gretton et al., "Measuring statistical dependence with Hilbert-Schmidt norms" (2005); S. Da Veiga, "Global sensitivity
 //! analysis with dependence measures" (2015); moments: F. Kazi-Aoual, S. Hitier, R. Sabatier, J.-D. Lebreton, "Refined approximations to
 //! permutation tests for multivariate inference" (1995).
-//! Without a dependence p is below 5 % in 5.4 % (numbers) and 6.3 % (three words) of 3000 tables of 60 rows.
+//! Without a dependence, p is below 5 % in 5.4 % (numbers) and 6.3 % (three words) of 3000 tables of 60 rows.
 //! Verified by `tests/sensitivity`: all permutations of a small sample, how often p falls below a level without dependence.
 
 use super::ranks::{from_mean, product};
 use bladeoff_numerics::probability::gamma_tails;
 
-/// Most rows: time and memory grow with their square.
+/// Largest number of rows: time and memory grow with its square.
 pub const MOST_ROWS: usize = 2000;
 
-/// When two values are alike.
+/// Kernel of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Similar {
-    /// As far as they are near.
+    /// Gaussian kernel, for numbers.
     Near,
-    /// Where they are the same: words.
+    /// 1 for equal values, 0 otherwise, for words.
     Same,
 }
 
-/// A dependence.
+/// Dependence of two variables.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dependence {
-    /// The criterion.
+    /// HSIC.
     pub hsic: f64,
-    /// From 0 to 1.
+    /// Normalised HSIC, from 0 to 1.
     pub normalised: f64,
-    /// Probability of as much without a dependence.
+    /// Probability of at least this value without a dependence.
     pub p_value: f64,
-    /// Mean and variance of the criterion over all permutations.
+    /// Mean and variance of HSIC over all permutations.
     pub moments: (f64, f64),
 }
 
-/// K_c with its sums.
+/// K_c with its trace and sums.
 pub(super) struct Centred {
     matrix: Vec<f64>,
     trace: f64,
@@ -55,7 +56,7 @@ pub(super) struct Centred {
 }
 
 impl Centred {
-    /// Of finite values; `None` where they do not vary.
+    /// Kernel of finite values; `None` if the values do not vary.
     pub(super) fn new(values: &[f64], similar: Similar) -> Option<Self> {
         let n = values.len();
         let count = n as f64;
@@ -88,7 +89,7 @@ impl Centred {
         Some(Self { trace, squares, diagonal, n, matrix })
     }
 
-    /// The dependence of two variables.
+    /// Dependence of two variables.
     pub(super) fn with(&self, other: &Self) -> Option<Dependence> {
         let n = self.n as f64;
         let product: f64 = self.matrix.iter().zip(&other.matrix).map(|(k, l)| k * l).sum();
@@ -115,7 +116,7 @@ impl Centred {
     }
 }
 
-/// Of columns of one length of at most [`MOST_ROWS`], with finite values; `None` where one does not vary, or of fewer than four rows.
+/// Dependence of two columns of equal length, at most [`MOST_ROWS`], with finite values; `None` if one does not vary, or below four rows.
 #[must_use]
 pub fn dependence(x: &[f64], similar: Similar, y: &[f64]) -> Option<Dependence> {
     Centred::new(x, similar)?.with(&Centred::new(y, Similar::Near)?)

@@ -1,11 +1,11 @@
-//! Indices as they are written: `indices` of an answer in `answers.json`, by parameter.
+//! Sensitivity indices by parameter, as written to `indices` in `answers.json`.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
-/// A figure with its interval; null where there is no number.
+/// An estimate with its interval; null if a number is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Index {
-    /// The figure.
+    /// Estimate.
     pub estimate: Option<f64>,
     /// Lower limit.
     pub low: Option<f64>,
@@ -14,96 +14,96 @@ pub struct Index {
 }
 
 impl Index {
-    /// Without an interval.
+    /// An estimate without an interval.
     #[must_use]
     pub fn alone(estimate: Option<f64>) -> Self {
         Self { estimate, low: None, high: None }
     }
 
-    /// Estimate that ranks a parameter; `None`: the index has no interval.
+    /// Estimate for ranking; `None` if the index has no interval.
     #[must_use]
     pub fn ranking(&self) -> Option<f64> {
         self.estimate.filter(|_| self.low.is_some() && self.high.is_some())
     }
 }
 
-/// How surely an output depends on a parameter in any way.
+/// Evidence that an output depends on a parameter in any form.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Hsic {
     /// HSIC(x, y)/sqrt(HSIC(x, x) HSIC(y, y)), 0 to 1.
     pub normalised: f64,
-    /// Probability of as much without any dependence; of each parameter by itself.
+    /// Probability of at least this value without a dependence, for each parameter separately.
     pub p_value: f64,
 }
 
-/// Figures of a parameter: those of the method are there.
+/// Indices of a parameter; indices of other methods are `None`.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct OfParameter {
-    /// Mean of the magnitudes of its elementary effects.
+    /// Mean of the magnitudes of the elementary effects.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mu_star: Option<Index>,
-    /// Mean of its elementary effects.
+    /// Mean of the elementary effects.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mu: Option<Index>,
-    /// Standard deviation of its elementary effects.
+    /// Standard deviation of the elementary effects.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma: Option<Index>,
-    /// Part of the variance that it makes alone.
+    /// First-order index: share of the variance caused by the parameter alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first: Option<Index>,
-    /// Part of the variance that it has a share in.
+    /// Total index: share of the variance including all interactions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub total: Option<Index>,
-    /// Rank correlation.
+    /// Spearman's rank correlation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spearman: Option<Index>,
     /// Coefficient of the standardised rank regression.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank_regression: Option<Index>,
-    /// Any dependence.
+    /// Dependence in any form.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hsic: Option<Hsic>,
 }
 
-/// Part of the variance that two parameters make together, beyond each alone.
+/// Second-order index: share of the variance caused by the interaction of two parameters.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Pair {
-    /// Their names.
+    /// Names of the parameters.
     pub between: [String; 2],
-    /// The part.
+    /// Second-order index.
     pub second: Index,
 }
 
-/// What a method found.
+/// Result of an estimator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Indices {
-    /// By parameter, in the order of the study.
+    /// Indices of each parameter, in the order of the study.
     pub of: Vec<(String, OfParameter)>,
-    /// Of pairs, where the design has what they need.
+    /// Second-order indices, if the design allows them.
     pub pairs: Vec<Pair>,
-    /// Part of the variance of the ranks that a regression on them makes.
+    /// Share of the variance of the output's ranks explained by the rank regression.
     pub r2: Option<Index>,
-    /// `bootstrap`, `replicates-t` or `none`.
+    /// Method of the intervals: `bootstrap`, `replicates-t` or `none`.
     pub interval: &'static str,
-    /// Blocks (or rows, where they stand alone) that count.
+    /// Blocks, or independent rows, that were used.
     pub n: u64,
-    /// Blocks left out because a run of theirs has no number.
+    /// Blocks excluded because one of their runs has no number.
     pub left_out: u64,
-    /// Why there is no number at all.
+    /// Reason why there is no number at all.
     pub without: Option<&'static str>,
-    /// What a reader has to know.
+    /// Reservations and remarks for the reader.
     pub notes: Vec<String>,
 }
 
 impl Indices {
-    /// The figures of a parameter.
+    /// Indices of a parameter.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<&OfParameter> {
         self.of.iter().find(|(known, _)| known == name).map(|(_, of)| of)
     }
 }
 
-/// As `indices`: a map by parameter.
+/// Serialised as a map by parameter.
 impl Serialize for Indices {
     fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
         let mut map = out.serialize_map(Some(self.of.len()))?;
@@ -114,38 +114,38 @@ impl Serialize for Indices {
     }
 }
 
-/// Why rows are not those of a design.
+/// Reason why rows do not fit a design.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SensitivityError {
-    /// There is no parameter.
+    /// A study without uncertain parameters.
     #[error("no parameter is uncertain")]
     Parameters,
-    /// Something of the rows has another length.
+    /// A column whose length differs from the number of rows.
     #[error("{what} has {found} entries, not {rows}")]
     Length {
-        /// What it is.
+        /// Name of the column.
         what: String,
-        /// Its entries.
+        /// Number of its entries.
         found: usize,
-        /// Rows.
+        /// Number of rows.
         rows: usize,
     },
-    /// A trajectory does not move each parameter once.
+    /// A trajectory that does not change each parameter exactly once.
     #[error("trajectory {block} does not change each of {parameters} parameters once")]
     Moves {
-        /// The trajectory, from 0.
+        /// Index of the trajectory, from 0.
         block: usize,
-        /// Parameters.
+        /// Number of parameters.
         parameters: usize,
     },
-    /// A row is of a part that there is not.
+    /// A row with a part number that does not exist.
     #[error("row {row} is of part {found}, of {parts}")]
     Part {
-        /// The row.
+        /// Row index.
         row: usize,
-        /// Its part.
+        /// Its part number.
         found: usize,
-        /// Parts.
+        /// Number of parts.
         parts: usize,
     },
 }

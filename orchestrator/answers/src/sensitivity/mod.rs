@@ -1,17 +1,17 @@
-//! Which parameter decides an output, and how surely that is known.
+//! Sensitivity of an output to the parameters, with its uncertainty.
 //!
 //! ```text
 //! design      rows of a block                   figures of a parameter                          intervals
 //! morris      a trajectory: d + 1               mu*, mu, sigma of its elementary effects        bootstrap over trajectories
 //! saltelli    a base point: A, AB_i, [BA_i], B  first, total, second order                      bootstrap over base points
-//! any random  -                                 Spearman, standardised rank regression,         t of parts
+//! any random  -                                 Spearman, standardised rank regression,         t over parts
 //!                                               first order by ranks, HSIC with a p-value
 //! ```
-//! A run without a number (bad, or nothing of the kind happened) has no effect and no product: its block is left out as a whole, and
-//! the share that is out is stated. What is left is a sample of the runs that went well, not of all: with a share above some per cent
-//! the indices are those of another question. Every interval is approximate; measured coverages are in the modules.
+//! A run without a number (bad, or the event did not occur) excludes its block completely, and the excluded share is reported. The remaining
+//! blocks represent the successful runs, not all runs: with a share above some per cent the indices answer a different question. Every
+//! interval is approximate; measured coverages are in the modules.
 //!
-//! Nothing here is random: resamples are drawn from a fixed seed, so the same rows give the same bytes.
+//! Results are reproducible: resamples are drawn from a fixed seed, so the same rows give the same bytes.
 
 mod blocks;
 mod given;

@@ -1,11 +1,11 @@
-//! Elementary effects of Morris: what an output changes by while one parameter goes its whole course.
+//! Elementary effects of Morris: change of an output per full range of one parameter.
 //!
 //! ```text
-//! effect of the move of parameter i in a trajectory   e = (y after - y before)/(delta s),  s = +1 up, -1 down
+//! effect of the step of parameter i in a trajectory   e = (y after - y before)/(delta s),  s = +1 up, -1 down
 //! mu = mean e,  mu* = mean |e|,  sigma^2 = sum (e - mu)^2/(r - 1)                           over r trajectories
 //! ```
-//! delta is in parts of the course that a parameter's levels span, so effects are in the unit of the output. mu* ranks parameters;
-//! sigma against mu* tells curvature and interaction from a straight line. Moments of effects, no parts of a variance.
+//! delta is a fraction of the range of a parameter's levels, so effects have the unit of the output. mu* ranks parameters; a large ratio
+//! sigma/mu* indicates nonlinearity or interaction. Effects are not shares of a variance.
 //! Sources: M. D. Morris (1991); F. Campolongo, J. Cariboni, A. Saltelli, "An effective screening design for sensitivity analysis of
 //! large models" (2007).
 //! Verified by `tests/sensitivity`: exact figures of the Ishigami function, linear models, coverage.
@@ -14,22 +14,22 @@ use super::blocks::Blocks;
 use super::indices::{Index, Indices, OfParameter, SensitivityError};
 use super::resample::{Sums, told};
 
-/// The move that leads to a row.
+/// The parameter step that leads to a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moved {
-    /// Number of the parameter.
+    /// Index of the parameter.
     pub parameter: usize,
-    /// Whether it went up.
+    /// Whether the parameter increased.
     pub up: bool,
 }
 
-/// The effects of each parameter.
+/// Elementary effects of each parameter.
 ///
 /// * `names` - of the d parameters; `values` - of all rows, trajectory by trajectory, d + 1 each, `None` without a number;
-/// * `moves` - of all rows, `None` at the start of a trajectory; `delta` - how far a move goes; `alpha` - 1 - confidence.
+/// * `moves` - of all rows, `None` at the start of a trajectory; `delta` - step size; `alpha` - 1 - confidence.
 ///
 /// # Errors
-/// The rows are not those of such a design.
+/// The rows do not form such a design.
 pub fn morris(
     names: &[String],
     values: &[Option<f64>],
@@ -69,7 +69,7 @@ pub fn morris(
         effect(block, &mut effects);
         means.iter_mut().zip(&effects).for_each(|(mean, e)| *mean += e / count as f64);
     }
-    // sums of 1, and for each parameter of e - mean, its square and |e|: what a small sigma differs by is not lost beside the mean
+    // sums of 1, and for each parameter of e - mean, its square and |e|: subtracting the mean keeps the digits of a small sigma
     let sums = Sums::new(count, 1 + 3 * parameters, |at, sums| {
         effect(blocks.whole[at], &mut effects);
         sums[0] = 1.0;

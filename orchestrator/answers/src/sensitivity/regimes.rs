@@ -1,30 +1,30 @@
-//! Outputs of several regimes: what decides which regime comes may not be what decides the output within one.
+//! Sensitivities within regimes: the drivers of the regime may differ from the drivers of the output within a regime.
 //!
-//! Rows are split by a column of words (such as the rub regime), and each part that is large enough has figures of its own. Within a
-//! regime parameters are no longer independent of one another, for the regime was not chosen: only what needs no design is made of its
-//! rows, and it describes them. Trajectories and base points are not split: what is left of their blocks would be no sample of effects.
+//! Rows are split by a column of words (such as the rub regime), and each sufficiently large part has its own indices. Within a regime the
+//! parameters are no longer independent, because the regime is a result. Only estimators that need no design are applied, and they describe
+//! the rows of the regime. Trajectories and base points are not split: the remaining blocks would not be a random sample of effects.
 
 use super::blocks::percent;
 use super::given::{Given, Input, Parts, given_data};
 use super::indices::{Indices, SensitivityError};
 use std::collections::BTreeMap;
 
-/// Rows and share of rows from which on a regime counts.
+/// Smallest number of rows, and smallest share of rows, of a regime with its own indices.
 const FEWEST: usize = 32;
 const LEAST: f64 = 0.05;
 
-/// The rows of a word.
+/// The rows of one regime.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regime {
-    /// The word.
+    /// Name of the regime.
     pub word: String,
-    /// Its rows.
+    /// Row indices.
     pub rows: Vec<usize>,
-    /// Their part of all rows with a number and a word.
+    /// Share among all rows with a number and a regime.
     pub share: f64,
 }
 
-/// Regimes that are large enough, the largest first (of equal ones by their words); rows without a number or a word are in none.
+/// Sufficiently large regimes in descending order of size, then by name; rows without a number or a regime are ignored.
 #[must_use]
 pub fn regimes(words: &[Option<String>], output: &[Option<f64>]) -> Vec<Regime> {
     let mut found: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
@@ -45,7 +45,7 @@ pub fn regimes(words: &[Option<String>], output: &[Option<f64>]) -> Vec<Regime> 
     found
 }
 
-/// What is said of figures over all rows where there are several regimes.
+/// Note on indices over all rows, if there are several regimes.
 #[must_use]
 pub fn warning(regimes: &[Regime]) -> Option<String> {
     let told: Vec<String> = regimes.iter().map(|regime| format!("{} {}", regime.word, percent(regime.share))).collect();
@@ -59,10 +59,10 @@ pub fn warning(regimes: &[Regime]) -> Option<String> {
     })
 }
 
-/// Figures of each regime, from its rows alone.
+/// Indices within each regime.
 ///
 /// # Errors
-/// Columns do not fit together.
+/// Columns have different lengths.
 pub fn by_regime(
     given: &Given<'_>,
     words: &[Option<String>],

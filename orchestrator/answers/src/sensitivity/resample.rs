@@ -1,12 +1,12 @@
-//! Percentile intervals by the bootstrap, over blocks.
+//! Percentile intervals by bootstrap over blocks.
 //!
 //! ```text
-//! sums of each group of successive blocks (at most 1024 groups)  ->  R times: as many groups drawn with replacement, their sums,
-//! the figures of these  ->  low, high: the figures number (R + 1) alpha/2 and (R + 1) (1 - alpha/2) in order
+//! sums of each group of successive blocks (at most 1024 groups)  ->  R times: equally many groups drawn with replacement, their sums,
+//! the figures of these  ->  low, high: the figures with ranks (R + 1) alpha/2 and (R + 1) (1 - alpha/2)
 //! ```
-//! R = 999, and so many more that five figures lie beyond each limit, up to 99 999.
-//! Blocks are taken as independent. Those of a scrambled sequence are spread more evenly than that: their intervals are too wide
-//! rather than too narrow. Coverage of 95 % intervals, Ishigami's function, 300 studies each, the least and the most of its parameters:
+//! R = 999, or as many as needed for five figures beyond each limit, at most 99 999.
+//! Blocks are treated as independent. Blocks of a scrambled sequence are spread more evenly, so their intervals are too wide rather than too
+//! narrow. Coverage of 95 % intervals, Ishigami's function, 300 studies each, smallest and largest over the parameters:
 //!
 //! | blocks | first | total | | blocks | mu* | sigma |
 //! |---|---|---|---|---|---|---|
@@ -15,9 +15,9 @@
 //! | 1024 | 92 to 98 % | 95 to 96 % | | 50 | 94 to 95 % | 93 to 100 % |
 //! | 256 of a sequence | 100 % | 100 % | | 200 | 94 to 97 % | 95 to 100 % |
 //!
-//! Outputs with heavy tails: total indices of lognormal outputs in 81 to 92 %, with a note ([`super::sobol()`]).
+//! Outputs with heavy tails: intervals of total indices of lognormal outputs cover in 81 to 92 %, with a note ([`super::sobol()`]).
 //!
-//! Verified by `coverage` of `tests/sensitivity`, which makes the table anew.
+//! Verified by `coverage` of `tests/sensitivity`, which computes the table.
 //!
 //! Source: B. Efron, R. J. Tibshirani, "An introduction to the bootstrap" (1993).
 
@@ -25,28 +25,28 @@ use super::blocks::counted;
 use super::indices::Index;
 use bladeoff_system::random::SplitMix;
 
-/// Fewest and most resamples.
+/// Smallest and largest number of resamples.
 const RESAMPLES: [usize; 2] = [999, 99_999];
 
-/// Figures beyond each limit, at least.
+/// Smallest number of figures beyond each limit.
 const BEYOND: f64 = 5.0;
 
-/// Resamples for limits of this level, and the number of the lower limit among their figures in order; 0: it lies beyond them.
+/// Number of resamples for limits of this level, and rank of the lower limit among them; 0 if the limit lies beyond them.
 fn resamples(alpha: f64) -> (usize, usize) {
     let [fewest, most] = RESAMPLES;
-    // the epsilons: 0.05/2 of 1000 is 25, whatever 1 - 0.95 rounds to
+    // epsilons guard against rounding: 0.05/2 of 1000 is 25, whatever 1 - 0.95 rounds to
     let wanted = libm::ceil(2.0 * BEYOND / alpha - 1e-6).min(most as f64) as usize;
     let count = wanted.saturating_sub(1).clamp(fewest, most);
     (count, libm::floor(alpha / 2.0 * (count + 1) as f64 + 1e-9) as usize)
 }
 
-/// Fewest blocks that say anything of their scatter.
+/// Smallest number of blocks for an interval.
 pub const FEWEST_BLOCKS: usize = 10;
 
 const MOST_GROUPS: usize = 1024;
 const SEED: u64 = 0x626c_6164_656f_6666;
 
-/// Sums of every block: row by row, `width` numbers each.
+/// Sums of groups of blocks, `width` numbers each.
 pub(super) struct Sums {
     width: usize,
     groups: Vec<f64>,
@@ -54,7 +54,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Of `blocks` blocks, whose numbers `of` puts into a slice of `width`.
+    /// Sums over `blocks` blocks; `of` writes the numbers of a block into a slice of `width`.
     pub(super) fn new(blocks: usize, width: usize, mut of: impl FnMut(usize, &mut [f64])) -> Self {
         let count = blocks.min(MOST_GROUPS);
         let mut groups = vec![0.0; count * width];
@@ -67,7 +67,7 @@ impl Sums {
         Self { width, groups, count }
     }
 
-    /// Of all blocks.
+    /// Sums over all blocks.
     pub(super) fn total(&self) -> Vec<f64> {
         let mut total = vec![0.0; self.width];
         for group in self.groups.chunks_exact(self.width) {
@@ -76,7 +76,7 @@ impl Sums {
         total
     }
 
-    /// Figures of all blocks with their intervals; `figures` makes them of sums.
+    /// Figures of all blocks with their intervals; `figures` computes figures from sums.
     pub(super) fn indices(&self, blocks: usize, alpha: f64, figures: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Index> {
         let estimates = figures(&self.total());
         let alone = |estimate: &f64| Index::alone(estimate.is_finite().then_some(*estimate));
@@ -107,7 +107,7 @@ impl Sums {
     }
 }
 
-/// Says why there are no intervals, or of what they are.
+/// Adds a note on missing intervals or on the resampling; returns the name of the method.
 pub(super) fn told(blocks: usize, alpha: f64, name: &str, notes: &mut Vec<String>) -> &'static str {
     if blocks < FEWEST_BLOCKS {
         let blocks = counted(blocks, name);

@@ -1,4 +1,4 @@
-//! Indices of Sobol: parts of an output's variance that parameters make alone, in pairs, or have a share in.
+//! Sobol indices: shares of an output's variance caused by parameters alone, by pairs, and including all interactions.
 //!
 //! ```text
 //! first    S_i  = 1/N sum f(B) (f(AB_i) - f(A))/V                          A. Saltelli et al. (2010), table 2 (b)
@@ -7,9 +7,9 @@
 //! V        = variance of all f(A) and f(B) together, divided by 2 N
 //! ```
 //! First and second orders are products of outputs. A constant added to an output changes no index, but the scatter of these products
-//! grows with the square of the mean. So f stands for the output minus its mean over all rows of the whole base points.
-//! An estimate may be slightly below 0 or above 1 by its scatter; it is not clipped.
-//! Needs independent parameters. Verified by `tests/sensitivity`: SALib on the same rows, Ishigami's and Sobol's g-function, coverage.
+//! increases with the square of the mean. Therefore f is the output minus its mean over all rows of the complete base points.
+//! Because of its scatter an estimate may be slightly below 0 or above 1; it is not clipped.
+//! Requires independent parameters. Verified by `tests/sensitivity`: SALib on the same rows, Ishigami's and Sobol's g-function, coverage.
 
 use super::blocks::{Blocks, counted, percent};
 use super::indices::{Index, Indices, OfParameter, Pair, SensitivityError};
@@ -24,18 +24,18 @@ fn moments(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> (f64, f64) {
     (mean, libm::sqrt(both().map(|y| (y - mean) * (y - mean)).sum::<f64>() / n))
 }
 
-/// Mean of all rows of the whole base points.
+/// Mean over all rows of the complete base points.
 fn mean_of_all(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> f64 {
     let block = |block: &usize| values[block * rows..(block + 1) * rows].iter().flatten().sum::<f64>();
     blocks.whole.iter().map(block).sum::<f64>() / (blocks.whole.len() * rows) as f64
 }
 
-/// Share of a single base point in the variance from which on the output counts as heavy-tailed, and the same over the number of base
-/// points: of few one is large in any case.
+/// Share of a single base point in the variance above which the output counts as heavy-tailed; and the same relative to the number of base
+/// points, because with few points one has a large share in any case.
 const HEAVY: (f64, f64) = (0.2, 5.0);
 
-/// A note where a single base point makes so much of the variance that intervals hold less often than their level says. Measured by
-/// `coverage_of_heavy_tails` of `tests/sensitivity`; a bootstrap-t and bias-corrected limits of the same sums held less often.
+/// Note if a single base point contributes so much of the variance that intervals cover less often than stated. Measured by
+/// `coverage_of_heavy_tails` of `tests/sensitivity`; bootstrap-t and bias-corrected limits of the same sums covered less often.
 fn heavy(blocks: &Blocks, values: &[Option<f64>], rows: usize, mean: f64) -> Option<String> {
     let square = |at: usize| values[at].map_or(0.0, |y| (y - mean) * (y - mean));
     let of = blocks.whole.iter().map(|block| square(block * rows) + square((block + 1) * rows - 1));
@@ -51,16 +51,16 @@ fn heavy(blocks: &Blocks, values: &[Option<f64>], rows: usize, mean: f64) -> Opt
     })
 }
 
-/// Least and largest of f(A) and f(B).
+/// Smallest and largest of f(A) and f(B).
 fn ends(blocks: &Blocks, values: &[Option<f64>], rows: usize) -> (f64, f64) {
     let both = blocks.whole.iter().flat_map(|block| [values[block * rows], values[(block + 1) * rows - 1]]).flatten();
     both.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), y| (least.min(y), most.max(y)))
 }
 
-/// The indices.
+/// First-order, total and second-order indices.
 ///
 /// * `names` - of the d parameters; `values` - of all rows, base point by base point: A, AB_1 .. AB_d, [BA_1 .. BA_d], B, `None` without
-///   a number; `second_order`: every BA_i is there; `alpha` - 1 - confidence.
+///   a number; `second_order`: rows BA_1 .. BA_d exist; `alpha` - 1 - confidence.
 ///
 /// # Errors
 /// There is no parameter.
@@ -82,13 +82,13 @@ pub fn sobol(
     let pairs: Vec<(usize, usize)> =
         (0..d).flat_map(|i| (i + 1..d).map(move |j| (i, j))).filter(|_| second_order).collect();
     let (mean, deviation) = moments(&blocks, values, rows);
-    // rounding of a constant is no variance
+    // rounding errors of a constant are not variance
     let varies = count > 0 && deviation > 1e-13 * mean.abs();
     let mut without = None;
     let found = if varies {
         let centre = mean_of_all(&blocks, values, rows);
         let at = |block: usize, row: usize| values[block * rows + row].unwrap_or(f64::NAN) - centre;
-        // 1, f(A) + f(B) and squares about the mean; first and total of each; pairs
+        // sums of 1, f(A) + f(B) and squares about the mean; first and total of each parameter; pairs
         let sums = Sums::new(count, 3 + 2 * d + pairs.len(), |number, sums| {
             let block = blocks.whole[number];
             let (a, b) = (at(block, 0), at(block, rows - 1));

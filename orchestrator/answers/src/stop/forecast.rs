@@ -1,16 +1,16 @@
-//! The half width of an interval at more points, at the rates so far.
+//! Forecast of the half width of an interval with more points, at the present rates.
 //!
 //! ```text
-//! width(n') = open + statistical(n) sqrt(n/n')        open: the part that bad runs leave open, which stays as it is
-//! a probability with exact limits: those of as many events more
+//! width(n') = open + statistical(n) sqrt(n/n')        open: widening by bad runs, which remains
+//! probability with exact limits: limits with proportionally more events
 //! ```
-//! This is a forecast, not an interval: it assumes that the scatter stays as it is.
+//! A forecast is not an interval: it assumes that the scatter remains the same.
 
 use super::rule::StopRule;
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::limits::{lower_limit, upper_limit};
 
-/// Half the interval of a figure at another number of points; `None` where there is no interval.
+/// Half width of the interval of a figure with another number of points; `None` without an interval.
 ///
 /// * `alpha` - 1 - confidence of the interval; `now`, `then` - points of `figures`, and of the forecast.
 #[must_use]
@@ -29,7 +29,7 @@ pub fn half_width(figures: &Figures, alpha: f64, (now, then): (u64, u64)) -> Opt
     Some(0.5 * (open + width))
 }
 
-/// Points of the first interim analysis at which every figure is expected to be precise enough; `None`: at none of them.
+/// Number of points of the first interim analysis at which every figure is expected to be precise enough; `None` if there is no such analysis.
 ///
 /// * `figures` - each at `now` points, with 1 - confidence of its interval; `analyses` - points of the interim analyses.
 #[must_use]

@@ -1,10 +1,10 @@
-//! When a study is precise enough, as a pure function of its rows: the end does not depend on when or how often it is analysed.
+//! End of a study by precision, as a pure function of its rows: the end does not depend on when or how often it is analysed.
 //!
 //! ```text
 //! [stop]   half_width, relative   largest half width of the interval of every question in every group
 //!          samples                largest number of points
 //! interim analysis k = 0, 1, ...  of the first 256 2^k points; the last one at the end of the design or at `samples`
-//!   intervals  1 - alpha at every analysis, as of a study that was planned with so many points
+//!   intervals  1 - alpha at every analysis, as in a study planned with this number of points
 //!   gates      alpha/2^(k+1), the last with the rest of alpha: all levels together are alpha
 //! ```
 //! The study ends at the first interim analysis whose intervals are narrow enough, whatever was computed beyond. There is no decision

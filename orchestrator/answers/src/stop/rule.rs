@@ -1,57 +1,57 @@
-//! `[stop]`: what is precise enough, and where a study ends.
+//! `[stop]`: required precision, and end of a study.
 
 use crate::estimate::figures::{Figures, Method};
 use crate::estimate::limits::lower_limit;
 
-/// What `[stop]` asks for; everything that is given has to hold.
+/// Conditions of `[stop]`; all that are given must hold.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StopRule {
-    /// Half of an interval at most, in the unit of its figure.
+    /// Largest half width of an interval, in the unit of its figure.
     pub half_width: Option<f64>,
-    /// Half of an interval at most, as a part of the figure.
+    /// Largest half width of an interval relative to the figure.
     pub relative: Option<f64>,
-    /// Points at most.
+    /// Largest number of points.
     pub samples: Option<u64>,
 }
 
-/// How precise a figure is.
+/// Precision of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Precision {
-    /// As it is to be.
+    /// The required precision is reached.
     Enough,
-    /// Half of its interval is wider than what is wanted.
+    /// The half width of the interval exceeds the required one.
     Wide {
-        /// Half of it.
+        /// Half width.
         half: f64,
-        /// At most.
+        /// Largest permitted half width.
         wanted: f64,
     },
-    /// It would be, but for what bad runs leave open, which more points do not narrow.
+    /// The statistical width suffices, but bad runs widen the interval; more points do not change that.
     BadRuns,
-    /// It has no interval.
+    /// The figure has no interval.
     NoInterval,
 }
 
-/// What keeps a figure from ever becoming precise enough, as far as its rows tell.
+/// Reason why more points will not reach the required precision, as far as the rows show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hindrance {
-    /// What bad runs leave open is wider by itself, and more points do not narrow it.
+    /// The widening of the interval by bad runs alone is too large; more points do not reduce it.
     BadRuns {
-        /// Half of that; `None`: they leave no limit at all.
+        /// Half of that widening; `None` if bad runs leave no limit at all.
         open: Option<f64>,
-        /// Half of the interval at most.
+        /// Largest permitted half width.
         wanted: f64,
-        /// Whether it is so however the share of bad runs among so few was met: their lower limit alone leaves as much.
+        /// Whether this is certain: even the lower confidence limit on the share of bad runs gives too large a widening.
         is_sure: bool,
     },
-    /// A part of a figure that is 0 is asked for.
+    /// A relative half width is required of a figure that is 0.
     Zero,
     /// There is no figure.
     NoNumber,
 }
 
 impl StopRule {
-    /// Half of an interval of this estimate at most; `None`: any.
+    /// Largest permitted half width for this estimate; `None` if there is no requirement.
     #[must_use]
     pub fn wanted(&self, estimate: f64) -> Option<f64> {
         let relative = self.relative.map(|relative| relative * estimate.abs());
@@ -61,7 +61,7 @@ impl StopRule {
         }
     }
 
-    /// How precise a figure is. Where bad runs count both ways its interval covers both, and half of it is taken.
+    /// Precision of a figure, by half the width of its interval. If bad runs count both ways, the interval covers both.
     #[must_use]
     pub fn precision(&self, figures: &Figures) -> Precision {
         let wanted = figures.estimate.and_then(|estimate| self.wanted(estimate));
@@ -75,10 +75,10 @@ impl StopRule {
         }
     }
 
-    /// What keeps a figure from becoming precise enough however many points there will be, if its runs go on as they have; `None`:
-    /// nothing, or it is precise enough.
+    /// Reason why a figure will not become precise enough with more points of the same kind; `None` without a reason, or if
+    /// it is precise enough.
     ///
-    /// * `bad` - runs of its group that are; `alpha` - 1 - confidence of its interval.
+    /// * `bad` - number of bad runs in its group; `alpha` - 1 - confidence of its interval.
     #[must_use]
     pub fn hindrance(&self, figures: &Figures, bad: u64, alpha: f64) -> Option<Hindrance> {
         if self.precision(figures) == Precision::Enough {
@@ -90,34 +90,34 @@ impl StopRule {
             return Some(Hindrance::Zero);
         }
         if bad > 0 && figures.harmful.is_none() {
-            // a mean has no limit beside a single bad run; a quantile has one where they are few enough, and how many they are is an estimate
+            // A mean has no limit with any bad run. A quantile has one if bad runs are few enough, and their share is an estimate.
             let is_sure = figures.method != Method::OrderStatistics;
             return Some(Hindrance::BadRuns { open: None, wanted, is_sure });
         }
         let (low, high, statistical) = (figures.low?, figures.high?, figures.statistical?);
         let open = 0.5 * (high - low - statistical);
-        // rounding is no width
+        // rounding errors do not count as width
         let is_open = bad > 0 && open >= wanted && open > 1e-9 * statistical;
-        // what stays with ever more points: the two figures, of as few bad runs as their share may be
+        // remains with more points: distance of the two figures, for the smallest likely share of bad runs
         let apart = figures.harmful.map_or(0.0, |harmful| 0.5 * (harmful - estimate).abs());
         let bad = bad.min(figures.n);
         let least = apart * lower_limit(bad, figures.n, 0.5 * alpha) * figures.n as f64 / bad.max(1) as f64;
         is_open.then_some(Hindrance::BadRuns { open: Some(open), wanted, is_sure: least >= wanted })
     }
 
-    /// Whether all of these are precise enough; nothing is not.
+    /// Whether all figures are precise enough; false for none.
     #[must_use]
     pub fn is_enough(&self, figures: &[Figures]) -> bool {
         !figures.is_empty() && figures.iter().all(|one| self.precision(one) == Precision::Enough)
     }
 
-    /// Whether any width is asked for; without one a study ends at its last look.
+    /// Whether a width is required; otherwise a study ends at its last interim analysis.
     #[must_use]
     pub fn asks_for_width(&self) -> bool {
         self.half_width.is_some() || self.relative.is_some()
     }
 
-    /// Points at which a design of so many ends at the latest.
+    /// Largest number of points of a design with `points` points.
     #[must_use]
     pub fn end(&self, points: u64) -> u64 {
         self.samples.map_or(points, |samples| samples.min(points))

@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
-/// Rows by status and cause.
+/// Counts of rows by status and cause.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Counts(BTreeMap<(String, String), u64>);
 
 impl Counts {
-    /// One more row.
+    /// Counts a row.
     pub fn add(&mut self, status: String, cause: Option<String>) {
         *self.0.entry((status, cause.unwrap_or_else(|| "no cause".to_owned()))).or_default() += 1;
     }
 
-    /// "2 (2 slip_reversal)" of the rows of these statuses.
+    /// Text such as "2 (2 slip_reversal)" for the rows with these statuses.
     pub fn by_cause(&self, statuses: &[&str]) -> String {
         let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
         for ((status, cause), count) in &self.0 {
@@ -28,7 +28,7 @@ impl Counts {
         format!("{total} ({})", named.join(", "))
     }
 
-    /// Rows that are ok.
+    /// Number of ok rows.
     pub fn ok(&self) -> u64 {
         self.0.iter().filter(|((status, _), _)| status == "ok").map(|(_, count)| count).sum()
     }

@@ -1,14 +1,14 @@
-//! Least, median and largest of values that pass by.
+//! Smallest, median and largest value of a stream of values.
 
 use crate::estimate::order::{KEPT, Order};
 use crate::tables::{Table, TableError};
 use std::path::PathBuf;
 
-/// Values under way.
+/// Accumulator over several passes.
 #[derive(Debug, Clone)]
 pub(super) struct Values(Order);
 
-/// What a summary says of them.
+/// Figures of a summary.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Figures {
     pub least: f64,
@@ -31,20 +31,20 @@ impl Values {
         self.0.count()
     }
 
-    /// The ranks in the middle: one, or two.
+    /// Ranks of the median: one rank, or two different ones.
     fn middle(&self) -> [u64; 2] {
         let n = self.0.count();
         [n.div_ceil(2), n / 2 + 1]
     }
 
-    /// After a pass: whether all have to pass by once more.
+    /// Ends a pass. Returns whether another pass is needed.
     pub fn go_on(&mut self) -> bool {
         let [below, above] = self.middle();
         let last = self.0.count();
         self.0.ask([1, below, above, last])
     }
 
-    /// `None`: there is no value.
+    /// The figures; `None` without values.
     pub fn figures(&self) -> Option<Figures> {
         let [below, above] = self.middle().map(|rank| self.0.at(rank));
         let (below, above) = (below?, above?);
@@ -53,7 +53,7 @@ impl Values {
     }
 }
 
-/// Shows a summary the rows of these files, as often as it needs them. `add` is told whether it sees them for the first time.
+/// Passes the rows of these files to a summary, as often as `go_on` returns true. `add` gets whether it is the first pass.
 pub(super) fn all_pass<S>(
     files: &[PathBuf],
     columns: &[&str],

@@ -1,4 +1,4 @@
-//! The summary of the table of a study of formulas: what became of the samples, and how far what each formula gave reaches.
+//! Summary of the table of a formula study: statuses of the samples, and range of each formula.
 
 use super::counts::Counts;
 use super::figures::{Values, all_pass};
@@ -7,17 +7,17 @@ use crate::tables::{Table, TableError};
 use bladeoff_text::document::units::format_digits;
 use std::path::PathBuf;
 
-/// A summary: rows pass by, those of a large table more than once, so that it need not be in memory.
+/// Accumulator of a summary. Rows are read in several passes, so that large tables need not be in memory.
 #[derive(Debug, Clone)]
 pub struct FunctionSummary {
     rows: u64,
     counts: Counts,
-    /// Of each formula the values of the rows that are ok.
+    /// Values of each formula in the rows that are ok.
     outputs: Vec<(String, Values)>,
 }
 
 impl FunctionSummary {
-    /// Of the rows in these files, which have these columns for formulas.
+    /// Summary of the rows in these files; `outputs`: columns of the formulas.
     ///
     /// # Errors
     /// A table that cannot be read.
@@ -39,7 +39,7 @@ impl FunctionSummary {
         verdict.into_iter().chain(self.outputs.iter().map(|(name, _)| name.clone())).collect()
     }
 
-    /// Takes the rows of a piece; of a later pass the values alone.
+    /// Adds the rows of a piece; later passes add only the values.
     fn add(&mut self, table: &Table, is_first: bool) {
         let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
         let word = |words: &[Option<String>], row: usize| words.get(row).and_then(Clone::clone);
@@ -56,12 +56,12 @@ impl FunctionSummary {
         }
     }
 
-    /// After a pass: whether another one is needed.
+    /// Ends a pass. Returns whether another pass is needed.
     fn go_on(&mut self) -> bool {
         self.outputs.iter_mut().fold(false, |open, (_, values)| values.go_on() | open)
     }
 
-    /// The summary as text, its tables within a width where there is one.
+    /// The summary as text; `width` limits the width of its tables.
     #[must_use]
     pub fn text(&self, width: Option<usize>) -> String {
         let header = [("samples", Align::Right), ("ok", Align::Right), ("failed", Align::Left)];

@@ -1,4 +1,4 @@
-//! A table in words: what became of the samples, and the main quantities.
+//! Text summary of a table: statuses of the samples, and the main quantities.
 
 mod counts;
 mod figures;

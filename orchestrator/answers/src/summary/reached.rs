@@ -1,13 +1,13 @@
-//! Highest values of the rows that are not ok, before a guard or limit was exceeded, beside the worst ok row.
+//! Highest values of the rows that are not ok, before a guard or limit was exceeded, next to the worst ok row.
 //!
-//! A row that is not ok has no value in a median or a maximum. What it reached before a guard or limit was exceeded (columns `guarded_NAME`) is a
-//! lower bound of what the run would have reached, so that a summary without it could hide the worst run of a study.
+//! A row that is not ok is not in a median or a maximum. Its value before a guard or limit was exceeded (columns `guarded_NAME`) is a lower
+//! bound for the complete run, and without it a summary could hide the worst run of a study.
 
 use super::text::counted;
 use bladeoff_text::document::units::format_digits;
 use std::fmt::Write;
 
-/// A row and what it reached.
+/// A row with its reached value.
 #[derive(Debug, Clone, PartialEq)]
 struct Row {
     value: f64,
@@ -15,16 +15,16 @@ struct Row {
     status: String,
 }
 
-/// Rows that are not ok, of one quantity and one detection.
+/// Reached values of the rows that are not ok, for one quantity and one detection.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reached {
     worst: Option<Row>,
-    /// Rows of which nothing is known.
+    /// Number of rows without a reached value.
     unknown: u64,
 }
 
 impl Reached {
-    /// A row; `None`: nothing is known of it. Of equal values the sample with the smaller number is named.
+    /// Adds a row; `None` if it has no reached value. For equal values the smaller sample number is kept.
     pub fn see(&mut self, value: Option<f64>, sample: u64, status: &str) {
         let Some(value) = value.filter(|value| value.is_finite()) else {
             self.unknown += 1;
@@ -37,10 +37,10 @@ impl Reached {
     }
 }
 
-/// One quantity: its name, its unit, and of each detection what its rows reached and the worst ok value.
+/// A quantity: name, unit, and for each detection the reached values and the worst ok value.
 pub(super) type Line<'a> = (&'a str, &'a str, Vec<(&'a str, &'a Reached, Option<f64>)>);
 
-/// The lines below the statistics; empty where no row is known.
+/// Lines below the statistics; empty without reached values.
 pub(super) fn reached(lines: &[Line<'_>]) -> String {
     let mut text = String::new();
     let mut unknown = 0;

@@ -1,7 +1,7 @@
-//! The summary of a result table: what became of the samples, and the main quantities, by contact detection.
+//! Summary of a result table: statuses of the samples, and the main quantities, by contact detection.
 //!
-//! Statistics are over `ok` rows that have the quantity; how many those are stands beside them, and what they leave
-//! out is listed. A failed, invalid or beyond row is never dropped silently.
+//! Statistics are over `ok` rows that have the quantity; their number is printed, and rows not included are
+//! listed. A failed, invalid or beyond row is never dropped silently.
 
 use super::counts::Counts;
 use super::figures::{Values, all_pass};
@@ -14,14 +14,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Which end of a quantity is the bad one.
+/// The unfavourable end of a quantity.
 #[derive(Clone, Copy)]
 enum Worst {
     Largest,
     Smallest,
 }
 
-/// The main quantities: column, SI unit, label, bad end.
+/// The main quantities: column, SI unit, label, unfavourable end.
 const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
     ("max_bearing_load_N", "N", "largest bearing load", Worst::Largest),
     ("max_filtered_contact_force_N", "N", "largest contact force (1 ms mean)", Worst::Largest),
@@ -31,7 +31,7 @@ const QUANTITIES: [(&str, &str, &str, Worst); 6] = [
     ("end_speed_rad_s", "rad/s", "end speed (worst: lowest)", Worst::Smallest),
 ];
 
-/// Which end of a quantity is the bad one, where that is its least: "earliest", "lowest"; `None`: the largest, as far as is known.
+/// Name of the unfavourable end of a quantity if that is the smallest value: "earliest", "lowest"; `None` if it is the largest, or unknown.
 #[must_use]
 pub fn worst_least(column: &str) -> Option<&'static str> {
     if column == "beyond_s" {
@@ -43,10 +43,10 @@ pub fn worst_least(column: &str) -> Option<&'static str> {
     Some(end.trim_end_matches(')'))
 }
 
-/// Whether a run's twin has other results.
+/// Column that reports whether the twin of a run has different results.
 const SENSITIVE: &str = "sensitive";
 
-/// Columns of the values that rows with another status than ok reached before a guard or limit was exceeded, by quantity.
+/// Columns of the values that rows not ok reached before a guard or limit was exceeded, by quantity.
 const GUARDED: [Option<&str>; QUANTITIES.len()] = [
     Some("guarded_max_bearing_load_N"),
     Some("guarded_max_filtered_contact_force_N"),
@@ -56,7 +56,7 @@ const GUARDED: [Option<&str>; QUANTITIES.len()] = [
     None,
 ];
 
-/// Columns of a table that a summary looks at.
+/// Columns that a summary reads.
 const SUMMARY_COLUMNS: [&str; 13 + QUANTITIES.len()] = [
     "sample",
     "guarded_max_bearing_load_N",
@@ -79,49 +79,49 @@ const SUMMARY_COLUMNS: [&str; 13 + QUANTITIES.len()] = [
     QUANTITIES[5].0,
 ];
 
-/// A summary: rows pass by, those of a large table more than once, so that it need not be in memory.
+/// Accumulator of a summary. Rows are read in several passes, so that large tables need not be in memory.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
-    /// By detection.
+    /// Rows by contact detection.
     groups: BTreeMap<String, Group>,
-    /// Which quantities the table has.
+    /// Whether the table has each quantity.
     has: [bool; QUANTITIES.len()],
     rows: u64,
     twins: Twins,
 }
 
-/// Second runs with another initial speed.
+/// Twins: second runs with a slightly different initial speed.
 #[derive(Debug, Clone, Default)]
 struct Twins {
-    /// Rows that have one, and those whose own failed.
+    /// Rows with a twin, and rows whose twin failed.
     count: u64,
     failed: u64,
     /// `|twin_bearing_load_change|`.
     changes: Values,
-    /// Shifts, where the table has them.
+    /// Shifts of the initial speed, if the table has them.
     shifts: BTreeSet<String>,
-    /// Rows that were compared with their twin, and those of them that are sensitive.
+    /// Rows compared with their twin, and those that are sensitive.
     compared: u64,
     sensitive: u64,
-    /// Limits of a change, where the table has them.
+    /// Limits of the change, if the table has them.
     limits: BTreeSet<String>,
 }
 
-/// Rows of one detection.
+/// Rows of one contact detection.
 #[derive(Debug, Clone, Default)]
 struct Group {
     rows: u64,
     with_contact: u64,
-    /// By status and cause.
+    /// Counts by status and cause.
     counts: Counts,
-    /// Of the rows that are ok and have the quantity.
+    /// Values of the rows that are ok and have the quantity.
     values: [Values; QUANTITIES.len()],
-    /// Values of the rows that are not ok.
+    /// Values reached by the rows that are not ok.
     reached: [Reached; QUANTITIES.len()],
 }
 
 impl Summary {
-    /// Of the rows in these files.
+    /// Summary of the rows in these files.
     ///
     /// # Errors
     /// A table that cannot be read.
@@ -131,7 +131,7 @@ impl Summary {
         Ok(summary)
     }
 
-    /// Takes the rows of a piece; of a later pass the values alone.
+    /// Adds the rows of a piece; later passes add only the values.
     fn add(&mut self, table: &Table, is_first: bool) {
         let detections = table.words(DETECTION).unwrap_or(&[]);
         let (status, cause) = (table.words("status").unwrap_or(&[]), table.words("cause").unwrap_or(&[]));
@@ -156,7 +156,7 @@ impl Summary {
             }
             if is_first && status != "ok" {
                 let sample = samples.and_then(|samples| samples[row]).unwrap_or_default() as u64;
-                // a table without guarded columns has nothing to add
+                // a table without guarded columns adds nothing
                 let known =
                     group.reached.iter_mut().zip(&guarded).filter_map(|(reached, column)| Some((reached, (*column)?)));
                 for (reached, column) in known {
@@ -171,13 +171,13 @@ impl Summary {
         }
     }
 
-    /// After a pass: whether another one is needed.
+    /// Ends a pass. Returns whether another pass is needed.
     fn go_on(&mut self) -> bool {
         let all = self.groups.values_mut().flat_map(|group| &mut group.values);
         all.chain([&mut self.twins.changes]).fold(false, |open, values| values.go_on() | open)
     }
 
-    /// The summary as text, its tables within a width where there is one.
+    /// The summary as text; `width` limits the width of its tables.
     #[must_use]
     pub fn text(&self, width: Option<usize>) -> String {
         let mut text = self.verdicts(width);
@@ -188,7 +188,7 @@ impl Summary {
         text
     }
 
-    /// Takes `run.twin` and `run.twin_limit` of the machine where the table does not have them.
+    /// Uses `run.twin` and `run.twin_limit` of the machine if the table does not have them.
     #[must_use]
     pub fn with_twin(mut self, [shift, limit]: [f64; 2]) -> Self {
         if self.twins.shifts.is_empty() && shift > 0.0 {
@@ -200,7 +200,7 @@ impl Summary {
         self
     }
 
-    /// How many runs with a twin are sensitive; `None` where no run was compared with a twin.
+    /// Text of how many runs are sensitive; `None` if no run was compared with a twin.
     #[must_use]
     pub fn sensitive(&self) -> Option<String> {
         self.twins.sensitive()
@@ -230,7 +230,7 @@ impl Summary {
         text.fitting("", width)
     }
 
-    /// Values that rows which are not ok had reached, for the quantities whose largest value is the worst.
+    /// Values reached by rows that are not ok, for the quantities whose largest value is the worst.
     fn reached(&self) -> Vec<Line<'_>> {
         let quantities = QUANTITIES.iter().enumerate().filter(|(at, _)| self.has[*at] && GUARDED[*at].is_some());
         let lines = quantities.map(|(at, (_, unit, label, _))| {
@@ -343,7 +343,7 @@ impl Twins {
     }
 }
 
-/// A share as a person reads it.
+/// A share in per cent, as text.
 #[must_use]
 pub fn percent(share: f64) -> String {
     format!("{} %", format_digits(100.0 * share, "", 2))

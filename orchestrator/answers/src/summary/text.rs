@@ -3,16 +3,16 @@
 use std::fmt::Write;
 use std::time::Duration;
 
-/// Side on which a column is flush.
+/// Alignment of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// Left, for words.
     Left,
-    /// Numbers.
+    /// Right, for numbers.
     Right,
 }
 
-/// A table of text: two spaces between columns, no lines, no trailing blanks.
+/// A text table: two spaces between columns, no lines, no trailing blanks.
 #[derive(Debug, Clone)]
 pub struct TextTable {
     align: Vec<Align>,
@@ -20,7 +20,7 @@ pub struct TextTable {
 }
 
 impl TextTable {
-    /// With a header row.
+    /// A table with a header row.
     #[must_use]
     pub fn new(header: &[(&str, Align)]) -> Self {
         Self {
@@ -29,14 +29,14 @@ impl TextTable {
         }
     }
 
-    /// Adds a row; it has as many cells as the header.
+    /// Adds a row with as many cells as the header.
     pub fn row(&mut self, cells: Vec<String>) {
         debug_assert_eq!(cells.len(), self.align.len());
         self.rows.push(cells);
     }
 
-    /// The lines where they fit into this width; otherwise a few for each row: its first cell, then each other one with its
-    /// title, all of which fit.
+    /// The table if it fits this width; otherwise several lines for each row: its first cell, then each other cell with its title, all within
+    /// the width.
     #[must_use]
     pub fn fitting(&self, indent: &str, width: Option<usize>) -> String {
         let whole = self.render(indent);
@@ -56,7 +56,7 @@ impl TextTable {
         text
     }
 
-    /// The lines, each behind `indent`.
+    /// The lines of the table, each preceded by `indent`.
     #[must_use]
     pub fn render(&self, indent: &str) -> String {
         let widths: Vec<usize> = (0..self.align.len())
@@ -83,8 +83,8 @@ impl TextTable {
     }
 }
 
-/// Text in lines of at most `width` characters, broken between words; `first` stands before the first line, `others` before the
-/// others. A word that is longer stays whole.
+/// Text in lines of at most `width` characters, broken between words; `first` precedes the first line, `others` the other lines. A longer word
+/// is not broken.
 #[must_use]
 pub fn wrapped(text: &str, width: usize, first: &str, others: &str) -> String {
     let mut lines = String::new();
@@ -108,9 +108,9 @@ pub fn wrapped(text: &str, width: usize, first: &str, others: &str) -> String {
     lines
 }
 
-/// Text whose lines are at most `width` long, broken between words; the rest of a line stands below its words: behind the name of a
-/// line of name and text, otherwise a little farther in than the line. A line that `stays` (one that is pasted), one with tabs, and a
-/// longer word stay whole.
+/// Text with lines of at most `width` characters, broken between words. The rest of a line is indented: below the text in a line of name and
+/// text, otherwise slightly more than the line. Lines for which `stays` is true (commands to copy), lines with tabs, and longer words are not
+/// broken.
 #[must_use]
 pub fn fitted(text: &str, width: usize, stays: impl Fn(&str) -> bool) -> String {
     let mut fitting = String::with_capacity(text.len());
@@ -126,17 +126,17 @@ pub fn fitted(text: &str, width: usize, stays: impl Fn(&str) -> bool) -> String 
     fitting
 }
 
-/// One line as several: blanks within them stay as they are.
+/// Breaks one line into several; blanks within the lines are kept.
 fn broken(line: &str, width: usize) -> String {
     let letters: Vec<char> = line.chars().collect();
     let own = letters.iter().take_while(|letter| **letter == ' ').count();
-    // Where the text of a line of name and text begins.
+    // begin of the text in a line of name and text
     let name = letters[own..].windows(2).position(|pair| pair == [' ', ' ']).map(|end| own + end);
     let begin = name.map(|end| end + letters[end..].iter().take_while(|letter| **letter == ' ').count());
     let hanging = begin.filter(|begin| 3 * begin <= 2 * width).unwrap_or(own + 2);
     let (mut text, mut rest, mut indent) = (String::new(), &letters[..], 0);
     while indent + rest.len() > width {
-        // The last blank that still stands within the width, and a word before it; a word that is longer goes to its end.
+        // the last blank within the width that has a word before it; a longer word extends to its end
         let first_word = rest.iter().position(|letter| *letter != ' ').unwrap_or(0);
         let room = width.saturating_sub(indent);
         let within = (first_word + 1..=room.min(rest.len() - 1)).rev().find(|at| rest[*at] == ' ');
@@ -157,13 +157,13 @@ fn broken(line: &str, width: usize) -> String {
     text
 }
 
-/// How many there are: "1 sample", "2 samples".
+/// A count with its noun: "1 sample", "2 samples".
 #[must_use]
 pub fn counted(count: u64, one: &str) -> String {
     if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") }
 }
 
-/// The verb of so many: "1 sample is", "2 samples are".
+/// The verb for a count: "1 sample is", "2 samples are".
 #[must_use]
 pub fn are(count: u64) -> &'static str {
     if count == 1 { "is" } else { "are" }

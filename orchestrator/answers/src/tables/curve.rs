@@ -1,4 +1,4 @@
-//! Curves of questions as Parquet: `answers/NAME.parquet`.
+//! Answer curves as Parquet: `answers/NAME.parquet`.
 
 use super::{TableError, start_threads, stream};
 use crate::estimate::curve::{Curve, CurveCells};
@@ -7,13 +7,13 @@ use polars::prelude::{
     Column, DataFrame, IntoColumn, KeyValueMetadata, NamedFrom, ParquetCompression, ParquetWriter, Series,
 };
 
-/// Key of the metadata that says which question a curve belongs to.
+/// Metadata key with the name of the question of a curve.
 pub const QUESTION_KEY: &str = "bladeoff.question";
 
-/// Writes a curve, durably; `question`: its name.
+/// Writes a curve durably; `question`: name of the question.
 ///
 /// # Errors
-/// The disk is full or not writable, or the table library refused.
+/// The disk is full or not writable, or Polars reports an error.
 pub fn write_curve(mut pending: Pending, curve: &Curve, question: &str) -> Result<(), TableError> {
     start_threads()?;
     let path = pending.path().to_path_buf();

@@ -1,52 +1,52 @@
-//! Why a table is not written or read.
+//! Errors while reading or writing a table.
 
 use super::schema::SCHEMA_VERSION;
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use std::path::PathBuf;
 
-/// What can go wrong with a table.
+/// Error while reading or writing a table.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// A file operation failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The table library refused to read or write.
+    /// An error of Polars.
     #[error("cannot {action} {}", shown(path))]
     Table {
         /// "write", "read" or "export".
         action: &'static str,
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
-        /// What it said.
+        /// Error of Polars.
         #[source]
         source: polars::error::PolarsError,
     },
-    /// The table library gave up on it.
+    /// A panic of Polars on a damaged file.
     #[error("{} is damaged", shown(path))]
     Damaged {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
     },
-    /// Its bytes are not those that were written.
+    /// A file whose checksum differs from the recorded one.
     #[error(
         "{} is damaged: it has changed since it was written (its BLAKE3 is not the recorded one); the \
          `bladeoff run` that made it rewrites it from the record without computing a sample",
         shown(path)
     )]
     Changed {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
     },
-    /// The table library has no threads.
+    /// The thread pool of Polars could not be started.
     #[error(transparent)]
     Threads(#[from] bladeoff_system::threads::ThreadsError),
-    /// The file has no schema version, or one that this program does not know.
+    /// A file without a schema version, or with an unknown one.
     #[error("{} was written by another version of the program (table schema {}, this one's {SCHEMA_VERSION}): compute the study again with another --out, or read it with that version", shown(path), found.as_deref().unwrap_or("unknown"))]
     Version {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
-        /// What the file says.
+        /// Version found in the file.
         found: Option<String>,
     },
 }

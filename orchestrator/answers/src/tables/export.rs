@@ -1,4 +1,4 @@
-//! The result table as CSV: for programs that read nothing better. Numbers keep all their digits; null is empty.
+//! The result table as CSV. Numbers have all their digits; null is an empty cell.
 
 use super::TableError;
 use super::read::for_each_frame;
@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Bytes gathered before they are written.
+/// Number of bytes buffered before a write.
 const GATHERED: usize = 1 << 16;
 
-/// How numbers and cells are written.
+/// Format of numbers and cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CsvStyle {
     /// `,` between cells, decimal points.
@@ -31,7 +31,7 @@ impl CsvStyle {
         }
     }
 
-    /// The shortest decimal that reads back as the same bits.
+    /// The shortest decimal that parses to the same bits.
     #[must_use]
     pub fn number(self, number: f64) -> String {
         let text = format!("{number:?}");
@@ -39,7 +39,7 @@ impl CsvStyle {
     }
 }
 
-/// Writes the rows in these files as CSV with one header line to `out`, which is called `name` in errors, file by file.
+/// Writes the rows in these files, file by file, as CSV with one header line to `out`; `name`: name of `out` in errors.
 ///
 /// # Errors
 /// A file cannot be read, or `out` cannot be written.
@@ -74,7 +74,7 @@ pub fn export_csv(files: &[PathBuf], name: &Path, style: CsvStyle, mut out: impl
     Ok(out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(FileError::at("write", name))?)
 }
 
-/// A cell; the shortest decimal that reads back as the same bits.
+/// Text of a cell; for numbers the shortest decimal that parses to the same bits.
 fn shown(cell: &AnyValue<'_>, style: CsvStyle) -> String {
     match cell {
         AnyValue::Null => String::new(),
@@ -85,7 +85,7 @@ fn shown(cell: &AnyValue<'_>, style: CsvStyle) -> String {
     }
 }
 
-/// Adds a cell, quoted where it has to be.
+/// Appends a cell, quoted if necessary.
 fn push(text: &mut String, style: CsvStyle, at: usize, cell: &str) {
     if at > 0 {
         text.push(style.separator());

@@ -1,4 +1,4 @@
-//! A Parquet file under construction, written in row groups of a fixed number of rows as they come.
+//! Writer of a Parquet file with row groups of a fixed number of rows.
 
 use super::stream::{self, Checksum, Out, Watch};
 use super::{ROW_GROUP, TableError, start_threads};
@@ -6,7 +6,7 @@ use bladeoff_system::files::Pending;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{DataFrame, ParquetCompression, ParquetWriter, PolarsError, Schema};
 
-/// Rows gathered to groups; `frame` makes columns of them.
+/// Collects rows to groups; `frame` converts a group to columns.
 pub(super) struct GroupedWriter<T> {
     pending: Pending,
     writer: BatchedWriter<Out>,
@@ -16,10 +16,10 @@ pub(super) struct GroupedWriter<T> {
 }
 
 impl<T> GroupedWriter<T> {
-    /// Starts a file with the columns of `schema`; `more`: further settings of the writer.
+    /// Starts a file with the columns of `schema`; `more`: further settings of the Parquet writer.
     ///
     /// # Errors
-    /// The disk is full or not writable, or the table library refused.
+    /// The disk is full or not writable, or Polars reports an error.
     pub fn create(
         mut pending: Pending,
         schema: &Schema,
@@ -33,12 +33,12 @@ impl<T> GroupedWriter<T> {
         Ok(Self { pending, writer, watch, group: Vec::new(), frame: Box::new(frame) })
     }
 
-    /// Takes a row.
+    /// Adds a row.
     ///
     /// # Errors
     /// As [`GroupedWriter::create`].
     pub fn push(&mut self, row: T) -> Result<(), TableError> {
-        // Cut by sample number where a table is complete, by row number where it is not.
+        // cut by sample number in a complete table, by row number otherwise
         self.group.push(row);
         if self.group.len() == ROW_GROUP { self.write_group() } else { Ok(()) }
     }
@@ -49,7 +49,7 @@ impl<T> GroupedWriter<T> {
         written.map_err(|error| self.watch.failed(error))
     }
 
-    /// Writes the rest and makes the file durable under its name; gives its checksum.
+    /// Writes the remaining rows, makes the file durable under its name, and returns its checksum.
     ///
     /// # Errors
     /// As [`GroupedWriter::create`].

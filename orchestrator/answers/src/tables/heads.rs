@@ -6,32 +6,32 @@ use super::threads::guarded;
 use polars::prelude::{ArrowDataType, ArrowField};
 use std::path::Path;
 
-/// What the cells of a column are.
+/// Kind of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HeadKind {
-    /// Numbers, counts and integers among them.
+    /// Numbers, including counts and integers.
     Numbers,
-    /// Words.
+    /// Text.
     Words,
     /// Something that no study writes.
     Other,
 }
 
-/// A column of a table.
+/// Name, unit and kind of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnHead {
-    /// Its name.
+    /// Name of the column.
     pub name: String,
-    /// SI unit, from the field's metadata; "" for a pure number, or where nothing is said.
+    /// SI unit from the field's metadata; "" for a pure number, or without metadata.
     pub unit: String,
-    /// What its cells are.
+    /// Kind of the cells.
     pub kind: HeadKind,
 }
 
 /// The columns of a result table, in order.
 ///
 /// # Errors
-/// Not readable, not Parquet, or of another schema version.
+/// The file cannot be read, is not Parquet, or has another schema version.
 pub fn column_heads(path: &Path) -> Result<Vec<ColumnHead>, TableError> {
     let schema = guarded(path, || checked_reader(path)?.schema().map_err(failed(path)))?;
     Ok(schema.iter_values().map(head).collect())

@@ -1,6 +1,6 @@
-//! The tables of a study: schema, Parquet, reading back, CSV. The only place that names polars.
+//! Tables of a study: schema, Parquet, reading, CSV. The only module that uses Polars.
 //!
-//! `results.parquet` holds nothing about time, host or worker: the same study gives the same bytes. Row groups are
+//! `results.parquet` contains nothing about time, host or worker: the same study gives the same bytes. Row groups are
 //! cut by row number, never by arrival; the writer, its settings and their order are fixed here.
 
 mod curve;

@@ -1,7 +1,7 @@
-//! The headers of the pages of a Parquet file, checked before any page is decoded.
+//! Check of the page headers of a Parquet file before any page is decoded.
 //!
-//! The table library reserves memory by the lengths in these headers. In a damaged header a length is any number, up to 2^61 bytes, and
-//! memory that cannot be had ends the program. So every header is compared with the footer and with the length of the file.
+//! Polars allocates memory by the lengths in these headers. In a damaged header a length may be any number, up to 2^61 bytes, and a failed
+//! allocation ends the program. Therefore every header is compared with the footer and with the length of the file.
 
 use super::TableError;
 use bladeoff_system::files::FileError;
@@ -13,9 +13,9 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Bytes of the longest header: statistics of a text may be long.
+/// Longest header \[bytes\]: statistics of a text may be long.
 const MOST_HEADER: usize = 1 << 20;
-/// Bytes read at once: a header has about a hundred.
+/// Bytes read at a time: a header has about a hundred.
 const BUFFER: usize = 1 << 10;
 
 /// Checks the headers of all pages.
@@ -39,7 +39,7 @@ pub(super) fn check(path: &Path, mut file: File) -> Result<(), TableError> {
     Ok(())
 }
 
-/// `Some` if the pages of a column hold as many values as it has, in the bytes that the footer gives it.
+/// `Some` if the pages of a column contain as many values as the column, within the bytes given by the footer.
 fn are_sound(column: &ColumnChunkMetadata, file: &mut BufReader<File>, length: u64) -> Option<()> {
     let range = column.byte_range();
     if range.start > range.end || range.end > length {

@@ -1,4 +1,4 @@
-//! `results.parquet`: rows in, bytes out, the same rows always giving the same bytes.
+//! Writer of `results.parquet`; the same rows always give the same bytes.
 
 use super::TableError;
 use super::grouped::GroupedWriter;
@@ -12,34 +12,34 @@ use polars::prelude::{
     ParquetWriter, PlSmallStr, PolarsError, Schema, Series, StatisticsOptions,
 };
 
-/// One row: a sample, what was varied and what came out.
+/// One row: sample, varied values and outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Row number in the study.
     pub sample: u64,
-    /// One value per parameter field of the schema: an SI number, whole where the column holds integers; a word, or text; `None` is
+    /// One value per parameter field of the schema: an SI number (an integer if the column contains integers), a word, or text; `None` is
     /// null.
     pub parameters: Vec<Option<ParamValue>>,
     /// Contact detection; `None` without a diaphragm.
     pub detection: Option<String>,
-    /// Engine; `None` of a study of formulas.
+    /// Engine; `None` in a formula study.
     pub engine: Option<String>,
-    /// The outcome; one value per outcome field of the schema.
+    /// Outcome; one value per outcome field of the schema.
     pub outcome: Outcome,
 }
 
-/// File-level key-value metadata: where the table comes from. Nothing that differs between equal runs.
+/// Key-value metadata of the file with the provenance of the table; nothing that differs between equal runs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Provenance(pub Vec<(String, String)>);
 
-/// A table under construction.
+/// Writer of the table.
 pub struct ResultsWriter(GroupedWriter<Row>);
 
 impl ResultsWriter {
     /// Starts a table in this file.
     ///
     /// # Errors
-    /// The disk is full or not writable, or the table library refused.
+    /// The disk is full or not writable, or Polars reports an error.
     pub fn create(file: Pending, schema: &TableSchema, provenance: &Provenance) -> Result<Self, TableError> {
         let polars_schema: Schema =
             schema.fields().iter().map(|f| (PlSmallStr::from(f.name.as_str()), data_type(f.kind))).collect();
@@ -55,7 +55,7 @@ impl ResultsWriter {
         Ok(Self(GroupedWriter::create(file, &polars_schema, settings, frame)?))
     }
 
-    /// Takes a row; rows come in ascending order of their sample number.
+    /// Adds a row; rows must be in ascending order of their sample number.
     ///
     /// # Errors
     /// As [`ResultsWriter::create`].
@@ -63,7 +63,7 @@ impl ResultsWriter {
         self.0.push(row)
     }
 
-    /// Writes the rest and makes the table durable under its name; gives its checksum.
+    /// Writes the remaining rows, makes the table durable under its name, and returns its checksum.
     ///
     /// # Errors
     /// As [`ResultsWriter::create`].
@@ -89,7 +89,7 @@ fn frame(schema: &TableSchema, rows: &[Row]) -> Result<DataFrame, PolarsError> {
         columns.push(words(NOTES, rows.iter().map(|row| row.outcome.notes.words())));
     }
     for (position, field) in schema.outcome().iter().enumerate() {
-        // A quarantined sample has no values at all.
+        // a quarantined sample has no values
         let value = |row: &Row| row.outcome.values.get(position).copied().flatten().filter(|value| value.is_finite());
         let values = rows.iter().map(value);
         columns.push(match field.kind {
@@ -149,15 +149,15 @@ fn data_type(kind: FieldKind) -> DataType {
     }
 }
 
-/// The Arrow schema that readers find in the file, with unit and meaning in each field's metadata. Given as a key of
-/// our own because a data frame's schema carries no field metadata; the writer keeps a key that is already there.
+/// Arrow schema with unit and meaning in each field's metadata. It is written as a key, because the schema of a data frame has no field
+/// metadata; the writer keeps an existing key.
 fn arrow_schema(schema: &TableSchema) -> (String, String) {
     let fields: ArrowSchema = schema
         .fields()
         .iter()
         .map(|field| {
             let name = PlSmallStr::from(field.name.as_str());
-            // The plain string type: older Arrow readers do not know string views.
+            // plain strings: older Arrow readers do not support string views
             let arrow: ArrowField = data_type(field.kind).to_arrow_field(name.clone(), CompatLevel::oldest());
             let metadata = [("unit", &field.unit), ("description", &field.meaning)];
             let metadata = metadata.into_iter().map(|(key, value)| (key.into(), value.as_str().into())).collect();

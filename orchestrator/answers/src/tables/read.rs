@@ -1,4 +1,4 @@
-//! A result table read back into plain columns: what summaries work on.
+//! Reads a result table into plain columns.
 
 use super::pages;
 use super::schema::SCHEMA_VERSION;
@@ -9,13 +9,13 @@ use polars::prelude::{Column, DataFrame, DataType, ParallelStrategy, ParquetRead
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Rows that are read at once where a table is read in pieces.
+/// Rows per piece if a table is read in pieces.
 const PIECE_ROWS: usize = 4 * ROW_GROUP;
 
 /// The cells of one column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cells {
-    /// Numbers (counts and integers, too).
+    /// Numbers, including counts and integers.
     Numbers(Vec<Option<f64>>),
     /// Words.
     Words(Vec<Option<String>>),
@@ -32,17 +32,17 @@ impl Table {
     /// Reads a result table.
     ///
     /// # Errors
-    /// Not readable, not Parquet, or of another schema version.
+    /// The file cannot be read, is not Parquet, or has another schema version.
     pub fn read(path: &Path) -> Result<Self, TableError> {
         pages::check(path, Place::from(path).open()?)?;
         guarded(path, || Self::of(checked_reader(path)?.finish().map_err(failed(path))?, path))
     }
 
-    /// Reads some columns of a result table in files, as far as it has them, and calls `visit` for pieces of it in order. A
-    /// piece is some row groups, so that a table of any length needs little memory.
+    /// Reads those of the given columns that exist in the files, and calls `visit` for pieces of some row groups in order. The memory needed does
+    /// not depend on the length of the table.
     ///
     /// # Errors
-    /// As [`Table::read`]; what `visit` returns.
+    /// As [`Table::read`]; errors of `visit`.
     pub fn for_each_piece(
         files: &[PathBuf],
         columns: &[&str],
@@ -66,19 +66,19 @@ impl Table {
         Ok(schema.iter_names().map(ToString::to_string).collect())
     }
 
-    /// Those of the columns of numbers.
+    /// Names of the numeric columns of a result table, in order.
     ///
     /// # Errors
     /// As [`Table::read`].
     pub fn number_names_in(path: &Path) -> Result<Vec<String>, TableError> {
         let names = Self::names_in(path)?;
-        // no row is needed to know what a column holds
+        // the type of a column needs no rows
         let frame = guarded(path, || checked_reader(path)?.with_slice(Some((0, 0))).finish().map_err(failed(path)))?;
         let table = Self::of(frame, path)?;
         Ok(names.into_iter().filter(|name| table.numbers(name).is_some()).collect())
     }
 
-    /// Rows of all these files.
+    /// Number of rows of all files.
     ///
     /// # Errors
     /// As [`Table::read`].
@@ -87,8 +87,8 @@ impl Table {
         files.iter().map(rows).sum()
     }
 
-    /// The row of a sample as a table of one row, and the file it is in; `None` where no file has it. Of a table in which
-    /// rows have the numbers of their samples one row group is read, of other files the column `sample` before.
+    /// The row of a sample as a table of one row, and its file; `None` if no file contains the sample. If row numbers are sample numbers,
+    /// only one row group is read; otherwise the column `sample` is read first.
     ///
     /// # Errors
     /// As [`Table::read`].
@@ -143,10 +143,10 @@ impl Table {
     }
 }
 
-/// Rows of a Parquet file, after all of it was read: what is no Parquet any more is found so, a changed number is not.
+/// Number of rows of a Parquet file, after reading all of it: damage to the format is found, a changed number is not.
 ///
 /// # Errors
-/// It cannot be read, or is damaged.
+/// The file cannot be read, or is damaged.
 pub fn count_sound_rows(path: &Path) -> Result<usize, TableError> {
     let reader = || -> Result<_, TableError> {
         let file = Place::from(path).open()?;
@@ -164,7 +164,7 @@ pub fn count_sound_rows(path: &Path) -> Result<usize, TableError> {
     })
 }
 
-/// Calls `visit` for pieces of a table whose schema version is checked, with these columns or all.
+/// Calls `visit` for pieces of a table, with these columns or all. The schema version is checked.
 pub(super) fn for_each_frame(
     path: &Path,
     columns: Option<&[String]>,
@@ -182,7 +182,7 @@ pub(super) fn for_each_frame(
     Ok(())
 }
 
-/// The row of a sample in one file.
+/// The row of a sample in one file, with all columns.
 pub(super) fn row_of(
     reader: impl Fn() -> Result<ParquetReader<File>, TableError>,
     path: &Path,
@@ -221,10 +221,10 @@ pub(super) fn failed(path: &Path) -> impl Fn(PolarsError) -> TableError {
     move |source| TableError::Table { action: "read", path: path.clone(), source }
 }
 
-/// A reader of a table whose schema version was checked.
+/// A reader of a table, after a check of the schema version.
 pub(super) fn checked_reader(path: &Path) -> Result<ParquetReader<File>, TableError> {
     let file = Place::from(path).open()?;
-    // One thread: less memory, and a panic over a damaged file is of the thread that reads it.
+    // One thread: less memory, and a panic on a damaged file occurs in the reading thread.
     let mut reader = ParquetReader::new(file).read_parallel(ParallelStrategy::None);
     let metadata = reader.get_metadata().map_err(failed(path))?;
     let found = metadata

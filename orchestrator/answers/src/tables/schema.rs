@@ -1,17 +1,17 @@
-//! The columns of `results.parquet`: one list for the table, the JSON of `simulate` and the documentation.
+//! Columns of `results.parquet`: one list for the table, the JSON of `simulate`, and the documentation.
 //!
 //! ```text
 //! sample | each varied parameter | detection | status cause causes end_cause notes | outcome columns of core | engine
 //! ```
-//! The varied detection is the column `detection`, which is there in the table of every study of a machine; it has no second column.
-//! `engine` stands last. A study of formulas has neither of these two.
+//! The contact detection always has its own column `detection`, also if it is varied. `engine` is the last column. Tables of formula
+//! studies have neither.
 
 use bladeoff_model::outcome::{Column, ColumnKind};
 
-/// Version of the table's layout; a reader refuses one it does not know.
+/// Layout version of the table; readers reject unknown versions.
 pub const SCHEMA_VERSION: u32 = 3;
 
-/// How a field is stored.
+/// Storage type of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FieldKind {
     /// f64.
@@ -22,12 +22,12 @@ pub enum FieldKind {
     Integer,
     /// A word.
     Word,
-    /// One of these words, given as its index by the solver.
+    /// One of these words; the solver gives its index.
     Choice(&'static [&'static str]),
 }
 
 impl FieldKind {
-    /// The word behind a value of the solver; `None` for a field of numbers, and for a number that is no index of it.
+    /// Word for a value of the solver; `None` for a numeric field, or an invalid index.
     #[must_use]
     pub fn word(self, value: f64) -> Option<&'static str> {
         match self {
@@ -40,13 +40,13 @@ impl FieldKind {
 /// One column of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Field {
-    /// Name; ends in the SI unit where it has one.
+    /// Name; ends in the SI unit if there is one.
     pub name: String,
     /// SI unit, "" for none.
     pub unit: String,
-    /// What it means, one sentence.
+    /// Meaning, in one sentence.
     pub meaning: String,
-    /// Storage.
+    /// Storage type.
     pub kind: FieldKind,
 }
 
@@ -62,26 +62,25 @@ pub struct TableSchema {
 pub const DETECTION: &str = "detection";
 /// Name of the column of the engine.
 pub const ENGINE: &str = "engine";
-/// Column of why a run ended.
+/// Column of the reason why a run ended.
 pub const END_CAUSE: &str = "end_cause";
 /// Column of the simulated time at which a run ended.
 pub const END_TIME: &str = "end_time_s";
 /// Column of the mean spin at which a run ended.
 pub const END_SPEED: &str = "end_speed_rad_s";
-/// Name of the column of limits that are noted.
+/// Column of noted limits.
 pub const NOTES: &str = "notes";
-/// Verdict columns that a study of formulas does not have.
+/// Verdict columns that formula studies do not have.
 const OF_MACHINES: [&str; 2] = [DETECTION, NOTES];
 
 impl TableSchema {
-    /// Columns of a study that varies `parameters` (the detection not among them) on a machine whose outcome has
-    /// these columns.
+    /// Columns of a study that varies `parameters` (without the detection) on a machine with these outcome columns.
     #[must_use]
     pub fn new(parameters: Vec<Field>, outcome: &[Column]) -> Self {
         Self::with(parameters, verdict_fields(), outcome)
     }
 
-    /// Columns of a study of formulas: their variables, and what they give.
+    /// Columns of a formula study: variables and results.
     #[must_use]
     pub fn of_formulas(variables: Vec<Field>, outcome: &[Column]) -> Self {
         let mut verdict = verdict_fields();
@@ -139,14 +138,14 @@ impl TableSchema {
         1 + self.parameters + verdict_fields().len() - if self.is_of_machine { 0 } else { OF_MACHINES.len() }
     }
 
-    /// Whether rows are of a machine, with columns of its contact detection and of the engine.
+    /// Whether the rows are runs of a machine, with columns for contact detection and engine.
     #[must_use]
     pub fn is_of_machine(&self) -> bool {
         self.is_of_machine
     }
 }
 
-/// The fields between parameters and numbers: what was run and whether it may be believed.
+/// Fields between parameters and numeric outcome: detection, status, causes, notes.
 #[must_use]
 pub fn verdict_fields() -> Vec<Field> {
     vec![

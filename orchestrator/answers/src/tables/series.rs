@@ -1,4 +1,4 @@
-//! Plain tables of numbers: histories as Parquet.
+//! Tables of numeric columns: histories as Parquet.
 
 use super::threads::guarded;
 use super::{TableError, pages, start_threads, stream};
@@ -14,11 +14,11 @@ use std::path::Path;
 /// One column of numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NumberColumn {
-    /// Name; ends in the SI unit where it has one.
+    /// Name; ends in the SI unit if there is one.
     pub name: String,
     /// SI unit, "" for none.
     pub unit: String,
-    /// What it means.
+    /// Meaning, in one sentence.
     pub meaning: String,
     /// Values.
     pub values: Vec<f64>,
@@ -27,7 +27,7 @@ pub struct NumberColumn {
 /// Writes columns of equal length to `path`, durably, with unit and meaning in each field's metadata.
 ///
 /// # Errors
-/// The disk is full or not writable, or the table library refused.
+/// The disk is full or not writable, or Polars reports an error.
 pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String, String)]) -> Result<(), TableError> {
     let failed = |source| TableError::Table { action: "write", path: path.to_path_buf(), source };
     let height = columns.first().map_or(0, |column| column.values.len());
@@ -60,7 +60,7 @@ pub fn write_numbers(path: &Path, columns: &[NumberColumn], metadata: &[(String,
 /// Key-value metadata of a Parquet file.
 ///
 /// # Errors
-/// Not readable or not Parquet.
+/// The file cannot be read, or is not Parquet.
 pub fn read_metadata(path: &Path) -> Result<Vec<(String, String)>, TableError> {
     metadata_in(path, Place::from(path).open()?)
 }
@@ -73,10 +73,10 @@ fn metadata_in(path: &Path, file: File) -> Result<Vec<(String, String)>, TableEr
     Ok(entries.filter_map(|entry| Some((entry.key.clone(), entry.value.clone()?))).collect())
 }
 
-/// Reads the columns of numbers of a Parquet file, and its metadata. Units and meanings are empty: names end in the unit.
+/// Reads the numeric columns and the metadata of a Parquet file. Units and meanings are left empty; names end in the unit.
 ///
 /// # Errors
-/// Not readable or not Parquet.
+/// The file cannot be read, or is not Parquet.
 #[expect(clippy::type_complexity, reason = "columns, and pairs of key and value")]
 pub fn read_numbers(path: &Path) -> Result<(Vec<NumberColumn>, Vec<(String, String)>), TableError> {
     let failed = |source| TableError::Table { action: "read", path: path.to_path_buf(), source };
@@ -84,7 +84,7 @@ pub fn read_numbers(path: &Path) -> Result<(Vec<NumberColumn>, Vec<(String, Stri
     let pairs = metadata_in(path, open()?)?;
     pages::check(path, open()?)?;
     let file = open()?;
-    // One thread: a panic over a damaged file is of the thread that reads it.
+    // One thread: a panic on a damaged file occurs in the reading thread.
     let reader = ParquetReader::new(file).read_parallel(ParallelStrategy::None);
     let frame = guarded(path, || reader.finish().map_err(failed))?;
     let numbers = |column: &Column| -> Result<NumberColumn, PolarsError> {

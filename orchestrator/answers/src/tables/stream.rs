@@ -1,6 +1,5 @@
-//! The bytes of a table on their way into its file: hashed as they go, so that the checksum is of what was meant and not of
-//! what came to lie on the disk, and with the system's own error kept, which the table library replaces by words of its own
-//! ("transport error" for a full disk).
+//! Output stream of a table. The bytes are hashed before they are written, so that the checksum is that of the intended content. The
+//! operating system's error is kept, because Polars replaces it by its own text ("transport error" for a full disk).
 
 use super::TableError;
 use bladeoff_system::files::{FileError, Pending};
@@ -12,28 +11,28 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// What the table library writes to.
+/// Writer passed to Polars.
 pub(super) type Out = BufWriter<Stream>;
-/// The library writes the headers of pages byte by byte.
+/// Buffer size: Polars writes the headers of pages byte by byte.
 const BUFFER: usize = 1 << 16;
 
-/// What a file is known by.
+/// Checksum and size of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Checksum {
-    /// BLAKE3 of its bytes.
+    /// BLAKE3 of the bytes.
     pub hash: Hash,
-    /// How many they are.
+    /// Number of bytes.
     pub bytes: u64,
 }
 
-/// The end that the table library has.
+/// Writing end of the stream, owned by Polars.
 #[derive(Debug)]
 pub(super) struct Stream {
     file: File,
     seen: Rc<RefCell<Seen>>,
 }
 
-/// The end that we keep.
+/// Observing end of the stream, with checksum and error.
 #[derive(Debug)]
 pub(super) struct Watch {
     path: PathBuf,
@@ -47,10 +46,10 @@ struct Seen {
     error: Option<io::Error>,
 }
 
-/// Both ends of the way into a file.
+/// Opens both ends of the stream into a file.
 ///
 /// # Errors
-/// The system has no descriptor left.
+/// No file descriptor is available.
 pub(super) fn open(pending: &mut Pending) -> Result<(Out, Watch), TableError> {
     let file = pending.file().try_clone().map_err(FileError::at("write", pending.path()))?;
     Ok(ends(file, pending.path()))
@@ -63,7 +62,7 @@ fn ends(file: File, path: &Path) -> (Out, Watch) {
 }
 
 impl Watch {
-    /// What went wrong: the system's error if there was one, otherwise the library's.
+    /// Error of a failed write: the operating system's if there was one, otherwise that of Polars.
     pub fn failed(&self, source: PolarsError) -> TableError {
         match self.seen.borrow_mut().error.take() {
             Some(source) => FileError::at("write", &self.path)(source).into(),
@@ -71,7 +70,7 @@ impl Watch {
         }
     }
 
-    /// That of all bytes so far.
+    /// Checksum of all bytes so far.
     pub fn checksum(&self) -> Checksum {
         let seen = self.seen.borrow();
         Checksum { hash: seen.hasher.finalize(), bytes: seen.bytes }
@@ -89,7 +88,7 @@ impl Write for Stream {
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => {
-                // The first one says why.
+                // the first error is the cause
                 seen.error.get_or_insert_with(|| {
                     error.raw_os_error().map_or_else(|| error.kind().into(), io::Error::from_raw_os_error)
                 });

@@ -1,4 +1,4 @@
-//! The threads of the table library: it starts them at its first need and panics where it cannot; so it does over some damaged files.
+//! Threads of Polars. Polars starts them at its first use and panics if they cannot start; it also panics on some damaged files.
 
 use super::error::TableError;
 use bladeoff_system::guarded;
@@ -6,12 +6,12 @@ use bladeoff_system::threads;
 use polars::prelude::{NamedFrom, Series, SortOptions};
 use std::path::Path;
 
-/// Has the library start its threads. Later calls cost next to nothing.
+/// Lets Polars start its threads. Later calls take almost no time.
 ///
 /// # Errors
-/// [`TableError::Threads`] if it cannot; it never will in this process.
+/// [`TableError::Threads`] if the threads cannot start, which is then permanent in this process.
 pub fn start_threads() -> Result<(), TableError> {
-    // Its sort asks for the number of its threads.
+    // a sort needs the number of threads
     let sort = || Series::new("".into(), [2u32, 1]).sort(SortOptions::default()).is_ok();
     if guarded::guarded(sort).is_some() {
         return Ok(());
@@ -20,7 +20,7 @@ pub fn start_threads() -> Result<(), TableError> {
     Err(threads::check().err().unwrap_or(failed).into())
 }
 
-/// The library answers some damaged files with a panic; that is damage, too, unless it lacks its threads.
+/// Converts a panic of Polars to an error: a damaged file, or missing threads.
 pub(super) fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
     guarded::guarded(read).unwrap_or_else(|| start_threads().and(Err(TableError::Damaged { path: path.to_path_buf() })))
 }

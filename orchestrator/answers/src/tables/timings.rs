@@ -1,4 +1,4 @@
-//! `timings.parquet`: what may differ between equal runs. Kept apart from the results for that reason.
+//! `timings.parquet`: values that may differ between identical runs, kept apart from the results.
 
 use super::TableError;
 use super::grouped::GroupedWriter;
@@ -12,34 +12,34 @@ use polars::prelude::{
 };
 use std::path::PathBuf;
 
-/// What one sample cost.
+/// Cost of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Row number in the study.
     pub sample: u64,
-    /// CPU time of the attempt that counted \[s\].
+    /// CPU time of the successful attempt \[s\].
     pub cpu_s: f64,
-    /// Number of the worker that computed it.
+    /// Number of the worker that computed the sample.
     pub worker: u32,
-    /// Attempts, the one that counted included.
+    /// Number of attempts, including the successful one.
     pub attempt: u32,
 }
 
-/// The table under construction.
+/// Writer of the table.
 pub struct TimingsWriter(GroupedWriter<Timing>);
 
 impl TimingsWriter {
     /// Starts a table in this file.
     ///
     /// # Errors
-    /// The disk is full or not writable, or the table library refused.
+    /// The disk is full or not writable, or Polars reports an error.
     pub fn create(file: Pending) -> Result<Self, TableError> {
         let path = file.path().to_path_buf();
         let empty = frame(&[]).map_err(|source| TableError::Table { action: "write", path, source })?;
         Ok(Self(GroupedWriter::create(file, empty.schema(), |writer| writer, frame)?))
     }
 
-    /// Takes a row.
+    /// Adds a row.
     ///
     /// # Errors
     /// As [`TimingsWriter::create`].
@@ -47,7 +47,7 @@ impl TimingsWriter {
         self.0.push(timing)
     }
 
-    /// Writes the rest and makes the table durable under its name; gives its checksum.
+    /// Writes the remaining rows, makes the table durable under its name, and returns its checksum.
     ///
     /// # Errors
     /// As [`TimingsWriter::create`].
@@ -57,10 +57,10 @@ impl TimingsWriter {
 }
 
 impl Timing {
-    /// What a sample cost, by the files that have its timing; `None` where none has.
+    /// Cost of a sample, from the first of these files that contains it; `None` if no file does.
     ///
     /// # Errors
-    /// A file that cannot be read or is no table of timings.
+    /// A file cannot be read or is not a table of timings.
     pub fn find(files: &[PathBuf], sample: u64) -> Result<Option<Self>, TableError> {
         for path in files {
             let failed = |source| TableError::Table { action: "read", path: path.clone(), source };

@@ -1,4 +1,4 @@
-//! A run without a number takes its block out, and nothing else.
+//! A run without a number excludes its block and nothing else.
 
 use super::support::{DELTA, ishigami, names, points, saltelli, trajectories};
 use bladeoff_answers::sensitivity::{Given, Input, Parts, given_data, morris, sobol};
@@ -18,7 +18,7 @@ fn a_bad_run_takes_its_base_point_out() {
     assert_eq!((found.n, found.left_out, clean.left_out), (37, 3, 0));
     assert_eq!(found.of, clean.of);
     assert_eq!(found.notes, ["4 runs without a number: 3 of 40 base points left out (7.5 %)"]);
-    // no number is none, and what is not there yet is no block
+    // NaN is not a number, and an incomplete block is ignored
     rows[4] = Some(f64::NAN);
     assert_eq!(sobol(&names(3), &rows, false, 0.05).expect("indices").of, clean.of);
     rows.extend([Some(1.0), Some(2.0)]);

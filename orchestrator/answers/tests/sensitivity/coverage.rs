@@ -1,4 +1,4 @@
-//! How often intervals hold, over repeated small studies of which the answer is known.
+//! Coverage of the intervals, over repeated small studies with known indices.
 
 use super::support::{
     DELTA, ISHIGAMI, figure, g_function, ishigami, names, nested, of_g, points, saltelli, sobol_points, trajectories,
@@ -14,10 +14,10 @@ fn studies() -> Option<u64> {
     std::env::var("COVERAGE_STUDIES").ok().map(|word| word.parse().expect("a number of studies"))
 }
 
-/// Exact figures of a parameter, by what they are.
+/// Exact value of an index: name, parameter, value, and access to the index.
 type Exact<'a> = (&'a str, usize, f64, fn(&OfParameter) -> Option<Index>);
 
-/// How many of so many studies hold each figure, and the mean width; a line of the table for each.
+/// For each index, the number of studies whose interval contains the exact value, and the mean width; prints a line of the table each.
 #[expect(clippy::print_stdout, reason = "the table of coverage is printed by its test")]
 fn count(name: &str, make: impl Fn(u64) -> Indices, exact: &[Exact<'_>]) -> Vec<(String, f64)> {
     let repeats = studies().unwrap_or(60);
@@ -39,7 +39,7 @@ fn count(name: &str, make: impl Fn(u64) -> Indices, exact: &[Exact<'_>]) -> Vec<
     held.iter().zip(exact).map(line).collect()
 }
 
-/// No less than this part, less three standard deviations of so many studies.
+/// Asserts a coverage of at least this share, less three standard deviations for this number of studies.
 #[track_caller]
 fn at_least(part: f64, lines: &[(String, f64)]) {
     let repeats = studies().unwrap_or(60) as f64;
@@ -78,7 +78,7 @@ fn coverage_of_sobol_indices() {
     at_least(0.93, &count("g-function, 256 independent base points", of_g, &exact));
 }
 
-/// Lognormal outputs exp(sum s_i z_i): heavy tails, of which a note is printed. `COVERAGE_STUDIES=400` gives the numbers of the documents.
+/// Lognormal outputs exp(sum s_i z_i) with heavy tails, which a note reports. `COVERAGE_STUDIES=400` gives the numbers in the documentation.
 #[test]
 fn coverage_of_heavy_tails() {
     let lognormal = |s: [f64; 3]| {
@@ -123,7 +123,7 @@ fn coverage_of_elementary_effects() {
     let each = |(i, (star, sigma)): (usize, &(f64, f64))| -> [Exact<'static>; 2] {
         [("mu*", i, *star, |of| of.mu_star), ("sigma", i, *sigma, |of| of.sigma)]
     };
-    // every effect of x1 has one magnitude, and its interval no width
+    // every effect of x1 has the same magnitude, so its interval has no width
     let all = of.iter().enumerate().flat_map(each);
     let exact: Vec<Exact<'_>> = all.filter(|(what, i, ..)| (*what, *i) != ("mu*", 1)).collect();
     for (count_of, least) in [(10, 0.86), (20, 0.9), (50, 0.92), (200, 0.93)] {
@@ -145,7 +145,7 @@ fn coverage_of_what_needs_no_design() {
         let inputs = names(3).into_iter().zip(columns.iter().map(Vec::as_slice)).map(input).collect();
         given_data(&Given { inputs, output: &output, parts: Parts::Independent }, 0.05).expect("figures")
     };
-    // a sum of normal numbers and some noise: Spearman 6/pi asin(rho/2), and the regression of independent ranks has the same
+    // a sum of normal numbers and noise: Spearman is 6/pi asin(rho/2), and so is the regression of independent ranks
     let slopes = [1.0, 0.6, 0.2, 0.5];
     let length = slopes.iter().map(|c| c * c).sum::<f64>().sqrt();
     let linear = |u: &[f64]| u.iter().zip(slopes).map(|(u, c)| c * normal_quantile(*u, 1.0 - u)).sum();
@@ -209,7 +209,7 @@ fn coverage_of_the_level_of_hsic() {
     }
     println!("p below 0.05 of {repeats}: without dependence {} and {}, with one {}", below[0], below[1], below[2]);
     let n = repeats as f64;
-    // what hsic.rs says: of 5 %, 4 to 7 %
+    // documented in hsic.rs: 4 to 7 % at a level of 5 %
     let scatter = |share: f64| 3.0 * (share * (1.0 - share) * n).sqrt();
     let within = 0.04 * n - scatter(0.04)..=0.07 * n + scatter(0.07);
     assert!(below[..2].iter().all(|count| within.contains(&f64::from(*count))), "{below:?}");

@@ -1,4 +1,4 @@
-//! Morris and Sobol against closed forms and published numbers.
+//! Morris and Sobol indices against closed forms and published numbers.
 
 use super::support::{
     DELTA, G, ISHIGAMI, figure, g_function, holds, ishigami, names, near, of_g, points, saltelli, sobol_points,
@@ -6,7 +6,7 @@ use super::support::{
 };
 use bladeoff_answers::sensitivity::{Index, Indices, Moved, SensitivityError, morris, sobol};
 
-/// First, total and second orders by SALib 1.6.0 on the same rows: Joe-Kuo points from index 0, N = 1024.
+/// First, total and second orders from SALib 1.6.0 on the same rows: Joe-Kuo points from index 0, N = 1024.
 struct Reference {
     first: &'static [f64],
     total: &'static [f64],
@@ -89,13 +89,13 @@ fn sobol_comes_to_the_exact_indices() {
         near(figure(&found, i, |of| of.first), first, 4e-3);
         near(figure(&found, i, |of| of.total), total, 4e-3);
     }
-    // only the first and the third act together
+    // only the first and the third parameter interact
     let second: Vec<f64> = found.pairs.iter().map(|pair| pair.second.estimate.expect("an estimate")).collect();
     assert_eq!(found.pairs[1].between, ["x0".to_owned(), "x2".to_owned()]);
     for (found, exact) in second.iter().zip([0.0, ISHIGAMI[0].1 - ISHIGAMI[0].0, 0.0]) {
         assert!((found - exact).abs() < 8e-3, "{second:?}");
     }
-    // independent points, a level that twenty intervals hold
+    // independent points, with a confidence level that twenty intervals hold together
     let found = sobol(&names(4), &saltelli(g_function, &points(5, 40_000, 8), true), true, 0.004).expect("indices");
     let mut pair = found.pairs.iter();
     for i in 0..4 {
@@ -120,7 +120,7 @@ fn a_linear_function_has_no_interaction() {
         near(figure(&found, i, |of| of.first), exact, 0.03);
         near(figure(&found, i, |of| of.total), exact, 0.03);
     }
-    // nothing of the third at all, to the digit
+    // the third parameter has no effect: exactly 0
     assert_eq!(figure(&found, 2, |of| of.total), Index { estimate: Some(0.0), low: Some(0.0), high: Some(0.0) });
     assert!(found.pairs.iter().all(|pair| pair.second.estimate.unwrap().abs() < 0.06));
     let (rows, moves) = trajectories(&f, 4, 25, 3);
@@ -132,7 +132,7 @@ fn a_linear_function_has_no_interaction() {
     }
 }
 
-/// Every start and every order once: the exact figures over all elementary effects of the grid.
+/// Every start and every order once: exact values over all elementary effects of the grid.
 #[test]
 fn morris_of_all_trajectories_is_exact() {
     let (mut rows, mut moves) = (Vec::new(), Vec::new());
@@ -152,7 +152,7 @@ fn morris_of_all_trajectories_is_exact() {
         near(figure(&found, i, |of| of.sigma), sigma * (n / (n - 1.0)).sqrt(), 1e-9);
         holds(figure(&found, i, |of| of.mu), mu);
     }
-    // every effect of the second has one magnitude
+    // every effect of the second parameter has the same magnitude
     let star = figure(&found, 1, |of| of.mu_star);
     assert!(star.high.unwrap() - star.low.unwrap() < 1e-12);
     holds(figure(&found, 0, |of| of.mu_star), 7.7040541116);
@@ -163,7 +163,7 @@ fn a_small_scatter_beside_a_large_effect_is_not_lost() {
     let f = |u: &[f64]| 1e9 * u[0] + u[1] * u[1];
     let (rows, moves) = trajectories(&f, 9, 40, 2);
     let found = morris(&names(2), &rows, &moves, DELTA, 0.05).expect("effects");
-    // rounding of 1e9 alone; the second's effects are u + delta/2 twice: 2/3 or 4/3
+    // only rounding errors of 1e9; the effects of the second parameter are u + delta/2 twice: 2/3 or 4/3
     near(figure(&found, 0, |of| of.sigma), 0.0, 1e-5);
     near(figure(&found, 1, |of| of.mu), 1.0, 0.2);
     near(figure(&found, 1, |of| of.sigma), 1.0 / 3.0, 0.1);
@@ -174,7 +174,7 @@ fn what_has_no_scatter_has_no_interval() {
     let flat = sobol(&names(2), &saltelli(|_| 0.1, &points(1, 64, 4), true), true, 0.05).expect("indices");
     assert!(flat.of.iter().all(|(_, of)| of.first == Some(Index::default()) && of.total == Some(Index::default())));
     assert!(flat.interval == "none" && flat.notes[0].contains("does not vary"), "{:?}", flat.notes);
-    // far from 0 it varies all the same, by no more than its rounding
+    // far from 0 the output varies, but not more than its rounding error
     let far = sobol(&names(2), &saltelli(|u| 1e15 + libm::sin(6.0 * u[0]), &points(1, 64, 4), true), true, 0.05);
     let far = far.expect("indices");
     assert_eq!(far.without, Some("the output varies less than the rounding error of its mean"));

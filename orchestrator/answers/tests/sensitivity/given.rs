@@ -1,4 +1,4 @@
-//! What needs no design, against other programs, by hand and over all permutations.
+//! Indices that need no design, compared with other programs, with manual calculations and over all permutations.
 
 use super::support::{ISHIGAMI, figure, holds, ishigami, names, near, points};
 use bladeoff_answers::sensitivity::{
@@ -6,7 +6,7 @@ use bladeoff_answers::sensitivity::{
     given_data, midranks, rank_regression, spearman,
 };
 
-/// Three columns, the first two with ties, the last of four values, and an output of them.
+/// Three columns, the first two with ties, the last with four values, and an output computed from them.
 fn made() -> ([Vec<f64>; 3], Vec<f64>) {
     let column = |of: fn(usize) -> usize| (0..60).map(|row| of(row) as f64).collect::<Vec<f64>>();
     let x = [column(|j| 37 * j % 101), column(|j| j * j % 53), column(|j| j % 4)];
@@ -21,7 +21,7 @@ fn equal_values_share_their_rank() {
     assert_eq!(spearman(&[1.0, 2.0, 3.0], &[5.0, 5.0, 5.0]), None);
 }
 
-/// Numbers of NumPy 2.4 and SciPy 1.17 (`spearmanr`; `lstsq` of standardised `rankdata`; matrices written out).
+/// Reference values from NumPy 2.4 and SciPy 1.17 (`spearmanr`; `lstsq` of standardised `rankdata`; matrices written out).
 #[test]
 fn figures_are_those_of_other_programs() {
     let (x, y) = made();
@@ -52,7 +52,7 @@ fn figures_are_those_of_other_programs() {
     }
 }
 
-/// A load of 1e14 with a scatter of some thousands: what is added to a column changes no figure.
+/// Values around 1e14 with a scatter of some thousands: an offset of a column changes no index.
 #[test]
 fn an_offset_changes_nothing() {
     let (x, y) = made();
@@ -66,7 +66,7 @@ fn an_offset_changes_nothing() {
     }
 }
 
-/// By hand: ranks of x 2 0 3 1, so y in order is 4 1 3 2, mean 2.5; squares of successive differences 9 + 4 + 1 over twice 5.
+/// Manual calculation: ranks of x 2 0 3 1, so y in order is 4 1 3 2, mean 2.5; squares of successive differences 9 + 4 + 1 over twice 5.
 #[test]
 fn successors_by_hand() {
     let found = first_order_by_ranks(&[0.5, 0.1, 0.9, 0.3], &[3.0, 4.0, 2.0, 1.0]).expect("an index");
@@ -74,8 +74,8 @@ fn successors_by_hand() {
     assert_eq!(first_order_by_ranks(&[1.0, 2.0], &[3.0, 3.0]), None);
 }
 
-/// A parameter that alone drives the output: 95 % intervals hold its index in random points, Latin hypercubes and Sobol points. With the smallest value as the
-/// successor of the largest the index was 6/n too small, and no interval held it.
+/// A parameter that is the only driver of the output: 95 % intervals contain its index for random points, Latin hypercubes and Sobol
+/// points. With the smallest value as the successor of the largest, the index was 6/n too small, and no interval contained it.
 #[test]
 fn the_index_of_an_only_driver_is_held() {
     let exact = 1.0 / (1.0 + 0.05 * 0.05);
@@ -146,7 +146,7 @@ fn a_random_table_tells_first_orders_and_dependences() {
         near(figure(&found, i, |of| of.first), exact, 0.07);
         holds(figure(&found, i, |of| of.first), exact);
     }
-    // the third acts through the first alone: no first order, no rank correlation, but a dependence; the fourth does nothing
+    // the third acts only through the first: no first order, no rank correlation, but a dependence; the fourth has no effect
     let p_value = |i: usize| found.of[i].1.hsic.expect("a dependence").p_value;
     assert!(p_value(0) < 1e-6 && p_value(1) < 1e-6 && p_value(2) < 1e-6 && p_value(3) > 0.01, "{:?}", found.of);
     assert!(figure(&found, 2, |of| of.spearman).estimate.expect("a correlation").abs() < 0.1);
@@ -161,7 +161,7 @@ fn words_have_no_order() {
     let base = points(2, 600, 2);
     let mut columns = columns(&base);
     columns[1].iter_mut().for_each(|u| *u = (3.0 * *u).floor());
-    // the middle word is the large one: no trend at all
+    // the middle word has the large value: no trend
     let value = |row: usize| columns[0][row] + if columns[1][row] == 1.0 { 1.0 } else { 0.0 };
     let output: Vec<Option<f64>> = (0..600).map(|row| Some(value(row))).collect();
     let mut table = given(&columns, &output);
@@ -184,7 +184,7 @@ fn replicates_tell_the_scatter_where_there_are_sixteen() {
     let table = |parts| Given { parts, ..given(&columns, &output) };
     let replicate: Vec<u32> = (0..640).map(|row| row % 16).collect();
     let all = given_data(&table(Parts::Replicates(&replicate, 16)), 0.05).expect("figures");
-    // every sixteenth row is what independent points are parted into; a first order has another interval there
+    // independent points are split into every sixteenth row; a first order has another interval with replicates
     let alone = given_data(&table(Parts::Independent), 0.05).expect("figures");
     assert_eq!((figure(&all, 0, |of| of.spearman), all.r2), (figure(&alone, 0, |of| of.spearman), alone.r2));
     let first = [&all, &alone].map(|found| figure(found, 0, |of| of.first));

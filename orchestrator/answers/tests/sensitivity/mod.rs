@@ -1,6 +1,6 @@
-//! Indices against closed forms and other programs, what bad runs do to them, and how often their intervals hold.
+//! Indices against closed forms and other programs, effects of bad runs, and coverage of the intervals.
 //!
-//! The coverage table of so many studies of each kind:
+//! The coverage table for this number of studies of each kind:
 //! `COVERAGE_STUDIES=1000 cargo test --release -p bladeoff -p bladeoff-answers --test answers sensitivity::coverage -- --nocapture`.
 
 mod bad_runs;

@@ -3,7 +3,7 @@
 use super::support::{figure, names, near, points};
 use bladeoff_answers::sensitivity::{Given, Input, Parts, SensitivityError, by_regime, given_data, regimes, warning};
 
-/// The first parameter decides whether there is a rub, the second how hard it is, the third what happens without one.
+/// The first parameter determines whether there is a rub, the second its severity, the third the output without a rub.
 fn made() -> (Vec<Vec<f64>>, Vec<Option<f64>>, Vec<Option<String>>) {
     let base = points(21, 2000, 3);
     let columns = (0..3).map(|i| base.iter().map(|u| u[i]).collect()).collect();

@@ -1,18 +1,18 @@
-//! Functions of which the indices are known, and points to evaluate them at.
+//! Functions with known indices, and points to evaluate them at.
 //!
-//! The designs of studies are elsewhere and are tested there; answers know none of them.
+//! The designs of studies belong to another package and are tested there.
 
 use bladeoff_answers::sensitivity::{Index, Indices, Moved, OfParameter};
 use bladeoff_system::random::{SplitMix, finaliser};
 use std::f64::consts::PI;
 
-/// Of a = 7, b = 0.1, over the unit cube.
+/// Ishigami's function with a = 7, b = 0.1, over the unit cube.
 pub fn ishigami(u: &[f64]) -> f64 {
     let x: Vec<f64> = u.iter().map(|u| -PI + 2.0 * PI * u).collect();
     libm::sin(x[0]) + 7.0 * libm::sin(x[1]) * libm::sin(x[1]) + 0.1 * x[2] * x[2] * x[2] * x[2] * libm::sin(x[0])
 }
 
-/// First order, total.
+/// First-order and total index of each parameter.
 pub const ISHIGAMI: [(f64, f64); 3] =
     [(0.313905191147811, 0.557588855209959), (0.442411144790041, 0.442411144790041), (0.0, 0.243683664062148)];
 
@@ -36,7 +36,7 @@ pub fn names(count: usize) -> Vec<String> {
     (0..count).map(|i| format!("x{i}")).collect()
 }
 
-/// Numbers that have nothing to do with those of other seeds: successive states of the generator are one stream.
+/// A random stream that is independent of those of other seeds: successive states of the generator form one stream.
 fn stream(seed: u64) -> SplitMix {
     SplitMix(finaliser(finaliser(seed.wrapping_add(0x5eed)) ^ seed))
 }
@@ -58,7 +58,7 @@ const JOE_KUO: [(usize, u64, [u64; 5]); 7] = [
 ];
 const BITS: usize = 32;
 
-/// Points of Sobol's sequence in up to eight dimensions, from index 0 on; each dimension is shifted by its bits.
+/// Points of Sobol's sequence in up to eight dimensions, from index 0; the bits of each dimension are shifted by `shift`.
 pub fn sobol_points(count: usize, shift: &[u64]) -> Vec<Vec<f64>> {
     let directions: Vec<[u64; BITS]> = (0..shift.len())
         .map(|dimension| {
@@ -87,7 +87,7 @@ pub fn sobol_points(count: usize, shift: &[u64]) -> Vec<Vec<f64>> {
     (0..count).map(|index| (0..shift.len()).map(|dimension| coordinate(index, dimension)).collect()).collect()
 }
 
-/// A coordinate with nested uniform scrambling: each bit is flipped by a random bit for the bits above it.
+/// A coordinate with nested uniform scrambling: each bit is flipped by a random bit that depends on the bits above.
 pub fn nested(coordinate: f64, key: u64) -> f64 {
     let bits = (coordinate * (1u64 << BITS) as f64) as u64;
     let flip = |level: usize| {
@@ -98,7 +98,7 @@ pub fn nested(coordinate: f64, key: u64) -> f64 {
     (scrambled as f64 + 0.5) / (1u64 << BITS) as f64
 }
 
-/// Rows of Saltelli's layout, from points of twice as many dimensions.
+/// Rows of Saltelli's layout from points with twice as many dimensions.
 pub fn saltelli(f: impl Fn(&[f64]) -> f64, points: &[Vec<f64>], second_order: bool) -> Vec<Option<f64>> {
     let mut rows = Vec::new();
     for point in points {
@@ -119,7 +119,7 @@ pub fn saltelli(f: impl Fn(&[f64]) -> f64, points: &[Vec<f64>], second_order: bo
     rows
 }
 
-/// Rows and moves of a trajectory on four levels from these starts, moved in this order.
+/// Rows and steps of a trajectory on four levels from these starts, in this order of parameters.
 pub fn trajectory(
     f: &dyn Fn(&[f64]) -> f64,
     starts: &[usize],
@@ -156,7 +156,7 @@ pub fn trajectories(
     (rows, moves)
 }
 
-/// How far a move on four levels goes.
+/// Step size on four levels.
 pub const DELTA: f64 = 2.0 / 3.0;
 
 pub fn figure(found: &Indices, i: usize, of: fn(&OfParameter) -> Option<Index>) -> Index {

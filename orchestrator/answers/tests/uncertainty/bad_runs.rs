@@ -1,4 +1,4 @@
-//! Runs that are not to be believed, and cells that are empty: none drops out.
+//! Bad runs and empty cells: none of them is dropped.
 
 use super::support::made::caused;
 use super::support::{ask, exceedance, less, made, mean, one, probability, quantile, ramp};
@@ -12,7 +12,7 @@ fn bad_runs_are_counted_both_ways_but_for_what_they_had_reached() {
     (0..8).for_each(|row| study.fail(row, "diverged"));
     study.columns[0].held[0] = Some(95.0);
     study.columns[0].held[1] = Some(20.0);
-    // what a failed row says beyond what was held counts for nothing, but where a step limit alone ended it
+    // values of a failed row beyond the held one do not count, unless only a step limit ended the run
     study.columns[0].cells[2] = Some(99.0);
     study.columns[0].cells[3] = Some(99.0);
     study.causes[3] = caused("step_limit");
@@ -28,10 +28,10 @@ fn bad_runs_are_counted_both_ways_but_for_what_they_had_reached() {
         "P(y >= 90) = 12 % to 18 % (95 %: 6.4 % to 27 %), 12 of 100, 6 bad runs undecided (the interval covers all possible outcomes), \
          2 bad runs counted by the values reached before a guard or limit was exceeded"
     );
-    // and the other way round: what has grown beyond a bound is not below it
+    // the reverse: a value that has grown beyond a bound is not below it
     let below = one(&study, probability("y < 50"));
     assert_eq!((below.estimate, below.estimate_if_bad_harmful), (Some(0.42), Some(0.48)));
-    // parameters are known of bad runs too
+    // parameters of bad runs are known
     let given = one(&study, probability("u < 4"));
     assert_eq!((given.estimate, given.estimate_if_bad_harmful), (Some(0.04), Some(0.04)));
     let both = one(&study, probability("u < 4 and y > 1000"));
@@ -46,14 +46,14 @@ fn a_span_of_bad_runs_wider_than_the_statistical_one_is_said() {
     assert!(!said(&one(&study, probability("y > 500"))));
     (0..100).for_each(|row| study.fail(row, "diverged"));
     assert!(said(&one(&study, probability("y > 500"))));
-    // in a difference too, where bad runs of both may cancel in the figures
+    // the same in a difference, where bad runs of both values may cancel in the figures
     let found = one(&study.varied("way", &["a", "b"]), less(probability("y > 500")));
     assert!(said(&found) && found.estimate == found.estimate_if_bad_harmful, "{found:?}");
 }
 
 #[test]
 fn a_value_that_does_not_exist_counts_both_ways_in_bad_runs_too() {
-    // u is -2 .. 7 and known; where it is negative its logarithm y, derived from it, does not exist, and the run failed
+    // u is -2 .. 7 and known; where u is negative its logarithm y, a derived input, does not exist, and the run failed
     let mut study = ramp(10);
     (0..10).for_each(|row| study.columns[1].cells[row] = Some(row as f64 - 2.0));
     study.columns[0].nature = 'g';
@@ -69,7 +69,7 @@ fn a_value_that_does_not_exist_counts_both_ways_in_bad_runs_too() {
             found.sentence
         );
     }
-    // what decides without it decides
+    // the other term determines the condition
     let either = one(&study, probability("u < 0 or y > 100"));
     assert_eq!((either.estimate, either.estimate_if_bad_harmful), (Some(0.2), Some(0.3)));
     let (mean, level) = (one(&study, mean()), one(&study, quantile(0.5)));
@@ -85,7 +85,7 @@ fn a_value_that_does_not_exist_counts_both_ways_in_bad_runs_too() {
 
 #[test]
 fn a_formula_that_may_lose_its_value_is_not_certain() {
-    // reached 3: it may have gone beyond 5, where the root has no value
+    // reached 3: the complete run might exceed 5, where the root has no value
     let mut study = ramp(4);
     study.columns[0].nature = '>';
     study.fail(3, "diverged");
@@ -96,7 +96,7 @@ fn a_formula_that_may_lose_its_value_is_not_certain() {
 
 #[test]
 fn a_span_that_moves_the_figure_further_than_the_interval_is_said() {
-    // near 1 the limits have little room to move, the figure moves all the same: 17 of 32, or all
+    // near 1 the limits have little room, but the figure changes: 17 of 32, or all
     let mut study = ramp(32);
     (0..15).for_each(|row| study.fail(row, "diverged"));
     for text in ["y >= 15", "y < -1 or y >= 15"] {
@@ -120,7 +120,7 @@ fn empty_cells_compare_with_nothing_and_are_counted() {
     assert_eq!((found.n, found.estimate), (2, Some(2.0)));
     assert!(found.notes.iter().any(|note| note.contains("in 2 runs") && note.contains("not included")));
     assert_eq!(one(&study, quantile(0.5)).n, 2);
-    // of all runs
+    // share of all runs
     let curve = ask(&study, exceedance()).curve.unwrap();
     assert_eq!(curve.numbers("estimate").unwrap(), [Some(0.25), Some(0.0)]);
 }
@@ -131,7 +131,7 @@ fn bad_runs_stand_at_both_ends_of_a_quantile() {
     (0..20).for_each(|row| study.fail(row, "diverged"));
     let found = one(&study, quantile(0.95));
     assert_eq!((found.n, found.bad), (1000, 20));
-    // 20 at the low end: as it was; at the high end the rest moves down by as many places
+    // 20 at the lower end: unchanged; at the upper end the other values shift down by 20 ranks
     assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(949.0), Some(969.0)));
     assert!(found.low.unwrap() < 949.0 && found.high.unwrap() > 969.0);
     (0..60).for_each(|row| study.fail(row, "diverged"));
@@ -140,7 +140,7 @@ fn bad_runs_stand_at_both_ends_of_a_quantile() {
     assert!(found.estimate.is_some() && found.low.is_some());
     assert!(found.notes.iter().any(|note| note.contains("failed or invalid runs may have any value")));
     assert_eq!(found.bad, 60);
-    // what they had reached is a part of what they would have been, and no value
+    // reached values are lower bounds, not values
     study.columns[0].nature = '>';
     (0..60).for_each(|row| study.columns[0].held[row] = Some(2000.0));
     assert_eq!(one(&study, quantile(0.95)), found);

@@ -1,4 +1,4 @@
-//! Runs beyond the model: what they reached bounds what they would have reached.
+//! Runs beyond the model: their reached values are lower bounds.
 
 use super::support::made::Made;
 use super::support::{ask, exceedance, less, mean, near, one, probability, quantile, ramp};
@@ -9,7 +9,7 @@ use bladeoff_model::outcome::Status;
 
 const LIMIT: &str = "ring_displacement";
 
-/// 0, 1, 2 ... of which so many of the largest ended at a limit of the model, each at its value.
+/// A study with y = 0, 1, 2 ..., whose `beyond` largest runs ended at a limit of the model, each at its value.
 fn ended(count: usize, beyond: usize) -> Made {
     let mut study = ramp(count);
     study.columns[0].nature = '>';
@@ -20,7 +20,7 @@ fn ended(count: usize, beyond: usize) -> Made {
     study
 }
 
-/// The time of the first limit of so many runs: of the first rows, and of none of the others.
+/// Times of the first limit, in the first `beyond` rows and in no other.
 fn timed(count: usize, beyond: usize) -> Made {
     let mut study = Made::new(vec![("y", (0..count).map(|row| (row < beyond).then_some(0.1)).collect())]);
     study.columns[0].nature = 'l';
@@ -42,15 +42,15 @@ fn a_run_beyond_the_model_decides_an_exceedance_below_what_it_had_reached() {
         "P(y > 94.5) = 5 % to 10 % (95 %: 1.6 % to 18 %), 5 of 100, 5 runs beyond the model undecided (the interval covers all possible outcomes), \
          5 runs beyond the model counted by the values reached before a guard or limit was exceeded"
     );
-    // all of them exceed what is below
+    // all of them exceed lower levels
     let decided = one(&study, probability("y > 80"));
     assert_eq!((decided.estimate, decided.estimate_if_bad_harmful), (Some(0.19), Some(0.19)));
-    // and none is certainly below anything
+    // and none is certainly below any level
     let below = one(&study, probability("y < 1000"));
     assert_eq!((below.estimate, below.estimate_if_bad_harmful), (Some(0.9), Some(1.0)));
 }
 
-/// The time of a limit is exact in the runs that have one: their mean is not left open by them.
+/// The time of a limit is exact in the runs that have one: it leaves the mean of these times closed.
 #[test]
 fn the_mean_of_the_times_of_a_limit_is_not_undecided() {
     let mut study = timed(60, 46);
@@ -70,12 +70,12 @@ fn the_mean_of_the_times_of_a_limit_is_not_undecided() {
 fn a_column_without_a_guarded_value_stands_where_its_run_ended_at_the_limit() {
     let mut study = ramp(10);
     study.columns[0].nature = '>';
-    // 8 ended at its limit; 9 went on beyond it, and what it says is that of another machine
+    // 8 ended at its limit; 9 continued beyond it, so its value is not valid
     study.exceed(8, LIMIT, true);
     study.exceed(9, LIMIT, false);
     let found = one(&study, probability("y > 6.5"));
     assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(0.2), Some(0.3)));
-    // what had happened when the run ended at its limit has happened; what had not may have come
+    // events before the end at the limit have happened; others might still have come
     study.columns[0].nature = 'o';
     let once = one(&study, probability("y > 6.5"));
     assert_eq!((once.estimate, once.estimate_if_bad_harmful), (Some(0.2), Some(0.3)));
@@ -90,7 +90,7 @@ fn a_quantile_above_the_share_inside_the_model_has_a_lower_limit_only() {
     let high = one(&study, quantile(0.95));
     assert_eq!((high.n, high.bad, high.beyond), (1000, 170, 170));
     assert_eq!((high.estimate, high.estimate_if_bad_harmful, high.high), (Some(949.0), None, None));
-    // what they reached counts: the lower limit is that of the whole ramp
+    // reached values count: the lower limit is that of the whole ramp
     assert_eq!(high.low, one(&ramp(1000), quantile(0.95)).low);
     assert!(high.sentence.contains(": at least 949 in these runs (lower limit "), "{}", high.sentence);
     assert!(high.sentence.contains("no upper limit), 1000 runs, 170 runs beyond the model"), "{}", high.sentence);
@@ -101,14 +101,14 @@ fn a_quantile_above_the_share_inside_the_model_has_a_lower_limit_only() {
         "{:?}",
         high.notes
     );
-    // too few for any limit: what they reached is a lower bound all the same
+    // too few for any limit: the reached values are a lower bound nevertheless
     let few = one(&ended(3, 2), quantile(0.5));
     assert!(few.low.is_none() && few.sentence.contains(": at least 1 in these runs (no interval)"), "{}", few.sentence);
-    // below that share it has both
+    // below that share both limits exist
     let middle = one(&study, quantile(0.5));
     assert_eq!((middle.estimate, middle.estimate_if_bad_harmful), (Some(499.0), Some(499.0)));
     assert!(middle.low.is_some() && middle.high.is_some());
-    // where most are beyond, what they reached is all there is
+    // if most runs are beyond, only the reached values are known
     let most = one(&ended(1000, 700), quantile(0.5));
     assert!(most.low == middle.low && most.high.is_none(), "{}", most.sentence);
 }
@@ -122,7 +122,7 @@ fn a_mean_is_that_of_the_runs_inside_the_model_and_says_so() {
     let says = "mean of y of runs inside the model (83 %) = 41 (no interval), 100 runs, 17 runs beyond the model";
     assert_eq!(found.sentence, says);
     assert!(found.notes.iter().any(|note| note.contains("a run beyond the model may have any value")));
-    // what went in is known of all
+    // inputs are known for all runs
     let mut given = ended(100, 17);
     given.columns[0].nature = 'g';
     let found = one(&given, mean());
@@ -133,7 +133,7 @@ fn a_mean_is_that_of_the_runs_inside_the_model_and_says_so() {
 #[test]
 fn whether_a_limit_was_exceeded_is_known_of_runs_that_ended_and_of_those_that_had_exceeded_it() {
     let mut study = timed(200, 34);
-    // failed and invalid ones within their limits, and one that exceeded it before
+    // failed and invalid runs within the limits, and one that exceeded a limit before
     study.fail(100, "diverged");
     study.fail(101, "energy_balance");
     study.status[101] = Status::Invalid;
@@ -146,14 +146,14 @@ fn whether_a_limit_was_exceeded_is_known_of_runs_that_ended_and_of_those_that_ha
     assert_eq!((found.low, found.high), (limits(34).low, limits(36).high));
     let by = "2 bad runs undecided (the interval covers all possible outcomes), 1 bad run and 33 runs beyond the model counted by the recorded limits";
     assert!(found.sentence.ends_with(by), "{}", found.sentence);
-    // a gate decides too
+    // a gate is decided, too
     let names = Names { known: Known { columns: vec![("y".into(), true)], ..Known::default() }, ..Names::default() };
     let gate = |bound: &str| Gate::new(&format!("P(y > 0) < {bound}"), None, &names).expect("a gate");
     let judged = |bound: &str, made: &Made| gate(bound).judge(&made.study()).expect("a decision").remove(0);
     let passed = judged("0.25", &study);
     assert_eq!((passed.verdict, passed.events, passed.bad, passed.beyond), (Verdict::Passed, (34, 36), 36, 33));
     assert_eq!(judged("0.1", &study).verdict, Verdict::Failed);
-    // what died, or panicked, lost its record
+    // a run that crashed or panicked has no record of its limit
     study.fail(102, "worker_crashed");
     study.status[102] = Status::Quarantined;
     study.fail(103, "panicked");
@@ -216,7 +216,7 @@ fn both_groups_of_a_difference_are_counted() {
     assert!(found.sentence.contains("of runs inside the model (90 %)"), "{}", found.sentence);
 }
 
-/// Limits of an exceedance hold the probability of the whole runs, which is known here: each run beyond the model would have gone on to
+/// Limits of an exceedance contain the probability for the complete runs, which is known here: each run beyond the model would have reached
 /// a value above its limit.
 #[test]
 fn intervals_hold_what_the_runs_would_have_reached() {
@@ -225,7 +225,7 @@ fn intervals_hold_what_the_runs_would_have_reached() {
     for seed in 0..repeats {
         let mut random = bladeoff_system::random::SplitMix(seed * 7919 + 1);
         let whole: Vec<f64> = (0..200).map(|_| random.unit()).collect();
-        // a limit at 0.8: what would have gone beyond is cut there
+        // a limit at 0.8: larger values are cut there
         let mut study = super::support::made(&whole.iter().map(|value| value.min(0.8)).collect::<Vec<_>>());
         study.columns[0].nature = '>';
         for (row, value) in whole.iter().enumerate().filter(|(_, value)| **value > 0.8) {
@@ -237,7 +237,7 @@ fn intervals_hold_what_the_runs_would_have_reached() {
         let level = one(&study, quantile(0.9));
         levels += u64::from(level.low.expect("a limit") <= 0.9 && level.high.is_none_or(|high| high >= 0.9));
     }
-    // 95 % at least: what is open makes the intervals wider
+    // at least 95 %: open runs widen the intervals
     assert!(shares >= 380 && levels >= 380, "{shares} and {levels} of {repeats}");
 }
 

@@ -1,4 +1,4 @@
-//! Exceedance and fragility.
+//! Exceedance and fragility curves.
 
 use super::support::{ask, exceedance, near, probability, ramp};
 use bladeoff_answers::ask::{Ask, Figure, Question, QuestionDef, answer_all};
@@ -16,7 +16,7 @@ fn an_exceedance_counts_values_above_each_level() {
     assert_eq!((level.len(), level[0], level[98]), (99, Some(1.0), Some(99.0)));
     assert_eq!((estimate[0], harmful[0]), (Some(0.98), Some(0.99)));
     assert_eq!((estimate[98], harmful[98]), (Some(0.0), Some(0.01)));
-    // one value above; two below, of which the limit for three is taken
+    // one value above; two below, with the limit for three
     near(high[98], upper_limit(1, 100, 0.05 / 32.0));
     near(low[0], 1.0 - upper_limit(3, 100, 0.05 / 64.0));
     near(high[49], 0.5 + (80.0f64.ln() / 200.0).sqrt());
@@ -41,7 +41,7 @@ fn a_fragility_has_bins_of_equal_count_or_each_value() {
     assert!(answered.answers[0].notes[0].contains("20 bins of equal count"));
     let one = ask(&ramp(60), def("u"));
     assert_eq!(one.answers[0].notes[0], "one bin contains all points: a bin has at least 50");
-    // few points are not few values
+    // few points do not mean few values
     let few = ask(&ramp(15), def("u"));
     assert_eq!(few.answers[0].notes[0], "one bin contains all points: a bin has at least 50");
     assert_eq!(few.curve.unwrap().numbers("n").unwrap(), [Some(15.0)]);

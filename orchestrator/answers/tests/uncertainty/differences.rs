@@ -1,11 +1,11 @@
-//! Differences of pairs.
+//! Differences between two values of a varied parameter.
 
 use super::support::{less, mean, one, probability, quantile, ramp};
 use bladeoff_answers::estimate::figures::Method;
 
 #[test]
 fn a_difference_is_that_of_pairs() {
-    // a: even rows, b: odd rows; both grow together, so that only few points differ
+    // a: even rows, b: odd rows; both increase together, so that only few points differ
     let study = ramp(2000).varied("way", &["a", "b"]);
     let found = one(&study, less(probability("y > 1000")));
     assert_eq!((found.n, found.estimate), (1000, Some(-0.001)));
@@ -16,7 +16,7 @@ fn a_difference_is_that_of_pairs() {
     assert_eq!((found.estimate, found.low, found.high), (Some(-1.0), Some(-1.0), Some(-1.0)));
     let found = one(&study, less(quantile(0.5)));
     assert_eq!(found.estimate, Some(-1.0));
-    // none differs: an interval about 0 of its own width
+    // no point differs: an interval about 0 with a width of its own
     let same = one(&study, less(probability("y < 0")));
     assert_eq!((same.estimate, same.low.unwrap()), (Some(0.0), -same.high.unwrap()));
     assert!(same.high.unwrap() > 0.003);
@@ -27,7 +27,7 @@ fn a_difference_is_that_of_pairs() {
 
 #[test]
 fn figures_of_a_difference_take_bad_runs_of_both_alike_and_limits_do_not() {
-    // of 1000 points 400 are events in both; ten of a failed that were none, twenty of b
+    // 400 of 1000 points are events in both; ten of a failed that were no events, twenty of b
     let mut study = ramp(2000).varied("way", &["a", "b"]);
     (0..10).for_each(|point| study.fail(2 * point, "diverged"));
     (10..30).for_each(|point| study.fail(2 * point + 1, "diverged"));
@@ -51,7 +51,7 @@ fn a_bad_run_widens_a_difference_both_ways() {
     assert!(found.low < plain.low && found.high > plain.high);
     let found = one(&study, less(mean()));
     assert_eq!((found.estimate, found.low, found.high), (Some(-1.0), None, None));
-    // only a bad, and it grows: what it reached is no value
+    // only a is bad, in a growing column: its reached value is not a value
     let mut study = ramp(2000).varied("way", &["a", "b"]);
     study.fail(10, "diverged");
     study.columns[0].nature = '>';

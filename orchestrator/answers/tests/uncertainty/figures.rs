@@ -1,4 +1,4 @@
-//! Figures of small studies that can be worked out by hand.
+//! Figures of small studies with manually calculated results.
 
 use super::support::made::Made;
 use super::support::{ask, asked, exceedance, made, mean, near, one, probability, quantile, ramp, replicated};
@@ -59,7 +59,7 @@ fn a_mean_has_no_limits_with_bad_runs() {
     let found = one(&study, mean());
     assert_eq!((found.estimate, found.estimate_if_bad_harmful), (Some(7.0), None));
     assert_eq!((found.low, found.high, found.method, found.approximate), (None, None, Method::Without, false));
-    // a part of what it would have been is no value of a mean
+    // a reached value is not a value for a mean
     study.columns[0].nature = '>';
     study.columns[0].held[15] = Some(10.0);
     let again = one(&study, mean());
@@ -78,7 +78,7 @@ fn replicates_have_an_interval_from_sixteen_on() {
             assert_eq!((found.method, found.approximate), (Method::Replicates, true));
             assert!(found.low < found.estimate && found.estimate < found.high);
         }
-        // events too few to scatter: the limits of independent points
+        // too few events for a scatter: limits of independent points
         let none = one(&study, probability("y > 1000"));
         assert_eq!((none.method, none.approximate, none.low), (Method::ClopperPearson, true, Some(0.0)));
         assert!(none.high.unwrap() > 0.003);
@@ -182,7 +182,7 @@ fn no_point_at_all_is_no_panic() {
     }
 }
 
-/// Lognormal values: the interval by Student's t misses too often, and the answer warns; of values without skewness it does not.
+/// Lognormal values: the interval by Student's t covers too seldom, and the answer warns; without skewness it does not warn.
 #[test]
 fn a_mean_of_few_skewed_values_has_a_warning() {
     let mut random = SplitMix(21);

@@ -1,11 +1,11 @@
-//! What gates decide.
+//! Decisions of gates.
 
 use super::support::made::Made;
 use super::support::names;
 use bladeoff_answers::estimate::input::DesignKind;
 use bladeoff_answers::gate::{Decision, Gate, GateError, Verdict, junit, last_look, verdict};
 
-/// So many points, the first of them events.
+/// A study with this number of points, the first `events` of them events.
 fn study(events: usize, points: usize) -> Made {
     Made::new(vec![("y", (0..points).map(|point| Some(f64::from(u8::from(point < events)))).collect())])
 }
@@ -68,11 +68,11 @@ fn bad_runs_and_not_points_prevent_it() {
     let found = judged(&gate("0.01"), &made);
     assert_eq!((found.verdict, found.events, found.bad, found.more), (Verdict::Open, (0, 200), 200, None));
     assert!(found.sentence.contains("the bad runs prevent a decision"), "{}", found.sentence);
-    // fewer of them leave it below the bound either way
+    // fewer bad runs leave the probability below the bound either way
     let mut made = study(0, 10_000);
     (0..20).for_each(|row| made.fail(row, "diverged"));
     assert_eq!(judged(&gate("0.01"), &made).verdict, Verdict::Passed);
-    // what they had reached fails it for certain
+    // reached values that are events fail the gate with certainty
     let mut made = study(0, 10_000);
     made.columns[0].nature = '>';
     (0..200).for_each(|row| made.fail(row, "diverged"));
@@ -94,7 +94,7 @@ fn half_way_the_last_look_counts() {
     let found = judged(&gate("0.05"), &half_way(0, 300));
     assert_eq!((found.verdict, found.n), (Verdict::Passed, 256));
     assert!((found.level - 0.025).abs() < 1e-15);
-    // what comes after the look is not seen
+    // points after the interim analysis are ignored
     let mut late = half_way(0, 500);
     (256..500).for_each(|row| late.columns[0].cells[row] = Some(1.0));
     assert_eq!(judged(&gate("0.05"), &late).events, (0, 0));
@@ -107,7 +107,7 @@ fn half_way_the_last_look_counts() {
 fn every_group_has_to_hold_and_failed_goes_before_open() {
     let mut made = study(0, 2000).varied("way", &["a", "b"]);
     assert_eq!(verdict(&gate("0.01").judge(&made.study()).unwrap()), Verdict::Passed);
-    // group b alone
+    // events in group b only
     (0..100).for_each(|point| made.columns[0].cells[2 * point + 1] = Some(1.0));
     let found = gate("0.01").judge(&made.study()).unwrap();
     assert_eq!((found[0].verdict, found[1].verdict), (Verdict::Passed, Verdict::Failed));

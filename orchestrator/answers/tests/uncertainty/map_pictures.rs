@@ -7,7 +7,7 @@ use bladeoff_answers::map::{Map, Wanted};
 use bladeoff_answers::page::{Plot, map_figures};
 use bladeoff_model::outcome::Status;
 
-/// Cells on a square grid with the regime that is free where `is_free`.
+/// Cells on a square grid with a regime that is free where `is_free`.
 fn regimes(count: u32, is_free: impl Fn(f64, f64) -> bool) -> Map {
     let mut rows = Rows::default();
     for x in 0..count {
@@ -19,7 +19,7 @@ fn regimes(count: u32, is_free: impl Fn(f64, f64) -> bool) -> Map {
     rows.maps(&of_z(true)).remove(0)
 }
 
-/// Whether a line crosses the way between two places, by the signs of four areas; a place on a line counts as one side.
+/// Number of crossings of a line between two places, from the signs of four areas; a place on a line counts as one side.
 fn crossings(lines: &[Vec<(f64, f64)>], from: (f64, f64), to: (f64, f64)) -> usize {
     let side =
         |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0) > 0.0;
@@ -44,7 +44,7 @@ fn a_boundary_separates_the_regimes_and_no_other_cells() {
                 for (k, l) in [(i + 1, j), (i, j + 1)].into_iter().filter(|(k, l)| *k <= last && *l <= last) {
                     let differs = regime(i, j) != regime(k, l);
                     crossed += usize::from(differs);
-                    // places a little off the middles, so that no line goes through one
+                    // places slightly off the midpoints, so that no line goes through one
                     let [from, to] = [(i, j), (k, l)].map(|(i, j)| (map.x.at[i] + 1e-7, map.y.at[j] + 2e-7));
                     assert_eq!(crossings(&lines, from, to), usize::from(differs), "{i} {j} to {k} {l}");
                 }
@@ -72,7 +72,7 @@ fn a_slanting_boundary_has_no_steps() {
     assert!(line.len() > 24 && turned < 5.0, "{turned}: {line:?}");
 }
 
-/// Three failed runs of many: nothing is grey, neither the values nor the half width of their limits.
+/// Three failed runs among many: no cell is grey, neither in the values nor in the half widths.
 #[test]
 fn few_failed_runs_grey_nothing_of_a_smoothed_map() {
     let mut rows = Rows { points: Some(600), ..Rows::default() };
@@ -91,7 +91,7 @@ fn few_failed_runs_grey_nothing_of_a_smoothed_map() {
         assert!(map.cells.len() > 1000, "{:?}", map.width);
         let near = map.cells.iter().filter(|cell| cell.is_open && cell.half_width.is_some()).count();
         assert!(near > 10, "cells around the failed runs: {near}");
-        // at the edges samples are too few for a column's limits
+        // at the edges there are too few samples for limits
         let without = map.cells.iter().filter(|cell| cell.half_width.is_none()).count();
         assert!(5 * without < map.cells.len(), "{without}");
         let svg = figures::maps("m", &found).svg().to_owned();
@@ -107,7 +107,7 @@ fn few_failed_runs_grey_nothing_of_a_smoothed_map() {
     }
 }
 
-/// A map of a page has the layers of the picture: colours, halves, lines, boundary, hatching.
+/// A map in a page has the layers of the picture: colours, triangles, lines, boundary, hatching.
 #[test]
 fn a_map_of_a_page_is_the_picture() {
     let mut rows = Rows::default();
@@ -145,7 +145,7 @@ fn a_map_of_a_page_is_the_picture() {
     // 0.2 x + 0.01 y crosses 1 between 4 and 5
     let along: Vec<f64> = edge["x"].as_array().expect("numbers").iter().filter_map(|x| x.as_f64()).collect();
     assert!(along.len() > 8 && along.iter().all(|x| (4.0..=5.0).contains(x)), "{along:?}");
-    // the colour of the scale's end is the picture's
+    // the colour at the end of the scale is that of the picture
     assert_eq!(layout["coloraxis"]["colorscale"][64][1], "rgb(253,231,37)");
     assert!(svg.svg().contains("#FDE725"));
     // seven values along an axis are too few for lines

@@ -1,4 +1,4 @@
-//! Maps: contours where they belong, regimes, cells without samples, bad runs, smoothed values and their limits.
+//! Maps: contours, regimes, cells without samples, bad runs, smoothed values and their limits.
 
 use super::support::made::column;
 use bladeoff_answers::ask::{Given, Known, Names, Question, QuestionDef, answer};
@@ -20,7 +20,7 @@ pub(crate) struct Rows {
     pub(crate) z: Vec<Option<f64>>,
     pub(crate) regime: Vec<Option<String>>,
     pub(crate) status: Vec<Status>,
-    /// Points of a random design, each in so many rows; none: chosen values.
+    /// Points of a random design, each with several rows; `None` for chosen values.
     pub(crate) points: Option<usize>,
 }
 
@@ -96,7 +96,7 @@ pub(crate) fn over(bound: f64) -> Of {
     Of::Probability(Formula::condition(&format!("z > {bound}"), &known()).expect("a condition"))
 }
 
-/// A plane over 5 x 4 given values, uneven along x, from two starts.
+/// A plane over 5 x 4 given values, unevenly spaced along x, with two starts.
 fn plane() -> Rows {
     let mut rows = Rows::default();
     for x in [0.0, 1.0, 1.5, 3.0, 4.0] {
@@ -116,7 +116,7 @@ fn a_plane_has_straight_contours_where_they_belong() {
     assert_eq!((map.shows, map.cells.len(), map.n), (Shows::Median, 20, 40));
     let (table, upper) = (map.table(), |i: usize, j: usize| map.table()[i][j].and_then(|cell| cell.upper));
     let value = |i: usize, j: usize| table[i][j].and_then(|cell| cell.estimate);
-    // of two starts the lower one is the median, the larger one the 95 % value
+    // with two starts the lower one is the median, the larger one the 95 % quantile
     for (of, shift) in [(&value as &dyn Fn(usize, usize) -> Option<f64>, 0.0), (&upper, 1.0)] {
         let pieces = contour(&map.x.at, &map.y.at, of, 4.3);
         assert!(pieces.len() >= 4, "{pieces:?}");
@@ -160,7 +160,7 @@ fn the_boundary_of_regimes_is_the_edge_between_their_cells() {
 #[test]
 fn cells_without_samples_are_not_there() {
     let mut rows = plane();
-    // at x = 3, y = 2 nothing was computed
+    // nothing was computed at x = 3, y = 2
     let gone: Vec<usize> = (0..40).filter(|row| rows.x[*row] == Some(3.0) && rows.y[*row] == Some(2.0)).collect();
     assert_eq!(gone.len(), 2);
     for row in gone {
@@ -184,14 +184,14 @@ fn bad_runs_stay_in_their_cells() {
     }
     let map = &rows.maps(&of_z(true))[0];
     let cell = |i: usize, j: usize| map.table()[i][j].expect("a cell").clone();
-    // one of two: harmless it is below the other, harmful above
+    // one of two starts is bad: harmless it is below the other, harmful above
     let one = cell(0, 0);
     assert_eq!((one.n, one.bad, one.estimate, one.estimate_if_bad_harmful), (2, 1, None, Some(1.0)));
     assert_eq!((one.upper, one.upper_if_bad_harmful), (Some(1.0), None));
     let both = cell(0, 3);
     assert_eq!((both.n, both.bad, both.estimate, both.estimate_if_bad_harmful), (2, 2, None, None));
     assert_eq!(map.bad, 3);
-    // of a probability every cell has bounds
+    // a probability has bounds in every cell
     let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(true) })[0];
     let cell = |i: usize, j: usize| map.table()[i][j].expect("a cell").clone();
     assert_eq!((cell(0, 0).estimate, cell(0, 0).estimate_if_bad_harmful), (Some(0.5), Some(1.0)));
@@ -216,7 +216,7 @@ fn runs_beyond_the_model_have_marks_and_counts_of_their_own() {
     for part in ["1 of them bad, 2 beyond the model", "cross: bad runs", "diamond: runs beyond the model"] {
         assert!(svg.svg().contains(part), "{part}: {}", svg.svg());
     }
-    // no mark of what is not there
+    // no mark without such runs
     rows.status[0] = Status::Ok;
     let map = &rows.maps(&Wanted { of: over(0.5), ..of_z(true) })[0];
     let svg = figures::maps("m", std::slice::from_ref(map));
@@ -261,21 +261,21 @@ fn a_difference_is_that_of_runs_with_the_same_inputs() {
     assert!(less.difference.is_some() && less.n == 12);
     for cell in &less.cells {
         let expected = 3.0 + 5.0 * cell.y - cell.x;
-        // median and 95 % value: without the starts all are the same
+        // median and 95 % quantile: apart from the start all are equal
         assert_eq!((cell.n, cell.estimate, cell.upper), (3, Some(expected), Some(expected)), "{cell:?}");
     }
-    // one that has no partner is in no difference, and is told
+    // a run without partner is in no difference, which is reported
     rows.start[1] = Some(9.0);
     let less = &rows.maps(&wanted)[2];
     assert_eq!((less.n, less.table()[0][0].expect("a cell").n), (11, 2));
     assert!(less.notes.iter().any(|note| note.contains("2 runs of both have no partner")), "{:?}", less.notes);
-    // bad in one of them: not known
+    // bad in one of the panels: unknown
     rows.status[3] = Status::Failed;
     let less = &rows.maps(&wanted)[2];
     assert_eq!(less.bad, 1);
 }
 
-/// Points that fill the square at random, from a generator of its own.
+/// Points that fill the square at random, from a separate generator.
 pub(crate) fn scattered(count: usize, z: impl Fn(f64, f64, f64) -> f64) -> Rows {
     let mut state = 1u64;
     let mut next = || {
@@ -297,7 +297,7 @@ fn a_smoothed_plane_is_the_plane() {
     for cell in &map.cells {
         let off = cell.estimate.expect("a number") - (3.0 * cell.x - 2.0 * cell.y);
         assert!(off.abs() < 1e-9, "{cell:?}");
-        // rounding is no uncertainty
+        // rounding errors are not uncertainty
         assert_eq!((cell.low, cell.high), (cell.estimate, cell.estimate));
     }
     assert!(map.cells.iter().map(|cell| cell.n).sum::<u64>() <= 400);
@@ -305,7 +305,7 @@ fn a_smoothed_plane_is_the_plane() {
 
 #[test]
 fn a_few_values_are_columns_and_few_samples_are_not_smoothed() {
-    // five values along x, any along y: each value by itself, a step between them stays a step
+    // five values along x, any along y: each value separately, so a step between them stays a step
     let mut rows = scattered(400, |_, _, _| 0.0);
     for row in 0..400 {
         let x = f64::from((row % 5) as u32);
@@ -328,7 +328,7 @@ fn a_few_values_are_columns_and_few_samples_are_not_smoothed() {
 
 #[test]
 fn smoothed_limits_hold_the_truth() {
-    // a share that rises along x, and a mean with scatter: about 95 of 100 cells
+    // a share that increases along x, and a mean with scatter: limits hold in about 95 of 100 cells
     let share = |x: f64| 0.1 + 0.6 * x;
     let rows = scattered(3000, |x, _, u| if u < share(x) { 2.0 } else { 0.0 });
     let map = &rows.maps(&Wanted { of: over(1.0), ..of_z(false) })[0];
@@ -431,7 +431,7 @@ fn the_words_of_a_map_are_understood_or_told() {
         let told = read(&def, &names).expect_err(part);
         assert!(told.iter().any(|problem| problem.message.contains(part)), "{part}: {told:?}");
     }
-    // the place of a mistake within P(...)
+    // the place of an error within P(...)
     let told = read(&def("x", "y", "P(z > 1 N + q)"), &names).expect_err("a mistake");
     assert!(told[0].key == "of" && told[0].place.as_ref().is_some_and(|place| place.start >= 2), "{told:?}");
     names.varied[3].1 = numbers(30);

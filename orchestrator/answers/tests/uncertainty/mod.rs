@@ -1,5 +1,5 @@
-//! Questions, intervals and gates: figures that can be worked out by hand. How often intervals hold is counted in the package that knows
-//! designs as well (`tests/program/coverage.rs`).
+//! Questions, intervals and gates: results that can be calculated manually. Coverage is measured in the package that also contains the
+//! designs (`tests/program/coverage.rs`).
 
 mod bad_runs;
 mod beyond;

@@ -1,6 +1,6 @@
-//! Limits of paired differences: how often they hold, and by how much they are narrower than limits that do not use the pairing.
+//! Limits of paired differences: coverage, and width compared with limits that ignore the pairing.
 //!
-//! The table of the documents: `COVERAGE_STUDIES=1000 cargo test --release -p bladeoff -p bladeoff-answers --test answers paired -- --nocapture`.
+//! The table in the documentation: `COVERAGE_STUDIES=1000 cargo test --release -p bladeoff -p bladeoff-answers --test answers paired -- --nocapture`.
 
 use bladeoff_answers::estimate::difference::{of_probabilities, of_quantiles, of_two};
 use bladeoff_answers::estimate::figures::Figures;
@@ -88,7 +88,7 @@ fn limits_of_paired_quantiles_hold_and_are_narrow() {
     }
 }
 
-/// Points of which at so many only the first of two conditions holds, at so many only the second.
+/// Limits for `n` points, of which `only_a` satisfy only the first of two conditions and `only_b` only the second.
 fn counted(only_a: usize, only_b: usize, n: usize) -> (f64, f64, Figures) {
     let truths = |from: usize, count: usize| {
         let of = (0..n).map(|point| if (from..from + count).contains(&point) { Truth::Yes } else { Truth::No });
@@ -98,7 +98,7 @@ fn counted(only_a: usize, only_b: usize, n: usize) -> (f64, f64, Figures) {
     (found.low.expect("a limit"), found.high.expect("a limit"), found)
 }
 
-/// Over all outcomes, not by drawing: the coverage of 95 % limits of a difference of probabilities is never below 95 %.
+/// The coverage of 95 % limits of a difference of probabilities, computed over all outcomes, is never below 95 %.
 #[test]
 fn limits_of_paired_probabilities_hold_over_all_outcomes() {
     for n in [20usize, 50] {
@@ -116,7 +116,7 @@ fn limits_of_paired_probabilities_hold_over_all_outcomes() {
             }
         }
         let shares: Vec<f64> = (0..=24).map(|k| 0.02 * 50f64.powf(f64::from(k) / 25.0)).chain([0.0, 0.97]).collect();
-        // rarely neither holds, too: the sum of both is near to 1
+        // also cases in which almost every point differs: p + q near 1
         let sums = [1.0, 1.0 - 0.2 / n as f64, 1.0 - 1.0 / n as f64, 1.0 - 3.0 / n as f64];
         let mut least = (1.0, 0.0, 0.0);
         for &p in &shares {
@@ -143,7 +143,7 @@ fn limits_of_paired_probabilities_hold_over_all_outcomes() {
 
 #[test]
 fn limits_of_paired_probabilities_are_near_to_the_asymptotic_ones() {
-    // 200 of 2000 points differ: the limits were 1.2 and 1.6 times as wide
+    // 200 of 2000 points differ: earlier limits were 1.2 and 1.6 times as wide
     for (only_a, only_b) in [(100, 100), (200, 0)] {
         let (low, high, found) = counted(only_a, only_b, 2000);
         let (p, q) = (only_a as f64 / 2000.0, only_b as f64 / 2000.0);
@@ -151,7 +151,7 @@ fn limits_of_paired_probabilities_are_near_to_the_asymptotic_ones() {
         assert!((high - low) < 1.1 * asymptotic, "{low} {high} {asymptotic}");
         assert_eq!(found.estimate, Some(p - q));
     }
-    // none differs: limits of 3.7 points to both sides, as of no event
+    // no point differs: limits of 3.7 points on both sides, as without an event
     let (low, high, _) = counted(0, 0, 1000);
     assert!(low == -high && high > 0.0036 && high < 0.0053, "{low} {high}");
 }
@@ -166,7 +166,7 @@ fn arms_of_correlated_estimates_are_put_together() {
     let opposed = reach(a, b, -1.0);
     near(opposed.below, 7.0);
     near(opposed.above, 7.0);
-    // both off by the same: downwards 3 and 2, upwards 5 and 4
+    // fully correlated: downwards 3 and 2, upwards 5 and 4
     let alike = reach(a, b, 1.0);
     near(alike.below, 1.0);
     near(alike.above, 1.0);

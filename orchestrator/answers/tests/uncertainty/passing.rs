@@ -1,4 +1,4 @@
-//! Rows that pass by in pieces are answered as rows in memory are, to the last bit.
+//! Rows in a stream of pieces are answered as rows in memory, to the last bit.
 
 use super::support::made::Made;
 use super::support::{asked, exceedance, made, mean, probability, quantile, replicated};

@@ -1,4 +1,4 @@
-//! What a question file may say, and what it is told.
+//! Valid and invalid questions, and their error messages.
 
 use super::support::{names, one, ramp};
 use bladeoff_answers::ask::{Ask, Figure, Known, Names, Problem, Question, QuestionDef};
@@ -108,7 +108,7 @@ fn every_mistake_is_told_at_once_with_the_nearest_name() {
         ..base()
     };
     assert!(read(fragility("gap")).is_ok() && read(fragility("way")).is_ok());
-    // an outcome is no parameter
+    // an outcome is not a parameter
     assert!(one(fragility("end_speed_rad_s")).contains("neither varied nor uncertain"));
     let difference = |a: &str, b: &str, path: &str| QuestionDef {
         difference: Some([Label::Word(a.into()), Label::Word(b.into())]),
@@ -150,7 +150,7 @@ fn a_gate_is_read_or_refused_with_words() {
         ("P(max_bearing_load_N > 1) < 0", "above 0 and at most 1"),
         ("P(max_bearing_load_N > 1) < 2", "above 0 and at most 1"),
         ("P(max_bearing_load_N > 1) <", "no formula"),
-        // a bound with a unit would pass for one: 1 kg is 1
+        // a bound with a unit would be misread: 1 kg is 1
         ("P(max_bearing_load_N > 1) < 5 mm", "Some(30..31) a bound is a plain number"),
         ("P(max_bearing_load_N > 1) < 1°", "a bound is a plain number"),
         ("P(max_bearing_load_N > 1) < 0.1 0.2", "Some(32..35)"),
@@ -165,7 +165,7 @@ fn a_gate_is_read_or_refused_with_words() {
     assert!(Gate::new("P(y > 1) < 0.1", Some(1.0), &names()).is_err());
 }
 
-/// First orders by ranks have an interval from 256 rows on: fewer rank nothing.
+/// First orders by ranks have an interval from 256 rows on; with fewer there is no ranking.
 #[test]
 fn indices_without_an_interval_are_not_ranked() {
     let asked =

@@ -1,4 +1,4 @@
-//! Smoothed maps with bad runs: where they are, and not beside.
+//! Smoothed maps with bad runs: they affect only the places near them.
 
 use super::maps::{Rows, known, of_z, over, scattered};
 use bladeoff_answers::estimate::formula::Formula;
@@ -7,7 +7,7 @@ use bladeoff_answers::map::{Of, Wanted};
 use bladeoff_model::outcome::Status;
 use bladeoff_numerics::probability::normal_quantile;
 
-/// Nothing but bad runs could be harmful, and those are in one corner: their share rises there and is not smeared over the map.
+/// Only bad runs could be harmful, and all of them are in one corner: their share rises there and is not spread over the map.
 #[test]
 fn bad_runs_are_not_smeared_over_a_smoothed_map() {
     let in_corner = |x: f64, y: f64| x < 0.25 && y < 0.25;
@@ -30,7 +30,7 @@ fn bad_runs_are_not_smeared_over_a_smoothed_map() {
             assert!(harmful > 0.9 && cell.high > Some(0.95) && cell.low < Some(0.2), "{cell:?}");
             inside += 1;
         } else if cell.x > 0.6 || cell.y > 0.6 {
-            // few samples are within so narrow a width, and limits are as wide as they say: 0 of some five; of less nothing is known
+            // few samples lie within so narrow a window, and the limits are accordingly wide: 0 events in about five; with fewer there is no limit
             let is_unknown = (cell.low, cell.high) == (Some(0.0), Some(1.0));
             assert!(harmful < 1e-9 && (cell.high < Some(0.7) || is_unknown), "{cell:?}");
             outside += u32::from(!is_unknown);
@@ -39,7 +39,7 @@ fn bad_runs_are_not_smeared_over_a_smoothed_map() {
     assert!(inside > 3 && outside > 100, "{inside} {outside}");
 }
 
-/// Of a smoothed difference that both runs are bad at its estimates are the same, and it is open all the same; far away it is not.
+/// A smoothed difference where both runs of a pair are bad has equal estimates but is open; far from such pairs it is not.
 #[test]
 fn a_smoothed_difference_is_open_where_both_runs_are_bad() {
     let points = scattered(800, |_, _, _| 0.0);
@@ -65,10 +65,10 @@ fn a_smoothed_difference_is_open_where_both_runs_are_bad() {
     assert!(of(|x| x < 0.3).count() > 20 && of(|x| x < 0.3).all(|cell| !map.is_unsure(cell)));
 }
 
-/// The regime of a place is that of the runs around it, however wide the column is smoothed.
+/// The regime of a place is that of the nearest runs, regardless of the smoothing width.
 #[test]
 fn regimes_are_those_of_the_nearest_runs() {
-    // noise takes a wide width; free in the left third, heavy beyond
+    // noise requires a large width; free in the left third, heavy beyond
     let mut rows = scattered(900, |_, _, u| 2.0 + u);
     for row in 0..900 {
         let is_free = rows.x[row].is_some_and(|x| x < 0.3);
@@ -83,7 +83,7 @@ fn regimes_are_those_of_the_nearest_runs() {
     assert_eq!((wrong.count(), map.cells.len() > 1000), (0, true));
 }
 
-/// What runs that failed had for values is not known: within the width of one a mean has no limits, and is that of the others.
+/// The values of failed runs are unknown: within one smoothing width of such a run a mean has no limits and is that of the other runs.
 #[test]
 fn a_smoothed_mean_near_bad_runs_has_no_limits() {
     let mut rows = scattered(2000, |x, y, u| (20.0 * x).sin() + 0.5 * y + 0.2 * u);
@@ -101,7 +101,7 @@ fn a_smoothed_mean_near_bad_runs_has_no_limits() {
             assert_eq!((cell.low, cell.high, cell.estimate_if_bad_harmful), (None, None, None), "{cell:?}");
             near += 1;
         } else if cell.x < 0.78 - width && cell.low.is_none() {
-            // at edges, where the width holds too few samples
+            // at edges, where the window contains too few samples
             few += 1;
         } else if cell.x < 0.78 - width {
             assert!(cell.low.is_some() && cell.high.is_some() && cell.estimate_if_bad_harmful == cell.estimate);
@@ -112,7 +112,7 @@ fn a_smoothed_mean_near_bad_runs_has_no_limits() {
     assert!(map.notes.iter().any(|note| note.contains("without limits")), "{:?}", map.notes);
 }
 
-/// Limits of a share along a smooth edge, where limits of the whole width would hold in 84 of 100 cells.
+/// Limits of a share along a smooth edge; limits from the full width would hold in 84 of 100 cells.
 #[test]
 fn limits_hold_along_a_smooth_edge() {
     let share = |x: f64, y: f64| 1.0 / (1.0 + (-4.0 * (2.0 * x + y - 1.5)).exp());
@@ -127,7 +127,7 @@ fn limits_hold_along_a_smooth_edge() {
     assert!(of > 2000 && held as f64 > 0.9 * of as f64, "{held} of {of}");
 }
 
-/// Sparse towards the edges (sums of uniform numbers), few, uneven: what lies there is drawn, by a wider window and without limits.
+/// Sparse towards the edges (sums of uniform numbers), few, uneven samples: sparse places are drawn with a wider window and without limits.
 #[test]
 fn samples_are_drawn_where_they_lie() {
     for count in [10, 16, 64, 256, 2000] {
@@ -152,7 +152,7 @@ fn samples_are_drawn_where_they_lie() {
     }
 }
 
-/// Four given values of y, at each the same four random x: y by itself, and a plane is the plane.
+/// Four given values of y, each with the same four random x: y is drawn value by value, and a plane is reproduced.
 #[test]
 fn given_values_are_columns_beside_few_random_ones() {
     let mut rows = Rows { points: Some(4), ..Rows::default() };
@@ -169,13 +169,13 @@ fn given_values_are_columns_beside_few_random_ones() {
         assert!(off.abs() < 1e-9, "{cell:?}");
     }
     assert!(map.cells.len() == map.x.at.len() * 4);
-    // four samples that scatter do not tell how far
+    // four samples with scatter do not determine limits
     rows.z.iter_mut().enumerate().for_each(|(at, z)| *z = z.map(|z| z + ((at * 7919) % 11) as f64));
     let map = &rows.maps(&Wanted { varied: (false, true), ..of_z(false) })[0];
     assert!(map.lacks_limits() && map.cells.iter().all(|cell| cell.low.is_none() && cell.high.is_none()));
 }
 
-/// Runs that no cell shows are told and counted: those that failed, far from any that has a value.
+/// Runs in cells that are not drawn are reported and counted: failed runs far from any run with a value.
 #[test]
 fn samples_that_are_not_drawn_are_counted() {
     let mut rows = scattered(400, |x, _, _| x);
@@ -194,7 +194,7 @@ fn samples_that_are_not_drawn_are_counted() {
     assert!(map.notes.iter().any(|note| note.contains(&told)), "{:?}", map.notes);
 }
 
-/// Bad runs of which the event is known all the same leave a difference of shares nothing open.
+/// Bad runs in which the event is known do not leave a difference of shares open.
 #[test]
 fn a_difference_of_known_events_is_not_open() {
     let mut rows = Rows::default();
@@ -213,11 +213,11 @@ fn a_difference_of_known_events_is_not_open() {
         let map = found.into_iter().find(|map| map.difference.is_some()).expect("a difference");
         (map.bad, map.cells.iter().filter(|cell| map.is_unsure(cell)).count())
     };
-    // what went in is known of a bad run, what came out is not
+    // the inputs of a bad run are known, its results are not
     assert_eq!((difference("x > 0.5"), difference("z > 0.5")), ((1, 0), (1, 1)));
 }
 
-/// Cells whose limits hold the mean of the noise about a plane, and those with limits; whether the noise was reported as skewed.
+/// Number of cells whose limits contain the true mean of noise on a plane, number of cells with limits, and whether skewness was reported.
 fn held_of_noise(seed: u64, samples: usize, noise: &dyn Fn(f64) -> f64) -> (usize, usize, bool) {
     let mut random = bladeoff_system::random::SplitMix(seed);
     let mut rows = Rows { points: Some(samples), ..Rows::default() };
@@ -232,8 +232,8 @@ fn held_of_noise(seed: u64, samples: usize, noise: &dyn Fn(f64) -> f64) -> (usiz
     (held, of, map.notes.iter().any(|note| note.contains("the values are skewed")))
 }
 
-/// Limits of normal noise hold and have no note; those of lognormal noise hold less often, and a note reports it.
-/// All noise has the mean 0 and the standard deviation 1. `COVERAGE_STUDIES=40` gives the numbers of the documents.
+/// Limits of normal noise hold and have no note; limits of lognormal noise hold less often, and a note reports it.
+/// All noise has mean 0 and standard deviation 1. `COVERAGE_STUDIES=40` gives the numbers in the documentation.
 #[test]
 fn skewed_noise_of_a_smoothed_map_is_reported() {
     let studies = std::env::var("COVERAGE_STUDIES").map_or(3, |word| word.parse().expect("a number"));

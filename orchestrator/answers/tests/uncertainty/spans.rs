@@ -1,4 +1,4 @@
-//! What is certain of a condition is true for every value of its variables.
+//! A condition that is certain within bounds is true for every value of its variables.
 
 use bladeoff_answers::estimate::span::Span;
 use bladeoff_answers::estimate::truth::{Truth, span, truth, truth_of_known};
@@ -117,7 +117,7 @@ fn what_is_certain_holds_for_every_value_inside() {
                 Truth::Open => true,
             };
             assert!(fits, "{text} of {of:?} is {found:?}, but not at {x:?}");
-            // as a run that is ok would be judged: a formula without a value leaves it open
+            // as for an ok run: a formula without a value leaves the condition open
             let judged = truth_of_known(&program, |number| x[number], &mut known);
             assert!(found == Truth::Open || found == judged, "{text} of {of:?} is {found:?}, but {judged:?} at {x:?}");
         }
@@ -162,11 +162,11 @@ fn what_was_reached_decides_what_it_can() {
     let upto = Span { lo: 3.0, hi: 5.0, empty: false, lost: false };
     assert_eq!((of("a > 5", upto), of("a >= 5", upto), of("a < 3", upto)), (Truth::No, Truth::Open, Truth::No));
     assert_eq!((of("a <= 5", upto), of("a >= 3", upto), of("a == 6", upto)), (Truth::Yes, Truth::Yes, Truth::No));
-    // no comparison holds without a value
+    // no comparison holds for a missing number
     assert_eq!(of("a > 3", Span::NONE), Truth::No);
     assert_eq!(of("a != 3", Span::NONE), Truth::Yes);
     assert_eq!(of("a*0 == 0", Span::WHOLE), Truth::Open);
-    // a formula without a value, and one that may have none, leave it open; what decides without them decides
+    // a formula that has, or may have, no value leaves the condition open, unless other terms determine it
     let minus = Span::point(-1.0);
     for text in ["ln(a) > 0", "not ln(a) > 0", "ln(a) != 0", "a > 0 or sqrt(a) > 1", "min(ln(a), 0) > 1"] {
         assert_eq!(of(text, minus), Truth::Open, "{text}");

@@ -1,4 +1,4 @@
-//! Events that a row may not decide: those that were not judged, that failed runs had not reached, or that lie after the end of the run.
+//! Events that a row may leave open: not judged, not reached before a failure, or after the end of the run.
 
 use super::support::made::Made;
 use super::support::{ask, exceedance, names, one, probability, quantile};
@@ -8,12 +8,12 @@ use bladeoff_answers::estimate::input::{DesignKind, Ended};
 use bladeoff_answers::gate::{Gate, Verdict};
 use bladeoff_model::outcome::Status;
 
-/// Both ends of an estimate.
+/// Both figures of an estimate.
 fn ends(answer: &Answer) -> (f64, f64) {
     (answer.estimate.expect("a number"), answer.estimate_if_bad_harmful.expect("a number"))
 }
 
-/// So many ok rows without an event, of a column of this nature.
+/// Ok rows without an event, in a column of this nature.
 fn without(rows: usize, nature: char) -> Made {
     let mut study = Made::new(vec![("y", vec![None; rows])]);
     study.columns[0].nature = nature;
@@ -41,7 +41,7 @@ fn a_failed_run_decides_no_event_that_it_had_not_reached() {
             let (verdict, said) = verdict(&study, "P(y > 0) < 0.15");
             assert!(verdict == Verdict::Open && said.contains("24 if bad runs are harmful"), "{said}");
         }
-        // what happened while all guards held has happened; the bare value of an invalid run is not trusted
+        // an event while all guards held has happened; other values of an invalid run are not trusted
         let mut study = without(10, nature);
         for row in 0..2 {
             study.columns[0].cells[row] = Some(0.1);
@@ -51,7 +51,7 @@ fn a_failed_run_decides_no_event_that_it_had_not_reached() {
         study.columns[0].held[0] = Some(0.1);
         assert_eq!(ends(&one(&study, probability("y > 0"))), (0.1, 0.2), "{nature}");
     }
-    // an ok row that ended otherwise than by time has no later event
+    // an ok row that did not end by time has no later event
     assert_eq!(ends(&one(&without(8, 'l'), probability("y > 0"))), (0.0, 0.0));
 }
 
@@ -81,11 +81,11 @@ fn a_cell_that_nothing_judged_decides_nothing() {
     let note = "in 24 runs a quantity of the condition was not judged: undecided";
     assert!(found.notes.iter().any(|said| said == note), "{:?}", found.notes);
     assert!(!found.notes.iter().any(|note| note.contains("nothing of the kind")), "{:?}", found.notes);
-    // the rest of the condition may decide
+    // the other term may determine the condition
     study.columns[0].cells[0] = Some(2.0);
     study.columns[0].cells[1] = Some(0.5);
     assert_eq!(ends(&one(&study, probability("y > 1"))), (1.0 / 24.0, 23.0 / 24.0));
-    // a curve has them on both sides; a quantile is that of the runs that have a value
+    // a curve counts them both ways; a quantile is that of the runs with a value
     let curve = ask(&study, exceedance()).curve.expect("a curve");
     assert_eq!(curve.numbers("estimate").expect("cells").last(), Some(&Some(0.0)));
     assert_eq!(curve.numbers("estimate_if_bad_harmful").expect("cells").last(), Some(&Some(22.0 / 24.0)));
@@ -98,7 +98,7 @@ fn an_event_after_the_end_of_a_run_is_not_known() {
         let mut study = without(100, nature);
         study.ends = vec![Ended::Time(6.0); 100];
         study.columns[0].cells[0] = Some(2.0);
-        // the event within the simulated time
+        // events within the simulated time
         for text in ["y > 0", "y > 5.9", "y < 6", "y <= 5.9 and y > 1"] {
             assert!(ends(&one(&study, probability(text))).1 <= 0.01, "{text}");
         }
@@ -113,7 +113,7 @@ fn an_event_after_the_end_of_a_run_is_not_known() {
         let (open, said) = verdict(&study, "P(y > 6.5) < 0.05");
         assert!(open == Verdict::Open && said.contains("runs that ended before the time in the condition"), "{said}");
         assert_eq!(verdict(&study, "P(y > 0) < 0.1").0, Verdict::Passed);
-        // runs that came to rest have no later event
+        // runs that stopped have no later event
         study.ends = vec![Ended::Other; 100];
         assert_eq!(ends(&one(&study, probability("y > 6.5"))), (0.0, 0.0));
     }
@@ -138,7 +138,7 @@ fn a_column_that_the_machine_lacks_is_refused_with_the_key_that_is_missing() {
     assert!(Gate::new("P(z > 0) < 0.2", None, &names).is_ok());
 }
 
-/// Four cells of two starts; both runs of the last one ended at a limit of the model.
+/// Four cells with two starts; both runs of the last cell ended at a limit of the model.
 #[test]
 fn a_map_cell_that_is_a_lower_bound_is_never_at_most() {
     let cells = |of: fn(usize) -> f64| (0..8).map(|row| Some(of(row))).collect::<Vec<_>>();
@@ -187,7 +187,7 @@ fn a_map_cell_that_is_a_lower_bound_is_never_at_most() {
     (6..8).for_each(|row| lost.fail(row, "diverged"));
     let lost = map(&lost).sentence;
     assert!(lost.contains("the largest at least 4, at 1 and 0; the least at most 0; open, because of bad"), "{lost}");
-    // no colour and no line take the bound for a value: the scale ends at the largest value that is one
+    // colours and lines do not use the bound as a value: the scale ends at the largest actual value
     let drawn = |answer: &Answer| {
         let map = answer.map.as_deref().expect("a map").clone();
         bladeoff_answers::figures::maps("", &[map]).svg().to_owned()

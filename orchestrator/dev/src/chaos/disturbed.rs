@@ -1,4 +1,4 @@
-//! One `bladeoff run` under way, disturbed by faults at known states and by signals, and what it leaves behind.
+//! A `bladeoff run` process, disturbed by faults at known states and by signals, and the files that it leaves.
 
 use super::error::ChaosError;
 use crate::faults::FAULT_VARIABLE;
@@ -11,26 +11,26 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Nothing here takes as long; what hangs fails.
+/// Longest duration of a disturbed run; a run that takes longer counts as hanging.
 pub const WATCHDOG: Duration = Duration::from_secs(240);
 
-/// A run, its events and its words in files.
+/// A running `bladeoff run`, with its events and messages in files.
 #[derive(Debug)]
 pub struct Running {
-    /// The orchestrator.
+    /// Process of the orchestrator.
     pub child: Child,
-    /// Where faults leave their proof.
+    /// Folder in which fired faults leave a file.
     pub fired: PathBuf,
     events: PathBuf,
     log: PathBuf,
 }
 
 impl Running {
-    /// Starts `command`, a `bladeoff run ... --json-events`, with these faults, separated by `;`, without `dir`. `scratch`: an
-    /// empty folder of its own.
+    /// Starts `command`, a `bladeoff run ... --json-events`, with these faults, separated by `;`, without `dir`. `scratch`: an empty folder for
+    /// this run.
     ///
     /// # Errors
-    /// The folder cannot be written, the program does not start.
+    /// The folder cannot be written, or the program does not start.
     pub fn start(mut command: Command, scratch: &Path, faults: &str) -> Result<Self, ChaosError> {
         let (fired, events, log) = (scratch.join("fired"), scratch.join("events"), scratch.join("log"));
         fs::create_dir(&fired).map_err(FileError::at("create", &fired))?;
@@ -46,7 +46,7 @@ impl Running {
         Ok(Self { child, fired, events, log })
     }
 
-    /// The faults that have fired so far, by state and sample.
+    /// Faults that have fired so far, by state and sample.
     #[must_use]
     pub fn fired(&self) -> Vec<(String, String)> {
         let names = fs::read_dir(&self.fired).into_iter().flatten().flatten().map(|entry| entry.file_name());
@@ -57,36 +57,36 @@ impl Running {
         names.filter_map(|name| parts(name.to_string_lossy().into_owned())).collect()
     }
 
-    /// The events so far; a last line that is cut is left out.
+    /// Events so far; an incomplete last line is skipped.
     #[must_use]
     pub fn events(&self) -> Vec<Value> {
         let text = fs::read_to_string(&self.events).unwrap_or_default();
         text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
-    /// How many events of this name there are so far.
+    /// Number of events with this name so far.
     #[must_use]
     pub fn count(&self, name: &str) -> usize {
         self.events().iter().filter(|event| event["event"] == name).count()
     }
 
-    /// What was said to people.
+    /// Text on standard error so far.
     #[must_use]
     pub fn said(&self) -> String {
         fs::read_to_string(&self.log).unwrap_or_default()
     }
 
-    /// Its workers so far, by its events.
+    /// Process ids of the workers so far, from the events.
     #[must_use]
     pub fn workers(&self) -> BTreeSet<u32> {
         let pids = self.events();
         pids.iter().filter_map(|event| event["pid"].as_u64()).filter_map(|pid| u32::try_from(pid).ok()).collect()
     }
 
-    /// Waits for its end, calling `meanwhile` again and again.
+    /// Waits for the end of the run, calling `meanwhile` repeatedly.
     ///
     /// # Errors
-    /// It does not end.
+    /// The run does not end.
     pub fn end(&mut self, mut meanwhile: impl FnMut(&Self)) -> Result<ExitStatus, ChaosError> {
         let start = Instant::now();
         loop {
@@ -103,22 +103,22 @@ impl Running {
     }
 }
 
-/// State letter of a process; `None` when there is none.
+/// State letter of a process from /proc; `None` if the process does not exist.
 #[must_use]
 pub fn state(pid: u32) -> Option<char> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     stat.rsplit(')').next()?.trim().chars().next()
 }
 
-/// Whether a process is there and holds anything: it is no zombie, or a zombie of which a thread still ends. The first thread of a killed
-/// process can be a zombie before its others have let go of the files, and of the locks that say who lives.
+/// Whether a process exists and holds resources: it is no zombie, or a zombie with a thread that has not ended. The first thread of a killed
+/// process can be a zombie before the other threads have released files and locks.
 #[must_use]
 pub fn lives(pid: u32) -> bool {
     let threads = || fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten().count();
     state(pid).is_some_and(|state| state != 'Z' || threads() > 1)
 }
 
-/// What the runs of a result directory have left in shared memory and in the temporary folder, by its log.
+/// Files that the runs of a result directory have left in shared memory and in the temporary folder, according to the log.
 #[must_use]
 pub fn left_behind(out: &Path) -> Vec<PathBuf> {
     let log = fs::read_to_string(out.join("workers.log")).unwrap_or_default();
@@ -126,7 +126,7 @@ pub fn left_behind(out: &Path) -> Vec<PathBuf> {
         log.lines().filter_map(|line| line.split_once("shared memory in ")).map(|(_, root)| PathBuf::from(root));
     let mut left = Vec::new();
     for root in roots {
-        // Where somebody has our name in /tmp, more stands before it.
+        // if another user occupies the name in /tmp, a longer one is used, with the id at its end
         let name = root.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let id = name.rsplit('-').next().unwrap_or_default();
         let shm = fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|entry| entry.path());

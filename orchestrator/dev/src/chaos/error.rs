@@ -1,48 +1,48 @@
-//! Errors that a storm of kills finds.
+//! Errors found by a chaos test.
 
 use bladeoff_system::files::FileError;
 use bladeoff_system::shown;
 use std::path::PathBuf;
 
-/// What a storm found, or why it could not be raised.
+/// Error found by a chaos test, or reason why it could not run.
 #[derive(Debug, thiserror::Error)]
 pub enum ChaosError {
-    /// The table is not the undisturbed one.
+    /// A table that differs from the undisturbed one.
     #[error(
         "study {study}: its table is not the undisturbed one; the result directory is kept as {}",
         shown(directory)
     )]
     Differs {
-        /// Number of the study in the storm, from 1.
+        /// Number of the study, from 1.
         study: u64,
-        /// Where it is.
+        /// Path of the kept result directory.
         directory: PathBuf,
     },
-    /// Something is left in shared memory or in the temporary folder.
+    /// Files left in shared memory or in the temporary folder.
     #[error("study {study} has left {}", left.iter().map(shown).collect::<Vec<_>>().join(", "))]
     Left {
-        /// Number of the study in the storm, from 1.
+        /// Number of the study, from 1.
         study: u64,
-        /// What.
+        /// Paths of the files.
         left: Vec<PathBuf>,
     },
-    /// A process that should have ended.
+    /// A process that does not end.
     #[error("{what} does not end\n{said}")]
     Hangs {
-        /// Which.
+        /// Name of the process.
         what: &'static str,
-        /// What it said.
+        /// Standard error of the process.
         said: String,
     },
-    /// A run that nobody killed failed.
+    /// A run that failed without being killed.
     #[error("a run ended with {status}\n{said}")]
     Failed {
-        /// How it ended.
+        /// Exit status.
         status: String,
-        /// What it said.
+        /// Standard error of the run.
         said: String,
     },
-    /// A file, or a process that cannot be started.
+    /// A file operation that failed, or a process that cannot be started.
     #[error(transparent)]
     File(#[from] FileError),
 }

@@ -1,6 +1,6 @@
-//! A seeded storm over a small study: orchestrator and workers are killed and stopped at random states and random moments,
-//! continued and started again until the study is complete; then its table must be the undisturbed one, byte for byte, and
-//! nothing may be left in shared memory. `bladeoff-dev chaos`, and the tests of faults.
+//! Random disturbances of a small study, reproducible by a seed: orchestrator and workers are killed and stopped at random states and times, and the
+//! study is continued until it is complete. Then its table must be byte for byte equal to that of an undisturbed run, and nothing may be left in shared
+//! memory. Used by `bladeoff-dev chaos` and the tests of faults.
 
 mod disturbed;
 mod error;

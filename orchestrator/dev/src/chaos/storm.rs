@@ -1,4 +1,4 @@
-//! The storm itself: what is planned, what happened, what must hold afterwards.
+//! Chaos test: random faults, counts of what happened, and checks of the results.
 
 use super::disturbed::{Running, WATCHDOG, left_behind, lives, state};
 use super::error::ChaosError;
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 const STATES: [&str; 4] = ["claimed", "running", "sent", "recorded"];
 
-/// A storm under way.
+/// A chaos test in progress.
 #[derive(Debug)]
 pub struct Storm {
     program: PathBuf,
@@ -28,27 +28,27 @@ pub struct Storm {
     figures: Figures,
 }
 
-/// What a storm did.
+/// Counts of a chaos test.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Figures {
-    /// Complete studies, each with the undisturbed table and nothing left.
+    /// Completed studies, each with the undisturbed table and without remaining files.
     pub studies: u64,
-    /// Runs of them.
+    /// Runs of these studies.
     pub runs: u64,
-    /// Runs that took up a record with results.
+    /// Runs that resumed a record with results.
     pub resumed: u64,
-    /// Fired faults by target, action and state, and those at a random moment.
+    /// Fired faults by target, action and state, and faults at random times.
     pub faults: BTreeMap<String, u64>,
-    /// Events that the runs told, by name.
+    /// Events of the runs, by name.
     pub events: BTreeMap<String, u64>,
-    /// Results that were told.
+    /// Results reported in events.
     pub told: u64,
-    /// Messages dropped.
+    /// Discarded messages.
     pub dropped: u64,
 }
 
 impl Storm {
-    /// Prepares a storm in an empty folder: the study, and its undisturbed table. `program`: the `bladeoff-dev` that is tried.
+    /// Prepares a chaos test in an empty folder: study, and undisturbed table. `program`: the `bladeoff-dev` under test.
     ///
     /// # Errors
     /// The undisturbed run fails.
@@ -76,16 +76,16 @@ impl Storm {
         Ok(storm)
     }
 
-    /// One study through the storm to its end.
+    /// Runs one study with random faults until it is complete.
     ///
     /// # Errors
-    /// What was found.
+    /// The error that was found.
     pub fn study(&mut self) -> Result<(), ChaosError> {
         let study = self.figures.studies + 1;
         let out = self.folder.join(format!("storm-{study}"));
         while !self.disturbed_run(&out)? {}
         if table(&out)? != self.calm {
-            // Outside of the folder, which goes.
+            // outside of the temporary folder, which is removed
             let kept = std::env::temp_dir().join(format!("bladeoff-chaos-{}-{study}", std::process::id()));
             fs::rename(&out, &kept).map_err(FileError::at("rename to", &kept))?;
             return Err(ChaosError::Differs { study, directory: kept });
@@ -99,7 +99,7 @@ impl Storm {
         Ok(())
     }
 
-    /// What has happened so far.
+    /// Counts so far.
     #[must_use]
     pub fn figures(&self) -> &Figures {
         &self.figures
@@ -114,7 +114,7 @@ impl Storm {
         Running::start(command, &scratch, faults)
     }
 
-    /// One run with up to two faults at states and one at a moment; whether the study is complete.
+    /// One run with up to two faults at states and one at a random time; returns whether the study is complete.
     fn disturbed_run(&mut self, out: &Path) -> Result<bool, ChaosError> {
         let random = &mut self.random;
         let mut planned = Vec::new();
@@ -147,7 +147,7 @@ impl Storm {
                 };
                 killed = killed.or(target.filter(|&pid| signal(pid, Signal::KILL)));
             }
-            // Whoever is stopped goes on a moment later; workers in half of the cases only when they are called stale.
+            // stopped processes continue after a moment; workers in half of the cases only after they are reported as stale
             let is_stopped = |pid: u32| state(pid) == Some('T');
             if is_stopped(orchestrator) {
                 let _ = signal(orchestrator, Signal::CONT);
@@ -192,7 +192,7 @@ impl Storm {
 }
 
 impl Figures {
-    /// The figures in words.
+    /// Counts as text.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!(

@@ -3,9 +3,9 @@
 /// The lab rig of `studies/machines`: a machine that is simulated in a fraction of a second.
 pub const LAB_RIG: &str = include_str!("../../../../studies/machines/lab_rig.toml");
 
-/// 4 gaps x 5 masses of `machines/rig.toml`; a sample takes a tenth of a second, so that there are results on disk before the
-/// last begins.
+/// 4 gaps x 5 masses of `machines/rig.toml`; a sample takes a tenth of a second, so that results are on disk before the last sample
+/// begins.
 pub const STUDY: &str = include_str!("study.toml");
 
-/// Samples of it.
+/// Number of samples of the study.
 pub const SAMPLES: u64 = 20;

@@ -29,7 +29,7 @@ pub struct Args {
     minutes: u64,
 }
 
-/// Studies between two lines of progress.
+/// Number of studies between two lines of progress.
 const REMARK_EVERY: u64 = 10;
 
 /// Runs the subcommand.
@@ -37,7 +37,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     let folder = TemporaryFolder::new()?;
     let load_before = load();
     remark(&format!("seed {}; what hangs is given up after {} s", args.seed, WATCHDOG.as_secs()));
-    // By the running file, so that every run is this build.
+    // By the executable file of this process, so that every run uses this build.
     let program = PathBuf::from(format!("/proc/{}/exe", std::process::id()));
     let mut storm = match Storm::new(&program, &folder.0, args.seed) {
         Ok(storm) => storm,
@@ -60,7 +60,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// Prints what a storm found; the exit code.
+/// Prints the error that ended the storm; returns the exit code.
 fn found(error: &ChaosError) -> Exit {
     remark(&format!("error: {}", with_causes(error)));
     match error {

@@ -25,7 +25,7 @@ enum Command {
     Table1(table1::Args),
 }
 
-/// Runs a command of the tools, or one of `bladeoff` with faults from the environment; returns the exit code.
+/// Runs a command of the tools, or a command of `bladeoff` with faults from the environment; returns the exit code.
 #[must_use]
 pub fn main() -> ExitCode {
     let first = std::env::args_os().nth(1);
@@ -61,7 +61,7 @@ mod tests {
         Cli::command().debug_assert();
     }
 
-    /// clap breaks a longer line, and an example can then no longer be pasted.
+    /// clap breaks a longer line, and an example can then no longer be copied.
     #[test]
     fn examples_fit_a_terminal_of_60_columns() {
         let mut seen = 0;

@@ -1,14 +1,14 @@
-//! Why orderings come out or not, as far as the same runs say it: every sentence is made of their numbers.
+//! Explanations of the orderings, from the numbers of the same runs.
 
 use super::done::Done;
 use super::quantity::{CPU, DETECTIONS, FORCE, LOAD, MEAN_FORCE, PENETRATION, Quantity, digits, ratio, spreads};
 use super::separation::{Spread, Verdict};
 use bladeoff_model::machine::Engine;
 
-/// Penetration \[m\] that is rounding.
+/// Penetration \[m\] below which a difference is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// The section of the report.
+/// Section of the report.
 pub(super) fn causes(done: &[Done], engines: &[&str]) -> Vec<String> {
     let mut lines = vec![
         "\n## Why\n".to_owned(),
@@ -36,7 +36,7 @@ fn median(done: &[Done], engine: &str, detection: &str, value: fn(&Done) -> Opti
     Spread::of(done, engine, detection, value).map(|spread| spread.median())
 }
 
-/// The ratio of CPU times is the ratio of iterations times that of the CPU time of an iteration.
+/// The ratio of CPU times is the product of the ratio of iterations and the ratio of CPU times per iteration.
 fn cpu_time(done: &[Done], engine: &str) -> Vec<String> {
     let iterations: fn(&Done) -> Option<f64> = |run| run.value("iterations");
     let of = |detection| {
@@ -58,7 +58,7 @@ fn cpu_time(done: &[Done], engine: &str) -> Vec<String> {
         .collect()
 }
 
-/// How far the detections lie from one another, against the starts of one detection.
+/// Differences between the detections, compared with the scatter between the starts of one detection.
 fn spread_by_detection(done: &[Done], engine: &str) -> Vec<String> {
     let of = |quantity: &Quantity| {
         let all: Vec<Spread> = spreads(done, engine, quantity).into_iter().flatten().collect();
@@ -82,7 +82,7 @@ fn ends(values: &[f64]) -> Option<(f64, f64)> {
     Some((low, values.iter().copied().reduce(f64::max)?))
 }
 
-/// The raw peak is the 1 ms mean times how much one step stands out of it: which of the two makes the paper's orderings?
+/// The raw peak is the 1 ms mean times the ratio of the largest step to that mean: which of the two causes the paper's orderings?
 fn contact_force(done: &[Done], engine: &str) -> Vec<String> {
     let parts: Vec<String> = DETECTIONS
         .iter()
@@ -113,7 +113,7 @@ fn contact_force(done: &[Done], engine: &str) -> Vec<String> {
     ]
 }
 
-/// Where the penetration comes from.
+/// Origin of the penetration.
 fn penetration(done: &[Done], engine: &str) -> Vec<String> {
     DETECTIONS
         .iter()
@@ -151,7 +151,7 @@ fn share(run: &Done, energy: &str) -> Option<f64> {
     Some(100.0 * run.value(energy)? / friction)
 }
 
-/// What the engines differ by that is not the detection: above all the step.
+/// Differences between the engines other than the detection, mainly the step.
 fn step(done: &[Done]) -> Vec<String> {
     let step: fn(&Done) -> Option<f64> = |run| run.value("step_s");
     DETECTIONS

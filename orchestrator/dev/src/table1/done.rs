@@ -1,19 +1,19 @@
-//! A run of the comparison that is done.
+//! A finished run of the comparison.
 
 use bladeoff_model::outcome::{ColumnKind, Outcome, Status};
 use std::fmt::Write;
 
-/// One run that is done.
+/// One finished run.
 pub struct Done {
-    /// Word of its engine.
+    /// Name of the engine.
     pub engine: &'static str,
-    /// Word of its contact detection.
+    /// Name of the contact detection.
     pub detection: &'static str,
-    /// Number of its start, 0: the machine's own.
+    /// Number of the start; 0 is the start that the machine file defines.
     pub start: usize,
     /// CPU time of the transient \[s\].
     pub cpu: f64,
-    /// Columns of its outcome.
+    /// Columns of the outcome.
     pub names: Vec<(String, ColumnKind)>,
     /// The outcome.
     pub outcome: Outcome,
@@ -27,13 +27,13 @@ impl Done {
         self.outcome.values.get(at).copied().flatten()
     }
 
-    /// How it ended.
+    /// Status of the run.
     #[must_use]
     pub fn status(&self) -> Status {
         self.outcome.status
     }
 
-    /// Status and causes of a run that is not ok.
+    /// Status and causes, if the run is not ok.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let causes = || self.outcome.causes.words().map(|words| format!(" ({words})")).unwrap_or_default();
@@ -41,7 +41,7 @@ impl Done {
     }
 }
 
-/// Every run, one line each.
+/// CSV of all runs, one line for each.
 #[must_use]
 pub fn csv(done: &[Done]) -> String {
     let mut text = String::from("engine,detection,start,cpu_s,status");

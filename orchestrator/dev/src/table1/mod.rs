@@ -1,4 +1,4 @@
-//! The paper's Table 1 beside ours: what the runs of the comparison say, from their numbers alone.
+//! The paper's Table 1 compared with the results of this program, evaluated from the numbers of the runs alone.
 
 mod causes;
 mod done;

@@ -1,4 +1,4 @@
-//! The quantities that are compared, and how their numbers are written.
+//! The compared quantities, and the format of their numbers.
 
 use super::done::Done;
 use super::separation::Spread;
@@ -10,9 +10,9 @@ pub(super) const DETECTIONS: [&str; 3] = Detection::WORDS;
 /// A row of the table.
 pub(super) struct Quantity {
     pub name: &'static str,
-    /// The paper's values for hyp1, hyp2, hyp2-frozen in the shown unit; `None`: a row of our own.
+    /// The paper's values for hyp1, hyp2, hyp2-frozen in the displayed unit; `None`: the paper has no such row.
     pub paper: Option<[f64; 3]>,
-    /// Ours in the shown unit.
+    /// The value of this program in the displayed unit.
     pub ours: fn(&Done) -> Option<f64>,
 }
 
@@ -53,7 +53,7 @@ pub(super) fn digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A ratio; where the smaller one is rounding, only that it is.
+/// A ratio; if the smaller value is only rounding error, a lower bound.
 pub(super) fn ratio(large: f64, small: f64) -> String {
     if large > 1e6 * small { "×>1e6".to_owned() } else { format!("×{}", digits(large / small)) }
 }

@@ -1,29 +1,29 @@
-//! When an ordering of two detections is claimed.
+//! Criterion for an ordering of two detections.
 //!
-//! Each detection has one value for each start. If the detection made no difference, the values of two detections over n starts
-//! each would be exchangeable, and all of one would lie below all of the other in 2 of C(2n, n) cases (the extreme of the
-//! rank-sum test; values of equal starts that resemble one another make it rarer). An ordering is claimed where the ranges lie
-//! apart and that chance is at most [`CHANCE`]: four starts are needed, three lie apart by accident one time in ten.
+//! Each detection has one value for each start. If the detection had no effect, the values of two detections over n starts each would be
+//! exchangeable, and all values of one would lie below all values of the other with probability 2/C(2n, n) (the extreme of the rank-sum
+//! test; correlation between equal starts makes this less likely). An ordering is claimed if the ranges do not overlap and that probability is
+//! at most [`CHANCE`]. This takes four starts: with three, the probability is one in ten.
 
 use super::done::Done;
 use bladeoff_model::outcome::Status;
 
-/// Chance up to which two separate ranges are taken for more than an accident.
+/// Largest probability of separate ranges by chance for which an ordering is claimed.
 pub(super) const CHANCE: f64 = 0.05;
 
-/// What the starts say about one quantity of one detection.
+/// Values of one quantity and detection over the starts.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spread {
     /// Value from the machine's own start.
     pub own: f64,
-    /// All values, in rising order.
+    /// All values in ascending order.
     pub sorted: Vec<f64>,
-    /// Runs that are not `ok`: their values are not to be believed.
+    /// Number of runs that are not `ok`, whose values are unreliable.
     pub not_ok: usize,
 }
 
 impl Spread {
-    /// Of the runs of an engine and detection; `None` where the own start has no value.
+    /// Values of the runs of an engine and detection; `None` if the own start has no value.
     pub fn of(done: &[Done], engine: &str, detection: &str, value: fn(&Done) -> Option<f64>) -> Option<Self> {
         let runs = || done.iter().filter(|run| run.engine == engine && run.detection == detection);
         let own = runs().find(|run| run.start == 0).and_then(value)?;
@@ -43,18 +43,18 @@ impl Spread {
     }
 }
 
-/// What can be said about `small < large`.
+/// Result for the ordering `small < large`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It is so.
+    /// The ordering is confirmed.
     ComesOut,
-    /// The opposite is so.
+    /// The reverse ordering is confirmed.
     Reversed,
     /// The ranges overlap.
     Overlap,
-    /// They lie apart, but so few values do that by accident.
+    /// The ranges do not overlap, but there are too few values.
     TooFew,
-    /// Some of the values come from runs that are not to be believed.
+    /// Some values come from runs that are not `ok`.
     NotOk,
     /// There are no values.
     Missing,
@@ -68,7 +68,7 @@ impl Verdict {
         }
         let apart = small.high() < large.low() || small.low() > large.high();
         if !apart {
-            // one value each is a point, which overlaps only where it is equal
+            // single values are points, which overlap only if they are equal
             return Verdict::Overlap;
         }
         if accident(small.sorted.len(), large.sorted.len()) > CHANCE {
@@ -77,7 +77,7 @@ impl Verdict {
         if small.high() < large.low() { Verdict::ComesOut } else { Verdict::Reversed }
     }
 
-    /// Of several engines: what all of them claim.
+    /// Common result of several engines.
     pub fn of_all(verdicts: &[Self]) -> Self {
         let first = verdicts.first().copied().unwrap_or(Verdict::Missing);
         if verdicts.iter().all(|verdict| *verdict == first) {
@@ -86,7 +86,7 @@ impl Verdict {
         verdicts.iter().copied().find(|verdict| !verdict.claims()).unwrap_or(Verdict::Overlap)
     }
 
-    /// Whether something is claimed.
+    /// Whether an ordering, or its reverse, is claimed.
     pub fn claims(self) -> bool {
         matches!(self, Verdict::ComesOut | Verdict::Reversed)
     }
@@ -103,7 +103,7 @@ impl Verdict {
     }
 }
 
-/// Chance that `a` and `b` exchangeable values lie apart, in either order: 2/C(a+b, a).
+/// Probability that `a` and `b` exchangeable values do not overlap, in either order: 2/C(a+b, a).
 pub(super) fn accident(a: usize, b: usize) -> f64 {
     let choose = (1..=a).fold(1.0, |product, k| product * (b + k) as f64 / k as f64);
     (2.0 / choose).min(1.0)
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(Verdict::of_all(&[Reversed]), Reversed);
     }
 
-    /// Counted: of all ways to deal 2n distinct values to two hands, those in which one hand has all the small ones.
+    /// Reference: of all ways to deal 2n distinct values to two hands, those in which one hand has all the small ones.
     #[test]
     fn the_chance_of_an_accident_is_that_of_dealing() {
         for (n, share) in [(1, 1.0), (2, 2.0 / 6.0), (3, 0.1), (4, 2.0 / 70.0), (5, 2.0 / 252.0)] {

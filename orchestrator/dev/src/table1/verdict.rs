@@ -1,4 +1,4 @@
-//! The report: the table, the orderings, and what was measured about their causes.
+//! Report: the table, the orderings, and measured data on their causes.
 
 use super::causes::causes;
 use super::done::Done;
@@ -9,7 +9,7 @@ use bladeoff_model::machine::Engine;
 /// Pairs of detections.
 const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// The rows of the paper's Table 1, and then some of our own that converge with the step.
+/// Rows of the paper's Table 1, followed by quantities that converge with the step.
 const TABLE: [&Quantity; 7] = [
     &CPU,
     &LOAD,
@@ -20,7 +20,7 @@ const TABLE: [&Quantity; 7] = [
     &Quantity { name: "end speed [rad/s]", paper: None, ours: |run| run.value("end_speed_rad_s") },
 ];
 
-/// The report as Markdown.
+/// The report in Markdown.
 #[must_use]
 pub fn report(done: &[Done]) -> String {
     let engines: Vec<&str> =
@@ -71,7 +71,7 @@ fn table(done: &[Done], engine: &str) -> Vec<String> {
     lines
 }
 
-/// The paper's orderings, what each engine says about them, and what is claimed.
+/// Orderings of the paper, results of each engine, and claims.
 fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
     let (mut rows, mut claims, mut open) = (Vec::new(), Vec::new(), Vec::new());
     for quantity in TABLE {
@@ -150,7 +150,7 @@ fn orderings(done: &[Done], engines: &[&str], starts: usize) -> Vec<String> {
     lines
 }
 
-/// Why an ordering is left open: what each engine says of it, its difference against its scatter.
+/// Reason why an ordering is undecided: result of each engine, and difference compared with scatter.
 fn undecided(
     done: &[Done],
     engines: &[&str],

@@ -1,4 +1,4 @@
-//! `bladeoff bench answers`: what all figures of a large table cost, measured on this machine.
+//! `bladeoff bench answers`: cost of all figures of a large table, measured on this machine.
 
 use super::super::answer::understood;
 use super::super::error::CliError;
@@ -32,7 +32,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Combinations of what varies, and replicates of the second design.
+/// Number of combinations of the varied parameters, and of replicates of the second design.
 const GROUPS: u64 = 2;
 const REPLICATES: u64 = 16;
 
@@ -117,7 +117,7 @@ mean = "y"
 
 const GATE: &str = "\n[[gate]]\nrequire = \"P(y > 9.2) < 0.05\"\n";
 
-/// Both studies: their words, files and rows.
+/// Both studies with their descriptions, files and numbers of rows.
 fn studies(rows: u64) -> [(&'static str, String, u64); 2] {
     let points = rows.div_ceil(GROUPS);
     let each = points.div_ceil(REPLICATES).next_power_of_two();
@@ -173,7 +173,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// The page about a directory, beside it.
+/// The report page of a directory, written beside it.
 pub(super) fn report(directory: &Path, samples: &Samples) -> Result<(), CliError> {
     let study = samples.study();
     let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;
@@ -184,7 +184,7 @@ pub(super) fn report(directory: &Path, samples: &Samples) -> Result<(), CliError
     Ok(())
 }
 
-/// Everything that a study asks of its directory, in words.
+/// All answers and decisions of a study about its directory, in words.
 pub(super) fn answer(directory: &Path, samples: &Samples) -> Result<String, CliError> {
     let study = samples.study();
     let Meant { questions, gates } = understood(samples, &study.file, &study.text, &study.asked)?;

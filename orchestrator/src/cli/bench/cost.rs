@@ -1,4 +1,4 @@
-//! One stage measured in a process of its own: its time, its CPU time, its memory.
+//! Measurement of one stage in its own process: time, CPU time, memory.
 
 use super::super::error::CliError;
 use bladeoff_system::files::FileError;
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// What a stage took.
+/// Cost of a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     pub seconds: f64,
@@ -15,7 +15,7 @@ pub struct Cost {
     pub peak_mb: Option<f64>,
 }
 
-/// One stage of a study in a directory, in a process of its own.
+/// Measures one stage of a study in a directory, in its own process.
 pub(super) fn measure(what: &str, study: &Path, directory: &Path) -> Result<Cost, CliError> {
     let mut command = Command::new("/proc/self/exe");
     command.args(["bench", "stage", what]).arg(study).arg(directory);
@@ -31,7 +31,7 @@ pub(super) fn measure(what: &str, study: &Path, directory: &Path) -> Result<Cost
     Ok(Cost { seconds, cpu_s: said["cpu_s"].as_f64(), peak_mb: said["peak_mb"].as_f64() })
 }
 
-/// Largest memory that this process has had \[MB\].
+/// Peak memory of this process \[MB\].
 pub fn peak_mb() -> Option<f64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let kilobytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"))?;

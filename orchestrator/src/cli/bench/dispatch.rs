@@ -1,4 +1,4 @@
-//! `bladeoff bench dispatch`: what the dispatch costs, measured on this machine.
+//! `bladeoff bench dispatch`: measured cost of the dispatch on this machine.
 
 use super::super::error::CliError;
 use super::super::exit::Exit;
@@ -112,7 +112,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// Samples of four parameters, as a study of four axes has.
+/// Result for samples with four parameters, as in a study with four axes.
 struct Durable {
     micros: f64,
     start_s: f64,
@@ -136,7 +136,7 @@ struct Idle {
     worker: Option<f64>,
 }
 
-/// Looks at the CPU time of whoever waits: when that begins, and at the last moment.
+/// CPU time of waiting processes: when they begin to wait, and at the last moment.
 #[derive(Default)]
 struct Watch {
     own: Option<(Duration, f64)>,
@@ -175,7 +175,7 @@ fn measure_idle(folder: &Path) -> Result<Idle, CliError> {
     Ok(Idle { orchestrator, worker: worker.map(|[first, last]| share(first, last)) })
 }
 
-/// CPU time that all threads of a process have used \[s\], to the nanosecond.
+/// CPU time used by all threads of a process \[s\], with a resolution of 1 ns.
 fn cpu_seconds(pid: u32) -> f64 {
     let tasks = fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
     let nanoseconds = |path: PathBuf| {
@@ -185,7 +185,7 @@ fn cpu_seconds(pid: u32) -> f64 {
     tasks.filter_map(|task| nanoseconds(task.path())).sum::<f64>() * 1e-9
 }
 
-/// Microseconds per task of `concurrent.futures.ProcessPoolExecutor`; `None` where there is no python3.
+/// Microseconds per task of `concurrent.futures.ProcessPoolExecutor`; `None` without python3.
 fn python(samples: u64, workers: u16, chunk: u64) -> Option<f64> {
     let script = format!(
         "import concurrent.futures as c, time\n\

@@ -1,4 +1,4 @@
-//! `bladeoff bench engines`: what a transient costs on the engine `reduced`, here or in another program, and on `exponential`.
+//! `bladeoff bench engines`: cost of a transient on the engine `reduced`, in this or another program, and on `exponential`.
 
 use super::super::error::CliError;
 use super::super::exit::Exit;
@@ -59,16 +59,16 @@ fn part(text: &str) -> Result<f64, String> {
     part.ok_or_else(|| "must be above 0 and at most 1".to_owned())
 }
 
-/// Runs of the fast engine for each of the other.
+/// Number of runs of the fast engine for each run of the other engine.
 const MORE: u32 = 5;
-/// A run that is over at once: what is left of its CPU time is the start of a program \[s\].
+/// End time of a run whose CPU time is that of the program start \[s\].
 const AT_ONCE: f64 = 1e-4;
 
 // links to studies/machines: a published package contains the files themselves
 const TURBINE: &str = include_str!("lp_turbine_paper.toml");
 pub(super) const RIG: &str = include_str!("lab_rig.toml");
 
-/// A transient: its name, its machine, whether something touches.
+/// A transient: name, machine, and whether contact occurs.
 struct Case {
     name: &'static str,
     text: String,
@@ -99,7 +99,7 @@ fn variants() -> [Case; 4] {
 }
 
 fn cases() -> Vec<Case> {
-    // the tables of its diaphragm stand last
+    // the tables of the diaphragm are at the end of the file
     let flight = TURBINE.split_once("[diaphragms").map_or(TURBINE, |(before, _)| before).to_owned();
     let detected = |detection: &str| TURBINE.replace("detection = \"hyp2\"", &format!("detection = \"{detection}\""));
     let cases = [
@@ -112,13 +112,13 @@ fn cases() -> Vec<Case> {
     cases.into_iter().chain(variants()).collect()
 }
 
-/// CPU times of one transient \[s\].
+/// CPU times of a transient \[s\].
 struct Measured {
     name: &'static str,
-    /// Of each run of `reduced`, and of each of `exponential`.
+    /// CPU time of each run of `reduced`, and of each run of `exponential`.
     reduced: Vec<f64>,
     exponential: Vec<f64>,
-    /// Matrices, modes and bases, once for all runs of `exponential`.
+    /// Matrices, modes and bases, computed once for all runs of `exponential`.
     set_up: f64,
     first_contact: Option<f64>,
     /// Work of a run of `reduced` in this program, and of a run of `exponential`.
@@ -176,7 +176,7 @@ fn measure(case: &Case, args: &Args, folder: &Path, deadline: Instant) -> Result
     let before = thread_cpu_time();
     let structure = engine::build(&fast)?;
     engine::try_start(&fast, &structure)?;
-    // the bases of the speeds that it comes to, too
+    // includes the bases for the speeds that the run reaches
     let first = engine::simulate(&fast, &structure)?;
     let with_bases = (thread_cpu_time() - before).as_secs_f64();
     let first_contact = value_of(&fast, &first, "first_contact_s");
@@ -234,12 +234,12 @@ fn value_of(machine: &Machine, outcome: &Outcome, name: &str) -> Option<f64> {
     outcome.values.get(place).copied().flatten()
 }
 
-/// Another program with a transient.
+/// Another program, prepared to compute a transient.
 struct Program<'a> {
     binary: &'a Path,
     machine: PathBuf,
     end: f64,
-    /// CPU time of its start, modes included \[s\].
+    /// CPU time of its start, including modes \[s\].
     start: f64,
 }
 
@@ -256,7 +256,7 @@ impl<'a> Program<'a> {
         Ok((self.cpu(self.end)? - self.start).max(0.0))
     }
 
-    /// CPU time of a run up to this time \[s\].
+    /// CPU time of a run with this end time \[s\].
     fn cpu(&self, end: f64) -> Result<f64, CliError> {
         let failed = |source| FileError::at("run", self.binary)(source);
         let before = of_children().map_err(failed)?;
@@ -272,13 +272,13 @@ impl<'a> Program<'a> {
     }
 }
 
-/// Unit of CPU times in /proc, 100 to the second in every Linux that this runs on.
+/// Ticks per second of the CPU times in /proc, 100 on every supported Linux.
 const TICKS: f64 = 100.0;
 
-/// CPU time of all children that have ended and were waited for \[s\].
+/// CPU time of all ended child processes \[s\].
 fn of_children() -> std::io::Result<f64> {
     let text = fs::read_to_string("/proc/self/stat")?;
-    // behind the name, which may hold anything: state is field 3, cutime and cstime are 16 and 17
+    // after the name in parentheses, which may contain any characters: state is field 3, cutime and cstime are 16 and 17
     let fields: Vec<&str> = text.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace().collect();
     let ticks = |field: usize| fields.get(field - 3).and_then(|text| text.parse::<f64>().ok());
     match (ticks(16), ticks(17)) {
@@ -348,7 +348,7 @@ fn per_step(all: &[Measured]) -> String {
     table.render("")
 }
 
-/// Least CPU time per step over that of the lab rig, on `reduced` and on `exponential`.
+/// Smallest CPU time per step relative to the lab rig, on `reduced` and on `exponential`.
 fn relative(one: &Measured, all: &[Measured]) -> [Option<f64>; 2] {
     let cost = |of: &Measured, engine: usize| {
         let times = [&of.reduced, &of.exponential][engine];

@@ -1,12 +1,12 @@
-//! Results of a benchmark, as a table and as JSON.
+//! Results of a benchmark, as text table and as JSON.
 
 use bladeoff_answers::summary::{Align, TextTable};
 use serde_json::{Value, json};
 
-/// What, its value, the unit, what is aimed at.
+/// Name, value, unit and goal of a measurement.
 pub(super) type Figure = (&'static str, Option<f64>, &'static str, &'static str);
 
-/// For a person.
+/// The results as a text table.
 pub(super) fn text(figures: &[Figure]) -> String {
     let mut table = TextTable::new(&[
         ("measured", Align::Left),
@@ -21,7 +21,7 @@ pub(super) fn text(figures: &[Figure]) -> String {
     table.render("")
 }
 
-/// For a program.
+/// The results as JSON.
 pub(super) fn json(figures: &[Figure]) -> Vec<Value> {
     let one = |(what, value, unit, goal): &Figure| json!({ "what": what, "value": value, "unit": unit, "goal": goal });
     figures.iter().map(one).collect()

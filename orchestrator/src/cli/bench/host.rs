@@ -1,4 +1,4 @@
-//! Conditions of a benchmark: its folder, and the load of the machine.
+//! Conditions of a benchmark: its directory, and the load of the machine.
 
 use super::super::error::CliError;
 use bladeoff_answers::summary::counted;
@@ -6,14 +6,14 @@ use bladeoff_system::files::FileError;
 use std::fs;
 use std::path::PathBuf;
 
-/// A folder on a real disk, removed at the end.
+/// A directory on a disk, removed at the end.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
-    /// Creates an empty folder below the temporary directory.
+    /// Creates an empty directory below the temporary directory.
     ///
     /// # Errors
-    /// The folder cannot be created.
+    /// The directory cannot be created.
     pub fn new() -> Result<Self, CliError> {
         let path = std::env::temp_dir().join(format!("bladeoff-bench-{}", std::process::id()));
         fs::create_dir(&path).map_err(FileError::at("create", &path))?;
@@ -23,7 +23,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What is left in a temporary folder hurts nobody.
+        // Remains in a temporary directory do no harm.
         let _ = fs::remove_dir_all(&self.0);
     }
 }
@@ -36,7 +36,7 @@ pub(in crate::cli) fn hardware() -> String {
     format!("{}, {}", name.map_or("unknown processor", |(_, name)| name.trim()), counted(cores as u64, "core"))
 }
 
-/// The load of the machine over the last minute, as the system says it.
+/// The load of the machine over the last minute, as the system reports it.
 #[must_use]
 pub fn load() -> String {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Benefit of batches: samples of several lengths in batches as a run makes them and one by one, side by side.
+//! Benefit of batches: samples of several durations, dispatched in batches as a run does and one by one, for comparison.
 
 use super::super::error::CliError;
 use super::stand_in::{Nobody, Numbers, RecordSink, options};
@@ -12,25 +12,25 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
 
-/// Time in which each sample keeps a core busy.
+/// Time for which each sample keeps a core busy.
 const LENGTHS: [Duration; 4] =
     [Duration::from_micros(10), Duration::from_millis(1), Duration::from_millis(10), Duration::from_secs(1)];
-/// Busy time of each worker, where that makes at least two samples for each and not more than [`MOST`].
+/// Busy time of each worker, where this gives at least two samples for each worker and not more than [`MOST`] samples.
 const SPAN: Duration = Duration::from_secs(1);
 const MOST: u64 = 50_000;
 
-/// Samples of one length, handed out in one way.
+/// Measurement of samples of one duration, dispatched in one way.
 pub(super) struct Length {
     busy: Duration,
     is_batched: bool,
     samples: u64,
-    /// Time of the workers that is not that of samples, of that of samples.
+    /// Time of the workers outside samples, divided by their time in samples.
     beside: f64,
-    /// CPU time of the orchestrator for each sample, recorded durably \[s\].
+    /// CPU time of the orchestrator for each durably recorded sample \[s\].
     cpu_s: f64,
 }
 
-/// All lengths, each in batches and one by one.
+/// Measurements of all durations, each in batches and one by one.
 pub(super) fn measure(folder: &Path, workers: u16) -> Result<Vec<Length>, CliError> {
     let ways = LENGTHS.into_iter().flat_map(|busy| [(busy, true), (busy, false)]);
     ways.enumerate()
@@ -56,7 +56,7 @@ fn measure_one(record: &Path, folder: &Path, workers: u16, way: (Duration, bool)
     Ok(Length { busy, is_batched, samples, beside, cpu_s })
 }
 
-/// In words.
+/// Table of the measurements in words.
 pub(super) fn text(lengths: &[Length]) -> String {
     let mut table = TextTable::new(&[
         ("a sample takes", Align::Right),
@@ -77,7 +77,7 @@ pub(super) fn text(lengths: &[Length]) -> String {
     table.render("")
 }
 
-/// For programs.
+/// The measurements as JSON.
 pub(super) fn json(lengths: &[Length]) -> Value {
     let one = |length: &Length| {
         json!({

@@ -1,4 +1,4 @@
-//! `bladeoff bench`: what the program costs on this machine.
+//! `bladeoff bench`: cost of the program on this machine.
 
 mod answers;
 mod cost;

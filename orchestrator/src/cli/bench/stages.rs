@@ -1,5 +1,5 @@
-//! Cost of a result directory with many recorded results, each stage in a process of its own: peak memory is that of a
-//! process, and the largest stage would hide the others.
+//! Cost of processing a result directory with many recorded results. Each stage runs in its own process, because peak memory is measured for a
+//! process, and the largest stage would conceal the others.
 
 use super::super::error::CliError;
 use super::super::exit::Exit;
@@ -39,31 +39,31 @@ enum What {
     Report,
 }
 
-/// A study with no-op results of all samples but the last.
+/// A study with no-op results for all samples but the last.
 pub struct Stages {
     folder: PathBuf,
     counts: (u64, u64),
 }
 
 impl Stages {
-    /// At least so many samples, as a grid.
+    /// Prepares a study with at least `samples` samples, as a grid.
     pub fn new(folder: &Path, samples: u64) -> Result<Self, CliError> {
         let columns = samples.clamp(2, 1000);
         let stages = Self { folder: folder.to_path_buf(), counts: (samples.div_ceil(columns).max(2), columns) };
         stages.write("rig.toml", RIG)?;
         let (rows, columns) = stages.counts;
         stages.write("study.toml", &study(rows, columns))?;
-        // Its range has every point of the other.
+        // The range of the larger study contains every point of the smaller one.
         stages.write("growth.toml", &study(2 * rows - 1, columns))?;
         Ok(stages)
     }
 
-    /// Samples of the study.
+    /// Number of samples of the study.
     pub fn samples(&self) -> u64 {
         self.counts.0 * self.counts.1
     }
 
-    /// One stage, in a process of its own.
+    /// Runs one stage in its own process and returns its cost.
     pub fn measure(&self, what: &str) -> Result<Cost, CliError> {
         let study = if what == "growth" { "growth.toml" } else { "study.toml" };
         measure(what, &self.folder.join(study), &self.folder.join("stages"))

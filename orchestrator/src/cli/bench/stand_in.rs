@@ -1,4 +1,4 @@
-//! Substitute for a study in measurements of the dispatch: samples that compute nothing, with a record as a run's.
+//! Substitute for a study in measurements of the dispatch: samples without computation whose records have the form of a run's.
 
 use super::super::error::CliError;
 use crate::dispatch::{self, DispatchOptions, Observer, Parameters, Sink, SinkError, Snapshot};
@@ -8,7 +8,7 @@ use bladeoff_study::SampleKey;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Four parameters a sample.
+/// A sample with four parameters.
 pub(super) struct Numbers;
 
 impl Parameters for Numbers {
@@ -17,7 +17,7 @@ impl Parameters for Numbers {
     }
 }
 
-/// Every result recorded durably.
+/// Sink that records every result durably.
 pub(super) struct RecordSink(pub Record);
 
 impl Sink for RecordSink {
@@ -33,14 +33,14 @@ fn refused(error: RecordError) -> SinkError {
     SinkError { what: "results cannot be recorded".to_owned(), source: Some(Box::new(error)) }
 }
 
-/// Somebody who looks away.
+/// Observer that ignores everything.
 pub(super) struct Nobody;
 
 impl Observer for Nobody {
     fn progress(&mut self, _: &Snapshot) {}
 }
 
-/// Workers that keep a core busy for this time with each sample.
+/// Options with workers that keep a core busy for a given time with each sample.
 pub(super) fn options(folder: &Path, workers: usize, busy: Duration) -> Result<DispatchOptions, CliError> {
     let command = dispatch::self_command().map_err(RunError::from)?;
     let mut options = DispatchOptions::new(workers, command, folder.to_path_buf(), "none".to_owned());

@@ -1,4 +1,4 @@
-//! The figures of each kind.
+//! Figures for each kind of plot.
 
 use super::{Args, Named, span, time};
 use crate::cli::error::CliError;
@@ -11,13 +11,13 @@ use bladeoff_answers::figures::{
 use bladeoff_answers::history::{History, Series};
 use bladeoff_answers::page::animation;
 
-/// Pictures with the names of their files.
+/// Figures with their file names.
 type Pictures<T> = Vec<(String, T)>;
 
 /// The figures of a kind other than an animation.
 ///
 /// # Errors
-/// A channel or an instant that is not there, or a figure that cannot be made.
+/// A channel or an instant does not exist, or a figure cannot be made.
 pub fn figures(args: &Args, histories: &[Named]) -> Result<Pictures<Figure>, CliError> {
     match args.kind.as_str() {
         "orbit" => orbit(args, histories),
@@ -28,10 +28,10 @@ pub fn figures(args: &Args, histories: &[Named]) -> Result<Pictures<Figure>, Cli
     }
 }
 
-/// The animations of all files, each a page.
+/// The animations of all files, one page for each.
 ///
 /// # Errors
-/// A history without the rotor's place at a contact.
+/// A history has no rotor position at a contact.
 pub fn animations(histories: &[Named]) -> Result<Pictures<String>, CliError> {
     let mut pages = Vec::new();
     for named in histories {
@@ -46,7 +46,7 @@ pub fn animations(histories: &[Named]) -> Result<Pictures<String>, CliError> {
     Ok(pages)
 }
 
-/// The contacts of a history; one at least.
+/// The contacts of a history; an error if the history has none.
 fn contacts_of(named: &Named, channel: &str) -> Result<Vec<Contact>, CliError> {
     let found = contacts(&named.history);
     if found.is_empty() { Err(unknown_in(&named.history, channel).into()) } else { Ok(found) }
@@ -58,7 +58,7 @@ fn name(named: &Named, kind: &str, contact: &Contact) -> String {
     format!("{}-{kind}{of}", named.name)
 }
 
-/// Reports channels or geometry of a ring that are missing.
+/// Prints a warning about missing channels or missing geometry of a ring.
 fn warn_of_ring(named: &Named, contact: &Contact) {
     match ring_of(&named.history, contact) {
         Ring::Deformed => {}
@@ -74,7 +74,7 @@ fn warn_of_ring(named: &Named, contact: &Contact) {
     }
 }
 
-/// Contact forces around the rings.
+/// Figures of the contact force around the ring over time.
 fn contact_forces(histories: &[Named]) -> Result<Pictures<Figure>, CliError> {
     let mut figures = Vec::new();
     for named in histories {
@@ -87,13 +87,13 @@ fn contact_forces(histories: &[Named]) -> Result<Pictures<Figure>, CliError> {
     Ok(figures)
 }
 
-/// Name of a figure of all files.
+/// Name of a figure that shows all files.
 fn together(histories: &[Named]) -> String {
     let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
     if names.len() > 3 { format!("{}-and-{}-more", names[0], names.len() - 1) } else { names.join("-") }
 }
 
-/// Title of a figure: the files, and for one file its machine, engine and detection where it says them.
+/// Title of a figure: the files, and for a single file its machine, engine and detection if the file has them.
 fn title(histories: &[Named]) -> String {
     let names: Vec<&str> = histories.iter().map(|named| named.name.as_str()).collect();
     let [only] = histories else { return names.join(", ") };
@@ -103,7 +103,7 @@ fn title(histories: &[Named]) -> String {
     if said.is_empty() { names.join(", ") } else { format!("{}: {}", only.name, said.join(", ")) }
 }
 
-/// Channels asked for, of one history.
+/// The requested channels of one history.
 fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> Result<Vec<&'a Series>, CliError> {
     let defaults: Vec<String> = defaults.iter().map(|name| (*name).to_owned()).collect();
     let asked = !patterns.is_empty();
@@ -123,10 +123,10 @@ fn chosen<'a>(history: &'a History, patterns: &[String], defaults: &[&str]) -> R
 const TIME_CHANNELS: [&str; 5] =
     ["rotor.speed", "bearing.*.load_N", "contact.eccentricity", "contact.gap", "contact.filtered_force"];
 
-/// A line: its label, where it is from, what it shows.
+/// A line of a figure: its label, its history, and its channel.
 type Drawn<'a> = (String, &'a History, &'a Series);
 
-/// One panel for each quantity, one line for each channel and file.
+/// Figure with one panel for each quantity and one line for each channel and file.
 fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
     let mut quantities: Vec<(String, Vec<Drawn<'_>>)> = Vec::new();
     for named in histories {
@@ -168,7 +168,7 @@ fn over_time(args: &Args, histories: &[Named]) -> Result<Figure, CliError> {
     Ok(panels_marked(&title(histories), "time [s]", &shown, &marks(histories)))
 }
 
-/// First contacts and critical speeds of a single history: when, and what.
+/// Marks of the first contacts and critical speeds of a single history: time and label.
 fn marks(histories: &[Named]) -> Vec<(f64, String)> {
     let [Named { history, .. }] = histories else { return Vec::new() };
     let touched = contacts(history)
@@ -180,8 +180,8 @@ fn marks(histories: &[Named]) -> Vec<(f64, String)> {
     touched.chain(passed).collect()
 }
 
-/// Takes out the energies that are zero in every history (of dampers and brakes that a machine has not), unless they were asked for
-/// by their whole names or nothing else is left; gives their names.
+/// Removes the energies that are zero in every history (of dampers and brakes that the machine does not have), unless they were requested by
+/// their full names or nothing else is left; returns their names.
 fn leave_out_zeros(quantities: &mut Vec<(String, Vec<Drawn<'_>>)>, asked: &[String]) -> Vec<String> {
     let is_silent = |(_, lines): &(String, Vec<Drawn<'_>>)| {
         lines.iter().all(|(_, _, channel)| {
@@ -215,7 +215,7 @@ fn orbit(args: &Args, histories: &[Named]) -> Result<Pictures<Figure>, CliError>
         let mut instants = Vec::new();
         for text in &args.at {
             let instant = time(Some(text), "--at")?.unwrap_or(first);
-            // a record or two beside the ends is rounding
+            // a difference of up to two records at the ends is rounding
             let slack = 2.0 * (last - first) / named.history.time.len() as f64;
             if !(first - slack..=last + slack).contains(&instant) {
                 return Err(CliError::Argument {

@@ -97,7 +97,7 @@ pub struct Args {
     json: bool,
 }
 
-/// A history and its name, which figures show as they show any text; and the same for messages.
+/// A history with its name: as figures show it, and as messages show it.
 struct Named {
     name: String,
     shown: String,
@@ -156,7 +156,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// Names for the files: their stems, with as many of their directories before them as it takes to tell them apart.
+/// Names for the files: the file stem, preceded by as many directories as are needed to distinguish the files.
 fn names(files: &[PathBuf]) -> Result<Vec<String>, CliError> {
     let parts = |path: &Path| -> Vec<String> {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
@@ -193,13 +193,13 @@ fn time(text: Option<&String>, option: &str) -> Result<Option<f64>, CliError> {
     })
 }
 
-/// The options of a time as they were given.
+/// The options of the time range as they were given.
 fn asked(from: Option<&String>, to: Option<&String>) -> String {
     let given = [("--from", from), ("--to", to)].map(|(option, text)| text.map(|text| format!("{option} {text}")));
     given.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-/// From where to where, in words.
+/// A time range in words.
 fn span(first: f64, last: f64) -> String {
     format!("from {} to {}", format_quantity(first, "s"), format_quantity(last, "s"))
 }
@@ -209,14 +209,15 @@ fn above_zero(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "must be a number above 0".to_owned())
 }
 
-/// Largest number that is drawn: pixels of larger ones are no numbers.
+/// Largest value that is drawn: the pixel coordinates of larger values are not finite.
 const LARGEST: f64 = 1e100;
 
 fn is_ascending(time: &[f64]) -> bool {
     time.iter().all(|time| time.abs() <= LARGEST) && time.windows(2).all(|pair| pair[0] <= pair[1])
 }
 
-/// Takes values that are no finite numbers, or too large to be drawn, out of a history, with a message. A run that diverges has them at its end.
+/// Replaces values of a history that are not finite, or too large to draw, by gaps and prints a message. A diverging run has such values at its
+/// end.
 fn without_extremes(history: &mut History, shown: &str) {
     for channel in &mut history.channels {
         let is_drawn = |value: &f64| value.abs() <= LARGEST;
@@ -243,7 +244,7 @@ fn cut(history: &mut History, from: f64, to: f64) {
     }
 }
 
-/// A damping ratio of an oscillator.
+/// Parses the damping ratio of an oscillator.
 fn damping_ratio(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(ratio) if (0.0..1.0).contains(&ratio) => Ok(ratio),
@@ -254,21 +255,21 @@ fn damping_ratio(text: &str) -> Result<f64, String> {
 /// Formats of a figure in one file.
 pub const FORMATS: [&str; 2] = ["svg", "png"];
 
-/// Whether a name is that of one file of these formats.
+/// Whether a path has the extension of one of these formats.
 fn is_one_file(out: &Path, formats: &[&str]) -> bool {
     let extension = out.extension().and_then(|extension| extension.to_str());
     !out.is_dir() && extension.is_some_and(|extension| formats.contains(&extension))
 }
 
-/// Refuses a name that looks like a file of a format that is not written: it would become a directory. `formats`: those of
-/// one picture in one file; none: a directory is the only choice.
+/// Rejects a path that looks like a file of an unsupported format, because a directory of this name would be created. `formats`: the formats of
+/// one figure in one file; if empty, only a directory is possible.
 ///
 /// # Errors
-/// [`CliError::Argument`], with what is allowed.
+/// [`CliError::Argument`], with the permitted formats.
 pub fn refuse_other_formats(out: &Path, option: &str, formats: &[&str]) -> Result<(), CliError> {
     let is_folder = out.is_dir() || out.as_os_str().as_encoded_bytes().ends_with(b"/");
     let extension = out.extension().map(|extension| extension.to_string_lossy().into_owned()).unwrap_or_default();
-    // "v1.2" is a folder.
+    // "v1.2" is a directory.
     if is_folder || is_one_file(out, formats) || !extension.starts_with(|c: char| c.is_alphabetic()) {
         return Ok(());
     }
@@ -285,10 +286,10 @@ pub fn refuse_other_formats(out: &Path, option: &str, formats: &[&str]) -> Resul
     })
 }
 
-/// Writes figures into a file or a directory; returns their paths as they are printed.
+/// Writes figures to a file or a directory; returns their paths as they are printed.
 ///
 /// # Errors
-/// Several figures for one file, or a file that cannot be written.
+/// Several figures were requested in one file, or a file cannot be written.
 pub(in crate::cli) fn save(figures: &[(String, Figure)], out: &Path) -> Result<Vec<String>, CliError> {
     if is_one_file(out, &FORMATS) {
         let figure = only(figures, out)?;
@@ -307,7 +308,7 @@ pub(in crate::cli) fn save(figures: &[(String, Figure)], out: &Path) -> Result<V
     Ok(files)
 }
 
-/// Writes pages into a file or a directory; returns their paths as they are printed.
+/// Writes pages to a file or a directory; returns their paths as they are printed.
 fn save_pages(pages: &[(String, String)], out: &Path) -> Result<Vec<String>, CliError> {
     let mut files = Vec::new();
     if is_one_file(out, &["html"]) {
@@ -324,7 +325,7 @@ fn save_pages(pages: &[(String, String)], out: &Path) -> Result<Vec<String>, Cli
     Ok(files)
 }
 
-/// The picture that is to be written into one file.
+/// The only figure of a list that is to be written to one file.
 fn only<'a, T>(pictures: &'a [(String, T)], out: &Path) -> Result<&'a T, CliError> {
     match pictures {
         [(_, picture)] => Ok(picture),
@@ -336,10 +337,10 @@ fn only<'a, T>(pictures: &'a [(String, T)], out: &Path) -> Result<&'a T, CliErro
     }
 }
 
-/// Writes a file; says afterwards if it took the place of one.
+/// Writes a file, and prints a message if it replaced an existing one.
 ///
 /// # Errors
-/// The error of writing; nothing was replaced then.
+/// The error of writing; the existing file is then unchanged.
 pub fn replacing<E>(path: &Path, write: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
     let was_there = path.symlink_metadata().is_ok();
     write()?;

@@ -11,7 +11,7 @@ pub(super) fn schema() -> Value {
     document("bladeoff machine file", "A shaft line with its diaphragms, version 1 of the format", below(&keys))
 }
 
-/// A table, by its keys with the rest of their paths.
+/// A table, from its keys with the rest of their paths.
 fn below(keys: &[(&Key, &str)]) -> Value {
     let mut properties = Map::new();
     let mut required = Vec::new();

@@ -1,4 +1,4 @@
-//! `bladeoff schema`: the formats of machine and study files as JSON Schemas, made from the tables of their keys.
+//! `bladeoff schema`: the formats of machine and study files as JSON Schemas, generated from the tables of their keys.
 
 mod machine;
 mod study;
@@ -44,7 +44,7 @@ pub fn main(args: &Args) -> Result<Exit, CliError> {
     Ok(Exit::Ok)
 }
 
-/// The head of a schema, in the draft that editors for TOML understand, with the root table in it.
+/// The head of a schema with its root table, in the draft that TOML editors support.
 fn document(title: &str, description: &str, root: Value) -> Value {
     let mut schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -71,7 +71,7 @@ fn table(properties: Map<String, Value>, required: &[String]) -> Value {
     table
 }
 
-/// A string with a number and a unit; a pure number (`unit` empty) needs none.
+/// A string with a number and a unit; a dimensionless number (`unit` empty) needs no unit.
 fn with_unit(unit: &str) -> Value {
     let optional = if unit.is_empty() { "?" } else { "" };
     let pattern = format!(r"^\s*[+-]?([0-9]|\.[0-9])[0-9_.]*([eE][+-]?[0-9]+)?(\s*([A-Za-z%°µμΩ]|1/).*){optional}\s*$");

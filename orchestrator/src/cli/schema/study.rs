@@ -1,4 +1,4 @@
-//! The schema of study files. The table of their keys says in words what a key holds; `value` has the type of each phrase.
+//! The JSON Schema of study files. The table of keys states in words what a key holds; `value` gives the type for each phrase.
 
 use super::{document, table, with_unit};
 use bladeoff_study::uncertain::Distribution;
@@ -24,7 +24,7 @@ fn keys_of(name: &str) -> Value {
 }
 
 fn described(key: &StudyKey) -> Value {
-    // A test proves that every phrase has a type; a value of any type is accepted otherwise.
+    // A test checks that every phrase has a type; without one a value of any type would be accepted.
     let mut value = value(key).unwrap_or_else(|| json!({}));
     let default = if key.default == "none" { String::new() } else { format!("; default: {}", key.default) };
     let default = if key.default.starts_with("required") { format!("; {}", key.default) } else { default };
@@ -36,7 +36,7 @@ fn described(key: &StudyKey) -> Value {
     value
 }
 
-/// Type of a value; `None`: its phrase is not known here.
+/// Type of a value; `None` if its phrase is unknown.
 fn value(key: &StudyKey) -> Option<Value> {
     let quantity = json!({ "anyOf": [{ "type": "number" }, with_unit("")] });
     let text = json!({ "type": "string" });
@@ -94,7 +94,7 @@ const TEXTS: [&str; 11] = [
     "`\"P(",
 ];
 
-/// Values of the tables whose keys are the author's own, or the keys of a table.
+/// Values of the tables whose keys the author of the study chooses, or the keys of a table.
 fn table_of(name: &str) -> Value {
     match name {
         // Paths may be nested tables, too.
@@ -112,7 +112,7 @@ fn whole(least: u64, most: Option<u64>) -> Value {
     whole
 }
 
-/// The words in quotes of a phrase.
+/// The quoted words of a phrase.
 fn words(holds: &str) -> Vec<&str> {
     holds.split('"').skip(1).step_by(2).collect()
 }

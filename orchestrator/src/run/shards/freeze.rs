@@ -27,7 +27,7 @@ use std::path::Path;
 /// Reads the samples of the study that is frozen in the directory.
 ///
 /// # Errors
-/// The study cannot be read any more.
+/// The study can no longer be read.
 pub(super) fn samples(shared: &Shared, shards_file: &ShardsFile) -> Result<Samples, ShardError> {
     refuse_damaged_study(shared, shards_file)?;
     let damaged =
@@ -63,10 +63,10 @@ pub(super) fn prepared<'a>(
     }
 }
 
-/// Restores damaged files of a directory from the files that its study was read from, if these are unchanged.
+/// Restores damaged files of a directory from the files from which its study was read, if these are unchanged.
 ///
 /// # Errors
-/// The directory cannot be read, or not be written; `trusts`: also one that others could write in.
+/// The directory cannot be read or written; `trusts`: also accept a directory to which other users may write.
 pub fn restore(directory: &Path, trusts: bool, note: &dyn Fn(&str)) -> Result<(), ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(()) };
     let Some(shards_file) = ShardsFile::read(&shared)? else { return Ok(()) };

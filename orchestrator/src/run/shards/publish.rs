@@ -1,4 +1,5 @@
-//! Publishes a file exactly once: written under a temporary name, synced, linked to its name by `link(2)`. The first process wins; the file is complete or absent.
+//! Publishes a file exactly once: it is written under a temporary name, synced, and linked to its name by `link(2)`. The first process wins; the file is
+//! complete or absent.
 //!
 //! At most one link to a name succeeds, on local and on network file systems, so no lock is needed. A network file system may send the request twice and then
 //! report that the name exists, although its own first request made it. So the link count of the file and the inode behind the name decide, not the return code.
@@ -22,7 +23,7 @@ pub(super) enum Put {
 /// Publishes a file in a folder unless the name exists. The published file, ours or another's, is durable when this returns.
 ///
 /// # Errors
-/// The file system refused; nothing has the name then, or what has it cannot be looked at.
+/// The file system rejected the operation; the name then does not exist, or its file cannot be examined.
 pub(super) fn put_once(folder: &Folder, name: &str, bytes: &[u8]) -> Result<Put, FileError> {
     put_once_by(folder, name, bytes, Place::link_to)
 }

@@ -59,7 +59,7 @@ fn damage(shared: &Shared, (name, wanted): (String, String)) -> Result<Option<Da
         Ok(bytes) if has_hash(&bytes, &wanted) => return Ok(None),
         Ok(_) => false,
         Err(error) if error.source.kind() == ErrorKind::NotFound => true,
-        // Too long, or no regular file.
+        // Too long, or not a regular file.
         Err(error) if error.source.kind() == ErrorKind::InvalidInput => false,
         Err(error) => return Err(error),
     };

@@ -81,7 +81,7 @@ impl ShardsStatus {
 /// by its `[stop]`.
 ///
 /// # Errors
-/// It cannot be read.
+/// The directory cannot be read.
 pub fn shards_status(directory: &Path, last: Option<u64>) -> Result<Option<ShardsStatus>, ShardError> {
     let Some(shared) = Shared::open(directory)? else { return Ok(None) };
     let Some(shards_file) = ShardsFile::read(&shared)? else { return Ok(None) };
@@ -120,7 +120,7 @@ pub fn shards_status(directory: &Path, last: Option<u64>) -> Result<Option<Shard
 /// Reads the status of any result directory. For shards: whether an attempt is alive, and the command that continues.
 ///
 /// # Errors
-/// It cannot be read.
+/// The directory cannot be read.
 pub fn directory_status(directory: &Path) -> Result<Option<DirectoryStatus>, FileError> {
     let seen = match shards_status(directory, None) {
         Ok(Some(seen)) => seen,

@@ -9,48 +9,48 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::convert::Infallible;
 
-/// What the world is like.
+/// Parameters of a simulated cluster.
 #[derive(Debug, Clone, Copy)]
 struct World {
     tasks: u64,
-    /// Chunks of a task.
+    /// Chunks per task.
     each: u64,
-    /// Work of a chunk on a node of speed 1 \[s\]; single ones take between half and twice as long.
+    /// Work of a chunk \[s\] on a node of speed 1; individual chunks take between half and twice as long.
     chunk: f64,
     /// Mean time between failures of a node \[h\].
     failure: f64,
-    /// Part of the nodes that are four times as slow.
+    /// Share of the nodes that are four times slower.
     slow: f64,
-    /// What publishing a chunk takes \[s\].
+    /// Time to publish a chunk \[s\].
     publishing: f64,
 }
 
-/// How it went.
+/// Result of a simulation.
 #[derive(Debug, Clone, Copy)]
 struct Played {
-    /// Against all work over all speed.
+    /// Time until the end, relative to all work divided by the sum of the speeds.
     against_ideal: f64,
-    /// What that may be at most, by what happened to the nodes: [`latest`].
+    /// Upper bound of `against_ideal` for the simulated faults: [`latest`].
     at_most: f64,
     attempts: u64,
     lost: u64,
-    /// Operations on names for each chunk.
+    /// File system operations per chunk.
     operations: f64,
-    /// Those of all tasks in a second, with those by which they say that they live.
+    /// File system operations of all tasks per second, including heartbeats.
     a_second: f64,
 }
 
-/// Within which all tasks begin \[s\].
+/// Time within which all tasks begin \[s\].
 const BEGIN: f64 = 30.0;
-/// A chunk takes up to so many times as long as the usual one, or as little.
+/// A chunk takes up to this factor longer or shorter than the usual one.
 const SPREAD: f64 = 2.0;
-/// After which a dead task is started again \[s\].
+/// Time after which a dead task is started again \[s\].
 const AGAIN: f64 = 120.0;
-/// Operations on names that publishing takes: hint made and removed, file made, linked, its own name removed, folder synced.
+/// File system operations to publish a chunk: create and remove a hint, create a file, link it, remove its own name, sync the folder.
 const PUBLISHING: u64 = 6;
-/// To say that it lives: file made, renamed, both folders looked up.
+/// File system operations of a heartbeat: create a file, rename it, look up both folders.
 const BEATING: u64 = 4;
-/// Time between two looks of one that waits \[s\].
+/// Time between two checks of a waiting task \[s\].
 const LOOK: f64 = 5.0;
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,35 +66,36 @@ struct Task {
     shard: Shard,
     attempt: u64,
     speed: f64,
-    /// The chunk that it is at.
+    /// Chunk in progress.
     at: Option<u64>,
     is_over: bool,
 }
 
-/// What happened to the nodes, whoever chose the chunks.
+/// Faults of the nodes, independent of the choice of chunks.
 struct Happened {
     /// All work \[s\].
     work: f64,
-    /// Speeds of all nodes: their sum, the least, the largest.
+    /// Speeds of all nodes: sum, smallest, largest.
     speed: (f64, f64, f64),
-    /// Tasks that died at a chunk.
+    /// Number of tasks that died during a chunk.
     deaths: u64,
-    /// Those that died at a chunk of the shard whose chunk came last.
+    /// Number of tasks that died during a chunk of the shard whose chunk was published last.
     at_last: u64,
 }
 
-/// The latest end \[s\] of shards that let no node wait while a chunk is missing that nobody is at.
+/// Upper bound of the end \[s\], if no node waits while a missing chunk is in progress on no node.
 ///
-/// Let c be the chunk that comes last, and nobody die at a chunk of its shard. Until c is taken it is missing for everybody, so all nodes
-/// compute, from their beginning on: the work of all chunks, what the dead had done of one, and what they could have done until they are back;
-/// and they publish.
+/// Let c be the last chunk, and suppose that no task dies during a chunk of its shard. Until c is taken, every task sees a missing chunk, so all
+/// nodes compute from their begin on: the work of all chunks, the lost work of dead tasks, and what those could have computed until their
+/// restart; in addition they publish.
 ///
 /// ```text
 /// V t <= V BEGIN + W + D (w + v (p + AGAIN)) + N v p
 /// ```
-/// V: sum of the speeds, v the largest; W: all work, w of the longest chunk; D: deaths; N: chunks; p: publishing one. Then c itself takes as long as the
-/// longest chunk does on the slowest node, L = w / u + p. A node that dies at a chunk of that shard costs another L, the time until its hint is
-/// stale and was looked at again, or until its task is back; and the owner may be at a chunk of somebody else then, L again.
+/// V: sum of the speeds, v the largest, u the smallest; W: all work, w of the longest chunk; D: deaths; N: chunks; p: time to publish one.
+/// Then c itself takes as long as the longest chunk on the slowest node, L = w / u + p. A death during a chunk of that shard costs another L,
+/// the time until its hint is stale and was checked again, or until the task is restarted; and the owner may then be computing a chunk of
+/// another shard: L again.
 fn latest(world: &World, happened: &Happened) -> f64 {
     let World { tasks, each, chunk, publishing, .. } = *world;
     let Happened { work, speed: (all, least, most), deaths, at_last } = *happened;
@@ -111,7 +112,7 @@ fn play(world: World, seed: u64) -> Played {
     let chunks = world.tasks * world.each;
     let work: Vec<f64> = (0..chunks).map(|_| world.chunk * SPREAD.powf(2.0 * random.unit() - 1.0)).collect();
     let mut there = vec![false; chunks as usize];
-    // Who is at a chunk: task, attempt; and when an attempt was heard of last, if it is dead.
+    // task and attempt of the hint on each chunk; time of the last heartbeat of a dead attempt
     let mut hints: Vec<Option<(usize, u64)>> = vec![None; chunks as usize];
     let mut tasks: Vec<Task> = (0..world.tasks)
         .map(|number| {
@@ -122,12 +123,12 @@ fn play(world: World, seed: u64) -> Played {
         .collect();
     let speeds = || tasks.iter().map(|task| task.speed);
     let speed = (speeds().sum(), speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
-    // Tasks that died at a chunk, by its shard; the chunk that came last.
+    // number of tasks that died during a chunk, by shard; the last chunk
     let (mut died, mut last) = (vec![0; tasks.len()], 0);
     let mut deaths: Vec<Option<f64>> = vec![None; world.tasks as usize];
     let mut queue = BinaryHeap::new();
     let at = |time: f64| (time * 1e6) as u64;
-    // They do not all begin at once.
+    // the tasks begin at different times
     (0..tasks.len()).for_each(|task| queue.push(Reverse((at(BEGIN * random.unit()), Event::Begins { task }))));
     let (mut attempts, mut lost, mut operations, mut left, mut end) = (0, 0, 0u64, chunks, 0.0);
     while let Some(Reverse((now, event))) = queue.pop() {
@@ -176,7 +177,7 @@ fn play(world: World, seed: u64) -> Played {
         let choice = chooser.choose(|chunk, lookup| {
             let folder = chunk / PER_FOLDER;
             if lookup == Lookup::Folder && listed != folder {
-                // Chunks and hints, each by a folder in a folder.
+                // chunks and hints: one folder in a folder each
                 (listed, operations) = (folder, operations + 4);
             }
             if there[chunk as usize] {
@@ -249,7 +250,7 @@ fn shards_on_failing_slow_and_many_nodes_end_near_the_ideal() {
             "| {name} | {chunks} | {attempts} | {against_ideal:.3} | {at_most:.3} | {operations:.1} | {a_second:.0} |"
         );
         assert!(against_ideal >= 1.0 && against_ideal <= at_most, "{name}: {played:?}");
-        // As long as who has put a hint lives, nobody else takes the chunk.
+        // no other task takes a chunk while the attempt that owns its hint lives
         assert_eq!(lost, 0, "{name}: computed twice: {played:?}");
         assert!(attempts >= world.tasks && (world.failure > 1e6 || attempts > world.tasks), "{name}: {played:?}");
     }

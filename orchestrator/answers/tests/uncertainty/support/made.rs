@@ -1,10 +1,10 @@
-//! Studies made up for tests, with columns that are owned.
+//! Synthetic studies for tests, with owned columns.
 use bladeoff_answers::estimate::input::{
     Cells, Column, Design, DesignKind, Ended, Group, Label, Layout, Nature, Study,
 };
 use bladeoff_model::outcome::{Cause, CauseSet, Status};
 
-/// A column that is owned: name; given, grows (>), once, limit or free; cells, held.
+/// An owned column: name; nature as a letter (given, grows (>), once, limit or free); cells; held values.
 pub struct MadeColumn {
     pub name: &'static str,
     pub nature: char,
@@ -27,7 +27,7 @@ pub struct Made {
 }
 
 impl Made {
-    /// Ok rows of one group; the columns are free unless changed.
+    /// A study with ok rows and one group; the columns are free unless changed.
     pub fn new(columns: Vec<(&'static str, Vec<Option<f64>>)>) -> Self {
         let rows = columns[0].1.len();
         let made = |(name, cells): (&'static str, Vec<Option<f64>>)| MadeColumn {
@@ -51,7 +51,7 @@ impl Made {
         }
     }
 
-    /// The rows are of these values of an axis, in turn.
+    /// Distributes the rows over these values of an axis, alternately.
     pub fn varied(mut self, path: &str, words: &[&str]) -> Self {
         let group = |word: &&str| Group(vec![(path.to_owned(), Label::Word((*word).to_owned()))]);
         self.groups = words.iter().map(group).collect();
@@ -59,13 +59,13 @@ impl Made {
         self
     }
 
-    /// A row fails, with these causes, joined by commas.
+    /// Makes a row fail, with these causes, joined by commas.
     pub fn fail(&mut self, row: usize, cause: &str) {
         self.status[row] = Status::Failed;
         self.causes[row] = caused(cause);
     }
 
-    /// A row is beyond the model; `ended`: its run ended at the limit.
+    /// Puts a row beyond the model; `ended`: its run ended at the limit.
     pub fn exceed(&mut self, row: usize, cause: &str, ended: bool) {
         self.status[row] = Status::Beyond;
         self.causes[row] = caused(cause);
@@ -111,7 +111,7 @@ pub fn column<'a>(name: &str, unit: &str, cells: Cells<'a>) -> Column<'a> {
     Column { name: name.to_owned(), unit: unit.to_owned(), cells, unjudged: false }
 }
 
-/// A set of causes from its words.
+/// A set of causes from text.
 pub fn caused(words: &str) -> CauseSet {
     let mut set = CauseSet::default();
     words.split(',').for_each(|word| set.insert(Cause::from_word(word).expect("a cause")));

@@ -1,4 +1,4 @@
-//! Small studies that are made up, and what is asked of them.
+//! Small synthetic studies, and questions to them.
 
 pub mod made;
 
@@ -6,7 +6,7 @@ use bladeoff_answers::ask::{Answer, Answered, Known, Names, Question, QuestionDe
 use bladeoff_answers::estimate::input::{DesignKind, Label};
 use made::Made;
 
-/// Of the studies here: y, u, and the axis `way`.
+/// Names in these studies: y, u, and the axis `way`.
 pub fn names() -> Names {
     let axis = ("way".to_owned(), vec![Label::Word("a".into()), Label::Word("b".into())]);
     let known = Known { columns: vec![("y".into(), true), ("u".into(), true)], ..Known::default() };
@@ -17,7 +17,7 @@ pub fn asked(def: QuestionDef) -> Question {
     Question::new(&QuestionDef { name: "q".into(), ..def }, &names()).expect("a question")
 }
 
-/// Of these values of y, no number for none; u is the number of the row.
+/// A study with these values of y, NaN for a missing one; u is the row number.
 pub fn made(values: &[f64]) -> Made {
     let cells = values.iter().map(|value| (!value.is_nan()).then_some(*value)).collect();
     let mut made = Made::new(vec![("y", cells), ("u", (0..values.len()).map(|row| Some(row as f64)).collect())]);
@@ -25,7 +25,7 @@ pub fn made(values: &[f64]) -> Made {
     made
 }
 
-/// 0, 1, 2 ...
+/// A study with y = 0, 1, 2 ...
 pub fn ramp(count: usize) -> Made {
     made(&(0..count).map(|row| row as f64).collect::<Vec<_>>())
 }
@@ -57,7 +57,7 @@ pub fn mean() -> QuestionDef {
 pub fn exceedance() -> QuestionDef {
     QuestionDef { exceedance: Some("y".into()), ..QuestionDef::default() }
 }
-/// At a, less at b.
+/// A difference: value a minus value b of `way`.
 pub fn less(def: QuestionDef) -> QuestionDef {
     let labels = [Label::Word("a".into()), Label::Word("b".into())];
     QuestionDef { difference: Some(labels), vary: Some("way".into()), ..def }

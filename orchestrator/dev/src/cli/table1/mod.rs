@@ -1,4 +1,4 @@
-//! `bladeoff-dev table1`: the paper's Table 1 beside ours, and figures like its figures 7 to 13.
+//! `bladeoff-dev table1`: the paper's Table 1 compared with the results of this program, and figures like its figures 7 to 13.
 
 mod pictures;
 mod runs;

@@ -1,4 +1,4 @@
-//! Figures like figures 7 to 13 of the paper, the three detections together.
+//! Figures corresponding to figures 7 to 13 of the paper, with the three detections together.
 
 use super::runs::Case;
 use bladeoff::cli::{CliError, remark, replacing, watched};
@@ -13,10 +13,10 @@ use std::path::Path;
 
 /// Recorded interval \[s\].
 const EVERY: f64 = 1e-4;
-/// The pictures of the first impacts begin so long before the first contact, and end so long after it \[s\].
+/// Beginning before, and end after, the first contact in the pictures of the first impacts \[s\].
 const FIRST_IMPACTS: (f64, f64) = (5e-3, 0.15);
 
-/// What to draw.
+/// Definition of a picture.
 struct Picture {
     file: &'static str,
     title: String,
@@ -25,10 +25,10 @@ struct Picture {
     range: (f64, f64),
 }
 
-/// Runs each detection once more from the machine's own start, with its history, and draws; the section of the report that
-/// shows the figures.
+/// Runs each detection again from the machine's own start, with its history, and draws the pictures; returns the report section that shows
+/// them.
 pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
-    // the quick engine where both were run
+    // the faster engine if both were run
     let engine = cases.first().map_or(Engine::Reduced.word(), |case| case.engine);
     let mut histories = Vec::new();
     for case in cases.iter().filter(|case| case.engine == engine && case.start == 0) {
@@ -64,7 +64,7 @@ pub(super) fn draw(cases: &[Case], out: &Path) -> Result<String, CliError> {
 
 type Named = (&'static str, History);
 
-/// The paper's figures 7 to 13; without contact those before it.
+/// Figures 7 to 13 of the paper; without contact, only those before the first contact.
 fn pictures(histories: &[Named], about: &str) -> Vec<Picture> {
     let first = histories.iter().filter_map(|(_, history)| first_contact(history)).fold(f64::INFINITY, f64::min);
     let whole = (0.0, f64::INFINITY);
@@ -134,7 +134,7 @@ fn figure(histories: &[Named], picture: &Picture) -> Figure {
     let unit = histories.iter().find_map(|(_, history)| history.channel(&picture.channel));
     let scale =
         Scale::of(unit.map_or("", |series| &series.unit), values().fold(0.0, |max, value| max.max(value.abs())));
-    // One panel for each detection, all with one scale: where they agree, one line would hide the others.
+    // one panel for each detection, all with one scale: equal curves would hide each other in one panel
     let (low, high) =
         values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     let (low, high) = if low <= high { (low * scale.factor, high * scale.factor) } else { (0.0, 0.0) };

@@ -1,4 +1,4 @@
-//! The runs behind the table: each detection, engine and start once, CPU time of its thread measured.
+//! The runs for the table: each detection, engine and start once, with the CPU time of the computing thread.
 
 use crate::table1::Done;
 use bladeoff::cli::{CliError, remark, set_parameter};
@@ -13,16 +13,16 @@ use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// One run that is asked for.
+/// One requested run.
 pub(super) struct Case {
     pub machine: Machine,
     pub engine: &'static str,
     pub detection: &'static str,
-    /// Number of the start, 0: the machine's own.
+    /// Number of the start; 0 is the start that the machine file defines.
     pub start: usize,
 }
 
-/// The runs of a study that are asked for, quick ones first: with this engine or `all`, from the first `scatter` starts.
+/// The requested runs of a study, fast ones first: with this engine or `all`, from the first `scatter` starts.
 pub(super) fn cases(
     samples: &Samples,
     wanted: &str,
@@ -39,7 +39,7 @@ pub(super) fn cases(
         let machine = def.build()?;
         let Some(detection) = engine::detection(&machine) else { continue };
         let engine = machine.run.engine.word();
-        // what differs in more than engine and detection is another start
+        // machines that differ in more than engine and detection have different starts
         set_parameter(&mut def, "run.engine", Engine::Reduced.word(), "run.engine")?;
         let mut bare = def.build()?;
         for diaphragm in &mut bare.diaphragms {
@@ -57,7 +57,7 @@ pub(super) fn cases(
     Ok(cases)
 }
 
-/// Computes them, as many at once as there are cores.
+/// Computes the runs, as many in parallel as there are cores.
 pub(super) fn compute(cases: &[Case]) -> Result<Vec<Done>, CliError> {
     let mut structures: Vec<(&'static str, Structure)> = Vec::new();
     for case in cases {
