@@ -1,26 +1,26 @@
-//! Axes: what range they show and where their ticks are.
+//! Axes of a chart: range, ticks and labels.
 
 use bladeoff_text::document::units::format_digits;
 
-/// Of a letter of a label, as part of the width of a chart.
+/// Width of a letter of a label, as part of the width of a chart.
 const LETTER: f64 = 0.0105;
 
 /// An axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// With unit.
+    /// Name of the quantity, with unit.
     pub label: String,
-    /// What it shows; of a logarithmic one the powers of ten.
+    /// Values at both ends; exponents of ten on a logarithmic axis.
     pub(crate) range: (f64, f64),
-    /// Whether it is logarithmic.
+    /// Whether the axis is logarithmic.
     pub(crate) log: bool,
     /// Names at 0, 1, ... from the top; none: numbers.
     pub(crate) words: Vec<String>,
-    /// Where ticks are; none: where they are round.
+    /// Values with ticks; empty: round values.
     pub(crate) at: Vec<f64>,
-    /// Ticks of round numbers, about.
+    /// Approximate number of ticks at round values.
     pub(crate) most: u32,
-    /// Whether its numbers and its name are drawn.
+    /// Whether the numbers and the label are drawn.
     pub(crate) has_numbers: bool,
 }
 
@@ -29,60 +29,60 @@ impl Axis {
         Self { label, range, log: false, words: Vec::new(), at: Vec::new(), most: 7, has_numbers: true }
     }
 
-    /// Of numbers, from the smallest to the largest of these values.
+    /// Axis of numbers, from the smallest to the largest value.
     pub(crate) fn tight(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         Self::new(label.into(), roomy(values, 0.0))
     }
 
-    /// Of numbers between these.
+    /// Axis of numbers between two values.
     pub(crate) fn between(label: impl Into<String>, range: (f64, f64)) -> Self {
         Self::new(label.into(), range)
     }
 
-    /// The same with about so many ticks.
+    /// This axis with about `most` ticks.
     pub(crate) fn most(self, most: u32) -> Self {
         Self { most, ..self }
     }
 
-    /// Of numbers, with room around these values.
+    /// Axis of numbers, with a margin around the values.
     #[must_use]
     pub fn numbers(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         Self::new(label.into(), roomy(values, 0.04))
     }
 
-    /// Of numbers above zero, by their powers of ten.
+    /// Logarithmic axis of numbers above zero, with a margin around the values.
     #[must_use]
     pub fn log(label: impl Into<String>, values: impl Iterator<Item = f64>) -> Self {
         let powers = values.filter(|value| *value > 0.0).map(libm::log10);
         Self { log: true, ..Self::new(label.into(), roomy(powers, 0.04)) }
     }
 
-    /// Of names, the first at the top.
+    /// Axis of names, the first at the top.
     #[must_use]
     pub fn words(words: Vec<String>) -> Self {
         let range = (words.len() as f64 - 0.4, -0.6);
         Self { words, ..Self::new(String::new(), range) }
     }
 
-    /// The same showing exactly this.
+    /// This axis with exactly this range of values.
     #[must_use]
     pub fn from_to(mut self, low: f64, high: f64) -> Self {
         self.range = if self.log { (libm::log10(low), libm::log10(high)) } else { (low, high) };
         self
     }
 
-    /// The same with ticks there.
+    /// This axis with ticks at these values.
     #[must_use]
     pub fn at(mut self, values: Vec<f64>) -> Self {
         self.at = values;
         self
     }
 
-    /// Share of the way along it; `None` where it cannot be.
+    /// Place of a value along the axis, from 0 to 1 within the range; `None` for a value without a place.
     pub(crate) fn share(&self, value: f64) -> Option<f64> {
         let value = if self.log { libm::log10(value) } else { value };
         let share = share_of(value, self.range);
-        // what a log axis has no place for lies below it
+        // zero and below lie before the start of a logarithmic axis
         if self.log && value == f64::NEG_INFINITY { Some(-1.0) } else { Some(share).filter(|share| share.is_finite()) }
     }
 
@@ -91,7 +91,7 @@ impl Axis {
         if self.log { (libm::exp10(self.range.0), libm::exp10(self.range.1)) } else { self.range }
     }
 
-    /// Those whose labels do not run together along an axis across the page; the last stays.
+    /// Ticks whose labels do not overlap along a horizontal axis; the last tick stays.
     fn apart(&self, ticks: Vec<(f64, String)>) -> Vec<(f64, String)> {
         let mut kept: Vec<(f64, String)> = Vec::new();
         for (value, label) in ticks.into_iter().rev() {
@@ -107,7 +107,7 @@ impl Axis {
         kept
     }
 
-    /// Values with what stands beside them.
+    /// Values of the ticks, with their labels.
     pub(crate) fn ticks(&self) -> Vec<(f64, String)> {
         if !self.words.is_empty() {
             return self.words.iter().enumerate().map(|(at, word)| (at as f64, word.clone())).collect();

@@ -7,9 +7,9 @@ use std::fmt::{self, Display, Write};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rgb(pub u8, pub u8, pub u8);
 
-/// Of rims and grounds.
+/// Colour of rims and backgrounds.
 pub const WHITE: Rgb = Rgb(255, 255, 255);
-/// Of lines.
+/// Colour of lines and text.
 pub const BLACK: Rgb = Rgb(0, 0, 0);
 
 /// Attributes of a line in the colour of text: dark on light, and light on dark.
