@@ -120,7 +120,11 @@ fn scattered_points_are_smoothed_and_the_same_on_any_workers() {
     // everything but the text, because the titles differ
     let body = |svg: &str| svg.lines().filter(|line| line.starts_with("<rect") || line.starts_with("<poly")).count();
     assert!(asked.contains("half width of its limits"));
-    assert_eq!(worded.matches("P(z &gt; 1.5)").count(), 2, "the title and what the colours are: {worded}");
+    assert_eq!(
+        worded.matches("P(z &gt; 1.5)").count(),
+        3,
+        "the title, shown and as name of the picture, and what the colours are: {worded}"
+    );
     assert!(body(&asked) > 1000 && body(&asked) == body(&worded));
 }
 

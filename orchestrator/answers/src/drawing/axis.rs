@@ -175,8 +175,13 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     if value.abs() < 1e-12 { "0".to_owned() } else { format_digits(value, "", digits).replace('-', "\u{2212}") }
 }
 
+/// A number of a range, with the digits in which a twentieth of the range shows.
+pub(crate) fn number_within(value: f64, (low, high): (f64, f64)) -> String {
+    number(value, digits_of(low.abs().max(high.abs()), (high - low).abs() / 20.0).max(4))
+}
+
 /// Significant digits in which numbers of this size differ that are a step apart.
-pub(crate) fn digits_of(size: f64, step: f64) -> usize {
+fn digits_of(size: f64, step: f64) -> usize {
     let digits = libm::ceil(libm::log10(size / step) - 1e-9) + 1.0;
     if digits.is_finite() { digits.clamp(1.0, 15.0) as usize } else { 1 }
 }

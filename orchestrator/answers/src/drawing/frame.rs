@@ -122,7 +122,7 @@ impl<'a> Frame<'a> {
         if self.x.has_numbers {
             svg.text("", (left + self.width / 2.0, bottom + 2.2 * LINE), Anchor::Middle, &self.x.label);
         }
-        let label = cut(&self.y.label, ((self.height + LINE) / 6.6).max(8.0) as usize);
+        let label = cut(&self.y.label, ((self.height + LINE) / 6.2).max(8.0) as usize);
         svg.turned((left - beside, top + self.height / 2.0), &label);
     }
 }

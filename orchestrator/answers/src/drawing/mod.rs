@@ -7,7 +7,7 @@ mod frame;
 mod svg;
 
 pub use axis::{Axis, shown};
-pub(crate) use axis::{digits_of, number, share_of};
+pub(crate) use axis::{number, number_within, share_of};
 pub(crate) use frame::{Frame, LETTER, LINE, MOST_LETTERS, Ruling, TEXT};
 pub use svg::Rgb;
 pub(crate) use svg::{Anchor, BLACK, INK, Svg, WHITE, html};

@@ -6,7 +6,7 @@
 use super::contacts::Contact;
 use super::style::{GREY, Scale, fixed, to_scale};
 use super::{COLOURS, Figure, HEAD};
-use crate::drawing::{Anchor, Axis, Frame, Ruling, Svg, TEXT, digits_of, number};
+use crate::drawing::{Anchor, Axis, Frame, Ruling, Svg, TEXT, number_within};
 use crate::history::History;
 use std::f64::consts::PI;
 
@@ -41,8 +41,7 @@ pub fn ring_of(history: &History, contact: &Contact) -> Ring {
 pub fn orbits(history: &History, name: &str, contact: &Contact, instants: &[f64]) -> Option<Figure> {
     let (x, y) = (&contact.channel(history, "rotor_x_m")?.values, &contact.channel(history, "rotor_y_m")?.values);
     let end = |of: fn(f64, f64) -> f64| instants.iter().copied().reduce(of).unwrap_or_default();
-    let (first, last) = (end(f64::min), end(f64::max));
-    let digits = digits_of(first.abs().max(last.abs()), (last - first) / 20.0).max(4);
+    let span = (end(f64::min), end(f64::max));
     let columns = instants.len().clamp(1, 3) as u32;
     let rows = (instants.len().max(1) as u32).div_ceil(columns);
     let gap = contact.gap(history);
@@ -70,7 +69,7 @@ pub fn orbits(history: &History, name: &str, contact: &Contact, instants: &[f64]
             let smallest = smallest.map_or(String::new(), |gap| {
                 format!(", clearance {} {}", fixed(gap * scale.factor, decimals), scale.unit)
             });
-            let caption = format!("t = {} s{smallest}", number(instant, digits));
+            let caption = format!("t = {} s{smallest}", number_within(instant, span));
             let place = (f64::from(number_of % columns * side), f64::from(number_of / columns * (side - 19)));
             let shown = Orbit {
                 caption,

@@ -1,7 +1,7 @@
 //! The scale of colour of a kind of pictures, and the levels that are marked on it.
 
 use super::super::style::{Scale, viridis};
-use crate::drawing::{Rgb, digits_of, number};
+use crate::drawing::{Rgb, number, number_within};
 
 /// What pictures share a scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,8 +86,7 @@ impl Colours {
     /// A level as it is marked.
     pub fn mark(&self, level: f64) -> String {
         let of = |value: f64| value * self.scale.factor;
-        let digits = digits_of(of(self.high).abs().max(of(self.low).abs()), (of(self.high) - of(self.low)) / 20.0);
-        number(of(level), if self.is_logarithmic { 4 } else { digits.max(4) })
+        if self.is_logarithmic { number(of(level), 4) } else { number_within(of(level), (of(self.low), of(self.high))) }
     }
 
     /// The place of a value on the scale, 0 to 1.

@@ -29,7 +29,7 @@ pub(super) fn draw(svg: &mut Svg, (left, top): (f64, f64), picture: &Picture<'_>
     let frame = Frame::new(&x, &y, [left + LEFT, top + ABOVE, right - 4.0, bottom]);
     strokes(svg, &frame, &layers.hatching, &[(HATCH, 1.0)]);
     // a little over the next cell: edges that only touch show as hairlines
-    let over = (0.4 * (x1 - x0) / f64::from(WIDTH), 0.4 * (y1 - y0) / f64::from(HEIGHT));
+    let over = (0.8 * (x1 - x0) / f64::from(WIDTH), 0.8 * (y1 - y0) / f64::from(HEIGHT));
     let colour = |share: Option<f64>| share.map_or(UNKNOWN, |share| colours.at(share)).fill();
     for tile in &layers.tiles {
         let to = ((tile.to.0 + over.0).min(x1), (tile.to.1 + over.1).min(y1));
