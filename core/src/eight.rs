@@ -284,6 +284,8 @@ macro_rules! by_width {
         #[inline]
         $vis fn $name($($arg: $type),*) $(-> $out)? {
             use $generic as generic;
+            #[inline(never)]
+            fn narrowest($($arg: $type),*) $(-> $out)? { generic::<$crate::eight::Plain>($($arg),*) }
             #[cfg(target_arch = "x86_64")]
             {
                 use $crate::eight::{Avx2, Avx512};
@@ -304,7 +306,7 @@ macro_rules! by_width {
                     Width::Avx512 => return unsafe { avx512($($arg),*) },
                 }
             }
-            generic::<$crate::eight::Plain>($($arg),*)
+            narrowest($($arg),*)
         }
     };
 }

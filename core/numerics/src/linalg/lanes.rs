@@ -96,10 +96,15 @@ impl Width {
 #[inline]
 pub fn width() -> Width {
     static WIDTH: OnceLock<Width> = OnceLock::new();
-    *WIDTH.get_or_init(|| Width::chosen().unwrap_or_else(|_| Width::widest()))
+    #[cold]
+    fn choose() -> Width {
+        *WIDTH.get_or_init(|| Width::chosen().unwrap_or_else(|_| Width::widest()))
+    }
+    WIDTH.get().copied().unwrap_or_else(choose)
 }
 
-/// Declares a kernel: its body is compiled once for each width, and the version for [`width`] is called.
+/// Declares a kernel: its body is compiled once for each width, and the version for [`width`] is called. The narrowest version is a separate function too: inlined
+/// beside the choice, it would make every call save registers.
 #[macro_export]
 macro_rules! kernel {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block) => {
@@ -108,6 +113,8 @@ macro_rules! kernel {
         $vis fn $name($($arg: $type),*) $(-> $out)? {
             #[inline(always)]
             fn plain($($arg: $type),*) $(-> $out)? $body
+            #[inline(never)]
+            fn narrowest($($arg: $type),*) $(-> $out)? { plain($($arg),*) }
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2")]
@@ -124,7 +131,7 @@ macro_rules! kernel {
                     $crate::linalg::lanes::Width::Avx512 => return unsafe { avx512($($arg),*) },
                 }
             }
-            plain($($arg),*)
+            narrowest($($arg),*)
         }
     };
 }
