@@ -86,7 +86,7 @@ pub(crate) struct ContactStep {
     pub(super) points: Vec<ContactPoint>,
     pub(super) forces: Vec<ContactReaction>,
     /// Rows of the contact points of two steps: this step's are at `current`, the last step's at the other index.
-    pub(super) point_rows: [PointRows; 2],
+    pub(super) point_rows: [Vec<PointRows>; 2],
     pub(super) current: usize,
     /// Points that pressed in the last step.
     pub(super) pressed: Vec<PressedPoint>,
@@ -119,7 +119,7 @@ impl ContactStep {
             |k: (&Lane, &Lane)| Lane(std::array::from_fn(|i| k.0.0[i] + (STATIC_WEIGHT - 1.0) * k.1.0[i]));
         let compliance: Vec<Lane> = corrected_compliance.iter().zip(&static_correction).map(extrapolated).collect();
         let zeros = vec![Lane::default(); compliance.len()];
-        let rows = PointRows::new(POINTS, compliance.len());
+        let rows = vec![PointRows::new(compliance.len()); POINTS];
         let rotor_truncated_flexibility = structure.lateral_residual.as_ref().map_or([[0.0; 2]; 2], |all| {
             turned(axes.angle, &dofs.map(|row| dofs.map(|column| all[(row, column)] / h)))
         });
@@ -352,10 +352,10 @@ impl ContactStep {
 
     /// Rows of the acting position of a contact point.
     #[inline(always)]
-    fn acting_rows<'a>(rows: &'a [PointRows; 2], current: usize, point: &ContactPoint) -> [&'a [Lane]; 2] {
+    fn acting_rows<'a>(rows: &'a [Vec<PointRows>; 2], current: usize, point: &ContactPoint) -> [&'a [Lane]; 2] {
         match point.acting_slot {
-            Some(slot) => rows[1 - current].along(slot),
-            None => rows[current].along(point.slot),
+            Some(slot) => rows[1 - current][slot].along(),
+            None => rows[current][point.slot].along(),
         }
     }
 
@@ -377,7 +377,7 @@ impl ContactStep {
                 Self::acting_rows(point_rows, *current, point),
                 impulses,
             );
-            predictor.add_impulse::<V>(&point.position, force, point_rows[*current].along(point.slot));
+            predictor.add_impulse::<V>(&point.position, force, point_rows[*current][point.slot].along());
             pressed.push(PressedPoint { position: point.position, force: *force, slot: point.slot });
         }
         ring.apply_impulses::<V>(impulses);

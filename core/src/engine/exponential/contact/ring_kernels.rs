@@ -5,49 +5,34 @@
 use crate::eight::Eight;
 use bladeoff_numerics::linalg::lanes::Lane;
 
-/// Rows of a contact point: mode shapes along its normal and tangent, and the response of the modes to unit impulses along normal
-/// and tangent of its acting position.
-const ROWS: usize = 4;
-
-/// Rows of contact points, by slot.
+/// Rows of a contact point, in groups of eight modes.
 #[derive(Debug, Clone)]
 pub(crate) struct PointRows {
-    lanes: usize,
-    all: Vec<Lane>,
+    /// Mode shapes along normal and tangent.
+    along: [Vec<Lane>; 2],
+    /// Response of the modes at n+1 to unit impulses along normal and tangent of the acting position.
+    responses: [Vec<Lane>; 2],
 }
 
 impl PointRows {
-    /// Creates rows for `points` contact points and `lanes` groups of eight modes.
-    pub fn new(points: usize, lanes: usize) -> Self {
-        Self { lanes, all: vec![Lane::default(); points * ROWS * lanes] }
-    }
-
-    #[inline(always)]
-    fn rows_of(&self, slot: usize) -> &[Lane] {
-        &self.all[slot * ROWS * self.lanes..(slot + 1) * ROWS * self.lanes]
+    /// Creates rows for `lanes` groups of eight modes.
+    pub fn new(lanes: usize) -> Self {
+        let rows = || [vec![Lane::default(); lanes], vec![Lane::default(); lanes]];
+        Self { along: rows(), responses: rows() }
     }
 
     /// Mode shapes along normal and tangent.
     #[inline(always)]
-    pub fn along(&self, slot: usize) -> [&[Lane]; 2] {
-        let (normal, rest) = self.rows_of(slot).split_at(self.lanes);
-        [normal, &rest[..self.lanes]]
+    pub fn along(&self) -> [&[Lane]; 2] {
+        let [normal, tangent] = &self.along;
+        [normal, tangent]
     }
 
     /// Response of the modes at n+1 to a unit normal and a unit tangential impulse.
     #[inline(always)]
-    pub fn responses(&self, slot: usize) -> [&[Lane]; 2] {
-        let (normal, tangential) = self.rows_of(slot)[2 * self.lanes..].split_at(self.lanes);
+    pub fn responses(&self) -> [&[Lane]; 2] {
+        let [normal, tangential] = &self.responses;
         [normal, tangential]
-    }
-
-    /// All four rows of a slot, to be written.
-    #[inline(always)]
-    pub fn rows_mut(&mut self, slot: usize) -> [&mut [Lane]; ROWS] {
-        let all = &mut self.all[slot * ROWS * self.lanes..(slot + 1) * ROWS * self.lanes];
-        let (along, responses) = all.split_at_mut(2 * self.lanes);
-        let ((a, b), (c, d)) = (along.split_at_mut(self.lanes), responses.split_at_mut(self.lanes));
-        [a, b, c, d]
     }
 }
 
@@ -100,17 +85,18 @@ pub(crate) fn write_rows<V: Eight>(
     directions: [[f64; 2]; 2],
     acting_rows: Option<[&[Lane]; 2]>,
     step: StepState<'_>,
-    rows: [&mut [Lane]; ROWS],
+    rows: &mut PointRows,
 ) -> RowSums {
     let (a, b, c) = (V::all(weights[0]), V::all(weights[1]), V::all(weights[2]));
     let [[np, nq], [tp, tq]] = [broadcast::<V>(directions[0]), broadcast::<V>(directions[1])];
-    let [normal, tangent, by_normal, by_tangent] = rows;
+    let PointRows { along: [normal, tangent], responses: [by_normal, by_tangent] } = rows;
     let count = normal.len();
     let [[va, ua], [vb, ub], [vc, uc]] =
         [leading_groups(three[0], count), leading_groups(three[1], count), leading_groups(three[2], count)];
     let StepState { compliance, travel, assumed } = step;
     let (compliance, travel, assumed) = (&compliance[..count], &travel[..count], &assumed[..count]);
-    let (tangent, by_normal, by_tangent) = (&mut tangent[..count], &mut by_normal[..count], &mut by_tangent[..count]);
+    let (normal, tangent) = (&mut normal[..count], &mut tangent[..count]);
+    let (by_normal, by_tangent) = (&mut by_normal[..count], &mut by_tangent[..count]);
     for i in 0..count {
         let v = a * V::load(&va[i]) + b * V::load(&vb[i]) + c * V::load(&vc[i]);
         let u = a * V::load(&ua[i]) + b * V::load(&ub[i]) + c * V::load(&uc[i]);

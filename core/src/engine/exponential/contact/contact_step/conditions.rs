@@ -45,9 +45,9 @@ impl ContactStep {
             three,
             parabola(position.offset),
             [position.polar, across(position.polar)],
-            acting_slot.map(|slot| last_rows.along(slot)),
+            acting_slot.map(|slot| last_rows[slot].along()),
             StepState { compliance, travel: &predictor.ring_travel, assumed: &predictor.ring_correction },
-            rows.rows_mut(slot),
+            &mut rows[slot],
         );
         let self_coupling = operator.coupling(ring_points, &position, &acting, sums.coupling);
         let closure = DelassusOperator::previous_truncated_response(ring_points, &position, pressed);
@@ -86,7 +86,7 @@ impl ContactStep {
                     // the solver may have added a small compliance to the diagonal
                     conditions.w[k][k] = point.self_coupling;
                 } else if k >= from || j >= from || k == replaced || j == replaced {
-                    let modal_coupling = row_products::<V>(rows.along(point.slot), rows.responses(acting.slot));
+                    let modal_coupling = row_products::<V>(rows[point.slot].along(), rows[acting.slot].responses());
                     conditions.w[k][j] =
                         operator.coupling(ring_points, &point.position, &acting.acting, modal_coupling);
                 }
@@ -104,7 +104,7 @@ impl ContactStep {
         for point in points.iter().filter(|point| point.force.normal > 0.0) {
             add_scaled_rows::<V>(
                 [point.force.normal, point.force.tangential],
-                point_rows[*current].responses(point.slot),
+                point_rows[*current][point.slot].responses(),
                 response,
             );
         }
