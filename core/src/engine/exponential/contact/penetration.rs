@@ -17,7 +17,7 @@ use super::contact_point::{ContactPoint, PressedPoint};
 use super::contact_predictor::ContactPredictor;
 use super::delassus_operator::DelassusOperator;
 use super::ring_kernels::{broadcast, load_lanes, products_with, weighted_sum};
-use super::ring_points::{BLOCK, RingPoints};
+use super::ring_points::{BLOCK, RingPoints, TruncatedImpulse};
 use crate::contact::complementarity::POINTS;
 use crate::eight::{Eight, columns_times};
 use crate::engine::exponential::plane::length;
@@ -36,12 +36,11 @@ pub(crate) struct PenetrationSearch {
     /// Radial response of the truncated modes in these blocks, and clearances with it and with the response of the rotor \[m\].
     truncated_radial: Vec<Lane>,
     clearances: Vec<Lane>,
-    /// Bit for each point of a block that is a contact point or next to one; and the blocks with such bits.
+    /// Bit for each point of a block that is a contact point or next to one.
     excluded: Vec<u8>,
-    excluded_blocks: Vec<usize>,
     /// Points with impulses on the truncated modes, in polar axes \[N s\]: those of this step less a share of those of the last
     /// step.
-    truncated_impulses: Vec<(usize, [f64; 2])>,
+    truncated_impulses: Vec<TruncatedImpulse>,
     /// Blocks with closed points.
     closed_blocks: Vec<ClosedBlock>,
 }
@@ -85,7 +84,6 @@ impl PenetrationSearch {
             truncated_radial: vec![Lane::default(); blocks],
             clearances: vec![Lane::default(); blocks],
             excluded: vec![0; blocks],
-            excluded_blocks: Vec::with_capacity(3 * POINTS),
             truncated_impulses: Vec::with_capacity(POINTS),
             closed_blocks: Vec::with_capacity(blocks),
         }
@@ -138,30 +136,27 @@ impl PenetrationSearch {
     /// Collects the impulses on the truncated modes, and the points that are excluded from the search.
     #[inline(always)]
     fn collect_impulses(&mut self, state: &AfterImpulses<'_>) {
-        for &block in &self.excluded_blocks {
-            self.excluded[block] = 0;
-        }
-        self.excluded_blocks.clear();
+        self.excluded.fill(0);
         for point in state.points {
             let index = point.position.index;
             let [before, behind] = state.ring_points.neighbours(index);
             for c in [before, index, behind] {
                 self.excluded[c / BLOCK] |= 1 << (c % BLOCK);
-                self.excluded_blocks.push(c / BLOCK);
             }
         }
         self.truncated_impulses.clear();
         for ContactPoint { acting, force, .. } in state.pressing() {
             let [radial, tangential] = acting.polar;
-            self.truncated_impulses.push((acting.index, [radial * force.normal, tangential * force.normal]));
+            let impulse = [radial * force.normal, tangential * force.normal];
+            self.truncated_impulses.push(state.ring_points.truncated_impulse(acting.index, impulse));
         }
         for PressedPoint { position, force, .. } in state.pressed {
             let [radial, tangential] = position.polar;
             let share = -state.ring_points.static_correction.previous_share() * force.normal;
             let impulse = [radial * share, tangential * share];
-            match self.truncated_impulses.iter_mut().find(|(index, _)| *index == position.index) {
-                Some((_, sum)) => *sum = [sum[0] + impulse[0], sum[1] + impulse[1]],
-                None => self.truncated_impulses.push((position.index, impulse)),
+            match self.truncated_impulses.iter_mut().find(|point| point.index == position.index) {
+                Some(point) => (0..2).for_each(|i| point.impulse[i] += impulse[i]),
+                None => self.truncated_impulses.push(state.ring_points.truncated_impulse(position.index, impulse)),
             }
         }
     }

@@ -81,6 +81,15 @@ struct TruncatedColumn {
     turned: usize,
 }
 
+/// Impulse on the truncated modes at a ring point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TruncatedImpulse {
+    pub index: usize,
+    /// Radial and tangential component \[N s\].
+    pub impulse: [f64; 2],
+    column: TruncatedColumn,
+}
+
 impl RingPoints {
     /// Creates the `count` points of a ring with `sectors` equal sectors; `count` is a multiple of [`BLOCK`]. `part`: `None` for a rigid ring.
     pub fn new(
@@ -219,10 +228,15 @@ impl RingPoints {
         self.columns.iter().filter(|column| column.from == 0).count()
     }
 
+    /// Impulse on the truncated modes at a point, in polar axes \[N s\].
+    #[inline(always)]
+    pub fn truncated_impulse(&self, index: usize, impulse: [f64; 2]) -> TruncatedImpulse {
+        TruncatedImpulse { index, impulse, column: self.columns[index] }
+    }
+
     /// Table entries of the points of a block for an acting point.
     #[inline(always)]
-    fn truncated_lanes(&self, block: usize, acting: usize) -> &[Lane; 4] {
-        let TruncatedColumn { from, turned } = self.columns[acting];
+    fn truncated_lanes(&self, block: usize, TruncatedColumn { from, turned }: TruncatedColumn) -> &[Lane; 4] {
         let back = if block >= turned { block - turned } else { block + self.directions.len() - turned };
         &self.truncated_flexibility[from + back]
     }
@@ -233,21 +247,21 @@ impl RingPoints {
         if self.truncated_flexibility.is_empty() {
             return [0.0; 4];
         }
-        let ([a, b, c, d], k) = (self.truncated_lanes(at / BLOCK, acting), at % BLOCK);
+        let ([a, b, c, d], k) = (self.truncated_lanes(at / BLOCK, self.columns[acting]), at % BLOCK);
         [a.0[k], b.0[k], c.0[k], d.0[k]]
     }
 
     /// Response of the truncated modes at the points of a block to impulses in polar axes \[m\]: the radial part (0) or the
     /// tangential one (1).
     #[inline(always)]
-    pub fn block_truncated_response<V: Eight>(&self, block: usize, acting: &[(usize, [f64; 2])], part: usize) -> V {
+    pub fn block_truncated_response<V: Eight>(&self, block: usize, acting: &[TruncatedImpulse], part: usize) -> V {
         let mut sum = V::all(0.0);
         if self.truncated_flexibility.is_empty() {
             return sum;
         }
-        for &(at, impulse) in acting {
-            let table = self.truncated_lanes(block, at);
-            let [radial, tangential] = broadcast::<V>(impulse);
+        for point in acting {
+            let table = self.truncated_lanes(block, point.column);
+            let [radial, tangential] = broadcast::<V>(point.impulse);
             sum = sum + V::load(&table[2 * part]) * radial + V::load(&table[2 * part + 1]) * tangential;
         }
         sum
@@ -256,9 +270,9 @@ impl RingPoints {
     /// Bounds of the response of the truncated modes to impulses in polar axes: of the closure of a gap along the radius, and of
     /// the displacement of a point \[m\].
     #[inline(always)]
-    pub fn truncated_bounds(&self, acting: &[(usize, [f64; 2])]) -> [f64; 2] {
+    pub fn truncated_bounds(&self, acting: &[TruncatedImpulse]) -> [f64; 2] {
         let (mut closure, mut displacement, [smallest, largest]) = (0.0, 0.0, self.direct_range);
-        for &(_, [radial, tangential]) in acting {
+        for &TruncatedImpulse { impulse: [radial, tangential], .. } in acting {
             closure += self.cross_range * tangential.abs() - radial * if radial < 0.0 { largest } else { smallest };
             displacement +=
                 self.max_truncated_flexibility[0] * radial.abs() + self.max_truncated_flexibility[1] * tangential.abs();
@@ -396,12 +410,13 @@ mod tests {
         let whole = RingPoints::new(Some(part), &surface, ring.count(), 1, ring.static_correction);
         assert_eq!([ring.sectors(), whole.sectors()], [8, 1]);
         let acting = [(7, [3.0, -1.0]), (120, [0.5, 2.0]), (ring.count() - 3, [-1.0, 0.5])];
+        let impulses = acting.map(|(at, impulse)| ring.truncated_impulse(at, impulse));
         let (mut largest, mut error) = (0.0_f64, 0.0_f64);
         for block in 0..ring.count() / BLOCK {
             let mut all = [Lane::default(); 2];
             all.iter_mut()
                 .enumerate()
-                .for_each(|(part, lane)| ring.block_truncated_response::<Plain>(block, &acting, part).store(lane));
+                .for_each(|(part, lane)| ring.block_truncated_response::<Plain>(block, &impulses, part).store(lane));
             for k in 0..BLOCK {
                 let mut wanted = [0.0; 2];
                 for (at, impulse) in acting {
