@@ -24,7 +24,7 @@ use super::ring_kernels::{broadcast, load_lanes};
 use super::ring_points::{BLOCK, RingPoints};
 use crate::eight::{Eight, by_width, columns_times};
 use crate::engine::exponential::plane::length;
-use bladeoff_numerics::linalg::lanes::{Lane, lanes_of};
+use bladeoff_numerics::linalg::lanes::{LANES, Lane, lanes_of};
 
 /// Bound of the rounding errors of the two sides of (2), for lengths of metres \[m\].
 const ROUNDING: f64 = 1e-14;
@@ -119,16 +119,11 @@ impl BroadPhase {
     fn find_near_blocks<V: Eight>(&self, limit: f64, x: [f64; 2], blocks: &mut Vec<usize>) {
         blocks.clear();
         let (limit, [x, y]) = (V::all(limit + self.travel + ROUNDING), broadcast::<V>(x));
-        for (at, (lanes, block_directions)) in
-            self.clearance_bounds.chunks(8).zip(self.block_directions.chunks(8)).enumerate()
-        {
-            let mut bits = 0_u64;
-            for (i, (lane, middle)) in lanes.iter().zip(block_directions).enumerate() {
-                let [cos, sin] = load_lanes::<V>(middle);
-                bits |= u64::from(V::load(lane).less(limit + cos * x + sin * y)) << (8 * i);
-            }
+        for (at, (bounds, directions)) in self.clearance_bounds.iter().zip(&self.block_directions).enumerate() {
+            let [cos, sin] = load_lanes::<V>(directions);
+            let mut bits = V::load(bounds).less(limit + cos * x + sin * y);
             while bits != 0 {
-                blocks.push(64 * at + bits.trailing_zeros() as usize);
+                blocks.push(LANES * at + bits.trailing_zeros() as usize);
                 bits &= bits - 1;
             }
         }
