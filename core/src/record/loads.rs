@@ -77,13 +77,12 @@ impl Watched {
         square
     }
 
-    /// Records the interpolated peaks between the last three instants, of which this load is the last. `smooth`: no impulse acts at this
-    /// instant.
+    /// Records the interpolated peaks between the last three instants, the last of which has this load. No impulse acts at this instant.
     #[inline]
-    fn see_between(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At, smooth: bool) {
+    fn see_between(&mut self, [x, y]: [f64; 2], up: [f64; 2], at: At) {
         let now = Sample { values: [x * x + y * y, x.abs(), y.abs(), (x * up[0] + y * up[1]).max(0.0)], at };
         let [first, middle] = self.last;
-        if smooth && self.samples == 2 {
+        if self.samples == 2 {
             let [px, py] = &mut self.components;
             for (i, peak) in [&mut self.square, px, py, &mut self.upward].into_iter().enumerate() {
                 let [a, b, c] = [first, middle, now].map(|sample| sample.values[i]);
@@ -96,7 +95,7 @@ impl Watched {
             }
         }
         self.last = [middle, now];
-        self.samples = if smooth { (self.samples + 1).min(2) } else { 0 };
+        self.samples = (self.samples + 1).min(2);
     }
 
     fn hold(&mut self) {
@@ -156,12 +155,16 @@ impl LoadRecorder {
     /// and is already recorded. `smooth`: no impulse acts at this instant.
     #[inline]
     pub fn see_between(&mut self, loads: Loads<'_>, at: At, smooth: bool) {
+        if !smooth {
+            self.bearings.iter_mut().chain(&mut self.pedestals).for_each(|watched| watched.samples = 0);
+            return;
+        }
         for (watched, load) in self.bearings.iter_mut().zip(loads.bearings) {
-            watched.see_between(*load, self.up, at, smooth);
+            watched.see_between(*load, self.up, at);
             self.any.include(&watched.square);
         }
         for (watched, load) in self.pedestals.iter_mut().zip(loads.pedestals) {
-            watched.see_between(*load, self.up, at, smooth);
+            watched.see_between(*load, self.up, at);
         }
     }
 
