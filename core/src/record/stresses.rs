@@ -142,10 +142,14 @@ impl StressRecorder {
     pub fn see_bending(&mut self, elements: Range<usize>, moments: &[f64], torsion: &[f64], at: At) {
         let Self { shaft, bending, mises, settled, .. } = self;
         let Some(shaft) = shaft else { return };
-        for (element, (m, &torsion)) in elements.zip(moments.as_chunks::<4>().0.iter().zip(torsion)) {
-            let section = shaft.section_of()[element];
-            let constant = settled.as_ref().map_or([0.0; 4], |settled| settled.moments[element]);
-            let m: [f64; 4] = std::array::from_fn(|i| m[i] + constant[i]);
+        let sections = &shaft.section_of()[elements.clone()];
+        for (element, ((m, &section), &torsion)) in
+            elements.zip(moments.as_chunks::<4>().0.iter().zip(sections).zip(torsion))
+        {
+            let m = match settled {
+                Some(settled) => std::array::from_fn(|i| m[i] + settled.moments[element][i]),
+                None => *m,
+            };
             // the torsional moment is the same at both ends
             let [near, far] = [m[0] * m[0] + m[1] * m[1], m[2] * m[2] + m[3] * m[3]];
             let (square, node) = if far > near { (far, element + 1) } else { (near, element) };

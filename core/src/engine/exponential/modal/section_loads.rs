@@ -329,7 +329,8 @@ mod tests {
             assert!(largest <= bounds[blocks], "{largest} {}", bounds[blocks]);
             let largest_bound = bounds[..blocks].iter().copied().fold(0.0, f64::max);
             for element in 0..shaft.elements.len() {
-                let moments = free_motion.moments(element / SECTIONS_AT_ONCE);
+                let (rows, modal_state) = free_motion.moment_rows();
+                let moments = rows.multiply_block(element / SECTIONS_AT_ONCE, modal_state);
                 let moments = &moments[MOMENTS_PER_ELEMENT * (element % SECTIONS_AT_ONCE)..];
                 for (end, moment) in stresses.bending_moments(element, &nodal_motion.nodal).into_iter().enumerate() {
                     let (size, bound) = (length(moment), bounds[element / SECTIONS_AT_ONCE]);

@@ -98,11 +98,12 @@ impl ShaftStresses {
         let Self { moments, bounds, .. } = self;
         free_motion.moment_bounds(bounds);
         let blocks = recorders.elements().div_ceil(SECTIONS_AT_ONCE);
-        for (block, bound) in bounds[..blocks].iter().enumerate() {
-            let elements = SECTIONS_AT_ONCE * block..recorders.elements().min(SECTIONS_AT_ONCE * (block + 1));
-            let torsion = &moments[elements.clone()];
+        let (rows, modal_state) = free_motion.moment_rows();
+        for (block, (bound, torsion)) in bounds[..blocks].iter().zip(moments.chunks(SECTIONS_AT_ONCE)).enumerate() {
+            let first = SECTIONS_AT_ONCE * block;
+            let elements = first..first + torsion.len();
             if recorders.asks_for_bending(elements.clone(), *bound, torsion) {
-                recorders.see_bending(elements, &free_motion.moments(block), torsion, at);
+                recorders.see_bending(elements, &rows.multiply_block(block, modal_state), torsion, at);
             }
         }
         let reach = bounds[blocks];

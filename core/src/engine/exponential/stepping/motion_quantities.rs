@@ -4,7 +4,8 @@
 
 use super::free_motion::FreeMotion;
 use crate::engine::exponential::modal::dissipation::DissipationBuffer;
-use crate::engine::exponential::modal::section_loads::{SECTIONS_AT_ONCE, StoredEnergy, sizes_of};
+use crate::engine::exponential::modal::row_batch::RowBatch;
+use crate::engine::exponential::modal::section_loads::{StoredEnergy, sizes_of};
 use crate::engine::exponential::modal::speed_interval::SpeedInterval;
 use crate::engine::exponential::torsion::spin::ContactImpulse;
 use nalgebra::Complex;
@@ -53,9 +54,10 @@ impl FreeMotion {
         tables.bounds(interval, &shared.grid.model).multiply(amplitudes, bounds);
     }
 
-    /// Bending moments of a group of [`SECTIONS_AT_ONCE`] elements \[N m\].
-    pub(crate) fn moments(&mut self, group: usize) -> [f64; 4 * SECTIONS_AT_ONCE] {
-        self.tables.moments(&self.interval, &self.shared.grid.model).multiply_block(group, &self.modal_state)
+    /// Rows of the bending moments \[N m\] on the modal state, which is the second: a block of rows has the moments of
+    /// [`SECTIONS_AT_ONCE`] elements.
+    pub(crate) fn moment_rows(&mut self) -> (&RowBatch, &[f64]) {
+        (self.tables.moments(&self.interval, &self.shared.grid.model), &self.modal_state)
     }
 
     /// Lateral motion at n.
