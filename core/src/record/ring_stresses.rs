@@ -54,7 +54,7 @@ impl RingStressRecorder {
             DiaphragmKind::Flexible(stator) => [None, stator.blades.is_none().then_some(BLADES)],
             DiaphragmKind::Rigid | DiaphragmKind::RadialSpring { .. } => [Some(FLEXIBLE), Some(BLADES)],
         };
-        let stresses = flexible.map(|(stator, part)| RingStresses::new(stator, part));
+        let stresses = flexible.map(|(stator, part)| RingStresses::of(stator, part));
         let has_blades = stresses.as_ref().is_some_and(RingStresses::has_blades);
         // a part without contact has the stress zero
         let start = |is_there: bool| if is_there { Peak::at_start(0.0) } else { Peak::default() };

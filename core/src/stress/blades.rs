@@ -128,6 +128,7 @@ mod tests {
             residual: None,
             truncation_errors: Vec::new(),
             engine_cache: Default::default(),
+            stress_cache: Default::default(),
         }
     }
 

@@ -7,6 +7,7 @@ use crate::stator::NodalForces;
 use crate::structure::{Coordinates, RingPart};
 use bladeoff_model::machine::FlexibleStator;
 use bladeoff_numerics::linalg::Matrix;
+use std::sync::OnceLock;
 
 /// Recovery of the stresses of a ring and its blades from the ring's coordinates and the contact forces on it.
 ///
@@ -85,6 +86,12 @@ pub(crate) struct Largest {
 }
 
 impl RingStresses {
+    /// Stress recovery of a flexible stator, prepared once for all runs that share its part.
+    pub fn of(stator: &FlexibleStator, part: &RingPart) -> Self {
+        let kept: &OnceLock<Self> = part.stress_cache.get();
+        kept.get_or_init(|| Self::new(stator, part)).clone()
+    }
+
     /// Prepares the stress recovery of a flexible stator.
     pub fn new(stator: &FlexibleStator, part: &RingPart) -> Self {
         let coordinates = &part.part.coordinates;
@@ -259,6 +266,7 @@ mod tests {
             residual: None,
             truncation_errors: Vec::new(),
             engine_cache: Default::default(),
+            stress_cache: Default::default(),
         }
     }
 

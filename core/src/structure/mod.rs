@@ -35,6 +35,8 @@ pub struct RingPart {
     pub(crate) truncation_errors: Vec<truncation_error::TruncationError>,
     /// Cache of an engine for runs that share the ring.
     pub(crate) engine_cache: engine_cache::EngineCache,
+    /// Cache of its stress recovery.
+    pub(crate) stress_cache: engine_cache::EngineCache,
 }
 
 /// All data that samples of one structure share.
@@ -240,7 +242,14 @@ fn ring_part(matrices: RingMatrices, modes: &ModeSet, (reduced, correct): (bool,
     let whole = truncation_error::FullPart { stiffness: &matrices.stiffness, mass: &matrices.mass, sectors, added: 0 };
     let (residual, lags) =
         truncation_error::truncated_flexibility(&part, modes, whole, correct, 4 * matrices.nodes, radial);
-    RingPart { matrices, part, residual, truncation_errors: lags, engine_cache: engine_cache::EngineCache::default() }
+    RingPart {
+        matrices,
+        part,
+        residual,
+        truncation_errors: lags,
+        engine_cache: engine_cache::EngineCache::default(),
+        stress_cache: engine_cache::EngineCache::default(),
+    }
 }
 
 /// The machine with everything that varies between samples set to one value.
