@@ -181,24 +181,27 @@ impl<'a> Observer<'a> {
     #[inline]
     pub fn after_step(
         &mut self,
-        mut step: StepObservation,
+        step: &mut StepObservation,
         doublings: Option<usize>,
         transient: &mut Transient,
         follower: &mut dyn Follower,
     ) {
-        let impulses = std::mem::take(&mut transient.impulses);
-        if let Some(pending) = step.pending.take() {
-            self.complete(pending, Some(&impulses), transient);
+        let is_contact_step = doublings.is_none();
+        if step.pending.is_some() || (step.completes_terms && is_contact_step) {
+            let impulses = std::mem::take(&mut transient.impulses);
+            if let Some(pending) = step.pending.take() {
+                self.complete(pending, Some(&impulses), transient);
+            }
+            if step.completes_terms && is_contact_step {
+                self.energy.complete_terms(step.contact_steps, Some(&impulses), transient, self.recorders.energies.now);
+            }
+            transient.impulses = impulses;
         }
-        if step.completes_terms && doublings.is_none() {
-            self.energy.complete_terms(step.contact_steps, Some(&impulses), transient, self.recorders.energies.now);
-        }
-        transient.impulses = impulses;
         self.damping.update(&transient.free_motion, transient.free_motion.speed(), &mut self.recorders);
-        self.record(&step, doublings, transient);
-        add_works(&mut self.recorders.energies.now, doublings.is_some(), step.ring_before, transient);
-        if doublings.is_none() {
-            self.show_contact_step(&step, transient, follower);
+        self.record(step, doublings, transient);
+        add_works(&mut self.recorders.energies.now, !is_contact_step, step.ring_before, transient);
+        if is_contact_step {
+            self.show_contact_step(step, transient, follower);
         }
     }
 

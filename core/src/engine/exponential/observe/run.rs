@@ -70,7 +70,7 @@ impl Run<'_> {
         let doublings = transient.next_step_doublings().map(|doublings| doublings.min(step.max_doublings()));
         observer.before_step(&mut step, doublings, transient, follower);
         transient.step(doublings)?;
-        observer.after_step(step, doublings, transient, follower);
+        observer.after_step(&mut step, doublings, transient, follower);
         self.steps += 1;
         let end = self.end_cause()?;
         if end.is_none() && !self.releases.is_over() {
