@@ -24,6 +24,7 @@ pub struct Braking {
 impl Braking {
     /// T \[N m\], opposite to W; 0 at W = 0, where [`Braking::at_rest`] holds the rotor.
     #[must_use]
+    #[inline]
     pub fn torque(&self, speed: f64) -> f64 {
         if speed == 0.0 {
             return 0.0;

@@ -80,7 +80,9 @@ impl WatchedPeak {
     /// Records the value at n.
     pub fn update(&mut self, [x, y]: [f64; 2]) {
         self.square = x * x + y * y;
-        self.largest = self.largest.max(self.square);
+        if self.square > self.largest {
+            self.largest = self.square;
+        }
     }
 }
 

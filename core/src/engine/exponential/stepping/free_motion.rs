@@ -337,6 +337,7 @@ impl FreeMotion {
 
     /// Load of a bearing at n, in the machine's order \[N\].
     #[must_use]
+    #[inline]
     pub fn load(&self, bearing: usize) -> [f64; 2] {
         let first = self.shared.grid.model.outputs.load_row(bearing);
         let feedthrough = self.feedthrough(bearing);
