@@ -104,13 +104,17 @@ impl StatorContact {
         }
     }
 
-    /// Takes the stator over a contact step. Returns the contact of the step; `None` where nothing touches.
+    /// Takes the stator over a contact step. Writes the contact of the step; `None` where nothing touches.
     ///
     /// # Errors
     /// [`ExponentialError::NoImpulses`] where no impulses fulfil the conditions of a ring.
     #[inline(always)]
-    pub fn solve(&mut self, free: &FreeStep<'_>) -> Result<Option<ContactStepResult>, ExponentialError> {
-        let result = match &mut self.stator {
+    pub fn solve(
+        &mut self,
+        free: &FreeStep<'_>,
+        result: &mut Option<ContactStepResult>,
+    ) -> Result<(), ExponentialError> {
+        *result = match &mut self.stator {
             Stator::Ring(ring) => {
                 ring.begin_step();
                 let least_gap = ring.find(free)?;
@@ -122,7 +126,7 @@ impl StatorContact {
             }
         };
         self.has_touched |= result.is_some();
-        Ok(result)
+        Ok(())
     }
 
     /// Finds the impulse of a contact step under given impulses at the other diaphragms. Can be repeated in a step, which

@@ -208,8 +208,13 @@ fn spring_energy(transient: &Transient) -> f64 {
     transient.contacts.iter().map(|contact| contact.stator.spring_energy()).fold(0.0, |sum, energy| sum + energy)
 }
 
-/// Adds the works of a step. `ring_before`: energy of the rings at n \[J\] where the step was free; damping alone has taken what is missing behind it.
-pub(crate) fn add_works(now: &mut Energies, is_free: bool, ring_before: Option<f64>, transient: &Transient) {
+/// Adds the works of a step. `ring_before`: energy of the rings at n \[J\] where the step was free; damping alone has taken what is missing behind it. Returns the energy behind it.
+pub(crate) fn add_works(
+    now: &mut Energies,
+    is_free: bool,
+    ring_before: Option<f64>,
+    transient: &Transient,
+) -> Option<f64> {
     now.braking = transient.free_motion.spin().braking_work();
     now.drive = transient.free_motion.spin().drive_work();
     now.torques = transient.free_motion.spin().torque_work();
@@ -221,12 +226,13 @@ pub(crate) fn add_works(now: &mut Energies, is_free: bool, ring_before: Option<f
         now.structure += impact.damped_work;
     }
     if is_free {
-        if let Some(before) = ring_before {
-            now.stator += before - ring_energy(transient);
-        }
+        let (before, behind) = (ring_before?, ring_energy(transient));
+        now.stator += before - behind;
+        Some(behind)
     } else {
         // nothing damps a ring at rest
         let rings = transient.contacts.iter().filter(|contact| contact.stator.has_touched);
         rings.filter_map(|contact| contact.stator.ring()).for_each(|ring| now.stator += ring.ring.step_dissipation());
+        None
     }
 }

@@ -33,6 +33,8 @@ pub(crate) struct Observer<'a> {
     pub speed: f64,
     /// The rotor has touched: the modes of a ring are not at rest.
     has_touched: bool,
+    /// Energy of the rings at n \[J\], known behind a free step in which a ring moved.
+    ring_energy: Option<f64>,
     schedule: ObservationSchedule,
     energy: EnergyBalance,
     shaft_stresses: ShaftStresses,
@@ -90,6 +92,7 @@ impl<'a> Observer<'a> {
             h,
             speed: transient.free_motion.speed(),
             has_touched: false,
+            ring_energy: None,
             schedule: ObservationSchedule::default(),
             energy: EnergyBalance::new(h, transient),
             shaft_stresses,
@@ -174,7 +177,8 @@ impl<'a> Observer<'a> {
             self.show_free_step(doublings, step.is_shown, transient, follower);
         }
         step.angle = transient.free_motion.angle();
-        step.ring_before = (is_free && self.has_touched).then(|| ring_energy(transient));
+        let known = self.ring_energy.take();
+        step.ring_before = (is_free && self.has_touched).then(|| known.unwrap_or_else(|| ring_energy(transient)));
     }
 
     /// Records a step that has been done, and shows it where it was a contact step.
@@ -199,7 +203,7 @@ impl<'a> Observer<'a> {
         }
         self.damping.update(&transient.free_motion, transient.free_motion.speed(), &mut self.recorders);
         self.record(step, doublings, transient);
-        add_works(&mut self.recorders.energies.now, !is_contact_step, step.ring_before, transient);
+        self.ring_energy = add_works(&mut self.recorders.energies.now, !is_contact_step, step.ring_before, transient);
         if is_contact_step {
             self.show_contact_step(step, transient, follower);
         }

@@ -264,8 +264,7 @@ pub(crate) fn solve(contacts: &mut [DiaphragmContact], free_motion: &FreeMotion)
     match contacts {
         [contact] => {
             let free = contact.free_step(free_motion);
-            contact.impact = contact.stator.solve(&free)?;
-            Ok(())
+            contact.stator.solve(&free, &mut contact.impact)
         }
         _ => solve_several(contacts, free_motion),
     }
