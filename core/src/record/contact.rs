@@ -118,7 +118,10 @@ impl ContactRecorder {
         let force = touch.map_or(0.0, |touch| touch.normal);
         self.finish(at);
         self.phases.see(force * self.dt);
-        self.window.slide([force * self.dt, touch.map_or(0.0, |touch| touch.friction_work)]);
+        match touch {
+            Some(touch) => self.window.slide([force * self.dt, touch.friction_work]),
+            None => self.window.pass(1),
+        }
         if let Some([impulse, work]) = self.window.sums() {
             let length = self.window.length() as f64 * self.dt;
             self.filtered.see(impulse / length, at);
