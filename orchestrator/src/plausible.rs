@@ -263,8 +263,7 @@ fn releases(machine: &Machine) -> Vec<String> {
     unbalances.filter_map(note).collect()
 }
 
-/// Notes of [`unreleased`] on a study's machine. Notes on releases only if no release varies, because otherwise they depend on the sample; notes on
-/// torques also for samples at corners of its axes.
+/// Notes of [`unreleased`] on a study's machine: on releases if no release varies; on torques also for samples at corners of its axes.
 #[must_use]
 pub fn unreleased_of(samples: &Samples) -> Vec<String> {
     let Some(machine) = samples.study().machine().and_then(|subject| subject.def.build().ok()) else {

@@ -166,8 +166,7 @@ fn energies_one_by_one_balance_on_skew_bearings() {
     assert!(error < 5e-7 && skew > 3e-6, "{error} {skew}");
 }
 
-/// Energies at every step of contact and free motion, not only at sampled instants: in a whip (the energy taken by damping was constant for up to
-/// seven steps, an error of 2.7e-4) and in a rub with bounces.
+/// Energies at every step: in a whip (energy taken by damping, constant for up to seven steps, was an error of 2.7e-4) and in a rub with bounces.
 #[test]
 fn energies_of_shown_instants_balance() {
     for (gap, friction, end, eccentricity) in [("4 mm", "0.2", "1.15 s", 0.03), ("5 mm", "0.15", "0.5 s", 5e-3)] {
@@ -226,8 +225,7 @@ fn whips_with_heavy_unbalances_balance_their_energies() {
     }
 }
 
-/// Normal impulses of a heavy unbalance without friction and damping, so that no other loss hides an error of the balance. The error was 1.1e-6, of
-/// first order in the step.
+/// Normal impulses of a heavy unbalance without other losses, which would hide an error of the balance. It was 1.1e-6, of first order in the step.
 #[test]
 fn heavy_unbalances_without_damping_keep_their_energies() {
     let changes = [
@@ -270,8 +268,7 @@ fn rotors_that_their_ring_stops_keep_their_energies() {
     }
 }
 
-/// On anisotropic bearings, a slow spin turns planar modes into circular ones within some rad/s: with stations of 4 rad/s, a whip lost 2e-4 of its
-/// energies.
+/// On anisotropic bearings, a slow spin turns planar modes into circular ones within some rad/s: with stations of 4 rad/s a whip lost 2e-4.
 #[test]
 fn whips_on_anisotropic_bearings_balance_their_energies() {
     let text = study_machine("lp_turbine_paper");
@@ -387,8 +384,7 @@ fn whip_is_that_of_the_reduced_engine() {
     assert!(ours.value("energy_error") < 1e-5 && ours.value("normal_work_J") > 0.0);
 }
 
-/// The work of damping is computed over a whole step: the powers of mean rates missed 1.7e-4 and 4e-3 of the energies here, most of the latter while
-/// the start came to rest.
+/// The work of damping is computed over a whole step: the powers of mean rates missed 1.7e-4 and 4e-3 of the energies here.
 #[test]
 fn whips_on_strongly_damped_bearings_balance_their_energies() {
     for damping in ["5.8e4", "1e6"] {
