@@ -3,7 +3,7 @@
 //! ```text
 //! data -> a function of panels, rings, orbit, contact_map, spectrum, waterfall, response_spectrum, machine, maps -> Figure (SVG text) -> .svg | .png
 //! ```
-//! The elements and axes are those of [`crate::drawing`], as in a page. resvg renders the SVG to PNG with the font embedded here, so that no font of
+//! The elements and axes are those of `crate::drawing`, as in a page. resvg renders the SVG to PNG with the font embedded here, so that no font of
 //! the system is needed and every machine makes the same PNG. Colours tell apart with any kind of colour vision (Okabe-Ito for lines, viridis for
 //! maps).
 
