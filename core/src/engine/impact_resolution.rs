@@ -5,7 +5,7 @@
 //! ```
 //! n: steps per impact of the run (column `steps_per_impact`, `crate::record`), N: `run.guard.impact_steps`, h: its contact step, h_0: the default
 //! contact step. A run with n < N is repeated with h', rounded down to two digits, until n >= N or h' = h_0/R. The step depends on the machine
-//! alone, not on the follower: equal runs have equal steps.
+//! alone, not on the follower: equal runs have equal steps. If a run ends within its first contact phase, n is the number of its steps so far.
 //!
 //! Source: ours. Estimates of the length of an impact from the modes of ring and rotor were wrong by factors of 1.3 to 1000
 //! (docs/theory/convergence.md), so the length is measured. n grows by less than h/h', because a finer step also finds shorter impacts; hence M.
@@ -30,6 +30,18 @@ pub(super) struct Resolved {
     pub end: End,
 }
 
+impl Resolved {
+    fn of(
+        machine: &Machine,
+        structure: &Structure,
+        plan: TimeStep,
+        follower: &mut dyn Follower,
+    ) -> Result<Self, StartError> {
+        let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
+        Ok(Self { plan, recorders, end })
+    }
+}
+
 /// Time step of a run: the default, or a finer step if the impacts require one. Unless the step is given, the function simulates the run. The follower
 /// observes nothing but may end the run.
 ///
@@ -40,14 +52,15 @@ pub fn resolved_time_step(
     structure: &Structure,
     follower: &mut dyn Follower,
 ) -> Result<TimeStep, StartError> {
-    if is_settled(machine) {
-        return TimeStep::new(machine, structure);
+    let default = TimeStep::new(machine, structure)?;
+    if is_fixed(machine) {
+        return Ok(default);
     }
-    Ok(resolved(machine, structure, &mut Unseen { follower, before: 0 })?.plan)
+    Ok(resolved(machine, structure, default, &mut Unseen { follower, before: 0 })?.plan)
 }
 
 /// Whether the step of a run does not depend on its impacts.
-fn is_settled(machine: &Machine) -> bool {
+fn is_fixed(machine: &Machine) -> bool {
     machine.run.engine != Engine::Exponential || machine.run.contact_step.is_some() || machine.diaphragms.is_empty()
 }
 
@@ -57,24 +70,29 @@ pub(super) fn run(
     structure: &Structure,
     follower: &mut dyn Follower,
 ) -> Result<Resolved, StartError> {
-    if is_settled(machine) || follower.begins_again() {
-        return resolved(machine, structure, follower);
+    if !is_fixed(machine) && follower.begins_again() {
+        let default = TimeStep::new(machine, structure)?;
+        return resolved(machine, structure, default, follower);
     }
     let plan = resolved_time_step(machine, structure, follower)?;
-    let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
-    Ok(Resolved { plan, recorders, end })
+    Resolved::of(machine, structure, plan, follower)
 }
 
-fn resolved(machine: &Machine, structure: &Structure, follower: &mut dyn Follower) -> Result<Resolved, StartError> {
-    let default = TimeStep::new(machine, structure)?;
+/// Repeats a run with finer steps until the step resolves its impacts.
+fn resolved(
+    machine: &Machine,
+    structure: &Structure,
+    default: TimeStep,
+    follower: &mut dyn Follower,
+) -> Result<Resolved, StartError> {
     let mut plan = default;
     loop {
-        let (recorders, end) = choice::run(machine, structure, &plan, follower)?;
-        let missing = (!is_settled(machine) && end.failure.is_none()).then(|| recorders.impact_resolution(machine));
+        let run = Resolved::of(machine, structure, plan, follower)?;
+        let missing = run.end.failure.is_none().then(|| run.recorders.impact_resolution(machine));
         let finer = missing.flatten().and_then(|ratio| plan.finer(ratio / MARGIN, default.step / MAX_REFINEMENT));
         match finer.and_then(|finer| finer.allowed(machine).ok()) {
             Some(finer) => plan = finer,
-            None => return Ok(Resolved { plan, recorders, end }),
+            None => return Ok(run),
         }
     }
 }

@@ -336,13 +336,18 @@ impl Recorders {
 
     /// Judges the run now, on request of the engine.
     pub fn judge(&mut self, machine: &Machine, structure: &Structure) {
+        self.judge_at(false, machine, structure);
+    }
+
+    /// `ends`: whether the run ends here. A run that newly exceeds a limit is judged as if it ended here.
+    fn judge_at(&mut self, ends: bool, machine: &Machine, structure: &Structure) {
         let exceeds = self.limits.is_newly_beyond();
         // values after the exceeded limit are outside the model, whether the run ends there or not
         if !self.limits.keeps() {
             return;
         }
         let holds = if exceeds { Guards::hold_now } else { Guards::hold };
-        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure) {
+        if holds(&mut self.guards, &self.energies, &self.rings, machine, structure, ends || exceeds) {
             self.hold();
         }
     }
@@ -380,13 +385,14 @@ impl Recorders {
         }
         // a step from which the run could not continue has no valid state
         if end.is_between_steps() {
-            self.judge(machine, structure);
+            self.judge_at(true, machine, structure);
         }
     }
 
-    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps`; `None` where the step resolves all impacts.
+    /// Returns the smallest ratio of steps per impact to `run.guard.impact_steps` of a run that has ended; `None` where the step resolves all
+    /// impacts.
     pub fn impact_resolution(&self, machine: &Machine) -> Option<f64> {
-        verdict::impact_resolution(&self.rings, machine)
+        verdict::impact_resolution(&self.rings, machine, true)
     }
 
     /// Returns the status of a run that has ended, after [`Recorders::finish`].

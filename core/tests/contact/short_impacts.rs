@@ -4,7 +4,7 @@ use bladeoff_core::engine::{resolved_time_step, simulate};
 use bladeoff_core::record::{Follower, Frame, NoHistory, columns};
 use bladeoff_core::structure::Structure;
 use bladeoff_model::machine::{Machine, MachineDef};
-use bladeoff_model::outcome::{Cause, Status};
+use bladeoff_model::outcome::{Cause, EndCause, Status};
 
 /// A rotor of 2.7 t that hits a stiff ring at 10 800 rpm: spikes of 33 us.
 const HARD: &str = include_str!("../data/short_impacts.toml");
@@ -68,6 +68,41 @@ fn a_default_step_becomes_finer_for_short_impacts() {
     // a disabled guard does not change the step
     let (status, _, [.., step]) = run(HARD, &[("run.guard.impact_steps", "0")]);
     assert_eq!((status, step), (Status::Ok, 6.9e-6));
+}
+
+/// A limit that ends a run within its first impact is exceeded at a time that the step resolves, or the run is invalid.
+#[test]
+fn a_limit_within_the_first_impact_is_resolved() {
+    let weak = ("diaphragms.seal.material.yield_strength", "100 MPa");
+    let limit_time = |changes: &[(&str, &str)]| {
+        let (machine, structure) = machine(HARD, changes);
+        let outcome = simulate(&machine, &structure, &mut NoHistory).expect("a run");
+        assert!(outcome.causes.contains(Cause::RingYield) && outcome.end_cause == EndCause::Limit);
+        let place = columns(&machine).iter().position(|column| column.name == "beyond_s").expect("a column");
+        outcome.values[place].expect("a limit is exceeded")
+    };
+    // 5.3 steps from the contact to the limit
+    let coarse = [weak, ("run.contact_step", "6.9 us")];
+    let (status, is_under_resolved, _) = run(HARD, &coarse);
+    assert_eq!((status, is_under_resolved), (Status::Invalid, true));
+    let (status, _, [steps, .., step]) = run(HARD, &[weak]);
+    assert_eq!(status, Status::Beyond);
+    assert!(steps >= 20.0 && (6.9e-6 / 8.0..2e-6).contains(&step), "{steps} {step}");
+    let fine = limit_time(&[weak, ("run.contact_step", "0.43 us")]);
+    let error = |changes: &[(&str, &str)]| (limit_time(changes) - fine).abs();
+    let errors = [error(&coarse), error(&[weak])];
+    assert!(errors[1] < 2e-6 && errors[0] > 5.0 * errors[1], "{errors:?}");
+    // the end of a run within its first impact
+    let (machine, structure) = machine(HARD, &[]);
+    let first = columns(&machine).iter().position(|column| column.name == "first_contact_s").expect("a column");
+    let first = simulate(&machine, &structure, &mut NoHistory).expect("a run").values[first].expect("contact");
+    let end = format!("{} s", first + 30e-6);
+    let ends_early = ("run.end_time", end.as_str());
+    let (status, is_under_resolved, _) = run(HARD, &[ends_early, ("run.contact_step", "6.9 us")]);
+    assert_eq!((status, is_under_resolved), (Status::Invalid, true));
+    let (status, _, [steps, ..]) = run(HARD, &[ends_early]);
+    assert_eq!(status, Status::Ok);
+    assert!(steps >= 20.0, "{steps}");
 }
 
 /// Follower that records the times and contact forces shown to it.

@@ -93,7 +93,7 @@ pub(super) const KEYS: &[Key] = &[
         "whether the reduced engine adds the static flexibility of the modes it leaves out, at the contact and in bearing loads; off: \
          a run whose contact lacks more than 3 % of its flexibility is invalid (`modal_basis`)"),
     key(STEP_LIMIT, Kind::Count, Need::Optional("no limit"), STEPS, When::Always,
-        "a run with more steps fails with cause step_limit"),
+        "a run with more steps fails with cause step_limit; each repeat with a finer step counts alone"),
     key(TWIN, Kind::Number(""), Need::Number(0.0), TWIN_SHIFT, When::Always,
         "relative shift of the initial speed of a second run, whose results are compared (1e-6 is enough); 0: none"),
     key(TWIN_LIMIT, Kind::Number(""), Need::Number(TWIN_LIMIT_DEFAULT), Range::POSITIVE, When::Always,
@@ -105,7 +105,8 @@ pub(super) const KEYS: &[Key] = &[
     key("run.guard.penetration", Kind::Number(""), Need::Number(PENETRATION), Range::POSITIVE, When::Always,
         "run invalid if the residual penetration exceeds this part of the gap"),
     key("run.guard.impact_steps", Kind::Number(""), Need::Optional("32, with the engine exponential 20"), Range::NOT_NEGATIVE, When::Always,
-        "run invalid if contact phases with a flexible ring have fewer steps than this (column steps_per_impact); 0: not judged"),
+        "run invalid if contact phases with a flexible ring, or the first one up to the end of the run, have fewer steps than this (column \
+         steps_per_impact); 0: not judged"),
     key("run.end_beyond", Kind::Choice(&["on", "off"]), Need::Word("on"), Range::ANY, When::Always,
         "whether the run ends at the first exceeded limit of the model whose on_exceed is beyond"),
     key("run.limit.ring_displacement.value", Kind::Number(""), Need::Number(0.05), Range::POSITIVE, When::Always,
